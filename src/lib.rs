@@ -1,0 +1,6 @@
+//! From two gauges on a robot bench to a stiffness model that can be trusted.
+
+pub mod quantity;
+pub mod readings;
+pub mod statistics;
+pub mod test_point;

@@ -1,0 +1,3 @@
+//! The `stiffbench` command.
+
+fn main() {}

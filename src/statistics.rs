@@ -1,0 +1,167 @@
+//! Estimates with uncertainty, and the few distributions and robust statistics the analysis needs.
+//!
+//! Leaf module: it knows numbers, not experiments.
+
+use statrs::distribution::{ChiSquared, ContinuousCDF, FisherSnedecor, Normal, StudentsT};
+
+/// A value with its standard uncertainty and the degrees of freedom behind it.
+///
+/// The unit is that of the field that holds the estimate. Degrees of freedom may be infinite (an uncertainty that is known) or
+/// zero (none could be worked out, `standard_uncertainty` is then NaN).
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Estimate {
+    /// The best value.
+    pub value: f64,
+    /// Standard uncertainty (GUM 2.3.1), same unit as `value`.
+    pub standard_uncertainty: f64,
+    /// Effective degrees of freedom of `standard_uncertainty`.
+    pub dof: f64,
+}
+
+impl Estimate {
+    /// An estimate whose uncertainty could not be worked out.
+    #[must_use]
+    pub fn without_uncertainty(value: f64) -> Self {
+        Self {
+            value,
+            standard_uncertainty: f64::NAN,
+            dof: 0.0,
+        }
+    }
+
+    /// Coverage factor k for 95 % from Student's t (GUM G.3.2); `None` below one degree of freedom.
+    #[must_use]
+    pub fn coverage_factor_95(&self) -> Option<f64> {
+        student_t_quantile(0.975, self.dof)
+    }
+
+    /// Expanded uncertainty U = k u for 95 %; `None` without an uncertainty.
+    #[must_use]
+    pub fn expanded_95(&self) -> Option<f64> {
+        let expanded = self.coverage_factor_95()? * self.standard_uncertainty;
+        expanded.is_finite().then_some(expanded)
+    }
+
+    /// `[value - U, value + U]` for 95 %.
+    #[must_use]
+    pub fn interval_95(&self) -> Option<[f64; 2]> {
+        let expanded = self.expanded_95()?;
+        Some([self.value - expanded, self.value + expanded])
+    }
+}
+
+/// Quantile of Student's t at probability `p`; normal for infinite `dof`, `None` below one degree of freedom.
+///
+/// Effective degrees of freedom need not be whole; they are used as they are (GUM G.4.1 allows interpolation).
+#[must_use]
+pub fn student_t_quantile(p: f64, dof: f64) -> Option<f64> {
+    if dof.is_nan() || dof < 1.0 {
+        return None;
+    }
+    // Beyond 1e6 the difference to the normal quantile is below 1e-6 of it.
+    if dof > 1e6 {
+        return Some(normal_quantile(p));
+    }
+    StudentsT::new(0.0, 1.0, dof).ok().map(|t| t.inverse_cdf(p))
+}
+
+/// Quantile of the standard normal distribution.
+#[must_use]
+pub fn normal_quantile(p: f64) -> f64 {
+    Normal::standard().inverse_cdf(p)
+}
+
+/// Probability that a chi-squared variable with `dof` degrees of freedom exceeds `value`.
+#[must_use]
+pub fn chi_squared_upper_tail(value: f64, dof: f64) -> Option<f64> {
+    ChiSquared::new(dof).ok().map(|d| d.sf(value))
+}
+
+/// Quantile of the chi-squared distribution.
+#[must_use]
+pub fn chi_squared_quantile(p: f64, dof: f64) -> Option<f64> {
+    ChiSquared::new(dof).ok().map(|d| d.inverse_cdf(p))
+}
+
+/// Probability that an F variable with the given degrees of freedom exceeds `value`.
+#[must_use]
+pub fn f_upper_tail(value: f64, dof_numerator: f64, dof_denominator: f64) -> Option<f64> {
+    FisherSnedecor::new(dof_numerator, dof_denominator)
+        .ok()
+        .map(|d| d.sf(value))
+}
+
+/// Effective degrees of freedom of a sum of independent components (Welch-Satterthwaite, GUM eq. (G.2b)).
+///
+/// Each component is (standard uncertainty in the unit of the result, degrees of freedom). Components that are zero are
+/// skipped; the result is infinite when all have infinite degrees of freedom.
+#[must_use]
+pub fn welch_satterthwaite(components: &[(f64, f64)]) -> f64 {
+    let total: f64 = components.iter().map(|(u, _)| u * u).sum();
+    let denominator: f64 = components
+        .iter()
+        .filter(|(u, dof)| *u != 0.0 && dof.is_finite())
+        .map(|(u, dof)| u.powi(4) / dof)
+        .sum();
+    if denominator == 0.0 {
+        f64::INFINITY
+    } else {
+        total * total / denominator
+    }
+}
+
+/// Arithmetic mean; `None` for no values.
+#[must_use]
+pub fn mean(values: &[f64]) -> Option<f64> {
+    (!values.is_empty()).then(|| values.iter().sum::<f64>() / values.len() as f64)
+}
+
+/// Sample standard deviation with n - 1; `None` for fewer than two values.
+#[must_use]
+pub fn standard_deviation(values: &[f64]) -> Option<f64> {
+    if values.len() < 2 {
+        return None;
+    }
+    let mean = mean(values)?;
+    let sum: f64 = values.iter().map(|v| (v - mean) * (v - mean)).sum();
+    Some((sum / (values.len() - 1) as f64).sqrt())
+}
+
+/// Median; `None` for no values. The slice is sorted in place.
+#[must_use]
+pub fn median(values: &mut [f64]) -> Option<f64> {
+    if values.is_empty() {
+        return None;
+    }
+    values.sort_by(f64::total_cmp);
+    let middle = values.len() / 2;
+    Some(if values.len() % 2 == 1 {
+        values[middle]
+    } else {
+        0.5 * (values[middle - 1] + values[middle])
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn coverage_factors_are_those_of_gum_table_g2() {
+        // GUM (JCGM 100:2008) table G.2, column 95 %.
+        for (dof, k) in [(1.0, 12.71), (4.0, 2.78), (9.0, 2.26), (50.0, 2.01)] {
+            let found = student_t_quantile(0.975, dof).unwrap();
+            assert!((found - k).abs() < 0.005, "dof {dof}: {found}");
+        }
+        assert!((student_t_quantile(0.975, f64::INFINITY).unwrap() - 1.959_964).abs() < 1e-6);
+        assert_eq!(student_t_quantile(0.975, 0.0), None);
+    }
+
+    #[test]
+    fn effective_degrees_of_freedom_are_those_of_gum_h1() {
+        // GUM H.1.6: components 25, 9.7, 2.9, 16.6 nm with 18, 25.6, 50, 2 degrees of freedom give 16.7.
+        let components = [(25.0, 18.0), (9.7, 25.6), (2.9, 50.0), (16.6, 2.0)];
+        let dof = welch_satterthwaite(&components);
+        assert!((dof - 16.7).abs() < 0.3, "{dof}");
+    }
+}

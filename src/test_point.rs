@@ -1,0 +1,174 @@
+//! Where in the experiment a number belongs: pose, direction, load step, repeat, branch.
+
+use std::fmt;
+use std::str::FromStr;
+use std::sync::Arc;
+
+use serde::{Deserialize, Serialize};
+
+/// Name of a pose, as in the robot or procedure file.
+///
+/// Cloning is cheap: a table of a million readings holds each name once.
+#[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub struct PoseId(Arc<str>);
+
+impl PoseId {
+    /// A pose by its name.
+    #[must_use]
+    pub fn new(name: &str) -> Self {
+        Self(Arc::from(name))
+    }
+
+    /// The name.
+    #[must_use]
+    pub fn as_str(&self) -> &str {
+        &self.0
+    }
+}
+
+impl fmt::Display for PoseId {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.pad(&self.0)
+    }
+}
+
+impl From<&str> for PoseId {
+    fn from(name: &str) -> Self {
+        Self::new(name)
+    }
+}
+
+impl Serialize for PoseId {
+    fn serialize<S: serde::Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        serializer.serialize_str(&self.0)
+    }
+}
+
+/// Global axis of load and displacement: x lateral, y vertical, z radial (the paper's Section II).
+#[derive(
+    Debug,
+    Clone,
+    Copy,
+    PartialEq,
+    Eq,
+    PartialOrd,
+    Ord,
+    Hash,
+    Serialize,
+    Deserialize,
+    schemars::JsonSchema,
+)]
+#[serde(rename_all = "lowercase")]
+pub enum Direction {
+    /// Lateral, out of the arm plane.
+    X,
+    /// Vertical, up.
+    Y,
+    /// Radial, the reach of the arm.
+    Z,
+}
+
+impl Direction {
+    /// All three, in order.
+    pub const ALL: [Self; 3] = [Self::X, Self::Y, Self::Z];
+
+    /// 0, 1 or 2: the place of this axis in a vector.
+    #[must_use]
+    pub fn index(self) -> usize {
+        self as usize
+    }
+
+    /// Unit vector along this axis.
+    #[must_use]
+    pub fn unit_vector(self) -> [f64; 3] {
+        let mut vector = [0.0; 3];
+        vector[self.index()] = 1.0;
+        vector
+    }
+
+    /// The word for this axis: lateral, vertical or radial.
+    #[must_use]
+    pub fn word(self) -> &'static str {
+        match self {
+            Self::X => "lateral",
+            Self::Y => "vertical",
+            Self::Z => "radial",
+        }
+    }
+}
+
+impl fmt::Display for Direction {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.pad(match self {
+            Self::X => "x",
+            Self::Y => "y",
+            Self::Z => "z",
+        })
+    }
+}
+
+/// The text is not a direction.
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+#[error("`{0}` is not a direction: x, y or z")]
+pub struct NotADirection(pub String);
+
+impl FromStr for Direction {
+    type Err = NotADirection;
+
+    fn from_str(text: &str) -> Result<Self, Self::Err> {
+        match text {
+            "x" | "X" => Ok(Self::X),
+            "y" | "Y" => Ok(Self::Y),
+            "z" | "Z" => Ok(Self::Z),
+            other => Err(NotADirection(other.to_owned())),
+        }
+    }
+}
+
+/// Whether the load was growing or being taken off when the reading was made.
+#[derive(
+    Debug,
+    Clone,
+    Copy,
+    PartialEq,
+    Eq,
+    PartialOrd,
+    Ord,
+    Hash,
+    Default,
+    Serialize,
+    Deserialize,
+    schemars::JsonSchema,
+)]
+#[serde(rename_all = "lowercase")]
+pub enum Branch {
+    /// The load grows in size.
+    #[default]
+    Loading,
+    /// The load is taken off.
+    Unloading,
+}
+
+impl fmt::Display for Branch {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.pad(match self {
+            Self::Loading => "loading",
+            Self::Unloading => "unloading",
+        })
+    }
+}
+
+/// One cell of the experiment: all readings of one pose along one direction.
+#[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize)]
+pub struct Cell {
+    /// The pose held.
+    pub pose: PoseId,
+    /// The direction of load and displacement.
+    pub direction: Direction,
+}
+
+impl fmt::Display for Cell {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{} {}", self.pose, self.direction)
+    }
+}
