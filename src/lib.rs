@@ -3,4 +3,5 @@
 pub mod quantity;
 pub mod readings;
 pub mod statistics;
+pub mod structure;
 pub mod test_point;

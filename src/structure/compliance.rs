@@ -1,0 +1,42 @@
+//! The compliance of the end of a structure, and its derivatives.
+
+/// End compliance: displacement and rotation per force and moment at one point.
+///
+/// 6 × 6, rows ux uy uz rx ry rz, columns Fx Fy Fz Mx My Mz; m/N, rad/N, m/(N·m) and rad/(N·m) by block; symmetric by
+/// reciprocity.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Compliance6(pub [[f64; 6]; 6]);
+
+impl Compliance6 {
+    /// Displacement along axis `i` per force along axis `i`, m/N.
+    #[must_use]
+    pub fn direct(&self, i: usize) -> f64 {
+        self.0[i][i]
+    }
+
+    /// Displacement per force, 3 × 3, m/N.
+    #[must_use]
+    pub fn translation(&self) -> [[f64; 3]; 3] {
+        std::array::from_fn(|i| std::array::from_fn(|j| self.0[i][j]))
+    }
+
+    /// Largest difference to `other`, each entry relative to the root of the product of its two diagonal entries in `other`.
+    ///
+    /// This is the measure in which solvers are compared: entries that a symmetry makes zero do not count as 100 % wrong.
+    #[must_use]
+    pub fn relative_difference(&self, other: &Self) -> f64 {
+        let mut largest = 0.0_f64;
+        for i in 0..6 {
+            for j in 0..6 {
+                let scale = (other.0[i][i] * other.0[j][j]).sqrt();
+                largest = largest.max((self.0[i][j] - other.0[i][j]).abs() / scale);
+            }
+        }
+        largest
+    }
+}
+
+/// Derivatives of one entry of the end compliance to the logarithms of the section constants of one element.
+///
+/// Order A, Iy, Iz, J; unit of the entry. All of a structure without compliant joints add up to minus the entry.
+pub type ComplianceGradient = [f64; 4];

@@ -1,0 +1,249 @@
+//! Two-node beams through their natural strains.
+//!
+//! A beam with twelve end freedoms has six ways to deform. With u, v, w the displacements and θ the rotations in local axes and L
+//! the length, those used here are
+//!
+//! ```text
+//!   0 elongation        e   = u2 - u1
+//!   1 twist             φ   = θx2 - θx1
+//!   2 curvature, xz     κ_y = θy1 - θy2
+//!   3 shear mode, xz    γ_y = θy1 + θy2 + 2 (w2 - w1)/L
+//!   4 curvature, xy     κ_z = θz1 - θz2
+//!   5 shear mode, xy    γ_z = θz1 + θz2 - 2 (v2 - v1)/L
+//! ```
+//!
+//! and the strain energy is ½ Σ d_m s_m² with the stiffnesses of [`NaturalStiffness`]: no coupling, so each is its own answer.
+
+use super::rotation::{LocalAxes, subtract};
+use super::section::{Material, Property, Section, ShearCoefficients};
+use super::structure::Attachment;
+
+/// Number of natural strains of a beam.
+pub const STRAINS: usize = 6;
+
+/// A straight two-node beam.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Element {
+    /// Where its first and second end hang.
+    pub ends: [Attachment; 2],
+    /// Direction of local y, global; its part along the element does not matter.
+    pub toward_y: [f64; 3],
+    /// Section constants.
+    pub section: Section,
+    /// Elastic constants.
+    pub material: Material,
+    /// Shear coefficients of the Timoshenko beam; `None` is Euler-Bernoulli (the paper).
+    pub shear: Option<ShearCoefficients>,
+}
+
+/// Stiffness of each natural strain, and how it depends on the section.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct NaturalStiffness {
+    /// d_m: N/m for the elongation, N·m/rad for the others.
+    pub stiffness: [f64; STRAINS],
+    /// ∂ ln d_m / ∂ ln Iy for the shear mode in xz, and ∂ ln d_m / ∂ ln Iz for that in xy; 1 for Euler-Bernoulli. What is missing
+    /// to 1 is ∂ ln d_m / ∂ ln A, through the shear area.
+    pub bending_share: [f64; 2],
+}
+
+impl NaturalStiffness {
+    /// Of a beam of the given length.
+    ///
+    /// ```text
+    ///   EA/L,  GJ/L,  E Iy/L,  3 E Iy/(L (1 + Φ_y)),  E Iz/L,  3 E Iz/(L (1 + Φ_z)),    Φ = 12 E I/(G k A L²)
+    /// ```
+    ///
+    /// # Source
+    /// Przemieniecki, Theory of Matrix Structural Analysis (1968), section 5.6, the 12 × 12 matrix with shear; natural modes as in
+    /// Argyris, Recent Advances in Matrix Methods of Structural Analysis (1964). This is the paper's eq. (18), which our
+    /// transcription lacks, in diagonal form.
+    #[must_use]
+    pub fn of(
+        section: &Section,
+        material: &Material,
+        shear: Option<ShearCoefficients>,
+        length_m: f64,
+    ) -> Self {
+        let e_over_l = material.youngs_modulus_pa / length_m;
+        let flexibility_ratio = |i_m4: f64, coefficient: f64| {
+            12.0 * material.youngs_modulus_pa * i_m4
+                / (material.shear_modulus_pa * coefficient * section.area_m2 * length_m * length_m)
+        };
+        let [phi_y, phi_z] = match shear {
+            None => [0.0; 2],
+            Some(k) => [
+                flexibility_ratio(section.iy_m4, k.along_z),
+                flexibility_ratio(section.iz_m4, k.along_y),
+            ],
+        };
+        let bending_share = [1.0 / (1.0 + phi_y), 1.0 / (1.0 + phi_z)];
+        let bending_y = e_over_l * section.iy_m4;
+        let bending_z = e_over_l * section.iz_m4;
+        Self {
+            stiffness: [
+                e_over_l * section.area_m2,
+                material.shear_modulus_pa * section.j_m4 / length_m,
+                bending_y,
+                3.0 * bending_y * bending_share[0],
+                bending_z,
+                3.0 * bending_z * bending_share[1],
+            ],
+            bending_share,
+        }
+    }
+
+    /// Bilinear strain energy of two strain states, split by the property it would grow with: Σ_m ∂d_m/∂ln p · a_m b_m.
+    ///
+    /// The four parts add up to Σ_m d_m a_m b_m.
+    #[must_use]
+    pub fn energy_by_property(&self, a: &[f64; STRAINS], b: &[f64; STRAINS]) -> [f64; 4] {
+        let w: [f64; STRAINS] = std::array::from_fn(|m| self.stiffness[m] * a[m] * b[m]);
+        let [share_y, share_z] = self.bending_share;
+        let mut parts = [0.0; 4];
+        parts[Property::A.index()] = w[0] + (1.0 - share_y) * w[3] + (1.0 - share_z) * w[5];
+        parts[Property::Iy.index()] = w[2] + share_y * w[3];
+        parts[Property::Iz.index()] = w[4] + share_z * w[5];
+        parts[Property::J.index()] = w[1];
+        parts
+    }
+}
+
+/// How the natural strains follow from the end freedoms, in global components.
+///
+/// Column j of freedom j, each with six strains; freedoms are ux uy uz rx ry rz of the first end, then of the second.
+pub(super) type StrainColumns = [[f64; STRAINS]; 12];
+
+/// Strain columns of an element between two points.
+///
+/// Returns `None` if the element has no length or no plane.
+pub(super) fn strain_columns(
+    first_m: [f64; 3],
+    second_m: [f64; 3],
+    toward_y: [f64; 3],
+) -> Option<(StrainColumns, LocalAxes, f64)> {
+    let (axes, length_m) = LocalAxes::along(subtract(second_m, first_m), toward_y)?;
+    let chord = 2.0 / length_m;
+    let LocalAxes { x, y, z } = axes;
+    let mut columns = [[0.0; STRAINS]; 12];
+    for i in 0..3 {
+        #[rustfmt::skip]
+        let of_component = [
+            // e     φ      κ_y    γ_y            κ_z    γ_z
+            [-x[i],  0.0,   0.0,  -chord * z[i],  0.0,   chord * y[i]], // displacement, first end
+            [ 0.0,  -x[i],  y[i],  y[i],          z[i],  z[i]],         // rotation, first end
+            [ x[i],  0.0,   0.0,   chord * z[i],  0.0,  -chord * y[i]], // displacement, second end
+            [ 0.0,   x[i], -y[i],  y[i],         -z[i],  z[i]],         // rotation, second end
+        ];
+        for (group, strains) in of_component.into_iter().enumerate() {
+            columns[3 * group + i] = strains;
+        }
+    }
+    Some((columns, axes, length_m))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const MATERIAL: Material = Material {
+        youngs_modulus_pa: 210e9,
+        shear_modulus_pa: 81e9,
+    };
+    const SECTION: Section = Section {
+        area_m2: 2e-3,
+        iy_m4: 3e-6,
+        iz_m4: 5e-7,
+        j_m4: 7e-7,
+    };
+
+    /// The textbook's matrix in local axes (Przemieniecki 1968, eq. (5.116)), written out.
+    #[rustfmt::skip]
+    fn textbook_matrix(l: f64, phi_y: f64, phi_z: f64) -> [[f64; 12]; 12] {
+        let (e, g) = (MATERIAL.youngs_modulus_pa, MATERIAL.shear_modulus_pa);
+        let a = e * SECTION.area_m2 / l;
+        let t = g * SECTION.j_m4 / l;
+        let z = e * SECTION.iz_m4 / (1.0 + phi_z);
+        let y = e * SECTION.iy_m4 / (1.0 + phi_y);
+        let (z3, z2, z4, z1) = (12.0 * z / l.powi(3), 6.0 * z / l.powi(2), (4.0 + phi_z) * z / l, (2.0 - phi_z) * z / l);
+        let (y3, y2, y4, y1) = (12.0 * y / l.powi(3), 6.0 * y / l.powi(2), (4.0 + phi_y) * y / l, (2.0 - phi_y) * y / l);
+        let o = 0.0;
+        [
+            [  a,   o,   o,  o,   o,   o, -a,   o,   o,  o,   o,   o],
+            [  o,  z3,   o,  o,   o,  z2,  o, -z3,   o,  o,   o,  z2],
+            [  o,   o,  y3,  o, -y2,   o,  o,   o, -y3,  o, -y2,   o],
+            [  o,   o,   o,  t,   o,   o,  o,   o,   o, -t,   o,   o],
+            [  o,   o, -y2,  o,  y4,   o,  o,   o,  y2,  o,  y1,   o],
+            [  o,  z2,   o,  o,   o,  z4,  o, -z2,   o,  o,   o,  z1],
+            [ -a,   o,   o,  o,   o,   o,  a,   o,   o,  o,   o,   o],
+            [  o, -z3,   o,  o,   o, -z2,  o,  z3,   o,  o,   o, -z2],
+            [  o,   o, -y3,  o,  y2,   o,  o,   o,  y3,  o,  y2,   o],
+            [  o,   o,   o, -t,   o,   o,  o,   o,   o,  t,   o,   o],
+            [  o,   o, -y2,  o,  y1,   o,  o,   o,  y2,  o,  y4,   o],
+            [  o,  z2,   o,  o,   o,  z1,  o, -z2,   o,  o,   o,  z4],
+        ]
+    }
+
+    #[test]
+    fn natural_strains_give_the_textbook_matrix() {
+        let length = 0.8;
+        let shear = ShearCoefficients {
+            along_y: 0.5,
+            along_z: 5.0 / 6.0,
+        };
+        for shear in [None, Some(shear)] {
+            let natural = NaturalStiffness::of(&SECTION, &MATERIAL, shear, length);
+            let phi = |share: f64| 1.0 / share - 1.0;
+            let expected = textbook_matrix(
+                length,
+                phi(natural.bending_share[0]),
+                phi(natural.bending_share[1]),
+            );
+            // Local axes equal to the global ones: element along x, local y along y.
+            let (columns, _, _) =
+                strain_columns([0.0; 3], [length, 0.0, 0.0], [0.0, 1.0, 0.0]).unwrap();
+            for i in 0..12 {
+                for j in 0..12 {
+                    let found: f64 = (0..STRAINS)
+                        .map(|m| natural.stiffness[m] * columns[i][m] * columns[j][m])
+                        .sum();
+                    let scale = (expected[i][i] * expected[j][j]).sqrt();
+                    assert!(
+                        (found - expected[i][j]).abs() < 1e-14 * scale,
+                        "({i}, {j}): {found} {}",
+                        expected[i][j]
+                    );
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn timoshenko_shear_is_that_of_the_formula() {
+        // Φ_y = 12 E Iy/(G k A L²), worked by hand: 12·210e9·3e-6/(81e9·0.9·2e-3·0.64).
+        let shear = ShearCoefficients {
+            along_y: 0.9,
+            along_z: 0.9,
+        };
+        let natural = NaturalStiffness::of(&SECTION, &MATERIAL, Some(shear), 0.8);
+        let phi = 12.0 * 210e9 * 3e-6 / (81e9 * 0.9 * 2e-3 * 0.64);
+        assert!((natural.bending_share[0] * (1.0 + phi) - 1.0).abs() < 1e-14);
+    }
+
+    #[test]
+    fn energy_by_property_adds_up() {
+        let shear = ShearCoefficients {
+            along_y: 0.3,
+            along_z: 0.4,
+        };
+        let natural = NaturalStiffness::of(&SECTION, &MATERIAL, Some(shear), 0.3);
+        let (a, b) = (
+            [1e-4, 2e-4, -3e-4, 4e-4, 5e-4, -6e-4],
+            [2e-4, -1e-4, 3e-4, 1e-4, 2e-4, 4e-4],
+        );
+        let parts: f64 = natural.energy_by_property(&a, &b).iter().sum();
+        let whole: f64 = (0..STRAINS)
+            .map(|m| natural.stiffness[m] * a[m] * b[m])
+            .sum();
+        assert!((parts / whole - 1.0).abs() < 1e-13);
+    }
+}

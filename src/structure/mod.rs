@@ -1,0 +1,26 @@
+//! Three-dimensional beam finite elements: small structures of straight two-node members, solved exactly.
+//!
+//! Knows nodes, elements, supports, hinges and loads; has never heard of robots, poses or fitting factors. A [`Structure`] is
+//! described once and may be moved and re-rated in place; a [`Solver`] holds all that depends on its topology alone
+//! (numbering, sparsity, symbolic factorisation) and every buffer, so that solving the next pose allocates nothing.
+//!
+//! Decision. An element is not a 12 × 12 matrix here but its six natural strains (elongation, twist, and for each plane of
+//! bending the antisymmetric and symmetric end rotation), each with one stiffness: the paper's eqs. (18), (29) and (30) become
+//! one sum of dyads. Price: the matrix of the textbook appears only in a test. Gain: element forces, energies, reactions,
+//! derivatives to every section constant, pins and compliant joints all come from the same twelve columns, and the printed
+//! rotation errors of eqs. (22) and (27) have nowhere to enter.
+
+mod compliance;
+mod element;
+mod rotation;
+mod section;
+mod solve;
+mod structure;
+mod topology;
+
+pub use compliance::{Compliance6, ComplianceGradient};
+pub use element::{Element, NaturalStiffness, STRAINS};
+pub use rotation::{LocalAxes, paper_rotation};
+pub use section::{Material, Property, Section, ShearCoefficients};
+pub use solve::{Displacements, EndForces, Solver};
+pub use structure::{Attachment, Freedom, Hinge, Node, Structure, StructureError, Support};

@@ -1,0 +1,493 @@
+//! Factorising and solving one structure after another of the same topology.
+
+use faer::dyn_stack::{MemBuffer, MemStack};
+use faer::linalg::cholesky::llt::factor::{LltError, LltRegularization};
+use faer::sparse::SparseColMatRef;
+use faer::sparse::linalg::cholesky::LltRef;
+use faer::{Conj, MatMut, Par, Side, Spec};
+
+use super::compliance::{Compliance6, ComplianceGradient};
+use super::element::{NaturalStiffness, STRAINS, strain_columns};
+use super::rotation::{LocalAxes, dot};
+use super::structure::{Attachment, Structure, StructureError};
+use super::topology::{Source, Topology};
+
+/// A pivot that has lost all but this share of its diagonal entry is rounding: the structure moves there.
+///
+/// In the stiffest and softest shipped robots, paper factors included, pivots keep more than 1e-9 of the diagonal; exact zeros come
+/// out below 1e-15.
+const LOST_PIVOT: f64 = 1e-13;
+
+/// Solver of all structures with one topology; moves and re-rates in place and allocates nothing after it was made.
+pub struct Solver {
+    topology: Topology,
+    /// Strain column of every freedom of every element.
+    columns: Vec<[f64; STRAINS]>,
+    axes: Vec<LocalAxes>,
+    lengths_m: Vec<f64>,
+    natural: Vec<NaturalStiffness>,
+    /// Upper triangle of the stiffness matrix.
+    values: Vec<f64>,
+    factor: Vec<f64>,
+    /// Right sides, then solutions: one column of equations per load.
+    solution: Vec<f64>,
+    memory: MemBuffer,
+}
+
+impl std::fmt::Debug for Solver {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.debug_struct("Solver")
+            .field("equations", &self.topology.equation_count)
+            .field("elements", &self.topology.elements.len())
+            .finish_non_exhaustive()
+    }
+}
+
+/// Nodal displacements under one load case, with the twists of the hinges.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Displacements {
+    /// Per node ux, uy, uz (m), rx, ry, rz (rad), global.
+    pub nodes: Vec<[f64; 6]>,
+    /// Twist of each hinge, rad.
+    pub hinges_rad: Vec<f64>,
+}
+
+/// Forces that the nodes exert on the two ends of an element, in its local axes.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct EndForces {
+    /// Fx, Fy, Fz (N), Mx, My, Mz (N·m) at the first end.
+    pub first: [f64; 6],
+    /// The same at the second end.
+    pub second: [f64; 6],
+}
+
+impl Solver {
+    /// Prepares for structures connected like this one.
+    ///
+    /// # Errors
+    /// [`StructureError::UnknownIndex`] for a reference that points nowhere.
+    pub fn new(structure: &Structure) -> Result<Self, StructureError> {
+        let topology = Topology::new(structure)?;
+        let scratch = topology
+            .symbolic
+            .factorize_numeric_llt_scratch::<f64>(Par::Seq, Spec::default())
+            .or(topology.symbolic.solve_in_place_scratch::<f64>(6, Par::Seq));
+        let element_count = topology.elements.len();
+        let unset = LocalAxes {
+            x: [0.0; 3],
+            y: [0.0; 3],
+            z: [0.0; 3],
+        };
+        Ok(Self {
+            columns: vec![[0.0; STRAINS]; topology.column_count],
+            axes: vec![unset; element_count],
+            lengths_m: vec![0.0; element_count],
+            natural: Vec::with_capacity(element_count),
+            values: vec![0.0; topology.pattern.row_idx().len()],
+            factor: vec![0.0; topology.symbolic.len_val()],
+            solution: vec![0.0; 6 * topology.equation_count],
+            memory: MemBuffer::new(scratch),
+            topology,
+        })
+    }
+
+    /// Takes positions, axes, sections and hinge stiffnesses of `structure` and factorises.
+    ///
+    /// # Errors
+    /// [`StructureError::Mechanism`] naming the freedom that moves; [`StructureError::DegenerateElement`];
+    /// [`StructureError::ImpossibleConstant`].
+    ///
+    /// # Panics
+    /// If the structure is connected otherwise than the one this solver was made for.
+    pub fn update(&mut self, structure: &Structure) -> Result<(), StructureError> {
+        self.move_to(structure)?;
+        self.update_sections(structure)
+    }
+
+    /// Takes sections and hinge stiffnesses of `structure`, which must stand where it stood, and factorises.
+    ///
+    /// # Errors
+    /// As [`Solver::update`].
+    pub fn update_sections(&mut self, structure: &Structure) -> Result<(), StructureError> {
+        self.natural.clear();
+        for (index, (element, &length_m)) in
+            structure.elements.iter().zip(&self.lengths_m).enumerate()
+        {
+            let natural =
+                NaturalStiffness::of(&element.section, &element.material, element.shear, length_m);
+            if let Some(value) = natural
+                .stiffness
+                .into_iter()
+                .find(|d| !(d.is_finite() && *d >= 0.0))
+            {
+                return Err(StructureError::ImpossibleConstant {
+                    what: "a stiffness",
+                    of: format!("element {index}"),
+                    value,
+                });
+            }
+            self.natural.push(natural);
+        }
+        self.assemble(structure)?;
+        self.factorise(structure)
+    }
+
+    /// Strain columns at new node positions and hinge axes.
+    fn move_to(&mut self, structure: &Structure) -> Result<(), StructureError> {
+        let same = structure.nodes.len() == self.topology.node_count
+            && structure.elements.len() == self.topology.elements.len()
+            && structure.hinges.len() == self.topology.hinge_count;
+        assert!(same, "a solver serves structures of one topology");
+        for (index, (element, map)) in structure
+            .elements
+            .iter()
+            .zip(&self.topology.elements)
+            .enumerate()
+        {
+            let [first, second] = [0, 1].map(|end| &structure.nodes[element.ends[end].node]);
+            let Some((ends, axes, length_m)) =
+                strain_columns(first.position_m, second.position_m, element.toward_y)
+            else {
+                return Err(StructureError::DegenerateElement {
+                    element: index,
+                    first: first.name.clone(),
+                    second: second.name.clone(),
+                });
+            };
+            self.axes[index] = axes;
+            self.lengths_m[index] = length_m;
+            let columns = &mut self.columns[map.first_column..][..map.equations.len()];
+            columns.fill([0.0; STRAINS]);
+            for &(place, source) in &map.contributions {
+                match source {
+                    Source::Component { end, component } => {
+                        add_scaled(&mut columns[place], &ends[6 * end + component], 1.0);
+                    }
+                    Source::Hinge { end, hinge } => {
+                        for (component, share) in
+                            structure.hinges[hinge].axis.into_iter().enumerate()
+                        {
+                            add_scaled(&mut columns[place], &ends[6 * end + 3 + component], share);
+                        }
+                    }
+                }
+            }
+        }
+        Ok(())
+    }
+
+    /// Sums the elements into the stiffness matrix (the paper's eq. (29) and what leads to (31)).
+    fn assemble(&mut self, structure: &Structure) -> Result<(), StructureError> {
+        self.values.fill(0.0);
+        for (map, natural) in self.topology.elements.iter().zip(&self.natural) {
+            let columns = &self.columns[map.first_column..][..map.equations.len()];
+            let mut slots = map.slots.iter();
+            for (j, column) in columns.iter().enumerate() {
+                let weighted: [f64; STRAINS] =
+                    std::array::from_fn(|m| natural.stiffness[m] * column[m]);
+                for other in &columns[..=j] {
+                    let slot = slots.next().expect("one slot a pair");
+                    self.values[*slot] += product(&weighted, other);
+                }
+            }
+        }
+        for (hinge, &equation) in structure.hinges.iter().zip(&self.topology.hinge_equations) {
+            let stiffness = hinge.stiffness_nm_per_rad;
+            if !(stiffness.is_finite() && stiffness >= 0.0) {
+                return Err(StructureError::ImpossibleConstant {
+                    what: "the stiffness",
+                    of: format!("joint {}", hinge.name),
+                    value: stiffness,
+                });
+            }
+            self.values[self.topology.diagonal_slots[equation]] += stiffness;
+        }
+        Ok(())
+    }
+
+    /// Numeric factorisation, with a look at every pivot.
+    fn factorise(&mut self, structure: &Structure) -> Result<(), StructureError> {
+        let matrix = SparseColMatRef::new(self.topology.pattern.as_ref(), &self.values[..]);
+        let outcome = self.topology.symbolic.factorize_numeric_llt(
+            &mut self.factor,
+            matrix,
+            Side::Upper,
+            LltRegularization::default(),
+            Par::Seq,
+            MemStack::new(&mut self.memory),
+            Spec::default(),
+        );
+        let failed = match outcome {
+            Err(LltError::NonPositivePivot { .. }) => true,
+            Ok(_) => self.has_lost_a_pivot(),
+        };
+        if failed {
+            let equation = loosest_equation(&self.topology, &self.values);
+            return Err(StructureError::Mechanism {
+                freedom: self.topology.freedom(equation, structure),
+            });
+        }
+        Ok(())
+    }
+
+    /// Whether some pivot is nothing but rounding.
+    fn has_lost_a_pivot(&self) -> bool {
+        self.pivot_shares()
+            .any(|share| share.is_nan() || share < LOST_PIVOT)
+    }
+
+    /// What each pivot keeps of its diagonal entry.
+    fn pivot_shares(&self) -> impl Iterator<Item = f64> {
+        use faer::sparse::linalg::cholesky::SymbolicCholeskyRaw;
+        let SymbolicCholeskyRaw::Simplicial(symbolic) = self.topology.symbolic.raw() else {
+            unreachable!("the topology asks for a simplicial factorisation");
+        };
+        let starts = &symbolic.col_ptr()[..self.topology.equation_count];
+        starts
+            .iter()
+            .zip(&self.topology.diagonal_slots)
+            .map(|(&start, &slot)| self.factor[start].powi(2) / self.values[slot])
+    }
+
+    /// Solves for `count` right sides already in `self.solution`.
+    fn solve_in_place(&mut self, count: usize) {
+        let n = self.topology.equation_count;
+        let right_sides =
+            MatMut::from_column_major_slice_mut(&mut self.solution[..n * count], n, count);
+        LltRef::new(&self.topology.symbolic, &self.factor).solve_in_place_with_conj(
+            Conj::No,
+            right_sides,
+            Par::Seq,
+            MemStack::new(&mut self.memory),
+        );
+    }
+
+    /// Adds a force and moment at an attachment to right side `column`.
+    fn add_load(&mut self, structure: &Structure, at: &Attachment, load: [f64; 6], column: usize) {
+        let offset = column * self.topology.equation_count;
+        for (component, value) in load.into_iter().enumerate() {
+            if let Some(equation) = self.topology.equation(at.node, component) {
+                self.solution[offset + equation] += value;
+            }
+        }
+        for &hinge in &at.hinges {
+            let moment = dot(structure.hinges[hinge].axis, [load[3], load[4], load[5]]);
+            self.solution[offset + self.topology.hinge_equations[hinge]] += moment;
+        }
+    }
+
+    /// Displacement or rotation `component` of an attachment in solution `column`.
+    fn read(&self, structure: &Structure, at: &Attachment, component: usize, column: usize) -> f64 {
+        let offset = column * self.topology.equation_count;
+        let node_part = self
+            .topology
+            .equation(at.node, component)
+            .map_or(0.0, |e| self.solution[offset + e]);
+        if component < 3 {
+            return node_part;
+        }
+        at.hinges.iter().fold(node_part, |sum, &hinge| {
+            let twist = self.solution[offset + self.topology.hinge_equations[hinge]];
+            sum + structure.hinges[hinge].axis[component - 3] * twist
+        })
+    }
+
+    /// Solves unit loads along the first `count` of Fx, Fy, Fz, Mx, My, Mz at the end; the solutions stay for
+    /// [`Solver::compliance_gradient`].
+    fn respond_to_unit_loads(&mut self, structure: &Structure, count: usize) {
+        let n = self.topology.equation_count;
+        self.solution[..n * count].fill(0.0);
+        let end = self.topology.end.clone();
+        for column in 0..count {
+            let mut load = [0.0; 6];
+            load[column] = 1.0;
+            self.add_load(structure, &end, load, column);
+        }
+        self.solve_in_place(count);
+    }
+
+    /// Compliance of the end, all six freedoms.
+    ///
+    /// Call [`Solver::update`] first; `structure` is the one given there.
+    #[must_use]
+    pub fn end_compliance(&mut self, structure: &Structure) -> Compliance6 {
+        self.respond_to_unit_loads(structure, 6);
+        let end = &self.topology.end;
+        Compliance6(std::array::from_fn(|i| {
+            std::array::from_fn(|j| self.read(structure, end, i, j))
+        }))
+    }
+
+    /// Displacement per force at the end, 3 × 3, m/N: half the work of [`Solver::end_compliance`].
+    #[must_use]
+    pub fn end_translation_compliance(&mut self, structure: &Structure) -> [[f64; 3]; 3] {
+        self.respond_to_unit_loads(structure, 3);
+        let end = &self.topology.end;
+        std::array::from_fn(|i| std::array::from_fn(|j| self.read(structure, end, i, j)))
+    }
+
+    /// Natural strains of an element in solution `column` of the last response.
+    fn strains(&self, element: usize, column: usize) -> [f64; STRAINS] {
+        let map = &self.topology.elements[element];
+        let columns = &self.columns[map.first_column..][..map.equations.len()];
+        let solution = &self.solution[column * self.topology.equation_count..];
+        let mut strains = [0.0; STRAINS];
+        for (column, &equation) in columns.iter().zip(&map.equations) {
+            add_scaled(&mut strains, column, solution[equation]);
+        }
+        strains
+    }
+
+    /// Derivatives of entry (i, i) of the end compliance to the logarithm of each section constant of each element.
+    ///
+    /// -u_iᵀ ∂K/∂ln p u_i, exact; call after [`Solver::end_translation_compliance`] (i below 3) or
+    /// [`Solver::end_compliance`]. `out` has one entry an element, unit of the compliance entry.
+    pub fn compliance_gradient(&self, i: usize, out: &mut [ComplianceGradient]) {
+        for (element, gradient) in out.iter_mut().enumerate() {
+            let strains = self.strains(element, i);
+            *gradient = self.natural[element]
+                .energy_by_property(&strains, &strains)
+                .map(|energy| -energy);
+        }
+    }
+
+    /// Displacements under any loads.
+    #[must_use]
+    pub fn displacements(
+        &mut self,
+        structure: &Structure,
+        loads: &[(Attachment, [f64; 6])],
+    ) -> Displacements {
+        let n = self.topology.equation_count;
+        self.solution[..n].fill(0.0);
+        for (at, load) in loads {
+            self.add_load(structure, at, *load, 0);
+        }
+        self.solve_in_place(1);
+        Displacements {
+            nodes: (0..self.topology.node_count)
+                .map(|node| {
+                    std::array::from_fn(|c| {
+                        self.topology
+                            .equation(node, c)
+                            .map_or(0.0, |e| self.solution[e])
+                    })
+                })
+                .collect(),
+            hinges_rad: self
+                .topology
+                .hinge_equations
+                .iter()
+                .map(|&e| self.solution[e])
+                .collect(),
+        }
+    }
+
+    /// Forces on the ends of every element in the state left by [`Solver::displacements`].
+    #[must_use]
+    pub fn end_forces(&self) -> Vec<EndForces> {
+        (0..self.topology.elements.len())
+            .map(|element| {
+                let strains = self.strains(element, 0);
+                let natural = &self.natural[element];
+                let s: [f64; STRAINS] = std::array::from_fn(|m| natural.stiffness[m] * strains[m]);
+                end_forces_of(s, self.lengths_m[element])
+            })
+            .collect()
+    }
+
+    /// Forces and moments of the supports on the structure, global, in the state left by [`Solver::displacements`].
+    ///
+    /// One entry a support; freedoms that are not held read the load applied there with opposite sign, that is zero without one.
+    #[must_use]
+    pub fn reactions(
+        &self,
+        structure: &Structure,
+        loads: &[(Attachment, [f64; 6])],
+    ) -> Vec<[f64; 6]> {
+        let forces = self.end_forces();
+        structure
+            .supports
+            .iter()
+            .map(|support| {
+                let mut sum = [0.0; 6];
+                for (element, ends) in structure.elements.iter().enumerate() {
+                    for (end, local) in [(0, forces[element].first), (1, forces[element].second)] {
+                        if ends.ends[end].node == support.node {
+                            add_global(&mut sum, &self.axes[element], local);
+                        }
+                    }
+                }
+                for (at, load) in loads.iter().filter(|(at, _)| at.node == support.node) {
+                    debug_assert_eq!(at.node, support.node);
+                    for (s, l) in sum.iter_mut().zip(load) {
+                        *s -= l;
+                    }
+                }
+                sum
+            })
+            .collect()
+    }
+}
+
+/// End forces from the natural forces: the transpose of the strain definitions.
+fn end_forces_of([n, t, my, qy, mz, qz]: [f64; STRAINS], length_m: f64) -> EndForces {
+    let chord = 2.0 / length_m;
+    EndForces {
+        first: [-n, chord * qz, -chord * qy, -t, my + qy, mz + qz],
+        second: [n, -chord * qz, chord * qy, t, qy - my, qz - mz],
+    }
+}
+
+/// Adds local forces and moments, turned to global axes.
+fn add_global(sum: &mut [f64; 6], axes: &LocalAxes, local: [f64; 6]) {
+    for i in 0..3 {
+        sum[i] += axes.x[i] * local[0] + axes.y[i] * local[1] + axes.z[i] * local[2];
+        sum[3 + i] += axes.x[i] * local[3] + axes.y[i] * local[4] + axes.z[i] * local[5];
+    }
+}
+
+fn add_scaled(sum: &mut [f64; STRAINS], column: &[f64; STRAINS], factor: f64) {
+    for (s, c) in sum.iter_mut().zip(column) {
+        *s += factor * c;
+    }
+}
+
+fn product(a: &[f64; STRAINS], b: &[f64; STRAINS]) -> f64 {
+    (0..STRAINS).map(|m| a[m] * b[m]).sum()
+}
+
+/// The equation that moves most in the softest motion of the matrix scaled to a unit diagonal.
+///
+/// Only called when a factorisation failed, so a dense eigenvalue problem is fast enough.
+fn loosest_equation(topology: &Topology, values: &[f64]) -> usize {
+    let n = topology.equation_count;
+    let diagonal: Vec<f64> = topology
+        .diagonal_slots
+        .iter()
+        .map(|&slot| values[slot])
+        .collect();
+    if let Some(free) = diagonal.iter().position(|d| *d <= 0.0) {
+        return free;
+    }
+    let mut dense = faer::Mat::<f64>::zeros(n, n);
+    let starts = topology.pattern.col_ptr();
+    for column in 0..n {
+        for slot in starts[column]..starts[column + 1] {
+            let row = topology.pattern.row_idx()[slot];
+            let scaled = values[slot] / (diagonal[row] * diagonal[column]).sqrt();
+            dense[(row, column)] = scaled;
+            dense[(column, row)] = scaled;
+        }
+    }
+    let largest = |column: &dyn Fn(usize) -> f64| {
+        (0..n)
+            .max_by(|a, b| column(*a).abs().total_cmp(&column(*b).abs()))
+            .unwrap_or(0)
+    };
+    match dense.self_adjoint_eigen(Side::Lower) {
+        // Eigenvalues ascend: the first vector is the softest motion.
+        Ok(eigen) => largest(&|i| eigen.U()[(i, 0)]),
+        Err(_) => largest(&|i| -diagonal[i]),
+    }
+}
