@@ -2,6 +2,9 @@
 
 pub mod quantity;
 pub mod readings;
+pub mod robot;
+pub mod source_text;
 pub mod statistics;
 pub mod structure;
 pub mod test_point;
+pub mod vector;

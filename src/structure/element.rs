@@ -14,7 +14,9 @@
 //!
 //! and the strain energy is ½ Σ d_m s_m² with the stiffnesses of [`NaturalStiffness`]: no coupling, so each is its own answer.
 
-use super::rotation::{LocalAxes, subtract};
+use crate::vector::subtract;
+
+use super::rotation::LocalAxes;
 use super::section::{Material, Property, Section, ShearCoefficients};
 use super::structure::Attachment;
 

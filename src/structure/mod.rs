@@ -22,5 +22,5 @@ pub use compliance::{Compliance6, ComplianceGradient};
 pub use element::{Element, NaturalStiffness, STRAINS};
 pub use rotation::{LocalAxes, paper_rotation};
 pub use section::{Material, Property, Section, ShearCoefficients};
-pub use solve::{Displacements, EndForces, Solver};
+pub use solve::{EndForces, Response, Solver};
 pub use structure::{Attachment, Freedom, Hinge, Node, Structure, StructureError, Support};

@@ -1,5 +1,7 @@
 //! Local axes of an element in global coordinates.
 
+use crate::vector::{cross, dot, norm, scale};
+
 /// Right-handed orthonormal axes of an element; the rows take global components to local ones (the paper's `t`, eq. (20)).
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct LocalAxes {
@@ -72,40 +74,6 @@ pub fn paper_rotation(direction_cosines: [f64; 3], alpha_rad: f64) -> [[f64; 3];
         [0, 1, 2].map(|i| cos * t1[1][i] + sin * t1[2][i]),
         [0, 1, 2].map(|i| -sin * t1[1][i] + cos * t1[2][i]),
     ]
-}
-
-/// Scalar product.
-#[must_use]
-pub(crate) fn dot(a: [f64; 3], b: [f64; 3]) -> f64 {
-    a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
-}
-
-/// Vector product.
-#[must_use]
-pub(crate) fn cross(a: [f64; 3], b: [f64; 3]) -> [f64; 3] {
-    [
-        a[1] * b[2] - a[2] * b[1],
-        a[2] * b[0] - a[0] * b[2],
-        a[0] * b[1] - a[1] * b[0],
-    ]
-}
-
-/// Euclidean length.
-#[must_use]
-pub(crate) fn norm(a: [f64; 3]) -> f64 {
-    dot(a, a).sqrt()
-}
-
-/// A vector times a number.
-#[must_use]
-pub(crate) fn scale(a: [f64; 3], factor: f64) -> [f64; 3] {
-    a.map(|c| c * factor)
-}
-
-/// a - b.
-#[must_use]
-pub(crate) fn subtract(a: [f64; 3], b: [f64; 3]) -> [f64; 3] {
-    [a[0] - b[0], a[1] - b[1], a[2] - b[2]]
 }
 
 #[cfg(test)]

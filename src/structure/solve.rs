@@ -6,10 +6,12 @@ use faer::sparse::SparseColMatRef;
 use faer::sparse::linalg::cholesky::LltRef;
 use faer::{Conj, MatMut, Par, Side, Spec};
 
+use crate::vector::dot;
+
 use super::compliance::{Compliance6, ComplianceGradient};
 use super::element::{NaturalStiffness, STRAINS, strain_columns};
-use super::rotation::{LocalAxes, dot};
-use super::structure::{Attachment, Structure, StructureError};
+use super::rotation::LocalAxes;
+use super::structure::{Attachment, Structure, StructureError, Support};
 use super::topology::{Source, Topology};
 
 /// A pivot that has lost all but this share of its diagonal entry is rounding: the structure moves there.
@@ -43,13 +45,18 @@ impl std::fmt::Debug for Solver {
     }
 }
 
-/// Nodal displacements under one load case, with the twists of the hinges.
+/// What a load case does to a structure.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Displacements {
-    /// Per node ux, uy, uz (m), rx, ry, rz (rad), global.
+pub struct Response {
+    /// Displacement of each node: ux, uy, uz (m), rx, ry, rz (rad), global.
     pub nodes: Vec<[f64; 6]>,
     /// Twist of each hinge, rad.
     pub hinges_rad: Vec<f64>,
+    /// Forces on the two ends of each element.
+    pub elements: Vec<EndForces>,
+    /// Force and moment of each support on the structure: Fx, Fy, Fz (N), Mx, My, Mz (N·m), global; zero in freedoms that are not
+    /// held.
+    pub reactions: Vec<[f64; 6]>,
 }
 
 /// Forces that the nodes exert on the two ends of an element, in its local axes.
@@ -351,28 +358,35 @@ impl Solver {
         }
     }
 
-    /// Displacements under any loads.
+    /// Displacements, element forces and reactions under any loads (force and moment where they act).
+    ///
+    /// Call [`Solver::update`] first; `structure` is the one given there.
     #[must_use]
-    pub fn displacements(
-        &mut self,
-        structure: &Structure,
-        loads: &[(Attachment, [f64; 6])],
-    ) -> Displacements {
+    pub fn respond(&mut self, structure: &Structure, loads: &[(Attachment, [f64; 6])]) -> Response {
         let n = self.topology.equation_count;
         self.solution[..n].fill(0.0);
         for (at, load) in loads {
             self.add_load(structure, at, *load, 0);
         }
         self.solve_in_place(1);
-        Displacements {
+        let value = |node, component| {
+            self.topology
+                .equation(node, component)
+                .map_or(0.0, |e| self.solution[e])
+        };
+        let elements: Vec<EndForces> = (0..self.topology.elements.len())
+            .map(|element| {
+                let strains = self.strains(element, 0);
+                let stiffness = &self.natural[element].stiffness;
+                end_forces(
+                    std::array::from_fn(|m| stiffness[m] * strains[m]),
+                    self.lengths_m[element],
+                )
+            })
+            .collect();
+        Response {
             nodes: (0..self.topology.node_count)
-                .map(|node| {
-                    std::array::from_fn(|c| {
-                        self.topology
-                            .equation(node, c)
-                            .map_or(0.0, |e| self.solution[e])
-                    })
-                })
+                .map(|node| std::array::from_fn(|component| value(node, component)))
                 .collect(),
             hinges_rad: self
                 .topology
@@ -380,58 +394,43 @@ impl Solver {
                 .iter()
                 .map(|&e| self.solution[e])
                 .collect(),
+            reactions: self.reactions(structure, loads, &elements),
+            elements,
         }
     }
 
-    /// Forces on the ends of every element in the state left by [`Solver::displacements`].
-    #[must_use]
-    pub fn end_forces(&self) -> Vec<EndForces> {
-        (0..self.topology.elements.len())
-            .map(|element| {
-                let strains = self.strains(element, 0);
-                let natural = &self.natural[element];
-                let s: [f64; STRAINS] = std::array::from_fn(|m| natural.stiffness[m] * strains[m]);
-                end_forces_of(s, self.lengths_m[element])
-            })
-            .collect()
-    }
-
-    /// Forces and moments of the supports on the structure, global, in the state left by [`Solver::displacements`].
-    ///
-    /// One entry a support; freedoms that are not held read the load applied there with opposite sign, that is zero without one.
-    #[must_use]
-    pub fn reactions(
+    /// What the supports must add to balance element ends and loads at their nodes.
+    fn reactions(
         &self,
         structure: &Structure,
         loads: &[(Attachment, [f64; 6])],
+        forces: &[EndForces],
     ) -> Vec<[f64; 6]> {
-        let forces = self.end_forces();
-        structure
-            .supports
-            .iter()
-            .map(|support| {
-                let mut sum = [0.0; 6];
-                for (element, ends) in structure.elements.iter().enumerate() {
-                    for (end, local) in [(0, forces[element].first), (1, forces[element].second)] {
-                        if ends.ends[end].node == support.node {
-                            add_global(&mut sum, &self.axes[element], local);
-                        }
+        let reaction = |support: &Support| {
+            let mut sum = [0.0; 6];
+            for (place, element) in structure.elements.iter().enumerate() {
+                for (end, local) in [forces[place].first, forces[place].second]
+                    .into_iter()
+                    .enumerate()
+                {
+                    if element.ends[end].node == support.node {
+                        add_global(&mut sum, &self.axes[place], local);
                     }
                 }
-                for (at, load) in loads.iter().filter(|(at, _)| at.node == support.node) {
-                    debug_assert_eq!(at.node, support.node);
-                    for (s, l) in sum.iter_mut().zip(load) {
-                        *s -= l;
-                    }
+            }
+            for (_, load) in loads.iter().filter(|(at, _)| at.node == support.node) {
+                for (component, value) in sum.iter_mut().zip(load) {
+                    *component -= value;
                 }
-                sum
-            })
-            .collect()
+            }
+            std::array::from_fn(|i| if support.held[i] { sum[i] } else { 0.0 })
+        };
+        structure.supports.iter().map(reaction).collect()
     }
 }
 
 /// End forces from the natural forces: the transpose of the strain definitions.
-fn end_forces_of([n, t, my, qy, mz, qz]: [f64; STRAINS], length_m: f64) -> EndForces {
+fn end_forces([n, t, my, qy, mz, qz]: [f64; STRAINS], length_m: f64) -> EndForces {
     let chord = 2.0 / length_m;
     EndForces {
         first: [-n, chord * qz, -chord * qy, -t, my + qy, mz + qz],

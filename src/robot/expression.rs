@@ -1,0 +1,139 @@
+//! Lengths and angles as numbers or as signed sums of numbers and parameter names.
+
+use schemars::JsonSchema;
+use serde::Deserialize;
+
+/// A number, or text such as `"y_base + l_A1A2"` or `"-l_C"`.
+#[derive(Debug, Clone, PartialEq, Deserialize, JsonSchema)]
+#[serde(untagged, expecting = "expected a number or text such as \"a + b\"")]
+pub enum Expression {
+    /// A number.
+    Number(f64),
+    /// A signed sum of numbers and names.
+    Text(String),
+}
+
+/// Why an expression has no value.
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+pub enum ExpressionError {
+    /// A name that is no parameter.
+    #[error("`{name}` is not a parameter")]
+    UnknownName {
+        /// The name.
+        name: String,
+    },
+    /// Text that is no signed sum.
+    #[error("`{text}` is not a signed sum of numbers and parameter names")]
+    Malformed {
+        /// The text.
+        text: String,
+    },
+    /// A value that is not finite.
+    #[error("the value is not finite")]
+    NotFinite,
+}
+
+impl Expression {
+    /// Value of the expression, in the unit of its field; `lookup` gives the value of a parameter.
+    ///
+    /// # Errors
+    /// [`ExpressionError`] for an unknown name, text that is no sum, or a value that is not finite.
+    pub fn value(&self, lookup: &dyn Fn(&str) -> Option<f64>) -> Result<f64, ExpressionError> {
+        let value = match self {
+            Self::Number(number) => *number,
+            Self::Text(text) => sum(text, lookup)?,
+        };
+        if value.is_finite() {
+            Ok(value)
+        } else {
+            Err(ExpressionError::NotFinite)
+        }
+    }
+}
+
+/// Value of a signed sum.
+fn sum(text: &str, lookup: &dyn Fn(&str) -> Option<f64>) -> Result<f64, ExpressionError> {
+    let malformed = || ExpressionError::Malformed {
+        text: text.to_owned(),
+    };
+    let mut rest = text.trim();
+    let mut total = 0.0;
+    let mut first = true;
+    while !rest.is_empty() {
+        let sign = match rest.as_bytes()[0] {
+            b'+' => 1.0,
+            b'-' => -1.0,
+            _ if first => 1.0,
+            _ => return Err(malformed()),
+        };
+        rest = rest.trim_start_matches(['+', '-']).trim_start();
+        let end = term_length(rest);
+        let (term, after) = rest.split_at(end);
+        if term.is_empty() {
+            return Err(malformed());
+        }
+        total += sign * term_value(term, lookup)?;
+        rest = after.trim_start();
+        first = false;
+    }
+    if first { Err(malformed()) } else { Ok(total) }
+}
+
+/// Bytes of the first term: up to a sign that is not part of an exponent, or white space.
+fn term_length(text: &str) -> usize {
+    let is_number = text.starts_with(|c: char| c.is_ascii_digit() || c == '.');
+    let mut previous = ' ';
+    for (place, c) in text.char_indices() {
+        let in_exponent = is_number && matches!(previous, 'e' | 'E');
+        if c.is_whitespace() || (matches!(c, '+' | '-') && !in_exponent) {
+            return place;
+        }
+        previous = c;
+    }
+    text.len()
+}
+
+fn term_value(term: &str, lookup: &dyn Fn(&str) -> Option<f64>) -> Result<f64, ExpressionError> {
+    if term.starts_with(|c: char| c.is_ascii_digit() || c == '.') {
+        return term.parse().map_err(|_| ExpressionError::Malformed {
+            text: term.to_owned(),
+        });
+    }
+    lookup(term).ok_or_else(|| ExpressionError::UnknownName {
+        name: term.to_owned(),
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn value(text: &str) -> Result<f64, ExpressionError> {
+        let lookup = |name: &str| match name {
+            "a" => Some(2.0),
+            "l_A1A2" => Some(0.155),
+            _ => None,
+        };
+        Expression::Text(text.to_owned()).value(&lookup)
+    }
+
+    #[test]
+    fn signed_sums() {
+        assert_eq!(value("a"), Ok(2.0));
+        assert_eq!(value(" -a "), Ok(-2.0));
+        assert_eq!(value("0.15 + l_A1A2"), Ok(0.305));
+        assert_eq!(value("a-1.5e-1+.5"), Ok(2.35));
+    }
+
+    #[test]
+    fn what_is_no_sum_is_refused() {
+        for text in ["", "  ", "a b", "a *2", "2a", "+", "1e", "--a--"] {
+            assert!(value(text).is_err(), "{text}");
+        }
+        assert_eq!(
+            value("b"),
+            Err(ExpressionError::UnknownName { name: "b".into() })
+        );
+        assert_eq!(value("1e999"), Err(ExpressionError::NotFinite));
+    }
+}

@@ -1,0 +1,113 @@
+//! Compliance of the end of a robot, pose after pose.
+
+use crate::structure::{Compliance6, ComplianceGradient, Solver};
+
+use super::Robot;
+use super::error::RobotError;
+use super::mechanism::Mechanism;
+use super::members::{JointModel, MechanismModel, Theory};
+use super::model::{FittingFactors, Pose};
+
+/// Model and solver of one mechanism: the one way from pose and factors to compliance.
+#[derive(Debug)]
+pub struct Predictor<'a> {
+    model: MechanismModel<'a>,
+    solver: Solver,
+}
+
+impl<'a> Predictor<'a> {
+    /// Predictor of the paper's structure: rigid joints, Euler-Bernoulli beams.
+    ///
+    /// # Errors
+    /// [`RobotError::IncompleteMechanism`].
+    pub fn new(
+        robot: &'a Robot,
+        mechanism: &'a Mechanism,
+        factors: &FittingFactors,
+    ) -> Result<Self, RobotError> {
+        Self::with(
+            robot,
+            mechanism,
+            &JointModel::Rigid,
+            Theory::EulerBernoulli,
+            factors,
+        )
+    }
+
+    /// Predictor of any structure of a mechanism.
+    ///
+    /// # Errors
+    /// [`RobotError::IncompleteMechanism`].
+    pub fn with(
+        robot: &'a Robot,
+        mechanism: &'a Mechanism,
+        joints: &JointModel,
+        theory: Theory,
+        factors: &FittingFactors,
+    ) -> Result<Self, RobotError> {
+        let model = MechanismModel::new(robot, mechanism, joints, theory, factors)?;
+        let solver = Solver::new(model.structure()).map_err(|source| RobotError::Structure {
+            mechanism: mechanism.name.clone(),
+            source,
+        })?;
+        Ok(Self { model, solver })
+    }
+
+    /// Moves to a pose and factorises there.
+    ///
+    /// # Errors
+    /// [`RobotError::Unreachable`], or [`RobotError::Structure`] if the structure cannot carry a load.
+    pub fn place(&mut self, pose: &Pose) -> Result<(), RobotError> {
+        self.model.place(pose)?;
+        self.solver
+            .update(self.model.structure())
+            .map_err(|source| self.wrapped(source))
+    }
+
+    /// Takes other factors in the same pose.
+    ///
+    /// # Errors
+    /// [`RobotError::Structure`].
+    pub fn set_factors(&mut self, factors: &FittingFactors) -> Result<(), RobotError> {
+        self.model.set_factors(factors);
+        self.solver
+            .update_sections(self.model.structure())
+            .map_err(|source| self.wrapped(source))
+    }
+
+    /// Compliance of the end where it was placed, 6 × 6, SI.
+    #[must_use]
+    pub fn compliance(&mut self) -> Compliance6 {
+        self.solver.end_compliance(self.model.structure())
+    }
+
+    /// Displacement per force of the end where it was placed, 3 × 3, m/N.
+    #[must_use]
+    pub fn translation_compliance(&mut self) -> [[f64; 3]; 3] {
+        self.solver
+            .end_translation_compliance(self.model.structure())
+    }
+
+    /// Derivatives of entry (i, i) of the compliance last asked for, one row an element, to ln A, ln Iy, ln Iz, ln J.
+    pub fn compliance_gradient(&self, i: usize, out: &mut [ComplianceGradient]) {
+        self.solver.compliance_gradient(i, out);
+    }
+
+    /// The structure's model.
+    #[must_use]
+    pub fn model(&self) -> &MechanismModel<'a> {
+        &self.model
+    }
+
+    /// Solver and structure, for displacements, forces and reactions under any load.
+    pub fn parts(&mut self) -> (&mut Solver, &MechanismModel<'a>) {
+        (&mut self.solver, &self.model)
+    }
+
+    fn wrapped(&self, source: crate::structure::StructureError) -> RobotError {
+        RobotError::Structure {
+            mechanism: self.model.mechanism().name.clone(),
+            source,
+        }
+    }
+}

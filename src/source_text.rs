@@ -1,0 +1,145 @@
+//! Where in a text something stands, so that an error can point at it.
+//!
+//! Leaf module.
+
+use std::ops::Range;
+
+use toml::Spanned;
+use toml::de::{DeTable, DeValue};
+
+/// A named text: a file's content under the name the user knows it by.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct SourceText {
+    /// Path or shipped name.
+    pub name: String,
+    /// The whole text.
+    pub text: String,
+}
+
+/// One step into a TOML document.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Step<'a> {
+    /// Into a table.
+    Key(&'a str),
+    /// Into an array.
+    Index(usize),
+}
+
+impl SourceText {
+    /// A text under a name.
+    #[must_use]
+    pub fn new(name: impl Into<String>, text: impl Into<String>) -> Self {
+        Self {
+            name: name.into(),
+            text: text.into(),
+        }
+    }
+
+    /// Line and column of a byte offset, both from 1; columns count characters.
+    #[must_use]
+    pub fn line_and_column(&self, offset: usize) -> (usize, usize) {
+        let mut end = offset.min(self.text.len());
+        while !self.text.is_char_boundary(end) {
+            end -= 1;
+        }
+        let before = &self.text[..end];
+        let line = before.matches('\n').count() + 1;
+        let column = before.rsplit('\n').next().unwrap_or("").chars().count() + 1;
+        (line, column)
+    }
+
+    /// Bytes of the value at `path` in this TOML text; of the longest part of the path that exists otherwise.
+    #[must_use]
+    pub fn toml_span(&self, path: &[Step<'_>]) -> Range<usize> {
+        let Ok(document) = DeTable::parse(&self.text) else {
+            return 0..0;
+        };
+        let mut span = 0..0;
+        let mut value: Option<&Spanned<DeValue<'_>>> = None;
+        for (depth, step) in path.iter().enumerate() {
+            let next = match (step, value.map(Spanned::get_ref)) {
+                (Step::Key(key), None) if depth == 0 => document.get_ref().get(*key),
+                (Step::Key(key), Some(DeValue::Table(table))) => table.get(*key),
+                (Step::Index(index), Some(DeValue::Array(array))) => array.get(*index),
+                _ => None,
+            };
+            let Some(next) = next else { break };
+            span = next.span();
+            value = Some(next);
+        }
+        span
+    }
+
+    /// This text in the form error reports quote from.
+    #[must_use]
+    pub fn named_source(&self) -> miette::NamedSource<String> {
+        miette::NamedSource::new(&self.name, self.text.clone()).with_language("TOML")
+    }
+}
+
+/// The known name nearest to a misspelt one, if any is near enough to be meant.
+///
+/// Near enough is an edit distance of at most a third of the length, at least one.
+#[must_use]
+pub fn nearest<'a>(name: &str, known: impl IntoIterator<Item = &'a str>) -> Option<&'a str> {
+    let limit = (name.chars().count() / 3).max(1);
+    known
+        .into_iter()
+        .map(|candidate| (edit_distance(name, candidate), candidate))
+        .filter(|(distance, _)| *distance <= limit)
+        .min_by_key(|(distance, _)| *distance)
+        .map(|(_, candidate)| candidate)
+}
+
+/// Levenshtein's distance, letters compared without case.
+fn edit_distance(a: &str, b: &str) -> usize {
+    let b: Vec<char> = b.to_lowercase().chars().collect();
+    let mut row: Vec<usize> = (0..=b.len()).collect();
+    for (i, ca) in a.to_lowercase().chars().enumerate() {
+        let mut diagonal = row[0];
+        row[0] = i + 1;
+        for (j, &cb) in b.iter().enumerate() {
+            let substituted = diagonal + usize::from(ca != cb);
+            diagonal = row[j + 1];
+            row[j + 1] = substituted.min(row[j] + 1).min(diagonal + 1);
+        }
+    }
+    row[b.len()]
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn finds_values_in_nested_toml() {
+        let source = SourceText::new(
+            "f",
+            "a = 1\nlist = [\n  { x = 2, y = \"µ\" },\n  { x = 3 },\n]\n[t.u]\nv = 4\n",
+        );
+        let at = |path: &[Step<'_>]| source.line_and_column(source.toml_span(path).start);
+        assert_eq!(
+            at(&[Step::Key("list"), Step::Index(1), Step::Key("x")]),
+            (4, 9)
+        );
+        assert_eq!(
+            at(&[Step::Key("t"), Step::Key("u"), Step::Key("v")]),
+            (7, 5)
+        );
+        // A path that leads nowhere points at the last thing that exists.
+        assert_eq!(
+            at(&[Step::Key("list"), Step::Index(0), Step::Key("z")]),
+            (3, 3)
+        );
+    }
+
+    #[test]
+    fn nearest_name() {
+        assert_eq!(nearest("P1", ["P2", "Q1"]), Some("P2"));
+        assert_eq!(
+            nearest("uper_arm", ["forearm", "upper_arm"]),
+            Some("upper_arm")
+        );
+        assert_eq!(nearest("waist", ["A1", "A2"]), None);
+    }
+}
