@@ -54,7 +54,7 @@ impl Kind {
             (Self::Force, "gf" | "g") => 9.806_65e-3,
             (Self::Force, "kgf" | "kg") => 9.806_65,
             (Self::Force, "lbf" | "lbF" | "lb") => 4.448_221_615_260_5,
-            (Self::Force, "ozf" | "ozF" | "oz") => 0.278_013_850_953_781_25,
+            (Self::Force, "ozf" | "ozF" | "oz") => 0.278_013_850_953_781_2,
             (Self::Displacement, "m") => 1.0,
             (Self::Displacement, "mm") => 1e-3,
             (Self::Displacement, "um" | "µm" | "μm" | "micron") => 1e-6,

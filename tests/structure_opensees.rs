@@ -3,6 +3,11 @@
 //! The numbers in `fixtures/opensees` were made by `fixtures/opensees/generate.py`, which reads the robot files with its own
 //! reader, its own kinematics and OpenSees' elements.
 
+#![expect(
+    clippy::unwrap_used,
+    reason = "a test stops at the first thing that is not as it must be"
+)]
+
 use std::collections::BTreeMap;
 use std::path::Path;
 

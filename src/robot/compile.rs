@@ -714,7 +714,7 @@ impl<'a> Compiler<'a> {
                 let path = [Key("poses"), Key(name), Key(key)];
                 match value {
                     PoseValue::Point(point) if key == "paper_z_y" => {
-                        pose.stated_zy_m = Some(*point)
+                        pose.stated_zy_m = Some(*point);
                     }
                     PoseValue::Angle(expression) => {
                         let variable = self.variable(key, &path)?;

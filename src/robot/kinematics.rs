@@ -114,10 +114,10 @@ impl Order {
         for &item in &self.0 {
             match item {
                 Item::Body(body) => {
-                    placement.bodies[body] = body_axes(robot, body, pose, placement)
+                    placement.bodies[body] = body_axes(robot, body, pose, placement);
                 }
                 Item::Node(node) => {
-                    placement.nodes_m[node] = node_position(robot, node, pose, placement)?
+                    placement.nodes_m[node] = node_position(robot, node, pose, placement)?;
                 }
             }
         }

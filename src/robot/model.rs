@@ -273,7 +273,8 @@ fn limit_text(robot: &Robot, limit: &Limit) -> String {
         };
         text.push_str(sign);
         if coefficient.abs() != 1.0 {
-            text.push_str(&format!("{} ", coefficient.abs()));
+            text.push_str(&coefficient.abs().to_string());
+            text.push(' ');
         }
         text.push_str(&robot.variables[*variable].name);
     }

@@ -90,7 +90,8 @@ impl<'a> Predictor<'a> {
 
     /// Derivatives of entry (i, i) of the compliance last asked for, one row an element, to ln A, ln Iy, ln Iz, ln J.
     pub fn compliance_gradient(&self, i: usize, out: &mut [ComplianceGradient]) {
-        self.solver.compliance_gradient(i, out);
+        self.solver
+            .compliance_gradient(self.model.structure(), i, out);
     }
 
     /// The structure's model.

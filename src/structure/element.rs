@@ -14,11 +14,9 @@
 //!
 //! and the strain energy is ½ Σ d_m s_m² with the stiffnesses of [`NaturalStiffness`]: no coupling, so each is its own answer.
 
-use crate::vector::subtract;
-
+use super::parts::Attachment;
 use super::rotation::LocalAxes;
 use super::section::{Material, Property, Section, ShearCoefficients};
-use super::structure::Attachment;
 
 /// Number of natural strains of a beam.
 pub const STRAINS: usize = 6;
@@ -110,37 +108,57 @@ impl NaturalStiffness {
     }
 }
 
-/// How the natural strains follow from the end freedoms, in global components.
+/// Natural strains of an element from the displacements and rotations of its ends, global.
 ///
-/// Column j of freedom j, each with six strains; freedoms are ux uy uz rx ry rz of the first end, then of the second.
-pub(super) type StrainColumns = [[f64; STRAINS]; 12];
-
-/// Strain columns of an element between two points.
-///
-/// Returns `None` if the element has no length or no plane.
-pub(super) fn strain_columns(
-    first_m: [f64; 3],
-    second_m: [f64; 3],
-    toward_y: [f64; 3],
-) -> Option<(StrainColumns, LocalAxes, f64)> {
-    let (axes, length_m) = LocalAxes::along(subtract(second_m, first_m), toward_y)?;
+/// Freedoms are ux uy uz rx ry rz of the first end, then of the second.
+pub(super) fn natural_strains(axes: &LocalAxes, length_m: f64, ends: &[f64; 12]) -> [f64; STRAINS] {
+    let [x1, y1, z1] = axes.to_local([ends[3], ends[4], ends[5]]);
+    let [x2, y2, z2] = axes.to_local([ends[9], ends[10], ends[11]]);
+    let [u, v, w] = axes.to_local([ends[6] - ends[0], ends[7] - ends[1], ends[8] - ends[2]]);
     let chord = 2.0 / length_m;
+    [
+        u,
+        x2 - x1,
+        y1 - y2,
+        y1 + y2 + chord * w,
+        z1 - z2,
+        z1 + z2 - chord * v,
+    ]
+}
+
+/// Stiffness matrix of an element in global axes: the paper's eq. (29) with (18) in it.
+///
+/// 12 × 12, freedoms as in [`natural_strains`]. Only four of its 3 × 3 blocks differ: with T the displacements and R the rotations
+/// of an end, TT is ± one block, TR is ± another, and RR is the sum or difference of the shear modes and the rest.
+pub(super) fn global_matrix(
+    axes: &LocalAxes,
+    length_m: f64,
+    natural: &NaturalStiffness,
+) -> [[f64; 12]; 12] {
     let LocalAxes { x, y, z } = axes;
-    let mut columns = [[0.0; STRAINS]; 12];
+    let [stretch, twist, curve_y, shear_y, curve_z, shear_z] = natural.stiffness;
+    let chord = 2.0 / length_m;
+    let mut matrix = [[0.0; 12]; 12];
     for i in 0..3 {
-        #[rustfmt::skip]
-        let of_component = [
-            // e     φ      κ_y    γ_y            κ_z    γ_z
-            [-x[i],  0.0,   0.0,  -chord * z[i],  0.0,   chord * y[i]], // displacement, first end
-            [ 0.0,  -x[i],  y[i],  y[i],          z[i],  z[i]],         // rotation, first end
-            [ x[i],  0.0,   0.0,   chord * z[i],  0.0,  -chord * y[i]], // displacement, second end
-            [ 0.0,   x[i], -y[i],  y[i],         -z[i],  z[i]],         // rotation, second end
-        ];
-        for (group, strains) in of_component.into_iter().enumerate() {
-            columns[3 * group + i] = strains;
+        for j in 0..3 {
+            let (xx, yy, zz) = (x[i] * x[j], y[i] * y[j], z[i] * z[j]);
+            let tt = stretch * xx + chord * chord * (shear_y * zz + shear_z * yy);
+            let tr = chord * (shear_z * y[i] * z[j] - shear_y * z[i] * y[j]);
+            let shear = shear_y * yy + shear_z * zz;
+            let bend = twist * xx + curve_y * yy + curve_z * zz;
+            for (end, sign) in [(0, 1.0), (6, -1.0)] {
+                matrix[end + i][end + j] = tt;
+                matrix[end + i][6 - end + j] = -tt;
+                matrix[end + 3 + i][end + 3 + j] = shear + bend;
+                matrix[end + 3 + i][9 - end + j] = shear - bend;
+                for other in [3, 9] {
+                    matrix[end + i][other + j] = sign * tr;
+                    matrix[other + j][end + i] = sign * tr;
+                }
+            }
         }
     }
-    Some((columns, axes, length_m))
+    matrix
 }
 
 #[cfg(test)]
@@ -201,22 +219,38 @@ mod tests {
                 phi(natural.bending_share[1]),
             );
             // Local axes equal to the global ones: element along x, local y along y.
-            let (columns, _, _) =
-                strain_columns([0.0; 3], [length, 0.0, 0.0], [0.0, 1.0, 0.0]).unwrap();
+            let (axes, _) = LocalAxes::along([length, 0.0, 0.0], [0.0, 1.0, 0.0]).unwrap();
+            let matrix = global_matrix(&axes, length, &natural);
             for i in 0..12 {
                 for j in 0..12 {
-                    let found: f64 = (0..STRAINS)
-                        .map(|m| natural.stiffness[m] * columns[i][m] * columns[j][m])
-                        .sum();
                     let scale = (expected[i][i] * expected[j][j]).sqrt();
+                    let difference = (matrix[i][j] - expected[i][j]).abs();
                     assert!(
-                        (found - expected[i][j]).abs() < 1e-14 * scale,
-                        "({i}, {j}): {found} {}",
+                        difference < 1e-14 * scale,
+                        "({i}, {j}): {} {}",
+                        matrix[i][j],
                         expected[i][j]
                     );
                 }
             }
         }
+    }
+
+    #[test]
+    fn matrix_and_strains_give_the_same_energy() {
+        let (axes, length) = LocalAxes::along([0.3, -0.5, 0.4], [0.2, 1.0, 0.1]).unwrap();
+        let natural = NaturalStiffness::of(&SECTION, &MATERIAL, None, length);
+        let matrix = global_matrix(&axes, length, &natural);
+        let ends: [f64; 12] = std::array::from_fn(|i| 1e-3 * ((7 * i % 5) as f64 - 1.7));
+        let strains = natural_strains(&axes, length, &ends);
+        let by_strains: f64 = (0..STRAINS)
+            .map(|m| natural.stiffness[m] * strains[m] * strains[m])
+            .sum();
+        let by_matrix: f64 = (0..12)
+            .flat_map(|i| (0..12).map(move |j| (i, j)))
+            .map(|(i, j)| ends[i] * matrix[i][j] * ends[j])
+            .sum();
+        assert!((by_matrix / by_strains - 1.0).abs() < 1e-12);
     }
 
     #[test]

@@ -12,15 +12,15 @@
 
 mod compliance;
 mod element;
+mod parts;
 mod rotation;
 mod section;
 mod solve;
-mod structure;
 mod topology;
 
 pub use compliance::{Compliance6, ComplianceGradient};
 pub use element::{Element, NaturalStiffness, STRAINS};
+pub use parts::{Attachment, Freedom, Hinge, Node, Structure, StructureError, Support};
 pub use rotation::{LocalAxes, paper_rotation};
 pub use section::{Material, Property, Section, ShearCoefficients};
 pub use solve::{EndForces, Response, Solver};
-pub use structure::{Attachment, Freedom, Hinge, Node, Structure, StructureError, Support};

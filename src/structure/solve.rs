@@ -6,13 +6,13 @@ use faer::sparse::SparseColMatRef;
 use faer::sparse::linalg::cholesky::LltRef;
 use faer::{Conj, MatMut, Par, Side, Spec};
 
-use crate::vector::dot;
+use crate::vector::{dot, subtract};
 
 use super::compliance::{Compliance6, ComplianceGradient};
-use super::element::{NaturalStiffness, STRAINS, strain_columns};
+use super::element::{NaturalStiffness, STRAINS, global_matrix, natural_strains};
+use super::parts::{Attachment, Structure, StructureError, Support};
 use super::rotation::LocalAxes;
-use super::structure::{Attachment, Structure, StructureError, Support};
-use super::topology::{Source, Topology};
+use super::topology::{ElementMap, HELD, Topology};
 
 /// A pivot that has lost all but this share of its diagonal entry is rounding: the structure moves there.
 ///
@@ -23,8 +23,6 @@ const LOST_PIVOT: f64 = 1e-13;
 /// Solver of all structures with one topology; moves and re-rates in place and allocates nothing after it was made.
 pub struct Solver {
     topology: Topology,
-    /// Strain column of every freedom of every element.
-    columns: Vec<[f64; STRAINS]>,
     axes: Vec<LocalAxes>,
     lengths_m: Vec<f64>,
     natural: Vec<NaturalStiffness>,
@@ -86,7 +84,6 @@ impl Solver {
             z: [0.0; 3],
         };
         Ok(Self {
-            columns: vec![[0.0; STRAINS]; topology.column_count],
             axes: vec![unset; element_count],
             lengths_m: vec![0.0; element_count],
             natural: Vec::with_capacity(element_count),
@@ -139,22 +136,16 @@ impl Solver {
         self.factorise(structure)
     }
 
-    /// Strain columns at new node positions and hinge axes.
+    /// Local axes and lengths at new node positions.
     fn move_to(&mut self, structure: &Structure) -> Result<(), StructureError> {
         let same = structure.nodes.len() == self.topology.node_count
             && structure.elements.len() == self.topology.elements.len()
-            && structure.hinges.len() == self.topology.hinge_count;
+            && structure.hinges.len() == self.topology.hinge_equations.len();
         assert!(same, "a solver serves structures of one topology");
-        for (index, (element, map)) in structure
-            .elements
-            .iter()
-            .zip(&self.topology.elements)
-            .enumerate()
-        {
+        for (index, element) in structure.elements.iter().enumerate() {
             let [first, second] = [0, 1].map(|end| &structure.nodes[element.ends[end].node]);
-            let Some((ends, axes, length_m)) =
-                strain_columns(first.position_m, second.position_m, element.toward_y)
-            else {
+            let span = subtract(second.position_m, first.position_m);
+            let Some((axes, length_m)) = LocalAxes::along(span, element.toward_y) else {
                 return Err(StructureError::DegenerateElement {
                     element: index,
                     first: first.name.clone(),
@@ -163,22 +154,6 @@ impl Solver {
             };
             self.axes[index] = axes;
             self.lengths_m[index] = length_m;
-            let columns = &mut self.columns[map.first_column..][..map.equations.len()];
-            columns.fill([0.0; STRAINS]);
-            for &(place, source) in &map.contributions {
-                match source {
-                    Source::Component { end, component } => {
-                        add_scaled(&mut columns[place], &ends[6 * end + component], 1.0);
-                    }
-                    Source::Hinge { end, hinge } => {
-                        for (component, share) in
-                            structure.hinges[hinge].axis.into_iter().enumerate()
-                        {
-                            add_scaled(&mut columns[place], &ends[6 * end + 3 + component], share);
-                        }
-                    }
-                }
-            }
         }
         Ok(())
     }
@@ -186,16 +161,18 @@ impl Solver {
     /// Sums the elements into the stiffness matrix (the paper's eq. (29) and what leads to (31)).
     fn assemble(&mut self, structure: &Structure) -> Result<(), StructureError> {
         self.values.fill(0.0);
-        for (map, natural) in self.topology.elements.iter().zip(&self.natural) {
-            let columns = &self.columns[map.first_column..][..map.equations.len()];
-            let mut slots = map.slots.iter();
-            for (j, column) in columns.iter().enumerate() {
-                let weighted: [f64; STRAINS] =
-                    std::array::from_fn(|m| natural.stiffness[m] * column[m]);
-                for other in &columns[..=j] {
-                    let slot = slots.next().expect("one slot a pair");
-                    self.values[*slot] += product(&weighted, other);
-                }
+        for (index, map) in self.topology.elements.iter().enumerate() {
+            let matrix = global_matrix(
+                &self.axes[index],
+                self.lengths_m[index],
+                &self.natural[index],
+            );
+            for slot in &map.slots {
+                self.values[slot.value as usize] += if map.hinges.is_empty() {
+                    matrix[slot.row as usize][slot.column as usize]
+                } else {
+                    extended_entry(&matrix, map, structure, slot.row.into(), slot.column.into())
+                };
             }
         }
         for (hinge, &equation) in structure.hinges.iter().zip(&self.topology.hinge_equations) {
@@ -334,24 +311,37 @@ impl Solver {
     }
 
     /// Natural strains of an element in solution `column` of the last response.
-    fn strains(&self, element: usize, column: usize) -> [f64; STRAINS] {
+    fn strains(&self, structure: &Structure, element: usize, column: usize) -> [f64; STRAINS] {
         let map = &self.topology.elements[element];
-        let columns = &self.columns[map.first_column..][..map.equations.len()];
         let solution = &self.solution[column * self.topology.equation_count..];
-        let mut strains = [0.0; STRAINS];
-        for (column, &equation) in columns.iter().zip(&map.equations) {
-            add_scaled(&mut strains, column, solution[equation]);
+        let value = |equation: usize| {
+            if equation == HELD {
+                0.0
+            } else {
+                solution[equation]
+            }
+        };
+        let mut ends: [f64; 12] = std::array::from_fn(|freedom| value(map.equations[freedom]));
+        for (&(end, hinge), &equation) in map.hinges.iter().zip(&map.equations[12..]) {
+            for (component, share) in structure.hinges[hinge].axis.into_iter().enumerate() {
+                ends[6 * end + 3 + component] += share * value(equation);
+            }
         }
-        strains
+        natural_strains(&self.axes[element], self.lengths_m[element], &ends)
     }
 
     /// Derivatives of entry (i, i) of the end compliance to the logarithm of each section constant of each element.
     ///
     /// -u_iᵀ ∂K/∂ln p u_i, exact; call after [`Solver::end_translation_compliance`] (i below 3) or
     /// [`Solver::end_compliance`]. `out` has one entry an element, unit of the compliance entry.
-    pub fn compliance_gradient(&self, i: usize, out: &mut [ComplianceGradient]) {
+    pub fn compliance_gradient(
+        &self,
+        structure: &Structure,
+        i: usize,
+        out: &mut [ComplianceGradient],
+    ) {
         for (element, gradient) in out.iter_mut().enumerate() {
-            let strains = self.strains(element, i);
+            let strains = self.strains(structure, element, i);
             *gradient = self.natural[element]
                 .energy_by_property(&strains, &strains)
                 .map(|energy| -energy);
@@ -376,7 +366,7 @@ impl Solver {
         };
         let elements: Vec<EndForces> = (0..self.topology.elements.len())
             .map(|element| {
-                let strains = self.strains(element, 0);
+                let strains = self.strains(structure, element, 0);
                 let stiffness = &self.natural[element].stiffness;
                 end_forces(
                     std::array::from_fn(|m| stiffness[m] * strains[m]),
@@ -446,14 +436,31 @@ fn add_global(sum: &mut [f64; 6], axes: &LocalAxes, local: [f64; 6]) {
     }
 }
 
-fn add_scaled(sum: &mut [f64; STRAINS], column: &[f64; STRAINS], factor: f64) {
-    for (s, c) in sum.iter_mut().zip(column) {
-        *s += factor * c;
+/// Entry of an element's matrix over its twelve end freedoms and its hinges: a hinge turns its end about its axis.
+fn extended_entry(
+    matrix: &[[f64; 12]; 12],
+    map: &ElementMap,
+    structure: &Structure,
+    row: usize,
+    column: usize,
+) -> f64 {
+    let parts = |freedom: usize| -> ([usize; 3], [f64; 3]) {
+        if freedom < 12 {
+            return ([freedom; 3], [1.0, 0.0, 0.0]);
+        }
+        let (end, hinge) = map.hinges[freedom - 12];
+        let first = 6 * end + 3;
+        ([first, first + 1, first + 2], structure.hinges[hinge].axis)
+    };
+    let (rows, row_shares) = parts(row);
+    let (columns, column_shares) = parts(column);
+    let mut sum = 0.0;
+    for (i, a) in rows.into_iter().zip(row_shares) {
+        for (j, b) in columns.into_iter().zip(column_shares) {
+            sum += a * b * matrix[i][j];
+        }
     }
-}
-
-fn product(a: &[f64; STRAINS], b: &[f64; STRAINS]) -> f64 {
-    (0..STRAINS).map(|m| a[m] * b[m]).sum()
+    sum
 }
 
 /// The equation that moves most in the softest motion of the matrix scaled to a unit diagonal.

@@ -9,43 +9,42 @@ use faer::sparse::linalg::cholesky::{
 };
 use faer::sparse::{SymbolicSparseColMat, SymbolicSparseColMatRef};
 
-use super::structure::{Attachment, Freedom, Structure, StructureError};
+use super::parts::{Attachment, Freedom, Structure, StructureError};
 
 /// Equation of a freedom that is held.
-const HELD: usize = usize::MAX;
-
-/// One contribution to a strain column: freedom `component` of end `end` (0, 1), or a hinge at that end.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Source {
-    Component { end: usize, component: usize },
-    Hinge { end: usize, hinge: usize },
-}
+pub(super) const HELD: usize = usize::MAX;
 
 /// How one element meets the equations.
+///
+/// Its freedoms are the twelve of its ends, then one for each hinge it hangs behind.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
 pub(super) struct ElementMap {
-    /// Equations the element touches, ascending.
+    /// Equation of each freedom, [`HELD`] if held.
     pub(super) equations: Vec<usize>,
-    /// Contributions: place in `equations`, and what is added to that strain column.
-    pub(super) contributions: Vec<(usize, Source)>,
-    /// Place in the matrix values of each pair (i, j) with i ≤ j, column by column.
-    pub(super) slots: Vec<usize>,
-    /// First strain column of this element among all.
-    pub(super) first_column: usize,
+    /// End (0 or 1) and index of each hinge.
+    pub(super) hinges: Vec<(usize, usize)>,
+    /// Free pairs of freedoms and their place in the matrix values.
+    pub(super) slots: Vec<Slot>,
+}
+
+/// Where entry (row, column) of an element's matrix goes.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) struct Slot {
+    pub(super) row: u8,
+    pub(super) column: u8,
+    pub(super) value: u32,
 }
 
 /// Everything about a structure that does not change with its pose or its sections.
 #[derive(Debug)]
 pub(super) struct Topology {
     pub(super) node_count: usize,
-    pub(super) hinge_count: usize,
     /// Equation of each freedom of each node, [`HELD`] if held.
     node_equations: Vec<[usize; 6]>,
     /// Equation of each hinge.
     pub(super) hinge_equations: Vec<usize>,
     pub(super) equation_count: usize,
     pub(super) elements: Vec<ElementMap>,
-    pub(super) column_count: usize,
     /// Upper triangle, compressed by columns.
     pub(super) pattern: SymbolicSparseColMat<usize>,
     /// Place of each diagonal entry in the matrix values.
@@ -103,12 +102,6 @@ impl Topology {
             .iter()
             .map(|element| element_map(&element.ends, &node_equations, &hinge_equations))
             .collect();
-        let mut column_count = 0;
-        for map in &mut elements {
-            map.first_column = column_count;
-            column_count += map.equations.len();
-        }
-
         let (pattern, diagonal_slots) = upper_pattern(equation_count, &mut elements);
         let symbolic = factorize_symbolic_cholesky(
             pattern.as_ref(),
@@ -122,12 +115,10 @@ impl Topology {
         .expect("a structure of a few hundred equations fits in memory");
         Ok(Self {
             node_count,
-            hinge_count: structure.hinges.len(),
             node_equations,
             hinge_equations,
             equation_count,
             elements,
-            column_count,
             pattern,
             diagonal_slots,
             symbolic,
@@ -241,39 +232,25 @@ fn block_order(structure: &Structure, node_count: usize) -> Vec<usize> {
     order
 }
 
-/// The equations an element touches and what each takes from its ends.
+/// Equations of the freedoms of an element.
 fn element_map(
     ends: &[Attachment; 2],
     node_equations: &[[usize; 6]],
     hinge_equations: &[usize],
 ) -> ElementMap {
-    let mut touched: Vec<(usize, Source)> = Vec::new();
-    for (end, attachment) in ends.iter().enumerate() {
-        for (component, &equation) in node_equations[attachment.node].iter().enumerate() {
-            if equation != HELD {
-                touched.push((equation, Source::Component { end, component }));
-            }
-        }
-        for &hinge in &attachment.hinges {
-            touched.push((hinge_equations[hinge], Source::Hinge { end, hinge }));
-        }
-    }
-    let mut equations: Vec<usize> = touched.iter().map(|(equation, _)| *equation).collect();
-    equations.sort_unstable();
-    equations.dedup();
-    let contributions = touched
-        .into_iter()
-        .map(|(equation, source)| {
-            let place = equations
-                .binary_search(&equation)
-                .expect("it was just put there");
-            (place, source)
-        })
+    let hinges: Vec<(usize, usize)> = ends
+        .iter()
+        .enumerate()
+        .flat_map(|(end, attachment)| attachment.hinges.iter().map(move |&hinge| (end, hinge)))
         .collect();
+    let of_nodes = ends
+        .iter()
+        .flat_map(|attachment| node_equations[attachment.node]);
+    let of_hinges = hinges.iter().map(|&(_, hinge)| hinge_equations[hinge]);
     ElementMap {
-        equations,
-        contributions,
-        ..ElementMap::default()
+        equations: of_nodes.chain(of_hinges).collect(),
+        hinges,
+        slots: Vec::new(),
     }
 }
 
@@ -283,9 +260,16 @@ fn upper_pattern(
     elements: &mut [ElementMap],
 ) -> (SymbolicSparseColMat<usize>, Vec<usize>) {
     let mut columns: Vec<Vec<usize>> = (0..equation_count).map(|equation| vec![equation]).collect();
+    let free = |map: &ElementMap| -> Vec<(u8, usize)> {
+        (0..)
+            .zip(map.equations.iter().copied())
+            .filter(|(_, equation)| *equation != HELD)
+            .collect()
+    };
     for map in elements.iter() {
-        for (j, &column) in map.equations.iter().enumerate() {
-            columns[column].extend_from_slice(&map.equations[..j]);
+        let free = free(map);
+        for &(_, column) in &free {
+            columns[column].extend(free.iter().map(|(_, row)| *row).filter(|row| *row < column));
         }
     }
     let mut column_starts = vec![0];
@@ -303,9 +287,17 @@ fn upper_pattern(
                 .expect("the pattern holds every pair")
     };
     for map in elements {
-        map.slots = (0..map.equations.len())
-            .flat_map(|j| (0..=j).map(move |i| (i, j)))
-            .map(|(i, j)| slot(map.equations[i], map.equations[j]))
+        let free = free(map);
+        // Every ordered pair whose equations lie in the upper triangle; two freedoms with one equation both count.
+        map.slots = free
+            .iter()
+            .flat_map(|&column| free.iter().map(move |&row| (row, column)))
+            .filter(|((_, row), (_, column))| row <= column)
+            .map(|((i, row), (j, column))| Slot {
+                row: i,
+                column: j,
+                value: slot(row, column) as u32,
+            })
             .collect();
     }
     let diagonal_slots = (0..equation_count)
