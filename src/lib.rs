@@ -5,6 +5,7 @@ pub mod readings;
 pub mod robot;
 pub mod source_text;
 pub mod statistics;
+pub mod stiffness;
 pub mod structure;
 pub mod test_point;
 pub mod vector;

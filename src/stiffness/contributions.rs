@@ -1,0 +1,245 @@
+//! The rows of an uncertainty budget, one function per source.
+//!
+//! How a certificate reaches a slope. U in newtons, common to all readings, can be an offset, a wrong scale or a curvature of
+//! the gauge. An offset goes into the free intercept (and into zeroing the gauge), so what is left to fear is the scale; the
+//! certificate cannot say how much of U it is. All of U is taken as a scale error that is reached at the largest load used,
+//! u(ln K) = (U/k) / F_max: the worst scale the certificate allows, hence not too small unless the gauge is curved within U.
+//! The displacement gauge is treated likewise at the largest displacement used.
+//!
+//! How a display step reaches a slope. Rounding errors are within half a step, rectangular, q/√12. Where the repeats of a load
+//! differ by more than the step they round differently, are averaged, and show in the scatter: counted once, there. Where all
+//! repeats fall on one step they are wrong together, nothing shows, and the step is counted without averaging over repeats.
+
+use super::budget::{
+    BudgetInputs, BudgetRow, Distribution, EvaluationType, Return, Source, Standing,
+};
+use super::curve::{LoadCurve, LoadMean};
+use super::estimate::{BareStiffness, Method, ScatterBasis};
+use super::gauges::GaugeTerms;
+
+/// Observed standard deviation in steps above which rounding errors differ from repeat to repeat: a normal spread of half a
+/// step leaves them practically uniform, and together with q²/12 is seen as √(0.25 + 1/12) = 0.58 steps.
+const ROUNDING_IS_AVERAGED_FROM_STEPS: f64 = 0.58;
+
+fn row(source: Source, unit: &'static str, sensitivity: f64) -> BudgetRow {
+    BudgetRow {
+        source,
+        evaluation: EvaluationType::B,
+        distribution: Distribution::Rectangular,
+        standing: Standing::NotStated,
+        standard_uncertainty: None,
+        unit,
+        sensitivity: sensitivity.abs(),
+        contribution_n_per_m: 0.0,
+        dof: f64::INFINITY,
+        share_percent: 0.0,
+        note: "",
+    }
+}
+
+impl BudgetRow {
+    fn counted(mut self, standard_uncertainty: f64) -> Self {
+        self.standing = Standing::Counted;
+        self.standard_uncertainty = Some(standard_uncertainty);
+        self.contribution_n_per_m = self.sensitivity * standard_uncertainty;
+        self
+    }
+
+    fn noted(mut self, note: &'static str) -> Self {
+        self.note = note;
+        self
+    }
+}
+
+pub(super) fn repeatability(bare: &BareStiffness) -> BudgetRow {
+    let (unit, sensitivity) = match bare.method {
+        Method::PaperMean => ("N/m", 1.0),
+        Method::Regression => ("m/N", bare.value_n_per_m * bare.value_n_per_m),
+    };
+    let empty = BudgetRow {
+        evaluation: EvaluationType::A,
+        distribution: Distribution::Normal,
+        ..row(Source::Repeatability, unit, sensitivity)
+    };
+    match bare.type_a {
+        Some(type_a) => BudgetRow {
+            dof: type_a.dof,
+            ..empty.counted(type_a.standard_uncertainty / sensitivity)
+        },
+        None => empty.noted("too few readings to see any scatter"),
+    }
+}
+
+pub(super) fn resolution_rows(bare: &BareStiffness, inputs: &BudgetInputs<'_>) -> [BudgetRow; 2] {
+    let curve = inputs.curve;
+    // Without load the force is zero, not a rounded force.
+    let force: f64 = curve
+        .loaded()
+        .map(|load| bare.per_force[load].powi(2))
+        .sum();
+    let displacement: f64 = bare.per_displacement.iter().map(|s| s * s).sum();
+    let force_sd = repeat_sd(curve, |load| load.force_n.sd);
+    let displacement_sd = repeat_sd(curve, |load| load.displacement_m.sd);
+    let about_line = inputs.line.and_then(|line| line.residual_sd_m);
+    let compliance = 1.0 / bare.value_n_per_m.abs();
+    [
+        resolution_row(
+            row(Source::ForceResolution, "N", force.sqrt()),
+            &inputs.gauges.force,
+            force_sd,
+            about_line.map(|sd| sd / compliance),
+        ),
+        resolution_row(
+            row(Source::DisplacementResolution, "m", displacement.sqrt()),
+            &inputs.gauges.displacement,
+            displacement_sd,
+            about_line,
+        ),
+    ]
+}
+
+/// `between_repeats` and `about_line`: standard deviations in the gauge's unit, `None` if there is none.
+fn resolution_row(
+    empty: BudgetRow,
+    gauge: &GaugeTerms,
+    between_repeats: Option<f64>,
+    about_line: Option<f64>,
+) -> BudgetRow {
+    let Some(step) = gauge.resolution() else {
+        return empty.noted("resolution not stated");
+    };
+    let standard_uncertainty = step / 12_f64.sqrt();
+    let shows = match (between_repeats, about_line) {
+        (Some(sd), _) => sd >= ROUNDING_IS_AVERAGED_FROM_STEPS * step,
+        // Single readings round differently at each load, and the scatter about the line shows it.
+        (None, Some(sd)) => sd >= standard_uncertainty,
+        (None, None) => false,
+    };
+    if shows {
+        return BudgetRow {
+            standing: Standing::InRepeatability,
+            standard_uncertainty: Some(standard_uncertainty),
+            ..empty.noted("readings differ by more than a step: averaged, and seen in the scatter")
+        };
+    }
+    empty
+        .counted(standard_uncertainty)
+        .noted("repeats fall on one step: common to the repeats of a load")
+}
+
+/// Pooled standard deviation of the readings of a load, over the loads that have repeats.
+fn repeat_sd(curve: &LoadCurve, sd: impl Fn(&LoadMean) -> Option<f64>) -> Option<f64> {
+    let parts = curve.loaded().filter_map(|load| {
+        let load = &curve.loads[load];
+        Some((sd(load)?.powi(2), (load.n - 1) as f64))
+    });
+    let (sum, dof) = parts.fold((0.0, 0.0), |(sum, dof), (variance, n)| {
+        (sum + variance * n, dof + n)
+    });
+    (dof > 0.0).then(|| (sum / dof).sqrt())
+}
+
+pub(super) fn calibration_rows(bare: &BareStiffness, inputs: &BudgetInputs<'_>) -> [BudgetRow; 2] {
+    let force_n = inputs.curve.largest_force_n();
+    let displacement_m = largest_displacement_m(bare, inputs.curve);
+    let scale = |largest: f64| {
+        if largest > 0.0 {
+            bare.value_n_per_m / largest
+        } else {
+            0.0
+        }
+    };
+    [
+        calibration_row(
+            row(Source::ForceCalibration, "N", scale(force_n)),
+            &inputs.gauges.force,
+        ),
+        calibration_row(
+            row(Source::DisplacementCalibration, "m", scale(displacement_m)),
+            &inputs.gauges.displacement,
+        ),
+    ]
+}
+
+/// The ratio counts displacement from the gauge zero, the slope from its own intercept.
+fn largest_displacement_m(bare: &BareStiffness, curve: &LoadCurve) -> f64 {
+    match bare.method {
+        Method::PaperMean => curve.largest_displacement_m(),
+        Method::Regression => (curve.largest_force_n() / bare.value_n_per_m).abs(),
+    }
+}
+
+fn calibration_row(empty: BudgetRow, gauge: &GaugeTerms) -> BudgetRow {
+    let empty = BudgetRow {
+        distribution: Distribution::Normal,
+        ..empty
+    };
+    let Some(u) = gauge.calibration_standard_uncertainty() else {
+        return empty.noted("calibration not stated");
+    };
+    let note = if gauge.coverage_factor_is_assumed() {
+        "scale error at the largest value used, common to all cells; k not stated, 2 assumed"
+    } else {
+        "scale error at the largest value used, common to all cells"
+    };
+    empty.counted(u).noted(note)
+}
+
+pub(super) fn zero_setting(bare: &BareStiffness, inputs: &BudgetInputs<'_>) -> BudgetRow {
+    let empty = BudgetRow {
+        distribution: Distribution::Normal,
+        ..row(Source::ZeroSetting, "m", bare.per_common_displacement())
+    };
+    if bare.method == Method::Regression {
+        return BudgetRow {
+            standing: Standing::NoEffect,
+            ..empty.noted("taken up by the free intercept")
+        };
+    }
+    let (n_zeros, n_runs) = (inputs.curve.n_zeros, inputs.curve.runs.len());
+    if n_zeros >= n_runs && matches!(bare.basis, ScatterBasis::RunToRun { .. }) {
+        return BudgetRow {
+            standing: Standing::InRepeatability,
+            ..empty.noted("each run has a zero of its own: seen in the scatter between runs")
+        };
+    }
+    let about_line = inputs.line.and_then(|line| {
+        let dof = line.slope_by_residuals?.dof;
+        Some((line.residual_sd_m?, dof))
+    });
+    let of_reading = inputs
+        .pooled
+        .map(|pooled| (pooled.displacement_sd_m, pooled.dof))
+        .or(about_line);
+    let Some((sd, dof)) = of_reading else {
+        return empty.noted("zero shared, and no scatter of readings to judge it by");
+    };
+    let step = inputs.gauges.displacement.resolution().unwrap_or(0.0);
+    let of_zero = ((sd * sd + step * step / 12.0) / n_zeros as f64).sqrt();
+    BudgetRow {
+        dof,
+        ..empty
+            .counted(of_zero)
+            .noted("error of a zero common to its runs, taken as that of one reading")
+    }
+}
+
+pub(super) fn zero_drift(bare: &BareStiffness, inputs: &BudgetInputs<'_>) -> BudgetRow {
+    let largest = largest_displacement_m(bare, inputs.curve);
+    let sensitivity = if largest > 0.0 {
+        bare.value_n_per_m / largest
+    } else {
+        0.0
+    };
+    let empty = row(Source::ZeroDrift, "m", sensitivity);
+    match inputs.back_to_zero {
+        Return::NotMeasured => empty.noted("no unloaded reading after the loads"),
+        Return::WithinNoise => BudgetRow {
+            standing: Standing::InRepeatability,
+            ..empty.noted("the gauge came back to zero within its noise")
+        },
+        Return::Away(mean_m) => empty
+            .counted(mean_m.abs() / 3_f64.sqrt())
+            .noted("mean difference of the unloaded readings after and before, as a limit at the largest load"),
+    }
+}

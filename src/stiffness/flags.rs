@@ -1,0 +1,388 @@
+//! What looks wrong in a cell. A flag is raised, nothing is taken away.
+
+use std::fmt;
+
+use super::significance::Significance;
+
+/// A reading, by the numbers that find it again.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct ReadingPlace {
+    /// Sequence number in the session.
+    pub seq: u32,
+    /// Line of the file; 0 if none.
+    pub line: u32,
+    /// n-th application, from 1.
+    pub repeat: u32,
+}
+
+/// What a drift of the zero was seen in.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum ZeroEvidence {
+    /// Unloaded readings on one gauge zero.
+    UnloadedReadings,
+    /// Intercepts of the runs on one gauge zero, without unloaded readings.
+    Intercepts,
+}
+
+/// Something about the readings of a cell that its stiffness does not show.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Flag {
+    /// A reading far from its repeats.
+    Outlier {
+        /// The reading.
+        place: ReadingPlace,
+        /// Its target, N.
+        target_n: f64,
+        /// Distance from its repeats, zero and slope of its run taken off, m.
+        deviation_m: f64,
+        /// Pooled standard deviation of a reading, m.
+        sd_m: f64,
+        /// The test; `detectable` in m.
+        test: Significance,
+    },
+    /// Stiffness of the runs moves with the repeat number.
+    RepeatTrend {
+        /// Relative change per repeat.
+        per_repeat: f64,
+        /// The test; `detectable` relative per repeat.
+        test: Significance,
+    },
+    /// The zero moves with time while the gauge is not zeroed again.
+    ZeroDrift {
+        /// Change from the first to the last run on this zero, m.
+        change_m: f64,
+        /// What it was seen in.
+        evidence: ZeroEvidence,
+        /// The test; `detectable` in m.
+        test: Significance,
+    },
+    /// The gauge does not come back to where it was before the loads.
+    ReturnToZero {
+        /// Mean over the runs of unloaded reading after minus before, m.
+        mean_m: f64,
+        /// Runs with both readings.
+        n_runs: usize,
+        /// The test; `detectable` in m.
+        test: Significance,
+    },
+    /// Displacement falls back from one load to the next larger one.
+    NotMonotonic {
+        /// The smaller load, N.
+        from_target_n: f64,
+        /// The larger load, N.
+        to_target_n: f64,
+        /// By how much, m.
+        drop_m: f64,
+        /// The test; `detectable` in m.
+        test: Significance,
+    },
+    /// Forces measured against the direction of their target.
+    ForceSign {
+        /// The target, N.
+        target_n: f64,
+        /// Readings with the other sign.
+        n_opposite: usize,
+        /// Readings of this load.
+        n: usize,
+    },
+    /// The force measured at a load that should not be zero is zero in the mean.
+    ZeroForce {
+        /// The target, N.
+        target_n: f64,
+    },
+    /// Displacement against the force.
+    DisplacementSign {
+        /// The target, N.
+        target_n: f64,
+        /// Mean force, N.
+        force_n: f64,
+        /// Mean displacement, m.
+        displacement_m: f64,
+    },
+    /// A mean displacement too small for a ratio with a meaning.
+    DisplacementNotResolved {
+        /// The target, N.
+        target_n: f64,
+        /// Mean displacement, m.
+        displacement_m: f64,
+        /// What it would have to exceed, m.
+        limit_m: f64,
+    },
+    /// The slope of displacement on force is negative.
+    NegativeStiffness {
+        /// 1/slope, N/m.
+        stiffness_n_per_m: f64,
+    },
+    /// The slope does not stand clear of its uncertainty, so that 1/slope and its interval mean little.
+    SlopeNotResolved {
+        /// Slope over its standard uncertainty.
+        ratio: f64,
+    },
+    /// Fewer than three loads: curvature, dead zone and offset cannot be told from the slope.
+    TooFewLoads {
+        /// Distinct loads under force.
+        n: usize,
+    },
+}
+
+impl Flag {
+    /// Stable name of the rule.
+    #[must_use]
+    pub fn rule(&self) -> &'static str {
+        match self {
+            Self::Outlier { .. } => "outlier",
+            Self::RepeatTrend { .. } => "repeat-trend",
+            Self::ZeroDrift { .. } => "zero-drift",
+            Self::ReturnToZero { .. } => "return-to-zero",
+            Self::NotMonotonic { .. } => "not-monotonic",
+            Self::ForceSign { .. } => "force-sign",
+            Self::ZeroForce { .. } => "zero-force",
+            Self::DisplacementSign { .. } => "displacement-sign",
+            Self::DisplacementNotResolved { .. } => "displacement-not-resolved",
+            Self::NegativeStiffness { .. } => "negative-stiffness",
+            Self::SlopeNotResolved { .. } => "slope-not-resolved",
+            Self::TooFewLoads { .. } => "too-few-loads",
+        }
+    }
+
+    /// The test behind the flag, if it is a question of scatter.
+    #[must_use]
+    pub fn test(&self) -> Option<Significance> {
+        match self {
+            Self::Outlier { test, .. }
+            | Self::RepeatTrend { test, .. }
+            | Self::ZeroDrift { test, .. }
+            | Self::ReturnToZero { test, .. }
+            | Self::NotMonotonic { test, .. } => Some(*test),
+            _ => None,
+        }
+    }
+}
+
+fn um(metres: f64) -> f64 {
+    metres * 1e6
+}
+
+/// The words that close every tested flag: rule, threshold, power.
+fn tested(f: &mut fmt::Formatter<'_>, test: &Significance, detectable: &str) -> fmt::Result {
+    write!(
+        f,
+        "{:.2} standard errors, limit {:.2} for 5 % over {} comparison(s); 80 % of cases of {detectable} would be found",
+        test.statistic, test.limit, test.n_tested
+    )
+}
+
+impl fmt::Display for Flag {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Outlier { .. }
+            | Self::RepeatTrend { .. }
+            | Self::ZeroDrift { .. }
+            | Self::ReturnToZero { .. }
+            | Self::NotMonotonic { .. } => self.write_tested(f),
+            Self::ForceSign {
+                target_n,
+                n_opposite,
+                n,
+            } => write!(
+                f,
+                "{n_opposite} of {n} forces at {target_n} N have the other sign: check the polarity of the force gauge"
+            ),
+            Self::ZeroForce { target_n } => {
+                write!(f, "the mean force measured at {target_n} N is zero")
+            }
+            Self::DisplacementSign {
+                target_n,
+                force_n,
+                displacement_m,
+            } => write!(
+                f,
+                "at {target_n} N the mean force is {force_n:.2} N and the mean displacement {:.2} um: opposite signs, F/δ has no meaning there",
+                um(*displacement_m)
+            ),
+            Self::DisplacementNotResolved {
+                target_n,
+                displacement_m,
+                limit_m,
+            } => write!(
+                f,
+                "at {target_n} N the mean displacement {:.2} um is within {:.2} um of zero (95 % of its scatter, at least half a step): F/δ there is mostly noise",
+                um(*displacement_m),
+                um(*limit_m)
+            ),
+            Self::NegativeStiffness { stiffness_n_per_m } => write!(
+                f,
+                "the slope gives {:.4} N/um: force and displacement move against each other, check the polarity of the gauges",
+                stiffness_n_per_m / 1e6
+            ),
+            Self::SlopeNotResolved { ratio } => write!(
+                f,
+                "the slope is only {ratio:.1} times its standard uncertainty (limit 5): the interval of its inverse is not to be trusted"
+            ),
+            Self::TooFewLoads { n } => write!(
+                f,
+                "{n} load(s) under force (limit 3): an offset or curvature cannot be told from the slope"
+            ),
+        }
+    }
+}
+
+impl Flag {
+    fn write_tested(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Outlier {
+                place,
+                target_n,
+                deviation_m,
+                sd_m,
+                test,
+            } => {
+                write!(
+                    f,
+                    "reading {} (repeat {}, {target_n} N) is {:+.2} um from its repeats, pooled standard deviation {:.2} um: ",
+                    place.seq,
+                    place.repeat,
+                    um(*deviation_m),
+                    um(*sd_m)
+                )?;
+                tested(f, test, &format!("{:.2} um", um(test.detectable)))
+            }
+            Self::RepeatTrend { per_repeat, test } => {
+                write!(
+                    f,
+                    "the stiffness of the runs changes by {:+.3} % per repeat: ",
+                    100.0 * per_repeat
+                )?;
+                let detectable = format!("{:.3} % per repeat", 100.0 * test.detectable);
+                tested(f, test, &detectable)
+            }
+            Self::ZeroDrift {
+                change_m,
+                evidence,
+                test,
+            } => {
+                let seen_in = match evidence {
+                    ZeroEvidence::UnloadedReadings => "unloaded readings",
+                    ZeroEvidence::Intercepts => "intercepts of the runs",
+                };
+                write!(
+                    f,
+                    "the {seen_in} on one gauge zero move by {:+.2} um from first to last: ",
+                    um(*change_m)
+                )?;
+                tested(f, test, &format!("{:.2} um", um(test.detectable)))
+            }
+            Self::ReturnToZero {
+                mean_m,
+                n_runs,
+                test,
+            } => {
+                write!(
+                    f,
+                    "unloaded again, the gauge stands {:+.2} um from where it began (mean of {n_runs} run(s)): ",
+                    um(*mean_m)
+                )?;
+                tested(f, test, &format!("{:.2} um", um(test.detectable)))
+            }
+            Self::NotMonotonic {
+                from_target_n,
+                to_target_n,
+                drop_m,
+                test,
+            } => {
+                write!(
+                    f,
+                    "the displacement falls back by {:.2} um from {from_target_n} N to {to_target_n} N: ",
+                    um(*drop_m)
+                )?;
+                tested(f, test, &format!("{:.2} um", um(test.detectable)))
+            }
+            // The others have no test; `fmt` writes them.
+            _ => Ok(()),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_tested_flag_says_rule_threshold_and_power() {
+        let flag = Flag::Outlier {
+            place: ReadingPlace {
+                seq: 17,
+                line: 18,
+                repeat: 3,
+            },
+            target_n: -40.0,
+            deviation_m: -31e-6,
+            sd_m: 6e-6,
+            test: Significance::new(5.8, 4.02, 480, 6.7e-6),
+        };
+        assert_eq!(flag.rule(), "outlier");
+        assert_eq!(
+            flag.to_string(),
+            "reading 17 (repeat 3, -40 N) is -31.00 um from its repeats, pooled standard deviation 6.00 um: \
+             5.80 standard errors, limit 4.02 for 5 % over 480 comparison(s); 80 % of cases of 32.57 um would be found"
+        );
+    }
+
+    #[test]
+    fn every_flag_has_words() {
+        let test = Significance::new(5.0, 3.0, 12, 1e-6);
+        let flags = [
+            Flag::RepeatTrend {
+                per_repeat: 0.01,
+                test,
+            },
+            Flag::ZeroDrift {
+                change_m: 1e-5,
+                evidence: ZeroEvidence::Intercepts,
+                test,
+            },
+            Flag::ReturnToZero {
+                mean_m: 1e-5,
+                n_runs: 5,
+                test,
+            },
+            Flag::NotMonotonic {
+                from_target_n: -10.0,
+                to_target_n: -20.0,
+                drop_m: 1e-5,
+                test,
+            },
+            Flag::ForceSign {
+                target_n: -10.0,
+                n_opposite: 2,
+                n: 5,
+            },
+            Flag::ZeroForce { target_n: -10.0 },
+            Flag::DisplacementSign {
+                target_n: -10.0,
+                force_n: -9.9,
+                displacement_m: 3e-6,
+            },
+            Flag::DisplacementNotResolved {
+                target_n: -10.0,
+                displacement_m: -3e-6,
+                limit_m: 5e-6,
+            },
+            Flag::NegativeStiffness {
+                stiffness_n_per_m: -5e4,
+            },
+            Flag::SlopeNotResolved { ratio: 2.0 },
+            Flag::TooFewLoads { n: 1 },
+        ];
+        for flag in flags {
+            let text = flag.to_string();
+            assert!(text.len() > 30 && !text.contains("NaN"), "{text}");
+            let says_limit = text.contains("limit") == flag.test().is_some();
+            let fixed = matches!(
+                flag,
+                Flag::SlopeNotResolved { .. } | Flag::TooFewLoads { .. }
+            );
+            assert!(says_limit || fixed, "{text}");
+        }
+    }
+}

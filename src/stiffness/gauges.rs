@@ -1,0 +1,139 @@
+//! What is known of the gauges: resolution and calibration.
+
+use miette::Diagnostic;
+use thiserror::Error;
+
+/// Coverage factor taken when a certificate's expanded uncertainty comes without one; the usual one for 95 % (GUM 6.3.3).
+const USUAL_COVERAGE_FACTOR: f64 = 2.0;
+
+/// Why an input to the stiffness stage was refused.
+#[derive(Debug, Clone, PartialEq, Error, Diagnostic)]
+pub enum StiffnessError {
+    /// A resolution, expanded uncertainty or coverage factor that cannot be one.
+    #[error("{term} of a gauge is {value}, which is not a finite number {bound}")]
+    #[diagnostic(
+        code(stiffbench::stiffness::gauge_term),
+        help("give the number from the data sheet or certificate in SI units, or leave it out")
+    )]
+    GaugeTerm {
+        /// Which number: `resolution`, `expanded uncertainty` or `coverage factor`.
+        term: &'static str,
+        /// What was given.
+        value: f64,
+        /// What it has to be.
+        bound: &'static str,
+    },
+}
+
+/// Resolution and calibration of one gauge, N for force and m for displacement; what is not stated is `None`.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct GaugeTerms {
+    resolution: Option<f64>,
+    expanded_uncertainty: Option<f64>,
+    coverage_factor: Option<f64>,
+}
+
+impl GaugeTerms {
+    /// Terms in SI units of the gauge (N or m).
+    ///
+    /// # Arguments
+    /// - `resolution`: smallest step of the display, at least zero.
+    /// - `expanded_uncertainty`: U of the certificate, at least zero, common to all readings of this gauge.
+    /// - `coverage_factor`: k of `expanded_uncertainty`, above zero; without one 2 is taken and the budget says so.
+    ///
+    /// # Errors
+    /// `StiffnessError::GaugeTerm` for a number that is not finite or out of these bounds.
+    pub fn new(
+        resolution: Option<f64>,
+        expanded_uncertainty: Option<f64>,
+        coverage_factor: Option<f64>,
+    ) -> Result<Self, StiffnessError> {
+        at_least_zero("resolution", resolution)?;
+        at_least_zero("expanded uncertainty", expanded_uncertainty)?;
+        if let Some(value) = coverage_factor.filter(|k| !k.is_finite() || *k <= 0.0) {
+            return Err(StiffnessError::GaugeTerm {
+                term: "coverage factor",
+                value,
+                bound: "above zero",
+            });
+        }
+        Ok(Self {
+            resolution,
+            expanded_uncertainty,
+            coverage_factor,
+        })
+    }
+
+    /// A gauge of which nothing is stated.
+    #[must_use]
+    pub fn not_stated() -> Self {
+        Self::default()
+    }
+
+    /// Smallest step of the display, N or m.
+    #[must_use]
+    pub fn resolution(&self) -> Option<f64> {
+        self.resolution
+    }
+
+    /// Standard uncertainty of the calibration U/k, N or m (GUM 4.3.3).
+    #[must_use]
+    pub fn calibration_standard_uncertainty(&self) -> Option<f64> {
+        let k = self.coverage_factor.unwrap_or(USUAL_COVERAGE_FACTOR);
+        self.expanded_uncertainty.map(|expanded| expanded / k)
+    }
+
+    /// Whether k = 2 had to be assumed for the stated expanded uncertainty.
+    #[must_use]
+    pub fn coverage_factor_is_assumed(&self) -> bool {
+        self.expanded_uncertainty.is_some() && self.coverage_factor.is_none()
+    }
+}
+
+fn at_least_zero(term: &'static str, value: Option<f64>) -> Result<(), StiffnessError> {
+    match value.filter(|v| !v.is_finite() || *v < 0.0) {
+        Some(value) => Err(StiffnessError::GaugeTerm {
+            term,
+            value,
+            bound: "of at least zero",
+        }),
+        None => Ok(()),
+    }
+}
+
+/// The two gauges of a bench.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct Gauges {
+    /// Force gauge, terms in N.
+    pub force: GaugeTerms,
+    /// Displacement gauge, terms in m.
+    pub displacement: GaugeTerms,
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_certificate_without_k_is_taken_with_two_and_says_so() {
+        let gauge = GaugeTerms::new(Some(0.1), Some(0.15), None).unwrap();
+        assert_eq!(gauge.calibration_standard_uncertainty(), Some(0.075));
+        assert!(gauge.coverage_factor_is_assumed());
+        assert!(!GaugeTerms::not_stated().coverage_factor_is_assumed());
+    }
+
+    #[test]
+    fn impossible_terms_are_refused_with_their_value() {
+        for (terms, name) in [
+            ((Some(-0.1), None, None), "resolution"),
+            ((Some(f64::NAN), None, None), "resolution"),
+            ((None, Some(f64::INFINITY), None), "expanded uncertainty"),
+            ((None, Some(0.1), Some(0.0)), "coverage factor"),
+        ] {
+            let (resolution, expanded, k) = terms;
+            let error = GaugeTerms::new(resolution, expanded, k).unwrap_err();
+            let StiffnessError::GaugeTerm { term, .. } = error;
+            assert_eq!(term, name);
+        }
+    }
+}

@@ -1,0 +1,42 @@
+//! Readings to measured stiffness with its uncertainty.
+//!
+//! Per cell (pose and direction) two stiffnesses: the paper's, the mean of F/δ over the loads, and 1/slope of displacement on force
+//! with a free intercept per gauge zero. They differ where something besides elasticity is at work: an offset or dead zone
+//! lowers the first, curvature lowers the second more.
+//!
+//! Readings of one run share a zero and a slope, so the run is the unit whose scatter counts; a calibration error is shared by
+//! all readings of a gauge, so it neither shrinks with repeats nor stays within a cell. Readings that look wrong are flagged, none
+//! is removed.
+
+mod budget;
+mod checks;
+mod contributions;
+mod covariance;
+mod curve;
+mod estimate;
+mod flags;
+mod gauges;
+mod grouping;
+mod json;
+mod line;
+mod outliers;
+#[cfg(test)]
+mod sample;
+mod scatter;
+mod significance;
+mod table;
+mod zeros;
+
+pub use budget::{Budget, BudgetRow, Distribution, EvaluationType, Source, Standing};
+pub use covariance::{LnParts, LnStiffnessCovariance};
+pub use curve::{Branches, LoadCurve, LoadMean, Point, Run, Spread};
+pub use estimate::{Method, NoStiffness, ScatterBasis, StiffnessEstimate, TypeA};
+pub use flags::{Flag, ReadingPlace, ZeroEvidence};
+pub use gauges::{GaugeTerms, Gauges, StiffnessError};
+pub use grouping::LeftOut;
+pub use line::LineFit;
+pub use scatter::PooledScatter;
+pub use significance::{Significance, grubbs_limit};
+pub use table::{
+    CellStiffness, SkipReason, SkippedCell, StiffnessOptions, StiffnessTable, stiffness_table,
+};

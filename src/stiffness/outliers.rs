@@ -1,0 +1,92 @@
+//! Readings far from their repeats.
+//!
+//! With five repeats a cell cannot judge itself: Grubbs' statistic never exceeds 1.789 and its 5 % limit is 1.715. So the
+//! standard deviation is pooled over all cells, and the limit is set for all readings of the table together.
+
+use super::checks::CellWork;
+use super::flags::{Flag, ReadingPlace};
+use super::gauges::Gauges;
+use super::scatter::{CellScatter, PooledScatter};
+use super::significance::{Significance, deviation_limit};
+
+/// Most readings flagged as outliers in one cell; a cell with more has another fault, which more flags would not make plainer.
+const MOST_PER_CELL: usize = 10;
+
+/// Variance shares below this belong to readings that their own line or load mean follows completely.
+const SMALLEST_SHARE: f64 = 1e-6;
+
+/// Flags outliers one by one and returns the scatter without them.
+///
+/// A large outlier moves the line of its run and the mean of its load, and with them its neighbours. So per round only the
+/// farthest reading of each cell is flagged, the cell is worked out again without it, and the rest is judged anew.
+pub(super) fn flag_outliers(works: &mut [CellWork], gauges: &Gauges) -> Option<PooledScatter> {
+    let mut pooled = PooledScatter::over(works.iter().filter_map(|w| w.scatter.as_ref()))?;
+    let deviations = |w: &CellWork| w.scatter.as_ref().map_or(0, |s| s.deviations.len());
+    let n_tested: usize = works.iter().map(deviations).sum();
+    for _ in 0..MOST_PER_CELL {
+        let Some(limit) = deviation_limit(pooled.dof, n_tested) else {
+            break;
+        };
+        let mut found = false;
+        for work in works.iter_mut() {
+            found |= flag_farthest(work, &pooled, gauges, limit, n_tested);
+        }
+        if !found {
+            break;
+        }
+        pooled = PooledScatter::over(works.iter().filter_map(|w| w.scatter.as_ref()))?;
+    }
+    Some(pooled)
+}
+
+/// Standard deviation of a reading, m, and not less than the display steps alone would give.
+pub(super) fn reading_sd_m(pooled: &PooledScatter, gauges: &Gauges, compliance: f64) -> f64 {
+    let step = gauges.displacement.resolution().unwrap_or(0.0);
+    let force_step = gauges.force.resolution().unwrap_or(0.0) * compliance;
+    let steps = ((step * step + force_step * force_step) / 12.0).sqrt();
+    pooled.sd_m(compliance).max(steps)
+}
+
+fn flag_farthest(
+    work: &mut CellWork,
+    pooled: &PooledScatter,
+    gauges: &Gauges,
+    limit: f64,
+    n_tested: usize,
+) -> bool {
+    let (Some(scatter), Ok(line)) = (&work.scatter, &work.line) else {
+        return false;
+    };
+    let sd_m = reading_sd_m(pooled, gauges, scatter.compliance_m_per_n);
+    if sd_m == 0.0 {
+        return false;
+    }
+    let statistic =
+        |d: &super::scatter::Deviation| d.distance_m.abs() / (sd_m * d.variance_share.sqrt());
+    let farthest = scatter
+        .deviations
+        .iter()
+        .filter(|d| d.variance_share > SMALLEST_SHARE)
+        .max_by(|a, b| statistic(a).total_cmp(&statistic(b)));
+    let Some(farthest) = farthest.filter(|d| statistic(d) > limit) else {
+        return false;
+    };
+    let (run, index) = farthest.place;
+    let point = &work.curve.runs[run].points[index];
+    // A reading that is off by x shows x times its variance share, judged in units of the root of that share.
+    let error = sd_m / farthest.variance_share.sqrt();
+    work.flags.push(Flag::Outlier {
+        place: ReadingPlace {
+            seq: point.seq,
+            line: point.line,
+            repeat: point.repeat,
+        },
+        target_n: work.curve.loads[point.load].target_n,
+        deviation_m: farthest.distance_m,
+        sd_m,
+        test: Significance::new(statistic(farthest), limit, n_tested, error),
+    });
+    work.excluded.push((run, index));
+    work.scatter = Some(CellScatter::new(&work.curve, line, &work.excluded));
+    true
+}

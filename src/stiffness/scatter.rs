@@ -1,0 +1,265 @@
+//! How much readings of the same test point differ from repeat to repeat, pooled over all cells.
+//!
+//! Five repeats of one cell say little about their own spread, so cells lend it to each other. They cannot lend it as it is:
+//! on a soft direction the step and noise of the force gauge, times the compliance, are larger than everything else. The
+//! variance is therefore split into a part of the displacement gauge and a part of the force gauge, s² = a + b c².
+
+use super::curve::{LoadCurve, Point};
+use super::line::{LineFit, StraightLine};
+
+/// Fewest readings of a run through which a line of its own leaves something to see.
+const FEWEST_READINGS_OF_A_LINE: usize = 3;
+
+/// Scatter of single readings within runs, pooled over the cells of a table.
+///
+/// Zero, slope and curvature common to the repeats are taken out first. Readings flagged as outliers do not count here.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct PooledScatter {
+    /// Standard deviation of a displacement reading without load, m.
+    pub displacement_sd_m: f64,
+    /// Standard deviation of a force reading, N, as far as it shows in soft cells more than in stiff ones.
+    pub force_sd_n: f64,
+    /// Root mean square over the cells, m, weighted by their degrees of freedom: the plain pooled repeat standard deviation.
+    pub mean_sd_m: f64,
+    /// Degrees of freedom over all cells.
+    pub dof: f64,
+}
+
+impl PooledScatter {
+    /// Standard deviation of a reading in a cell of this compliance (m/N), m.
+    #[must_use]
+    pub fn sd_m(&self, compliance_m_per_n: f64) -> f64 {
+        let force = self.force_sd_n * compliance_m_per_n;
+        (self.displacement_sd_m.powi(2) + force * force).sqrt()
+    }
+
+    /// `None` if no cell has repeats to compare.
+    pub(super) fn over<'a>(cells: impl Iterator<Item = &'a CellScatter>) -> Option<Self> {
+        let cells: Vec<(f64, f64, f64)> = cells
+            .filter(|cell| cell.dof > 0.0)
+            .map(|cell| {
+                let squared = cell.compliance_m_per_n * cell.compliance_m_per_n;
+                (cell.dof, cell.sum_of_squares_m2 / cell.dof, squared)
+            })
+            .collect();
+        let dof: f64 = cells.iter().map(|(dof, _, _)| dof).sum();
+        if dof == 0.0 {
+            return None;
+        }
+        let mean_variance = cells.iter().map(|(n, s2, _)| n * s2).sum::<f64>() / dof;
+        let (a, b) = split_variance(&cells, mean_variance);
+        Some(Self {
+            displacement_sd_m: a.sqrt(),
+            force_sd_n: b.sqrt(),
+            mean_sd_m: mean_variance.sqrt(),
+            dof,
+        })
+    }
+}
+
+/// a and b of s² = a + b c², both at least zero, from (dof, s², c²) of the cells.
+///
+/// Weighted least squares; the variance of s² is 2σ⁴/dof, so weights follow the fitted value. Ten rounds settle them far
+/// beyond need.
+fn split_variance(cells: &[(f64, f64, f64)], mean_variance: f64) -> (f64, f64) {
+    let mut fitted = (mean_variance, 0.0);
+    for _ in 0..10 {
+        let mut sums = [0.0; 5];
+        for &(dof, s2, c2) in cells {
+            let expected = fitted.0 + fitted.1 * c2;
+            if expected <= 0.0 {
+                continue;
+            }
+            let weight = dof / (expected * expected);
+            let terms = [1.0, c2, c2 * c2, s2, c2 * s2];
+            for (sum, term) in sums.iter_mut().zip(terms) {
+                *sum += weight * term;
+            }
+        }
+        let [w, wc, wcc, ws, wcs] = sums;
+        let determinant = w * wcc - wc * wc;
+        if w == 0.0 {
+            return fitted;
+        }
+        // Cells of one compliance cannot tell the two apart; all is then given to the displacement.
+        if determinant <= 1e-6 * w * wcc {
+            return (ws / w, 0.0);
+        }
+        let a = (wcc * ws - wc * wcs) / determinant;
+        let b = (w * wcs - wc * ws) / determinant;
+        fitted = if a < 0.0 {
+            (0.0, wcs / wcc)
+        } else if b < 0.0 {
+            (ws / w, 0.0)
+        } else {
+            (a, b)
+        };
+    }
+    fitted
+}
+
+/// A reading's distance from its repeats.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Deviation {
+    /// Place of the reading: index of the run in its curve, index of the point in the run.
+    pub(super) place: (usize, usize),
+    /// Distance, m.
+    pub(super) distance_m: f64,
+    /// Its variance in units of the variance of a reading.
+    pub(super) variance_share: f64,
+}
+
+/// Distances of all readings of a cell from their repeats.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct CellScatter {
+    pub(super) compliance_m_per_n: f64,
+    pub(super) deviations: Vec<Deviation>,
+    pub(super) sum_of_squares_m2: f64,
+    pub(super) dof: f64,
+}
+
+impl CellScatter {
+    /// Takes the line of each run off its readings, then the mean of each load; what remains is scatter.
+    ///
+    /// With R runs and L loads N - 2R - (L - 2) degrees of freedom remain. Runs of fewer than three readings have no line worth
+    /// its name; if the cell has no others, the cell's slope is taken off instead and N - L remain. `excluded` places are
+    /// left out of everything.
+    pub(super) fn new(curve: &LoadCurve, fit: &LineFit, excluded: &[(usize, usize)]) -> Self {
+        let kept = |run: usize| {
+            let points = curve.runs[run].points.iter().enumerate();
+            points.filter(move |(i, _)| !excluded.contains(&(run, *i)))
+        };
+        let lines: Vec<Option<StraightLine>> = (0..curve.runs.len())
+            .map(|run| StraightLine::through(kept(run).map(|(_, p)| p)))
+            .map(|line| line.filter(|l| l.n >= FEWEST_READINGS_OF_A_LINE))
+            .collect();
+        let by_run = lines.iter().flatten().count() >= 2;
+        let residual = |run: usize, p: &Point| match lines[run] {
+            Some(line) if by_run => Some((line.residual_m(p), 1.0 - line.leverage(p))),
+            _ if by_run => None,
+            _ => Some((p.displacement_m - fit.slope_m_per_n * p.force_n, 1.0)),
+        };
+        let mut residuals = Vec::with_capacity(curve.n_points());
+        for run in 0..curve.runs.len() {
+            residuals.extend(kept(run).filter_map(|(index, point)| {
+                let (value_m, share) = residual(run, point)?;
+                Some(Residual {
+                    place: (run, index),
+                    load: point.load,
+                    value_m,
+                    share,
+                })
+            }));
+        }
+        let (deviations, n_loads) = from_load_means(&residuals, curve.loads.len());
+        let unknowns = if by_run {
+            (2 * lines.iter().flatten().count() + n_loads).saturating_sub(2)
+        } else {
+            n_loads
+        };
+        Self {
+            compliance_m_per_n: fit.slope_m_per_n.abs(),
+            sum_of_squares_m2: deviations.iter().map(|d| d.distance_m.powi(2)).sum(),
+            dof: residuals.len().saturating_sub(unknowns) as f64,
+            deviations,
+        }
+    }
+}
+
+/// A reading without the line of its run.
+struct Residual {
+    place: (usize, usize),
+    load: usize,
+    value_m: f64,
+    share: f64,
+}
+
+/// Takes the mean of its load off each residual; loads with a single one say nothing. Second: number of loads met.
+fn from_load_means(residuals: &[Residual], n_loads: usize) -> (Vec<Deviation>, usize) {
+    let mut sums = vec![(0.0, 0_usize); n_loads];
+    for residual in residuals {
+        let sum = &mut sums[residual.load];
+        *sum = (sum.0 + residual.value_m, sum.1 + 1);
+    }
+    let deviations = residuals
+        .iter()
+        .filter(|residual| sums[residual.load].1 >= 2)
+        .map(|residual| {
+            let (sum, n) = sums[residual.load];
+            Deviation {
+                place: residual.place,
+                distance_m: residual.value_m - sum / n as f64,
+                variance_share: residual.share * (1.0 - 1.0 / n as f64),
+            }
+        })
+        .collect();
+    (deviations, sums.iter().filter(|(_, n)| *n > 0).count())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::readings::Reading;
+    use crate::stiffness::curve::Branches;
+    use crate::stiffness::sample::{SimulatedBench, cell};
+
+    fn scatters(bench: &SimulatedBench) -> Vec<CellScatter> {
+        let readings = bench.readings();
+        let size = readings.len() / bench.compliances_m_per_n.len();
+        readings
+            .chunks(size)
+            .map(|readings| {
+                let refs: Vec<&Reading> = readings.iter().collect();
+                let curve = LoadCurve::new(cell(), &refs, Branches::LoadingOnly);
+                let fit = LineFit::new(&curve).unwrap();
+                CellScatter::new(&curve, &fit, &[])
+            })
+            .collect()
+    }
+
+    #[test]
+    fn the_scatter_is_that_of_readings_and_not_of_zeros_and_slopes() {
+        let bench = SimulatedBench {
+            zero_sd_m: 50e-6,
+            relative_slope_sd: 0.05,
+            ..SimulatedBench::paper(200, 11)
+        };
+        let pooled = PooledScatter::over(scatters(&bench).iter()).unwrap();
+        // Five runs of eight loads: 40 - 10 - 6 a cell.
+        assert_eq!(pooled.dof, 200.0 * 24.0);
+        // 4800 degrees of freedom: the standard deviation is known to 1 %.
+        assert!((pooled.mean_sd_m / 6e-6 - 1.0).abs() < 0.04, "{pooled:?}");
+    }
+
+    #[test]
+    fn soft_cells_show_the_force_gauge_and_stiff_ones_the_displacement_gauge() {
+        let bench = SimulatedBench {
+            compliances_m_per_n: (0..300)
+                .map(|i| if i % 2 == 0 { 3e-6 } else { 130e-6 })
+                .collect(),
+            reading_sd_m: 2e-6,
+            force_step_n: 0.1,
+            ..SimulatedBench::paper(1, 5)
+        };
+        let pooled = PooledScatter::over(scatters(&bench).iter()).unwrap();
+        assert!(
+            (pooled.displacement_sd_m / 2e-6 - 1.0).abs() < 0.05,
+            "{pooled:?}"
+        );
+        // The step of 0.1 N as a standard deviation, a little less since the unloaded reading has none.
+        let expected = 0.1 / 12_f64.sqrt();
+        assert!(
+            (pooled.force_sd_n / expected - 0.93).abs() < 0.05,
+            "{pooled:?}"
+        );
+    }
+
+    #[test]
+    fn one_run_has_nothing_to_compare() {
+        let bench = SimulatedBench {
+            repeats: 1,
+            ..SimulatedBench::paper(3, 1)
+        };
+        assert_eq!(PooledScatter::over(scatters(&bench).iter()), None);
+    }
+}
