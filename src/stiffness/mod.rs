@@ -20,6 +20,7 @@ mod grouping;
 mod json;
 mod line;
 mod outliers;
+mod rounding;
 #[cfg(test)]
 mod sample;
 mod scatter;
@@ -35,6 +36,7 @@ pub use flags::{Flag, ReadingPlace, ZeroEvidence};
 pub use gauges::{GaugeTerms, Gauges, StiffnessError};
 pub use grouping::LeftOut;
 pub use line::LineFit;
+pub use rounding::{RoundedValue, format_value_uncertainty};
 pub use scatter::PooledScatter;
 pub use significance::{Significance, grubbs_limit};
 pub use table::{
