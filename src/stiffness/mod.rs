@@ -10,6 +10,7 @@
 
 mod budget;
 mod checks;
+mod compare;
 mod contributions;
 mod covariance;
 mod curve;
@@ -29,6 +30,9 @@ mod table;
 mod zeros;
 
 pub use budget::{Budget, BudgetRow, Distribution, EvaluationType, Source, Standing};
+pub use compare::{
+    Agreement, CellChange, Comparison, DECISION_RULE, NotCompared, OverallTest, SameGauges, compare,
+};
 pub use covariance::{LnParts, LnStiffnessCovariance};
 pub use curve::{Branches, LoadCurve, LoadMean, Point, Run, Spread};
 pub use estimate::{Method, NoStiffness, ScatterBasis, StiffnessEstimate, TypeA};
