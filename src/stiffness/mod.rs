@@ -21,11 +21,15 @@ mod grouping;
 mod json;
 mod line;
 mod outliers;
+#[cfg(test)]
+mod property_tests;
 mod rounding;
 #[cfg(test)]
 mod sample;
 mod scatter;
 mod significance;
+#[cfg(test)]
+mod simulation_tests;
 mod table;
 mod zeros;
 
