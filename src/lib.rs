@@ -1,5 +1,6 @@
 //! From two gauges on a robot bench to a stiffness model that can be trusted.
 
+pub mod fit;
 pub mod quantity;
 pub mod readings;
 pub mod robot;
