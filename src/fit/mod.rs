@@ -5,6 +5,10 @@
 //! - [`Parameter`] and [`ParameterSet`]: what is free, fixed or tied, between which bounds;
 //! - [`ResidualFunction`]: the problem, weights included, and how its failures are named;
 //! - [`minimise`]: the minimum and why the search ended there;
+//! - [`covariance`]: standard errors, correlations, and which parameters the data cannot see;
+//! - [`profile`]: the interval of one parameter without assuming that the minimum is a parabola;
+//! - [`cluster_bootstrap`]: the spread when whole groups of readings are drawn again;
+//! - [`search_for_lower_minimum`]: derivative-free search for a lower minimum than the one found.
 //!
 //! # Decision: an own bounded Levenberg-Marquardt
 //!
@@ -23,20 +27,38 @@
 //! *Price.* About 300 lines of our own. They are held to NIST's 27 certified problems, and to the crate as an oracle, in `tests/nist_strd/`.
 //! There is one path: the same code runs a single careful fit and a thousand refits.
 
+mod bootstrap;
+mod covariance;
 mod error;
+mod identification;
 mod least_squares;
+mod optimise;
 mod parameter;
 mod point;
+mod profile;
 mod residual_function;
 mod search;
 mod singular_values;
 mod trust_region;
 
+pub use bootstrap::{
+    Bootstrap, BootstrapSettings, FailedReplicate, ReplicateFailure, cluster_bootstrap,
+};
+pub use covariance::{
+    Covariance, CovarianceSettings, ParameterEstimate, ParameterStatus, SigmaMode, StrongPair,
+    covariance,
+};
 pub use error::FitError;
+pub use identification::{DirectionComponent, UnidentifiedDirection, WhyNotIdentified};
 pub use least_squares::{
     Convergence, LeastSquaresFit, LeastSquaresSettings, Termination, minimise,
 };
+pub use optimise::{
+    GlobalSearch, Minimum, SearchOutcome, SearchSettings, nelder_mead, particle_swarm,
+    search_for_lower_minimum,
+};
 pub use parameter::{Bound, Parameter, ParameterSet, Role};
+pub use profile::{LowerMinimum, ProfileEnd, ProfileInterval, ProfileSettings, profile};
 pub use residual_function::{
     DerivativeCheck, EvaluationFailure, JacobianView, ResidualFunction, check_derivatives,
 };

@@ -1,0 +1,342 @@
+//! Derivative-free search for the minimum, in the logarithms of the parameters: a check that least squares did not stop in a side
+//! valley.
+//!
+//! A particle swarm looks everywhere within the bounds, a Nelder-Mead simplex refines the best it found, least squares finishes.
+//! The logarithm makes a factor of two the same step everywhere, which suits parameters that are factors or stiffnesses.
+
+use std::cell::RefCell;
+
+use argmin::core::{CostFunction, Error as ArgminError, Executor};
+use argmin::solver::neldermead::NelderMead;
+use argmin::solver::particleswarm::ParticleSwarm;
+use rand_xoshiro::Xoshiro256PlusPlus;
+use rand_xoshiro::rand_core::SeedableRng;
+
+use super::error::FitError;
+use super::least_squares::{LeastSquaresFit, LeastSquaresSettings, minimise};
+use super::parameter::ParameterSet;
+use super::residual_function::ResidualFunction;
+
+/// Size of a search.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct SearchSettings {
+    /// Seed; the same seed gives the same search.
+    pub seed: u64,
+    /// Particles of the swarm.
+    pub particles: usize,
+    /// Moves of the swarm.
+    pub swarm_iterations: u64,
+    /// Moves of the simplex.
+    pub simplex_iterations: u64,
+}
+
+impl Default for SearchSettings {
+    /// 40 particles is the size recommended for up to about ten parameters (Standard PSO 2011); 100 moves bring them together,
+    /// 400 moves of the simplex give a few digits in as many parameters. About 5000 evaluations in all.
+    fn default() -> Self {
+        Self {
+            seed: 0,
+            particles: 40,
+            swarm_iterations: 100,
+            simplex_iterations: 400,
+        }
+    }
+}
+
+/// The best point of a derivative-free search.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Minimum {
+    /// The point.
+    pub point: Vec<f64>,
+    /// The objective there.
+    pub objective: f64,
+    /// Points tried.
+    pub evaluations: usize,
+    /// Of these, points without a value.
+    pub failed_evaluations: usize,
+}
+
+/// Whether there is a lower minimum than the one that was found.
+#[derive(Debug)]
+pub enum SearchOutcome {
+    /// None was found; not a proof, but a search that could have found one.
+    NoLowerMinimum {
+        /// ‖r‖² of the best fit from this search.
+        best_sum_of_squares: f64,
+    },
+    /// A better fit.
+    LowerMinimum {
+        /// The fit.
+        fit: Box<LeastSquaresFit>,
+    },
+}
+
+/// A search for a lower minimum, and what it cost.
+#[derive(Debug)]
+pub struct GlobalSearch {
+    /// What came out.
+    pub outcome: SearchOutcome,
+    /// Points tried by swarm, simplex and final fit.
+    pub evaluations: usize,
+    /// Of these, points without a value.
+    pub failed_evaluations: usize,
+}
+
+/// A fit counts as lower if its ‖r‖² is smaller by more than this share: beyond what two converged fits of one minimum differ by.
+const CLEARLY_LOWER: f64 = 1e-6;
+
+/// Looks for a lower minimum than `found` within the bounds of all free parameters, which must be finite and positive.
+///
+/// # Errors
+/// `NoLogRange` for a parameter without such bounds; `NoValueAnywhere`; `SearchFailed`.
+pub fn search_for_lower_minimum(
+    problem: &mut dyn ResidualFunction,
+    set: &ParameterSet,
+    found: &LeastSquaresFit,
+    settings: &SearchSettings,
+) -> Result<GlobalSearch, FitError> {
+    let names = set
+        .free_indices()
+        .iter()
+        .map(|&index| set.parameters()[index].name.clone())
+        .collect();
+    let area = LogArea::new(&set.free_bounds(), names)?;
+    let mut full = vec![0.0; set.parameters().len()];
+    let mut residuals = vec![0.0; problem.residual_count()];
+    let mut objective = |free: &[f64]| {
+        set.fill(free, &mut full);
+        problem.evaluate(&full, &mut residuals, None).ok()?;
+        Some(residuals.iter().map(|r| r * r).sum())
+    };
+    let swarm = swarm_within(&mut objective, &area, settings)?;
+    let simplex = simplex_within(&mut objective, &area, &swarm.point, settings)?;
+    let fit = minimise(
+        problem,
+        &set.with_start(&simplex.point)?,
+        &LeastSquaresSettings::default(),
+    )?;
+    let evaluations = swarm.evaluations + simplex.evaluations + fit.evaluations;
+    let failed_evaluations =
+        swarm.failed_evaluations + simplex.failed_evaluations + fit.failed_evaluations;
+    let outcome = if fit.sum_of_squares() < (1.0 - CLEARLY_LOWER) * found.sum_of_squares() {
+        SearchOutcome::LowerMinimum { fit: Box::new(fit) }
+    } else {
+        SearchOutcome::NoLowerMinimum {
+            best_sum_of_squares: fit.sum_of_squares(),
+        }
+    };
+    Ok(GlobalSearch {
+        outcome,
+        evaluations,
+        failed_evaluations,
+    })
+}
+
+/// Best point of a particle swarm within positive bounds (lower, upper); `objective` gives `None` where it has no value.
+///
+/// # Errors
+/// `NoLogRange`, `NoValueAnywhere`, `SearchFailed`.
+///
+/// # Source
+/// Zambrano-Bigiarini, Clerc and Rojas, Standard Particle Swarm Optimisation 2011 at CEC-2013, as implemented in argmin.
+pub fn particle_swarm(
+    objective: &mut dyn FnMut(&[f64]) -> Option<f64>,
+    bounds: &[(f64, f64)],
+    settings: &SearchSettings,
+) -> Result<Minimum, FitError> {
+    swarm_within(objective, &LogArea::numbered(bounds)?, settings)
+}
+
+/// Best point of a Nelder-Mead simplex from `start`, within positive bounds (lower, upper).
+///
+/// # Errors
+/// `WrongLength` if the start has not one number for each bound, `NoLogRange`, `NoValueAnywhere`, `SearchFailed`.
+///
+/// # Source
+/// Nelder and Mead, The Computer Journal 7 (1965) 308, as implemented in argmin.
+pub fn nelder_mead(
+    objective: &mut dyn FnMut(&[f64]) -> Option<f64>,
+    start: &[f64],
+    bounds: &[(f64, f64)],
+    settings: &SearchSettings,
+) -> Result<Minimum, FitError> {
+    if start.len() != bounds.len() {
+        return Err(FitError::WrongLength {
+            what: "start",
+            expected: bounds.len(),
+            found: start.len(),
+        });
+    }
+    simplex_within(objective, &LogArea::numbered(bounds)?, start, settings)
+}
+
+fn swarm_within(
+    objective: &mut dyn FnMut(&[f64]) -> Option<f64>,
+    area: &LogArea,
+    settings: &SearchSettings,
+) -> Result<Minimum, FitError> {
+    let tally = RefCell::new(Tally::new(objective, area));
+    let solver = ParticleSwarm::new(
+        (area.lower.clone(), area.upper.clone()),
+        settings.particles.max(1),
+    )
+    .with_rng_generator(Xoshiro256PlusPlus::seed_from_u64(settings.seed));
+    Executor::new(Cost(&tally), solver)
+        .configure(|state| state.max_iters(settings.swarm_iterations))
+        .timer(false)
+        .run()
+        .map_err(search_failed)?;
+    tally.into_inner().minimum()
+}
+
+fn simplex_within(
+    objective: &mut dyn FnMut(&[f64]) -> Option<f64>,
+    area: &LogArea,
+    start: &[f64],
+    settings: &SearchSettings,
+) -> Result<Minimum, FitError> {
+    let tally = RefCell::new(Tally::new(objective, area));
+    let solver = NelderMead::new(area.simplex(start));
+    Executor::new(Cost(&tally), solver)
+        .configure(|state| state.max_iters(settings.simplex_iterations))
+        .timer(false)
+        .run()
+        .map_err(search_failed)?;
+    tally.into_inner().minimum()
+}
+
+fn search_failed(source: ArgminError) -> FitError {
+    FitError::SearchFailed {
+        source: source.into(),
+    }
+}
+
+/// The bounds in logarithms.
+struct LogArea {
+    bounds: Vec<(f64, f64)>,
+    lower: Vec<f64>,
+    upper: Vec<f64>,
+}
+
+impl LogArea {
+    fn new(bounds: &[(f64, f64)], names: Vec<String>) -> Result<Self, FitError> {
+        for (&(lower, upper), name) in bounds.iter().zip(names) {
+            if !(lower > 0.0 && lower < upper && upper.is_finite()) {
+                return Err(FitError::NoLogRange { name, lower, upper });
+            }
+        }
+        if bounds.is_empty() {
+            return Err(FitError::NoFreeParameter { count: 0 });
+        }
+        let (lower, upper) = bounds
+            .iter()
+            .map(|(lower, upper)| (lower.ln(), upper.ln()))
+            .unzip();
+        Ok(Self {
+            bounds: bounds.to_vec(),
+            lower,
+            upper,
+        })
+    }
+
+    fn numbered(bounds: &[(f64, f64)]) -> Result<Self, FitError> {
+        Self::new(
+            bounds,
+            (0..bounds.len())
+                .map(|place| format!("number {place}"))
+                .collect(),
+        )
+    }
+
+    /// Corners a tenth of the range apart, turned inward where the start is close to the upper bound.
+    fn simplex(&self, start: &[f64]) -> Vec<Vec<f64>> {
+        let centre: Vec<f64> = (0..start.len())
+            .map(|j| start[j].ln().clamp(self.lower[j], self.upper[j]))
+            .collect();
+        let mut corners = vec![centre.clone()];
+        for j in 0..centre.len() {
+            let step = 0.1 * (self.upper[j] - self.lower[j]);
+            let mut corner = centre.clone();
+            corner[j] += if centre[j] + step <= self.upper[j] {
+                step
+            } else {
+                -step
+            };
+            corners.push(corner);
+        }
+        corners
+    }
+}
+
+/// Counts evaluations and remembers the best point, whatever the optimiser keeps.
+struct Tally<'a> {
+    objective: &'a mut dyn FnMut(&[f64]) -> Option<f64>,
+    area: &'a LogArea,
+    best: Option<(Vec<f64>, f64)>,
+    evaluations: usize,
+    failed_evaluations: usize,
+}
+
+impl<'a> Tally<'a> {
+    fn new(objective: &'a mut dyn FnMut(&[f64]) -> Option<f64>, area: &'a LogArea) -> Self {
+        Self {
+            objective,
+            area,
+            best: None,
+            evaluations: 0,
+            failed_evaluations: 0,
+        }
+    }
+
+    /// The objective, infinite outside the bounds and where the model has no value, as the optimisers want it.
+    fn cost(&mut self, logarithms: &[f64]) -> f64 {
+        let limits = self.area.lower.iter().zip(&self.area.upper);
+        if logarithms
+            .iter()
+            .zip(limits)
+            .any(|(x, (lower, upper))| x < lower || x > upper)
+        {
+            return f64::INFINITY;
+        }
+        // The exponential of the logarithm of a bound may miss the bound by a rounding.
+        let pairs = logarithms.iter().zip(&self.area.bounds);
+        let point: Vec<f64> = pairs
+            .map(|(x, &(lower, upper))| x.exp().clamp(lower, upper))
+            .collect();
+        self.evaluations += 1;
+        let Some(value) = (self.objective)(&point).filter(|value| value.is_finite()) else {
+            self.failed_evaluations += 1;
+            return f64::INFINITY;
+        };
+        if self.best.as_ref().is_none_or(|(_, best)| value < *best) {
+            self.best = Some((point, value));
+        }
+        value
+    }
+
+    fn minimum(self) -> Result<Minimum, FitError> {
+        let (point, objective) = self.best.ok_or(FitError::NoValueAnywhere {
+            evaluations: self.evaluations,
+        })?;
+        Ok(Minimum {
+            point,
+            objective,
+            evaluations: self.evaluations,
+            failed_evaluations: self.failed_evaluations,
+        })
+    }
+}
+
+struct Cost<'a, 'b>(&'a RefCell<Tally<'b>>);
+
+impl CostFunction for Cost<'_, '_> {
+    type Param = Vec<f64>;
+    type Output = f64;
+
+    fn cost(&self, logarithms: &Self::Param) -> Result<f64, ArgminError> {
+        Ok(self.0.borrow_mut().cost(logarithms))
+    }
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,152 @@
+//! Searches with known valleys, and every mistake in their input.
+
+use super::*;
+use crate::fit::{EvaluationFailure, JacobianView, Parameter};
+
+/// A bowl with waves, in the logarithm u: lowest at 3.4, side valleys about every 1.5.
+#[expect(
+    clippy::unnecessary_wraps,
+    reason = "the searches take functions that may have no value"
+)]
+fn valleys(p: &[f64]) -> Option<f64> {
+    let u = p[0].ln();
+    Some((u - 3.4).powi(2) + 2.0 * (1.0 - (4.0 * (u - 3.4)).cos()))
+}
+
+#[test]
+fn the_swarm_finds_the_lowest_of_several_valleys() {
+    let found = particle_swarm(&mut valleys, &[(0.1, 1000.0)], &SearchSettings::default()).unwrap();
+    assert!((found.point[0].ln() - 3.4).abs() < 1e-6, "{found:?}");
+}
+
+#[test]
+fn the_simplex_stays_in_its_valley_and_refines_it() {
+    let start = (3.4_f64 - 1.5).exp();
+    let settings = SearchSettings::default();
+    let found = nelder_mead(
+        &mut valleys,
+        &[start],
+        &[(start / 1.5, start * 1.5)],
+        &settings,
+    )
+    .unwrap();
+    // Stationary: 2 d + 8 sin 4d = 0 beside d = -1.5.
+    let d = found.point[0].ln() - 3.4;
+    assert!((2.0 * d + 8.0 * (4.0 * d).sin()).abs() < 1e-5, "{d}");
+    assert!((d + 1.5).abs() < 0.2, "{d}");
+}
+
+#[test]
+fn one_seed_gives_one_search() {
+    let run = |seed| {
+        let settings = SearchSettings {
+            seed,
+            swarm_iterations: 3,
+            ..SearchSettings::default()
+        };
+        particle_swarm(&mut valleys, &[(0.1, 1000.0)], &settings).unwrap()
+    };
+    assert_eq!(run(5), run(5));
+    assert_ne!(run(5).point, run(6).point);
+}
+
+#[test]
+fn points_without_a_value_are_counted_and_avoided() {
+    let mut half = |p: &[f64]| {
+        if p[0] < 1.0 {
+            None
+        } else {
+            Some((p[0] - 1.5).powi(2))
+        }
+    };
+    let found = particle_swarm(&mut half, &[(0.1, 10.0)], &SearchSettings::default()).unwrap();
+    assert!(found.failed_evaluations > 0);
+    assert!((found.point[0] - 1.5).abs() < 1e-4);
+}
+
+#[test]
+fn each_mistake_has_its_own_error() {
+    let settings = SearchSettings {
+        swarm_iterations: 2,
+        ..SearchSettings::default()
+    };
+    for bounds in [
+        (0.0, 1.0),
+        (-1.0, 1.0),
+        (1.0, f64::INFINITY),
+        (2.0, 2.0),
+        (f64::NAN, 1.0),
+    ] {
+        let result = particle_swarm(&mut valleys, &[bounds], &settings);
+        assert!(
+            matches!(result, Err(FitError::NoLogRange { .. })),
+            "{bounds:?}"
+        );
+    }
+    assert!(matches!(
+        particle_swarm(&mut valleys, &[], &settings),
+        Err(FitError::NoFreeParameter { count: 0 })
+    ));
+    assert!(matches!(
+        particle_swarm(&mut |_| None, &[(1.0, 2.0)], &settings),
+        Err(FitError::NoValueAnywhere { evaluations }) if evaluations >= 40
+    ));
+    assert!(matches!(
+        nelder_mead(&mut valleys, &[1.0, 2.0], &[(1.0, 2.0)], &settings),
+        Err(FitError::WrongLength {
+            expected: 1,
+            found: 2,
+            ..
+        })
+    ));
+}
+
+/// A sine with a slope: valleys every 2π/3, the lowest near 8.
+struct Waves;
+
+impl ResidualFunction for Waves {
+    fn residual_count(&self) -> usize {
+        2
+    }
+
+    fn evaluate(
+        &mut self,
+        p: &[f64],
+        residuals: &mut [f64],
+        jacobian: Option<&mut JacobianView<'_>>,
+    ) -> Result<(), EvaluationFailure> {
+        residuals[0] = 2.0 * (0.5 * 3.0 * (p[0] - 8.0)).sin();
+        residuals[1] = 0.3 * (p[0] - 8.0) + 0.1;
+        if let Some(jacobian) = jacobian {
+            jacobian.set(0, 0, 3.0 * (0.5 * 3.0 * (p[0] - 8.0)).cos());
+            jacobian.set(1, 0, 0.3);
+        }
+        Ok(())
+    }
+}
+
+#[test]
+fn a_fit_in_a_side_valley_is_found_out_and_one_in_the_lowest_is_confirmed() {
+    let fit_from = |start| {
+        let set = ParameterSet::new(vec![Parameter::free("phase", start, 1.0, 20.0)]).unwrap();
+        let fit = minimise(&mut Waves, &set, &LeastSquaresSettings::default()).unwrap();
+        assert!(fit.termination.is_converged());
+        let search =
+            search_for_lower_minimum(&mut Waves, &set, &fit, &SearchSettings::default()).unwrap();
+        (fit, search)
+    };
+    let (side, search) = fit_from(3.9);
+    let SearchOutcome::LowerMinimum { fit: lowest } = search.outcome else {
+        panic!(
+            "the side valley at {:?} was taken for the lowest",
+            side.values
+        )
+    };
+    assert!((lowest.values[0] - 8.0).abs() < 0.05);
+    let (_, search) = fit_from(8.3);
+    assert!(matches!(
+        search.outcome,
+        SearchOutcome::NoLowerMinimum { .. }
+    ));
+    assert!(search.evaluations > 1000 && search.failed_evaluations == 0);
+}

@@ -1,0 +1,232 @@
+//! Profiles with exact ends, open ends, and what stops a walk.
+
+use super::*;
+use crate::fit::{
+    CovarianceSettings, EvaluationFailure, JacobianView, LeastSquaresSettings, Parameter,
+    covariance, minimise,
+};
+
+/// A residual and its gradient.
+type Row = (f64, Vec<f64>);
+
+/// A curve given as a function of the parameters, with its gradient, for a few residuals.
+struct Curve<F>(usize, F);
+
+impl<F: FnMut(&[f64], usize) -> Row> ResidualFunction for Curve<F> {
+    fn residual_count(&self) -> usize {
+        self.0
+    }
+
+    fn evaluate(
+        &mut self,
+        p: &[f64],
+        residuals: &mut [f64],
+        mut jacobian: Option<&mut JacobianView<'_>>,
+    ) -> Result<(), EvaluationFailure> {
+        for (i, residual) in residuals.iter_mut().enumerate() {
+            let (value, gradient) = (self.1)(p, i);
+            *residual = value;
+            if let Some(jacobian) = jacobian.as_deref_mut() {
+                for (j, derivative) in gradient.into_iter().enumerate() {
+                    jacobian.set(i, j, derivative);
+                }
+            }
+        }
+        Ok(())
+    }
+}
+
+fn profiled(
+    problem: &mut dyn ResidualFunction,
+    parameters: Vec<Parameter>,
+    mode: SigmaMode,
+    parameter: usize,
+) -> Result<ProfileInterval, FitError> {
+    let set = ParameterSet::new(parameters)?;
+    let fit = minimise(problem, &set, &LeastSquaresSettings::default())?;
+    let covariance = covariance(&set, &fit, mode, &CovarianceSettings::default())?;
+    profile(
+        problem,
+        &set,
+        &fit,
+        &covariance,
+        parameter,
+        &ProfileSettings::default(),
+    )
+}
+
+/// ln of a quantity measured once as 5 ± sigma: the exact ends are ln(5 ± 1.96 sigma).
+fn logarithm(sigma: f64) -> Curve<impl FnMut(&[f64], usize) -> Row> {
+    Curve(1, move |p: &[f64], _| {
+        ((p[0].exp() - 5.0) / sigma, vec![p[0].exp() / sigma])
+    })
+}
+
+const K: f64 = 1.959_963_984_540_054;
+
+#[test]
+fn of_a_line_the_profile_is_the_quadratic_interval() {
+    for mode in [SigmaMode::Known, SigmaMode::Estimated] {
+        let y = [1.0, 2.1, 2.9, 4.2, 5.0];
+        let mut line = Curve(5, move |p: &[f64], i| {
+            (p[0] + p[1] * i as f64 - y[i], vec![1.0, i as f64])
+        });
+        let parameters = vec![
+            Parameter::unbounded("a", 0.0),
+            Parameter::unbounded("b", 0.0),
+        ];
+        let found = profiled(&mut line, parameters, mode, 1).unwrap();
+        let [lower, upper] = found.quadratic.unwrap();
+        assert!((found.lower.closed().unwrap() - lower).abs() < 1e-4 * (upper - lower));
+        assert!((found.upper.closed().unwrap() - upper).abs() < 1e-4 * (upper - lower));
+        assert!(!found.quadratic_misleads());
+        assert_eq!(found.lower_minimum, None);
+    }
+}
+
+#[test]
+fn of_a_curved_model_the_ends_are_the_exact_ones_and_the_difference_is_told() {
+    let found = profiled(
+        &mut logarithm(2.0),
+        vec![Parameter::unbounded("u", 1.0)],
+        SigmaMode::Known,
+        0,
+    )
+    .unwrap();
+    assert!((found.threshold - K * K).abs() < 1e-9);
+    assert!((found.lower.closed().unwrap() - (5.0 - 2.0 * K).ln()).abs() < 1e-3);
+    assert!((found.upper.closed().unwrap() - (5.0 + 2.0 * K).ln()).abs() < 1e-4);
+    // The quadratic half-length is 1.96 * 2/5.
+    let expected = (5.0_f64.ln() - (5.0 - 2.0 * K).ln()) / (K * 0.4) - 1.0;
+    assert!((found.disagreement()[0].unwrap() - expected).abs() < 1e-3);
+    assert!(found.quadratic_misleads());
+}
+
+#[test]
+fn an_end_that_does_not_exist_is_open() {
+    let found = profiled(
+        &mut logarithm(3.0),
+        vec![Parameter::unbounded("u", 1.0)],
+        SigmaMode::Known,
+        0,
+    )
+    .unwrap();
+    let ProfileEnd::Open { rise, .. } = found.lower else {
+        panic!("{:?}", found.lower)
+    };
+    // All the way down ‖r‖² is (5/3)².
+    assert!(
+        (rise - (5.0_f64 / 3.0).powi(2) / (K * K)).abs() < 1e-6,
+        "{rise}"
+    );
+    assert!(found.upper.closed().is_some());
+    assert!(found.quadratic_misleads());
+}
+
+#[test]
+fn a_bound_ends_the_walk_and_is_named() {
+    let parameters = vec![Parameter::free("u", 1.0, -2.0, 2.0)];
+    let found = profiled(&mut logarithm(2.0), parameters, SigmaMode::Known, 0).unwrap();
+    let ProfileEnd::OpenAtBound {
+        bound: Bound::Upper,
+        value,
+        rise,
+    } = found.upper
+    else {
+        panic!("{:?}", found.upper)
+    };
+    assert_eq!(value, 2.0);
+    assert!((rise - ((2.0_f64.exp() - 5.0) / 2.0).powi(2) / (K * K)).abs() < 1e-9);
+}
+
+#[test]
+fn a_parameter_on_its_bound_is_open_there_and_profiled_to_the_other_side() {
+    let parameters = vec![Parameter::free("u", 2.5, 2.0, 9.0)];
+    let found = profiled(&mut logarithm(2.0), parameters, SigmaMode::Known, 0).unwrap();
+    assert!(matches!(
+        found.lower,
+        ProfileEnd::OpenAtBound {
+            bound: Bound::Lower,
+            rise: 0.0,
+            ..
+        }
+    ));
+    assert_eq!(found.quadratic, None);
+    // Rise counts from the minimum within the bounds: (x-5)²/4 = ((e²-5)/2)² + k².
+    let exact = (5.0 + 2.0 * (((2.0_f64.exp() - 5.0) / 2.0).powi(2) + K * K).sqrt()).ln();
+    assert!((found.upper.closed().unwrap() - exact).abs() < 1e-4);
+}
+
+#[test]
+fn a_region_without_a_value_stops_the_walk_at_its_edge() {
+    let mut edge = Curve(1, |p: &[f64], _| {
+        let value = if p[0] > 0.5 { f64::NAN } else { p[0] };
+        (value, vec![1.0])
+    });
+    let found = profiled(
+        &mut edge,
+        vec![Parameter::unbounded("p", 0.2)],
+        SigmaMode::Known,
+        0,
+    )
+    .unwrap();
+    let ProfileEnd::NotFollowed { value, .. } = found.upper else {
+        panic!("{:?}", found.upper)
+    };
+    assert!((0.4999..=0.5).contains(&value), "{value}");
+    assert!(found.lower.closed().is_some());
+}
+
+#[test]
+fn a_lower_minimum_met_on_the_way_is_told() {
+    // A fit that was stopped at its start; refitting `a` alone already does better.
+    let mut line = Curve(3, |p: &[f64], i| {
+        (p[0] + p[1] * i as f64 - 10.0, vec![1.0, i as f64])
+    });
+    let set = ParameterSet::new(vec![
+        Parameter::unbounded("a", 0.0),
+        Parameter::unbounded("b", 1.0),
+    ]);
+    let set = set.unwrap();
+    let settings = LeastSquaresSettings {
+        max_evaluations: 1,
+        ..LeastSquaresSettings::default()
+    };
+    let fit = minimise(&mut line, &set, &settings).unwrap();
+    let covariance =
+        covariance(&set, &fit, SigmaMode::Known, &CovarianceSettings::default()).unwrap();
+    let found = profile(
+        &mut line,
+        &set,
+        &fit,
+        &covariance,
+        1,
+        &ProfileSettings::default(),
+    )
+    .unwrap();
+    let lower = found.lower_minimum.unwrap();
+    assert!(lower.sum_of_squares < fit.sum_of_squares() - 100.0);
+    assert!((lower.values[0] + lower.values[1] - 10.0).abs() < 1e-9);
+}
+
+#[test]
+fn only_a_free_parameter_has_a_profile() {
+    let parameters = || {
+        vec![
+            Parameter::unbounded("u", 1.0),
+            Parameter::fixed("f", 1.0),
+            Parameter::tied("t", 0, 2.0),
+        ]
+    };
+    let attempt =
+        |index| profiled(&mut logarithm(2.0), parameters(), SigmaMode::Known, index).unwrap_err();
+    assert!(matches!(
+        attempt(1),
+        FitError::NotFree { role: "fixed", .. }
+    ));
+    assert!(matches!(attempt(2), FitError::NotFree { role: "tied", .. }));
+    assert!(matches!(
+        attempt(3),
+        FitError::UnknownParameter { index: 3, count: 3 }
+    ));
+}
