@@ -1,6 +1,7 @@
 //! From two gauges on a robot bench to a stiffness model that can be trusted.
 
 pub mod fit;
+pub mod least_squares;
 pub mod quantity;
 pub mod readings;
 pub mod robot;

@@ -1,6 +1,6 @@
 //! Straight lines of displacement against force: one per run, and the common slope with one intercept per gauge zero.
 
-use super::curve::{LoadCurve, Point};
+use super::curve::{LoadCurve, Point, Run};
 use super::estimate::{NoStiffness, TypeA};
 use crate::statistics::{Estimate, mean, standard_deviation};
 
@@ -77,8 +77,19 @@ pub struct LineFit {
     pub intercepts_m: Vec<f64>,
     /// Mean intercept, m: what the gauge would have shown without load.
     pub zero_offset_m: Estimate,
+    /// What each run contributes to the slope, in the order of the curve's runs.
+    pub runs: Vec<RunSums>,
     /// Change of the slope per change of displacement at each load, 1/N.
     pub(super) load_weights_per_n: Vec<f64>,
+}
+
+/// Sums of one run about the means of its gauge zero; the slope of a cell is Σ `sxy_n_m` over Σ `sxx_n2`.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct RunSums {
+    /// Σ (F - F̄)², N².
+    pub sxx_n2: f64,
+    /// Σ (F - F̄)(δ - δ̄), N·m.
+    pub sxy_n_m: f64,
 }
 
 impl LineFit {
@@ -97,13 +108,14 @@ impl LineFit {
     /// Liang and Zeger, Biometrika 73 (1986) 13, for the variance from runs; the factor G/(G-1) makes it unbiased for equal runs.
     pub fn new(curve: &LoadCurve) -> Result<Self, NoStiffness> {
         let centres = zero_centres(curve);
-        let (mut sxx, mut sxy, mut size) = (0.0, 0.0, 0.0);
-        for p in curve.points() {
-            let force = p.force_n - centres[p.zero].0;
-            sxx += force * force;
-            sxy += force * (p.displacement_m - centres[p.zero].1);
-            size += p.force_n * p.force_n;
-        }
+        let runs: Vec<RunSums> = curve
+            .runs
+            .iter()
+            .map(|run| RunSums::of(run, &centres))
+            .collect();
+        let sxx: f64 = runs.iter().map(|run| run.sxx_n2).sum();
+        let sxy: f64 = runs.iter().map(|run| run.sxy_n_m).sum();
+        let size: f64 = curve.points().map(|p| p.force_n * p.force_n).sum();
         if sxx <= SMALLEST_RELATIVE_SPREAD * size || size == 0.0 {
             return Err(NoStiffness::OneForce);
         }
@@ -136,6 +148,7 @@ impl LineFit {
             residual_sd_m,
             intercepts_m,
             zero_offset_m,
+            runs,
             load_weights_per_n,
         })
     }
@@ -144,6 +157,21 @@ impl LineFit {
     #[must_use]
     pub fn type_a(&self) -> Option<TypeA> {
         self.slope_by_runs.or(self.slope_by_residuals)
+    }
+}
+
+impl RunSums {
+    fn of(run: &Run, centres: &[(f64, f64)]) -> Self {
+        let mut sums = Self {
+            sxx_n2: 0.0,
+            sxy_n_m: 0.0,
+        };
+        for p in &run.points {
+            let force = p.force_n - centres[p.zero].0;
+            sums.sxx_n2 += force * force;
+            sums.sxy_n_m += force * (p.displacement_m - centres[p.zero].1);
+        }
+        sums
     }
 }
 

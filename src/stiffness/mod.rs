@@ -43,7 +43,7 @@ pub use estimate::{Method, NoStiffness, ScatterBasis, StiffnessEstimate, TypeA};
 pub use flags::{Flag, ReadingPlace, ZeroEvidence};
 pub use gauges::{GaugeTerms, Gauges, StiffnessError};
 pub use grouping::LeftOut;
-pub use line::LineFit;
+pub use line::{LineFit, RunSums};
 pub use rounding::{RoundedValue, format_value_uncertainty};
 pub use scatter::PooledScatter;
 pub use significance::{Significance, grubbs_limit};

@@ -12,7 +12,7 @@ use argmin::solver::particleswarm::ParticleSwarm;
 use rand_xoshiro::Xoshiro256PlusPlus;
 use rand_xoshiro::rand_core::SeedableRng;
 
-use super::error::FitError;
+use super::error::LeastSquaresError;
 use super::least_squares::{LeastSquaresFit, LeastSquaresSettings, minimise};
 use super::parameter::ParameterSet;
 use super::residual_function::ResidualFunction;
@@ -94,7 +94,7 @@ pub fn search_for_lower_minimum(
     set: &ParameterSet,
     found: &LeastSquaresFit,
     settings: &SearchSettings,
-) -> Result<GlobalSearch, FitError> {
+) -> Result<GlobalSearch, LeastSquaresError> {
     let names = set
         .free_indices()
         .iter()
@@ -143,7 +143,7 @@ pub fn particle_swarm(
     objective: &mut dyn FnMut(&[f64]) -> Option<f64>,
     bounds: &[(f64, f64)],
     settings: &SearchSettings,
-) -> Result<Minimum, FitError> {
+) -> Result<Minimum, LeastSquaresError> {
     swarm_within(objective, &LogArea::numbered(bounds)?, settings)
 }
 
@@ -159,9 +159,9 @@ pub fn nelder_mead(
     start: &[f64],
     bounds: &[(f64, f64)],
     settings: &SearchSettings,
-) -> Result<Minimum, FitError> {
+) -> Result<Minimum, LeastSquaresError> {
     if start.len() != bounds.len() {
-        return Err(FitError::WrongLength {
+        return Err(LeastSquaresError::WrongLength {
             what: "start",
             expected: bounds.len(),
             found: start.len(),
@@ -174,7 +174,7 @@ fn swarm_within(
     objective: &mut dyn FnMut(&[f64]) -> Option<f64>,
     area: &LogArea,
     settings: &SearchSettings,
-) -> Result<Minimum, FitError> {
+) -> Result<Minimum, LeastSquaresError> {
     let tally = RefCell::new(Tally::new(objective, area));
     let solver = ParticleSwarm::new(
         (area.lower.clone(), area.upper.clone()),
@@ -194,7 +194,7 @@ fn simplex_within(
     area: &LogArea,
     start: &[f64],
     settings: &SearchSettings,
-) -> Result<Minimum, FitError> {
+) -> Result<Minimum, LeastSquaresError> {
     let tally = RefCell::new(Tally::new(objective, area));
     let solver = NelderMead::new(area.simplex(start));
     Executor::new(Cost(&tally), solver)
@@ -205,8 +205,8 @@ fn simplex_within(
     tally.into_inner().minimum()
 }
 
-fn search_failed(source: ArgminError) -> FitError {
-    FitError::SearchFailed {
+fn search_failed(source: ArgminError) -> LeastSquaresError {
+    LeastSquaresError::SearchFailed {
         source: source.into(),
     }
 }
@@ -219,14 +219,14 @@ struct LogArea {
 }
 
 impl LogArea {
-    fn new(bounds: &[(f64, f64)], names: Vec<String>) -> Result<Self, FitError> {
+    fn new(bounds: &[(f64, f64)], names: Vec<String>) -> Result<Self, LeastSquaresError> {
         for (&(lower, upper), name) in bounds.iter().zip(names) {
             if !(lower > 0.0 && lower < upper && upper.is_finite()) {
-                return Err(FitError::NoLogRange { name, lower, upper });
+                return Err(LeastSquaresError::NoLogRange { name, lower, upper });
             }
         }
         if bounds.is_empty() {
-            return Err(FitError::NoFreeParameter { count: 0 });
+            return Err(LeastSquaresError::NoFreeParameter { count: 0 });
         }
         let (lower, upper) = bounds
             .iter()
@@ -239,7 +239,7 @@ impl LogArea {
         })
     }
 
-    fn numbered(bounds: &[(f64, f64)]) -> Result<Self, FitError> {
+    fn numbered(bounds: &[(f64, f64)]) -> Result<Self, LeastSquaresError> {
         Self::new(
             bounds,
             (0..bounds.len())
@@ -314,8 +314,8 @@ impl<'a> Tally<'a> {
         value
     }
 
-    fn minimum(self) -> Result<Minimum, FitError> {
-        let (point, objective) = self.best.ok_or(FitError::NoValueAnywhere {
+    fn minimum(self) -> Result<Minimum, LeastSquaresError> {
+        let (point, objective) = self.best.ok_or(LeastSquaresError::NoValueAnywhere {
             evaluations: self.evaluations,
         })?;
         Ok(Minimum {

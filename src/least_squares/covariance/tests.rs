@@ -39,7 +39,7 @@ fn described(
     y: &[f64],
     parameters: Vec<Parameter>,
     mode: SigmaMode,
-) -> Result<Covariance, FitError> {
+) -> Result<Covariance, LeastSquaresError> {
     let mut problem = Linear {
         rows: rows.iter().map(|row| row.to_vec()).collect(),
         y: y.to_vec(),
@@ -217,7 +217,7 @@ fn without_degrees_of_freedom_a_spread_cannot_be_estimated() {
     let rows: [&[f64]; 2] = [&[1.0, 0.0], &[1.0, 1.0]];
     assert!(matches!(
         described(&rows, &[1.0, 2.0], a_and_b(), SigmaMode::Estimated),
-        Err(FitError::NoDegreesOfFreedom {
+        Err(LeastSquaresError::NoDegreesOfFreedom {
             residuals: 2,
             estimated: 2
         })

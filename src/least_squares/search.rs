@@ -1,6 +1,6 @@
 //! The search behind `minimise`: which steps are taken, and when it ends.
 
-use super::error::FitError;
+use super::error::LeastSquaresError;
 use super::least_squares::{Convergence, LeastSquaresFit, LeastSquaresSettings, Termination};
 use super::parameter::{Bound, ParameterSet};
 use super::point::{Point, hold, linear_model};
@@ -43,15 +43,15 @@ impl<'a> Search<'a> {
         problem: &'a mut dyn ResidualFunction,
         set: &'a ParameterSet,
         settings: &'a LeastSquaresSettings,
-    ) -> Result<Self, FitError> {
+    ) -> Result<Self, LeastSquaresError> {
         let rows = problem.residual_count();
         if rows == 0 {
-            return Err(FitError::NoResiduals);
+            return Err(LeastSquaresError::NoResiduals);
         }
         let mut current = Point::new(set, rows);
         current
             .evaluate(problem, set)
-            .map_err(|source| FitError::StartHasNoValue { source })?;
+            .map_err(|source| LeastSquaresError::StartHasNoValue { source })?;
         let columns = current.free.len();
         Ok(Self {
             problem,

@@ -79,21 +79,21 @@ fn each_mistake_has_its_own_error() {
     ] {
         let result = particle_swarm(&mut valleys, &[bounds], &settings);
         assert!(
-            matches!(result, Err(FitError::NoLogRange { .. })),
+            matches!(result, Err(LeastSquaresError::NoLogRange { .. })),
             "{bounds:?}"
         );
     }
     assert!(matches!(
         particle_swarm(&mut valleys, &[], &settings),
-        Err(FitError::NoFreeParameter { count: 0 })
+        Err(LeastSquaresError::NoFreeParameter { count: 0 })
     ));
     assert!(matches!(
         particle_swarm(&mut |_| None, &[(1.0, 2.0)], &settings),
-        Err(FitError::NoValueAnywhere { evaluations }) if evaluations >= 40
+        Err(LeastSquaresError::NoValueAnywhere { evaluations }) if evaluations >= 40
     ));
     assert!(matches!(
         nelder_mead(&mut valleys, &[1.0, 2.0], &[(1.0, 2.0)], &settings),
-        Err(FitError::WrongLength {
+        Err(LeastSquaresError::WrongLength {
             expected: 1,
             found: 2,
             ..

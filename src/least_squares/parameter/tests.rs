@@ -2,7 +2,7 @@
 
 use super::*;
 
-fn error_of(parameters: Vec<Parameter>) -> FitError {
+fn error_of(parameters: Vec<Parameter>) -> LeastSquaresError {
     ParameterSet::new(parameters).unwrap_err()
 }
 
@@ -36,29 +36,29 @@ fn ties_are_followed_to_a_free_or_a_fixed_parameter() {
 fn each_mistake_has_its_own_error() {
     assert!(matches!(
         error_of(vec![Parameter::free("a", 3.0, 0.0, 2.0)]),
-        FitError::StartOutsideBounds { start: 3.0, .. }
+        LeastSquaresError::StartOutsideBounds { start: 3.0, .. }
     ));
     assert!(matches!(
         error_of(vec![Parameter::free("a", 2.0, 2.0, 2.0)]),
-        FitError::EmptyRange { .. }
+        LeastSquaresError::EmptyRange { .. }
     ));
     assert!(matches!(
         error_of(vec![Parameter::free("a", 2.0, f64::NAN, 3.0)]),
-        FitError::NotFinite {
+        LeastSquaresError::NotFinite {
             what: "its lower bound",
             ..
         }
     ));
     assert!(matches!(
         error_of(vec![Parameter::unbounded("a", f64::INFINITY)]),
-        FitError::NotFinite {
+        LeastSquaresError::NotFinite {
             what: "its start",
             ..
         }
     ));
     assert!(matches!(
         error_of(vec![Parameter::fixed("a", f64::NAN)]),
-        FitError::NotFinite {
+        LeastSquaresError::NotFinite {
             what: "its value",
             ..
         }
@@ -68,7 +68,7 @@ fn each_mistake_has_its_own_error() {
             Parameter::unbounded("a", 0.0),
             Parameter::tied("b", 0, f64::NAN)
         ]),
-        FitError::NotFinite {
+        LeastSquaresError::NotFinite {
             what: "its ratio",
             ..
         }
@@ -78,7 +78,7 @@ fn each_mistake_has_its_own_error() {
             Parameter::unbounded("a", 0.0),
             Parameter::tied("b", 2, 1.0)
         ]),
-        FitError::UnknownTie {
+        LeastSquaresError::UnknownTie {
             index: 2,
             count: 2,
             ..
@@ -86,18 +86,18 @@ fn each_mistake_has_its_own_error() {
     ));
     assert!(matches!(
         error_of(vec![Parameter::fixed("a", 0.0)]),
-        FitError::NoFreeParameter { count: 1 }
+        LeastSquaresError::NoFreeParameter { count: 1 }
     ));
     assert!(matches!(
         error_of(vec![]),
-        FitError::NoFreeParameter { count: 0 }
+        LeastSquaresError::NoFreeParameter { count: 0 }
     ));
     assert!(matches!(
         error_of(vec![
             Parameter::unbounded("a", 0.0),
             Parameter::fixed("a", 1.0)
         ]),
-        FitError::DuplicateName { .. }
+        LeastSquaresError::DuplicateName { .. }
     ));
 }
 
@@ -126,7 +126,7 @@ fn a_start_of_wrong_length_or_outside_is_refused() {
     let set = ParameterSet::new(vec![Parameter::free("a", 1.0, 0.0, 2.0)]).unwrap();
     assert!(matches!(
         set.with_start(&[]),
-        Err(FitError::WrongLength {
+        Err(LeastSquaresError::WrongLength {
             expected: 1,
             found: 0,
             ..
@@ -134,11 +134,11 @@ fn a_start_of_wrong_length_or_outside_is_refused() {
     ));
     assert!(matches!(
         set.with_start(&[5.0]),
-        Err(FitError::StartOutsideBounds { .. })
+        Err(LeastSquaresError::StartOutsideBounds { .. })
     ));
     assert_eq!(set.with_start(&[2.0]).unwrap().free_start(), [2.0]);
     assert!(matches!(
         set.expand(&[1.0], &mut []),
-        Err(FitError::WrongLength { .. })
+        Err(LeastSquaresError::WrongLength { .. })
     ));
 }

@@ -2,7 +2,7 @@
 
 use crate::statistics::student_t_quantile;
 
-use super::error::FitError;
+use super::error::LeastSquaresError;
 use super::identification::{
     UnidentifiedDirection, WhyNotIdentified, direction, reduce_to_echelon,
 };
@@ -147,7 +147,7 @@ pub fn covariance(
     fit: &LeastSquaresFit,
     mode: SigmaMode,
     settings: &CovarianceSettings,
-) -> Result<Covariance, FitError> {
+) -> Result<Covariance, LeastSquaresError> {
     let spectrum = Spectrum::of(set, fit, settings);
     let rank = spectrum.kept.len();
     let dof = fit.residuals.len().saturating_sub(rank);
@@ -156,7 +156,7 @@ pub fn covariance(
         (SigmaMode::Known, _) => 1.0,
         (SigmaMode::Estimated, Some(s2)) => s2,
         (SigmaMode::Estimated, None) => {
-            return Err(FitError::NoDegreesOfFreedom {
+            return Err(LeastSquaresError::NoDegreesOfFreedom {
                 residuals: fit.residuals.len(),
                 estimated: rank,
             });

@@ -9,11 +9,11 @@ use super::residual_function::EvaluationFailure;
 
 /// Why a fit, or a statement about a fit, could not be made at all.
 #[derive(Debug, ThisError, Diagnostic)]
-pub enum FitError {
+pub enum LeastSquaresError {
     /// A start, bound, value or ratio is NaN or infinite where it may not be.
     #[error("parameter `{name}`: {what} is {value}")]
     #[diagnostic(
-        code(stiffbench::fit::not_finite),
+        code(stiffbench::least_squares::not_finite),
         help("give a finite number; only bounds may be infinite, and only away from the start")
     )]
     NotFinite {
@@ -27,7 +27,7 @@ pub enum FitError {
     /// The lower bound is not below the upper one.
     #[error("parameter `{name}`: the bounds {lower} to {upper} leave nothing to choose")]
     #[diagnostic(
-        code(stiffbench::fit::empty_range),
+        code(stiffbench::least_squares::empty_range),
         help("put the lower bound below the upper one, or fix the parameter")
     )]
     EmptyRange {
@@ -41,7 +41,7 @@ pub enum FitError {
     /// The start is not within the bounds.
     #[error("parameter `{name}` starts at {start}, outside its bounds {lower} to {upper}")]
     #[diagnostic(
-        code(stiffbench::fit::start_outside_bounds),
+        code(stiffbench::least_squares::start_outside_bounds),
         help("move the start inside or widen the bounds")
     )]
     StartOutsideBounds {
@@ -59,7 +59,7 @@ pub enum FitError {
         "parameter `{name}` is tied to parameter number {index}, but there are {count}, counted from 0"
     )]
     #[diagnostic(
-        code(stiffbench::fit::unknown_tie),
+        code(stiffbench::least_squares::unknown_tie),
         help("tie it to one of the parameters of the same set")
     )]
     UnknownTie {
@@ -73,7 +73,7 @@ pub enum FitError {
     /// Ties that lead back to their beginning.
     #[error("the ties go in a circle: {}", names.join(" -> "))]
     #[diagnostic(
-        code(stiffbench::fit::tie_cycle),
+        code(stiffbench::least_squares::tie_cycle),
         help("make one of these parameters free or fixed")
     )]
     TieCycle {
@@ -83,7 +83,7 @@ pub enum FitError {
     /// Two parameters of one name.
     #[error("two parameters are called `{name}`")]
     #[diagnostic(
-        code(stiffbench::fit::duplicate_name),
+        code(stiffbench::least_squares::duplicate_name),
         help("names identify parameters in results; rename one")
     )]
     DuplicateName {
@@ -93,7 +93,7 @@ pub enum FitError {
     /// Nothing to fit.
     #[error("none of the {count} parameters is free")]
     #[diagnostic(
-        code(stiffbench::fit::no_free_parameter),
+        code(stiffbench::least_squares::no_free_parameter),
         help("free at least one parameter")
     )]
     NoFreeParameter {
@@ -103,14 +103,14 @@ pub enum FitError {
     /// Nothing to fit to.
     #[error("there are no residuals to minimise")]
     #[diagnostic(
-        code(stiffbench::fit::no_residuals),
+        code(stiffbench::least_squares::no_residuals),
         help("check that the selection of readings is not empty")
     )]
     NoResiduals,
     /// An index beyond the parameters.
     #[error("there is no parameter number {index}; there are {count}, counted from 0")]
     #[diagnostic(
-        code(stiffbench::fit::unknown_parameter),
+        code(stiffbench::least_squares::unknown_parameter),
         help("use the index of a parameter of this set")
     )]
     UnknownParameter {
@@ -122,7 +122,7 @@ pub enum FitError {
     /// A statement that only a free parameter can have.
     #[error("parameter `{name}` is {role}, so it has no interval of its own")]
     #[diagnostic(
-        code(stiffbench::fit::not_free),
+        code(stiffbench::least_squares::not_free),
         help("free the parameter, or ask for the one it is tied to")
     )]
     NotFree {
@@ -136,7 +136,7 @@ pub enum FitError {
         "{residuals} residuals and {estimated} estimated parameters leave no degree of freedom"
     )]
     #[diagnostic(
-        code(stiffbench::fit::no_degrees_of_freedom),
+        code(stiffbench::least_squares::no_degrees_of_freedom),
         help(
             "take more readings, fix a parameter, or give the standard deviations and use the mode `known`"
         )
@@ -150,7 +150,7 @@ pub enum FitError {
     /// The problem cannot be evaluated where the fit is to begin.
     #[error("the model has no value at the start of the fit")]
     #[diagnostic(
-        code(stiffbench::fit::start_has_no_value),
+        code(stiffbench::least_squares::start_has_no_value),
         help("start elsewhere, or leave out the reading that is named below")
     )]
     StartHasNoValue {
@@ -161,7 +161,7 @@ pub enum FitError {
     /// Too few groups to draw from.
     #[error("{clusters} clusters cannot show a spread between clusters")]
     #[diagnostic(
-        code(stiffbench::fit::too_few_clusters),
+        code(stiffbench::least_squares::too_few_clusters),
         help(
             "at least 2 are needed, and with fewer than about 10 the interval comes out too short"
         )
@@ -175,7 +175,7 @@ pub enum FitError {
         "{succeeded} of {requested} replicates succeeded; {needed} are needed for this interval"
     )]
     #[diagnostic(
-        code(stiffbench::fit::too_few_replicates),
+        code(stiffbench::least_squares::too_few_replicates),
         help("draw more replicates, or look at why the refits fail")
     )]
     TooFewReplicates {
@@ -189,7 +189,7 @@ pub enum FitError {
     /// The coverage of an interval is not a probability.
     #[error("an interval cannot cover {coverage}")]
     #[diagnostic(
-        code(stiffbench::fit::coverage_not_a_probability),
+        code(stiffbench::least_squares::coverage_not_a_probability),
         help("give a number between 0 and 1, for example 0.95")
     )]
     CoverageNotAProbability {
@@ -201,7 +201,7 @@ pub enum FitError {
         "parameter `{name}` ranges from {lower} to {upper}; a search in its logarithm needs finite bounds above zero"
     )]
     #[diagnostic(
-        code(stiffbench::fit::no_log_range),
+        code(stiffbench::least_squares::no_log_range),
         help("bound the parameter on both sides by positive numbers")
     )]
     NoLogRange {
@@ -215,7 +215,7 @@ pub enum FitError {
     /// The number of bounds, or of start values, is not the number of parameters.
     #[error("expected {expected} numbers for the {what}, got {found}")]
     #[diagnostic(
-        code(stiffbench::fit::wrong_length),
+        code(stiffbench::least_squares::wrong_length),
         help("give one number for each free parameter")
     )]
     WrongLength {
@@ -229,7 +229,7 @@ pub enum FitError {
     /// A derivative-free search without a single value.
     #[error("the objective had no finite value at any of {evaluations} points")]
     #[diagnostic(
-        code(stiffbench::fit::no_value_anywhere),
+        code(stiffbench::least_squares::no_value_anywhere),
         help("narrow the bounds to where the model is defined")
     )]
     NoValueAnywhere {
@@ -239,7 +239,7 @@ pub enum FitError {
     /// The optimiser refused its input or failed inside.
     #[error("the derivative-free search failed")]
     #[diagnostic(
-        code(stiffbench::fit::search_failed),
+        code(stiffbench::least_squares::search_failed),
         help(
             "the cause is given below; smaller settings (particles, iterations) are valid from 1 on"
         )

@@ -3,7 +3,7 @@
 use crate::statistics::student_t_quantile;
 
 use super::covariance::{Covariance, SigmaMode};
-use super::error::FitError;
+use super::error::LeastSquaresError;
 use super::least_squares::{LeastSquaresFit, LeastSquaresSettings, Termination, minimise};
 use super::parameter::{Bound, ParameterSet, Role};
 use super::residual_function::ResidualFunction;
@@ -153,7 +153,7 @@ pub fn profile(
     covariance: &Covariance,
     parameter: usize,
     settings: &ProfileSettings,
-) -> Result<ProfileInterval, FitError> {
+) -> Result<ProfileInterval, LeastSquaresError> {
     let (lower_bound, upper_bound) = bounds_of(set, parameter)?;
     let threshold = threshold(fit, covariance)?;
     let quadratic = covariance.estimates[parameter].interval_95;
@@ -184,12 +184,12 @@ pub fn profile(
     })
 }
 
-fn bounds_of(set: &ParameterSet, parameter: usize) -> Result<(f64, f64), FitError> {
+fn bounds_of(set: &ParameterSet, parameter: usize) -> Result<(f64, f64), LeastSquaresError> {
     let count = set.parameters().len();
     let found = set
         .parameters()
         .get(parameter)
-        .ok_or(FitError::UnknownParameter {
+        .ok_or(LeastSquaresError::UnknownParameter {
             index: parameter,
             count,
         })?;
@@ -198,14 +198,14 @@ fn bounds_of(set: &ParameterSet, parameter: usize) -> Result<(f64, f64), FitErro
         Role::Fixed { .. } => "fixed",
         Role::TiedTo { .. } => "tied",
     };
-    Err(FitError::NotFree {
+    Err(LeastSquaresError::NotFree {
         name: found.name.clone(),
         role,
     })
 }
 
-fn threshold(fit: &LeastSquaresFit, covariance: &Covariance) -> Result<f64, FitError> {
-    let no_dof = || FitError::NoDegreesOfFreedom {
+fn threshold(fit: &LeastSquaresFit, covariance: &Covariance) -> Result<f64, LeastSquaresError> {
+    let no_dof = || LeastSquaresError::NoDegreesOfFreedom {
         residuals: fit.residuals.len(),
         estimated: covariance.rank,
     };
@@ -256,7 +256,12 @@ impl Walk<'_> {
     }
 
     /// Steps outward until the threshold is passed, then closes in; `distance` is signed.
-    fn end(&mut self, mut distance: f64, limit: f64, bound: Bound) -> Result<ProfileEnd, FitError> {
+    fn end(
+        &mut self,
+        mut distance: f64,
+        limit: f64,
+        bound: Bound,
+    ) -> Result<ProfileEnd, LeastSquaresError> {
         let mut inner = self.start();
         let mut failure: Option<(f64, Option<Termination>)> = None;
         for _ in 0..self.settings.max_refits {
@@ -335,7 +340,7 @@ impl Walk<'_> {
         &mut self,
         mut below: Conditional,
         mut above: Conditional,
-    ) -> Result<ProfileEnd, FitError> {
+    ) -> Result<ProfileEnd, LeastSquaresError> {
         let (mut below_weight, mut above_weight) = (1.0, 1.0);
         for _ in 0..self.settings.max_refits {
             let (f_below, f_above) = (
@@ -382,14 +387,14 @@ impl Walk<'_> {
         &mut self,
         value: f64,
         start: &[f64],
-    ) -> Result<Result<Conditional, Option<Termination>>, FitError> {
+    ) -> Result<Result<Conditional, Option<Termination>>, LeastSquaresError> {
         let set = self
             .set
             .with_fixed(self.parameter, value)?
             .with_start(start)?;
         let fit = match minimise(self.problem, &set, &self.settings.refits) {
             Ok(fit) => fit,
-            Err(FitError::StartHasNoValue { .. }) => {
+            Err(LeastSquaresError::StartHasNoValue { .. }) => {
                 self.evaluations += 1;
                 return Ok(Err(None));
             }

@@ -41,7 +41,7 @@ fn profiled(
     parameters: Vec<Parameter>,
     mode: SigmaMode,
     parameter: usize,
-) -> Result<ProfileInterval, FitError> {
+) -> Result<ProfileInterval, LeastSquaresError> {
     let set = ParameterSet::new(parameters)?;
     let fit = minimise(problem, &set, &LeastSquaresSettings::default())?;
     let covariance = covariance(&set, &fit, mode, &CovarianceSettings::default())?;
@@ -222,11 +222,14 @@ fn only_a_free_parameter_has_a_profile() {
         |index| profiled(&mut logarithm(2.0), parameters(), SigmaMode::Known, index).unwrap_err();
     assert!(matches!(
         attempt(1),
-        FitError::NotFree { role: "fixed", .. }
+        LeastSquaresError::NotFree { role: "fixed", .. }
     ));
-    assert!(matches!(attempt(2), FitError::NotFree { role: "tied", .. }));
+    assert!(matches!(
+        attempt(2),
+        LeastSquaresError::NotFree { role: "tied", .. }
+    ));
     assert!(matches!(
         attempt(3),
-        FitError::UnknownParameter { index: 3, count: 3 }
+        LeastSquaresError::UnknownParameter { index: 3, count: 3 }
     ));
 }

@@ -224,7 +224,7 @@ fn a_residual_that_is_not_a_number_at_the_start_is_named() {
     };
     let set = ParameterSet::new(vec![Parameter::unbounded("p", 1.0)]).unwrap();
     let error = minimise(&mut problem, &set, &LeastSquaresSettings::default()).unwrap_err();
-    let FitError::StartHasNoValue { source } = error else {
+    let LeastSquaresError::StartHasNoValue { source } = error else {
         panic!("{error:?}")
     };
     assert_eq!(
@@ -245,7 +245,7 @@ fn a_derivative_that_is_infinite_is_named_with_its_parameter() {
     ])
     .unwrap();
     let error = minimise(&mut problem, &set, &LeastSquaresSettings::default()).unwrap_err();
-    let FitError::StartHasNoValue { source } = error else {
+    let LeastSquaresError::StartHasNoValue { source } = error else {
         panic!("{error:?}")
     };
     assert_eq!(
@@ -263,7 +263,7 @@ fn an_overflow_of_the_squares_is_not_a_minimum() {
     let set = ParameterSet::new(vec![Parameter::unbounded("p", 1.0)]).unwrap();
     assert!(matches!(
         minimise(&mut problem, &set, &LeastSquaresSettings::default()),
-        Err(FitError::StartHasNoValue {
+        Err(LeastSquaresError::StartHasNoValue {
             source: EvaluationFailure::Overflow
         })
     ));
@@ -278,7 +278,7 @@ fn no_residuals_is_an_error() {
     let set = ParameterSet::new(vec![Parameter::unbounded("p", 1.0)]).unwrap();
     assert!(matches!(
         minimise(&mut problem, &set, &LeastSquaresSettings::default()),
-        Err(FitError::NoResiduals)
+        Err(LeastSquaresError::NoResiduals)
     ));
 }
 
@@ -335,7 +335,7 @@ fn a_model_may_refuse_with_its_own_error() {
     }
     let set = ParameterSet::new(vec![Parameter::unbounded("p", 1.0)]).unwrap();
     let error = minimise(&mut Refusing, &set, &LeastSquaresSettings::default()).unwrap_err();
-    let FitError::StartHasNoValue { source } = error else {
+    let LeastSquaresError::StartHasNoValue { source } = error else {
         panic!("{error:?}")
     };
     assert_eq!(source.to_string(), "the model has no value at residual 0");

@@ -1,6 +1,6 @@
 //! The minimum of ½‖r(p)‖² within bounds, and why the search ended where it did.
 
-use super::error::FitError;
+use super::error::LeastSquaresError;
 use super::parameter::{Bound, ParameterSet};
 use super::residual_function::{EvaluationFailure, ResidualFunction};
 use super::search::Search;
@@ -142,7 +142,7 @@ pub fn minimise(
     problem: &mut dyn ResidualFunction,
     set: &ParameterSet,
     settings: &LeastSquaresSettings,
-) -> Result<LeastSquaresFit, FitError> {
+) -> Result<LeastSquaresFit, LeastSquaresError> {
     let mut search = Search::start(problem, set, settings)?;
     let termination = search.run();
     Ok(search.finish(termination))

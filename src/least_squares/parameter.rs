@@ -1,6 +1,6 @@
 //! Which parameters a fit may move, and between which bounds.
 
-use super::error::FitError;
+use super::error::LeastSquaresError;
 
 /// What a fit may do with a parameter.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -75,12 +75,12 @@ impl Parameter {
         }
     }
 
-    fn validate(&self) -> Result<(), FitError> {
+    fn validate(&self) -> Result<(), LeastSquaresError> {
         let finite = |what, value: f64| {
             value
                 .is_finite()
                 .then_some(())
-                .ok_or_else(|| FitError::NotFinite {
+                .ok_or_else(|| LeastSquaresError::NotFinite {
                     name: self.name.clone(),
                     what,
                     value,
@@ -102,9 +102,9 @@ impl Parameter {
                 }
                 let name = self.name.clone();
                 if lower >= upper {
-                    Err(FitError::EmptyRange { name, lower, upper })
+                    Err(LeastSquaresError::EmptyRange { name, lower, upper })
                 } else if start < lower || start > upper {
-                    Err(FitError::StartOutsideBounds {
+                    Err(LeastSquaresError::StartOutsideBounds {
                         name,
                         start,
                         lower,
@@ -150,20 +150,20 @@ impl ParameterSet {
     /// # Errors
     /// `NotFinite`, `EmptyRange`, `StartOutsideBounds`, `DuplicateName` for a single parameter; `UnknownTie`, `TieCycle` for ties;
     /// `NoFreeParameter` if there is nothing to fit.
-    pub fn new(parameters: Vec<Parameter>) -> Result<Self, FitError> {
+    pub fn new(parameters: Vec<Parameter>) -> Result<Self, LeastSquaresError> {
         let count = parameters.len();
         let set = Self::with_any_number_of_free(parameters)?;
         if set.free.is_empty() {
-            return Err(FitError::NoFreeParameter { count });
+            return Err(LeastSquaresError::NoFreeParameter { count });
         }
         Ok(set)
     }
 
-    fn with_any_number_of_free(parameters: Vec<Parameter>) -> Result<Self, FitError> {
+    fn with_any_number_of_free(parameters: Vec<Parameter>) -> Result<Self, LeastSquaresError> {
         for (index, parameter) in parameters.iter().enumerate() {
             parameter.validate()?;
             if parameters[..index].iter().any(|p| p.name == parameter.name) {
-                return Err(FitError::DuplicateName {
+                return Err(LeastSquaresError::DuplicateName {
                     name: parameter.name.clone(),
                 });
             }
@@ -196,7 +196,7 @@ impl ParameterSet {
     }
 
     /// The same set with one free parameter kept at `value`, as a profile needs it; none may be left free.
-    pub(super) fn with_fixed(&self, index: usize, value: f64) -> Result<Self, FitError> {
+    pub(super) fn with_fixed(&self, index: usize, value: f64) -> Result<Self, LeastSquaresError> {
         let mut parameters = self.parameters.clone();
         parameters[index].role = Role::Fixed { value };
         Self::with_any_number_of_free(parameters)
@@ -206,9 +206,9 @@ impl ParameterSet {
     ///
     /// # Errors
     /// `WrongLength`, `NotFinite` or `StartOutsideBounds`.
-    pub fn with_start(&self, free_values: &[f64]) -> Result<Self, FitError> {
+    pub fn with_start(&self, free_values: &[f64]) -> Result<Self, LeastSquaresError> {
         if free_values.len() != self.free.len() {
-            return Err(FitError::WrongLength {
+            return Err(LeastSquaresError::WrongLength {
                 what: "start",
                 expected: self.free.len(),
                 found: free_values.len(),
@@ -271,13 +271,13 @@ impl ParameterSet {
     ///
     /// # Errors
     /// `WrongLength` if either slice has not the length of this set.
-    pub fn expand(&self, free_values: &[f64], full: &mut [f64]) -> Result<(), FitError> {
+    pub fn expand(&self, free_values: &[f64], full: &mut [f64]) -> Result<(), LeastSquaresError> {
         for (what, expected, found) in [
             ("free parameters", self.free.len(), free_values.len()),
             ("full vector", self.parameters.len(), full.len()),
         ] {
             if expected != found {
-                return Err(FitError::WrongLength {
+                return Err(LeastSquaresError::WrongLength {
                     what,
                     expected,
                     found,
@@ -321,7 +321,11 @@ impl ParameterSet {
 }
 
 /// Follows the ties of parameter `first` to a free or fixed parameter.
-fn follow(parameters: &[Parameter], free: &[usize], first: usize) -> Result<Source, FitError> {
+fn follow(
+    parameters: &[Parameter],
+    free: &[usize],
+    first: usize,
+) -> Result<Source, LeastSquaresError> {
     let mut index = first;
     let mut total_ratio = 1.0;
     let mut visited = vec![first];
@@ -345,7 +349,7 @@ fn follow(parameters: &[Parameter], free: &[usize], first: usize) -> Result<Sour
             }
             Role::TiedTo { parameter, ratio } => {
                 if parameter >= parameters.len() {
-                    return Err(FitError::UnknownTie {
+                    return Err(LeastSquaresError::UnknownTie {
                         name: parameters[index].name.clone(),
                         index: parameter,
                         count: parameters.len(),
@@ -353,7 +357,7 @@ fn follow(parameters: &[Parameter], free: &[usize], first: usize) -> Result<Sour
                 }
                 if let Some(begin) = visited.iter().position(|&seen| seen == parameter) {
                     visited.push(parameter);
-                    return Err(FitError::TieCycle {
+                    return Err(LeastSquaresError::TieCycle {
                         names: visited[begin..]
                             .iter()
                             .map(|&i| parameters[i].name.clone())

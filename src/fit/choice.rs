@@ -1,0 +1,89 @@
+//! Which fitting factors a fit may move.
+
+use crate::least_squares::{LeastSquaresError, Parameter, ParameterSet};
+use crate::robot::FittingFactors;
+
+use super::cell_model::{FACTOR_NAMES, FACTORS, factor_vector};
+
+/// What a fit does with one factor.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum FactorRole {
+    /// Moves it between 0.1 and 10 times its start (or the bounds of the choice).
+    Free,
+    /// Keeps it at its start.
+    Fixed,
+    /// Keeps its ratio to another factor, by place in [`FACTOR_NAMES`].
+    TiedTo(usize),
+}
+
+/// The role of each factor, and how far free ones may go.
+#[derive(Debug, Clone, PartialEq)]
+pub struct FactorChoice {
+    /// Role by place in [`FACTOR_NAMES`].
+    pub roles: [FactorRole; FACTORS],
+    /// Bounds as multiples of the start.
+    pub range: [f64; 2],
+}
+
+impl Default for FactorChoice {
+    /// Factors of beams free, those of links fixed, bounds 0.1 and 10 times the start: a poorly determined factor let loose would
+    /// take up effects that are not its own, at absurd values.
+    fn default() -> Self {
+        let mut roles = [FactorRole::Fixed; FACTORS];
+        roles[..4].fill(FactorRole::Free);
+        Self {
+            roles,
+            range: [0.1, 10.0],
+        }
+    }
+}
+
+/// A choice that names a factor or role that does not exist.
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error, miette::Diagnostic)]
+#[error("`{text}` is not a fitting factor; they are {}", FACTOR_NAMES.join(", "))]
+#[diagnostic(
+    code(stiffbench::fit::factor_name),
+    help("write for example beam.Iy or link.A")
+)]
+pub struct NotAFactor {
+    /// The text.
+    pub text: String,
+}
+
+/// Place of a factor in [`FACTOR_NAMES`].
+///
+/// # Errors
+/// [`NotAFactor`].
+pub fn factor_index(name: &str) -> Result<usize, NotAFactor> {
+    FACTOR_NAMES
+        .iter()
+        .position(|known| *known == name)
+        .ok_or_else(|| NotAFactor {
+            text: name.to_owned(),
+        })
+}
+
+impl FactorChoice {
+    /// The logarithms of the factors as parameters of a fit.
+    ///
+    /// Logarithms, because a factor is a ratio: twice and half are equally far from one, and none can become negative.
+    ///
+    /// # Errors
+    /// [`LeastSquaresError`] if ties go in a circle or no factor is free.
+    pub(super) fn parameters(
+        &self,
+        start: &FittingFactors,
+    ) -> Result<ParameterSet, LeastSquaresError> {
+        let start = factor_vector(start);
+        let [lower, upper] = self.range.map(f64::ln);
+        let parameters = (0..FACTORS)
+            .map(|i| match self.roles[i] {
+                FactorRole::Free => Parameter::free(FACTOR_NAMES[i], 0.0, lower, upper),
+                FactorRole::Fixed => Parameter::fixed(FACTOR_NAMES[i], 0.0),
+                FactorRole::TiedTo(other) => Parameter::tied(FACTOR_NAMES[i], other, 1.0),
+            })
+            .collect();
+        debug_assert!(start.iter().all(|factor| *factor > 0.0));
+        ParameterSet::new(parameters)
+    }
+}

@@ -1,0 +1,143 @@
+//! The paper's way of fitting: one factor after the other, each by random trials (steps 4 and 7 of its Fig. 4).
+
+use rand::{RngExt, SeedableRng};
+use rand_chacha::ChaCha8Rng;
+
+use crate::robot::{ElementClass, FittingFactors, RobotError};
+use crate::structure::Property;
+use crate::test_point::Direction;
+
+use super::cell_model::CellModel;
+use super::significance::{Scope, SequenceStep};
+
+/// How the trials are drawn.
+///
+/// The paper gives neither the number of trials nor their range; these are ours.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct MonteCarloSettings {
+    /// Trials a factor and pass. 200 in a range that shrinks tenfold each pass leave a factor known to better than 1e-4 of itself.
+    pub trials: usize,
+    /// Passes through the sequence. One pass fits each factor with the later ones still at their start; the second and later passes
+    /// take up what that left.
+    pub passes: usize,
+    /// Range of the first pass, as a factor up and down from the start; it must hold the paper's results (0.0057 to 2.12 from 1).
+    pub range: f64,
+    /// Seed of the trials.
+    pub seed: u64,
+}
+
+impl Default for MonteCarloSettings {
+    fn default() -> Self {
+        Self {
+            trials: 200,
+            passes: 6,
+            range: 1000.0,
+            seed: 0,
+        }
+    }
+}
+
+/// One factor fitted in one pass.
+#[derive(Debug, Clone, PartialEq, serde::Serialize)]
+pub struct MonteCarloStep {
+    /// Pass, from 1.
+    pub pass: usize,
+    /// The section constant.
+    pub property: Property,
+    /// The direction it was fitted to.
+    pub direction: Direction,
+    /// The value that came nearest.
+    pub value: f64,
+    /// What its displacement then is relative to the wanted one.
+    pub displacement_ratio: f64,
+}
+
+/// What the trials found.
+#[derive(Debug, Clone, PartialEq)]
+pub struct MonteCarloFit {
+    /// The fitted factors.
+    pub factors: FittingFactors,
+    /// Every step on the way.
+    pub steps: Vec<MonteCarloStep>,
+    /// Structures solved.
+    pub evaluations: usize,
+}
+
+/// Fits the factors of a sequence to the stiffness of one pose, one direction each.
+///
+/// A trial replaces one factor by a log-uniform draw; the draw whose displacement in the factor's direction is nearest to the wanted
+/// one stays. The range shrinks tenfold (in its exponent by the passes left) around the best with each pass.
+///
+/// # Arguments
+/// - `model`: cells x, y, z of the pose, in this order.
+/// - `wanted_n_per_m`: the stiffness to reach, by direction.
+/// - `scope`: whether links take the factor of the beams (S-FSD) or keep their own (M-FSD).
+///
+/// # Errors
+/// Those of [`CellModel::evaluate`].
+pub fn fit_in_sequence(
+    model: &mut CellModel<'_>,
+    wanted_n_per_m: [f64; 3],
+    sequence: &[SequenceStep],
+    start: &FittingFactors,
+    scope: Scope,
+    settings: &MonteCarloSettings,
+) -> Result<MonteCarloFit, RobotError> {
+    let mut rng = ChaCha8Rng::seed_from_u64(settings.seed);
+    let mut fit = MonteCarloFit {
+        factors: *start,
+        steps: Vec::new(),
+        evaluations: 0,
+    };
+    let mut half_range = settings.range.ln();
+    for pass in 1..=settings.passes {
+        for step in sequence {
+            let Some(direction) = step.direction else {
+                continue;
+            };
+            let wanted = wanted_n_per_m[direction.index()];
+            let centre = fit.factors.of(ElementClass::Beam)[step.property.index()].ln();
+            let mut trial = |fit: &mut MonteCarloFit, value: f64| -> Result<f64, RobotError> {
+                let factors = with_factor(&fit.factors, step.property, value, scope);
+                let mut stiffness = [0.0; 3];
+                model.evaluate(&factors, &mut stiffness, None)?;
+                fit.evaluations += 1;
+                Ok(wanted / stiffness[direction.index()])
+            };
+            // The present value takes part: a pass never makes its direction worse.
+            let mut best = (centre.exp(), trial(&mut fit, centre.exp())?);
+            for _ in 0..settings.trials {
+                let value = (centre + half_range * (2.0 * rng.random::<f64>() - 1.0)).exp();
+                let ratio = trial(&mut fit, value)?;
+                if ratio.ln().abs() < best.1.ln().abs() {
+                    best = (value, ratio);
+                }
+            }
+            fit.factors = with_factor(&fit.factors, step.property, best.0, scope);
+            fit.steps.push(MonteCarloStep {
+                pass,
+                property: step.property,
+                direction,
+                value: best.0,
+                displacement_ratio: best.1,
+            });
+        }
+        half_range *= 0.1_f64.powf(if pass == 1 { 0.5 } else { 1.0 });
+    }
+    Ok(fit)
+}
+
+/// Factors with one replaced, in beams or in all elements.
+fn with_factor(
+    factors: &FittingFactors,
+    property: Property,
+    value: f64,
+    scope: Scope,
+) -> FittingFactors {
+    let mut changed = *factors;
+    changed.beam[property.index()] = value;
+    if scope == Scope::All {
+        changed.link[property.index()] = value;
+    }
+    changed
+}
