@@ -6,7 +6,7 @@ use super::error::LeastSquaresError;
 use super::identification::{
     UnidentifiedDirection, WhyNotIdentified, direction, reduce_to_echelon,
 };
-use super::least_squares::LeastSquaresFit;
+use super::minimise::LeastSquaresFit;
 use super::parameter::{Bound, ParameterSet, Source};
 use super::singular_values::{SingularValues, norm};
 

@@ -31,7 +31,7 @@ mod bootstrap;
 mod covariance;
 mod error;
 mod identification;
-mod least_squares;
+mod minimise;
 mod optimise;
 mod parameter;
 mod point;
@@ -50,9 +50,7 @@ pub use covariance::{
 };
 pub use error::LeastSquaresError;
 pub use identification::{DirectionComponent, UnidentifiedDirection, WhyNotIdentified};
-pub use least_squares::{
-    Convergence, LeastSquaresFit, LeastSquaresSettings, Termination, minimise,
-};
+pub use minimise::{Convergence, LeastSquaresFit, LeastSquaresSettings, Termination, minimise};
 pub use optimise::{
     GlobalSearch, Minimum, SearchOutcome, SearchSettings, nelder_mead, particle_swarm,
     search_for_lower_minimum,

@@ -13,7 +13,7 @@ use rand_xoshiro::Xoshiro256PlusPlus;
 use rand_xoshiro::rand_core::SeedableRng;
 
 use super::error::LeastSquaresError;
-use super::least_squares::{LeastSquaresFit, LeastSquaresSettings, minimise};
+use super::minimise::{LeastSquaresFit, LeastSquaresSettings, minimise};
 use super::parameter::ParameterSet;
 use super::residual_function::ResidualFunction;
 

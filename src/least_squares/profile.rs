@@ -4,7 +4,7 @@ use crate::statistics::student_t_quantile;
 
 use super::covariance::{Covariance, SigmaMode};
 use super::error::LeastSquaresError;
-use super::least_squares::{LeastSquaresFit, LeastSquaresSettings, Termination, minimise};
+use super::minimise::{LeastSquaresFit, LeastSquaresSettings, Termination, minimise};
 use super::parameter::{Bound, ParameterSet, Role};
 use super::residual_function::ResidualFunction;
 use super::singular_values::norm;

@@ -1,7 +1,7 @@
 //! The search behind `minimise`: which steps are taken, and when it ends.
 
 use super::error::LeastSquaresError;
-use super::least_squares::{Convergence, LeastSquaresFit, LeastSquaresSettings, Termination};
+use super::minimise::{Convergence, LeastSquaresFit, LeastSquaresSettings, Termination};
 use super::parameter::{Bound, ParameterSet};
 use super::point::{Point, hold, linear_model};
 use super::residual_function::{EvaluationFailure, ResidualFunction};

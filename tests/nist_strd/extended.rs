@@ -5,7 +5,7 @@
 //! left whatever the solver does. With the parameters counted from the generating values b⁰, and f(b⁰) − y worked out once with 32
 //! digits, the residuals f(b⁰) − y + [f(b⁰ + β) − f(b⁰)] have all their digits again and the standard deviations can be checked.
 
-use stiffbench::fit::{EvaluationFailure, JacobianView, ResidualFunction};
+use stiffbench::least_squares::{EvaluationFailure, JacobianView, ResidualFunction};
 
 /// A number as the sum of two, about 32 digits.
 ///

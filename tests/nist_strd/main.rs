@@ -15,7 +15,7 @@ use levenberg_marquardt::{LeastSquaresProblem, LevenbergMarquardt};
 use models::{Model, PROBLEMS};
 use nalgebra::storage::Owned;
 use nalgebra::{DMatrix, DVector, Dyn};
-use stiffbench::fit::{
+use stiffbench::least_squares::{
     Bound, Covariance, CovarianceSettings, EvaluationFailure, JacobianView, LeastSquaresFit,
     LeastSquaresSettings, Parameter, ParameterSet, ParameterStatus, ProfileSettings,
     ResidualFunction, SigmaMode, check_derivatives, covariance, minimise, profile,

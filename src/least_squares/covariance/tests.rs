@@ -1,7 +1,7 @@
 //! Covariances with known answers and every status.
 
 use super::*;
-use crate::fit::{
+use crate::least_squares::{
     EvaluationFailure, JacobianView, LeastSquaresSettings, Parameter, ResidualFunction, minimise,
 };
 

@@ -1,7 +1,7 @@
 //! Searches with known valleys, and every mistake in their input.
 
 use super::*;
-use crate::fit::{EvaluationFailure, JacobianView, Parameter};
+use crate::least_squares::{EvaluationFailure, JacobianView, Parameter};
 
 /// A bowl with waves, in the logarithm u: lowest at 3.4, side valleys about every 1.5.
 #[expect(

@@ -1,7 +1,7 @@
 //! Profiles with exact ends, open ends, and what stops a walk.
 
 use super::*;
-use crate::fit::{
+use crate::least_squares::{
     CovarianceSettings, EvaluationFailure, JacobianView, LeastSquaresSettings, Parameter,
     covariance, minimise,
 };

@@ -3,8 +3,8 @@
 use proptest::prelude::*;
 
 use super::*;
-use crate::fit::singular_values::dot;
-use crate::fit::{JacobianView, Parameter};
+use crate::least_squares::singular_values::dot;
+use crate::least_squares::{JacobianView, Parameter};
 
 type Row = (f64, Vec<f64>);
 
