@@ -1,8 +1,34 @@
 //! What was measured, as stored.
 //!
 //! The waist of the program: acquisition ends by writing a session folder, analysis begins by reading one. A reading keeps the
-//! instrument's own text; one that is not used is marked and counted, never dropped.
+//! instrument's own text; one that is not used is marked and counted, never dropped. Everything a reader decides that the file does not
+//! say is listed with the table ([`Assumption`]), as is everything it left out ([`Excluded`]).
 
+mod assumption;
+mod column;
+mod csv;
+mod defaults;
+mod encoding;
+mod error;
+mod gauge_log;
+mod header;
+mod log_columns;
+mod nearest;
+mod number;
+mod order;
 mod reading;
+mod row;
+mod rows;
+mod table;
+mod write;
 
+pub use assumption::{Assumption, Excluded, Note};
+pub use column::Column;
+pub use csv::{ReadOptions, read_readings};
+pub use error::ReadingsError;
+pub use gauge_log::{GaugeLogOptions, LoadSign, read_gauge_log};
+pub use number::DecimalSign;
 pub use reading::{Reading, ReadingText, Status};
+pub use rows::Delimiter;
+pub use table::{ReadingTable, RunKey, RunNumbers, check_poses};
+pub use write::{ReadingsWriter, write_readings};

@@ -1,0 +1,106 @@
+//! Reads `readings.csv`, and tables that say less or say it differently.
+
+use std::io::Read;
+
+use super::assumption::{Assumption, Note};
+use super::column::Column;
+use super::defaults::fill_defaults;
+use super::encoding::Encoding;
+use super::error::ReadingsError;
+use super::header::Header;
+use super::number::DecimalSign;
+use super::row::RowReader;
+use super::rows::{Delimiter, Rows};
+use super::table::ReadingTable;
+
+/// What the caller knows about a file; what is not said is found out from the file.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct ReadOptions {
+    /// The sign between fields.
+    pub delimiter: Option<Delimiter>,
+    /// The decimal sign of the numbers.
+    pub decimal: Option<DecimalSign>,
+}
+
+/// Readings from a table.
+///
+/// Accepted are the columns of `readings.csv` in any order, of which pose, direction, repeat, force and displacement must be there; the
+/// delimiters `,` `;` and tab; decimal point or comma; UTF-8 and, behind a byte order mark, UTF-16; comment lines that start with `#`;
+/// any unit of the column's kind in the column's name. What was decided on the way stands in [`ReadingTable::assumptions`].
+///
+/// # Arguments
+/// - `source`: the name of the input, for messages.
+/// - `input`: its bytes; read once, in pieces.
+///
+/// # Errors
+/// [`ReadingsError`] with line, column, value and what was expected, for the first thing that is wrong.
+pub fn read_readings(
+    source: &str,
+    input: impl Read,
+    options: &ReadOptions,
+) -> Result<ReadingTable, ReadingsError> {
+    let mut rows = Rows::open(source, input, options.delimiter)?;
+    let header = Header::read(source, &mut rows)?;
+    let mut reader = RowReader::new(source, &header, options.decimal);
+    while let Some(line) = rows.next_record()? {
+        reader.take(&rows, line)?;
+    }
+    if reader.readings.is_empty() {
+        return Err(ReadingsError::NoReadings {
+            file: source.to_owned(),
+            line: header.line,
+        });
+    }
+    let mut assumptions = about_text(&rows, options.delimiter);
+    if let Some(line) = reader.other_encoding {
+        assumptions.push(Assumption::NotUtf8 { line });
+    }
+    assumptions.extend(Assumption::decimal_comma(
+        options.decimal,
+        reader.numbers.decimal_comma(),
+    ));
+    assumptions.extend(header.conversions());
+    let present = reader.present;
+    let mut table = ReadingTable {
+        source: source.to_owned(),
+        session: reader
+            .session
+            .map(|(session, _)| session)
+            .filter(|s| !s.is_empty()),
+        readings: reader.readings,
+        runs: reader.runs.into_keys(),
+        zeros: reader.zeros.into_keys(),
+        columns: Column::ALL
+            .into_iter()
+            .filter(|column| present[*column as usize])
+            .collect(),
+        assumptions,
+        ..ReadingTable::default()
+    };
+    table.excluded.blank = rows.blank;
+    table.excluded.comments = rows.comments;
+    let unused = header
+        .unused
+        .iter()
+        .map(|index| Note::UnusedColumn(header.name_at(*index)));
+    table.notes.extend(unused);
+    fill_defaults(&mut table, &header, &reader.first_missing)?;
+    table.take_stock();
+    Ok(table)
+}
+
+pub(super) fn about_text<R: Read>(rows: &Rows<R>, told: Option<Delimiter>) -> Vec<Assumption> {
+    let mut assumptions = Vec::new();
+    match rows.encoding() {
+        Encoding::Plain => {}
+        Encoding::Utf8Marked => assumptions.push(Assumption::ByteOrderMark),
+        Encoding::Utf16Le | Encoding::Utf16Be => assumptions.push(Assumption::Utf16),
+    }
+    if rows.lone_carriage_return() {
+        assumptions.push(Assumption::LoneCarriageReturn);
+    }
+    if told.is_none() && rows.delimiter() != Delimiter::Comma {
+        assumptions.push(Assumption::Delimiter(rows.delimiter()));
+    }
+    assumptions
+}

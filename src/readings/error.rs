@@ -1,0 +1,365 @@
+//! What can be wrong with a table of readings.
+
+use miette::Diagnostic;
+use thiserror::Error;
+
+/// Why a table of readings could not be read or written.
+///
+/// Every variant that concerns a place in a file names the file and the line; [`ReadingsError::line`] gives the latter.
+#[derive(Debug, Error, Diagnostic)]
+pub enum ReadingsError {
+    /// The input stopped.
+    #[error("{file}: reading stopped after line {line}")]
+    #[diagnostic(
+        code(stiffbench::readings::io),
+        help("the file or stream could not be read to its end; see the cause")
+    )]
+    Io {
+        /// The file, as the caller named it.
+        file: String,
+        /// Last complete line, from 1; 0 if there was none.
+        line: u32,
+        /// What the input said.
+        #[source]
+        error: std::io::Error,
+    },
+    /// The bytes are not text, or a UTF-16 text breaks off.
+    #[error("{file}, line {line}: the bytes here are not text")]
+    #[diagnostic(
+        code(stiffbench::readings::not_text),
+        help("save the table as UTF-8 text; UTF-16 needs its byte order mark")
+    )]
+    NotText {
+        /// The file.
+        file: String,
+        /// The line.
+        line: u32,
+    },
+    /// Nothing in the file but blank lines and comments.
+    #[error("{file}: the file is empty, expected a header line with column names")]
+    #[diagnostic(
+        code(stiffbench::readings::empty),
+        help("the smallest table has the columns pose,direction,repeat,force_N,displacement_um")
+    )]
+    Empty {
+        /// The file.
+        file: String,
+    },
+    /// A header and nothing below it.
+    #[error("{file}, line {line}: no reading follows the header")]
+    #[diagnostic(
+        code(stiffbench::readings::no_readings),
+        help("one line per reading must follow the column names")
+    )]
+    NoReadings {
+        /// The file.
+        file: String,
+        /// Line of the header.
+        line: u32,
+    },
+    /// More lines than can be counted.
+    #[error("{file}: more than 4294967295 lines")]
+    #[diagnostic(
+        code(stiffbench::readings::too_long),
+        help("split the file by session")
+    )]
+    TooLong {
+        /// The file.
+        file: String,
+    },
+    /// A quoted field does not end.
+    #[error("{file}, line {line}: a quoted field that starts here never ends")]
+    #[diagnostic(
+        code(stiffbench::readings::unclosed_quote),
+        help("close the quotation mark, or double it if it belongs to the text")
+    )]
+    UnclosedQuote {
+        /// The file.
+        file: String,
+        /// Line on which the record starts.
+        line: u32,
+    },
+    /// A column that must be there is not.
+    #[error("{file}, line {line}: no column `{column}` among {found}")]
+    #[diagnostic(code(stiffbench::readings::missing_column))]
+    MissingColumn {
+        /// The file.
+        file: String,
+        /// Line of the header.
+        line: u32,
+        /// The column's name.
+        column: &'static str,
+        /// The names found, each in backquotes.
+        found: String,
+        /// What to do, with the nearest name if there is one.
+        #[help]
+        advice: String,
+    },
+    /// Two columns mean the same.
+    #[error("{file}, line {line}: `{first}` and `{second}` both give {column}")]
+    #[diagnostic(
+        code(stiffbench::readings::duplicate_column),
+        help("leave one of the two columns, or give the other one a name of its own")
+    )]
+    DuplicateColumn {
+        /// The file.
+        file: String,
+        /// Line of the header.
+        line: u32,
+        /// The column's name.
+        column: &'static str,
+        /// The column taken first, as named in the file.
+        first: String,
+        /// The other one.
+        second: String,
+    },
+    /// The unit in a column's name is missing, unknown, or of another kind.
+    #[error(
+        "{file}, line {line}: column `{column}` has {unit} for its unit, expected one of {accepted}"
+    )]
+    #[diagnostic(
+        code(stiffbench::readings::wrong_unit),
+        help(
+            "write the unit after an underscore: force_N, force_lbf, displacement_um, displacement_mm, temp_degC"
+        )
+    )]
+    WrongUnit {
+        /// The file.
+        file: String,
+        /// Line of the header.
+        line: u32,
+        /// The column, as named in the file.
+        column: String,
+        /// The unit in backquotes, or `none`.
+        unit: String,
+        /// The units of this kind.
+        accepted: &'static str,
+    },
+    /// A line has more or fewer fields than the header.
+    #[error("{file}, line {line}: {found} fields, expected {expected} as in the header")]
+    #[diagnostic(
+        code(stiffbench::readings::field_count),
+        help(
+            "if numbers have a decimal comma, the delimiter must be `;` or a tab, or the numbers must be quoted"
+        )
+    )]
+    FieldCount {
+        /// The file.
+        file: String,
+        /// The line.
+        line: u32,
+        /// Fields of the header.
+        expected: usize,
+        /// Fields of this line.
+        found: usize,
+    },
+    /// A field that must hold something is empty.
+    #[error("{file}, line {line}, column `{column}`: nothing, expected {expected}")]
+    #[diagnostic(
+        code(stiffbench::readings::missing_value),
+        help("fill the field, or leave the line out")
+    )]
+    MissingValue {
+        /// The file.
+        file: String,
+        /// The line.
+        line: u32,
+        /// The column, as named in the file.
+        column: String,
+        /// What belongs there.
+        expected: &'static str,
+    },
+    /// A field holds something else than what belongs there.
+    #[error("{file}, line {line}, column `{column}`: `{value}`, expected {expected}")]
+    #[diagnostic(
+        code(stiffbench::readings::bad_value),
+        help(
+            "correct the value; a reading that does not count is marked `rejected` under `status`"
+        )
+    )]
+    BadValue {
+        /// The file.
+        file: String,
+        /// The line.
+        line: u32,
+        /// The column, as named in the file.
+        column: String,
+        /// The text found.
+        value: String,
+        /// What belongs there.
+        expected: &'static str,
+    },
+    /// NaN, infinity, or a number too large to hold.
+    #[error("{file}, line {line}, column `{column}`: `{value}` is not a finite number")]
+    #[diagnostic(
+        code(stiffbench::readings::not_finite),
+        help("leave out the line, or the value if the column is optional")
+    )]
+    NotFinite {
+        /// The file.
+        file: String,
+        /// The line.
+        line: u32,
+        /// The column, as named in the file.
+        column: String,
+        /// The text found.
+        value: String,
+    },
+    /// The decimal sign changes within the file, or a number has both.
+    #[error(
+        "{file}, line {line}, column `{column}`: `{value}` does not have the decimal {sign} of line {first_line}"
+    )]
+    #[diagnostic(
+        code(stiffbench::readings::mixed_decimals),
+        help("use one decimal sign throughout and no grouping of thousands")
+    )]
+    MixedDecimals {
+        /// The file.
+        file: String,
+        /// The line.
+        line: u32,
+        /// The column, as named in the file.
+        column: String,
+        /// The text found.
+        value: String,
+        /// `point` or `comma`.
+        sign: &'static str,
+        /// The line that settled the sign.
+        first_line: u32,
+    },
+    /// Two accepted readings claim the same place.
+    #[error("{file}, line {line}: the same reading as line {first_line} ({place}), both accepted")]
+    #[diagnostic(
+        code(stiffbench::readings::duplicate_reading),
+        help(
+            "mark one of them `superseded` under `status`, or tell them apart by `attempt` or `hold_s`"
+        )
+    )]
+    DuplicateReading {
+        /// The file.
+        file: String,
+        /// The later line.
+        line: u32,
+        /// The earlier line.
+        first_line: u32,
+        /// Pose, direction, branch, step, repeat, attempt.
+        place: String,
+    },
+    /// Readings of more than one session in one file.
+    #[error("{file}, line {line}: session `{second}`, but line {first_line} has session `{first}`")]
+    #[diagnostic(
+        code(stiffbench::readings::several_sessions),
+        help(
+            "times and gauge zeros of different sessions do not compare; give each session a file of its own"
+        )
+    )]
+    SeveralSessions {
+        /// The file.
+        file: String,
+        /// First line of the other session.
+        line: u32,
+        /// The session the file starts with.
+        first: String,
+        /// Its first line.
+        first_line: u32,
+        /// The other session.
+        second: String,
+    },
+    /// A pose that the robot or procedure does not have.
+    #[error("{file}, line {line}, column `pose`: `{pose}` is not one of the known poses {known}")]
+    #[diagnostic(code(stiffbench::readings::unknown_pose))]
+    UnknownPose {
+        /// The file.
+        file: String,
+        /// First line with this pose.
+        line: u32,
+        /// The name found.
+        pose: String,
+        /// The known names.
+        known: String,
+        /// What to do, with the nearest name if there is one.
+        #[help]
+        advice: String,
+    },
+    /// A gauge's own log where a table of readings was expected.
+    #[error(
+        "{file}, line {line}: this is the log of a force gauge, which does not say pose, direction and repeat"
+    )]
+    #[diagnostic(
+        code(stiffbench::readings::gauge_log),
+        help("name the cell it belongs to: pose, direction and repeat")
+    )]
+    GaugeLog {
+        /// The file.
+        file: String,
+        /// Line of the column names.
+        line: u32,
+    },
+    /// No line with the column names of a gauge's log.
+    #[error(
+        "{file}: no line of column names `Reading`, `Load`, `Travel`, `Time`, separated by tabs"
+    )]
+    #[diagnostic(
+        code(stiffbench::readings::not_a_gauge_log),
+        help("a table with pose, direction and repeat is read without naming a cell")
+    )]
+    NotAGaugeLog {
+        /// The file.
+        file: String,
+    },
+    /// A number that a file cannot hold.
+    #[error("reading {seq}: {column} is {value}, which a table cannot hold")]
+    #[diagnostic(
+        code(stiffbench::readings::not_writable),
+        help("readings are finite numbers; leave out optional values that are not known")
+    )]
+    NotWritable {
+        /// Sequence number of the reading.
+        seq: u32,
+        /// The column.
+        column: &'static str,
+        /// The value, SI.
+        value: f64,
+    },
+    /// The output stopped.
+    #[error("the table of readings could not be written")]
+    #[diagnostic(
+        code(stiffbench::readings::write),
+        help("see the cause; what was flushed before is complete")
+    )]
+    Write {
+        /// What the output said.
+        #[source]
+        error: csv::Error,
+    },
+}
+
+impl ReadingsError {
+    /// The line the error is about, from 1; `None` if it concerns no single line.
+    #[must_use]
+    pub fn line(&self) -> Option<u32> {
+        match self {
+            Self::Io { line, .. }
+            | Self::NotText { line, .. }
+            | Self::NoReadings { line, .. }
+            | Self::UnclosedQuote { line, .. }
+            | Self::MissingColumn { line, .. }
+            | Self::DuplicateColumn { line, .. }
+            | Self::WrongUnit { line, .. }
+            | Self::FieldCount { line, .. }
+            | Self::MissingValue { line, .. }
+            | Self::BadValue { line, .. }
+            | Self::NotFinite { line, .. }
+            | Self::MixedDecimals { line, .. }
+            | Self::DuplicateReading { line, .. }
+            | Self::SeveralSessions { line, .. }
+            | Self::UnknownPose { line, .. }
+            | Self::GaugeLog { line, .. } => Some(*line),
+            Self::Empty { .. }
+            | Self::TooLong { .. }
+            | Self::NotAGaugeLog { .. }
+            | Self::NotWritable { .. }
+            | Self::Write { .. } => None,
+        }
+    }
+}

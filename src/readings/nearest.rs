@@ -1,0 +1,61 @@
+//! The known name that comes nearest to a mistyped one.
+
+/// The name in `known` nearest to `name`, if it is near enough to be worth suggesting.
+///
+/// Near enough: at most one change in three characters (insertion, deletion, replacement; capitals do not count), or one name
+/// starts with the other.
+pub(super) fn nearest_name<'a>(
+    name: &str,
+    known: impl IntoIterator<Item = &'a str>,
+) -> Option<&'a str> {
+    let name = name.to_lowercase();
+    known
+        .into_iter()
+        .filter_map(|candidate| {
+            let lower = candidate.to_lowercase();
+            let changes = edit_distance(&name, &lower);
+            let prefix = name.len() >= 3 && lower.starts_with(&name)
+                || lower.len() >= 3 && name.starts_with(&lower);
+            let longest = name.chars().count().max(lower.chars().count());
+            (prefix || changes <= longest.div_ceil(3)).then_some((changes, candidate))
+        })
+        .min_by_key(|(changes, _)| *changes)
+        .map(|(_, candidate)| candidate)
+}
+
+/// Levenshtein's distance, by the row-wise recurrence of Wagner and Fischer (J. ACM 21, 1974).
+fn edit_distance(from: &str, to: &str) -> usize {
+    let to: Vec<char> = to.chars().collect();
+    let mut row: Vec<usize> = (0..=to.len()).collect();
+    for (i, a) in from.chars().enumerate() {
+        let mut diagonal = row[0];
+        row[0] = i + 1;
+        for (j, b) in to.iter().enumerate() {
+            let replaced = diagonal + usize::from(a != *b);
+            diagonal = row[j + 1];
+            row[j + 1] = replaced.min(row[j] + 1).min(diagonal + 1);
+        }
+    }
+    row[to.len()]
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn distances_are_the_textbook_ones() {
+        assert_eq!(edit_distance("kitten", "sitting"), 3);
+        assert_eq!(edit_distance("", "abc"), 3);
+        assert_eq!(edit_distance("abc", "abc"), 0);
+    }
+
+    #[test]
+    fn only_near_names_are_suggested() {
+        let known = ["P1", "P2", "reach-out", "direction"];
+        assert_eq!(nearest_name("reachout", known), Some("reach-out"));
+        assert_eq!(nearest_name("p1", known), Some("P1"));
+        assert_eq!(nearest_name("dir", known), Some("direction"));
+        assert_eq!(nearest_name("banana", known), None);
+    }
+}

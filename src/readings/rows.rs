@@ -1,0 +1,372 @@
+//! Lines to records: delimiter, quotes, comments, blank lines, each with the right line number.
+
+use std::io::{BufRead, ErrorKind, Read};
+
+use csv_core::ReadRecordResult;
+
+use super::column::{Named, understand};
+use super::encoding::{Decoded, Encoding};
+use super::error::ReadingsError;
+
+/// The sign between fields.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Delimiter {
+    /// `,`
+    Comma,
+    /// `;`
+    Semicolon,
+    /// A tab.
+    Tab,
+}
+
+impl Delimiter {
+    /// Those a header is tried with, in order of preference.
+    const ALL: [Self; 3] = [Self::Comma, Self::Semicolon, Self::Tab];
+
+    fn byte(self) -> u8 {
+        match self {
+            Self::Comma => b',',
+            Self::Semicolon => b';',
+            Self::Tab => b'\t',
+        }
+    }
+
+    pub(super) fn word(self) -> &'static str {
+        match self {
+            Self::Comma => "comma",
+            Self::Semicolon => "semicolon",
+            Self::Tab => "tab",
+        }
+    }
+
+    /// The delimiter under which most names of a header are understood; with none understood, the one that splits it most.
+    fn of_header(header: &str) -> Self {
+        let score = |delimiter: &Self| {
+            let names = header.split(char::from(delimiter.byte()));
+            let understood = names
+                .clone()
+                .filter(|name| understand(name.trim().trim_matches('"')) != Named::Unknown);
+            (understood.count(), names.count())
+        };
+        // The last maximum wins in max_by_key, hence the reversal: with equal scores the comma is taken.
+        Self::ALL
+            .into_iter()
+            .rev()
+            .max_by_key(score)
+            .unwrap_or(Self::Comma)
+    }
+}
+
+/// Reads one record after another from text in any of the accepted encodings.
+///
+/// Lines are taken one by one and handed to the CSV automaton of `csv-core`, so that the line number of a record is exact after quoted
+/// line breaks, blank lines, comments and `\r\n`, and a quote that never closes is noticed.
+pub(super) struct Rows<R> {
+    file: String,
+    input: Decoded<R>,
+    parser: csv_core::Reader,
+    delimiter: Delimiter,
+    /// The line being worked on, with its line end.
+    line: Vec<u8>,
+    lines_taken: u32,
+    header_pending: bool,
+    fields: Vec<u8>,
+    ends: Vec<usize>,
+    count: usize,
+    trim_last: bool,
+    /// Lines that hold nothing but blanks and delimiters.
+    pub(super) blank: Vec<u32>,
+    /// Lines that start with `#`, and the `sep=` line of a spreadsheet.
+    pub(super) comments: Vec<u32>,
+}
+
+impl<R: Read> Rows<R> {
+    /// Finds the header and, unless `delimiter` is given, how its fields are delimited.
+    pub(super) fn open(
+        file: &str,
+        input: R,
+        delimiter: Option<Delimiter>,
+    ) -> Result<Self, ReadingsError> {
+        let input = Decoded::new(input).map_err(|error| input_error(file, 0, error))?;
+        let mut rows = Self {
+            file: file.to_owned(),
+            input,
+            parser: csv_core::Reader::new(),
+            delimiter: delimiter.unwrap_or(Delimiter::Comma),
+            line: Vec::new(),
+            lines_taken: 0,
+            header_pending: false,
+            fields: Vec::new(),
+            ends: vec![0; 32],
+            count: 0,
+            trim_last: false,
+            blank: Vec::new(),
+            comments: Vec::new(),
+        };
+        rows.find_header(delimiter)?;
+        rows.parser = csv_core::ReaderBuilder::new()
+            .delimiter(rows.delimiter.byte())
+            .terminator(csv_core::Terminator::Any(b'\n'))
+            .build();
+        Ok(rows)
+    }
+
+    fn find_header(&mut self, delimiter: Option<Delimiter>) -> Result<(), ReadingsError> {
+        let mut told = delimiter;
+        while self.take_line()? {
+            if self.line.contains(&0) {
+                return Err(ReadingsError::NotText {
+                    file: self.file.clone(),
+                    line: self.lines_taken,
+                });
+            }
+            if self.is_passed_over() {
+                continue;
+            }
+            let header = text_of(&self.line).0;
+            // Spreadsheets understand a first line `sep=;`.
+            if let Some(sign) = header.trim_ascii().strip_prefix("sep=") {
+                let named = Delimiter::ALL
+                    .into_iter()
+                    .find(|known| sign.as_bytes() == [known.byte()]);
+                if named.is_some() || sign.is_empty() {
+                    // A tab is trimmed away with the blanks around the line.
+                    told = told.or(named).or(Some(Delimiter::Tab));
+                    self.comments.push(self.lines_taken);
+                    continue;
+                }
+            }
+            self.delimiter = told.unwrap_or_else(|| Delimiter::of_header(&header));
+            self.header_pending = true;
+            return Ok(());
+        }
+        Err(ReadingsError::Empty {
+            file: self.file.clone(),
+        })
+    }
+
+    pub(super) fn delimiter(&self) -> Delimiter {
+        self.delimiter
+    }
+
+    pub(super) fn encoding(&self) -> Encoding {
+        self.input.encoding()
+    }
+
+    pub(super) fn lone_carriage_return(&self) -> bool {
+        self.input.lone_carriage_return()
+    }
+
+    /// Moves to the next record and gives the line it starts on; `None` at the end.
+    pub(super) fn next_record(&mut self) -> Result<Option<u32>, ReadingsError> {
+        loop {
+            if !std::mem::take(&mut self.header_pending) {
+                if !self.take_line()? {
+                    return Ok(None);
+                }
+                if self.is_passed_over() {
+                    continue;
+                }
+            }
+            let start = self.lines_taken;
+            self.split_record(start)?;
+            if (0..self.count).all(|index| self.field(index).trim_ascii().is_empty()) {
+                self.blank.push(start);
+                continue;
+            }
+            return Ok(Some(start));
+        }
+    }
+
+    /// Number of fields of the current record.
+    pub(super) fn len(&self) -> usize {
+        self.count
+    }
+
+    /// Field `index` of the current record as it stands in the file, without quotes; empty beyond the last.
+    pub(super) fn field(&self, index: usize) -> &[u8] {
+        if index >= self.count {
+            return &[];
+        }
+        let start = if index == 0 { 0 } else { self.ends[index - 1] };
+        let field = &self.fields[start..self.ends[index]];
+        match field {
+            [rest @ .., b'\r'] if self.trim_last && index + 1 == self.count => rest,
+            _ => field,
+        }
+    }
+
+    fn take_line(&mut self) -> Result<bool, ReadingsError> {
+        self.line.clear();
+        let taken = self
+            .input
+            .read_until(b'\n', &mut self.line)
+            .map_err(|error| input_error(&self.file, self.lines_taken, error))?;
+        if taken == 0 {
+            return Ok(false);
+        }
+        self.lines_taken =
+            self.lines_taken
+                .checked_add(1)
+                .ok_or_else(|| ReadingsError::TooLong {
+                    file: self.file.clone(),
+                })?;
+        // A last line without an end is as good as one with it.
+        if self.line.last() != Some(&b'\n') {
+            self.line.push(b'\n');
+        }
+        Ok(true)
+    }
+
+    /// Whether the line is blank or a comment; if so it is put on its list.
+    fn is_passed_over(&mut self) -> bool {
+        if self.line.first() == Some(&b'#') {
+            self.comments.push(self.lines_taken);
+            true
+        } else if self.line.trim_ascii().is_empty() {
+            self.blank.push(self.lines_taken);
+            true
+        } else {
+            false
+        }
+    }
+
+    /// Splits the line, and those after it as long as a quote is open, into fields.
+    fn split_record(&mut self, start: u32) -> Result<(), ReadingsError> {
+        let (mut written, mut count, mut read) = (0, 0, 0);
+        loop {
+            let needed = written + self.line.len() - read + 1;
+            if self.fields.len() < needed {
+                self.fields.resize(needed, 0);
+            }
+            let (result, taken, put, ended) = self.parser.read_record(
+                &self.line[read..],
+                &mut self.fields[written..],
+                &mut self.ends[count..],
+            );
+            read += taken;
+            written += put;
+            count += ended;
+            match result {
+                ReadRecordResult::OutputEndsFull => self.ends.resize(self.ends.len() * 2, 0),
+                ReadRecordResult::OutputFull => self.fields.resize(self.fields.len() * 2, 0),
+                ReadRecordResult::Record | ReadRecordResult::End => break,
+                ReadRecordResult::InputEmpty => {
+                    read = 0;
+                    if !self.take_line()? {
+                        return Err(ReadingsError::UnclosedQuote {
+                            file: self.file.clone(),
+                            line: start,
+                        });
+                    }
+                }
+            }
+        }
+        self.count = count;
+        self.trim_last = self.line.ends_with(b"\r\n");
+        Ok(())
+    }
+}
+
+/// UTF-8 if it is, else each byte as the character of that number (ISO 8859-1); whether the latter was needed.
+pub(super) fn text_of(bytes: &[u8]) -> (std::borrow::Cow<'_, str>, bool) {
+    if let Ok(text) = std::str::from_utf8(bytes) {
+        return (text.into(), false);
+    }
+    let text: String = bytes.iter().copied().map(char::from).collect();
+    (text.into(), true)
+}
+
+fn input_error(file: &str, line: u32, error: std::io::Error) -> ReadingsError {
+    let file = file.to_owned();
+    if error.kind() == ErrorKind::InvalidData {
+        let line = line.saturating_add(1);
+        ReadingsError::NotText { file, line }
+    } else {
+        ReadingsError::Io { file, line, error }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn records(text: &str) -> Result<Vec<(u32, Vec<String>)>, ReadingsError> {
+        let mut rows = Rows::open("t.csv", text.as_bytes(), None)?;
+        let mut records = Vec::new();
+        while let Some(line) = rows.next_record()? {
+            let fields = (0..rows.len()).map(|i| text_of(rows.field(i)).0.into_owned());
+            records.push((line, fields.collect()));
+        }
+        Ok(records)
+    }
+
+    #[test]
+    fn line_numbers_are_those_of_an_editor() {
+        let text =
+            "# made by hand\r\n\r\npose,note\r\nP1,\"two\r\nlines\"\r\n\r\n# aside\r\nP2,b\r\nP3,";
+        let found = records(text).unwrap();
+        let lines: Vec<u32> = found.iter().map(|(line, _)| *line).collect();
+        assert_eq!(lines, [3, 4, 8, 9]);
+        assert_eq!(found[1].1, ["P1", "two\r\nlines"]);
+        assert_eq!(found[2].1, ["P2", "b"]);
+        assert_eq!(found[3].1, ["P3", ""]);
+    }
+
+    #[test]
+    fn what_is_passed_over_is_listed() {
+        let mut rows = Rows::open("t.csv", &b"pose;note\n#x\n;;\n\nP1;a\n"[..], None).unwrap();
+        while rows.next_record().unwrap().is_some() {}
+        assert_eq!((rows.blank, rows.comments), (vec![3, 4], vec![2]));
+    }
+
+    #[test]
+    fn delimiters_are_recognised() {
+        let delimiter = |text: &str| Rows::open("t", text.as_bytes(), None).unwrap().delimiter();
+        assert_eq!(delimiter("pose,direction"), Delimiter::Comma);
+        assert_eq!(delimiter("pose;direction;force_N"), Delimiter::Semicolon);
+        assert_eq!(delimiter("pose\tdirection"), Delimiter::Tab);
+        assert_eq!(delimiter("sep=;\na,b"), Delimiter::Semicolon);
+        assert_eq!(delimiter("pose"), Delimiter::Comma);
+        // The comma stands in a name here; the names are understood only when split at the semicolon.
+        assert_eq!(
+            delimiter("pose;force_N;note, free, text"),
+            Delimiter::Semicolon
+        );
+    }
+
+    #[test]
+    fn quotes_at_the_start_of_a_record_protect_a_hash() {
+        let found = records("pose\n\"#1\"\n").unwrap();
+        assert_eq!(found[1].1, ["#1"]);
+    }
+
+    #[test]
+    fn an_open_quote_is_reported_where_it_starts() {
+        let error = records("pose,note\nP1,\"a\nP2,b\n").unwrap_err();
+        assert!(matches!(
+            error,
+            ReadingsError::UnclosedQuote { line: 2, .. }
+        ));
+    }
+
+    #[test]
+    fn empty_and_binary_input_are_told_apart() {
+        assert!(matches!(records(""), Err(ReadingsError::Empty { .. })));
+        assert!(matches!(
+            records("\n# nothing\n"),
+            Err(ReadingsError::Empty { .. })
+        ));
+        let zeros = records("p\0o\0s\0e\0");
+        assert!(matches!(zeros, Err(ReadingsError::NotText { line: 1, .. })));
+    }
+
+    #[test]
+    fn many_fields_and_long_fields_fit() {
+        let wide = vec!["a"; 100].join(",");
+        let long = "b".repeat(100_000);
+        let found = records(&format!("{wide}\n{long}\n")).unwrap();
+        assert_eq!(found[0].1.len(), 100);
+        assert_eq!(found[1].1, [long]);
+    }
+}

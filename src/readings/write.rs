@@ -1,0 +1,160 @@
+//! Writes `readings.csv`: all columns, always `,` and `.`.
+
+use std::io::Write;
+
+use super::column::Column;
+use super::error::ReadingsError;
+use super::number::write_decimal;
+use super::reading::{Reading, ReadingText};
+use super::table::{ReadingTable, RunKey};
+
+/// Writes readings one by one, so that a session can add each as it is made.
+///
+/// Numbers are written with up to 15 significant digits, the instruments' own texts as they were.
+pub struct ReadingsWriter<W: Write> {
+    output: csv::Writer<W>,
+    session: String,
+    number: String,
+}
+
+impl<W: Write> ReadingsWriter<W> {
+    /// Writes the header; `session` goes into every row.
+    ///
+    /// # Errors
+    /// [`ReadingsError::Write`] if the output fails.
+    pub fn new(output: W, session: Option<&str>) -> Result<Self, ReadingsError> {
+        let mut writer = Self::continuing(output, session);
+        let names = Column::ALL.map(Column::name);
+        writer.output.write_record(names).map_err(failed)?;
+        Ok(writer)
+    }
+
+    /// The same behind rows that are there already: no header is written.
+    #[must_use]
+    pub fn continuing(output: W, session: Option<&str>) -> Self {
+        let output = csv::WriterBuilder::new()
+            .terminator(csv::Terminator::Any(b'\n'))
+            // A first field that starts with `#` must not become a comment.
+            .comment(Some(b'#'))
+            .flexible(false)
+            .from_writer(output);
+        Self {
+            output,
+            session: session.unwrap_or_default().to_owned(),
+            number: String::new(),
+        }
+    }
+
+    /// Writes one reading, of the given run and gauge zero.
+    ///
+    /// # Errors
+    /// [`ReadingsError::NotWritable`] for a number that is not finite, before anything of the row is written;
+    /// [`ReadingsError::Write`] if the output fails.
+    pub fn write(
+        &mut self,
+        reading: &Reading,
+        run: &RunKey,
+        zero: &RunKey,
+    ) -> Result<(), ReadingsError> {
+        check_finite(reading)?;
+        let none = ReadingText::default();
+        let text = reading.text.as_deref().unwrap_or(&none);
+        self.output.write_field(&self.session).map_err(failed)?;
+        self.count(reading.seq)?;
+        self.text(&text.utc)?;
+        self.optional(reading.time_s)?;
+        self.text(reading.pose.as_str())?;
+        self.text(&reading.direction.to_string())?;
+        self.text(&reading.branch.to_string())?;
+        self.count(reading.step)?;
+        self.decimal(reading.target_n, 0)?;
+        self.count(reading.repeat)?;
+        self.count(reading.attempt)?;
+        self.text(run.label.as_deref().unwrap_or_default())?;
+        self.text(zero.label.as_deref().unwrap_or_default())?;
+        self.decimal(reading.force_n, 0)?;
+        self.text(&text.force_raw)?;
+        self.decimal(reading.displacement_m, 6)?;
+        self.text(&text.displacement_raw)?;
+        self.optional(reading.hold_s)?;
+        self.optional(reading.temperature_deg_c)?;
+        self.text(&reading.status.to_string())?;
+        self.text(&text.flag)?;
+        self.text(&text.note)?;
+        self.output.write_record(None::<&[u8]>).map_err(failed)
+    }
+
+    /// Hands everything written so far to the output.
+    ///
+    /// # Errors
+    /// [`ReadingsError::Write`] if the output fails.
+    pub fn flush(&mut self) -> Result<(), ReadingsError> {
+        self.output.flush().map_err(|error| failed(error.into()))
+    }
+
+    fn text(&mut self, text: &str) -> Result<(), ReadingsError> {
+        self.output.write_field(text).map_err(failed)
+    }
+
+    fn count(&mut self, count: u32) -> Result<(), ReadingsError> {
+        self.text(&count.to_string())
+    }
+
+    /// The number with its decimal point `shift` places further right.
+    fn decimal(&mut self, value: f64, shift: i32) -> Result<(), ReadingsError> {
+        write_decimal(value, shift, &mut self.number);
+        self.output.write_field(&self.number).map_err(failed)
+    }
+
+    fn optional(&mut self, value: Option<f64>) -> Result<(), ReadingsError> {
+        match value {
+            Some(value) => self.decimal(value, 0),
+            None => self.text(""),
+        }
+    }
+}
+
+fn failed(error: csv::Error) -> ReadingsError {
+    ReadingsError::Write { error }
+}
+
+fn check_finite(reading: &Reading) -> Result<(), ReadingsError> {
+    let numbers = [
+        (Column::Target, Some(reading.target_n)),
+        (Column::Force, Some(reading.force_n)),
+        (Column::Displacement, Some(reading.displacement_m)),
+        (Column::Time, reading.time_s),
+        (Column::Hold, reading.hold_s),
+        (Column::Temperature, reading.temperature_deg_c),
+    ];
+    for (column, value) in numbers {
+        if let Some(value) = value.filter(|value| !value.is_finite()) {
+            return Err(ReadingsError::NotWritable {
+                seq: reading.seq,
+                column: column.name(),
+                value,
+            });
+        }
+    }
+    Ok(())
+}
+
+/// Writes a whole table.
+///
+/// Reading it back gives the same readings, runs and zeros, as long as no number needs more than 15 significant digits, which no gauge
+/// gives. (If no reading has a time but there is `utc`, the reader works the times out from that.)
+///
+/// # Errors
+/// As [`ReadingsWriter::write`].
+///
+/// # Panics
+/// If a reading's run or zero is not in the table's lists.
+pub fn write_readings(table: &ReadingTable, output: impl Write) -> Result<(), ReadingsError> {
+    let mut writer = ReadingsWriter::new(output, table.session.as_deref())?;
+    for reading in &table.readings {
+        let run = &table.runs[reading.run as usize];
+        let zero = &table.zeros[reading.zero as usize];
+        writer.write(reading, run, zero)?;
+    }
+    writer.flush()
+}
