@@ -19,7 +19,10 @@ mod order;
 mod reading;
 mod row;
 mod rows;
+mod session_file;
+mod session_toml;
 mod table;
+mod toml_section;
 mod write;
 
 pub use assumption::{Assumption, Excluded, Note};
@@ -30,5 +33,10 @@ pub use gauge_log::{GaugeLogOptions, LoadSign, read_gauge_log};
 pub use number::DecimalSign;
 pub use reading::{Reading, ReadingText, Status};
 pub use rows::Delimiter;
+pub use session_file::{
+    Environment, InstrumentRecord, Instruments, LoadOrder, ProcedureRecord, ReadSession,
+    RepeatOrder, SESSION_SCHEMA, SessionFileError, SessionHeader, SettleRecord, UnknownKey,
+    ZeroScope,
+};
 pub use table::{ReadingTable, RunKey, RunNumbers, check_poses};
 pub use write::{ReadingsWriter, write_readings};
