@@ -1,5 +1,6 @@
 //! From two gauges on a robot bench to a stiffness model that can be trusted.
 
+pub mod bench;
 pub mod fit;
 pub mod least_squares;
 pub mod quantity;
