@@ -55,6 +55,17 @@ pub enum WeightBasis {
     Equal,
 }
 
+impl WeightBasis {
+    /// Degrees of freedom behind the weights; infinite for stated ones.
+    #[must_use]
+    pub fn dof(self) -> f64 {
+        match self {
+            Self::Pooled { dof, .. } => dof,
+            Self::EachCell | Self::Stated | Self::Equal => f64::INFINITY,
+        }
+    }
+}
+
 /// Measured stiffness of all cells.
 #[derive(Debug, Clone, PartialEq)]
 pub struct MeasuredStiffness {

@@ -29,6 +29,9 @@ pub struct CovarianceSettings {
     pub jacobian_accuracy: f64,
     /// Pairs with a correlation beyond this are listed.
     pub strong_correlation: f64,
+    /// In mode `Known`: degrees of freedom of the standard deviations, infinite if they are exact. Standard deviations that were themselves
+    /// estimated from repeats make intervals Student's t with these.
+    pub known_dof: f64,
 }
 
 impl Default for CovarianceSettings {
@@ -39,6 +42,7 @@ impl Default for CovarianceSettings {
         Self {
             jacobian_accuracy: 1e-10,
             strong_correlation: 0.95,
+            known_dof: f64::INFINITY,
         }
     }
 }
@@ -96,6 +100,8 @@ pub struct Covariance {
     pub estimates: Vec<ParameterEstimate>,
     /// Number of residuals minus rank.
     pub dof: usize,
+    /// Degrees of freedom of Student's t in the intervals.
+    pub interval_dof: f64,
     /// ‖r‖² over the degrees of freedom; absent without any.
     pub reduced_chi_squared: Option<f64>,
     /// Number of independent combinations the data determine.
@@ -175,6 +181,10 @@ pub fn covariance(
         mode,
         estimates: Vec::new(),
         dof,
+        interval_dof: match mode {
+            SigmaMode::Known => settings.known_dof,
+            SigmaMode::Estimated => dof as f64,
+        },
         reduced_chi_squared,
         rank,
         estimated: spectrum.columns.len(),
@@ -309,11 +319,7 @@ fn estimates(
     result: &Covariance,
     why: &[Option<WhyNotIdentified>],
 ) -> Vec<ParameterEstimate> {
-    let dof = match result.mode {
-        SigmaMode::Known => f64::INFINITY,
-        SigmaMode::Estimated => result.dof as f64,
-    };
-    let factor = student_t_quantile(0.975, dof);
+    let factor = student_t_quantile(0.975, result.interval_dof);
     let of_free = |free: usize| {
         let index = set.free_indices()[free];
         let status = match (fit.at_bound[free], why[index]) {

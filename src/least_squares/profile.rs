@@ -138,7 +138,7 @@ impl ProfileInterval {
 
 /// Follows the profile of free parameter number `parameter` (index in the full vector) to both sides.
 ///
-/// The threshold is the 95 % point for one parameter: Δ‖r‖² = 3.841 with known standard deviations, s² F(0.95; 1, n − p) with
+/// The threshold is the 95 % point for one parameter: Δ‖r‖² = 3.841 with exactly known standard deviations, s² F(0.95; 1, n − p) with
 /// estimated ones, which is s² t² with Student's t for 0.975.
 ///
 /// # Errors
@@ -209,14 +209,11 @@ fn threshold(fit: &LeastSquaresFit, covariance: &Covariance) -> Result<f64, Leas
         residuals: fit.residuals.len(),
         estimated: covariance.rank,
     };
-    let (variance, dof) = match covariance.mode {
-        SigmaMode::Known => (1.0, f64::INFINITY),
-        SigmaMode::Estimated => (
-            covariance.reduced_chi_squared.ok_or_else(no_dof)?,
-            covariance.dof as f64,
-        ),
+    let variance = match covariance.mode {
+        SigmaMode::Known => 1.0,
+        SigmaMode::Estimated => covariance.reduced_chi_squared.ok_or_else(no_dof)?,
     };
-    let quantile = student_t_quantile(0.975, dof).ok_or_else(no_dof)?;
+    let quantile = student_t_quantile(0.975, covariance.interval_dof).ok_or_else(no_dof)?;
     Ok(variance * quantile * quantile)
 }
 
