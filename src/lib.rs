@@ -3,6 +3,7 @@
 pub mod bench;
 pub mod fit;
 pub mod least_squares;
+pub mod plot;
 pub mod quantity;
 pub mod readings;
 pub mod robot;

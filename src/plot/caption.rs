@@ -1,0 +1,102 @@
+//! Sentences that captions share.
+
+use super::figure::{LegendEntry, Sample, Style};
+use super::palette::{Colour, Marker};
+
+/// What the bar of a point reaches over.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Bar {
+    /// One standard deviation of the repeats on either side.
+    StandardDeviation,
+    /// One standard uncertainty of the mean on either side.
+    StandardUncertainty,
+    /// The 95 % interval.
+    Interval95,
+}
+
+impl Bar {
+    /// What the bars are and how many readings stand behind each point, as a sentence.
+    pub(super) fn sentence(self, counts: impl IntoIterator<Item = usize>) -> String {
+        let n = count_range(counts);
+        match self {
+            Self::StandardDeviation => {
+                format!("Bars: ± one standard deviation of {n} repeats.")
+            }
+            Self::StandardUncertainty => {
+                format!("Bars: ± one standard uncertainty of the mean of {n} repeats.")
+            }
+            Self::Interval95 => format!("Bars: 95 % interval, from {n} repeats."),
+        }
+    }
+}
+
+/// `n = 5`, `n = 3 to 5`, or `n = 0` for no counts.
+pub(super) fn count_range(counts: impl IntoIterator<Item = usize>) -> String {
+    let span = counts.into_iter().fold(None, |span, n| {
+        let (low, high) = span.unwrap_or((n, n));
+        Some((low.min(n), high.max(n)))
+    });
+    // Non-breaking spaces keep the number with its sign.
+    match span {
+        None => "n\u{a0}=\u{a0}0".to_owned(),
+        Some((low, high)) if low == high => format!("n\u{a0}=\u{a0}{low}"),
+        Some((low, high)) => format!("n\u{a0}=\u{a0}{low}\u{a0}to\u{a0}{high}"),
+    }
+}
+
+/// That hollow points are flagged, and how many there are, as a sentence; `None` for no such point.
+pub(super) fn hollow_sentence(count: usize) -> Option<String> {
+    match count {
+        0 => None,
+        1 => Some("The hollow point is flagged.".to_owned()),
+        n => Some(format!("The {n} hollow points are flagged.")),
+    }
+}
+
+/// A sentence about a count, if it is not zero.
+pub(super) fn if_any(count: usize, sentence: impl Into<String>) -> Option<String> {
+    (count > 0).then(|| sentence.into())
+}
+
+/// The sentences that apply, as one text.
+pub(super) fn joined<const N: usize>(sentences: [Option<String>; N]) -> String {
+    sentences
+        .into_iter()
+        .flatten()
+        .collect::<Vec<_>>()
+        .join(" ")
+}
+
+/// The legend entry that goes with hollow points; none if there are none.
+pub(super) fn flagged_entry(count: usize) -> Vec<LegendEntry> {
+    if count == 0 {
+        return Vec::new();
+    }
+    vec![LegendEntry {
+        label: "flagged".to_owned(),
+        style: Style::new(Colour::INK, Marker::Circle),
+        sample: Sample::HollowPoint,
+    }]
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_sentence_says_what_the_bar_is_and_n() {
+        assert_eq!(
+            Bar::StandardDeviation
+                .sentence([5, 5])
+                .replace('\u{a0}', " "),
+            "Bars: ± one standard deviation of n = 5 repeats."
+        );
+        assert_eq!(count_range([5, 3, 4]).replace('\u{a0}', " "), "n = 3 to 5");
+        assert_eq!(count_range([]).replace('\u{a0}', " "), "n = 0");
+        assert_eq!(hollow_sentence(0), None);
+        assert_eq!(
+            joined([Some("One.".to_owned()), None, if_any(2, "Two.")]),
+            "One. Two."
+        );
+    }
+}

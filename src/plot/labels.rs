@@ -1,0 +1,191 @@
+//! Texts at points of a panel, placed so that they cover neither points nor each other.
+
+use super::canvas::{Align, Canvas};
+use super::figure::{Marks, Note, Panel, Placement};
+use super::font;
+use super::layout::Frame;
+use super::marks::clipped;
+use super::palette::Colour;
+
+/// Between a point and a text toward a given side, px: clear of a large marker.
+const GAP_PX: f64 = 11.0;
+/// Gaps tried for a free text, px.
+const FREE_GAPS_PX: [f64; 3] = [5.0, 9.0, 14.0];
+/// What a line under a free text costs, against one for every pixel that it stands farther away.
+const CROSSING_COST: f64 = 20.0;
+/// Sides on which a free text may stand (right, down), the best first.
+const SIDES: [[f64; 2]; 8] = [
+    [0.7, -0.7],
+    [-0.7, -0.7],
+    [0.7, 0.7],
+    [-0.7, 0.7],
+    [1.0, 0.0],
+    [-1.0, 0.0],
+    [0.0, -1.0],
+    [0.0, 1.0],
+];
+/// More points than this are a cloud, which labels may cover.
+const FEW_POINTS: usize = 400;
+
+/// A rectangle on the sheet: left, top, right, bottom.
+type Box = [f64; 4];
+
+/// Draws the notes of a panel: first those whose place is given, then the free ones around them.
+pub(super) fn draw(canvas: &mut Canvas<'_>, panel: &Panel, frame: &Frame) {
+    let mut taken = points(panel, frame);
+    let (free, fixed): (Vec<&Note>, Vec<&Note>) = panel
+        .notes
+        .iter()
+        .partition(|note| note.placement == Placement::Free);
+    for note in fixed {
+        let Some(at) = frame.place(note.at) else {
+            continue;
+        };
+        let side = match note.placement {
+            Placement::Toward([right, up]) => [right, -up],
+            Placement::Centred | Placement::Free => [0.0, 0.0],
+        };
+        let spot = beside(at, note, side, GAP_PX);
+        write(canvas, note, spot);
+        taken.push(spot);
+    }
+    let lines = lines(panel, frame);
+    for note in free {
+        let Some(at) = frame.place(note.at) else {
+            continue;
+        };
+        if let Some(spot) = free_spot(at, note, frame, &taken, &lines) {
+            let [left, top, right, bottom] = spot;
+            canvas.rectangle(
+                [
+                    left - 1.0,
+                    top - 1.0,
+                    right - left + 2.0,
+                    bottom - top + 2.0,
+                ],
+                Colour::WHITE.with_opacity(0.75),
+            );
+            write(canvas, note, spot);
+            taken.push(spot);
+        }
+    }
+}
+
+/// The place of a free note that covers no point and no text, and as few lines as can be.
+fn free_spot(
+    at: [f64; 2],
+    note: &Note,
+    frame: &Frame,
+    taken: &[Box],
+    lines: &[[[f64; 2]; 2]],
+) -> Option<Box> {
+    let mut best: Option<(f64, Box)> = None;
+    for gap_px in FREE_GAPS_PX {
+        for side in SIDES {
+            let spot = beside(at, note, side, gap_px);
+            if !within(frame, spot) || taken.iter().any(|other| overlap(spot, *other)) {
+                continue;
+            }
+            let [left, top, right, bottom] = spot;
+            let crossed = lines
+                .iter()
+                .filter(|[from, to]| {
+                    clipped([left, top, right - left, bottom - top], *from, *to).is_some()
+                })
+                .count();
+            let cost = CROSSING_COST * crossed as f64 + gap_px;
+            if best.is_none_or(|(least, _)| cost < least) {
+                best = Some((cost, spot));
+            }
+        }
+    }
+    best.map(|(_, spot)| spot)
+}
+
+/// Straight pieces of all lines of a panel.
+fn lines(panel: &Panel, frame: &Frame) -> Vec<[[f64; 2]; 2]> {
+    let mut pieces = Vec::new();
+    let mut push = |from: [f64; 2], to: [f64; 2]| {
+        if let (Some(from), Some(to)) = (frame.place(from), frame.place(to)) {
+            pieces.push([from, to]);
+        }
+    };
+    for series in &panel.series {
+        match &series.marks {
+            Marks::Line(points) => {
+                for pair in points.windows(2) {
+                    push(pair[0], pair[1]);
+                }
+            }
+            Marks::Segments(pairs) | Marks::Arrows(pairs) => {
+                for [from, to] in pairs {
+                    push(*from, *to);
+                }
+            }
+            _ => {}
+        }
+    }
+    pieces
+}
+
+/// Boxes around the points of a panel.
+fn points(panel: &Panel, frame: &Frame) -> Vec<Box> {
+    panel
+        .series
+        .iter()
+        .filter_map(|series| match &series.marks {
+            Marks::Points(points) if points.len() <= FEW_POINTS => {
+                Some((points, series.style.marker_px))
+            }
+            _ => None,
+        })
+        .flat_map(|(points, r)| {
+            points.iter().filter_map(move |point| {
+                let [x, y] = frame.place([point.x, point.y])?;
+                Some([x - r, y - r, x + r, y + r])
+            })
+        })
+        .collect()
+}
+
+/// Box of a note that stands on one side of a point.
+fn beside([x, y]: [f64; 2], note: &Note, side: [f64; 2], gap_px: f64) -> Box {
+    let half_width = 0.5 * font::width_px(&note.text, note.size_px);
+    let half_height = 0.5 * font::CAPITAL_HEIGHT * note.size_px;
+    let length = side[0].hypot(side[1]);
+    let [across, down] = if length > 0.0 {
+        side.map(|c| c / length)
+    } else {
+        [0.0, 0.0]
+    };
+    let gap = if length > 0.0 { gap_px } else { 0.0 };
+    let centre = [
+        x + across * (gap + half_width),
+        y + down * (gap + half_height),
+    ];
+    [
+        centre[0] - half_width,
+        centre[1] - half_height,
+        centre[0] + half_width,
+        centre[1] + half_height,
+    ]
+}
+
+fn overlap(a: Box, b: Box) -> bool {
+    a[0] < b[2] + 1.0 && b[0] < a[2] + 1.0 && a[1] < b[3] + 1.0 && b[1] < a[3] + 1.0
+}
+
+fn within(frame: &Frame, spot: Box) -> bool {
+    let [left, top, width, height] = frame.area;
+    spot[0] >= left && spot[1] >= top && spot[2] <= left + width && spot[3] <= top + height
+}
+
+fn write(canvas: &mut Canvas<'_>, note: &Note, spot: Box) {
+    canvas.text(
+        [0.5 * (spot[0] + spot[2]), spot[3]],
+        &note.text,
+        note.size_px,
+        note.colour,
+        Align::Middle,
+    );
+}

@@ -1,0 +1,83 @@
+//! Results drawn as figures: SVG text, and PNG from the same SVG. No files are touched here.
+//!
+//! Every figure of the program is a [`Figure`]: panels with axes, series of marks in them, a legend above the panels that can
+//! never lie on data, and a caption below that says what the bars are and how many readings stand behind a point. Each file of this
+//! module after the general ones is one figure: a plain struct of numbers in SI units, and a function that makes it a [`Figure`].
+//!
+//! Invariants. The same input gives the same bytes. A flagged reading is drawn hollow, never left out, and what cannot be placed on
+//! the axes is counted in the caption. Two sessions differ in shape and in colour; all colours are told apart in grey or have numbers
+//! beside them. Texts are measured with the font that is embedded for PNG.
+
+mod bent_beam;
+mod canvas;
+mod caption;
+mod correlation;
+mod factor_intervals;
+mod figure;
+mod font;
+mod labels;
+mod layout;
+mod load_displacement;
+mod marks;
+mod palette;
+mod png;
+mod range;
+mod render;
+mod residuals;
+mod robot_pose;
+mod stiffness_comparison;
+mod ticks;
+mod workspace;
+
+pub use caption::Bar;
+pub use correlation::{Correlation, correlation};
+pub use factor_intervals::{DrawnFactor, FactorFate, FactorIntervals, factor_intervals};
+pub use figure::{
+    Axis, Figure, LegendEntry, Marks, Note, Panel, Placement, Point, Polygon, Sample, Scale,
+    Series, Sharing, Style,
+};
+pub use load_displacement::{
+    FittedLine, LoadCurvePoints, LoadDisplacement, LoadPoint, SessionCurves, load_displacement,
+};
+pub use palette::{Colour, Marker, QUALITATIVE, diverging, qualitative, sequential};
+pub use png::to_png;
+pub use residuals::{ResidualMeasure, ResidualPoint, Residuals, residuals};
+pub use robot_pose::{DrawnMember, DrawnNode, RobotDrawing, robot_pose};
+pub use stiffness_comparison::{ComparedCell, StiffnessComparison, stiffness_comparison};
+pub use workspace::{NamedPoint, WorkspaceProjection, workspace};
+
+/// Why a figure could not become an image.
+#[derive(Debug, thiserror::Error, miette::Diagnostic)]
+pub enum PlotError {
+    /// The text is not SVG.
+    #[error("the text is not an SVG figure")]
+    #[diagnostic(
+        code(stiffbench::plot::svg),
+        help("give the text of an .svg file as this program writes it")
+    )]
+    Svg {
+        /// What the parser says.
+        source: resvg::usvg::Error,
+    },
+    /// The image would have no pixels, or too many.
+    #[error("at scale {scale} the image would be {width_px} by {height_px} pixels")]
+    #[diagnostic(
+        code(stiffbench::plot::scale),
+        help("choose a scale between 0.1 and 10; both sides must lie between 1 and 16384 pixels")
+    )]
+    Scale {
+        /// Image pixels per pixel of the figure.
+        scale: f64,
+        /// Width that follows, pixels.
+        width_px: f64,
+        /// Height that follows, pixels.
+        height_px: f64,
+    },
+    /// The image could not be encoded.
+    #[error("the image could not be encoded as PNG: {reason}")]
+    #[diagnostic(code(stiffbench::plot::png))]
+    Png {
+        /// What the encoder says.
+        reason: String,
+    },
+}
