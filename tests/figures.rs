@@ -1,4 +1,5 @@
-//! Every figure comes out: the SVG is the same twice, becomes a PNG, and stays small enough for a report.
+//! Every figure comes out: the SVG is the same twice, becomes a PNG, stays small enough for a report, and no text touches another or
+//! leaves the sheet, as resvg measures it with the embedded font.
 //!
 //! The figures are written to `target/figures-check/` as SVG and PNG, to be looked at. The robot, its poses and its workspace are
 //! the shipped ones; measured stiffness is Table VI; readings, residuals and correlations are made up with seeded noise.
@@ -8,6 +9,8 @@ use std::path::PathBuf;
 
 use rand::{Rng, RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
+use resvg::tiny_skia::Rect;
+use resvg::usvg::{Group, Node, Options, TextChunk, Tree};
 use stiffbench::plot::{
     Bar, ComparedCell, Correlation, DrawnFactor, DrawnMember, DrawnNode, FactorFate,
     FactorIntervals, Figure, FittedLine, LoadCurvePoints, LoadDisplacement, LoadPoint, NamedPoint,
@@ -49,11 +52,56 @@ fn check(name: &str, figure: &Figure) {
     );
     assert!(svg.len() < 1_500_000, "{name}: {} bytes", svg.len());
     assert!(svg.contains("<title>") && svg.contains("<desc>"));
+    check_texts(name, &svg);
     let png = to_png(&svg, 2.0).expect("a figure becomes an image");
     let folder = PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("target/figures-check");
     fs::create_dir_all(&folder).expect("the target folder can be written");
     fs::write(folder.join(format!("{name}.svg")), &svg).expect("the SVG is written");
     fs::write(folder.join(format!("{name}.png")), &png).expect("the PNG is written");
+}
+
+/// Measures every text as the renderer does: none may leave the sheet or lie on another.
+fn check_texts(name: &str, svg: &str) {
+    let font = PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("data/fonts/DejaVuSans-subset.ttf");
+    let mut options = Options::default();
+    options
+        .fontdb_mut()
+        .load_font_data(fs::read(font).expect("the font is in the tree"));
+    let tree = Tree::from_str(svg, &options).expect("a figure is SVG");
+    let sheet = tree.size();
+    let mut texts: Vec<(String, Rect)> = Vec::new();
+    collect_texts(tree.root(), &mut texts);
+    assert!(texts.len() > 5, "{name}: too few texts");
+    for (place, (text, area)) in texts.iter().enumerate() {
+        assert!(
+            area.left() >= 0.0
+                && area.top() >= 0.0
+                && area.right() <= sheet.width()
+                && area.bottom() <= sheet.height(),
+            "{name}: `{text}` leaves the sheet"
+        );
+        for (other, other_area) in &texts[..place] {
+            let apart = area.left() >= other_area.right()
+                || other_area.left() >= area.right()
+                || area.top() >= other_area.bottom()
+                || other_area.top() >= area.bottom();
+            assert!(apart, "{name}: `{text}` touches `{other}`");
+        }
+    }
+}
+
+/// Every text below a group with the box of its ink.
+fn collect_texts(group: &Group, texts: &mut Vec<(String, Rect)>) {
+    for node in group.children() {
+        match node {
+            Node::Group(inner) => collect_texts(inner, texts),
+            Node::Text(text) => {
+                let words = text.chunks().iter().map(TextChunk::text).collect();
+                texts.push((words, text.flattened().abs_bounding_box()));
+            }
+            Node::Path(_) | Node::Image(_) => {}
+        }
+    }
 }
 
 /// Sum of four uniform numbers, scaled to a standard deviation of one: nearly normal, and enough for a picture.
@@ -372,4 +420,63 @@ fn robot_in_a_pose() {
     }
     let pinned = drawing(&robot, "F", "P1", &JointModel::Pinned, [0.0, -50.0, 0.0]);
     check("robot-f-p1-y-pinned", &robot_pose(&pinned));
+}
+
+#[test]
+fn crowded_figures_stay_readable() {
+    let names: Vec<String> = (1..=16)
+        .map(|i| format!("joint-compliance of joint A{i}"))
+        .collect();
+    let matrix = (0..16_i32)
+        .map(|row| {
+            (0..16)
+                .map(|column| {
+                    if row == column {
+                        1.0
+                    } else {
+                        -0.95 / f64::from(1 + row + column)
+                    }
+                })
+                .collect()
+        })
+        .collect();
+    check(
+        "correlation-crowded",
+        &correlation(&Correlation { names, matrix }),
+    );
+
+    let mut cells = Vec::new();
+    for direction in Direction::ALL {
+        for pose in 1..=14 {
+            let measured_n_per_m =
+                1e4 * [1.0, 3.0, 9.0][direction.index()] + 500.0 * f64::from(pose);
+            cells.push(ComparedCell {
+                cell: Cell {
+                    pose: PoseId::new(&format!("extended reach {pose}")),
+                    direction,
+                },
+                measured_n_per_m,
+                measured_ci95_n_per_m: None,
+                n_runs: 3,
+                flagged: false,
+                predicted_n_per_m: 1.05 * measured_n_per_m,
+                held_out: false,
+            });
+        }
+    }
+    let prediction =
+        "predicted by the structure fitted on the session of 3 November, joints compliant"
+            .to_owned();
+    check(
+        "stiffness-comparison-crowded",
+        &stiffness_comparison(&StiffnessComparison { prediction, cells }),
+    );
+
+    let mut one = session("mean", 5, 1.0, false);
+    one.curves.truncate(1);
+    let single = LoadDisplacement {
+        bar: Bar::StandardUncertainty,
+        sessions: vec![one],
+    };
+    check("load-displacement-single", &load_displacement(&single));
 }

@@ -22,7 +22,7 @@ const STRONG: f64 = 0.9;
 pub fn correlation(input: &Correlation) -> Figure {
     let n = input.names.len();
     let cell_px = (560.0 / n.max(1) as f64).clamp(26.0, 58.0);
-    let size_px = (0.3 * cell_px).clamp(8.0, 13.0);
+    let size_px = (0.27 * cell_px).clamp(8.0, 13.0);
     let mut polygons = Vec::with_capacity(n * n);
     let mut notes = Vec::with_capacity(n * n);
     let mut unknown = 0;

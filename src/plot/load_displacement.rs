@@ -79,7 +79,7 @@ pub fn load_displacement(input: &LoadDisplacement) -> Figure {
     let flagged = all_points(input).filter(|point| point.flagged).count();
     Figure {
         columns: directions.len().max(1),
-        panel_px: [190.0, 132.0],
+        panel_px: panel_px(poses.len(), directions.len()),
         share_x: Sharing::All,
         share_y: Sharing::Column,
         panels,
@@ -88,6 +88,15 @@ pub fn load_displacement(input: &LoadDisplacement) -> Figure {
             "Displacement of the end against load",
             caption(input, flagged),
         )
+    }
+}
+
+/// Size of a panel: a few large ones or many small ones fill a page.
+fn panel_px(rows: usize, columns: usize) -> [f64; 2] {
+    match (rows, columns) {
+        (0 | 1, 0 | 1) => [420.0, 280.0],
+        (_, 0 | 1) => [340.0, 180.0],
+        _ => [190.0, 132.0],
     }
 }
 

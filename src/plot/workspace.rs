@@ -11,7 +11,7 @@ use super::palette::{Colour, Marker, qualitative, sequential};
 /// Up to this many points are drawn one by one; more become a density, which also keeps the file small.
 const SINGLE_POINTS: usize = 3000;
 /// Width of a density cell, px.
-const CELL_PX: f64 = 9.0;
+const CELL_PX: f64 = 6.0;
 /// Least and largest side of the plot area, px.
 const SIDE_PX: [f64; 2] = [260.0, 560.0];
 
@@ -171,43 +171,45 @@ fn push_named(panel: &mut Panel, input: &WorkspaceProjection, finite: &[[f64; 2]
 
 /// Hexagons shaded by the number of points in them, and the legend of the shades.
 ///
-/// Classes quadruple the count from one to the next, so that thin borders and dense middles are both seen.
+/// Each class ends at a quarter of the one above it: the evenly filled inside is one shade in spite of its random counts, thin
+/// borders are another.
 fn density(points: &[[f64; 2]], width_m: f64) -> (Vec<Polygon>, Vec<LegendEntry>) {
     let mut counts: BTreeMap<(i64, i64), usize> = BTreeMap::new();
     for point in points {
         *counts.entry(hexagon_of(*point, width_m)).or_default() += 1;
     }
     let most = counts.values().copied().max().unwrap_or(1);
-    let class = |count: usize| count.ilog2() / 2;
-    let last = class(most);
-    let shade = |class: u32| sequential(f64::from(class) / f64::from(last.max(1)));
+    // Largest count of each class, from the darkest down to one.
+    let tops: Vec<usize> = std::iter::successors(Some(most), |top| Some(top / 4))
+        .take_while(|top| *top > 0)
+        .collect();
+    let shade = |class: usize| sequential(0.85 - 0.8 * class as f64 / tops.len() as f64);
     let polygons = counts
         .iter()
         .map(|(place, count)| Polygon {
             corners: hexagon(*place, width_m),
-            colour: shade(class(*count)),
+            colour: shade(tops.iter().filter(|top| *top >= count).count() - 1),
         })
         .collect();
-    let legend = (0..=last)
-        .map(|class| {
-            let [low, high] = [
-                1_usize << (2 * class),
-                ((4_usize << (2 * class)) - 1).min(most),
-            ];
-            LegendEntry {
-                label: if high == 1 {
-                    "1 pose".to_owned()
-                } else if low == high {
-                    format!("{low} poses")
-                } else {
-                    format!("{low} to {high} poses")
-                },
-                style: Style::new(shade(class), Marker::Square),
-                sample: Sample::Area,
-            }
+    let legend = tops
+        .iter()
+        .enumerate()
+        .rev()
+        .map(|(class, &high)| LegendEntry {
+            label: poses_between(tops.get(class + 1).map_or(1, |below| below + 1), high),
+            style: Style::new(shade(class), Marker::Square),
+            sample: Sample::Area,
         })
         .collect();
     (polygons, legend)
+}
+
+fn poses_between(low: usize, high: usize) -> String {
+    match (low, high) {
+        (_, 1) => "1 pose".to_owned(),
+        (low, high) if low == high => format!("{low} poses"),
+        (low, high) => format!("{low} to {high} poses"),
+    }
 }
 
 /// Row spacing of hexagons of unit width, standing on a corner.
@@ -275,6 +277,21 @@ mod tests {
         }
         assert_eq!(counts.values().sum::<usize>(), points.len());
         assert_eq!(density(&points, 0.03).0.len(), counts.len());
+    }
+
+    #[test]
+    fn classes_of_the_density_meet_without_gap_or_overlap() {
+        // One cell with 73 points, one with one: classes end at 73, 18, 4 and 1.
+        let mut points = vec![[0.0, 0.0]; 73];
+        points.push([5.0, 0.0]);
+        let (polygons, legend) = density(&points, 1.0);
+        let labels: Vec<&str> = legend.iter().map(|entry| entry.label.as_str()).collect();
+        assert_eq!(
+            labels,
+            ["1 pose", "2 to 4 poses", "5 to 18 poses", "19 to 73 poses"]
+        );
+        assert_eq!(polygons[0].colour, legend[3].style.colour);
+        assert_eq!(polygons[1].colour, legend[0].style.colour);
     }
 
     #[test]
