@@ -57,8 +57,8 @@ impl Colour {
 /// Colours for things that have no order.
 ///
 /// # Source
-/// M. Okabe and K. Ito, Color Universal Design (2008), in an order that puts the pairs farthest apart in grey first; yellow is
-/// left out because thin lines in it vanish on white.
+/// M. Okabe and K. Ito, Color Universal Design (2008). Blue and orange come first because they also differ in grey; yellow is left
+/// out because thin lines in it vanish on white.
 pub const QUALITATIVE: [Colour; 7] = [
     Colour::new(0, 114, 178),
     Colour::new(230, 159, 0),
