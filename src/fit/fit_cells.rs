@@ -132,7 +132,11 @@ pub fn fit_cells(
     let fit = minimise(&mut problem, &set, &LeastSquaresSettings::default())?;
     let factors = problem.factors(&fit.values);
     // With as many cells as free factors nothing is left to estimate the scatter from: no intervals, and that is said.
-    let judged = match covariance(&set, &fit, sigma, &CovarianceSettings::default()) {
+    let settings = CovarianceSettings {
+        known_dof: training.basis.dof(),
+        ..CovarianceSettings::default()
+    };
+    let judged = match covariance(&set, &fit, sigma, &settings) {
         Ok(covariance) => Some(covariance),
         Err(LeastSquaresError::NoDegreesOfFreedom { .. }) => None,
         Err(error) => return Err(error.into()),

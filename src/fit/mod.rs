@@ -17,6 +17,7 @@ mod monte_carlo;
 mod outcome;
 mod procedure;
 mod significance;
+mod stiffness_list;
 
 pub use advice::Advice;
 pub use bootstrap::{BootstrapIntervals, bootstrap_cells};
@@ -33,3 +34,4 @@ pub use outcome::{
 };
 pub use procedure::{PaperFit, PaperOptions, PaperSource, PoseFit, follow_paper};
 pub use significance::{PAPER_FACTOR, Scope, SequenceStep, Significance, significance};
+pub use stiffness_list::{StiffnessListError, is_stiffness_list, read_stiffness_list};

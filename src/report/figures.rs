@@ -1,0 +1,215 @@
+//! Results as the inputs of figures.
+
+use crate::fit::{CellModel, FactorStatus, FitOutcome};
+use crate::plot::{
+    Bar, ComparedCell, Correlation, DrawnFactor, DrawnMember, DrawnNode, FactorFate, FactorIntervals, Figure, FittedLine,
+    LoadCurvePoints, LoadDisplacement, LoadPoint, NamedPoint, ResidualMeasure, ResidualPoint, Residuals, RobotDrawing,
+    SessionCurves, StiffnessComparison, WorkspaceProjection, correlation, factor_intervals, load_displacement, residuals,
+    robot_pose, stiffness_comparison, workspace,
+};
+use crate::readings::ReadingTable;
+use crate::robot::{ElementClass, Predictor, RobotError};
+use crate::stiffness::{CellStiffness, Flag, StiffnessTable};
+use crate::structure::Attachment;
+
+/// Load against displacement with repeat scatter, per pose and direction (the paper's Fig. 9).
+#[must_use]
+pub fn load_displacement_figure(sessions: &[(&str, &StiffnessTable)]) -> Figure {
+    load_displacement(&LoadDisplacement {
+        bar: Bar::StandardDeviation,
+        sessions: sessions
+            .iter()
+            .map(|(name, table)| SessionCurves { name: (*name).to_owned(), curves: table.cells.iter().map(curve).collect() })
+            .collect(),
+    })
+}
+
+fn curve(cell: &CellStiffness) -> LoadCurvePoints {
+    LoadCurvePoints {
+        pose: cell.cell.pose.clone(),
+        direction: cell.cell.direction,
+        points: cell
+            .loads
+            .iter()
+            .map(|load| LoadPoint {
+                force_n: load.force_n.mean,
+                displacement_m: load.displacement_m.mean,
+                bar_m: load.displacement_m.sd,
+                n: load.n,
+                branch: load.branch,
+                flagged: false,
+            })
+            .collect(),
+        line: cell.line.as_ref().ok().map(|line| FittedLine {
+            compliance_m_per_n: line.slope_m_per_n,
+            intercept_m: line.zero_offset_m.value,
+        }),
+    }
+}
+
+/// Figures of a fit.
+#[derive(Debug)]
+pub struct FitFigures {
+    /// Measured against predicted.
+    pub comparison: Figure,
+    /// Factors with intervals and bounds.
+    pub factors: Figure,
+    /// Correlations, if the fit has any.
+    pub correlation: Option<Figure>,
+}
+
+/// Measured against predicted stiffness, factors, correlation.
+#[must_use]
+pub fn fit_figures(outcome: &FitOutcome, table: Option<&StiffnessTable>, range: [f64; 2]) -> FitFigures {
+    let cells = outcome.cells.iter().map(|cell| {
+        let row = table.and_then(|table| table.cell(&cell.cell));
+        let interval = cell.ln_uncertainty.map(|u| {
+            // Student's t of the pooled weights is close to normal; the interval of ln K is symmetric.
+            [-1.96, 1.96].map(|k: f64| cell.measured_n_per_m * (k * u).exp())
+        });
+        ComparedCell {
+            cell: cell.cell.clone(),
+            measured_n_per_m: cell.measured_n_per_m,
+            measured_ci95_n_per_m: interval,
+            n_runs: row.map_or(0, |row| row.n_runs),
+            flagged: row.is_some_and(|row| !row.flags.is_empty()),
+            predicted_n_per_m: cell.judged_n_per_m(),
+            held_out: cell.held_out || cell.predicted_without_its_pose_n_per_m.is_some(),
+        }
+    });
+    let drawn = outcome.estimates.iter().map(|estimate| DrawnFactor {
+        name: estimate.name.to_owned(),
+        value: estimate.value,
+        ci95: estimate.interval_95,
+        bounds: (!matches!(estimate.status, FactorStatus::Fixed | FactorStatus::Tied { .. }))
+            .then(|| range.map(|share| share * estimate.start)),
+        fate: match estimate.status {
+            FactorStatus::Free => FactorFate::Free,
+            FactorStatus::Fixed => FactorFate::Fixed,
+            FactorStatus::Tied { .. } => FactorFate::Tied,
+            FactorStatus::AtBound { .. } => FactorFate::AtBound,
+            FactorStatus::NotIdentified { .. } => FactorFate::NotIdentified,
+        },
+    });
+    FitFigures {
+        comparison: stiffness_comparison(&StiffnessComparison {
+            prediction: format!("fitted model of mechanism {}", outcome.mechanism),
+            cells: cells.collect(),
+        }),
+        factors: factor_intervals(&FactorIntervals { factors: drawn.collect() }),
+        correlation: correlation_figure(outcome),
+    }
+}
+
+/// Correlations of the fitted factors.
+#[must_use]
+pub fn correlation_figure(outcome: &FitOutcome) -> Option<Figure> {
+    let found = outcome.correlation.as_ref().filter(|correlation| correlation.names.len() > 1)?;
+    Some(correlation(&Correlation {
+        names: found.names.iter().map(|name| (*name).to_owned()).collect(),
+        matrix: found.matrix.clone(),
+    }))
+}
+
+/// Residuals of the readings from the fitted model, each run with its own zero.
+///
+/// # Errors
+/// Those of [`CellModel::new`].
+pub fn residuals_figure(
+    model: &mut CellModel<'_>,
+    outcome: &FitOutcome,
+    readings: &ReadingTable,
+    table: &StiffnessTable,
+) -> Result<Figure, RobotError> {
+    let stiffness = model.stiffness(&outcome.factors)?;
+    let mut points = Vec::new();
+    for (sequence, reading) in readings.readings.iter().enumerate().filter(|(_, reading)| reading.is_accepted()) {
+        let cell = reading.cell();
+        let Some(place) = model.cells().iter().position(|known| *known == cell) else { continue };
+        points.push((sequence, reading, cell, reading.displacement_m - reading.force_n / stiffness[place]));
+    }
+    // A run's zero is not the model's business: the mean residual of each gauge zero is taken off.
+    let mut zeros = vec![(0.0, 0.0); readings.zeros.len()];
+    for (_, reading, _, residual) in &points {
+        let zero = &mut zeros[reading.zero as usize];
+        *zero = (zero.0 + residual, zero.1 + 1.0);
+    }
+    let flagged = |reading: &crate::readings::Reading| {
+        table.cell(&reading.cell()).is_some_and(|row| row.flags.iter().any(|flag| flags_reading(flag, reading.seq)))
+    };
+    Ok(residuals(&Residuals {
+        prediction: format!("fitted model of mechanism {}, mean of each gauge zero taken off", outcome.mechanism),
+        measure: ResidualMeasure::Micrometres,
+        points: points
+            .iter()
+            .map(|(sequence, reading, cell, residual)| {
+                let (sum, count) = zeros[reading.zero as usize];
+                ResidualPoint {
+                    cell: cell.clone(),
+                    force_n: reading.force_n,
+                    residual_m: residual - sum / count,
+                    standard_uncertainty_m: None,
+                    sequence: sequence + 1,
+                    time_s: reading.time_s,
+                    flagged: flagged(reading),
+                }
+            })
+            .collect(),
+    }))
+}
+
+/// Whether a flag is about one reading, and this one.
+fn flags_reading(flag: &Flag, seq: u32) -> bool {
+    matches!(flag, Flag::Outlier { at, .. } if at.seq == seq)
+}
+
+/// The workspace on the (z, y) plane.
+#[must_use]
+pub fn workspace_figure(points_z_y_m: Vec<[f64; 2]>, extremes: Vec<(String, [f64; 2])>, stated: Vec<(String, [f64; 2])>) -> Figure {
+    let named = |points: Vec<(String, [f64; 2])>| {
+        points.into_iter().map(|(name, [z_m, y_m])| NamedPoint { name, z_m, y_m }).collect()
+    };
+    workspace(&WorkspaceProjection {
+        points_z_y_m,
+        extremes: named(extremes),
+        stated: named(stated),
+        stated_by: "the paper".to_owned(),
+    })
+}
+
+/// The robot in a pose under a load at its end.
+///
+/// Call after [`Predictor::place`].
+#[must_use]
+pub fn robot_figure(predictor: &mut Predictor<'_>, pose: &str, force_n: [f64; 3]) -> Figure {
+    let (solver, model) = predictor.parts();
+    let structure = model.structure();
+    let [fx, fy, fz] = force_n;
+    let response = solver.respond(structure, &[(structure.end.clone(), [fx, fy, fz, 0.0, 0.0, 0.0])]);
+    let rotation_at = |end: &Attachment| -> [f64; 3] {
+        let [.., rx, ry, rz] = response.nodes[end.node];
+        end.hinges.iter().fold([rx, ry, rz], |rotation, &hinge| {
+            let axis = structure.hinges[hinge].axis;
+            std::array::from_fn(|i| rotation[i] + response.hinges_rad[hinge] * axis[i])
+        })
+    };
+    let nodes = structure.nodes.iter().zip(&response.nodes).map(|(node, [ux, uy, uz, ..])| DrawnNode {
+        name: node.name.to_string(),
+        position_m: node.position_m,
+        displacement_m: [*ux, *uy, *uz],
+    });
+    let members = structure.elements.iter().zip(model.members()).map(|(element, member)| DrawnMember {
+        nodes: [element.ends[0].node, element.ends[1].node],
+        rotations_rad: [rotation_at(&element.ends[0]), rotation_at(&element.ends[1])],
+        chain: member.chain.clone(),
+        is_link: member.class == ElementClass::Link,
+    });
+    robot_pose(&RobotDrawing {
+        name: format!("{}, mechanism {}, pose {pose}", model.robot().name, model.mechanism().name),
+        nodes: nodes.collect(),
+        members: members.collect(),
+        supports: structure.supports.iter().map(|support| support.node).collect(),
+        end: structure.end.node,
+        force_n: Some(force_n),
+    })
+}

@@ -1,0 +1,285 @@
+//! A fit for people and for programs.
+
+use serde_json::{Value, json};
+
+use crate::fit::{
+    FactorEstimate, FactorStatus, FitMethod, FitOutcome, FittedCell, MonteCarloFit, PaperFit, PoseFit, WeightBasis,
+};
+use crate::least_squares::SigmaMode;
+use crate::quantity::{NEWTON_PER_METRE_PER_NEWTON_PER_MICROMETRE as N_PER_UM, Reported};
+use crate::robot::FittingFactors;
+
+use super::significance::{sequence_text, significance_json, significance_text};
+use super::text::{TextTable, interval, significant};
+
+/// The JSON contract's `data` of a fit.
+#[must_use]
+pub fn fit_json(outcome: &FitOutcome) -> Value {
+    let class = |first: usize| -> Value {
+        let of = |estimate: &FactorEstimate| (estimate.name.rsplit('.').next().unwrap_or(estimate.name).to_owned(), factor_json(estimate));
+        Value::Object(outcome.estimates[first..first + 4].iter().map(of).collect())
+    };
+    json!({
+        "method": outcome.method,
+        "mechanism": outcome.mechanism,
+        "factors": { "beam": class(0), "link": class(4) },
+        "correlation": outcome.correlation,
+        "sigma": outcome.agreement.as_ref().map(|a| sigma_word(a.sigma)),
+        "weights": outcome.agreement.as_ref().map(|a| a.basis),
+        "dof": outcome.agreement.as_ref().map(|a| a.dof),
+        "reduced_chi2": outcome.agreement.as_ref().and_then(|a| a.reduced_chi_squared),
+        "p": outcome.agreement.as_ref().and_then(|a| a.p_value),
+        "cells": outcome.cells.iter().map(cell_json).collect::<Vec<_>>(),
+        "max_error_percent": outcome.max_error_percent(),
+        "termination": outcome.termination,
+        "advice": outcome.advice,
+    })
+}
+
+fn factor_json(estimate: &FactorEstimate) -> Value {
+    let words = match &estimate.status {
+        FactorStatus::AtBound { words, .. } | FactorStatus::NotIdentified { words } => Some(words.clone()),
+        FactorStatus::Tied { to } => Some(format!("in proportion to {to}")),
+        FactorStatus::Free | FactorStatus::Fixed => None,
+    };
+    json!({
+        "value": estimate.value,
+        "ci95": estimate.interval_95,
+        "ci95_quadratic": estimate.quadratic_interval_95,
+        "ci95_bootstrap": estimate.bootstrap_interval_95,
+        "status": estimate.status.word(),
+        "start": estimate.start,
+        "words": words,
+    })
+}
+
+fn cell_json(cell: &FittedCell) -> Value {
+    let measured = Reported::exact(cell.measured_n_per_m / N_PER_UM, "N/um");
+    json!({
+        "pose": cell.cell.pose,
+        "direction": cell.cell.direction,
+        "measured": measured,
+        "predicted": Reported::exact(cell.predicted_n_per_m / N_PER_UM, "N/um"),
+        "ratio_percent": cell.ratio_percent(),
+        "ln_uncertainty": cell.ln_uncertainty,
+        "held_out": cell.held_out,
+        "predicted_without_its_pose": cell.predicted_without_its_pose_n_per_m.map(|k| Reported::exact(k / N_PER_UM, "N/um")),
+    })
+}
+
+/// Factors, cells, and what to think of them.
+#[must_use]
+pub fn fit_text(outcome: &FitOutcome) -> String {
+    let mut text = format!("Mechanism {}, {}, {}.\n\n", outcome.mechanism, method_words(outcome.method), outcome.termination);
+    let bootstrap = outcome.estimates.iter().any(|estimate| estimate.bootstrap_interval_95.is_some());
+    let mut heads = vec!["factor", "start", "value", "95 % interval", "status"];
+    if bootstrap {
+        heads.insert(4, "95 %, runs drawn again");
+    }
+    let mut rows = TextTable::new(&heads);
+    for estimate in &outcome.estimates {
+        let mut cells = vec![
+            estimate.name.to_owned(),
+            significant(estimate.start, 4),
+            significant(estimate.value, 4),
+            interval(estimate.interval_95, 4),
+            estimate.status.word().replace('_', " "),
+        ];
+        if bootstrap {
+            cells.insert(4, interval(estimate.bootstrap_interval_95, 4));
+        }
+        rows.row(cells);
+    }
+    text.push_str(&rows.text());
+    text.push_str(&words(outcome));
+    text.push_str(&agreement_text(outcome));
+    text.push('\n');
+    text.push_str(&cells_text(outcome));
+    for warning in &outcome.warnings {
+        text.push_str(&format!("\nnote: {warning}\n"));
+    }
+    text
+}
+
+/// Sentences about factors that the data do not determine, and what would.
+fn words(outcome: &FitOutcome) -> String {
+    let mut text = String::new();
+    for estimate in &outcome.estimates {
+        if let FactorStatus::AtBound { words, .. } | FactorStatus::NotIdentified { words } = &estimate.status {
+            text.push_str(&format!("{}: {words}.\n", estimate.name));
+        }
+    }
+    for advice in &outcome.advice {
+        let percent = |ln: f64| format!("{:.0} %", 100.0 * (ln.exp() - 1.0));
+        let (now, then) = (percent(advice.ln_uncertainty_now), percent(advice.ln_uncertainty_then));
+        text.push_str(&if advice.helps() {
+            format!(
+                "{}: a further measurement along {} at {} would help most (standard uncertainty {now} now, {then} then).\n",
+                advice.factor, advice.measure.direction, advice.measure.pose
+            )
+        } else {
+            format!(
+                "{}: no stiffness at the end in the robot's poses determines it (best: {} at {}, {now} to {then}); fix it, or tie it to another \
+                 factor.\n",
+                advice.factor, advice.measure.direction, advice.measure.pose
+            )
+        });
+    }
+    if let Some(correlation) = &outcome.correlation {
+        for (i, a) in correlation.names.iter().enumerate() {
+            for (j, b) in correlation.names.iter().enumerate().skip(i + 1) {
+                let rho = correlation.matrix[i][j];
+                if rho.abs() > 0.95 {
+                    text.push_str(&format!("{a} and {b} can hardly be told apart: correlation {rho:+.3}.\n"));
+                }
+            }
+        }
+    }
+    if text.is_empty() { text } else { format!("\n{text}") }
+}
+
+fn agreement_text(outcome: &FitOutcome) -> String {
+    let Some(agreement) = &outcome.agreement else { return String::new() };
+    let sigma = match agreement.sigma {
+        SigmaMode::Known => "uncertainties of the stiffnesses taken as known",
+        SigmaMode::Estimated => "scatter about the fit taken as the uncertainty of the stiffnesses",
+    };
+    let basis = match agreement.basis {
+        WeightBasis::Pooled { run_slope_sd, dof } => {
+            format!("weights from scatter pooled over the cells (slope from run to run {:.2} %, {dof:.0} degrees of freedom)", 100.0 * run_slope_sd)
+        }
+        WeightBasis::EachCell => "weights from each cell's own scatter".to_owned(),
+        WeightBasis::Stated => "weights from the stated uncertainties".to_owned(),
+        WeightBasis::Equal => "equal weights".to_owned(),
+    };
+    let chi = agreement.reduced_chi_squared.map_or_else(String::new, |chi| match agreement.p_value {
+        Some(p) => format!("; reduced chi-squared {chi:.3} with {} degrees of freedom (p = {p:.2})", agreement.dof),
+        None => format!("; scatter about the fit {:.2} % with {} degrees of freedom", 100.0 * chi.sqrt(), agreement.dof),
+    });
+    format!("\nIntervals: profile likelihood, {sigma}; {basis}{chi}.\n")
+}
+
+fn cells_text(outcome: &FitOutcome) -> String {
+    let left_out = outcome.cells.iter().any(|cell| cell.predicted_without_its_pose_n_per_m.is_some());
+    let mut heads = vec!["pose", "direction", "measured, N/um", "predicted, N/um", "predicted/measured, %"];
+    heads.push(if left_out { "without its pose, %" } else { "held out" });
+    let mut rows = TextTable::new(&heads);
+    for cell in &outcome.cells {
+        rows.row([
+            cell.cell.pose.to_string(),
+            format!("{} {}", cell.cell.direction, cell.cell.direction.word()),
+            significant(cell.measured_n_per_m / N_PER_UM, 4),
+            significant(cell.predicted_n_per_m / N_PER_UM, 4),
+            format!("{:.2}", cell.ratio_percent()),
+            if left_out {
+                cell.predicted_without_its_pose_n_per_m
+                    .map_or_else(|| "-".to_owned(), |k| format!("{:.2}", 100.0 * k / cell.measured_n_per_m))
+            } else if cell.held_out {
+                "yes".to_owned()
+            } else {
+                String::new()
+            },
+        ]);
+    }
+    let mut text = rows.text();
+    if let Some(worst) = outcome.max_error_percent() {
+        let unseen = outcome.judged_cells().count() < outcome.cells.len() || left_out;
+        let which = if unseen { "cells the fit did not see" } else { "cells of the fit itself" };
+        text.push_str(&format!("\nLargest error over the {which}: {worst:.2} %.\n"));
+    }
+    text
+}
+
+fn method_words(method: FitMethod) -> &'static str {
+    match method {
+        FitMethod::LeastSquares => "least squares on ln K of all training cells",
+        FitMethod::Paper => "the paper's procedure",
+    }
+}
+
+fn sigma_word(sigma: SigmaMode) -> &'static str {
+    match sigma {
+        SigmaMode::Known => "known",
+        SigmaMode::Estimated => "estimated",
+    }
+}
+
+/// The nine steps for programs.
+#[must_use]
+pub fn paper_steps_json(fit: &PaperFit) -> Value {
+    let pose = |fit: &PoseFit| {
+        json!({
+            "pose": fit.pose,
+            "weight": fit.weight,
+            "significance": significance_json(&fit.significance),
+            "sequence": fit.sequence,
+            "trials": { "steps": fit.fit.steps, "evaluations": fit.fit.evaluations },
+            "factors": fit.fit.factors,
+        })
+    };
+    json!({
+        "1_objective": format!("multi-source model of mechanism {}", fit.outcome.mechanism),
+        "2_to_4_single_source": fit.single_source.iter().map(pose).collect::<Vec<_>>(),
+        "single_source_given": fit.single_source_given,
+        "single_source_factors": fit.single_source_factors,
+        "5_start_with_link_factors": fit.start,
+        "6_and_7_multi_source": fit.multi_source.iter().map(pose).collect::<Vec<_>>(),
+        "8_combined_factors": fit.outcome.factors,
+        "9_validation": fit.outcome.cells.iter().map(cell_json).collect::<Vec<_>>(),
+    })
+}
+
+/// The nine steps for people, up to the combination; step 9 is [`fit_text`].
+#[must_use]
+pub fn paper_steps_text(fit: &PaperFit) -> String {
+    let mut text = format!("Step 1. Objective: a multi-source (M-FSD) model of mechanism {}.\n", fit.outcome.mechanism);
+    if let Some(name) = &fit.single_source_given {
+        text.push_str(&format!("\nSteps 2 to 4. Single-source (S-FSD) factors as given: {name} {}.\n", factors_text(fit.single_source_factors.beam)));
+    } else {
+        text.push_str("\nSteps 2 to 4. Single-source (S-FSD) fits to the reference, beams and links alike.\n");
+        for pose in &fit.single_source {
+            text.push_str(&pose_text(pose));
+        }
+        text.push_str(&format!("\nCombined: {}.\n", factors_text(fit.single_source_factors.beam)));
+    }
+    text.push_str(&format!("\nStep 5. Beams and links part. Links keep {}.\n", factors_text(fit.start.link)));
+    text.push_str("\nSteps 6 and 7. Multi-source fits of the beams to the measured stiffness.\n");
+    for pose in &fit.multi_source {
+        text.push_str(&pose_text(pose));
+    }
+    let weights = fit.multi_source.iter().map(|pose| format!("{} {}", pose.pose, pose.weight)).collect::<Vec<_>>().join(", ");
+    text.push_str(&format!("\nStep 8. Weighted combination ({weights}): beams {}.\n", factors_text(fit.outcome.factors.beam)));
+    text.push_str("\nStep 9. Validation.\n\n");
+    text
+}
+
+fn pose_text(pose: &PoseFit) -> String {
+    format!(
+        "\nPose {}: significance of the constants\n\n{}\nSequence: {}.\n{}",
+        pose.pose,
+        significance_text(&pose.significance),
+        sequence_text(&pose.sequence),
+        trials_text(&pose.fit)
+    )
+}
+
+/// The last pass of the trials.
+fn trials_text(fit: &MonteCarloFit) -> String {
+    let last = fit.steps.iter().map(|step| step.pass).max().unwrap_or(0);
+    let steps = fit.steps.iter().filter(|step| step.pass == last).map(|step| {
+        format!("a_{} = {} (displacement {} at {:.2} % of the wanted one)", step.property.name(), significant(step.value, 4), step.direction, 100.0 * step.displacement_ratio)
+    });
+    format!("Trials: {} structures solved; pass {last}: {}.\n", fit.evaluations, steps.collect::<Vec<_>>().join(", "))
+}
+
+fn factors_text(factors: [f64; 4]) -> String {
+    let [a, iy, iz, j] = factors.map(|factor| significant(factor, 4));
+    format!("a_A = {a}, a_Iy = {iy}, a_Iz = {iz}, a_J = {j}")
+}
+
+/// A factor set as the TOML that robot files and `--factors` take.
+#[must_use]
+pub fn factors_toml(factors: &FittingFactors) -> String {
+    let class = |name: &str, [a, iy, iz, j]: [f64; 4]| format!("{name} = {{ A = {a:?}, Iy = {iy:?}, Iz = {iz:?}, J = {j:?} }}\n");
+    class("beam", factors.beam) + &class("link", factors.link)
+}

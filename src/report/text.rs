@@ -1,0 +1,77 @@
+//! Tables for the terminal that are Markdown at the same time, so that what is printed can be pasted.
+
+use comfy_table::presets::ASCII_MARKDOWN;
+use comfy_table::{CellAlignment, Table};
+
+/// A table of text cells; the first column is left-aligned, the others right-aligned.
+#[derive(Debug)]
+pub struct TextTable(Table);
+
+impl TextTable {
+    /// A table with these column heads.
+    #[must_use]
+    pub fn new(heads: &[&str]) -> Self {
+        let mut table = Table::new();
+        table.load_preset(ASCII_MARKDOWN).set_header(heads);
+        for (place, column) in table.column_iter_mut().enumerate() {
+            let alignment = if place == 0 { CellAlignment::Left } else { CellAlignment::Right };
+            column.set_cell_alignment(alignment);
+        }
+        Self(table)
+    }
+
+    /// Adds a row.
+    pub fn row(&mut self, cells: impl IntoIterator<Item = String>) {
+        self.0.add_row(cells.into_iter().collect::<Vec<_>>());
+    }
+
+    /// The table as text, each line ended.
+    #[must_use]
+    pub fn text(&self) -> String {
+        format!("{}\n", self.0)
+    }
+}
+
+/// A number with so many significant digits, plain where that is short, in powers of ten where not.
+#[must_use]
+pub fn significant(value: f64, digits: usize) -> String {
+    if !value.is_finite() {
+        return "-".to_owned();
+    }
+    if value == 0.0 {
+        return "0".to_owned();
+    }
+    let exponent = value.abs().log10().floor() as i32;
+    if (-5..digits.max(6) as i32).contains(&exponent) {
+        let decimals = (digits as i32 - 1 - exponent).max(0) as usize;
+        format!("{value:.decimals$}")
+    } else {
+        format!("{value:.*e}", digits.saturating_sub(1))
+    }
+}
+
+/// An interval in words.
+#[must_use]
+pub(super) fn interval(ends: Option<[f64; 2]>, digits: usize) -> String {
+    ends.map_or_else(|| "-".to_owned(), |[a, b]| format!("{} to {}", significant(a, digits), significant(b, digits)))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn digits() {
+        assert_eq!(significant(0.004_857_3, 4), "0.004857");
+        assert_eq!(significant(-1234.5, 3), "-1234");
+        assert_eq!(significant(1.5e-9, 3), "1.50e-9");
+        assert_eq!(significant(f64::NAN, 3), "-");
+    }
+
+    #[test]
+    fn a_table_is_markdown() {
+        let mut table = TextTable::new(&["pose", "K"]);
+        table.row(["P1".to_owned(), "0.5".to_owned()]);
+        assert_eq!(table.text(), "| pose |   K |\n|------|-----|\n| P1   | 0.5 |\n");
+    }
+}
