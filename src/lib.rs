@@ -6,6 +6,7 @@ pub mod least_squares;
 pub mod plot;
 pub mod quantity;
 pub mod readings;
+pub mod report;
 pub mod robot;
 pub mod source_text;
 pub mod statistics;

@@ -160,7 +160,7 @@ pub fn residuals_figure(
 
 /// Whether a flag is about one reading, and this one.
 fn flags_reading(flag: &Flag, seq: u32) -> bool {
-    matches!(flag, Flag::Outlier { at, .. } if at.seq == seq)
+    matches!(flag, Flag::Outlier { place, .. } if place.seq == seq)
 }
 
 /// The workspace on the (z, y) plane.

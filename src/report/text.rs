@@ -12,7 +12,7 @@ impl TextTable {
     #[must_use]
     pub fn new(heads: &[&str]) -> Self {
         let mut table = Table::new();
-        table.load_preset(ASCII_MARKDOWN).set_header(heads);
+        table.load_style(ASCII_MARKDOWN).set_header(heads);
         for (place, column) in table.column_iter_mut().enumerate() {
             let alignment = if place == 0 { CellAlignment::Left } else { CellAlignment::Right };
             column.set_cell_alignment(alignment);

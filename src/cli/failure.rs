@@ -1,0 +1,134 @@
+//! Failures: one form for people, one for programs, one table of exit codes.
+
+use std::path::PathBuf;
+use std::process::ExitCode;
+
+use miette::Diagnostic;
+use serde_json::json;
+
+use super::args::Global;
+use super::outcome::{envelope, print_json};
+
+/// Errors of the command line itself.
+#[derive(Debug, thiserror::Error, Diagnostic)]
+pub enum CliError {
+    /// A file that cannot be read.
+    #[error("{path} cannot be read: {source}")]
+    #[diagnostic(code(stiffbench::input::read), help("check the name and the permissions; a session is a folder with readings.csv in it"))]
+    Read {
+        /// The file.
+        path: PathBuf,
+        /// What the system says.
+        source: std::io::Error,
+    },
+    /// A file that cannot be written.
+    #[error("{path} cannot be written: {source}")]
+    #[diagnostic(code(stiffbench::output::write), help("choose another place, or free the space; nothing else was changed"))]
+    Write {
+        /// The file.
+        path: PathBuf,
+        /// What the system says.
+        source: std::io::Error,
+    },
+    /// A folder that exists already.
+    #[error("{path} exists already")]
+    #[diagnostic(code(stiffbench::output::exists), help("choose another name; a session is never written over"))]
+    Exists {
+        /// The folder.
+        path: PathBuf,
+    },
+    /// An argument with a meaning that cannot be.
+    #[error("{argument}: {problem}")]
+    #[diagnostic(code(stiffbench::usage::argument))]
+    Argument {
+        /// The argument.
+        argument: String,
+        /// What is wrong with it.
+        problem: String,
+        /// What to write instead.
+        #[help]
+        help: Option<String>,
+    },
+    /// A factor file that is not one.
+    #[error("{file} is no factor set: {problem}")]
+    #[diagnostic(
+        code(stiffbench::robot::factor_file),
+        help("write two tables: beam = {{ A = 1.0, Iy = 1.0, Iz = 1.0, J = 1.0 }} and the same for link")
+    )]
+    Factors {
+        /// The file.
+        file: String,
+        /// What is wrong with it.
+        problem: String,
+    },
+    /// Data without readings where readings are needed.
+    #[error("{data} holds stiffness values, not readings: {needs} needs readings")]
+    #[diagnostic(code(stiffbench::usage::needs_readings), help("give a session folder or a readings file"))]
+    NeedsReadings {
+        /// The data.
+        data: String,
+        /// What needs readings.
+        needs: &'static str,
+    },
+    /// Overdue calibration under --strict.
+    #[error("calibration overdue: {instruments}")]
+    #[diagnostic(code(stiffbench::calibration::overdue), help("have the gauge calibrated, or leave out --strict and accept a warning"))]
+    CalibrationOverdue {
+        /// Which gauges, since when.
+        instruments: String,
+    },
+}
+
+/// A failure on its way out of the program.
+#[derive(Debug)]
+pub struct Failure(miette::Report);
+
+impl<E: Diagnostic + Send + Sync + 'static> From<E> for Failure {
+    fn from(error: E) -> Self {
+        Self(miette::Report::new(error))
+    }
+}
+
+impl Failure {
+    /// Exit code by the first part of the error's code that has one.
+    fn exit_code(&self) -> u8 {
+        const CODES: [(&str, u8); 12] = [
+            ("stiffbench::usage", 2),
+            ("stiffbench::calibration", 12),
+            ("stiffbench::fit::stiffness_list", 11),
+            ("stiffbench::fit::factor_name", 2),
+            ("stiffbench::fit", 40),
+            ("stiffbench::least_squares", 40),
+            ("stiffbench::readings", 11),
+            ("stiffbench::session", 10),
+            ("stiffbench::input", 11),
+            ("stiffbench::output", 11),
+            ("stiffbench::robot", 10),
+            ("stiffbench::bench", 10),
+        ];
+        let code = self.code();
+        CODES.iter().find(|(prefix, _)| code.starts_with(prefix)).map_or(70, |(_, exit)| *exit)
+    }
+
+    fn code(&self) -> String {
+        self.0.code().map_or_else(String::new, |code| code.to_string())
+    }
+
+    /// Prints the failure: JSON on standard output, or text on standard error.
+    pub fn print(&self, global: &Global) -> ExitCode {
+        let exit = self.exit_code();
+        if global.json {
+            let mut object = envelope("error", false);
+            object["error"] = json!({
+                "code": self.code(),
+                "message": self.0.to_string(),
+                "help": self.0.help().map(|help| help.to_string()),
+                "exit_code": exit,
+            });
+            print_json(&object);
+        } else {
+            eprintln!("{:?}", self.0);
+        }
+        ExitCode::from(exit)
+    }
+}

@@ -1,0 +1,41 @@
+//! Figures to files.
+
+use std::path::{Path, PathBuf};
+
+use crate::plot::{Figure, to_png};
+
+use super::failure::{CliError, Failure};
+
+/// Pixels in a unit of the drawing: sharp on a page and on a screen.
+const PNG_SCALE: f32 = 2.0;
+
+/// Writes a figure as `path.svg` and `path.png`, or one of them if the name ends so; returns what was written.
+pub fn write_figure(path: &Path, figure: &Figure) -> Result<Vec<PathBuf>, Failure> {
+    if let Some(folder) = path.parent().filter(|folder| !folder.as_os_str().is_empty()) {
+        std::fs::create_dir_all(folder).map_err(|source| CliError::Write { path: folder.to_owned(), source })?;
+    }
+    let wanted = path.extension().and_then(|extension| extension.to_str()).map(str::to_lowercase);
+    let base = match wanted.as_deref() {
+        Some("svg" | "png") => path.with_extension(""),
+        _ => path.to_owned(),
+    };
+    let svg = figure.to_svg();
+    let mut written = Vec::new();
+    for extension in ["svg", "png"] {
+        if wanted.as_deref().is_some_and(|wanted| ["svg", "png"].contains(&wanted) && wanted != extension) {
+            continue;
+        }
+        let mut name = base.clone().into_os_string();
+        name.push(format!(".{extension}"));
+        let file = PathBuf::from(name);
+        let bytes = if extension == "svg" { svg.clone().into_bytes() } else { to_png(&svg, PNG_SCALE)? };
+        write(&file, &bytes)?;
+        written.push(file);
+    }
+    Ok(written)
+}
+
+/// Writes a whole file.
+pub fn write(path: &Path, bytes: &[u8]) -> Result<(), CliError> {
+    std::fs::write(path, bytes).map_err(|source| CliError::Write { path: path.to_owned(), source })
+}

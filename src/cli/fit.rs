@@ -1,0 +1,220 @@
+//! `stiffbench fit`.
+
+use crate::fit::{
+    FACTOR_NAMES, FactorChoice, FactorRole, FactorStatus, FitOptions, FitOutcome, MeasuredStiffness, MonteCarloSettings, PaperOptions,
+    PaperSource, bootstrap_cells, factor_index, find_lower_minimum, fit_cells, follow_paper,
+};
+use crate::least_squares::{BootstrapSettings, SearchSettings, SigmaMode};
+use crate::report::{factors_toml, fit_figures, fit_json, fit_text, paper_steps_json, paper_steps_text};
+use crate::stiffness::{Branches, Method as StiffnessMethod, StiffnessTable};
+use crate::test_point::PoseId;
+
+use super::args::{FitArgs, Global, Method, ModelArgs, Sigma};
+use super::data::{Chosen, Data, Session, choose, load, load_measured};
+use super::failure::{CliError, Failure};
+use super::figure_files::{write, write_figure};
+use super::outcome::Outcome;
+use super::progress::progress;
+
+/// Data ready to be fitted.
+pub struct Prepared {
+    /// Robot, mechanism, factors.
+    pub chosen: Chosen,
+    /// Stiffness of the cells.
+    pub measured: MeasuredStiffness,
+    /// The readings behind it, if there are any.
+    pub session: Option<(Box<Session>, StiffnessTable)>,
+    /// Notes.
+    pub warnings: Vec<String>,
+}
+
+/// Fits and reports.
+pub fn run(args: &FitArgs, global: &Global) -> Result<Outcome, Failure> {
+    let method = match args.method {
+        Method::LeastSquares => StiffnessMethod::Regression,
+        Method::Paper => StiffnessMethod::PaperMean,
+    };
+    let prepared = prepare(load(&args.data, global)?, &args.model, method)?;
+    let (outcome, text, data) = match args.method {
+        Method::LeastSquares => {
+            let outcome = least_squares(args, &prepared, global)?;
+            let (text, data) = (fit_text(&outcome), fit_json(&outcome));
+            (outcome, text, data)
+        }
+        Method::Paper => paper(args, &prepared, global)?,
+    };
+    let mut warnings = prepared.warnings;
+    warnings.extend(outcome.warnings.iter().cloned());
+    let mut written = Vec::new();
+    if let Some(file) = &args.save_factors {
+        write(file, factors_toml(&outcome.factors).as_bytes())?;
+        written.push(file.clone());
+    }
+    if let Some(folder) = &args.figures {
+        let table = prepared.session.as_ref().map(|(_, table)| table);
+        let figures = fit_figures(&outcome, table, choice(args)?.range);
+        written.extend(write_figure(&folder.join("stiffness"), &figures.comparison)?);
+        written.extend(write_figure(&folder.join("factors"), &figures.factors)?);
+        if let Some(correlation) = &figures.correlation {
+            written.extend(write_figure(&folder.join("correlation"), correlation)?);
+        }
+    }
+    warnings.extend(written.iter().map(|path| format!("wrote {}", path.display())));
+    let open = outcome.estimates.iter().any(|e| matches!(e.status, FactorStatus::AtBound { .. } | FactorStatus::NotIdentified { .. }));
+    Ok(Outcome::new("fit", text, data).with_warnings(warnings).with_strict_exit(if open { 41 } else { 0 }))
+}
+
+/// Robot and stiffness from data.
+pub fn prepare(data: Data, model: &ModelArgs, method: StiffnessMethod) -> Result<Prepared, Failure> {
+    match data {
+        Data::Stiffness { measured, name } => {
+            let chosen = choose(model, None)?;
+            for cell in &measured.cells {
+                chosen.robot.pose(&cell.cell.pose)?;
+            }
+            let warnings = vec![format!("{name} holds stiffness values without readings: what only readings show cannot be tested")];
+            Ok(Prepared { chosen, measured, session: None, warnings })
+        }
+        Data::Readings(mut session) => {
+            let chosen = choose(model, Some(&mut session))?;
+            let table = session.stiffness(Branches::Loading)?;
+            let measured = MeasuredStiffness::from_table(&table, method);
+            let mut warnings = session.warnings.clone();
+            warnings.extend(measured.unusable.iter().map(|(cell, reason)| format!("{cell} takes no part in the fit: {reason}")));
+            let flags: usize = table.cells.iter().map(|cell| cell.flags.len()).sum();
+            if flags > 0 {
+                warnings.push(format!("{flags} flag(s) on the readings; `stiffbench stiffness` prints them. Nothing was removed."));
+            }
+            Ok(Prepared { chosen, measured, session: Some((session, table)), warnings })
+        }
+    }
+}
+
+/// Which factors may move, as the user says.
+pub fn choice(args: &FitArgs) -> Result<FactorChoice, Failure> {
+    let mut choice = FactorChoice { range: [args.bounds[0], args.bounds[1]], ..FactorChoice::default() };
+    if !(choice.range[0] > 0.0 && choice.range[0] < 1.0 && choice.range[1] > 1.0 && choice.range[1].is_finite()) {
+        return Err(CliError::Argument {
+            argument: format!("--bounds {} {}", args.bounds[0], args.bounds[1]),
+            problem: "the bounds must lie on both sides of 1, the start".to_owned(),
+            help: Some("--bounds 0.1 10".to_owned()),
+        }
+        .into());
+    }
+    for name in &args.free {
+        choice.roles[factor_index(name)?] = FactorRole::Free;
+    }
+    for name in &args.fix {
+        choice.roles[factor_index(name)?] = FactorRole::Fixed;
+    }
+    for tie in &args.tie {
+        let Some((one, other)) = tie.split_once('=') else {
+            return Err(CliError::Argument {
+                argument: format!("--tie {tie}"),
+                problem: "two factors with an equals sign between them are needed".to_owned(),
+                help: Some("--tie link.A=beam.A".to_owned()),
+            }
+            .into());
+        };
+        choice.roles[factor_index(one)?] = FactorRole::TiedTo(factor_index(other)?);
+    }
+    Ok(choice)
+}
+
+fn training(args: &FitArgs) -> Option<Vec<PoseId>> {
+    args.train.as_ref().map(|poses| poses.iter().map(|pose| PoseId::new(pose)).collect())
+}
+
+fn least_squares(args: &FitArgs, prepared: &Prepared, global: &Global) -> Result<FitOutcome, Failure> {
+    let Prepared { chosen, measured, .. } = prepared;
+    let mechanism = chosen.robot.mechanism(Some(&chosen.mechanism))?;
+    let options = FitOptions {
+        train: training(args),
+        choice: choice(args)?,
+        sigma: args.sigma.map(|sigma| match sigma {
+            Sigma::Known => SigmaMode::Known,
+            Sigma::Estimated => SigmaMode::Estimated,
+        }),
+    };
+    if args.sigma == Some(Sigma::Known) && !measured.has_uncertainties() {
+        return Err(CliError::Argument {
+            argument: "--sigma known".to_owned(),
+            problem: "the data state no uncertainty of the stiffnesses".to_owned(),
+            help: Some("give readings with repeats or a column u_N_per_um, or use --sigma estimated".to_owned()),
+        }
+        .into());
+    }
+    let mut outcome = fit_cells(&chosen.robot, mechanism, measured, &chosen.factors, &options)?;
+    let in_training = |pose: &PoseId| options.train.as_ref().is_none_or(|train| train.contains(pose));
+    let trained = measured.select(|cell| in_training(&cell.pose));
+    if args.bootstrap > 0 {
+        let Some((_, table)) = &prepared.session else {
+            return Err(CliError::NeedsReadings { data: args.data.display().to_string(), needs: "--bootstrap" }.into());
+        };
+        let settings = BootstrapSettings { replicates: args.bootstrap, seed: args.seed };
+        let bar = progress(global, "refits", args.bootstrap as u64);
+        let done = || bar.inc(1);
+        let found = bootstrap_cells(&chosen.robot, mechanism, table, &trained, &outcome.factors, &options.choice, &settings, &done)?;
+        bar.finish_and_clear();
+        for (estimate, interval) in outcome.estimates.iter_mut().zip(found.intervals_95) {
+            estimate.bootstrap_interval_95 = interval;
+        }
+        if found.failed > 0 {
+            outcome.warnings.push(format!("{} of {} refits of the bootstrap failed; its intervals are optimistic", found.failed, args.bootstrap));
+        }
+    }
+    if args.global_search {
+        let settings = SearchSettings { seed: args.seed, ..SearchSettings::default() };
+        let lower = find_lower_minimum(&chosen.robot, mechanism, &trained, &chosen.factors, &options.choice, &settings)?;
+        outcome.warnings.push(match lower {
+            Some(factors) => format!("a better fit exists: {}", factors_toml(&factors).replace('\n', " ")),
+            None => "swarm and simplex found no better fit within the bounds".to_owned(),
+        });
+    }
+    Ok(outcome)
+}
+
+fn paper(args: &FitArgs, prepared: &Prepared, global: &Global) -> Result<(FitOutcome, String, serde_json::Value), Failure> {
+    let Prepared { chosen, measured, .. } = prepared;
+    let mechanism = chosen.robot.mechanism(Some(&chosen.mechanism))?;
+    let poses = training(args).unwrap_or_else(|| {
+        let mut poses: Vec<PoseId> = Vec::new();
+        for cell in &measured.cells {
+            if !poses.contains(&cell.cell.pose) {
+                poses.push(cell.cell.pose.clone());
+            }
+        }
+        poses
+    });
+    let weights = args.weights.clone().unwrap_or_else(|| vec![1.0; poses.len()]);
+    if weights.len() != poses.len() {
+        return Err(CliError::Argument {
+            argument: "--weights".to_owned(),
+            problem: format!("{} weights for {} training poses", weights.len(), poses.len()),
+            help: Some("give one weight a pose, in the order of --train".to_owned()),
+        }
+        .into());
+    }
+    let source = match &args.reference {
+        Some(path) => PaperSource::Reference(load_measured(path, global)?),
+        None => match chosen.robot.factors.get("s_fsd") {
+            Some(factors) => PaperSource::Given("s_fsd".to_owned(), *factors),
+            None => PaperSource::Given("unit".to_owned(), crate::robot::FittingFactors::UNIT),
+        },
+    };
+    let options = PaperOptions {
+        poses: poses.into_iter().zip(weights).collect(),
+        source,
+        trials: MonteCarloSettings { seed: args.seed, ..MonteCarloSettings::default() },
+    };
+    let fit = follow_paper(&chosen.robot, mechanism, measured, &options)?;
+    let text = paper_steps_text(&fit) + &fit_text(&fit.outcome);
+    let mut data = fit_json(&fit.outcome);
+    data["steps"] = paper_steps_json(&fit);
+    Ok((fit.outcome, text, data))
+}
+
+/// Names of all factors, for messages.
+pub fn factor_names() -> String {
+    FACTOR_NAMES.join(", ")
+}

@@ -1,0 +1,58 @@
+//! The command line: arguments, files, terminal. One file a subcommand; each returns an [`Outcome`], and only this module prints.
+
+mod args;
+mod compare;
+mod data;
+mod demo;
+mod failure;
+mod figure_files;
+mod fit;
+mod outcome;
+mod paper;
+mod plot;
+mod progress;
+mod robot;
+mod significance;
+mod simulate;
+mod stiffness;
+
+use std::ffi::OsString;
+use std::process::ExitCode;
+
+use clap::Parser;
+
+pub use args::Cli;
+use args::Command;
+use failure::Failure;
+use outcome::Outcome;
+
+/// Runs the program on the given arguments (the first is its name) and prints what comes out.
+pub fn main(arguments: impl IntoIterator<Item = OsString>) -> ExitCode {
+    let arguments: Vec<OsString> = arguments.into_iter().collect();
+    let cli = match Cli::try_parse_from(&arguments) {
+        Ok(cli) => cli,
+        Err(error) => return outcome::print_usage(&error, &arguments),
+    };
+    let global = cli.global.clone();
+    match run(cli) {
+        Ok(outcome) => outcome.print(&global),
+        Err(failure) => failure.print(&global),
+    }
+}
+
+fn run(cli: Cli) -> Result<Outcome, Failure> {
+    let global = &cli.global;
+    match cli.command {
+        Command::Demo(args) => demo::run(&args, global),
+        Command::Robot(args) => robot::run(args),
+        Command::Stiffness(args) => stiffness::run(&args, global),
+        Command::Fit(args) => fit::run(&args, global),
+        Command::Significance(args) => significance::run(&args),
+        Command::Plot(args) => plot::run(&args, global),
+        Command::Simulate(args) => simulate::run(&args),
+        Command::Compare(args) => compare::run(&args, global),
+        Command::Paper(args) => paper::run(&args),
+        Command::Completions { shell } => Ok(outcome::completions(shell)),
+        Command::Man => Ok(outcome::man_page()?),
+    }
+}

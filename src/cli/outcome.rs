@@ -1,0 +1,119 @@
+//! What a subcommand hands back, and how it is printed.
+
+use std::ffi::OsString;
+use std::io::Write;
+use std::process::ExitCode;
+
+use clap::CommandFactory;
+use serde_json::{Value, json};
+
+use super::args::{Cli, Global};
+use super::failure::CliError;
+
+/// A result: text for people, data for programs, and notes for both.
+#[derive(Debug, Default)]
+pub struct Outcome {
+    /// Word for the kind of result, also the name of its schema.
+    pub kind: &'static str,
+    /// For people; ends with a line break.
+    pub text: String,
+    /// For programs.
+    pub data: Value,
+    /// What a user should know before using the numbers.
+    pub warnings: Vec<String>,
+    /// Exit code under `--strict`; 0 otherwise.
+    pub strict_exit: u8,
+}
+
+impl Outcome {
+    /// A result without notes.
+    pub fn new(kind: &'static str, text: String, data: Value) -> Self {
+        Self { kind, text, data, ..Self::default() }
+    }
+
+    /// With notes.
+    pub fn with_warnings(mut self, warnings: Vec<String>) -> Self {
+        self.warnings = warnings;
+        self
+    }
+
+    /// With an exit code under `--strict`.
+    pub fn with_strict_exit(mut self, exit: u8) -> Self {
+        self.strict_exit = exit;
+        self
+    }
+
+    /// Prints the result: JSON or text on standard output, notes on standard error.
+    pub fn print(self, global: &Global) -> ExitCode {
+        if global.json {
+            let mut object = envelope(self.kind, true);
+            object["data"] = self.data;
+            object["warnings"] = json!(self.warnings);
+            print_json(&object);
+        } else {
+            print(&self.text);
+            if !global.quiet {
+                for warning in &self.warnings {
+                    eprintln!("note: {warning}");
+                }
+            }
+        }
+        ExitCode::from(if global.strict { self.strict_exit } else { 0 })
+    }
+}
+
+/// The envelope of all JSON output.
+pub fn envelope(kind: &str, ok: bool) -> Value {
+    json!({
+        "schema": format!("stiffbench/{kind}/1"),
+        "tool": { "name": env!("CARGO_PKG_NAME"), "version": env!("CARGO_PKG_VERSION") },
+        "kind": kind,
+        "ok": ok,
+    })
+}
+
+/// One JSON object and a line break.
+pub fn print_json(object: &Value) {
+    print(&format!("{object:#}\n"));
+}
+
+/// Text on standard output; a reader that went away (`| head`) is no failure of ours.
+fn print(text: &str) {
+    let _ = std::io::stdout().lock().write_all(text.as_bytes());
+}
+
+/// What clap says, and its exit code; with `--json` among the arguments also that is JSON.
+pub fn print_usage(error: &clap::Error, arguments: &[OsString]) -> ExitCode {
+    let failed = error.use_stderr();
+    if failed && arguments.iter().any(|argument| argument == "--json") {
+        let mut object = envelope("error", false);
+        object["error"] = json!({
+            "code": "stiffbench::usage",
+            "message": error.to_string(),
+            "help": "stiffbench --help",
+            "exit_code": 2,
+        });
+        print_json(&object);
+    } else {
+        let _ = error.print();
+    }
+    ExitCode::from(if failed { 2 } else { 0 })
+}
+
+/// Completions of a shell.
+pub fn completions(shell: clap_complete::Shell) -> Outcome {
+    let mut text = Vec::new();
+    clap_complete::generate(shell, &mut Cli::command(), "stiffbench", &mut text);
+    let text = String::from_utf8_lossy(&text).into_owned();
+    Outcome::new("completions", text.clone(), json!({ "script": text }))
+}
+
+/// The manual page.
+pub fn man_page() -> Result<Outcome, CliError> {
+    let mut text = Vec::new();
+    clap_mangen::Man::new(Cli::command())
+        .render(&mut text)
+        .map_err(|source| CliError::Write { path: "manual page".into(), source })?;
+    let text = String::from_utf8_lossy(&text).into_owned();
+    Ok(Outcome::new("man", text.clone(), json!({ "roff": text })))
+}

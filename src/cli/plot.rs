@@ -1,0 +1,120 @@
+//! `stiffbench plot`.
+
+use std::path::PathBuf;
+
+use serde_json::json;
+
+use crate::fit::{CellModel, FitOptions, FitOutcome, fit_cells};
+use crate::plot::Figure;
+use crate::report::{fit_figures, load_displacement_figure, residuals_figure, robot_figure};
+use crate::robot::Predictor;
+use crate::stiffness::{Branches, Method};
+use crate::test_point::PoseId;
+
+use super::args::{FigureName, Global, LogArgs, PlotArgs};
+use super::data::{Data, choose, load, load_session};
+use super::failure::{CliError, Failure};
+use super::figure_files::write_figure;
+use super::fit::{Prepared, prepare};
+use super::outcome::Outcome;
+use super::robot::workspace_projection;
+
+/// Draws one figure.
+pub fn run(args: &PlotArgs, global: &Global) -> Result<Outcome, Failure> {
+    let mut warnings = Vec::new();
+    let (name, figure) = match args.figure {
+        FigureName::LoadDisplacement => ("load-displacement", overlay(args, global, &mut warnings)?),
+        FigureName::Workspace => ("workspace", workspace(args)?),
+        FigureName::Robot => ("robot", robot(args)?),
+        FigureName::Stiffness | FigureName::Factors | FigureName::Correlation | FigureName::Residuals => of_fit(args, global, &mut warnings)?,
+    };
+    let path = args.out.clone().unwrap_or_else(|| PathBuf::from(name));
+    let written = write_figure(&path, &figure)?;
+    let text: String = written.iter().map(|path| format!("{}\n", path.display())).collect();
+    Ok(Outcome::new("plot", text, json!({ "figure": name, "files": written })).with_warnings(warnings))
+}
+
+fn first_data(args: &PlotArgs) -> Result<&PathBuf, CliError> {
+    args.data.first().ok_or_else(|| CliError::Argument {
+        argument: "--data".to_owned(),
+        problem: "this figure needs measured data".to_owned(),
+        help: Some("stiffbench plot residuals --data my-session".to_owned()),
+    })
+}
+
+fn overlay(args: &PlotArgs, global: &Global, warnings: &mut Vec<String>) -> Result<Figure, Failure> {
+    first_data(args)?;
+    let mut sessions = Vec::new();
+    for path in &args.data {
+        let session = load_session(path, &LogArgs::default(), global)?;
+        warnings.extend(session.warnings.iter().cloned());
+        let table = session.stiffness(Branches::Both)?;
+        sessions.push((session.name, table));
+    }
+    let pairs: Vec<(&str, &crate::stiffness::StiffnessTable)> = sessions.iter().map(|(name, table)| (name.as_str(), table)).collect();
+    Ok(load_displacement_figure(&pairs))
+}
+
+fn of_fit(args: &PlotArgs, global: &Global, warnings: &mut Vec<String>) -> Result<(&'static str, Figure), Failure> {
+    let path = first_data(args)?;
+    let data = load(path, global)?;
+    if args.figure == FigureName::Residuals && matches!(data, Data::Stiffness { .. }) {
+        return Err(CliError::NeedsReadings { data: path.display().to_string(), needs: "a figure of residuals" }.into());
+    }
+    let prepared = prepare(data, &args.model, Method::Regression)?;
+    warnings.extend(prepared.warnings.iter().cloned());
+    let train = args.train.as_ref().map(|poses| poses.iter().map(|pose| PoseId::new(pose)).collect());
+    let options = FitOptions { train, ..FitOptions::default() };
+    let mechanism = prepared.chosen.robot.mechanism(Some(&prepared.chosen.mechanism))?;
+    let outcome = fit_cells(&prepared.chosen.robot, mechanism, &prepared.measured, &prepared.chosen.factors, &options)?;
+    if args.figure == FigureName::Residuals {
+        return Ok(("residuals", residuals(&prepared, &outcome)?));
+    }
+    let table = prepared.session.as_ref().map(|(_, table)| table);
+    let figures = fit_figures(&outcome, table, options.choice.range);
+    match args.figure {
+        FigureName::Factors => Ok(("factors", figures.factors)),
+        FigureName::Correlation => match figures.correlation {
+            Some(figure) => Ok(("correlation", figure)),
+            None => Err(CliError::Argument {
+                argument: "correlation".to_owned(),
+                problem: "the data determine fewer than two factors, so there is no correlation".to_owned(),
+                help: Some("train on more poses".to_owned()),
+            }
+            .into()),
+        },
+        _ => Ok(("stiffness", figures.comparison)),
+    }
+}
+
+/// Residuals of the readings behind a fit.
+pub fn residuals(prepared: &Prepared, outcome: &FitOutcome) -> Result<Figure, Failure> {
+    let Some((session, table)) = &prepared.session else {
+        return Err(CliError::NeedsReadings { data: "the data".to_owned(), needs: "a figure of residuals" }.into());
+    };
+    let robot = &prepared.chosen.robot;
+    let mechanism = robot.mechanism(Some(&prepared.chosen.mechanism))?;
+    let cells: Vec<_> = outcome.cells.iter().map(|cell| cell.cell.clone()).collect();
+    let mut model = CellModel::new(robot, mechanism, &cells)?;
+    Ok(residuals_figure(&mut model, outcome, &session.table, table)?)
+}
+
+fn workspace(args: &PlotArgs) -> Result<Figure, Failure> {
+    let chosen = choose(&args.model, None)?;
+    Ok(workspace_projection(&chosen.robot, args.poses, args.seed)?.figure())
+}
+
+fn robot(args: &PlotArgs) -> Result<Figure, Failure> {
+    let chosen = choose(&args.model, None)?;
+    let mechanism = chosen.robot.mechanism(Some(&chosen.mechanism))?;
+    let mut predictor = Predictor::new(&chosen.robot, mechanism, &chosen.factors)?;
+    let (name, pose) = match &args.pose {
+        Some(name) => (name.clone(), chosen.robot.pose(&PoseId::new(name))?.clone()),
+        None => match chosen.robot.poses.first() {
+            Some(first) => (first.id.to_string(), first.pose.clone()),
+            None => ("nominal".to_owned(), chosen.robot.nominal_pose()),
+        },
+    };
+    predictor.place(&pose)?;
+    Ok(robot_figure(&mut predictor, &name, [args.force[0], args.force[1], args.force[2]]))
+}

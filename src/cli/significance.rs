@@ -1,0 +1,38 @@
+//! `stiffbench significance`.
+
+use crate::fit::{Scope, significance};
+use crate::report::{significance_json, significance_with_sequence};
+use crate::test_point::PoseId;
+
+use super::args::SignificanceArgs;
+use super::data::choose;
+use super::failure::{CliError, Failure};
+use super::outcome::Outcome;
+
+/// Which constant matters where.
+pub fn run(args: &SignificanceArgs) -> Result<Outcome, Failure> {
+    let chosen = choose(&args.model, None)?;
+    let pose = match (&args.pose, chosen.robot.poses.first()) {
+        (Some(pose), _) => PoseId::new(pose),
+        (None, Some(first)) => first.id.clone(),
+        (None, None) => {
+            return Err(CliError::Argument {
+                argument: "--pose".to_owned(),
+                problem: format!("{} has no named pose", chosen.source.name),
+                help: Some("add [poses.NAME] to the robot file".to_owned()),
+            }
+            .into());
+        }
+    };
+    let scope = if args.beams_only { Scope::Beams } else { Scope::All };
+    let mechanism = chosen.robot.mechanism(Some(&chosen.mechanism))?;
+    let found = significance(&chosen.robot, mechanism, &pose, &chosen.factors, scope)?;
+    let text = format!(
+        "{}, mechanism {}, pose {pose}, factors {}\n\n{}",
+        chosen.robot.name,
+        chosen.mechanism,
+        chosen.factors_name,
+        significance_with_sequence(&found)
+    );
+    Ok(Outcome::new("significance", text, significance_json(&found)).with_warnings(chosen.robot.warnings.clone()))
+}
