@@ -22,14 +22,23 @@ impl Compliance6 {
 
     /// Largest difference to `other`, each entry relative to the root of the product of its two diagonal entries in `other`.
     ///
-    /// This is the measure in which solvers are compared: entries that a symmetry makes zero do not count as 100 % wrong.
+    /// This is the measure in which solvers are compared: entries that a symmetry makes zero do not count as 100 % wrong. NaN if an
+    /// entry is.
     #[must_use]
     pub fn relative_difference(&self, other: &Self) -> f64 {
         let mut largest = 0.0_f64;
         for i in 0..6 {
             for j in 0..6 {
-                let scale = (other.0[i][i] * other.0[j][j]).sqrt();
-                largest = largest.max((self.0[i][j] - other.0[i][j]).abs() / scale);
+                let difference = (self.0[i][j] - other.0[i][j]).abs();
+                if difference == 0.0 {
+                    continue;
+                }
+                let relative = difference / (other.0[i][i] * other.0[j][j]).sqrt();
+                // `max` would pass over an entry that is no number.
+                if relative.is_nan() {
+                    return f64::NAN;
+                }
+                largest = largest.max(relative);
             }
         }
         largest
@@ -40,3 +49,25 @@ impl Compliance6 {
 ///
 /// Order A, Iy, Iz, J; unit of the entry. All of a structure without compliant joints add up to minus the entry.
 pub type ComplianceGradient = [f64; 4];
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn difference_is_relative_to_the_diagonal() {
+        let mut a = Compliance6(std::array::from_fn(|i| {
+            std::array::from_fn(|j| if i == j { 4.0 } else { 0.0 })
+        }));
+        let b = a;
+        assert_eq!(a.relative_difference(&b), 0.0);
+        a.0[1][2] = 1.0;
+        assert_eq!(a.relative_difference(&b), 0.25);
+        a.0[5][5] = f64::NAN;
+        assert!(a.relative_difference(&b).is_nan());
+        assert_eq!(
+            Compliance6([[0.0; 6]; 6]).relative_difference(&Compliance6([[0.0; 6]; 6])),
+            0.0
+        );
+    }
+}
