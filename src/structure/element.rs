@@ -36,6 +36,36 @@ pub struct Element {
     pub shear: Option<ShearCoefficients>,
 }
 
+impl Element {
+    /// The first constant that is negative or not finite, with its name.
+    pub(super) fn impossible_constant(&self) -> Option<(&'static str, f64)> {
+        let Section {
+            area_m2,
+            iy_m4,
+            iz_m4,
+            j_m4,
+        } = self.section;
+        let Material {
+            youngs_modulus_pa,
+            shear_modulus_pa,
+        } = self.material;
+        // Euler-Bernoulli beams have no shear coefficient; any possible number passes for them.
+        let shear = self.shear.map_or([1.0; 2], |k| [k.along_y, k.along_z]);
+        [
+            ("the area", area_m2),
+            ("the second moment Iy", iy_m4),
+            ("the second moment Iz", iz_m4),
+            ("the torsion constant", j_m4),
+            ("Young's modulus", youngs_modulus_pa),
+            ("the shear modulus", shear_modulus_pa),
+            ("the shear coefficient along y", shear[0]),
+            ("the shear coefficient along z", shear[1]),
+        ]
+        .into_iter()
+        .find(|(_, value)| !(value.is_finite() && *value >= 0.0))
+    }
+}
+
 /// Stiffness of each natural strain, and how it depends on the section.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct NaturalStiffness {
@@ -66,6 +96,10 @@ impl NaturalStiffness {
     ) -> Self {
         let e_over_l = material.youngs_modulus_pa / length_m;
         let flexibility_ratio = |i_m4: f64, coefficient: f64| {
+            // An element that carries nothing has neither bending nor shear stiffness to compare.
+            if i_m4 == 0.0 {
+                return 0.0;
+            }
             12.0 * material.youngs_modulus_pa * i_m4
                 / (material.shear_modulus_pa * coefficient * section.area_m2 * length_m * length_m)
         };

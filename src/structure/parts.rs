@@ -3,6 +3,8 @@
 use std::fmt;
 use std::sync::Arc;
 
+use crate::vector::norm;
+
 use super::element::Element;
 
 /// A point of the structure with six freedoms.
@@ -25,6 +27,19 @@ pub struct Hinge {
     pub axis: [f64; 3],
     /// Rotational stiffness about the axis, N·m/rad.
     pub stiffness_nm_per_rad: f64,
+}
+
+impl Hinge {
+    /// Refuses an axis that is no unit vector: a twist about a longer one would count for more than it is.
+    pub(super) fn check_axis(&self) -> Result<(), StructureError> {
+        let length = norm(self.axis);
+        // 1e-9 is far above the rounding of an axis that was rotated, far below any effect on a result.
+        if length.is_nan() || (length - 1.0).abs() > 1e-9 {
+            let hinge = self.name.clone();
+            return Err(StructureError::ImpossibleAxis { hinge, length });
+        }
+        Ok(())
+    }
 }
 
 /// Where an element end or a load hangs: on a node, behind zero or more hinges.
@@ -171,5 +186,14 @@ pub enum StructureError {
         of: String,
         /// Its value in SI.
         value: f64,
+    },
+    /// A hinge axis that is no unit vector.
+    #[error("the axis of joint {hinge} has the length {length}: it must be a unit vector")]
+    #[diagnostic(code(stiffbench::structure::axis))]
+    ImpossibleAxis {
+        /// Name of the hinge.
+        hinge: Arc<str>,
+        /// Length of its axis.
+        length: f64,
     },
 }

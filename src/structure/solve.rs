@@ -10,7 +10,7 @@ use crate::vector::{dot, subtract};
 
 use super::compliance::{Compliance6, ComplianceGradient};
 use super::element::{NaturalStiffness, STRAINS, global_matrix, natural_strains};
-use super::parts::{Attachment, Structure, StructureError, Support};
+use super::parts::{Attachment, Hinge, Structure, StructureError, Support};
 use super::rotation::LocalAxes;
 use super::topology::{ElementMap, HELD, Topology};
 
@@ -99,7 +99,7 @@ impl Solver {
     ///
     /// # Errors
     /// [`StructureError::Mechanism`] naming the freedom that moves; [`StructureError::DegenerateElement`];
-    /// [`StructureError::ImpossibleConstant`].
+    /// [`StructureError::ImpossibleConstant`]; [`StructureError::ImpossibleAxis`].
     ///
     /// # Panics
     /// If the structure is connected otherwise than the one this solver was made for.
@@ -119,13 +119,12 @@ impl Solver {
         {
             let natural =
                 NaturalStiffness::of(&element.section, &element.material, element.shear, length_m);
-            if let Some(value) = natural
-                .stiffness
-                .into_iter()
-                .find(|d| !(d.is_finite() && *d >= 0.0))
-            {
+            // Possible constants may still give a stiffness that is none, by overflow.
+            let overflow = natural.stiffness.into_iter().find(|d| !d.is_finite());
+            let impossible = element.impossible_constant();
+            if let Some((what, value)) = impossible.or(overflow.map(|d| ("a stiffness", d))) {
                 return Err(StructureError::ImpossibleConstant {
-                    what: "a stiffness",
+                    what,
                     of: format!("element {index}"),
                     value,
                 });
@@ -142,6 +141,7 @@ impl Solver {
             && structure.elements.len() == self.topology.elements.len()
             && structure.hinges.len() == self.topology.hinge_equations.len();
         assert!(same, "a solver serves structures of one topology");
+        structure.hinges.iter().try_for_each(Hinge::check_axis)?;
         for (index, element) in structure.elements.iter().enumerate() {
             let [first, second] = [0, 1].map(|end| &structure.nodes[element.ends[end].node]);
             let span = subtract(second.position_m, first.position_m);
@@ -473,7 +473,7 @@ fn loosest_equation(topology: &Topology, values: &[f64]) -> usize {
         .iter()
         .map(|&slot| values[slot])
         .collect();
-    if let Some(free) = diagonal.iter().position(|d| *d <= 0.0) {
+    if let Some(free) = diagonal.iter().position(|d| *d <= 0.0 || !d.is_finite()) {
         return free;
     }
     let mut dense = faer::Mat::<f64>::zeros(n, n);
