@@ -51,29 +51,70 @@ impl SourceText {
     /// Bytes of the value at `path` in this TOML text; of the longest part of the path that exists otherwise.
     #[must_use]
     pub fn toml_span(&self, path: &[Step<'_>]) -> Range<usize> {
-        let Ok(document) = DeTable::parse(&self.text) else {
-            return 0..0;
-        };
-        let mut span = 0..0;
-        let mut value: Option<&Spanned<DeValue<'_>>> = None;
-        for (depth, step) in path.iter().enumerate() {
-            let next = match (step, value.map(Spanned::get_ref)) {
-                (Step::Key(key), None) if depth == 0 => document.get_ref().get(*key),
-                (Step::Key(key), Some(DeValue::Table(table))) => table.get(*key),
-                (Step::Index(index), Some(DeValue::Array(array))) => array.get(*index),
-                _ => None,
-            };
-            let Some(next) = next else { break };
-            span = next.span();
-            value = Some(next);
-        }
-        span
+        self.toml_spans().map_or(0..0, |spans| spans.value(path))
+    }
+
+    /// Bytes of the key that the last step of `path` names; of the value if the path does not end at a key that exists.
+    #[must_use]
+    pub fn toml_key_span(&self, path: &[Step<'_>]) -> Range<usize> {
+        self.toml_spans().map_or(0..0, |spans| spans.key(path))
+    }
+
+    /// All places of this TOML text, for more than one question; `None` if it is not TOML.
+    #[must_use]
+    pub fn toml_spans(&self) -> Option<TomlSpans<'_>> {
+        DeTable::parse(&self.text).ok().map(TomlSpans)
     }
 
     /// This text in the form error reports quote from.
     #[must_use]
     pub fn named_source(&self) -> miette::NamedSource<String> {
         miette::NamedSource::new(&self.name, self.text.clone()).with_language("TOML")
+    }
+}
+
+/// Where the keys and values of a TOML text stand.
+#[derive(Debug)]
+pub struct TomlSpans<'a>(Spanned<DeTable<'a>>);
+
+impl TomlSpans<'_> {
+    /// Bytes of the value at `path`; of the longest part of the path that exists otherwise.
+    #[must_use]
+    pub fn value(&self, path: &[Step<'_>]) -> Range<usize> {
+        self.of(path).0
+    }
+
+    /// Bytes of the key that the last step of `path` names; of the value if the path does not end at a key that exists.
+    #[must_use]
+    pub fn key(&self, path: &[Step<'_>]) -> Range<usize> {
+        let (value, key) = self.of(path);
+        key.unwrap_or(value)
+    }
+
+    /// Spans of the last value on a path that exists and, if that is the end of the path, of its key.
+    fn of(&self, path: &[Step<'_>]) -> (Range<usize>, Option<Range<usize>>) {
+        let mut spans = (0..0, None);
+        let mut value: Option<&DeValue<'_>> = None;
+        for (depth, step) in path.iter().enumerate() {
+            let is_last = depth + 1 == path.len();
+            let named = |(key, next): (&Spanned<_>, _)| (is_last.then(|| key.span()), next);
+            let next = match (step, value) {
+                (Step::Key(key), None) if depth == 0 => {
+                    self.0.get_ref().get_key_value(*key).map(named)
+                }
+                (Step::Key(key), Some(DeValue::Table(table))) => {
+                    table.get_key_value(*key).map(named)
+                }
+                (Step::Index(index), Some(DeValue::Array(array))) => {
+                    array.get(*index).map(|next| (None, next))
+                }
+                _ => None,
+            };
+            let Some((key, next)) = next else { break };
+            spans = (next.span(), key);
+            value = Some(next.get_ref());
+        }
+        spans
     }
 }
 
@@ -130,6 +171,21 @@ mod tests {
         assert_eq!(
             at(&[Step::Key("list"), Step::Index(0), Step::Key("z")]),
             (3, 3)
+        );
+    }
+
+    #[test]
+    fn finds_keys_in_nested_toml() {
+        let source = SourceText::new("f", "[a]\nb = { c = 1, d = 2 }\n");
+        let at = |path: &[Step<'_>]| source.line_and_column(source.toml_key_span(path).start);
+        assert_eq!(
+            at(&[Step::Key("a"), Step::Key("b"), Step::Key("d")]),
+            (2, 14)
+        );
+        // A key that is not there: the table it should be in.
+        assert_eq!(
+            at(&[Step::Key("a"), Step::Key("b"), Step::Key("e")]),
+            (2, 5)
         );
     }
 

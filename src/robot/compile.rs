@@ -9,9 +9,10 @@ use indexmap::IndexMap;
 use crate::source_text::{SourceText, Step, nearest};
 use crate::structure::{Material, Section, ShearCoefficients};
 use crate::test_point::PoseId;
+use crate::vector::norm;
 
 use super::error::{RobotError, RobotProblem};
-use super::expression::Expression;
+use super::expression::{Expression, ExpressionError, in_range};
 use super::file::{self, FORMAT, NodeEntry, PoseValue, Radius, RobotFile};
 use super::kinematics;
 use super::mechanism::Mechanism;
@@ -19,6 +20,7 @@ use super::model::{
     Angle, Body, BodyPlace, FittingFactors, Joint, Limit, Member, NamedPose, NodePlace, Plane,
     Pose, RadiusOf, RobotNode, Variable,
 };
+use super::parameters::{self, ParameterProblem};
 use super::{RatedSection, Robot};
 use Step::{Index, Key};
 
@@ -27,34 +29,74 @@ const DEFAULT_SHEAR_COEFFICIENT: f64 = 5.0 / 6.0;
 
 /// Reads and checks a robot file.
 pub(super) fn compile(source: &SourceText) -> Result<Robot, RobotError> {
-    let (file, unknown_keys) = deserialize(source)?;
+    let (file, unknown) = deserialize(source)?;
     let compiler = Compiler::new(source, &file)?;
     let mut robot = compiler.robot()?;
-    robot.warnings.extend(
-        unknown_keys
-            .into_iter()
-            .map(|key| format!("{}: key `{key}` is not known and was not used", source.name)),
-    );
+    robot.warnings.extend(unknown);
     kinematics::check_order(&robot).map_err(|circular| compiler.circular(circular))?;
     Ok(robot)
 }
 
-/// The file's types from its text, and the keys that belong to none of them.
+/// The file's types from its text, and a warning for each key that belongs to none of them.
 fn deserialize(source: &SourceText) -> Result<(RobotFile, Vec<String>), RobotError> {
     let syntax = |error: &toml::de::Error| {
         let span = error.span().unwrap_or(0..0);
-        RobotError::at(
-            source,
-            span,
-            RobotProblem::Syntax(error.message().to_owned()),
-            None,
-        )
+        let problem = RobotProblem::Syntax(in_words_of_toml(error.message()));
+        RobotError::at(source, span, problem, None)
     };
     let deserializer = toml::Deserializer::parse(&source.text).map_err(|error| syntax(&error))?;
-    let mut unknown = Vec::new();
-    let file = serde_ignored::deserialize(deserializer, |path| unknown.push(path.to_string()))
-        .map_err(|error| syntax(&error))?;
-    Ok((file, unknown))
+    let spans = source.toml_spans();
+    let mut warnings = Vec::new();
+    let file = serde_ignored::deserialize(deserializer, |path| {
+        let mut steps = Vec::new();
+        collect_steps(&path, &mut steps);
+        let start = spans.as_ref().map_or(0, |spans| spans.key(&steps).start);
+        let (line, column) = source.line_and_column(start);
+        let file = &source.name;
+        let key = path.to_string();
+        warnings.push(format!(
+            "{file}:{line}:{column}: key `{key}` is not known and was not used"
+        ));
+    })
+    .map_err(|error| syntax(&error))?;
+    Ok((file, warnings))
+}
+
+/// The way to an ignored key.
+fn collect_steps<'a>(path: &'a serde_ignored::Path<'_>, steps: &mut Vec<Step<'a>>) {
+    use serde_ignored::Path;
+    match path {
+        Path::Root => {}
+        Path::Seq { parent, index } => {
+            collect_steps(parent, steps);
+            steps.push(Index(*index));
+        }
+        Path::Map { parent, key } => {
+            collect_steps(parent, steps);
+            steps.push(Key(key));
+        }
+        Path::Some { parent }
+        | Path::NewtypeStruct { parent }
+        | Path::NewtypeVariant { parent } => collect_steps(parent, steps),
+    }
+}
+
+/// A message of the reader in words that the author of a TOML file knows.
+fn in_words_of_toml(message: &str) -> String {
+    let message = match message.split_once("expected struct ") {
+        Some((before, _)) => format!("{before}expected a table"),
+        None => message.to_owned(),
+    };
+    [
+        ("missing field", "missing key"),
+        ("unknown variant", "unknown word"),
+        ("expected f64", "expected a number"),
+        ("expected i64", "expected a whole number"),
+        ("a sequence", "an array"),
+        ("a map", "a table"),
+    ]
+    .into_iter()
+    .fold(message, |text, (from, to)| text.replace(from, to))
 }
 
 /// The file with its names indexed.
@@ -64,6 +106,7 @@ struct Compiler<'a> {
     bodies: HashMap<&'a str, usize>,
     joints: HashMap<&'a str, usize>,
     elements: HashMap<&'a str, usize>,
+    parameters: HashMap<&'a str, f64>,
 }
 
 impl<'a> Compiler<'a> {
@@ -74,8 +117,10 @@ impl<'a> Compiler<'a> {
             bodies: HashMap::new(),
             joints: HashMap::new(),
             elements: HashMap::new(),
+            parameters: HashMap::new(),
         };
         compiler.check_format()?;
+        compiler.parameters = compiler.parameters()?;
         compiler.bodies =
             compiler.index("bodies", "body", file.bodies.iter().map(|b| b.id.as_str()))?;
         compiler.joints =
@@ -163,22 +208,30 @@ impl<'a> Compiler<'a> {
         name: &str,
         known: impl Iterator<Item = &'k str>,
     ) -> Result<usize, RobotError> {
+        self.found_at(place, || self.source.toml_span(path), kind, name, known)
+    }
+
+    /// The same with the bytes to point at.
+    fn found_at<'k>(
+        &self,
+        place: Option<usize>,
+        span: impl FnOnce() -> Range<usize>,
+        kind: &'static str,
+        name: &str,
+        known: impl Iterator<Item = &'k str>,
+    ) -> Result<usize, RobotError> {
         place.ok_or_else(|| {
             let known: Vec<&str> = known.collect();
             let help = match nearest(name, known.iter().copied()) {
                 Some(near) => format!("did you mean `{near}`?"),
+                None if known.is_empty() => "the file has none".to_owned(),
                 None => format!("the file has: {}", known.join(", ")),
             };
             let problem = RobotProblem::UnknownName {
                 kind,
                 name: name.to_owned(),
             };
-            RobotError::at(
-                self.source,
-                self.source.toml_span(path),
-                problem,
-                Some(help),
-            )
+            RobotError::at(self.source, span(), problem, Some(help))
         })
     }
 
@@ -214,72 +267,94 @@ impl<'a> Compiler<'a> {
         )
     }
 
+    /// Place of a variable that a file names as the last key of `path`.
     fn variable(&self, name: &str, path: &[Step<'_>]) -> Result<usize, RobotError> {
         let variables = &self.file.variables;
-        self.found(
-            variables.get_index_of(name),
-            path,
-            "variable",
-            name,
-            variables.keys().map(String::as_str),
+        let known = variables.keys().map(String::as_str);
+        let span = || self.source.toml_key_span(path);
+        self.found_at(variables.get_index_of(name), span, "variable", name, known)
+    }
+
+    /// Values of the parameters.
+    fn parameters(&self) -> Result<HashMap<&'a str, f64>, RobotError> {
+        parameters::values(&self.file.parameters).map_err(|(name, problem)| {
+            let path = [Key("parameters"), Key(name)];
+            match problem {
+                ParameterProblem::Expression(problem) => self.no_value(problem, &path),
+                ParameterProblem::Circular(around) => self.error(
+                    &path,
+                    RobotProblem::Circular {
+                        kind: "parameter",
+                        name: name.to_owned(),
+                        chain: around.join(" needs "),
+                    },
+                ),
+            }
+        })
+    }
+
+    /// Value of an expression, m or degrees.
+    fn value(&self, expression: &Expression, path: &[Step<'_>]) -> Result<f64, RobotError> {
+        expression
+            .value(&|name| self.parameters.get(name).copied())
+            .map_err(|problem| self.no_value(problem, path))
+    }
+
+    /// The error for an expression without value, with the nearest parameter as help.
+    fn no_value(&self, problem: ExpressionError, path: &[Step<'_>]) -> RobotError {
+        let help = match &problem {
+            ExpressionError::UnknownName { name } => {
+                let known = self.file.parameters.keys().map(String::as_str);
+                nearest(name, known).map(|near| format!("did you mean `{near}`?"))
+            }
+            _ => None,
+        };
+        RobotError::at(
+            self.source,
+            self.source.toml_span(path),
+            problem.into(),
+            help,
         )
     }
 
-    /// Value of an expression; parameters may use one another.
-    fn value(&self, expression: &Expression, path: &[Step<'_>]) -> Result<f64, RobotError> {
-        fn parameter(file: &RobotFile, name: &str, depth: usize) -> Option<f64> {
-            // A chain longer than the list of parameters comes back to itself.
-            if depth > file.parameters.len() {
-                return None;
-            }
-            file.parameters
-                .get(name)?
-                .value(&|inner| parameter(file, inner, depth + 1))
-                .ok()
-        }
-        expression
-            .value(&|name| parameter(self.file, name, 0))
-            .map_err(|problem| self.error(path, problem.into()))
+    /// A coefficient or coordinate that is a plain number.
+    fn number(&self, value: f64, path: &[Step<'_>]) -> Result<f64, RobotError> {
+        in_range(value).map_err(|problem| self.error(path, problem.into()))
     }
 
-    /// A number that must be finite and above zero (`strict`) or not below it.
-    fn positive(
-        &self,
-        value: f64,
-        strict: bool,
-        path: &[Step<'_>],
-        what: String,
-    ) -> Result<f64, RobotError> {
-        if value.is_finite() && (value > 0.0 || (!strict && value == 0.0)) {
+    /// A number that must be finite and above zero.
+    fn positive(&self, value: f64, path: &[Step<'_>], what: String) -> Result<f64, RobotError> {
+        if value.is_finite() && value > 0.0 {
             return Ok(value);
         }
-        let must = if strict {
-            "it must be above zero"
-        } else {
-            "it must not be below zero"
-        };
+        let must = "it must be finite and above zero";
         Err(self.error(path, RobotProblem::Impossible { what, value, must }))
     }
 
     /// A direction, scaled to length one.
     fn unit_vector(&self, vector: [f64; 3], path: &[Step<'_>]) -> Result<[f64; 3], RobotError> {
-        let length = vector.iter().map(|c| c * c).sum::<f64>().sqrt();
-        if length.is_finite() && length > 0.0 {
-            return Ok(vector.map(|c| c / length));
+        // Scaled by the largest component first: squares of very large or small numbers leave the range of an f64.
+        let largest = vector.iter().fold(0.0_f64, |m, c| m.max(c.abs()));
+        let scaled = vector.map(|c| c / largest);
+        let scaled_length = norm(scaled);
+        if scaled_length.is_finite() {
+            return Ok(scaled.map(|c| c / scaled_length));
         }
+        let length = norm(vector);
         let what = "the length of this vector".to_owned();
         Err(self.error(
             path,
             RobotProblem::Impossible {
                 what,
                 value: length,
-                must: "a direction needs a length above zero",
+                must: "a direction needs a finite length above zero",
             },
         ))
     }
 
     fn robot(&self) -> Result<Robot, RobotError> {
         let file = self.file;
+        self.check_frame()?;
         let sections = self.sections()?;
         let robot = Robot {
             name: file.name.clone(),
@@ -290,11 +365,7 @@ impl<'a> Compiler<'a> {
             joints: self.joints_of_robot()?,
             nodes: self.nodes()?,
             members: self.members(&sections)?,
-            supports: self.names(
-                &file.support.fixed,
-                &[Key("support"), Key("fixed")],
-                Self::node,
-            )?,
+            supports: self.supports()?,
             end: self.node(&file.end.node, &[Key("end"), Key("node")])?,
             sections,
             mechanisms: self.mechanisms()?,
@@ -309,6 +380,40 @@ impl<'a> Compiler<'a> {
             ));
         }
         Ok(robot)
+    }
+
+    fn supports(&self) -> Result<Vec<usize>, RobotError> {
+        let fixed = &self.file.support.fixed;
+        let path = [Key("support"), Key("fixed")];
+        let nodes = self.names(fixed, &path, Self::node)?;
+        for (place, node) in nodes.iter().enumerate() {
+            if nodes[..place].contains(node) {
+                let problem = RobotProblem::Duplicate {
+                    kind: "support",
+                    name: fixed[place].clone(),
+                };
+                return Err(self.error(&[&path[..], &[Index(place)]].concat(), problem));
+            }
+        }
+        Ok(nodes)
+    }
+
+    /// The words for the axes take no part in computation, but a number in them must still be one.
+    fn check_frame(&self) -> Result<(), RobotError> {
+        let Some(frame) = &self.file.frame else {
+            return Ok(());
+        };
+        let vectors = [
+            ("lateral", frame.lateral),
+            ("vertical", frame.vertical),
+            ("radial", frame.radial),
+        ];
+        for (key, vector) in vectors {
+            if let Some(vector) = vector {
+                self.unit_vector(vector, &[Key("frame"), Key(key)])?;
+            }
+        }
+        Ok(())
     }
 
     /// Places of a list of names.
@@ -355,10 +460,8 @@ impl<'a> Compiler<'a> {
                 .terms
                 .iter()
                 .map(|(name, c)| {
-                    Ok((
-                        self.variable(name, &[&at[..], &[Key("terms"), Key(name)]].concat())?,
-                        *c,
-                    ))
+                    let path = [&at[..], &[Key("terms"), Key(name)]].concat();
+                    Ok((self.variable(name, &path)?, self.number(*c, &path)?))
                 })
                 .collect::<Result<_, RobotError>>()?;
             let at_least_deg =
@@ -399,7 +502,20 @@ impl<'a> Compiler<'a> {
         let shape =
             |message| Err(self.error(&[Key("bodies"), Index(place)], RobotProblem::Shape(message)));
         match (&entry.parent, &entry.along) {
+            (None, None)
+                if entry.has_turn() || entry.plane.is_some() || entry.turn_deg.is_some() =>
+            {
+                shape(
+                    "a body with `origin`, `axis` or `angle` needs `parent`; one with `plane` or `turn_deg` needs `along`",
+                )
+            }
             (None, None) => Ok(BodyPlace::Ground),
+            (Some(_), None) if entry.plane.is_some() || entry.turn_deg.is_some() => {
+                shape("`plane` and `turn_deg` belong to a body with `along`, this one has `parent`")
+            }
+            (None, Some(_)) if entry.has_turn() => shape(
+                "`origin`, `axis` and `angle` belong to a body with `parent`, this one has `along`",
+            ),
             (Some(_), Some(_)) => shape("a body has either `parent` or `along`, not both"),
             (Some(parent), None) => {
                 let (Some(origin), Some(axis)) = (&entry.origin, entry.axis) else {
@@ -427,8 +543,14 @@ impl<'a> Compiler<'a> {
                     return shape("a body with `along` needs `plane`");
                 };
                 let along = |index| [Key("bodies"), Index(place), Key("along"), Index(index)];
+                let nodes = [self.node(first, &along(0))?, self.node(second, &along(1))?];
+                self.apart(
+                    nodes,
+                    &at("along"),
+                    "a body with `along` needs two different nodes",
+                )?;
                 Ok(BodyPlace::Along {
-                    nodes: [self.node(first, &along(0))?, self.node(second, &along(1))?],
+                    nodes,
                     plane: self.plane(plane, &at("plane"))?,
                     turn_deg: entry
                         .turn_deg
@@ -457,6 +579,19 @@ impl<'a> Compiler<'a> {
             })
         };
         self.file.joints.iter().enumerate().map(joint).collect()
+    }
+
+    /// Refuses one node where two are needed.
+    fn apart(
+        &self,
+        [first, second]: [usize; 2],
+        path: &[Step<'_>],
+        message: &'static str,
+    ) -> Result<(), RobotError> {
+        if first == second {
+            return Err(self.error(path, RobotProblem::Shape(message)));
+        }
+        Ok(())
     }
 
     fn nodes(&self) -> Result<Vec<RobotNode>, RobotError> {
@@ -490,10 +625,10 @@ impl<'a> Compiler<'a> {
                 plane,
                 branch,
             } => {
-                if branch.abs() != 1 {
+                if ![1, -1].contains(branch) {
                     let problem = RobotProblem::Impossible {
                         what: format!("the branch of {name}"),
-                        value: f64::from(*branch),
+                        value: *branch as f64,
                         must: "it must be 1 or -1",
                     };
                     return Err(self.error(&at("branch"), problem));
@@ -512,11 +647,16 @@ impl<'a> Compiler<'a> {
                     Ok((self.node(centre, &path(0))?, self.radius(radius, &path(1))?))
                 };
                 let [first, second] = [circle(0)?, circle(1)?];
+                self.apart(
+                    [first.0, second.0],
+                    &at("loop"),
+                    "a loop needs two different centres",
+                )?;
                 Ok(NodePlace::Loop {
                     centres: [first.0, second.0],
                     radii: [first.1, second.1],
                     plane: self.plane(plane, &at("plane"))?,
-                    branch: f64::from(*branch),
+                    branch: *branch as f64,
                 })
             }
         }
@@ -532,7 +672,7 @@ impl<'a> Compiler<'a> {
             }
             Radius::Length(expression) => {
                 let value = self.value(expression, path)?;
-                self.positive(value, true, path, "the radius".to_owned())
+                self.positive(value, path, "the radius".to_owned())
                     .map(RadiusOf::Length)
             }
         }
@@ -552,9 +692,11 @@ impl<'a> Compiler<'a> {
             };
             let known = sections.keys().map(String::as_str);
             let section = sections.get_index_of(&entry.section);
+            let nodes = [node(0)?, node(1)?];
+            self.apart(nodes, &at("nodes"), "an element needs two different nodes")?;
             Ok(Member {
                 name: entry.id.clone(),
-                nodes: [node(0)?, node(1)?],
+                nodes,
                 chain: entry.chain.clone(),
                 class: entry.class,
                 section: self.found(section, &at("section"), "section", &entry.section, known)?,
@@ -565,35 +707,34 @@ impl<'a> Compiler<'a> {
         self.file.elements.iter().enumerate().map(member).collect()
     }
 
-    fn sections(&self) -> Result<IndexMap<String, RatedSection>, RobotError> {
-        let mut sections = IndexMap::new();
-        for (name, entry) in &self.file.sections {
-            let at = |key| [Key("sections"), Key(name), Key(key)];
-            let materials = &self.file.materials;
-            let known = materials.keys().map(String::as_str);
-            let place = materials.get_index_of(&entry.material);
-            let place = self.found(place, &at("material"), "material", &entry.material, known)?;
-            let material_path = |key| [Key("materials"), Key(&entry.material), Key(key)];
-            let constant = |value, key| {
-                self.positive(value, true, &at(key), format!("{key} of section {name}"))
-            };
+    fn materials(&self) -> Result<Vec<Material>, RobotError> {
+        let material = |(name, entry): (&String, &file::MaterialEntry)| {
             let modulus = |value, key| {
-                self.positive(
-                    value,
-                    true,
-                    &material_path(key),
-                    format!("{key} of material {}", entry.material),
-                )
+                let path = [Key("materials"), Key(name), Key(key)];
+                self.positive(value, &path, format!("{key} of material {name}"))
             };
-            let material = &materials[place];
+            Ok(Material {
+                youngs_modulus_pa: modulus(entry.youngs_modulus, "E")?,
+                shear_modulus_pa: modulus(entry.shear_modulus, "G")?,
+            })
+        };
+        self.file.materials.iter().map(material).collect()
+    }
+
+    fn sections(&self) -> Result<IndexMap<String, RatedSection>, RobotError> {
+        let materials = self.materials()?;
+        let names = &self.file.materials;
+        let section = |(name, entry): (&String, &file::SectionEntry)| {
+            let at = |key| [Key("sections"), Key(name), Key(key)];
+            let known = names.keys().map(String::as_str);
+            let place = names.get_index_of(&entry.material);
+            let place = self.found(place, &at("material"), "material", &entry.material, known)?;
+            let constant =
+                |value, key| self.positive(value, &at(key), format!("{key} of section {name}"));
             let mut shear = [DEFAULT_SHEAR_COEFFICIENT; 2];
             for (value, given) in shear.iter_mut().zip(entry.shear.iter().flatten()) {
-                *value = self.positive(
-                    *given,
-                    true,
-                    &at("shear"),
-                    format!("a shear coefficient of section {name}"),
-                )?;
+                let what = format!("a shear coefficient of section {name}");
+                *value = self.positive(*given, &at("shear"), what)?;
             }
             let rated = RatedSection {
                 section: Section {
@@ -602,18 +743,15 @@ impl<'a> Compiler<'a> {
                     iz_m4: constant(entry.iz, "Iz")?,
                     j_m4: constant(entry.j, "J")?,
                 },
-                material: Material {
-                    youngs_modulus_pa: modulus(material.youngs_modulus, "E")?,
-                    shear_modulus_pa: modulus(material.shear_modulus, "G")?,
-                },
+                material: materials[place],
                 shear: ShearCoefficients {
                     along_y: shear[0],
                     along_z: shear[1],
                 },
             };
-            sections.insert(name.clone(), rated);
-        }
-        Ok(sections)
+            Ok((name.clone(), rated))
+        };
+        self.file.sections.iter().map(section).collect()
     }
 
     fn mechanisms(&self) -> Result<IndexMap<String, Mechanism>, RobotError> {
@@ -672,12 +810,7 @@ impl<'a> Compiler<'a> {
             let class = |class: &str, factors: file::FactorEntry| -> Result<[f64; 4], RobotError> {
                 let factor = |value, key| {
                     let path = [Key("factors"), Key(name), Key(class), Key(key)];
-                    self.positive(
-                        value,
-                        true,
-                        &path,
-                        format!("factor {key} of {class} in {name}"),
-                    )
+                    self.positive(value, &path, format!("factor {key} of {class} in {name}"))
                 };
                 Ok([
                     factor(factors.area, "A")?,
@@ -714,6 +847,9 @@ impl<'a> Compiler<'a> {
                 let path = [Key("poses"), Key(name), Key(key)];
                 match value {
                     PoseValue::Point(point) if key == "paper_z_y" => {
+                        for (place, value) in point.iter().enumerate() {
+                            self.number(*value, &[&path[..], &[Index(place)]].concat())?;
+                        }
                         pose.stated_zy_m = Some(*point);
                     }
                     PoseValue::Angle(expression) => {

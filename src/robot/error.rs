@@ -57,6 +57,44 @@ pub enum RobotError {
         /// How far the circles are from touching, m.
         gap_m: f64,
     },
+    /// Two nodes of a loop or of a body do not lie in the plane named for them.
+    #[error(
+        "pose {pose}: nodes {first} and {second} do not lie in one plane parallel to {plane}, they are {offset_m:.3e} m apart across it"
+    )]
+    #[diagnostic(
+        code(stiffbench::robot::out_of_plane),
+        help(
+            "a loop and an aligned body need both nodes in the same plane: name another plane or move a node"
+        )
+    )]
+    OutOfPlane {
+        /// The pose.
+        pose: String,
+        /// The plane.
+        plane: String,
+        /// First node.
+        first: String,
+        /// Second node.
+        second: String,
+        /// Distance along the plane's normal, m.
+        offset_m: f64,
+    },
+    /// A body is aligned with two nodes that coincide.
+    #[error("pose {pose}: body {body} has no direction, its nodes {first} and {second} coincide")]
+    #[diagnostic(
+        code(stiffbench::robot::no_direction),
+        help("align the body with two nodes that lie apart in every pose")
+    )]
+    NoDirection {
+        /// The pose.
+        pose: String,
+        /// The body.
+        body: String,
+        /// First node.
+        first: String,
+        /// Second node.
+        second: String,
+    },
     /// A name that the robot does not have.
     #[error("{robot} has no {kind} `{name}`; it has {known}")]
     #[diagnostic(code(stiffbench::robot::unknown_name))]

@@ -14,7 +14,7 @@ pub enum Expression {
 }
 
 /// Why an expression has no value.
-#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum ExpressionError {
     /// A name that is no parameter.
     #[error("`{name}` is not a parameter")]
@@ -28,27 +28,58 @@ pub enum ExpressionError {
         /// The text.
         text: String,
     },
-    /// A value that is not finite.
-    #[error("the value is not finite")]
-    NotFinite,
+    /// A value that is not finite, or too large for any length or angle.
+    #[error("the value is {value}: it must lie between -1e9 and 1e9")]
+    OutOfRange {
+        /// The value.
+        value: f64,
+    },
+}
+
+/// Largest length, m, or angle, degrees, that is taken for meant.
+///
+/// Far beyond any robot, yet small enough that sums and products of the numbers of a file stay finite and that an angle keeps
+/// more digits than a file can state.
+const LARGEST: f64 = 1e9;
+
+/// The number itself, if it can be a length, an angle or a coefficient.
+pub(super) fn in_range(value: f64) -> Result<f64, ExpressionError> {
+    if value.abs() <= LARGEST {
+        Ok(value)
+    } else {
+        Err(ExpressionError::OutOfRange { value })
+    }
 }
 
 impl Expression {
     /// Value of the expression, in the unit of its field; `lookup` gives the value of a parameter.
     ///
     /// # Errors
-    /// [`ExpressionError`] for an unknown name, text that is no sum, or a value that is not finite.
+    /// [`ExpressionError`] for an unknown name, text that is no sum, or a value beyond ±1e9.
     pub fn value(&self, lookup: &dyn Fn(&str) -> Option<f64>) -> Result<f64, ExpressionError> {
-        let value = match self {
+        in_range(match self {
             Self::Number(number) => *number,
             Self::Text(text) => sum(text, lookup)?,
-        };
-        if value.is_finite() {
-            Ok(value)
-        } else {
-            Err(ExpressionError::NotFinite)
-        }
+        })
     }
+
+    /// The names that stand in the expression, in order.
+    pub(super) fn names(&self) -> Vec<String> {
+        let mut names = Vec::new();
+        if let Self::Text(text) = self {
+            for term in text.split(|c: char| c.is_whitespace() || c == '+' || c == '-') {
+                if !term.is_empty() && !starts_number(term) {
+                    names.push(term.to_owned());
+                }
+            }
+        }
+        names
+    }
+}
+
+/// Whether a term is a number rather than a name.
+fn starts_number(term: &str) -> bool {
+    term.starts_with(|c: char| c.is_ascii_digit() || c == '.')
 }
 
 /// Value of a signed sum.
@@ -60,13 +91,13 @@ fn sum(text: &str, lookup: &dyn Fn(&str) -> Option<f64>) -> Result<f64, Expressi
     let mut total = 0.0;
     let mut first = true;
     while !rest.is_empty() {
-        let sign = match rest.as_bytes()[0] {
-            b'+' => 1.0,
-            b'-' => -1.0,
-            _ if first => 1.0,
+        let (sign, unsigned) = match (rest.strip_prefix('-'), rest.strip_prefix('+')) {
+            (Some(after), _) => (-1.0, after),
+            (_, Some(after)) => (1.0, after),
+            _ if first => (1.0, rest),
             _ => return Err(malformed()),
         };
-        rest = rest.trim_start_matches(['+', '-']).trim_start();
+        rest = unsigned.trim_start();
         let end = term_length(rest);
         let (term, after) = rest.split_at(end);
         if term.is_empty() {
@@ -81,7 +112,7 @@ fn sum(text: &str, lookup: &dyn Fn(&str) -> Option<f64>) -> Result<f64, Expressi
 
 /// Bytes of the first term: up to a sign that is not part of an exponent, or white space.
 fn term_length(text: &str) -> usize {
-    let is_number = text.starts_with(|c: char| c.is_ascii_digit() || c == '.');
+    let is_number = starts_number(text);
     let mut previous = ' ';
     for (place, c) in text.char_indices() {
         let in_exponent = is_number && matches!(previous, 'e' | 'E');
@@ -94,7 +125,7 @@ fn term_length(text: &str) -> usize {
 }
 
 fn term_value(term: &str, lookup: &dyn Fn(&str) -> Option<f64>) -> Result<f64, ExpressionError> {
-    if term.starts_with(|c: char| c.is_ascii_digit() || c == '.') {
+    if starts_number(term) {
         return term.parse().map_err(|_| ExpressionError::Malformed {
             text: term.to_owned(),
         });
@@ -127,13 +158,28 @@ mod tests {
 
     #[test]
     fn what_is_no_sum_is_refused() {
-        for text in ["", "  ", "a b", "a *2", "2a", "+", "1e", "--a--"] {
+        for text in [
+            "", "  ", "a b", "a *2", "2a", "+", "1e", "--a--", "--a", "a - -a", "+-1",
+        ] {
             assert!(value(text).is_err(), "{text}");
         }
         assert_eq!(
             value("b"),
             Err(ExpressionError::UnknownName { name: "b".into() })
         );
-        assert_eq!(value("1e999"), Err(ExpressionError::NotFinite));
+        let infinite = ExpressionError::OutOfRange {
+            value: f64::INFINITY,
+        };
+        assert_eq!(value("1e999"), Err(infinite));
+        assert!(Expression::Number(f64::NAN).value(&|_| None).is_err());
+        assert!(value("1e9 + 1").is_err());
+    }
+
+    #[test]
+    fn names_of_an_expression() {
+        let names = |text: &str| Expression::Text(text.to_owned()).names();
+        assert_eq!(names("a - 1e-3 + l_A1A2"), ["a", "l_A1A2"]);
+        assert!(names("2.5").is_empty());
+        assert!(Expression::Number(1.0).names().is_empty());
     }
 }

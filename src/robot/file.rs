@@ -10,6 +10,7 @@ use schemars::JsonSchema;
 use serde::Deserialize;
 
 use super::expression::Expression;
+use super::shapes::{exactly, exactly_if_given};
 
 /// The only format known to this version.
 pub const FORMAT: &str = "planar-linkage-robot/1";
@@ -77,6 +78,7 @@ pub struct JointEntry {
     /// Node it sits at.
     pub node: String,
     /// The two bodies it joins; the second is the one that turns on the first.
+    #[serde(deserialize_with = "exactly")]
     pub bodies: [String; 2],
     /// Chain it is counted in.
     #[serde(default)]
@@ -91,6 +93,7 @@ pub struct ElementEntry {
     /// Name, unique among elements.
     pub id: String,
     /// Its two nodes; local x runs from the first to the second.
+    #[serde(deserialize_with = "exactly")]
     pub nodes: [String; 2],
     /// Chain it belongs to.
     pub chain: String,
@@ -159,13 +162,13 @@ pub struct FrameEntry {
     #[serde(default)]
     pub z: Option<String>,
     /// Unit vector of the lateral direction.
-    #[serde(default)]
+    #[serde(default, deserialize_with = "exactly_if_given")]
     pub lateral: Option<[f64; 3]>,
     /// Unit vector of the vertical direction.
-    #[serde(default)]
+    #[serde(default, deserialize_with = "exactly_if_given")]
     pub vertical: Option<[f64; 3]>,
     /// Unit vector of the radial direction.
-    #[serde(default)]
+    #[serde(default, deserialize_with = "exactly_if_given")]
     pub radial: Option<[f64; 3]>,
 }
 
@@ -195,6 +198,7 @@ pub struct PlaneEntry {
     /// Body the normal is fixed to.
     pub body: String,
     /// Unit normal in that body's axes.
+    #[serde(deserialize_with = "exactly")]
     pub normal: [f64; 3],
 }
 
@@ -216,13 +220,13 @@ pub struct BodyEntry {
     #[serde(default)]
     pub origin: Option<String>,
     /// Axis of its rotation, in the parent's axes.
-    #[serde(default)]
+    #[serde(default, deserialize_with = "exactly_if_given")]
     pub axis: Option<[f64; 3]>,
     /// Angle: coefficient by variable, and `offset_deg`.
     #[serde(default)]
     pub angle: Option<BTreeMap<String, Expression>>,
     /// Two nodes it is aligned with.
-    #[serde(default)]
+    #[serde(default, deserialize_with = "exactly_if_given")]
     pub along: Option<[String; 2]>,
     /// Plane of an aligned body.
     #[serde(default)]
@@ -232,12 +236,16 @@ pub struct BodyEntry {
     pub turn_deg: Option<Expression>,
 }
 
+impl BodyEntry {
+    /// Whether it has a key of a body that turns on a parent.
+    pub(super) fn has_turn(&self) -> bool {
+        self.origin.is_some() || self.axis.is_some() || self.angle.is_some()
+    }
+}
+
 /// A point: fixed on a body, or where two circles meet.
-#[derive(Debug, Clone, Deserialize, JsonSchema)]
-#[serde(
-    untagged,
-    expecting = "expected { on = body, at = [x, y, z] } or { loop = [[node, radius], [node, radius]], plane = name, branch = 1 or -1 }"
-)]
+#[derive(Debug, Clone, JsonSchema)]
+#[schemars(untagged)]
 pub enum NodeEntry {
     /// Fixed on a body.
     Fixed {
@@ -249,18 +257,18 @@ pub enum NodeEntry {
     /// Intersection of two circles in a plane.
     Loop {
         /// Centre and radius of both circles.
-        #[serde(rename = "loop")]
+        #[schemars(rename = "loop")]
         circles: [(String, Radius); 2],
         /// The plane.
         plane: String,
         /// +1 or -1: which of the two intersections.
-        branch: i8,
+        branch: i64,
     },
 }
 
 /// Radius of a circle of a loop, m.
-#[derive(Debug, Clone, Deserialize, JsonSchema)]
-#[serde(untagged, expecting = "expected a length or { dist = [node, node] }")]
+#[derive(Debug, Clone, JsonSchema)]
+#[schemars(untagged)]
 pub enum Radius {
     /// Distance between two other nodes.
     Distance {
@@ -314,7 +322,7 @@ pub struct SectionEntry {
     #[serde(rename = "J")]
     pub j: f64,
     /// Shear coefficients along local y and z (shear area over area), used by Timoshenko beams; 5/6 if absent.
-    #[serde(default)]
+    #[serde(default, deserialize_with = "exactly_if_given")]
     pub shear: Option<[f64; 2]>,
 }
 
@@ -374,5 +382,5 @@ pub enum PoseValue {
     /// Value of a variable, degrees.
     Angle(Expression),
     /// A point, m.
-    Point([f64; 2]),
+    Point(#[serde(deserialize_with = "exactly")] [f64; 2]),
 }

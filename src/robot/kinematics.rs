@@ -4,11 +4,15 @@
 //! close, and the order of evaluation is found once. Eq. (8) as printed, x = z cos θ1, is no rotation (at θ1 = 360° it gives
 //! x = z); a body that turns about the vertical axis gives x = r sin θ1, z = r cos θ1.
 
-use crate::vector::{cross, norm, rotation, scale, subtract};
+use crate::vector::{cross, dot, norm, rotation, scale, subtract};
 
 use super::Robot;
 use super::error::RobotError;
 use super::model::{BodyPlace, NodePlace, Pose, RadiusOf};
+
+/// Two nodes lie in one plane if their distance leaves it by no more than this share: rounding of a chain of rotations is at
+/// 1e-15, and a link of a metre whose length is wrong by half the square of this is right to any digit.
+const OUT_OF_PLANE: f64 = 1e-9;
 
 /// Origin and axes of a body; `axes[i]` is its i-th axis in global components.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -104,7 +108,8 @@ impl Order {
     /// Places everything in `pose`; allocates nothing.
     ///
     /// # Errors
-    /// [`RobotError::Unreachable`] with the loop that does not close and by how much.
+    /// [`RobotError::Unreachable`] with the loop that does not close and by how much; [`RobotError::OutOfPlane`] and
+    /// [`RobotError::NoDirection`] if two nodes do not lie as a plane or a body needs them.
     pub(super) fn place(
         &self,
         robot: &Robot,
@@ -114,7 +119,7 @@ impl Order {
         for &item in &self.0 {
             match item {
                 Item::Body(body) => {
-                    placement.bodies[body] = body_axes(robot, body, pose, placement);
+                    placement.bodies[body] = body_axes(robot, body, pose, placement)?;
                 }
                 Item::Node(node) => {
                     placement.nodes_m[node] = node_position(robot, node, pose, placement)?;
@@ -149,20 +154,33 @@ impl Search<'_> {
         }
     }
 
+    /// Puts what an item needs, and then the item, into the order.
+    ///
+    /// The path is kept here and not in recursive calls: a chain of bodies may be longer than the thread's stack is deep.
     fn visit(&mut self, item: Item) -> Result<(), Circular> {
-        match *self.state(item) {
-            State::Done => return Ok(()),
-            State::Open => return Err(self.circular(item)),
-            State::New => {}
+        let mut waiting = vec![vec![item]];
+        while let Some(level) = waiting.last_mut() {
+            let Some(next) = level.pop() else {
+                // Everything the last item of the path needs is in the order.
+                waiting.pop();
+                if let Some(done) = self.path.pop() {
+                    *self.state(done) = State::Done;
+                    self.order.push(done);
+                }
+                continue;
+            };
+            match *self.state(next) {
+                State::Done => {}
+                State::Open => return Err(self.circular(next)),
+                State::New => {
+                    *self.state(next) = State::Open;
+                    self.path.push(next);
+                    let mut needed = needs(self.robot, next);
+                    needed.reverse();
+                    waiting.push(needed);
+                }
+            }
         }
-        *self.state(item) = State::Open;
-        self.path.push(item);
-        for needed in needs(self.robot, item) {
-            self.visit(needed)?;
-        }
-        self.path.pop();
-        *self.state(item) = State::Done;
-        self.order.push(item);
         Ok(())
     }
 
@@ -237,8 +255,13 @@ fn needs(robot: &Robot, item: Item) -> Vec<Item> {
     }
 }
 
-fn body_axes(robot: &Robot, body: usize, pose: &Pose, placement: &Placement) -> BodyAxes {
-    match &robot.bodies[body].place {
+fn body_axes(
+    robot: &Robot,
+    body: usize,
+    pose: &Pose,
+    placement: &Placement,
+) -> Result<BodyAxes, RobotError> {
+    Ok(match &robot.bodies[body].place {
         BodyPlace::Ground => BodyAxes::GROUND,
         BodyPlace::Turned {
             parent,
@@ -261,6 +284,15 @@ fn body_axes(robot: &Robot, body: usize, pose: &Pose, placement: &Placement) -> 
             let (start, stop) = (placement.nodes_m[*first], placement.nodes_m[*second]);
             let x = placement.plane_normal(robot, *plane);
             let span = subtract(stop, start);
+            if norm(span) == 0.0 {
+                return Err(RobotError::NoDirection {
+                    pose: describe(robot, pose),
+                    body: robot.bodies[body].name.clone(),
+                    first: robot.nodes[*first].name.to_string(),
+                    second: robot.nodes[*second].name.to_string(),
+                });
+            }
+            check_in_plane(robot, pose, [*first, *second], *plane, span, x)?;
             let z = scale(span, 1.0 / norm(span));
             let y = cross(z, x);
             let (sin, cos) = turn_deg.to_radians().sin_cos();
@@ -273,7 +305,30 @@ fn body_axes(robot: &Robot, body: usize, pose: &Pose, placement: &Placement) -> 
                 ],
             }
         }
+    })
+}
+
+/// Refuses two nodes whose distance has a part along the normal of the plane they should lie in.
+fn check_in_plane(
+    robot: &Robot,
+    pose: &Pose,
+    nodes: [usize; 2],
+    plane: usize,
+    span: [f64; 3],
+    normal: [f64; 3],
+) -> Result<(), RobotError> {
+    let offset_m = dot(span, normal).abs();
+    if offset_m <= OUT_OF_PLANE * norm(span) {
+        return Ok(());
     }
+    let [first, second] = nodes.map(|node| robot.nodes[node].name.to_string());
+    Err(RobotError::OutOfPlane {
+        pose: describe(robot, pose),
+        plane: robot.planes[plane].name.clone(),
+        first,
+        second,
+        offset_m,
+    })
 }
 
 fn node_position(
@@ -302,6 +357,7 @@ fn node_position(
                 }
             });
             let normal = placement.plane_normal(robot, *plane);
+            check_in_plane(robot, pose, *centres, *plane, subtract(c2, c1), normal)?;
             intersection(c1, c2, r1, r2, normal, *branch).map_err(|gap_m| RobotError::Unreachable {
                 pose: describe(robot, pose),
                 node: robot.nodes[node].name.to_string(),

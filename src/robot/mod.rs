@@ -13,7 +13,9 @@ mod mechanism;
 mod members;
 mod mobility;
 mod model;
+mod parameters;
 mod predict;
+mod shapes;
 mod shipped;
 
 use indexmap::IndexMap;
