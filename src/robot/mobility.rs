@@ -103,7 +103,9 @@ pub fn chain_mobility(robot: &Robot, pose: &Pose) -> Result<Vec<ChainMobility>, 
 /// Mobility of a mechanism in a pose from its loops, without any formula of counting.
 ///
 /// The twists of the joints around each independent loop add up to zero; each loop gives six equations in the joint rates. What
-/// the equations leave free is the mobility, redundant constraints included.
+/// the equations leave free is the mobility, redundant constraints included. Counted are the joints of the mechanism's chains and
+/// those of no chain, locked or not: a joint that only a single further element brings in (the end link of the host robot) is taken
+/// as held.
 ///
 /// # Errors
 /// [`RobotError::Unreachable`] if the pose cannot be reached.
