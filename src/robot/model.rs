@@ -31,6 +31,29 @@ pub struct Limit {
     pub at_least_deg: f64,
 }
 
+impl Limit {
+    /// The limit in words, for example `theta2 - theta3 >= 52.17`.
+    #[must_use]
+    pub fn in_words(&self, robot: &Robot) -> String {
+        let mut text = String::new();
+        for (place, (variable, coefficient)) in self.terms.iter().enumerate() {
+            let sign = match (place, *coefficient < 0.0) {
+                (0, false) => "",
+                (0, true) => "-",
+                (_, false) => " + ",
+                (_, true) => " - ",
+            };
+            text.push_str(sign);
+            if coefficient.abs() != 1.0 {
+                text.push_str(&coefficient.abs().to_string());
+                text.push(' ');
+            }
+            text.push_str(&robot.variables[*variable].name);
+        }
+        format!("{text} >= {}", self.at_least_deg)
+    }
+}
+
 /// A limit that a pose breaks.
 #[derive(Debug, Clone, PartialEq)]
 pub struct LimitViolation {
@@ -256,27 +279,7 @@ pub(super) fn violated_limits(robot: &Robot, pose: &Pose) -> Vec<LimitViolation>
             .iter()
             .map(|(variable, c)| c * pose.angles_deg[*variable])
             .sum();
-        check(limit.at_least_deg - sum, &|| limit_text(robot, limit));
+        check(limit.at_least_deg - sum, &|| limit.in_words(robot));
     }
     violations
-}
-
-/// A limit in words.
-fn limit_text(robot: &Robot, limit: &Limit) -> String {
-    let mut text = String::new();
-    for (place, (variable, coefficient)) in limit.terms.iter().enumerate() {
-        let sign = match (place, *coefficient < 0.0) {
-            (0, false) => "",
-            (0, true) => "-",
-            (_, false) => " + ",
-            (_, true) => " - ",
-        };
-        text.push_str(sign);
-        if coefficient.abs() != 1.0 {
-            text.push_str(&coefficient.abs().to_string());
-            text.push(' ');
-        }
-        text.push_str(&robot.variables[*variable].name);
-    }
-    format!("{text} >= {}", limit.at_least_deg)
 }
