@@ -1,6 +1,7 @@
 //! From two gauges on a robot bench to a stiffness model that can be trusted.
 
 pub mod bench;
+pub mod cli;
 pub mod distribution;
 pub mod fit;
 pub mod least_squares;

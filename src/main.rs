@@ -1,3 +1,7 @@
 //! The `stiffbench` command.
 
-fn main() {}
+use std::process::ExitCode;
+
+fn main() -> ExitCode {
+    stiffbench::cli::main(std::env::args_os())
+}

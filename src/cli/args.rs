@@ -15,35 +15,35 @@ use crate::test_point::Direction;
     max_term_width = 110,
     after_help = "Examples:\n  stiffbench demo                                  the main job on shipped data\n  stiffbench stiffness my-session                  stiffness with error bars\n  stiffbench fit my-session --train P1,P3          factors, judged on the other poses\n  stiffbench robot compliance --pose P1            6 x 6 end compliance\n\nExit codes: 0 done; 1 findings under --strict; 2 usage; 10 configuration, robot or session file invalid; 11 input file invalid;\n12 calibration overdue under --strict; 40 fit impossible; 41 factors not identifiable under --strict; 70 internal error."
 )]
-pub struct Cli {
+pub(super) struct Cli {
     /// What all subcommands share.
     #[command(flatten)]
-    pub global: Global,
+    pub(super) global: Global,
     /// What to do.
     #[command(subcommand)]
-    pub command: Command,
+    pub(super) command: Command,
 }
 
 /// Options of every subcommand.
 #[derive(Debug, Clone, Args)]
-pub struct Global {
+pub(super) struct Global {
     /// One JSON object on standard output instead of text, also on failure
     #[arg(long, global = true)]
-    pub json: bool,
+    pub(super) json: bool,
     /// Findings (flags, factors that the data do not determine, overdue calibration) make the exit code other than 0
     #[arg(long, global = true)]
-    pub strict: bool,
+    pub(super) strict: bool,
     /// No notes and no progress on standard error
     #[arg(long, short, global = true)]
-    pub quiet: bool,
+    pub(super) quiet: bool,
     /// Progress on standard error
     #[arg(long, global = true, value_enum, default_value_t = ProgressMode::Auto)]
-    pub progress: ProgressMode,
+    pub(super) progress: ProgressMode,
 }
 
 /// How progress is shown.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
-pub enum ProgressMode {
+pub(super) enum ProgressMode {
     /// A bar on a terminal, nothing otherwise
     Auto,
     /// A bar
@@ -56,7 +56,7 @@ pub enum ProgressMode {
 
 /// Subcommands.
 #[derive(Debug, Subcommand)]
-pub enum Command {
+pub(super) enum Command {
     /// The main job on shipped data: stiffness, fit, validation, figures in ./stiffbench-demo
     Demo(DemoArgs),
     /// Look at a robot: show, check, mobility, workspace, compliance, schema
@@ -86,25 +86,25 @@ pub enum Command {
 
 /// Which robot, mechanism and factors.
 #[derive(Debug, Clone, Default, Args)]
-pub struct ModelArgs {
+pub(super) struct ModelArgs {
     /// Robot file, or the name of a shipped robot [default: the session's, else hp-robot]
     #[arg(long, value_name = "FILE|NAME")]
-    pub robot: Option<String>,
+    pub(super) robot: Option<String>,
     /// Mechanism of the robot [default: the session's, else the robot's last]
     #[arg(long, value_name = "NAME")]
-    pub mechanism: Option<String>,
+    pub(super) mechanism: Option<String>,
     /// Factor set of the robot, or a TOML file with tables beam and link [default: the session's, else m_fsd, else unit]
     #[arg(long, value_name = "NAME|FILE")]
-    pub factors: Option<String>,
+    pub(super) factors: Option<String>,
 }
 
 /// Arguments of `demo`.
 #[derive(Debug, Args)]
 #[command(after_help = "Example:\n  stiffbench demo --out /tmp/demo")]
-pub struct DemoArgs {
+pub(super) struct DemoArgs {
     /// Folder for the session, tables and figures
     #[arg(long, default_value = "stiffbench-demo")]
-    pub out: PathBuf,
+    pub(super) out: PathBuf,
 }
 
 /// Arguments of `robot`.
@@ -112,15 +112,15 @@ pub struct DemoArgs {
 #[command(
     after_help = "Examples:\n  stiffbench robot show\n  stiffbench robot check my-robot.toml\n  stiffbench robot compliance --pose P1 --set theta2=390 --mechanism F --json\n  stiffbench robot workspace --poses 30000 --figure workspace"
 )]
-pub struct RobotArgs {
+pub(super) struct RobotArgs {
     /// What to look at.
     #[command(subcommand)]
-    pub what: RobotCommand,
+    pub(super) what: RobotCommand,
 }
 
 /// Subcommands of `robot`.
 #[derive(Debug, Subcommand)]
-pub enum RobotCommand {
+pub(super) enum RobotCommand {
     /// Bodies, mechanisms, variables, poses, factor sets
     Show {
         /// Robot file or shipped name
@@ -148,59 +148,59 @@ pub enum RobotCommand {
 
 /// Arguments of `robot workspace`.
 #[derive(Debug, Args)]
-pub struct WorkspaceArgs {
+pub(super) struct WorkspaceArgs {
     /// Robot file or shipped name
     #[arg(default_value = "hp-robot")]
-    pub robot: String,
+    pub(super) robot: String,
     /// Number of poses
     #[arg(long, default_value_t = 30_000)]
-    pub poses: usize,
+    pub(super) poses: usize,
     /// Seed of the poses
     #[arg(long, default_value_t = 0)]
-    pub seed: u64,
+    pub(super) seed: u64,
     /// Variables to vary, comma-separated [default: all that have a range]
     #[arg(long, value_delimiter = ',')]
-    pub vary: Option<Vec<String>>,
+    pub(super) vary: Option<Vec<String>>,
     /// Write the projection as FILE.svg and FILE.png
     #[arg(long, value_name = "FILE")]
-    pub figure: Option<PathBuf>,
+    pub(super) figure: Option<PathBuf>,
 }
 
 /// Arguments of `robot compliance`.
 #[derive(Debug, Args)]
-pub struct ComplianceArgs {
+pub(super) struct ComplianceArgs {
     /// Robot, mechanism and factors.
     #[command(flatten)]
-    pub model: ModelArgs,
+    pub(super) model: ModelArgs,
     /// Named pose of the robot [default: every variable at its nominal value]
     #[arg(long)]
-    pub pose: Option<String>,
+    pub(super) pose: Option<String>,
     /// Value of a variable, degrees, for example theta2=397.3
     #[arg(long = "set", value_name = "VARIABLE=DEGREES", num_args = 1..)]
-    pub set: Vec<String>,
+    pub(super) set: Vec<String>,
     /// Joints turn freely unless a drive or brake locks them
     #[arg(long)]
-    pub pinned: bool,
+    pub(super) pinned: bool,
     /// Beams with shear deformation
     #[arg(long)]
-    pub timoshenko: bool,
+    pub(super) timoshenko: bool,
 }
 
 /// How a gauge's own log is read.
 #[derive(Debug, Clone, Default, Args)]
-pub struct LogArgs {
+pub(super) struct LogArgs {
     /// Pose of a gauge's own log, which does not name it
     #[arg(long)]
-    pub pose: Option<String>,
+    pub(super) pose: Option<String>,
     /// Direction of a gauge's own log
     #[arg(long)]
-    pub direction: Option<Direction>,
+    pub(super) direction: Option<Direction>,
     /// Repeat of a gauge's own log
     #[arg(long, default_value_t = 1)]
-    pub repeat: u32,
+    pub(super) repeat: u32,
     /// The load of a gauge's own log pulls along the positive axis [default: it pushes against it]
     #[arg(long)]
-    pub positive: bool,
+    pub(super) positive: bool,
 }
 
 /// Arguments of `stiffness`.
@@ -208,23 +208,23 @@ pub struct LogArgs {
 #[command(
     after_help = "Examples:\n  stiffbench stiffness my-session --budget\n  stiffbench stiffness readings.csv --branches both --json\n  stiffbench stiffness gauge-log.txt --pose P1 --direction x"
 )]
-pub struct StiffnessArgs {
+pub(super) struct StiffnessArgs {
     /// Session folder, readings file, or a gauge's own log
-    pub data: PathBuf,
+    pub(super) data: PathBuf,
     /// Branches that count
     #[arg(long, value_enum, default_value_t = BranchChoice::Loading)]
-    pub branches: BranchChoice,
+    pub(super) branches: BranchChoice,
     /// Print the uncertainty budget of every cell
     #[arg(long)]
-    pub budget: bool,
+    pub(super) budget: bool,
     /// For gauge logs.
     #[command(flatten)]
-    pub log: LogArgs,
+    pub(super) log: LogArgs,
 }
 
 /// Branches that count.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
-pub enum BranchChoice {
+pub(super) enum BranchChoice {
     /// Loading only
     Loading,
     /// Loading and unloading
@@ -233,7 +233,7 @@ pub enum BranchChoice {
 
 /// Way of fitting.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
-pub enum Method {
+pub(super) enum Method {
     /// All training cells at once, with intervals
     LeastSquares,
     /// The paper's nine steps
@@ -242,7 +242,7 @@ pub enum Method {
 
 /// Where the standard deviation of the residuals comes from.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
-pub enum Sigma {
+pub(super) enum Sigma {
     /// The stated or pooled uncertainties of the stiffnesses
     Known,
     /// The scatter about the fit
@@ -254,74 +254,76 @@ pub enum Sigma {
 #[command(
     after_help = "DATA may also be a list of stiffness values (columns pose, direction, stiffness_N_per_um and, if known, u_N_per_um) or of\ncomputed displacements (pose, direction, force_N, displacement_um), and the names paper-experiment (Table VI) and paper-reference\n(Table V, finite elements).\n\nExamples:\n  stiffbench fit my-session --train P1,P3\n  stiffbench fit my-session --method paper --train P1,P3 --reference paper-reference\n  stiffbench fit my-session --fix beam.J --free link.A --bootstrap 1000 --seed 1"
 )]
-pub struct FitArgs {
+pub(super) struct FitArgs {
     /// Session folder, readings file, list of stiffness values, or a shipped name
-    pub data: PathBuf,
+    pub(super) data: PathBuf,
     /// Robot, mechanism and factors.
     #[command(flatten)]
-    pub model: ModelArgs,
+    pub(super) model: ModelArgs,
     /// Way of fitting
     #[arg(long, value_enum, default_value_t = Method::LeastSquares)]
-    pub method: Method,
+    pub(super) method: Method,
     /// Poses to fit, comma-separated; the others are held out [default: all, judged by leaving each out in turn]
     #[arg(long, value_delimiter = ',')]
-    pub train: Option<Vec<String>>,
+    pub(super) train: Option<Vec<String>>,
     /// Weights of the training poses in the paper's combination [default: equal]
     #[arg(long, value_delimiter = ',')]
-    pub weights: Option<Vec<f64>>,
+    pub(super) weights: Option<Vec<f64>>,
     /// Reference displacements or stiffness for the single-source steps of the paper's method
     #[arg(long, value_name = "FILE|NAME")]
-    pub reference: Option<PathBuf>,
+    pub(super) reference: Option<PathBuf>,
     /// Factors to free, for example link.A [default: all of beams]
     #[arg(long, value_delimiter = ',', value_name = "FACTOR")]
-    pub free: Vec<String>,
+    pub(super) free: Vec<String>,
     /// Factors to keep, for example beam.J
     #[arg(long, value_delimiter = ',', value_name = "FACTOR")]
-    pub fix: Vec<String>,
+    pub(super) fix: Vec<String>,
     /// Factors to keep in proportion, for example link.A=beam.A
     #[arg(long, value_delimiter = ',', value_name = "FACTOR=FACTOR")]
-    pub tie: Vec<String>,
+    pub(super) tie: Vec<String>,
     /// Bounds of free factors as multiples of their start
     #[arg(long, num_args = 2, default_values_t = [0.1, 10.0], value_names = ["LOWER", "UPPER"])]
-    pub bounds: Vec<f64>,
+    pub(super) bounds: Vec<f64>,
     /// Where the standard deviation of the residuals comes from [default: known if the data tell]
     #[arg(long, value_enum)]
-    pub sigma: Option<Sigma>,
+    pub(super) sigma: Option<Sigma>,
     /// Replicates of the bootstrap over runs
     #[arg(long, default_value_t = 0, value_name = "N")]
-    pub bootstrap: usize,
+    pub(super) bootstrap: usize,
     /// Seed of everything random
     #[arg(long, default_value_t = 0)]
-    pub seed: u64,
+    pub(super) seed: u64,
     /// Look for a lower minimum with a particle swarm and a simplex
     #[arg(long)]
-    pub global_search: bool,
+    pub(super) global_search: bool,
     /// Write the fitted factors as TOML that --factors takes
     #[arg(long, value_name = "FILE")]
-    pub save_factors: Option<PathBuf>,
+    pub(super) save_factors: Option<PathBuf>,
     /// Write the figures of the fit into this folder
     #[arg(long, value_name = "FOLDER")]
-    pub figures: Option<PathBuf>,
+    pub(super) figures: Option<PathBuf>,
 }
 
 /// Arguments of `significance`.
 #[derive(Debug, Args)]
-#[command(after_help = "Examples:\n  stiffbench significance --pose P1 --factors unit\n  stiffbench significance --pose P3 --factors m_fsd --beams-only")]
-pub struct SignificanceArgs {
+#[command(
+    after_help = "Examples:\n  stiffbench significance --pose P1 --factors unit\n  stiffbench significance --pose P3 --factors m_fsd --beams-only"
+)]
+pub(super) struct SignificanceArgs {
     /// Robot, mechanism and factors.
     #[command(flatten)]
-    pub model: ModelArgs,
+    pub(super) model: ModelArgs,
     /// Pose [default: the robot's first]
     #[arg(long)]
-    pub pose: Option<String>,
+    pub(super) pose: Option<String>,
     /// Change the constants of beams only, as the multi-source steps do
     #[arg(long)]
-    pub beams_only: bool,
+    pub(super) beams_only: bool,
 }
 
 /// Figures that can be drawn.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
-pub enum FigureName {
+pub(super) enum FigureName {
     /// Load against displacement with repeat scatter (needs DATA; a second --data overlays)
     LoadDisplacement,
     /// Measured against fitted stiffness (needs DATA)
@@ -343,39 +345,39 @@ pub enum FigureName {
 #[command(
     after_help = "Examples:\n  stiffbench plot load-displacement --data my-session\n  stiffbench plot residuals --data my-session --train P1,P3 --out figures/residuals\n  stiffbench plot robot --pose P2 --force 0,-50,0"
 )]
-pub struct PlotArgs {
+pub(super) struct PlotArgs {
     /// The figure
     #[arg(value_enum)]
-    pub figure: FigureName,
+    pub(super) figure: FigureName,
     /// Session folder or readings file; twice to overlay two sessions
     #[arg(long)]
-    pub data: Vec<PathBuf>,
+    pub(super) data: Vec<PathBuf>,
     /// Robot, mechanism and factors.
     #[command(flatten)]
-    pub model: ModelArgs,
+    pub(super) model: ModelArgs,
     /// Training poses of the fit behind the figure
     #[arg(long, value_delimiter = ',')]
-    pub train: Option<Vec<String>>,
+    pub(super) train: Option<Vec<String>>,
     /// Pose of the robot drawing
     #[arg(long)]
-    pub pose: Option<String>,
+    pub(super) pose: Option<String>,
     /// Force at the end of the robot drawing, N
     #[arg(long, value_delimiter = ',', num_args = 3, allow_hyphen_values = true, default_values_t = [0.0, -50.0, 0.0])]
-    pub force: Vec<f64>,
+    pub(super) force: Vec<f64>,
     /// Poses of the workspace
     #[arg(long, default_value_t = 30_000)]
-    pub poses: usize,
+    pub(super) poses: usize,
     /// Seed of the workspace's poses
     #[arg(long, default_value_t = 0)]
-    pub seed: u64,
+    pub(super) seed: u64,
     /// Where to write: FILE.svg and FILE.png, or one of them if the name ends so [default: the figure's name]
     #[arg(long)]
-    pub out: Option<PathBuf>,
+    pub(super) out: Option<PathBuf>,
 }
 
 /// Order of loads, repeats and zeros.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
-pub enum Plan {
+pub(super) enum Plan {
     /// The paper: each load applied `repeats` times, one zero for each pose and direction
     Paper,
     /// The whole sequence repeated, zero before each run
@@ -389,74 +391,74 @@ pub enum Plan {
 #[command(
     after_help = "Examples:\n  stiffbench simulate my-session --seed 7\n  stiffbench simulate exact --noise-free\n  stiffbench simulate b --true-factor beam.Iy=0.006 --poses P1,P2,P3,P4 --plan load-unload"
 )]
-pub struct SimulateArgs {
+pub(super) struct SimulateArgs {
     /// Session folder to make; must not exist
-    pub out: PathBuf,
+    pub(super) out: PathBuf,
     /// Robot, mechanism and factors (the true ones, unless --true-factor changes them).
     #[command(flatten)]
-    pub model: ModelArgs,
+    pub(super) model: ModelArgs,
     /// True value of a factor, for example beam.Iy=0.006
     #[arg(long, value_delimiter = ',', value_name = "FACTOR=VALUE")]
-    pub true_factor: Vec<String>,
+    pub(super) true_factor: Vec<String>,
     /// Order of loads, repeats and zeros
     #[arg(long, value_enum, default_value_t = Plan::Sweeps)]
-    pub plan: Plan,
+    pub(super) plan: Plan,
     /// Poses, comma-separated [default: all of the robot]
     #[arg(long, value_delimiter = ',')]
-    pub poses: Option<Vec<String>>,
+    pub(super) poses: Option<Vec<String>>,
     /// Directions
     #[arg(long, value_delimiter = ',', default_values_t = Direction::ALL)]
-    pub directions: Vec<Direction>,
+    pub(super) directions: Vec<Direction>,
     /// Loads, N
     #[arg(long = "loads-n", value_delimiter = ',', allow_hyphen_values = true, default_values_t = [0.0, -10.0, -20.0, -30.0, -40.0, -50.0, -60.0, -70.0])]
-    pub loads_n: Vec<f64>,
+    pub(super) loads_n: Vec<f64>,
     /// Repeats
     #[arg(long, default_value_t = 5)]
-    pub repeats: u32,
+    pub(super) repeats: u32,
     /// Seed of the noise
     #[arg(long, default_value_t = 0)]
-    pub seed: u64,
+    pub(super) seed: u64,
     /// Standard deviation of a displacement reading, um
     #[arg(long, default_value_t = 3.0)]
-    pub reading_sd_um: f64,
+    pub(super) reading_sd_um: f64,
     /// Standard deviation of a gauge zero, um
     #[arg(long, default_value_t = 2.5)]
-    pub zero_sd_um: f64,
+    pub(super) zero_sd_um: f64,
     /// Standard deviation of the slope from run to run, relative
     #[arg(long, default_value_t = 0.004)]
-    pub run_slope_sd: f64,
+    pub(super) run_slope_sd: f64,
     /// Step of the displacement gauge, um
     #[arg(long, default_value_t = 1.0)]
-    pub displacement_step_um: f64,
+    pub(super) displacement_step_um: f64,
     /// Step of the force gauge, N
     #[arg(long, default_value_t = 0.1)]
-    pub force_step_n: f64,
+    pub(super) force_step_n: f64,
     /// The operator stops within this of the target, N
     #[arg(long, default_value_t = 0.5)]
-    pub force_tolerance_n: f64,
+    pub(super) force_tolerance_n: f64,
     /// No noise and no steps at all
     #[arg(long)]
-    pub noise_free: bool,
+    pub(super) noise_free: bool,
 }
 
 /// Arguments of `compare`.
 #[derive(Debug, Args)]
 #[command(after_help = "Example:\n  stiffbench compare monday friday")]
-pub struct CompareArgs {
+pub(super) struct CompareArgs {
     /// First session
-    pub a: PathBuf,
+    pub(super) a: PathBuf,
     /// Second session
-    pub b: PathBuf,
+    pub(super) b: PathBuf,
     /// Write the load-displacement overlay as FILE.svg and FILE.png
     #[arg(long, value_name = "FILE")]
-    pub figure: Option<PathBuf>,
+    pub(super) figure: Option<PathBuf>,
 }
 
 /// Arguments of `paper`.
 #[derive(Debug, Args)]
 #[command(after_help = "Example:\n  stiffbench paper --robot hp-robot-host-dominant")]
-pub struct PaperArgs {
+pub(super) struct PaperArgs {
     /// Robot with the paper's poses and factor sets
     #[arg(long, default_value = "hp-robot")]
-    pub robot: String,
+    pub(super) robot: String,
 }

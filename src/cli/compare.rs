@@ -11,46 +11,87 @@ use super::figure_files::write_figure;
 use super::outcome::Outcome;
 
 /// The difference of two sessions.
-pub fn run(args: &CompareArgs, global: &Global) -> Result<Outcome, Failure> {
+pub(super) fn run(args: &CompareArgs, global: &Global) -> Result<Outcome, Failure> {
     let log = LogArgs::default();
-    let [a, b] = [load_session(&args.a, &log, global)?, load_session(&args.b, &log, global)?];
-    let [table_a, table_b] = [a.stiffness(Branches::Loading)?, b.stiffness(Branches::Loading)?];
+    let [a, b] = [
+        load_session(&args.a, &log, global)?,
+        load_session(&args.b, &log, global)?,
+    ];
+    let [table_a, table_b] = [
+        a.stiffness(Branches::LoadingOnly)?,
+        b.stiffness(Branches::LoadingOnly)?,
+    ];
     let same = same_gauges(&a, &b);
     let comparison = compare(&table_a, &table_b, same);
-    let mut warnings: Vec<String> =
-        [&a, &b].into_iter().flat_map(|session| session.warnings.iter().map(|w| format!("{}: {w}", session.name))).collect();
+    let mut warnings: Vec<String> = [&a, &b]
+        .into_iter()
+        .flat_map(|session| {
+            session
+                .warnings
+                .iter()
+                .map(|w| format!("{}: {w}", session.name))
+        })
+        .collect();
     warnings.push(gauge_note(same));
     warnings.extend(metadata_differences(&a, &b));
     if let Some(path) = &args.figure {
         let figure = load_displacement_figure(&[(&a.name, &table_a), (&b.name, &table_b)]);
-        warnings.extend(write_figure(path, &figure)?.iter().map(|path| format!("wrote {}", path.display())));
+        warnings.extend(
+            write_figure(path, &figure)?
+                .iter()
+                .map(|path| format!("wrote {}", path.display())),
+        );
     }
     let differs = comparison.agreement == Agreement::Differs;
     let text = comparison_text(&comparison, &a.name, &b.name);
-    Ok(Outcome::new("compare", text, comparison_json(&comparison)).with_warnings(warnings).with_strict_exit(u8::from(differs)))
+    Ok(Outcome::new("compare", text, comparison_json(&comparison))
+        .with_warnings(warnings)
+        .with_strict_exit(u8::from(differs)))
 }
 
 /// Gauges are the same if both sessions name the same serial number.
 fn same_gauges(a: &Session, b: &Session) -> SameGauges {
-    let serial = |session: &Session, of: fn(&crate::readings::Instruments) -> Option<&InstrumentRecord>| {
-        session.header.as_ref().and_then(|header| of(&header.instruments)).and_then(|record| record.serial.clone())
-    };
+    let serial =
+        |session: &Session, of: fn(&crate::readings::Instruments) -> Option<&InstrumentRecord>| {
+            session
+                .header
+                .as_ref()
+                .and_then(|header| of(&header.instruments))
+                .and_then(|record| record.serial.clone())
+        };
     let same = |of: fn(&crate::readings::Instruments) -> Option<&InstrumentRecord>| {
         let serials = [serial(a, of), serial(b, of)];
         serials[0].is_some() && serials[0] == serials[1]
     };
-    SameGauges { force: same(|i| i.force.as_ref()), displacement: same(|i| i.displacement.as_ref()) }
+    SameGauges {
+        force: same(|i| i.force.as_ref()),
+        displacement: same(|i| i.displacement.as_ref()),
+    }
 }
 
 fn gauge_note(same: SameGauges) -> String {
-    let word = |same| if same { "the same (its calibration error cancels)" } else { "another, or without serial number" };
-    format!("force gauge: {}; displacement gauge: {}", word(same.force), word(same.displacement))
+    let word = |same| {
+        if same {
+            "the same (its calibration error cancels)"
+        } else {
+            "another, or without serial number"
+        }
+    };
+    format!(
+        "force gauge: {}; displacement gauge: {}",
+        word(same.force),
+        word(same.displacement)
+    )
 }
 
 /// What differs in the headers of the sessions.
 fn metadata_differences(a: &Session, b: &Session) -> Vec<String> {
-    let (Some(a), Some(b)) = (&a.header, &b.header) else { return Vec::new() };
-    let procedure = |header: &crate::readings::SessionHeader| header.procedure.as_ref().and_then(|p| p.name.clone());
+    let (Some(a), Some(b)) = (&a.header, &b.header) else {
+        return Vec::new();
+    };
+    let procedure = |header: &crate::readings::SessionHeader| {
+        header.procedure.as_ref().and_then(|p| p.name.clone())
+    };
     let fields = [
         ("robot", a.robot.clone(), b.robot.clone()),
         ("mechanism", a.mechanism.clone(), b.mechanism.clone()),

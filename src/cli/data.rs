@@ -8,12 +8,14 @@ use sha2::{Digest, Sha256};
 
 use crate::fit::{MeasuredStiffness, is_stiffness_list, read_stiffness_list};
 use crate::readings::{
-    GaugeLogOptions, InstrumentRecord, LoadSign, ReadOptions, ReadingTable, ReadingsError, SessionHeader, check_poses, read_gauge_log,
-    read_readings,
+    GaugeLogOptions, InstrumentRecord, LoadSign, ReadOptions, ReadingTable, ReadingsError,
+    SessionHeader, check_poses, read_gauge_log, read_readings,
 };
 use crate::robot::{FittingFactors, Robot, shipped_robot, shipped_robots};
 use crate::source_text::SourceText;
-use crate::stiffness::{Branches, GaugeTerms, Gauges, StiffnessOptions, StiffnessTable, stiffness_table};
+use crate::stiffness::{
+    Branches, GaugeTerms, Gauges, StiffnessOptions, StiffnessTable, stiffness_table,
+};
 use crate::test_point::PoseId;
 
 use super::args::{Global, LogArgs, ModelArgs};
@@ -21,28 +23,34 @@ use super::failure::{CliError, Failure};
 
 /// Stiffness lists that come with the program.
 const SHIPPED_LISTS: [(&str, &str); 2] = [
-    ("paper-experiment", include_str!("../../data/paper/experiment.csv")),
-    ("paper-reference", include_str!("../../data/paper/reference.csv")),
+    (
+        "paper-experiment",
+        include_str!("../../data/paper/experiment.csv"),
+    ),
+    (
+        "paper-reference",
+        include_str!("../../data/paper/reference.csv"),
+    ),
 ];
 
 /// Readings with the session they belong to.
 #[derive(Debug)]
-pub struct Session {
+pub(super) struct Session {
     /// What the user called it.
-    pub name: String,
+    pub(super) name: String,
     /// The readings.
-    pub table: ReadingTable,
+    pub(super) table: ReadingTable,
     /// `session.toml` beside them, if there is one.
-    pub header: Option<SessionHeader>,
+    pub(super) header: Option<SessionHeader>,
     /// Folder of `session.toml`.
     folder: PathBuf,
     /// What was assumed, and what a user should know.
-    pub warnings: Vec<String>,
+    pub(super) warnings: Vec<String>,
 }
 
 /// Data to fit.
 #[derive(Debug)]
-pub enum Data {
+pub(super) enum Data {
     /// Readings.
     Readings(Box<Session>),
     /// Stiffness values without readings.
@@ -55,36 +63,64 @@ pub enum Data {
 }
 
 /// Reads a session folder, a readings file, a list of stiffness values or a shipped list.
-pub fn load(path: &Path, global: &Global) -> Result<Data, Failure> {
-    let shipped = SHIPPED_LISTS.iter().find(|(name, _)| !path.exists() && path.as_os_str() == *name);
+pub(super) fn load(path: &Path, global: &Global) -> Result<Data, Failure> {
+    let shipped = SHIPPED_LISTS
+        .iter()
+        .find(|(name, _)| !path.exists() && path.as_os_str() == *name);
     if let Some((name, text)) = shipped {
-        return Ok(Data::Stiffness { name: (*name).to_owned(), measured: read_stiffness_list(name, text)? });
+        return Ok(Data::Stiffness {
+            name: (*name).to_owned(),
+            measured: read_stiffness_list(name, text)?,
+        });
     }
     if path.is_file() && is_stiffness_list(&first_line(path)?) {
         let name = path.display().to_string();
-        let text = fs::read_to_string(path).map_err(|source| CliError::Read { path: path.to_owned(), source })?;
-        return Ok(Data::Stiffness { measured: read_stiffness_list(&name, &text)?, name });
+        let text = fs::read_to_string(path).map_err(|source| CliError::Read {
+            path: path.to_owned(),
+            source,
+        })?;
+        return Ok(Data::Stiffness {
+            measured: read_stiffness_list(&name, &text)?,
+            name,
+        });
     }
-    Ok(Data::Readings(Box::new(load_session(path, &LogArgs::default(), global)?)))
+    Ok(Data::Readings(Box::new(load_session(
+        path,
+        &LogArgs::default(),
+        global,
+    )?)))
 }
 
 /// Reads a list of stiffness values or reduces readings to one.
-pub fn load_measured(path: &Path, global: &Global) -> Result<MeasuredStiffness, Failure> {
+pub(super) fn load_measured(path: &Path, global: &Global) -> Result<MeasuredStiffness, Failure> {
     Ok(match load(path, global)? {
         Data::Stiffness { measured, .. } => measured,
         Data::Readings(session) => {
-            let table = session.stiffness(Branches::Loading)?;
+            let table = session.stiffness(Branches::LoadingOnly)?;
             MeasuredStiffness::from_table(&table, crate::stiffness::Method::Regression)
         }
     })
 }
 
 /// Reads a session folder, a readings file, or a gauge's own log.
-pub fn load_session(path: &Path, log: &LogArgs, global: &Global) -> Result<Session, Failure> {
-    let file = if path.is_dir() { path.join("readings.csv") } else { path.to_owned() };
+pub(super) fn load_session(
+    path: &Path,
+    log: &LogArgs,
+    global: &Global,
+) -> Result<Session, Failure> {
+    let file = if path.is_dir() {
+        path.join("readings.csv")
+    } else {
+        path.to_owned()
+    };
     let folder = file.parent().map(Path::to_owned).unwrap_or_default();
     let name = file.display().to_string();
-    let open = || fs::File::open(&file).map_err(|source| CliError::Read { path: file.clone(), source });
+    let open = || {
+        fs::File::open(&file).map_err(|source| CliError::Read {
+            path: file.clone(),
+            source,
+        })
+    };
     let options = ReadOptions::default();
     let table = match (&log.pose, log.direction) {
         (Some(pose), Some(direction)) => {
@@ -92,7 +128,11 @@ pub fn load_session(path: &Path, log: &LogArgs, global: &Global) -> Result<Sessi
                 pose: PoseId::new(pose),
                 direction,
                 repeat: log.repeat,
-                sign: if log.positive { LoadSign::Positive } else { LoadSign::Negative },
+                sign: if log.positive {
+                    LoadSign::Positive
+                } else {
+                    LoadSign::Negative
+                },
                 text: options,
             };
             read_gauge_log(&name, open()?, &options)?
@@ -107,23 +147,44 @@ pub fn load_session(path: &Path, log: &LogArgs, global: &Global) -> Result<Sessi
             .into());
         }
     };
-    let mut warnings: Vec<String> = table.assumptions.iter().map(|assumption| format!("assumed: {assumption}")).collect();
+    let mut warnings: Vec<String> = table
+        .assumptions
+        .iter()
+        .map(|assumption| format!("assumed: {assumption}"))
+        .collect();
     warnings.extend(table.notes.iter().map(ToString::to_string));
     let header = session_header(&folder, &mut warnings)?;
-    let session = Session { name: path.display().to_string(), table, header, folder, warnings };
+    let session = Session {
+        name: path.display().to_string(),
+        table,
+        header,
+        folder,
+        warnings,
+    };
     session.check_calibration(global)
 }
 
 /// `session.toml` in a folder, if there is one.
-fn session_header(folder: &Path, warnings: &mut Vec<String>) -> Result<Option<SessionHeader>, Failure> {
+fn session_header(
+    folder: &Path,
+    warnings: &mut Vec<String>,
+) -> Result<Option<SessionHeader>, Failure> {
     let path = folder.join("session.toml");
     if !path.is_file() {
         return Ok(None);
     }
-    let text = fs::read_to_string(&path).map_err(|source| CliError::Read { path: path.clone(), source })?;
+    let text = fs::read_to_string(&path).map_err(|source| CliError::Read {
+        path: path.clone(),
+        source,
+    })?;
     let name = path.display().to_string();
     let read = SessionHeader::from_toml(&name, &text)?;
-    warnings.extend(read.unknown_keys.iter().map(|key| format!("{name}:{}: key `{}` is not known and was not used", key.line, key.key)));
+    warnings.extend(read.unknown_keys.iter().map(|key| {
+        format!(
+            "{name}:{}: key `{}` is not known and was not used",
+            key.line, key.key
+        )
+    }));
     Ok(Some(read.header))
 }
 
@@ -132,17 +193,27 @@ fn first_line(path: &Path) -> Result<String, CliError> {
     let mut head = [0; 512];
     let read = fs::File::open(path)
         .and_then(|mut file| file.read(&mut head))
-        .map_err(|source| CliError::Read { path: path.to_owned(), source })?;
+        .map_err(|source| CliError::Read {
+            path: path.to_owned(),
+            source,
+        })?;
     let text = String::from_utf8_lossy(&head[..read]);
-    Ok(text.trim_start_matches('\u{feff}').lines().next().unwrap_or("").to_owned())
+    Ok(text
+        .trim_start_matches('\u{feff}')
+        .lines()
+        .next()
+        .unwrap_or("")
+        .to_owned())
 }
 
 impl Session {
     /// The gauges' resolution and calibration, as far as the session states them.
-    pub fn gauges(&self) -> Result<Gauges, Failure> {
+    pub(super) fn gauges(&self) -> Result<Gauges, Failure> {
         let instruments = self.header.as_ref().map(|header| &header.instruments);
         let terms = |record: Option<&InstrumentRecord>| match record {
-            Some(record) => GaugeTerms::new(record.resolution, record.expanded_uncertainty, record.k),
+            Some(record) => {
+                GaugeTerms::new(record.resolution, record.expanded_uncertainty, record.k)
+            }
             None => Ok(GaugeTerms::not_stated()),
         };
         Ok(Gauges {
@@ -152,21 +223,37 @@ impl Session {
     }
 
     /// Stiffness of every cell.
-    pub fn stiffness(&self, branches: Branches) -> Result<StiffnessTable, Failure> {
-        Ok(stiffness_table(&self.table.readings, &self.gauges()?, StiffnessOptions { branches }))
+    pub(super) fn stiffness(&self, branches: Branches) -> Result<StiffnessTable, Failure> {
+        Ok(stiffness_table(
+            &self.table.readings,
+            &self.gauges()?,
+            StiffnessOptions { branches },
+        ))
     }
 
     /// Warns of overdue calibration, or refuses under `--strict`.
     fn check_calibration(mut self, global: &Global) -> Result<Self, Failure> {
-        let today = jiff::Timestamp::now().to_zoned(jiff::tz::TimeZone::UTC).date();
+        let today = jiff::Timestamp::now()
+            .to_zoned(jiff::tz::TimeZone::UTC)
+            .date();
         let instruments = self.header.as_ref().map(|header| &header.instruments);
-        let records = instruments.map(|i| [("force gauge", &i.force), ("displacement gauge", &i.displacement)]);
+        let records = instruments.map(|i| {
+            [
+                ("force gauge", &i.force),
+                ("displacement gauge", &i.displacement),
+            ]
+        });
         let overdue: Vec<String> = records
             .into_iter()
             .flatten()
             .filter_map(|(what, record)| record.as_ref().map(|record| (what, record)))
             .filter(|(_, record)| record.calibration_overdue(today) == Some(true))
-            .map(|(what, record)| format!("{what} (due {})", record.due.map_or_else(String::new, |due| due.to_string())))
+            .map(|(what, record)| {
+                format!(
+                    "{what} (due {})",
+                    record.due.map_or_else(String::new, |due| due.to_string())
+                )
+            })
             .collect();
         if overdue.is_empty() {
             return Ok(self);
@@ -175,36 +262,43 @@ impl Session {
         if global.strict {
             return Err(CliError::CalibrationOverdue { instruments }.into());
         }
-        self.warnings.push(format!("calibration overdue: {instruments}"));
+        self.warnings
+            .push(format!("calibration overdue: {instruments}"));
         Ok(self)
     }
 }
 
 /// The robot the user or the session names, with its text's hash.
 #[derive(Debug)]
-pub struct Chosen {
+pub(super) struct Chosen {
     /// The robot.
-    pub robot: Robot,
+    pub(super) robot: Robot,
     /// The mechanism's name.
-    pub mechanism: String,
+    pub(super) mechanism: String,
     /// Name of the factor set.
-    pub factors_name: String,
+    pub(super) factors_name: String,
     /// The factors.
-    pub factors: FittingFactors,
+    pub(super) factors: FittingFactors,
     /// The robot's file, for copies.
-    pub source: SourceText,
+    pub(super) source: SourceText,
 }
 
 /// SHA-256 of a text, in hexadecimal.
-pub fn sha256(text: &str) -> String {
-    Sha256::digest(text.as_bytes()).iter().map(|byte| format!("{byte:02x}")).collect()
+pub(super) fn sha256(text: &str) -> String {
+    Sha256::digest(text.as_bytes())
+        .iter()
+        .map(|byte| format!("{byte:02x}"))
+        .collect()
 }
 
 /// Text of a robot file or of a shipped robot.
-pub fn robot_source(name: &str, beside: Option<&Path>) -> Result<SourceText, Failure> {
+pub(super) fn robot_source(name: &str, beside: Option<&Path>) -> Result<SourceText, Failure> {
     let path = beside.map_or_else(|| PathBuf::from(name), |folder| folder.join(name));
     if path.is_file() {
-        let text = fs::read_to_string(&path).map_err(|source| CliError::Read { path: path.clone(), source })?;
+        let text = fs::read_to_string(&path).map_err(|source| CliError::Read {
+            path: path.clone(),
+            source,
+        })?;
         return Ok(SourceText::new(path.display().to_string(), text));
     }
     shipped_robot(name).ok_or_else(|| {
@@ -219,7 +313,7 @@ pub fn robot_source(name: &str, beside: Option<&Path>) -> Result<SourceText, Fai
 }
 
 /// Robot, mechanism and factors: the user's choice first, then the session's, then the defaults.
-pub fn choose(args: &ModelArgs, session: Option<&mut Session>) -> Result<Chosen, Failure> {
+pub(super) fn choose(args: &ModelArgs, session: Option<&mut Session>) -> Result<Chosen, Failure> {
     let header = session.as_ref().and_then(|session| session.header.clone());
     let of_session = header.as_ref().and_then(|header| header.robot.clone());
     let source = match (&args.robot, &of_session) {
@@ -232,9 +326,15 @@ pub fn choose(args: &ModelArgs, session: Option<&mut Session>) -> Result<Chosen,
     };
     let robot = Robot::parse(&source)?;
     let of_session = |of: fn(&SessionHeader) -> Option<String>| header.as_ref().and_then(of);
-    let mechanism = args.mechanism.clone().or_else(|| of_session(|h| h.mechanism.clone()));
+    let mechanism = args
+        .mechanism
+        .clone()
+        .or_else(|| of_session(|h| h.mechanism.clone()));
     let mechanism = robot.mechanism(mechanism.as_deref())?.name.clone();
-    let factors = args.factors.clone().or_else(|| of_session(|h| h.factors.clone()));
+    let factors = args
+        .factors
+        .clone()
+        .or_else(|| of_session(|h| h.factors.clone()));
     let (factors_name, factors) = match factors {
         Some(name) => (name.clone(), factor_set(&robot, &name)?),
         None => {
@@ -244,14 +344,26 @@ pub fn choose(args: &ModelArgs, session: Option<&mut Session>) -> Result<Chosen,
     };
     if let Some(session) = session {
         session.warnings.extend(robot.warnings.iter().cloned());
-        let expected = header.as_ref().and_then(|header| header.robot_sha256.as_deref());
-        if args.robot.is_none() && expected.is_some_and(|expected| expected != sha256(&source.text)) {
-            session.warnings.push(format!("{} is not the file the session was measured with: its SHA-256 differs", source.name));
+        let expected = header
+            .as_ref()
+            .and_then(|header| header.robot_sha256.as_deref());
+        if args.robot.is_none() && expected.is_some_and(|expected| expected != sha256(&source.text))
+        {
+            session.warnings.push(format!(
+                "{} is not the file the session was measured with: its SHA-256 differs",
+                source.name
+            ));
         }
         let poses: Vec<PoseId> = robot.poses.iter().map(|named| named.id.clone()).collect();
         check_poses(&session.table, &poses)?;
     }
-    Ok(Chosen { robot, mechanism, factors_name, factors, source })
+    Ok(Chosen {
+        robot,
+        mechanism,
+        factors_name,
+        factors,
+        source,
+    })
 }
 
 /// A factor set by name, or from a TOML file with tables `beam` and `link`.
@@ -260,20 +372,46 @@ fn factor_set(robot: &Robot, name: &str) -> Result<FittingFactors, Failure> {
     if robot.factors.contains_key(name) || !path.is_file() {
         return Ok(robot.factor_set(name)?);
     }
-    let text = fs::read_to_string(path).map_err(|source| CliError::Read { path: path.to_owned(), source })?;
-    let wrong = |problem: String| CliError::Factors { file: name.to_owned(), problem };
-    let entry: crate::robot::file::FactorsEntry = toml::from_str(&text).map_err(|error| wrong(error.message().to_owned()))?;
+    let text = fs::read_to_string(path).map_err(|source| CliError::Read {
+        path: path.to_owned(),
+        source,
+    })?;
+    let wrong = |problem: String| CliError::Factors {
+        file: name.to_owned(),
+        problem,
+    };
+    let entry: crate::robot::file::FactorsEntry =
+        toml::from_str(&text).map_err(|error| wrong(error.message().to_owned()))?;
     let class = |entry: crate::robot::file::FactorEntry| [entry.area, entry.iy, entry.iz, entry.j];
-    let factors = FittingFactors { beam: class(entry.beam), link: class(entry.link) };
-    if factors.beam.iter().chain(&factors.link).any(|factor| !(factor.is_finite() && *factor > 0.0)) {
+    let factors = FittingFactors {
+        beam: class(entry.beam),
+        link: class(entry.link),
+    };
+    if factors
+        .beam
+        .iter()
+        .chain(&factors.link)
+        .any(|factor| !(factor.is_finite() && *factor > 0.0))
+    {
         return Err(wrong("every factor must be a number above zero".to_owned()).into());
     }
     Ok(factors)
 }
 
 /// Readings from shipped text.
-pub fn shipped_session(name: &str, readings: &str, header: &str) -> Result<Session, Failure> {
-    let table = read_readings(name, Cursor::new(readings), &ReadOptions::default()).map_err(|error: ReadingsError| error)?;
+pub(super) fn shipped_session(
+    name: &str,
+    readings: &str,
+    header: &str,
+) -> Result<Session, Failure> {
+    let table = read_readings(name, Cursor::new(readings), &ReadOptions::default())
+        .map_err(|error: ReadingsError| error)?;
     let header = SessionHeader::from_toml(name, header)?.header;
-    Ok(Session { name: name.to_owned(), table, header: Some(header), folder: PathBuf::new(), warnings: Vec::new() })
+    Ok(Session {
+        name: name.to_owned(),
+        table,
+        header: Some(header),
+        folder: PathBuf::new(),
+        warnings: Vec::new(),
+    })
 }

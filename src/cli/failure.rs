@@ -11,10 +11,13 @@ use super::outcome::{envelope, print_json};
 
 /// Errors of the command line itself.
 #[derive(Debug, thiserror::Error, Diagnostic)]
-pub enum CliError {
+pub(super) enum CliError {
     /// A file that cannot be read.
     #[error("{path} cannot be read: {source}")]
-    #[diagnostic(code(stiffbench::input::read), help("check the name and the permissions; a session is a folder with readings.csv in it"))]
+    #[diagnostic(
+        code(stiffbench::input::read),
+        help("check the name and the permissions; a session is a folder with readings.csv in it")
+    )]
     Read {
         /// The file.
         path: PathBuf,
@@ -23,7 +26,10 @@ pub enum CliError {
     },
     /// A file that cannot be written.
     #[error("{path} cannot be written: {source}")]
-    #[diagnostic(code(stiffbench::output::write), help("choose another place, or free the space; nothing else was changed"))]
+    #[diagnostic(
+        code(stiffbench::output::write),
+        help("choose another place, or free the space; nothing else was changed")
+    )]
     Write {
         /// The file.
         path: PathBuf,
@@ -32,7 +38,10 @@ pub enum CliError {
     },
     /// A folder that exists already.
     #[error("{path} exists already")]
-    #[diagnostic(code(stiffbench::output::exists), help("choose another name; a session is never written over"))]
+    #[diagnostic(
+        code(stiffbench::output::exists),
+        help("choose another name; a session is never written over")
+    )]
     Exists {
         /// The folder.
         path: PathBuf,
@@ -53,7 +62,9 @@ pub enum CliError {
     #[error("{file} is no factor set: {problem}")]
     #[diagnostic(
         code(stiffbench::robot::factor_file),
-        help("write two tables: beam = {{ A = 1.0, Iy = 1.0, Iz = 1.0, J = 1.0 }} and the same for link")
+        help(
+            "write two tables: beam = {{ A = 1.0, Iy = 1.0, Iz = 1.0, J = 1.0 }} and the same for link"
+        )
     )]
     Factors {
         /// The file.
@@ -63,7 +74,10 @@ pub enum CliError {
     },
     /// Data without readings where readings are needed.
     #[error("{data} holds stiffness values, not readings: {needs} needs readings")]
-    #[diagnostic(code(stiffbench::usage::needs_readings), help("give a session folder or a readings file"))]
+    #[diagnostic(
+        code(stiffbench::usage::needs_readings),
+        help("give a session folder or a readings file")
+    )]
     NeedsReadings {
         /// The data.
         data: String,
@@ -72,7 +86,10 @@ pub enum CliError {
     },
     /// Overdue calibration under --strict.
     #[error("calibration overdue: {instruments}")]
-    #[diagnostic(code(stiffbench::calibration::overdue), help("have the gauge calibrated, or leave out --strict and accept a warning"))]
+    #[diagnostic(
+        code(stiffbench::calibration::overdue),
+        help("have the gauge calibrated, or leave out --strict and accept a warning")
+    )]
     CalibrationOverdue {
         /// Which gauges, since when.
         instruments: String,
@@ -81,7 +98,7 @@ pub enum CliError {
 
 /// A failure on its way out of the program.
 #[derive(Debug)]
-pub struct Failure(miette::Report);
+pub(super) struct Failure(miette::Report);
 
 impl<E: Diagnostic + Send + Sync + 'static> From<E> for Failure {
     fn from(error: E) -> Self {
@@ -107,15 +124,20 @@ impl Failure {
             ("stiffbench::bench", 10),
         ];
         let code = self.code();
-        CODES.iter().find(|(prefix, _)| code.starts_with(prefix)).map_or(70, |(_, exit)| *exit)
+        CODES
+            .iter()
+            .find(|(prefix, _)| code.starts_with(prefix))
+            .map_or(70, |(_, exit)| *exit)
     }
 
     fn code(&self) -> String {
-        self.0.code().map_or_else(String::new, |code| code.to_string())
+        self.0
+            .code()
+            .map_or_else(String::new, |code| code.to_string())
     }
 
     /// Prints the failure: JSON on standard output, or text on standard error.
-    pub fn print(&self, global: &Global) -> ExitCode {
+    pub(super) fn print(&self, global: &Global) -> ExitCode {
         let exit = self.exit_code();
         if global.json {
             let mut object = envelope("error", false);

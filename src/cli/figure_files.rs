@@ -7,14 +7,23 @@ use crate::plot::{Figure, to_png};
 use super::failure::{CliError, Failure};
 
 /// Pixels in a unit of the drawing: sharp on a page and on a screen.
-const PNG_SCALE: f32 = 2.0;
+const PNG_SCALE: f64 = 2.0;
 
 /// Writes a figure as `path.svg` and `path.png`, or one of them if the name ends so; returns what was written.
-pub fn write_figure(path: &Path, figure: &Figure) -> Result<Vec<PathBuf>, Failure> {
-    if let Some(folder) = path.parent().filter(|folder| !folder.as_os_str().is_empty()) {
-        std::fs::create_dir_all(folder).map_err(|source| CliError::Write { path: folder.to_owned(), source })?;
+pub(super) fn write_figure(path: &Path, figure: &Figure) -> Result<Vec<PathBuf>, Failure> {
+    if let Some(folder) = path
+        .parent()
+        .filter(|folder| !folder.as_os_str().is_empty())
+    {
+        std::fs::create_dir_all(folder).map_err(|source| CliError::Write {
+            path: folder.to_owned(),
+            source,
+        })?;
     }
-    let wanted = path.extension().and_then(|extension| extension.to_str()).map(str::to_lowercase);
+    let wanted = path
+        .extension()
+        .and_then(|extension| extension.to_str())
+        .map(str::to_lowercase);
     let base = match wanted.as_deref() {
         Some("svg" | "png") => path.with_extension(""),
         _ => path.to_owned(),
@@ -22,13 +31,20 @@ pub fn write_figure(path: &Path, figure: &Figure) -> Result<Vec<PathBuf>, Failur
     let svg = figure.to_svg();
     let mut written = Vec::new();
     for extension in ["svg", "png"] {
-        if wanted.as_deref().is_some_and(|wanted| ["svg", "png"].contains(&wanted) && wanted != extension) {
+        if wanted
+            .as_deref()
+            .is_some_and(|wanted| ["svg", "png"].contains(&wanted) && wanted != extension)
+        {
             continue;
         }
         let mut name = base.clone().into_os_string();
         name.push(format!(".{extension}"));
         let file = PathBuf::from(name);
-        let bytes = if extension == "svg" { svg.clone().into_bytes() } else { to_png(&svg, PNG_SCALE)? };
+        let bytes = if extension == "svg" {
+            svg.clone().into_bytes()
+        } else {
+            to_png(&svg, PNG_SCALE)?
+        };
         write(&file, &bytes)?;
         written.push(file);
     }
@@ -36,6 +52,9 @@ pub fn write_figure(path: &Path, figure: &Figure) -> Result<Vec<PathBuf>, Failur
 }
 
 /// Writes a whole file.
-pub fn write(path: &Path, bytes: &[u8]) -> Result<(), CliError> {
-    std::fs::write(path, bytes).map_err(|source| CliError::Write { path: path.to_owned(), source })
+pub(super) fn write(path: &Path, bytes: &[u8]) -> Result<(), CliError> {
+    std::fs::write(path, bytes).map_err(|source| CliError::Write {
+        path: path.to_owned(),
+        source,
+    })
 }

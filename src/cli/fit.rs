@@ -1,11 +1,14 @@
 //! `stiffbench fit`.
 
 use crate::fit::{
-    FACTOR_NAMES, FactorChoice, FactorRole, FactorStatus, FitOptions, FitOutcome, MeasuredStiffness, MonteCarloSettings, PaperOptions,
-    PaperSource, bootstrap_cells, factor_index, find_lower_minimum, fit_cells, follow_paper,
+    FactorChoice, FactorRole, FactorStatus, FitOptions, FitOutcome, MeasuredStiffness,
+    MonteCarloSettings, PaperOptions, PaperSource, bootstrap_cells, factor_index,
+    find_lower_minimum, fit_cells, follow_paper,
 };
 use crate::least_squares::{BootstrapSettings, SearchSettings, SigmaMode};
-use crate::report::{factors_toml, fit_figures, fit_json, fit_text, paper_steps_json, paper_steps_text};
+use crate::report::{
+    factors_toml, fit_figures, fit_json, fit_text, paper_steps_json, paper_steps_text,
+};
 use crate::stiffness::{Branches, Method as StiffnessMethod, StiffnessTable};
 use crate::test_point::PoseId;
 
@@ -17,19 +20,19 @@ use super::outcome::Outcome;
 use super::progress::progress;
 
 /// Data ready to be fitted.
-pub struct Prepared {
+pub(super) struct Prepared {
     /// Robot, mechanism, factors.
-    pub chosen: Chosen,
+    pub(super) chosen: Chosen,
     /// Stiffness of the cells.
-    pub measured: MeasuredStiffness,
+    pub(super) measured: MeasuredStiffness,
     /// The readings behind it, if there are any.
-    pub session: Option<(Box<Session>, StiffnessTable)>,
+    pub(super) session: Option<(Box<Session>, StiffnessTable)>,
     /// Notes.
-    pub warnings: Vec<String>,
+    pub(super) warnings: Vec<String>,
 }
 
 /// Fits and reports.
-pub fn run(args: &FitArgs, global: &Global) -> Result<Outcome, Failure> {
+pub(super) fn run(args: &FitArgs, global: &Global) -> Result<Outcome, Failure> {
     let method = match args.method {
         Method::LeastSquares => StiffnessMethod::Regression,
         Method::Paper => StiffnessMethod::PaperMean,
@@ -53,47 +56,89 @@ pub fn run(args: &FitArgs, global: &Global) -> Result<Outcome, Failure> {
     if let Some(folder) = &args.figures {
         let table = prepared.session.as_ref().map(|(_, table)| table);
         let figures = fit_figures(&outcome, table, choice(args)?.range);
-        written.extend(write_figure(&folder.join("stiffness"), &figures.comparison)?);
+        written.extend(write_figure(
+            &folder.join("stiffness"),
+            &figures.comparison,
+        )?);
         written.extend(write_figure(&folder.join("factors"), &figures.factors)?);
         if let Some(correlation) = &figures.correlation {
             written.extend(write_figure(&folder.join("correlation"), correlation)?);
         }
     }
-    warnings.extend(written.iter().map(|path| format!("wrote {}", path.display())));
-    let open = outcome.estimates.iter().any(|e| matches!(e.status, FactorStatus::AtBound { .. } | FactorStatus::NotIdentified { .. }));
-    Ok(Outcome::new("fit", text, data).with_warnings(warnings).with_strict_exit(if open { 41 } else { 0 }))
+    warnings.extend(
+        written
+            .iter()
+            .map(|path| format!("wrote {}", path.display())),
+    );
+    let open = outcome.estimates.iter().any(|e| {
+        matches!(
+            e.status,
+            FactorStatus::AtBound { .. } | FactorStatus::NotIdentified { .. }
+        )
+    });
+    Ok(Outcome::new("fit", text, data)
+        .with_warnings(warnings)
+        .with_strict_exit(if open { 41 } else { 0 }))
 }
 
 /// Robot and stiffness from data.
-pub fn prepare(data: Data, model: &ModelArgs, method: StiffnessMethod) -> Result<Prepared, Failure> {
+pub(super) fn prepare(
+    data: Data,
+    model: &ModelArgs,
+    method: StiffnessMethod,
+) -> Result<Prepared, Failure> {
     match data {
         Data::Stiffness { measured, name } => {
             let chosen = choose(model, None)?;
             for cell in &measured.cells {
                 chosen.robot.pose(&cell.cell.pose)?;
             }
-            let warnings = vec![format!("{name} holds stiffness values without readings: what only readings show cannot be tested")];
-            Ok(Prepared { chosen, measured, session: None, warnings })
+            let warnings = vec![format!(
+                "{name} holds stiffness values without readings: what only readings show cannot be tested"
+            )];
+            Ok(Prepared {
+                chosen,
+                measured,
+                session: None,
+                warnings,
+            })
         }
         Data::Readings(mut session) => {
             let chosen = choose(model, Some(&mut session))?;
-            let table = session.stiffness(Branches::Loading)?;
+            let table = session.stiffness(Branches::LoadingOnly)?;
             let measured = MeasuredStiffness::from_table(&table, method);
             let mut warnings = session.warnings.clone();
-            warnings.extend(measured.unusable.iter().map(|(cell, reason)| format!("{cell} takes no part in the fit: {reason}")));
+            warnings.extend(
+                measured
+                    .unusable
+                    .iter()
+                    .map(|(cell, reason)| format!("{cell} takes no part in the fit: {reason}")),
+            );
             let flags: usize = table.cells.iter().map(|cell| cell.flags.len()).sum();
             if flags > 0 {
                 warnings.push(format!("{flags} flag(s) on the readings; `stiffbench stiffness` prints them. Nothing was removed."));
             }
-            Ok(Prepared { chosen, measured, session: Some((session, table)), warnings })
+            Ok(Prepared {
+                chosen,
+                measured,
+                session: Some((session, table)),
+                warnings,
+            })
         }
     }
 }
 
 /// Which factors may move, as the user says.
-pub fn choice(args: &FitArgs) -> Result<FactorChoice, Failure> {
-    let mut choice = FactorChoice { range: [args.bounds[0], args.bounds[1]], ..FactorChoice::default() };
-    if !(choice.range[0] > 0.0 && choice.range[0] < 1.0 && choice.range[1] > 1.0 && choice.range[1].is_finite()) {
+pub(super) fn choice(args: &FitArgs) -> Result<FactorChoice, Failure> {
+    let mut choice = FactorChoice {
+        range: [args.bounds[0], args.bounds[1]],
+        ..FactorChoice::default()
+    };
+    if !(choice.range[0] > 0.0
+        && choice.range[0] < 1.0
+        && choice.range[1] > 1.0
+        && choice.range[1].is_finite())
+    {
         return Err(CliError::Argument {
             argument: format!("--bounds {} {}", args.bounds[0], args.bounds[1]),
             problem: "the bounds must lie on both sides of 1, the start".to_owned(),
@@ -122,11 +167,19 @@ pub fn choice(args: &FitArgs) -> Result<FactorChoice, Failure> {
 }
 
 fn training(args: &FitArgs) -> Option<Vec<PoseId>> {
-    args.train.as_ref().map(|poses| poses.iter().map(|pose| PoseId::new(pose)).collect())
+    args.train
+        .as_ref()
+        .map(|poses| poses.iter().map(|pose| PoseId::new(pose)).collect())
 }
 
-fn least_squares(args: &FitArgs, prepared: &Prepared, global: &Global) -> Result<FitOutcome, Failure> {
-    let Prepared { chosen, measured, .. } = prepared;
+fn least_squares(
+    args: &FitArgs,
+    prepared: &Prepared,
+    global: &Global,
+) -> Result<FitOutcome, Failure> {
+    let Prepared {
+        chosen, measured, ..
+    } = prepared;
     let mechanism = chosen.robot.mechanism(Some(&chosen.mechanism))?;
     let options = FitOptions {
         train: training(args),
@@ -140,42 +193,94 @@ fn least_squares(args: &FitArgs, prepared: &Prepared, global: &Global) -> Result
         return Err(CliError::Argument {
             argument: "--sigma known".to_owned(),
             problem: "the data state no uncertainty of the stiffnesses".to_owned(),
-            help: Some("give readings with repeats or a column u_N_per_um, or use --sigma estimated".to_owned()),
+            help: Some(
+                "give readings with repeats or a column u_N_per_um, or use --sigma estimated"
+                    .to_owned(),
+            ),
         }
         .into());
     }
-    let mut outcome = fit_cells(&chosen.robot, mechanism, measured, &chosen.factors, &options)?;
-    let in_training = |pose: &PoseId| options.train.as_ref().is_none_or(|train| train.contains(pose));
+    let mut outcome = fit_cells(
+        &chosen.robot,
+        mechanism,
+        measured,
+        &chosen.factors,
+        &options,
+    )?;
+    let in_training = |pose: &PoseId| {
+        options
+            .train
+            .as_ref()
+            .is_none_or(|train| train.contains(pose))
+    };
     let trained = measured.select(|cell| in_training(&cell.pose));
     if args.bootstrap > 0 {
         let Some((_, table)) = &prepared.session else {
-            return Err(CliError::NeedsReadings { data: args.data.display().to_string(), needs: "--bootstrap" }.into());
+            return Err(CliError::NeedsReadings {
+                data: args.data.display().to_string(),
+                needs: "--bootstrap",
+            }
+            .into());
         };
-        let settings = BootstrapSettings { replicates: args.bootstrap, seed: args.seed };
+        let settings = BootstrapSettings {
+            replicates: args.bootstrap,
+            seed: args.seed,
+        };
         let bar = progress(global, "refits", args.bootstrap as u64);
         let done = || bar.inc(1);
-        let found = bootstrap_cells(&chosen.robot, mechanism, table, &trained, &outcome.factors, &options.choice, &settings, &done)?;
+        let found = bootstrap_cells(
+            &chosen.robot,
+            mechanism,
+            table,
+            &trained,
+            &outcome.factors,
+            &options.choice,
+            &settings,
+            &done,
+        )?;
         bar.finish_and_clear();
         for (estimate, interval) in outcome.estimates.iter_mut().zip(found.intervals_95) {
             estimate.bootstrap_interval_95 = interval;
         }
         if found.failed > 0 {
-            outcome.warnings.push(format!("{} of {} refits of the bootstrap failed; its intervals are optimistic", found.failed, args.bootstrap));
+            outcome.warnings.push(format!(
+                "{} of {} refits of the bootstrap failed; its intervals are optimistic",
+                found.failed, args.bootstrap
+            ));
         }
     }
     if args.global_search {
-        let settings = SearchSettings { seed: args.seed, ..SearchSettings::default() };
-        let lower = find_lower_minimum(&chosen.robot, mechanism, &trained, &chosen.factors, &options.choice, &settings)?;
+        let settings = SearchSettings {
+            seed: args.seed,
+            ..SearchSettings::default()
+        };
+        let lower = find_lower_minimum(
+            &chosen.robot,
+            mechanism,
+            &trained,
+            &chosen.factors,
+            &options.choice,
+            &settings,
+        )?;
         outcome.warnings.push(match lower {
-            Some(factors) => format!("a better fit exists: {}", factors_toml(&factors).replace('\n', " ")),
+            Some(factors) => format!(
+                "a better fit exists: {}",
+                factors_toml(&factors).replace('\n', " ")
+            ),
             None => "swarm and simplex found no better fit within the bounds".to_owned(),
         });
     }
     Ok(outcome)
 }
 
-fn paper(args: &FitArgs, prepared: &Prepared, global: &Global) -> Result<(FitOutcome, String, serde_json::Value), Failure> {
-    let Prepared { chosen, measured, .. } = prepared;
+fn paper(
+    args: &FitArgs,
+    prepared: &Prepared,
+    global: &Global,
+) -> Result<(FitOutcome, String, serde_json::Value), Failure> {
+    let Prepared {
+        chosen, measured, ..
+    } = prepared;
     let mechanism = chosen.robot.mechanism(Some(&chosen.mechanism))?;
     let poses = training(args).unwrap_or_else(|| {
         let mut poses: Vec<PoseId> = Vec::new();
@@ -186,11 +291,18 @@ fn paper(args: &FitArgs, prepared: &Prepared, global: &Global) -> Result<(FitOut
         }
         poses
     });
-    let weights = args.weights.clone().unwrap_or_else(|| vec![1.0; poses.len()]);
+    let weights = args
+        .weights
+        .clone()
+        .unwrap_or_else(|| vec![1.0; poses.len()]);
     if weights.len() != poses.len() {
         return Err(CliError::Argument {
             argument: "--weights".to_owned(),
-            problem: format!("{} weights for {} training poses", weights.len(), poses.len()),
+            problem: format!(
+                "{} weights for {} training poses",
+                weights.len(),
+                poses.len()
+            ),
             help: Some("give one weight a pose, in the order of --train".to_owned()),
         }
         .into());
@@ -205,16 +317,14 @@ fn paper(args: &FitArgs, prepared: &Prepared, global: &Global) -> Result<(FitOut
     let options = PaperOptions {
         poses: poses.into_iter().zip(weights).collect(),
         source,
-        trials: MonteCarloSettings { seed: args.seed, ..MonteCarloSettings::default() },
+        trials: MonteCarloSettings {
+            seed: args.seed,
+            ..MonteCarloSettings::default()
+        },
     };
     let fit = follow_paper(&chosen.robot, mechanism, measured, &options)?;
     let text = paper_steps_text(&fit) + &fit_text(&fit.outcome);
     let mut data = fit_json(&fit.outcome);
     data["steps"] = paper_steps_json(&fit);
     Ok((fit.outcome, text, data))
-}
-
-/// Names of all factors, for messages.
-pub fn factor_names() -> String {
-    FACTOR_NAMES.join(", ")
 }

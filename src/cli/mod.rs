@@ -21,8 +21,7 @@ use std::process::ExitCode;
 
 use clap::Parser;
 
-pub use args::Cli;
-use args::Command;
+use args::{Cli, Command};
 use failure::Failure;
 use outcome::Outcome;
 

@@ -12,39 +12,44 @@ use super::failure::CliError;
 
 /// A result: text for people, data for programs, and notes for both.
 #[derive(Debug, Default)]
-pub struct Outcome {
+pub(super) struct Outcome {
     /// Word for the kind of result, also the name of its schema.
-    pub kind: &'static str,
+    pub(super) kind: &'static str,
     /// For people; ends with a line break.
-    pub text: String,
+    pub(super) text: String,
     /// For programs.
-    pub data: Value,
+    pub(super) data: Value,
     /// What a user should know before using the numbers.
-    pub warnings: Vec<String>,
+    pub(super) warnings: Vec<String>,
     /// Exit code under `--strict`; 0 otherwise.
-    pub strict_exit: u8,
+    pub(super) strict_exit: u8,
 }
 
 impl Outcome {
     /// A result without notes.
-    pub fn new(kind: &'static str, text: String, data: Value) -> Self {
-        Self { kind, text, data, ..Self::default() }
+    pub(super) fn new(kind: &'static str, text: String, data: Value) -> Self {
+        Self {
+            kind,
+            text,
+            data,
+            ..Self::default()
+        }
     }
 
     /// With notes.
-    pub fn with_warnings(mut self, warnings: Vec<String>) -> Self {
+    pub(super) fn with_warnings(mut self, warnings: Vec<String>) -> Self {
         self.warnings = warnings;
         self
     }
 
     /// With an exit code under `--strict`.
-    pub fn with_strict_exit(mut self, exit: u8) -> Self {
+    pub(super) fn with_strict_exit(mut self, exit: u8) -> Self {
         self.strict_exit = exit;
         self
     }
 
     /// Prints the result: JSON or text on standard output, notes on standard error.
-    pub fn print(self, global: &Global) -> ExitCode {
+    pub(super) fn print(self, global: &Global) -> ExitCode {
         if global.json {
             let mut object = envelope(self.kind, true);
             object["data"] = self.data;
@@ -63,7 +68,7 @@ impl Outcome {
 }
 
 /// The envelope of all JSON output.
-pub fn envelope(kind: &str, ok: bool) -> Value {
+pub(super) fn envelope(kind: &str, ok: bool) -> Value {
     json!({
         "schema": format!("stiffbench/{kind}/1"),
         "tool": { "name": env!("CARGO_PKG_NAME"), "version": env!("CARGO_PKG_VERSION") },
@@ -73,7 +78,7 @@ pub fn envelope(kind: &str, ok: bool) -> Value {
 }
 
 /// One JSON object and a line break.
-pub fn print_json(object: &Value) {
+pub(super) fn print_json(object: &Value) {
     print(&format!("{object:#}\n"));
 }
 
@@ -83,7 +88,7 @@ fn print(text: &str) {
 }
 
 /// What clap says, and its exit code; with `--json` among the arguments also that is JSON.
-pub fn print_usage(error: &clap::Error, arguments: &[OsString]) -> ExitCode {
+pub(super) fn print_usage(error: &clap::Error, arguments: &[OsString]) -> ExitCode {
     let failed = error.use_stderr();
     if failed && arguments.iter().any(|argument| argument == "--json") {
         let mut object = envelope("error", false);
@@ -101,7 +106,7 @@ pub fn print_usage(error: &clap::Error, arguments: &[OsString]) -> ExitCode {
 }
 
 /// Completions of a shell.
-pub fn completions(shell: clap_complete::Shell) -> Outcome {
+pub(super) fn completions(shell: clap_complete::Shell) -> Outcome {
     let mut text = Vec::new();
     clap_complete::generate(shell, &mut Cli::command(), "stiffbench", &mut text);
     let text = String::from_utf8_lossy(&text).into_owned();
@@ -109,11 +114,14 @@ pub fn completions(shell: clap_complete::Shell) -> Outcome {
 }
 
 /// The manual page.
-pub fn man_page() -> Result<Outcome, CliError> {
+pub(super) fn man_page() -> Result<Outcome, CliError> {
     let mut text = Vec::new();
     clap_mangen::Man::new(Cli::command())
         .render(&mut text)
-        .map_err(|source| CliError::Write { path: "manual page".into(), source })?;
+        .map_err(|source| CliError::Write {
+            path: "manual page".into(),
+            source,
+        })?;
     let text = String::from_utf8_lossy(&text).into_owned();
     Ok(Outcome::new("man", text.clone(), json!({ "roff": text })))
 }

@@ -9,7 +9,7 @@ use super::failure::Failure;
 use super::outcome::Outcome;
 
 /// The paper's tables beside ours.
-pub fn run(args: &PaperArgs) -> Result<Outcome, Failure> {
+pub(super) fn run(args: &PaperArgs) -> Result<Outcome, Failure> {
     let robot = Robot::parse(&robot_source(&args.robot, None)?)?;
     let report = paper_report(&robot)?;
     Ok(Outcome::new("paper", report.text(), report.json()))

@@ -20,18 +20,29 @@ use super::outcome::Outcome;
 use super::robot::workspace_projection;
 
 /// Draws one figure.
-pub fn run(args: &PlotArgs, global: &Global) -> Result<Outcome, Failure> {
+pub(super) fn run(args: &PlotArgs, global: &Global) -> Result<Outcome, Failure> {
     let mut warnings = Vec::new();
     let (name, figure) = match args.figure {
-        FigureName::LoadDisplacement => ("load-displacement", overlay(args, global, &mut warnings)?),
+        FigureName::LoadDisplacement => {
+            ("load-displacement", overlay(args, global, &mut warnings)?)
+        }
         FigureName::Workspace => ("workspace", workspace(args)?),
         FigureName::Robot => ("robot", robot(args)?),
-        FigureName::Stiffness | FigureName::Factors | FigureName::Correlation | FigureName::Residuals => of_fit(args, global, &mut warnings)?,
+        FigureName::Stiffness
+        | FigureName::Factors
+        | FigureName::Correlation
+        | FigureName::Residuals => of_fit(args, global, &mut warnings)?,
     };
     let path = args.out.clone().unwrap_or_else(|| PathBuf::from(name));
     let written = write_figure(&path, &figure)?;
-    let text: String = written.iter().map(|path| format!("{}\n", path.display())).collect();
-    Ok(Outcome::new("plot", text, json!({ "figure": name, "files": written })).with_warnings(warnings))
+    let text: String = written
+        .iter()
+        .map(|path| format!("{}\n", path.display()))
+        .collect();
+    Ok(
+        Outcome::new("plot", text, json!({ "figure": name, "files": written }))
+            .with_warnings(warnings),
+    )
 }
 
 fn first_data(args: &PlotArgs) -> Result<&PathBuf, CliError> {
@@ -42,7 +53,11 @@ fn first_data(args: &PlotArgs) -> Result<&PathBuf, CliError> {
     })
 }
 
-fn overlay(args: &PlotArgs, global: &Global, warnings: &mut Vec<String>) -> Result<Figure, Failure> {
+fn overlay(
+    args: &PlotArgs,
+    global: &Global,
+    warnings: &mut Vec<String>,
+) -> Result<Figure, Failure> {
     first_data(args)?;
     let mut sessions = Vec::new();
     for path in &args.data {
@@ -51,22 +66,48 @@ fn overlay(args: &PlotArgs, global: &Global, warnings: &mut Vec<String>) -> Resu
         let table = session.stiffness(Branches::Both)?;
         sessions.push((session.name, table));
     }
-    let pairs: Vec<(&str, &crate::stiffness::StiffnessTable)> = sessions.iter().map(|(name, table)| (name.as_str(), table)).collect();
+    let pairs: Vec<(&str, &crate::stiffness::StiffnessTable)> = sessions
+        .iter()
+        .map(|(name, table)| (name.as_str(), table))
+        .collect();
     Ok(load_displacement_figure(&pairs))
 }
 
-fn of_fit(args: &PlotArgs, global: &Global, warnings: &mut Vec<String>) -> Result<(&'static str, Figure), Failure> {
+fn of_fit(
+    args: &PlotArgs,
+    global: &Global,
+    warnings: &mut Vec<String>,
+) -> Result<(&'static str, Figure), Failure> {
     let path = first_data(args)?;
     let data = load(path, global)?;
     if args.figure == FigureName::Residuals && matches!(data, Data::Stiffness { .. }) {
-        return Err(CliError::NeedsReadings { data: path.display().to_string(), needs: "a figure of residuals" }.into());
+        return Err(CliError::NeedsReadings {
+            data: path.display().to_string(),
+            needs: "a figure of residuals",
+        }
+        .into());
     }
     let prepared = prepare(data, &args.model, Method::Regression)?;
     warnings.extend(prepared.warnings.iter().cloned());
-    let train = args.train.as_ref().map(|poses| poses.iter().map(|pose| PoseId::new(pose)).collect());
-    let options = FitOptions { train, ..FitOptions::default() };
-    let mechanism = prepared.chosen.robot.mechanism(Some(&prepared.chosen.mechanism))?;
-    let outcome = fit_cells(&prepared.chosen.robot, mechanism, &prepared.measured, &prepared.chosen.factors, &options)?;
+    let train = args
+        .train
+        .as_ref()
+        .map(|poses| poses.iter().map(|pose| PoseId::new(pose)).collect());
+    let options = FitOptions {
+        train,
+        ..FitOptions::default()
+    };
+    let mechanism = prepared
+        .chosen
+        .robot
+        .mechanism(Some(&prepared.chosen.mechanism))?;
+    let outcome = fit_cells(
+        &prepared.chosen.robot,
+        mechanism,
+        &prepared.measured,
+        &prepared.chosen.factors,
+        &options,
+    )?;
     if args.figure == FigureName::Residuals {
         return Ok(("residuals", residuals(&prepared, &outcome)?));
     }
@@ -78,7 +119,8 @@ fn of_fit(args: &PlotArgs, global: &Global, warnings: &mut Vec<String>) -> Resul
             Some(figure) => Ok(("correlation", figure)),
             None => Err(CliError::Argument {
                 argument: "correlation".to_owned(),
-                problem: "the data determine fewer than two factors, so there is no correlation".to_owned(),
+                problem: "the data determine fewer than two factors, so there is no correlation"
+                    .to_owned(),
                 help: Some("train on more poses".to_owned()),
             }
             .into()),
@@ -88,15 +130,24 @@ fn of_fit(args: &PlotArgs, global: &Global, warnings: &mut Vec<String>) -> Resul
 }
 
 /// Residuals of the readings behind a fit.
-pub fn residuals(prepared: &Prepared, outcome: &FitOutcome) -> Result<Figure, Failure> {
+pub(super) fn residuals(prepared: &Prepared, outcome: &FitOutcome) -> Result<Figure, Failure> {
     let Some((session, table)) = &prepared.session else {
-        return Err(CliError::NeedsReadings { data: "the data".to_owned(), needs: "a figure of residuals" }.into());
+        return Err(CliError::NeedsReadings {
+            data: "the data".to_owned(),
+            needs: "a figure of residuals",
+        }
+        .into());
     };
     let robot = &prepared.chosen.robot;
     let mechanism = robot.mechanism(Some(&prepared.chosen.mechanism))?;
     let cells: Vec<_> = outcome.cells.iter().map(|cell| cell.cell.clone()).collect();
     let mut model = CellModel::new(robot, mechanism, &cells)?;
-    Ok(residuals_figure(&mut model, outcome, &session.table, table)?)
+    Ok(residuals_figure(
+        &mut model,
+        outcome,
+        &session.table,
+        table,
+    )?)
 }
 
 fn workspace(args: &PlotArgs) -> Result<Figure, Failure> {
@@ -116,5 +167,9 @@ fn robot(args: &PlotArgs) -> Result<Figure, Failure> {
         },
     };
     predictor.place(&pose)?;
-    Ok(robot_figure(&mut predictor, &name, [args.force[0], args.force[1], args.force[2]]))
+    Ok(robot_figure(
+        &mut predictor,
+        &name,
+        [args.force[0], args.force[1], args.force[2]],
+    ))
 }

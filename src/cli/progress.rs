@@ -7,7 +7,7 @@ use indicatif::{ProgressBar, ProgressStyle};
 use super::args::{Global, ProgressMode};
 
 /// A bar, a line, or nothing, as the user wants it.
-pub fn progress(global: &Global, what: &str, steps: u64) -> ProgressBar {
+pub(super) fn progress(global: &Global, what: &str, steps: u64) -> ProgressBar {
     let terminal = std::io::stderr().is_terminal();
     let mode = match global.progress {
         _ if global.quiet => ProgressMode::None,

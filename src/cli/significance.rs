@@ -10,7 +10,7 @@ use super::failure::{CliError, Failure};
 use super::outcome::Outcome;
 
 /// Which constant matters where.
-pub fn run(args: &SignificanceArgs) -> Result<Outcome, Failure> {
+pub(super) fn run(args: &SignificanceArgs) -> Result<Outcome, Failure> {
     let chosen = choose(&args.model, None)?;
     let pose = match (&args.pose, chosen.robot.poses.first()) {
         (Some(pose), _) => PoseId::new(pose),
@@ -24,7 +24,11 @@ pub fn run(args: &SignificanceArgs) -> Result<Outcome, Failure> {
             .into());
         }
     };
-    let scope = if args.beams_only { Scope::Beams } else { Scope::All };
+    let scope = if args.beams_only {
+        Scope::Beams
+    } else {
+        Scope::All
+    };
     let mechanism = chosen.robot.mechanism(Some(&chosen.mechanism))?;
     let found = significance(&chosen.robot, mechanism, &pose, &chosen.factors, scope)?;
     let text = format!(
@@ -34,5 +38,8 @@ pub fn run(args: &SignificanceArgs) -> Result<Outcome, Failure> {
         chosen.factors_name,
         significance_with_sequence(&found)
     );
-    Ok(Outcome::new("significance", text, significance_json(&found)).with_warnings(chosen.robot.warnings.clone()))
+    Ok(
+        Outcome::new("significance", text, significance_json(&found))
+            .with_warnings(chosen.robot.warnings.clone()),
+    )
 }

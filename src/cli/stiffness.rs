@@ -9,10 +9,10 @@ use super::failure::Failure;
 use super::outcome::Outcome;
 
 /// Readings to stiffness.
-pub fn run(args: &StiffnessArgs, global: &Global) -> Result<Outcome, Failure> {
+pub(super) fn run(args: &StiffnessArgs, global: &Global) -> Result<Outcome, Failure> {
     let session = load_session(&args.data, &args.log, global)?;
     let branches = match args.branches {
-        BranchChoice::Loading => Branches::Loading,
+        BranchChoice::Loading => Branches::LoadingOnly,
         BranchChoice::Both => Branches::Both,
     };
     let table = session.stiffness(branches)?;
@@ -21,10 +21,14 @@ pub fn run(args: &StiffnessArgs, global: &Global) -> Result<Outcome, Failure> {
     let excluded = &session.table.excluded;
     let left_out = excluded.superseded.len() + excluded.rejected.len();
     if left_out > 0 {
-        warnings.push(format!("{left_out} reading(s) superseded or rejected do not count"));
+        warnings.push(format!(
+            "{left_out} reading(s) superseded or rejected do not count"
+        ));
     }
     let data = serde_json::to_value(&table).unwrap_or_default();
-    Ok(Outcome::new("stiffness", stiffness_text(&table, args.budget), data)
-        .with_warnings(warnings)
-        .with_strict_exit(u8::from(flagged)))
+    Ok(
+        Outcome::new("stiffness", stiffness_text(&table, args.budget), data)
+            .with_warnings(warnings)
+            .with_strict_exit(u8::from(flagged)),
+    )
 }

@@ -47,6 +47,7 @@ enum Refit {
 /// # Arguments
 /// - `measured`: the training cells with the regression stiffness of `table`.
 /// - `fitted`: where each refit starts.
+/// - `refitted`: called after each refit, for progress.
 ///
 /// # Errors
 /// [`FitError::LeastSquares`] if a cell has a single run.
@@ -58,8 +59,9 @@ pub fn bootstrap_cells(
     fitted: &FittingFactors,
     choice: &FactorChoice,
     settings: &BootstrapSettings,
+    refitted: &(dyn Fn() + Sync),
 ) -> Result<BootstrapIntervals, FitError> {
-    let set = choice.parameters(fitted)?;
+    let set = choice.parameters()?;
     let resampled = ResampledCells::new(table, measured);
     let strata: Vec<usize> = resampled.runs.iter().map(Vec::len).collect();
     let refits = LeastSquaresSettings::for_refits();
@@ -77,6 +79,7 @@ pub fn bootstrap_cells(
             let problem = problem.as_mut().ok_or(Refit::NotSetUp)?;
             resampled.draw(multiplicities, ln_stiffness);
             problem.set_measured(ln_stiffness);
+            refitted();
             let fit = minimise(problem, &set, &refits).map_err(|_| Refit::NotConverged)?;
             if !fit.termination.is_converged() {
                 return Err(Refit::NotConverged);

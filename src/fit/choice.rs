@@ -1,9 +1,7 @@
 //! Which fitting factors a fit may move.
 
+use super::cell_model::{FACTOR_NAMES, FACTORS};
 use crate::least_squares::{LeastSquaresError, Parameter, ParameterSet};
-use crate::robot::FittingFactors;
-
-use super::cell_model::{FACTOR_NAMES, FACTORS, factor_vector};
 
 /// What a fit does with one factor.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -64,26 +62,30 @@ pub fn factor_index(name: &str) -> Result<usize, NotAFactor> {
 }
 
 impl FactorChoice {
-    /// The logarithms of the factors as parameters of a fit.
+    /// The logarithms of the factors, relative to their start, as parameters of a fit.
     ///
     /// Logarithms, because a factor is a ratio: twice and half are equally far from one, and none can become negative.
     ///
     /// # Errors
     /// [`LeastSquaresError`] if ties go in a circle or no factor is free.
-    pub(super) fn parameters(
-        &self,
-        start: &FittingFactors,
-    ) -> Result<ParameterSet, LeastSquaresError> {
-        let start = factor_vector(start);
-        let [lower, upper] = self.range.map(f64::ln);
-        let parameters = (0..FACTORS)
-            .map(|i| match self.roles[i] {
-                FactorRole::Free => Parameter::free(FACTOR_NAMES[i], 0.0, lower, upper),
-                FactorRole::Fixed => Parameter::fixed(FACTOR_NAMES[i], 0.0),
-                FactorRole::TiedTo(other) => Parameter::tied(FACTOR_NAMES[i], other, 1.0),
-            })
-            .collect();
-        debug_assert!(start.iter().all(|factor| *factor > 0.0));
-        ParameterSet::new(parameters)
+    pub(super) fn parameters(&self) -> Result<ParameterSet, LeastSquaresError> {
+        self.set(0.0, self.range.map(f64::ln))
+    }
+
+    /// The factors relative to their start as parameters of a search.
+    ///
+    /// # Errors
+    /// As [`FactorChoice::parameters`].
+    pub(super) fn ratios(&self) -> Result<ParameterSet, LeastSquaresError> {
+        self.set(1.0, self.range)
+    }
+
+    fn set(&self, start: f64, [lower, upper]: [f64; 2]) -> Result<ParameterSet, LeastSquaresError> {
+        let parameter = |(i, role): (usize, &FactorRole)| match *role {
+            FactorRole::Free => Parameter::free(FACTOR_NAMES[i], start, lower, upper),
+            FactorRole::Fixed => Parameter::fixed(FACTOR_NAMES[i], start),
+            FactorRole::TiedTo(other) => Parameter::tied(FACTOR_NAMES[i], other, 1.0),
+        };
+        ParameterSet::new(self.roles.iter().enumerate().map(parameter).collect())
     }
 }

@@ -1,9 +1,10 @@
 //! The joint least-squares fit: all chosen cells at once, with intervals and a judgement on cells it did not see.
 
 use crate::least_squares::{
-    Bound, Covariance, CovarianceSettings, LeastSquaresError, LeastSquaresFit,
-    LeastSquaresSettings, ParameterSet, ParameterStatus, ProfileEnd, ProfileSettings, SigmaMode,
-    Termination, covariance, minimise, profile,
+    Bound, Covariance, CovarianceSettings, EvaluationFailure, JacobianView, LeastSquaresError,
+    LeastSquaresFit, LeastSquaresSettings, ParameterSet, ParameterStatus, ProfileEnd,
+    ProfileSettings, ResidualFunction, SearchOutcome, SearchSettings, SigmaMode, Termination,
+    covariance, minimise, profile, search_for_lower_minimum,
 };
 use crate::robot::{FittingFactors, Mechanism, Robot, RobotError};
 use crate::statistics::chi_squared_upper_tail;
@@ -119,7 +120,7 @@ pub fn fit_cells(
             train,
         });
     }
-    let set = options.choice.parameters(start)?;
+    let set = options.choice.parameters()?;
     let free = set.free_indices().len();
     if training.cells.len() < free {
         return Err(FitError::TooFewCells {
@@ -190,6 +191,67 @@ pub fn fit_cells(
     }
     add_warnings(&mut outcome, &fit);
     Ok(outcome)
+}
+
+/// Looks for factors that fit better than the minimum least squares finds from `start`: a particle swarm and a simplex within the bounds.
+///
+/// Returns the better factors, or `None` if none were found.
+///
+/// # Errors
+/// [`FitError`].
+pub fn find_lower_minimum(
+    robot: &Robot,
+    mechanism: &Mechanism,
+    training: &MeasuredStiffness,
+    start: &FittingFactors,
+    choice: &FactorChoice,
+    settings: &SearchSettings,
+) -> Result<Option<FittingFactors>, FitError> {
+    let set = choice.parameters()?;
+    let mut problem = JointProblem::new(robot, mechanism, training, start)?;
+    let fit = minimise(&mut problem, &set, &LeastSquaresSettings::default())?;
+    let ratios = choice.ratios()?;
+    let mut by_ratio = InRatios {
+        problem: &mut problem,
+    };
+    let search = search_for_lower_minimum(&mut by_ratio, &ratios, &fit, settings)?;
+    Ok(match search.outcome {
+        SearchOutcome::NoLowerMinimum { .. } => None,
+        SearchOutcome::LowerMinimum { fit } => {
+            let logarithms: Vec<f64> = fit.values.iter().map(|ratio| ratio.ln()).collect();
+            Some(problem.factors(&logarithms))
+        }
+    })
+}
+
+/// The joint problem in the ratios of the factors to their start instead of the logarithms: the search takes logarithms itself.
+struct InRatios<'p, 'a> {
+    problem: &'p mut JointProblem<'a>,
+}
+
+impl ResidualFunction for InRatios<'_, '_> {
+    fn residual_count(&self) -> usize {
+        self.problem.residual_count()
+    }
+
+    fn evaluate(
+        &mut self,
+        parameters: &[f64],
+        residuals: &mut [f64],
+        mut jacobian: Option<&mut JacobianView<'_>>,
+    ) -> Result<(), EvaluationFailure> {
+        let logarithms: Vec<f64> = parameters.iter().map(|ratio| ratio.ln()).collect();
+        self.problem
+            .evaluate(&logarithms, residuals, jacobian.as_deref_mut())?;
+        if let Some(jacobian) = jacobian {
+            for (parameter, ratio) in parameters.iter().enumerate() {
+                for entry in jacobian.column_mut(parameter).into_iter().flatten() {
+                    *entry /= ratio;
+                }
+            }
+        }
+        Ok(())
+    }
 }
 
 fn sigma_mode(options: &FitOptions, training: &MeasuredStiffness) -> SigmaMode {

@@ -26,7 +26,7 @@ pub use cell_model::{
 };
 pub use choice::{FactorChoice, FactorRole, NotAFactor, factor_index};
 pub use combine::combine;
-pub use fit_cells::{FitError, FitOptions, fit_cells};
+pub use fit_cells::{FitError, FitOptions, find_lower_minimum, fit_cells};
 pub use measured::{LnUncertainty, MeasuredCell, MeasuredStiffness, WeightBasis};
 pub use monte_carlo::{MonteCarloFit, MonteCarloSettings, MonteCarloStep, fit_in_sequence};
 pub use outcome::{

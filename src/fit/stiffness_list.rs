@@ -18,7 +18,9 @@ pub enum StiffnessListError {
     #[error("{file}: the columns are {found}; a list of stiffness values needs {expected}")]
     #[diagnostic(
         code(stiffbench::fit::stiffness_list_columns),
-        help("pose, direction and stiffness_N_per_um; or pose, direction, force_N and displacement_um")
+        help(
+            "pose, direction and stiffness_N_per_um; or pose, direction, force_N and displacement_um"
+        )
     )]
     Columns {
         /// Name of the file.
@@ -30,7 +32,10 @@ pub enum StiffnessListError {
     },
     /// A field that is not what its column holds.
     #[error("{file}:{line}: {column} is `{value}`, expected {expected}")]
-    #[diagnostic(code(stiffbench::fit::stiffness_list_value), help("correct this field; nothing of the file was used"))]
+    #[diagnostic(
+        code(stiffbench::fit::stiffness_list_value),
+        help("correct this field; nothing of the file was used")
+    )]
     Value {
         /// Name of the file.
         file: String,
@@ -55,7 +60,10 @@ pub enum StiffnessListError {
     },
     /// A cell with two stiffness values.
     #[error("{file}:{line}: {cell} has a stiffness already")]
-    #[diagnostic(code(stiffbench::fit::stiffness_list_duplicate), help("keep one row a cell, or give force and displacement"))]
+    #[diagnostic(
+        code(stiffbench::fit::stiffness_list_duplicate),
+        help("keep one row a cell, or give force and displacement")
+    )]
     Duplicate {
         /// Name of the file.
         file: String,
@@ -81,8 +89,14 @@ struct Columns {
 }
 
 enum Form {
-    Stiffness { value: usize, uncertainty: Option<usize> },
-    Displacement { force: usize, displacement: usize },
+    Stiffness {
+        value: usize,
+        uncertainty: Option<usize>,
+    },
+    Displacement {
+        force: usize,
+        displacement: usize,
+    },
 }
 
 /// Whether a header line is that of a list of stiffness values (and not of readings).
@@ -96,20 +110,36 @@ pub fn is_stiffness_list(header: &str) -> bool {
 ///
 /// # Errors
 /// [`StiffnessListError`] with file and line.
-pub fn read_stiffness_list(file: &str, text: &str) -> Result<MeasuredStiffness, StiffnessListError> {
+pub fn read_stiffness_list(
+    file: &str,
+    text: &str,
+) -> Result<MeasuredStiffness, StiffnessListError> {
     let text = text.strip_prefix('\u{feff}').unwrap_or(text);
-    let mut reader = csv::ReaderBuilder::new().trim(csv::Trim::All).comment(Some(b'#')).from_reader(text.as_bytes());
-    let failed = |source| StiffnessListError::Csv { file: file.to_owned(), source };
+    let mut reader = csv::ReaderBuilder::new()
+        .trim(csv::Trim::All)
+        .comment(Some(b'#'))
+        .from_reader(text.as_bytes());
+    let failed = |source| StiffnessListError::Csv {
+        file: file.to_owned(),
+        source,
+    };
     let columns = columns(file, reader.headers().map_err(failed)?)?;
     let mut sums: Vec<(Cell, Sums)> = Vec::new();
     let mut places: BTreeMap<Cell, usize> = BTreeMap::new();
     for record in reader.records() {
         let record = record.map_err(failed)?;
-        let row = Row { file, line: record.position().map_or(0, csv::Position::line), record: &record };
+        let row = Row {
+            file,
+            line: record.position().map_or(0, csv::Position::line),
+            record: &record,
+        };
         let direction: Direction = record[columns.direction]
             .parse()
             .map_err(|_| row.error("direction", columns.direction, "x, y or z"))?;
-        let cell = Cell { pose: PoseId::new(&record[columns.pose]), direction };
+        let cell = Cell {
+            pose: PoseId::new(&record[columns.pose]),
+            direction,
+        };
         if cell.pose.as_str().is_empty() {
             return Err(row.error("pose", columns.pose, "the name of a pose"));
         }
@@ -120,21 +150,30 @@ pub fn read_stiffness_list(file: &str, text: &str) -> Result<MeasuredStiffness, 
         sums[place].1.add(&row, &columns.form, &cell)?;
     }
     if sums.is_empty() {
-        return Err(StiffnessListError::Empty { file: file.to_owned() });
+        return Err(StiffnessListError::Empty {
+            file: file.to_owned(),
+        });
     }
     let stated = sums.iter().all(|(_, sums)| sums.ln_uncertainty.is_some());
     let measured = |(cell, sums): (Cell, Sums)| MeasuredCell {
         cell,
         stiffness_n_per_m: sums.force_displacement / sums.displacement_squared,
-        ln_uncertainty: sums.ln_uncertainty.filter(|_| stated).map(|own| LnUncertainty {
-            own,
-            force_calibration: 0.0,
-            displacement_calibration: 0.0,
-        }),
+        ln_uncertainty: sums
+            .ln_uncertainty
+            .filter(|_| stated)
+            .map(|own| LnUncertainty {
+                own,
+                force_calibration: 0.0,
+                displacement_calibration: 0.0,
+            }),
     };
     Ok(MeasuredStiffness {
         cells: sums.into_iter().map(measured).collect(),
-        basis: if stated { WeightBasis::Stated } else { WeightBasis::Equal },
+        basis: if stated {
+            WeightBasis::Stated
+        } else {
+            WeightBasis::Equal
+        },
         unusable: Vec::new(),
     })
 }
@@ -146,10 +185,24 @@ fn columns(file: &str, header: &csv::StringRecord) -> Result<Columns, StiffnessL
         found: header.iter().collect::<Vec<_>>().join(", "),
         expected,
     };
-    let form = match (find("stiffness_N_per_um"), find("force_N"), find("displacement_um")) {
-        (Some(value), _, _) => Form::Stiffness { value, uncertainty: find("u_N_per_um") },
-        (None, Some(force), Some(displacement)) => Form::Displacement { force, displacement },
-        _ => return Err(missing("stiffness_N_per_um, or force_N and displacement_um")),
+    let form = match (
+        find("stiffness_N_per_um"),
+        find("force_N"),
+        find("displacement_um"),
+    ) {
+        (Some(value), _, _) => Form::Stiffness {
+            value,
+            uncertainty: find("u_N_per_um"),
+        },
+        (None, Some(force), Some(displacement)) => Form::Displacement {
+            force,
+            displacement,
+        },
+        _ => {
+            return Err(missing(
+                "stiffness_N_per_um, or force_N and displacement_um",
+            ));
+        }
     };
     Ok(Columns {
         pose: find("pose").ok_or_else(|| missing("pose"))?,
@@ -166,7 +219,12 @@ struct Row<'a> {
 }
 
 impl Row<'_> {
-    fn error(&self, column: &'static str, place: usize, expected: &'static str) -> StiffnessListError {
+    fn error(
+        &self,
+        column: &'static str,
+        place: usize,
+        expected: &'static str,
+    ) -> StiffnessListError {
         StiffnessListError::Value {
             file: self.file.to_owned(),
             line: self.line,
@@ -178,7 +236,9 @@ impl Row<'_> {
 
     fn number(&self, column: &'static str, place: usize) -> Result<f64, StiffnessListError> {
         let value: Option<f64> = self.record.get(place).and_then(|text| text.parse().ok());
-        value.filter(|value| value.is_finite()).ok_or_else(|| self.error(column, place, "a number with a decimal point"))
+        value
+            .filter(|value| value.is_finite())
+            .ok_or_else(|| self.error(column, place, "a number with a decimal point"))
     }
 }
 
@@ -195,7 +255,11 @@ impl Sums {
         match *form {
             Form::Stiffness { value, uncertainty } => {
                 if self.displacement_squared > 0.0 {
-                    return Err(StiffnessListError::Duplicate { file: row.file.to_owned(), line: row.line, cell: cell.clone() });
+                    return Err(StiffnessListError::Duplicate {
+                        file: row.file.to_owned(),
+                        line: row.line,
+                        cell: cell.clone(),
+                    });
                 }
                 let stiffness = row.number("stiffness_N_per_um", value)?;
                 if stiffness <= 0.0 {
@@ -206,19 +270,31 @@ impl Sums {
                 if let Some(place) = uncertainty {
                     let u = row.number("u_N_per_um", place)?;
                     if u <= 0.0 {
-                        return Err(row.error("u_N_per_um", place, "a standard uncertainty above zero"));
+                        return Err(row.error(
+                            "u_N_per_um",
+                            place,
+                            "a standard uncertainty above zero",
+                        ));
                     }
                     self.ln_uncertainty = Some(u / stiffness);
                 }
             }
-            Form::Displacement { force, displacement } => {
+            Form::Displacement {
+                force,
+                displacement,
+            } => {
                 let force_n = row.number("force_N", force)?;
-                let displacement_m = row.number("displacement_um", displacement)? * METRES_PER_MICROMETRE;
+                let displacement_m =
+                    row.number("displacement_um", displacement)? * METRES_PER_MICROMETRE;
                 if force_n == 0.0 && displacement_m == 0.0 {
                     return Ok(());
                 }
                 if force_n * displacement_m <= 0.0 {
-                    return Err(row.error("displacement_um", displacement, "a displacement in the sense of the force"));
+                    return Err(row.error(
+                        "displacement_um",
+                        displacement,
+                        "a displacement in the sense of the force",
+                    ));
                 }
                 self.force_displacement += force_n * displacement_m;
                 self.displacement_squared += displacement_m * displacement_m;
@@ -234,10 +310,18 @@ mod tests {
 
     #[test]
     fn stiffness_with_and_without_uncertainty() {
-        let list = read_stiffness_list("k.csv", "pose,direction,stiffness_N_per_um\nP1,x,0.00902\nP1,y,0.02698\n").unwrap();
+        let list = read_stiffness_list(
+            "k.csv",
+            "pose,direction,stiffness_N_per_um\nP1,x,0.00902\nP1,y,0.02698\n",
+        )
+        .unwrap();
         assert_eq!(list.basis, WeightBasis::Equal);
         assert!((list.cells[1].stiffness_n_per_m - 26980.0).abs() < 1e-9);
-        let list = read_stiffness_list("k.csv", "pose,direction,stiffness_N_per_um,u_N_per_um\nP1,x,0.01,0.0001\n").unwrap();
+        let list = read_stiffness_list(
+            "k.csv",
+            "pose,direction,stiffness_N_per_um,u_N_per_um\nP1,x,0.01,0.0001\n",
+        )
+        .unwrap();
         assert!((list.cells[0].ln_uncertainty.unwrap().own - 0.01).abs() < 1e-15);
     }
 
@@ -254,11 +338,25 @@ mod tests {
     fn each_mistake_is_told_with_its_line() {
         let error = |text: &str| read_stiffness_list("k.csv", text).unwrap_err().to_string();
         assert!(error("pose,K\n").contains("the columns are pose, K"));
-        assert!(error("pose,direction,stiffness_N_per_um\nP1,w,1\n").contains("k.csv:2: direction is `w`"));
-        assert!(error("pose,direction,stiffness_N_per_um\nP1,x,1\nP1,x,2\n").contains("k.csv:3: P1 x has a stiffness already"));
-        assert!(error("pose,direction,stiffness_N_per_um\nP1,x,0\n").contains("expected a stiffness above zero"));
-        assert!(error("pose,direction,stiffness_N_per_um\nP1,x,nan\n").contains("expected a number"));
-        assert!(error("pose,direction,force_N,displacement_um\nP1,x,-50,3\n").contains("in the sense of the force"));
+        assert!(
+            error("pose,direction,stiffness_N_per_um\nP1,w,1\n")
+                .contains("k.csv:2: direction is `w`")
+        );
+        assert!(
+            error("pose,direction,stiffness_N_per_um\nP1,x,1\nP1,x,2\n")
+                .contains("k.csv:3: P1 x has a stiffness already")
+        );
+        assert!(
+            error("pose,direction,stiffness_N_per_um\nP1,x,0\n")
+                .contains("expected a stiffness above zero")
+        );
+        assert!(
+            error("pose,direction,stiffness_N_per_um\nP1,x,nan\n").contains("expected a number")
+        );
+        assert!(
+            error("pose,direction,force_N,displacement_um\nP1,x,-50,3\n")
+                .contains("in the sense of the force")
+        );
         assert!(error("pose,direction,stiffness_N_per_um\n").contains("has no rows"));
         assert!(error("pose,direction,stiffness_N_per_um\nP1,x\n").contains("line"));
     }

@@ -3,18 +3,38 @@
 use serde_json::{Value, json};
 
 use crate::quantity::NEWTON_PER_METRE_PER_NEWTON_PER_MICROMETRE as N_PER_UM;
-use crate::stiffness::{Agreement, Comparison, DECISION_RULE, NotCompared, format_value_uncertainty};
+use crate::stiffness::{
+    Agreement, Comparison, DECISION_RULE, NotCompared, format_value_uncertainty,
+};
 
 use super::text::{TextTable, significant};
 
 /// Differences cell by cell, and the verdict with its rule.
 #[must_use]
 pub fn comparison_text(comparison: &Comparison, a: &str, b: &str) -> String {
-    let mut rows = TextTable::new(&["pose", "direction", "K of A, N/um", "K of B, N/um", "B - A, N/um", "U", "dof", "|B - A|/U", "differs"]);
+    let mut rows = TextTable::new(&[
+        "pose",
+        "direction",
+        "K of A, N/um",
+        "K of B, N/um",
+        "B - A, N/um",
+        "U",
+        "dof",
+        "|B - A|/U",
+        "differs",
+    ]);
     for change in &comparison.changes {
-        let rounded = format_value_uncertainty(change.change_n_per_m / N_PER_UM, change.expanded_n_per_m / N_PER_UM);
+        let rounded = format_value_uncertainty(
+            change.change_n_per_m / N_PER_UM,
+            change.expanded_n_per_m / N_PER_UM,
+        );
         let (difference, uncertainty) = rounded.map_or_else(
-            || (significant(change.change_n_per_m / N_PER_UM, 3), "-".to_owned()),
+            || {
+                (
+                    significant(change.change_n_per_m / N_PER_UM, 3),
+                    "-".to_owned(),
+                )
+            },
             |rounded| (rounded.value, rounded.uncertainty),
         );
         rows.row([
@@ -24,17 +44,30 @@ pub fn comparison_text(comparison: &Comparison, a: &str, b: &str) -> String {
             significant(change.b_n_per_m / N_PER_UM, 5),
             difference,
             uncertainty,
-            if change.dof.is_finite() { significant(change.dof, 2) } else { "inf".to_owned() },
+            if change.dof.is_finite() {
+                significant(change.dof, 2)
+            } else {
+                "inf".to_owned()
+            },
             format!("{:.2}", change.en_ratio),
             if change.differs { "yes" } else { "" }.to_owned(),
         ]);
     }
-    let mut text = format!("A is {a}\nB is {b}\n\n{}\nU is the expanded uncertainty of the difference for 95 %.\n", rows.text());
+    let mut text = format!(
+        "A is {a}\nB is {b}\n\n{}\nU is the expanded uncertainty of the difference for 95 %.\n",
+        rows.text()
+    );
     for (cell, reason) in &comparison.not_compared {
-        text.push_str(&format!("not compared: {cell}: {}\n", reason_words(*reason)));
+        text.push_str(&format!(
+            "not compared: {cell}: {}\n",
+            reason_words(*reason)
+        ));
     }
     if let Some(overall) = &comparison.overall {
-        text.push_str(&format!("\nAll cells together: chi-squared {:.2} with {} degrees of freedom, p = {:.3}.\n", overall.chi_squared, overall.dof, overall.p));
+        text.push_str(&format!(
+            "\nAll cells together: chi-squared {:.2} with {} degrees of freedom, p = {:.3}.\n",
+            overall.chi_squared, overall.dof, overall.p
+        ));
     }
     let verdict = match comparison.agreement {
         Agreement::Agrees => "The sessions agree.",

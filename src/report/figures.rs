@@ -2,10 +2,11 @@
 
 use crate::fit::{CellModel, FactorStatus, FitOutcome};
 use crate::plot::{
-    Bar, ComparedCell, Correlation, DrawnFactor, DrawnMember, DrawnNode, FactorFate, FactorIntervals, Figure, FittedLine,
-    LoadCurvePoints, LoadDisplacement, LoadPoint, NamedPoint, ResidualMeasure, ResidualPoint, Residuals, RobotDrawing,
-    SessionCurves, StiffnessComparison, WorkspaceProjection, correlation, factor_intervals, load_displacement, residuals,
-    robot_pose, stiffness_comparison, workspace,
+    Bar, ComparedCell, Correlation, DrawnFactor, DrawnMember, DrawnNode, FactorFate,
+    FactorIntervals, Figure, FittedLine, LoadCurvePoints, LoadDisplacement, LoadPoint, NamedPoint,
+    ResidualMeasure, ResidualPoint, Residuals, RobotDrawing, SessionCurves, StiffnessComparison,
+    WorkspaceProjection, correlation, factor_intervals, load_displacement, residuals, robot_pose,
+    stiffness_comparison, workspace,
 };
 use crate::readings::ReadingTable;
 use crate::robot::{ElementClass, Predictor, RobotError};
@@ -19,7 +20,10 @@ pub fn load_displacement_figure(sessions: &[(&str, &StiffnessTable)]) -> Figure 
         bar: Bar::StandardDeviation,
         sessions: sessions
             .iter()
-            .map(|(name, table)| SessionCurves { name: (*name).to_owned(), curves: table.cells.iter().map(curve).collect() })
+            .map(|(name, table)| SessionCurves {
+                name: (*name).to_owned(),
+                curves: table.cells.iter().map(curve).collect(),
+            })
             .collect(),
     })
 }
@@ -60,7 +64,11 @@ pub struct FitFigures {
 
 /// Measured against predicted stiffness, factors, correlation.
 #[must_use]
-pub fn fit_figures(outcome: &FitOutcome, table: Option<&StiffnessTable>, range: [f64; 2]) -> FitFigures {
+pub fn fit_figures(
+    outcome: &FitOutcome,
+    table: Option<&StiffnessTable>,
+    range: [f64; 2],
+) -> FitFigures {
     let cells = outcome.cells.iter().map(|cell| {
         let row = table.and_then(|table| table.cell(&cell.cell));
         let interval = cell.ln_uncertainty.map(|u| {
@@ -81,8 +89,11 @@ pub fn fit_figures(outcome: &FitOutcome, table: Option<&StiffnessTable>, range: 
         name: estimate.name.to_owned(),
         value: estimate.value,
         ci95: estimate.interval_95,
-        bounds: (!matches!(estimate.status, FactorStatus::Fixed | FactorStatus::Tied { .. }))
-            .then(|| range.map(|share| share * estimate.start)),
+        bounds: (!matches!(
+            estimate.status,
+            FactorStatus::Fixed | FactorStatus::Tied { .. }
+        ))
+        .then(|| range.map(|share| share * estimate.start)),
         fate: match estimate.status {
             FactorStatus::Free => FactorFate::Free,
             FactorStatus::Fixed => FactorFate::Fixed,
@@ -96,7 +107,9 @@ pub fn fit_figures(outcome: &FitOutcome, table: Option<&StiffnessTable>, range: 
             prediction: format!("fitted model of mechanism {}", outcome.mechanism),
             cells: cells.collect(),
         }),
-        factors: factor_intervals(&FactorIntervals { factors: drawn.collect() }),
+        factors: factor_intervals(&FactorIntervals {
+            factors: drawn.collect(),
+        }),
         correlation: correlation_figure(outcome),
     }
 }
@@ -104,7 +117,10 @@ pub fn fit_figures(outcome: &FitOutcome, table: Option<&StiffnessTable>, range: 
 /// Correlations of the fitted factors.
 #[must_use]
 pub fn correlation_figure(outcome: &FitOutcome) -> Option<Figure> {
-    let found = outcome.correlation.as_ref().filter(|correlation| correlation.names.len() > 1)?;
+    let found = outcome
+        .correlation
+        .as_ref()
+        .filter(|correlation| correlation.names.len() > 1)?;
     Some(correlation(&Correlation {
         names: found.names.iter().map(|name| (*name).to_owned()).collect(),
         matrix: found.matrix.clone(),
@@ -123,10 +139,22 @@ pub fn residuals_figure(
 ) -> Result<Figure, RobotError> {
     let stiffness = model.stiffness(&outcome.factors)?;
     let mut points = Vec::new();
-    for (sequence, reading) in readings.readings.iter().enumerate().filter(|(_, reading)| reading.is_accepted()) {
+    for (sequence, reading) in readings
+        .readings
+        .iter()
+        .enumerate()
+        .filter(|(_, reading)| reading.is_accepted())
+    {
         let cell = reading.cell();
-        let Some(place) = model.cells().iter().position(|known| *known == cell) else { continue };
-        points.push((sequence, reading, cell, reading.displacement_m - reading.force_n / stiffness[place]));
+        let Some(place) = model.cells().iter().position(|known| *known == cell) else {
+            continue;
+        };
+        points.push((
+            sequence,
+            reading,
+            cell,
+            reading.displacement_m - reading.force_n / stiffness[place],
+        ));
     }
     // A run's zero is not the model's business: the mean residual of each gauge zero is taken off.
     let mut zeros = vec![(0.0, 0.0); readings.zeros.len()];
@@ -135,10 +163,17 @@ pub fn residuals_figure(
         *zero = (zero.0 + residual, zero.1 + 1.0);
     }
     let flagged = |reading: &crate::readings::Reading| {
-        table.cell(&reading.cell()).is_some_and(|row| row.flags.iter().any(|flag| flags_reading(flag, reading.seq)))
+        table.cell(&reading.cell()).is_some_and(|row| {
+            row.flags
+                .iter()
+                .any(|flag| flags_reading(flag, reading.seq))
+        })
     };
     Ok(residuals(&Residuals {
-        prediction: format!("fitted model of mechanism {}, mean of each gauge zero taken off", outcome.mechanism),
+        prediction: format!(
+            "fitted model of mechanism {}, mean of each gauge zero taken off",
+            outcome.mechanism
+        ),
         measure: ResidualMeasure::Micrometres,
         points: points
             .iter()
@@ -165,9 +200,16 @@ fn flags_reading(flag: &Flag, seq: u32) -> bool {
 
 /// The workspace on the (z, y) plane.
 #[must_use]
-pub fn workspace_figure(points_z_y_m: Vec<[f64; 2]>, extremes: Vec<(String, [f64; 2])>, stated: Vec<(String, [f64; 2])>) -> Figure {
+pub fn workspace_figure(
+    points_z_y_m: Vec<[f64; 2]>,
+    extremes: Vec<(String, [f64; 2])>,
+    stated: Vec<(String, [f64; 2])>,
+) -> Figure {
     let named = |points: Vec<(String, [f64; 2])>| {
-        points.into_iter().map(|(name, [z_m, y_m])| NamedPoint { name, z_m, y_m }).collect()
+        points
+            .into_iter()
+            .map(|(name, [z_m, y_m])| NamedPoint { name, z_m, y_m })
+            .collect()
     };
     workspace(&WorkspaceProjection {
         points_z_y_m,
@@ -185,7 +227,10 @@ pub fn robot_figure(predictor: &mut Predictor<'_>, pose: &str, force_n: [f64; 3]
     let (solver, model) = predictor.parts();
     let structure = model.structure();
     let [fx, fy, fz] = force_n;
-    let response = solver.respond(structure, &[(structure.end.clone(), [fx, fy, fz, 0.0, 0.0, 0.0])]);
+    let response = solver.respond(
+        structure,
+        &[(structure.end.clone(), [fx, fy, fz, 0.0, 0.0, 0.0])],
+    );
     let rotation_at = |end: &Attachment| -> [f64; 3] {
         let [.., rx, ry, rz] = response.nodes[end.node];
         end.hinges.iter().fold([rx, ry, rz], |rotation, &hinge| {
@@ -193,22 +238,38 @@ pub fn robot_figure(predictor: &mut Predictor<'_>, pose: &str, force_n: [f64; 3]
             std::array::from_fn(|i| rotation[i] + response.hinges_rad[hinge] * axis[i])
         })
     };
-    let nodes = structure.nodes.iter().zip(&response.nodes).map(|(node, [ux, uy, uz, ..])| DrawnNode {
-        name: node.name.to_string(),
-        position_m: node.position_m,
-        displacement_m: [*ux, *uy, *uz],
-    });
-    let members = structure.elements.iter().zip(model.members()).map(|(element, member)| DrawnMember {
-        nodes: [element.ends[0].node, element.ends[1].node],
-        rotations_rad: [rotation_at(&element.ends[0]), rotation_at(&element.ends[1])],
-        chain: member.chain.clone(),
-        is_link: member.class == ElementClass::Link,
-    });
+    let nodes = structure
+        .nodes
+        .iter()
+        .zip(&response.nodes)
+        .map(|(node, [ux, uy, uz, ..])| DrawnNode {
+            name: node.name.to_string(),
+            position_m: node.position_m,
+            displacement_m: [*ux, *uy, *uz],
+        });
+    let members = structure
+        .elements
+        .iter()
+        .zip(model.members())
+        .map(|(element, member)| DrawnMember {
+            nodes: [element.ends[0].node, element.ends[1].node],
+            rotations_rad: [rotation_at(&element.ends[0]), rotation_at(&element.ends[1])],
+            chain: member.chain.clone(),
+            is_link: member.class == ElementClass::Link,
+        });
     robot_pose(&RobotDrawing {
-        name: format!("{}, mechanism {}, pose {pose}", model.robot().name, model.mechanism().name),
+        name: format!(
+            "{}, mechanism {}, pose {pose}",
+            model.robot().name,
+            model.mechanism().name
+        ),
         nodes: nodes.collect(),
         members: members.collect(),
-        supports: structure.supports.iter().map(|support| support.node).collect(),
+        supports: structure
+            .supports
+            .iter()
+            .map(|support| support.node)
+            .collect(),
         end: structure.end.node,
         force_n: Some(force_n),
     })

@@ -3,7 +3,8 @@
 use serde_json::{Value, json};
 
 use crate::fit::{
-    FactorEstimate, FactorStatus, FitMethod, FitOutcome, FittedCell, MonteCarloFit, PaperFit, PoseFit, WeightBasis,
+    FactorEstimate, FactorStatus, FitMethod, FitOutcome, FittedCell, MonteCarloFit, PaperFit,
+    PoseFit, WeightBasis,
 };
 use crate::least_squares::SigmaMode;
 use crate::quantity::{NEWTON_PER_METRE_PER_NEWTON_PER_MICROMETRE as N_PER_UM, Reported};
@@ -16,7 +17,17 @@ use super::text::{TextTable, interval, significant};
 #[must_use]
 pub fn fit_json(outcome: &FitOutcome) -> Value {
     let class = |first: usize| -> Value {
-        let of = |estimate: &FactorEstimate| (estimate.name.rsplit('.').next().unwrap_or(estimate.name).to_owned(), factor_json(estimate));
+        let of = |estimate: &FactorEstimate| {
+            (
+                estimate
+                    .name
+                    .rsplit('.')
+                    .next()
+                    .unwrap_or(estimate.name)
+                    .to_owned(),
+                factor_json(estimate),
+            )
+        };
         Value::Object(outcome.estimates[first..first + 4].iter().map(of).collect())
     };
     json!({
@@ -38,7 +49,9 @@ pub fn fit_json(outcome: &FitOutcome) -> Value {
 
 fn factor_json(estimate: &FactorEstimate) -> Value {
     let words = match &estimate.status {
-        FactorStatus::AtBound { words, .. } | FactorStatus::NotIdentified { words } => Some(words.clone()),
+        FactorStatus::AtBound { words, .. } | FactorStatus::NotIdentified { words } => {
+            Some(words.clone())
+        }
         FactorStatus::Tied { to } => Some(format!("in proportion to {to}")),
         FactorStatus::Free | FactorStatus::Fixed => None,
     };
@@ -70,8 +83,16 @@ fn cell_json(cell: &FittedCell) -> Value {
 /// Factors, cells, and what to think of them.
 #[must_use]
 pub fn fit_text(outcome: &FitOutcome) -> String {
-    let mut text = format!("Mechanism {}, {}, {}.\n\n", outcome.mechanism, method_words(outcome.method), outcome.termination);
-    let bootstrap = outcome.estimates.iter().any(|estimate| estimate.bootstrap_interval_95.is_some());
+    let mut text = format!(
+        "Mechanism {}, {}, {}.\n\n",
+        outcome.mechanism,
+        method_words(outcome.method),
+        outcome.termination
+    );
+    let bootstrap = outcome
+        .estimates
+        .iter()
+        .any(|estimate| estimate.bootstrap_interval_95.is_some());
     let mut heads = vec!["factor", "start", "value", "95 % interval", "status"];
     if bootstrap {
         heads.insert(4, "95 %, runs drawn again");
@@ -105,13 +126,18 @@ pub fn fit_text(outcome: &FitOutcome) -> String {
 fn words(outcome: &FitOutcome) -> String {
     let mut text = String::new();
     for estimate in &outcome.estimates {
-        if let FactorStatus::AtBound { words, .. } | FactorStatus::NotIdentified { words } = &estimate.status {
+        if let FactorStatus::AtBound { words, .. } | FactorStatus::NotIdentified { words } =
+            &estimate.status
+        {
             text.push_str(&format!("{}: {words}.\n", estimate.name));
         }
     }
     for advice in &outcome.advice {
         let percent = |ln: f64| format!("{:.0} %", 100.0 * (ln.exp() - 1.0));
-        let (now, then) = (percent(advice.ln_uncertainty_now), percent(advice.ln_uncertainty_then));
+        let (now, then) = (
+            percent(advice.ln_uncertainty_now),
+            percent(advice.ln_uncertainty_then),
+        );
         text.push_str(&if advice.helps() {
             format!(
                 "{}: a further measurement along {} at {} would help most (standard uncertainty {now} now, {then} then).\n",
@@ -130,39 +156,72 @@ fn words(outcome: &FitOutcome) -> String {
             for (j, b) in correlation.names.iter().enumerate().skip(i + 1) {
                 let rho = correlation.matrix[i][j];
                 if rho.abs() > 0.95 {
-                    text.push_str(&format!("{a} and {b} can hardly be told apart: correlation {rho:+.3}.\n"));
+                    text.push_str(&format!(
+                        "{a} and {b} can hardly be told apart: correlation {rho:+.3}.\n"
+                    ));
                 }
             }
         }
     }
-    if text.is_empty() { text } else { format!("\n{text}") }
+    if text.is_empty() {
+        text
+    } else {
+        format!("\n{text}")
+    }
 }
 
 fn agreement_text(outcome: &FitOutcome) -> String {
-    let Some(agreement) = &outcome.agreement else { return String::new() };
+    let Some(agreement) = &outcome.agreement else {
+        return String::new();
+    };
     let sigma = match agreement.sigma {
         SigmaMode::Known => "uncertainties of the stiffnesses taken as known",
         SigmaMode::Estimated => "scatter about the fit taken as the uncertainty of the stiffnesses",
     };
     let basis = match agreement.basis {
         WeightBasis::Pooled { run_slope_sd, dof } => {
-            format!("weights from scatter pooled over the cells (slope from run to run {:.2} %, {dof:.0} degrees of freedom)", 100.0 * run_slope_sd)
+            format!(
+                "weights from scatter pooled over the cells (slope from run to run {:.2} %, {dof:.0} degrees of freedom)",
+                100.0 * run_slope_sd
+            )
         }
         WeightBasis::EachCell => "weights from each cell's own scatter".to_owned(),
         WeightBasis::Stated => "weights from the stated uncertainties".to_owned(),
         WeightBasis::Equal => "equal weights".to_owned(),
     };
-    let chi = agreement.reduced_chi_squared.map_or_else(String::new, |chi| match agreement.p_value {
-        Some(p) => format!("; reduced chi-squared {chi:.3} with {} degrees of freedom (p = {p:.2})", agreement.dof),
-        None => format!("; scatter about the fit {:.2} % with {} degrees of freedom", 100.0 * chi.sqrt(), agreement.dof),
-    });
+    let chi = agreement
+        .reduced_chi_squared
+        .map_or_else(String::new, |chi| match agreement.p_value {
+            Some(p) => format!(
+                "; reduced chi-squared {chi:.3} with {} degrees of freedom (p = {p:.2})",
+                agreement.dof
+            ),
+            None => format!(
+                "; scatter about the fit {:.2} % with {} degrees of freedom",
+                100.0 * chi.sqrt(),
+                agreement.dof
+            ),
+        });
     format!("\nIntervals: profile likelihood, {sigma}; {basis}{chi}.\n")
 }
 
 fn cells_text(outcome: &FitOutcome) -> String {
-    let left_out = outcome.cells.iter().any(|cell| cell.predicted_without_its_pose_n_per_m.is_some());
-    let mut heads = vec!["pose", "direction", "measured, N/um", "predicted, N/um", "predicted/measured, %"];
-    heads.push(if left_out { "without its pose, %" } else { "held out" });
+    let left_out = outcome
+        .cells
+        .iter()
+        .any(|cell| cell.predicted_without_its_pose_n_per_m.is_some());
+    let mut heads = vec![
+        "pose",
+        "direction",
+        "measured, N/um",
+        "predicted, N/um",
+        "predicted/measured, %",
+    ];
+    heads.push(if left_out {
+        "without its pose, %"
+    } else {
+        "held out"
+    });
     let mut rows = TextTable::new(&heads);
     for cell in &outcome.cells {
         rows.row([
@@ -172,8 +231,10 @@ fn cells_text(outcome: &FitOutcome) -> String {
             significant(cell.predicted_n_per_m / N_PER_UM, 4),
             format!("{:.2}", cell.ratio_percent()),
             if left_out {
-                cell.predicted_without_its_pose_n_per_m
-                    .map_or_else(|| "-".to_owned(), |k| format!("{:.2}", 100.0 * k / cell.measured_n_per_m))
+                cell.predicted_without_its_pose_n_per_m.map_or_else(
+                    || "-".to_owned(),
+                    |k| format!("{:.2}", 100.0 * k / cell.measured_n_per_m),
+                )
             } else if cell.held_out {
                 "yes".to_owned()
             } else {
@@ -184,8 +245,14 @@ fn cells_text(outcome: &FitOutcome) -> String {
     let mut text = rows.text();
     if let Some(worst) = outcome.max_error_percent() {
         let unseen = outcome.judged_cells().count() < outcome.cells.len() || left_out;
-        let which = if unseen { "cells the fit did not see" } else { "cells of the fit itself" };
-        text.push_str(&format!("\nLargest error over the {which}: {worst:.2} %.\n"));
+        let which = if unseen {
+            "cells the fit did not see"
+        } else {
+            "cells of the fit itself"
+        };
+        text.push_str(&format!(
+            "\nLargest error over the {which}: {worst:.2} %.\n"
+        ));
     }
     text
 }
@@ -232,23 +299,45 @@ pub fn paper_steps_json(fit: &PaperFit) -> Value {
 /// The nine steps for people, up to the combination; step 9 is [`fit_text`].
 #[must_use]
 pub fn paper_steps_text(fit: &PaperFit) -> String {
-    let mut text = format!("Step 1. Objective: a multi-source (M-FSD) model of mechanism {}.\n", fit.outcome.mechanism);
+    let mut text = format!(
+        "Step 1. Objective: a multi-source (M-FSD) model of mechanism {}.\n",
+        fit.outcome.mechanism
+    );
     if let Some(name) = &fit.single_source_given {
-        text.push_str(&format!("\nSteps 2 to 4. Single-source (S-FSD) factors as given: {name} {}.\n", factors_text(fit.single_source_factors.beam)));
+        text.push_str(&format!(
+            "\nSteps 2 to 4. Single-source (S-FSD) factors as given: {name} {}.\n",
+            factors_text(fit.single_source_factors.beam)
+        ));
     } else {
-        text.push_str("\nSteps 2 to 4. Single-source (S-FSD) fits to the reference, beams and links alike.\n");
+        text.push_str(
+            "\nSteps 2 to 4. Single-source (S-FSD) fits to the reference, beams and links alike.\n",
+        );
         for pose in &fit.single_source {
             text.push_str(&pose_text(pose));
         }
-        text.push_str(&format!("\nCombined: {}.\n", factors_text(fit.single_source_factors.beam)));
+        text.push_str(&format!(
+            "\nCombined: {}.\n",
+            factors_text(fit.single_source_factors.beam)
+        ));
     }
-    text.push_str(&format!("\nStep 5. Beams and links part. Links keep {}.\n", factors_text(fit.start.link)));
+    text.push_str(&format!(
+        "\nStep 5. Beams and links part. Links keep {}.\n",
+        factors_text(fit.start.link)
+    ));
     text.push_str("\nSteps 6 and 7. Multi-source fits of the beams to the measured stiffness.\n");
     for pose in &fit.multi_source {
         text.push_str(&pose_text(pose));
     }
-    let weights = fit.multi_source.iter().map(|pose| format!("{} {}", pose.pose, pose.weight)).collect::<Vec<_>>().join(", ");
-    text.push_str(&format!("\nStep 8. Weighted combination ({weights}): beams {}.\n", factors_text(fit.outcome.factors.beam)));
+    let weights = fit
+        .multi_source
+        .iter()
+        .map(|pose| format!("{} {}", pose.pose, pose.weight))
+        .collect::<Vec<_>>()
+        .join(", ");
+    text.push_str(&format!(
+        "\nStep 8. Weighted combination ({weights}): beams {}.\n",
+        factors_text(fit.outcome.factors.beam)
+    ));
     text.push_str("\nStep 9. Validation.\n\n");
     text
 }
@@ -266,10 +355,24 @@ fn pose_text(pose: &PoseFit) -> String {
 /// The last pass of the trials.
 fn trials_text(fit: &MonteCarloFit) -> String {
     let last = fit.steps.iter().map(|step| step.pass).max().unwrap_or(0);
-    let steps = fit.steps.iter().filter(|step| step.pass == last).map(|step| {
-        format!("a_{} = {} (displacement {} at {:.2} % of the wanted one)", step.property.name(), significant(step.value, 4), step.direction, 100.0 * step.displacement_ratio)
-    });
-    format!("Trials: {} structures solved; pass {last}: {}.\n", fit.evaluations, steps.collect::<Vec<_>>().join(", "))
+    let steps = fit
+        .steps
+        .iter()
+        .filter(|step| step.pass == last)
+        .map(|step| {
+            format!(
+                "a_{} = {} (displacement {} at {:.2} % of the wanted one)",
+                step.property.name(),
+                significant(step.value, 4),
+                step.direction,
+                100.0 * step.displacement_ratio
+            )
+        });
+    format!(
+        "Trials: {} structures solved; pass {last}: {}.\n",
+        fit.evaluations,
+        steps.collect::<Vec<_>>().join(", ")
+    )
 }
 
 fn factors_text(factors: [f64; 4]) -> String {
@@ -280,6 +383,8 @@ fn factors_text(factors: [f64; 4]) -> String {
 /// A factor set as the TOML that robot files and `--factors` take.
 #[must_use]
 pub fn factors_toml(factors: &FittingFactors) -> String {
-    let class = |name: &str, [a, iy, iz, j]: [f64; 4]| format!("{name} = {{ A = {a:?}, Iy = {iy:?}, Iz = {iz:?}, J = {j:?} }}\n");
+    let class = |name: &str, [a, iy, iz, j]: [f64; 4]| {
+        format!("{name} = {{ A = {a:?}, Iy = {iy:?}, Iz = {iz:?}, J = {j:?} }}\n")
+    };
     class("beam", factors.beam) + &class("link", factors.link)
 }

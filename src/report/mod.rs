@@ -13,11 +13,14 @@ mod text;
 
 pub use compare::{comparison_json, comparison_text};
 pub use figures::{
-    FitFigures, correlation_figure, fit_figures, load_displacement_figure, residuals_figure, robot_figure, workspace_figure,
+    FitFigures, correlation_figure, fit_figures, load_displacement_figure, residuals_figure,
+    robot_figure, workspace_figure,
 };
 pub use fit::{factors_toml, fit_json, fit_text, paper_steps_json, paper_steps_text};
 pub use paper::{PaperReport, paper_report};
-pub use robot::{compliance_json, compliance_text, mobility_json, mobility_text, robot_json, robot_text};
+pub use robot::{
+    compliance_json, compliance_text, mobility_json, mobility_text, robot_json, robot_text,
+};
 pub use significance::{significance_json, significance_with_sequence};
 pub use stiffness::stiffness_text;
 pub use text::{TextTable, significant};

@@ -19,7 +19,12 @@ pub fn robot_text(robot: &Robot) -> String {
         robot.members.len(),
         robot.sections.len(),
         robot.nodes[robot.end].name,
-        robot.supports.iter().map(|&node| robot.nodes[node].name.to_string()).collect::<Vec<_>>().join(", ")
+        robot
+            .supports
+            .iter()
+            .map(|&node| robot.nodes[node].name.to_string())
+            .collect::<Vec<_>>()
+            .join(", ")
     );
     let mut rows = TextTable::new(&["mechanism", "chains", "elements", "joints"]);
     for mechanism in robot.mechanisms.values() {
@@ -41,21 +46,34 @@ pub fn robot_text(robot: &Robot) -> String {
         ]);
     }
     text.push_str(&format!("\n{}", rows.text()));
-    let heads: Vec<&str> = std::iter::once("pose").chain(robot.variables.iter().map(|v| v.name.as_str())).collect();
+    let heads: Vec<&str> = std::iter::once("pose")
+        .chain(robot.variables.iter().map(|v| v.name.as_str()))
+        .collect();
     let mut rows = TextTable::new(&heads);
     for named in &robot.poses {
-        rows.row(std::iter::once(named.id.to_string()).chain(named.pose.angles_deg.iter().map(f64::to_string)));
+        rows.row(
+            std::iter::once(named.id.to_string())
+                .chain(named.pose.angles_deg.iter().map(f64::to_string)),
+        );
     }
     text.push_str(&format!("\n{}", rows.text()));
     let sets = robot.factors.keys().cloned().collect::<Vec<_>>().join(", ");
-    text.push_str(&format!("\nFactor sets: {}.\n", if sets.is_empty() { "none" } else { &sets }));
+    text.push_str(&format!(
+        "\nFactor sets: {}.\n",
+        if sets.is_empty() { "none" } else { &sets }
+    ));
     text
 }
 
 /// The same for programs.
 #[must_use]
 pub fn robot_json(robot: &Robot) -> Value {
-    let names = |nodes: &[usize]| nodes.iter().map(|&node| robot.nodes[node].name.to_string()).collect::<Vec<_>>();
+    let names = |nodes: &[usize]| {
+        nodes
+            .iter()
+            .map(|&node| robot.nodes[node].name.to_string())
+            .collect::<Vec<_>>()
+    };
     let mechanisms: Vec<Value> = robot
         .mechanisms
         .values()
@@ -73,8 +91,11 @@ pub fn robot_json(robot: &Robot) -> Value {
         .iter()
         .map(|v| json!({ "name": v.name, "min_deg": v.min_deg, "max_deg": v.max_deg, "nominal_deg": v.nominal_deg }))
         .collect();
-    let poses: Vec<Value> =
-        robot.poses.iter().map(|named| json!({ "name": named.id, "angles_deg": named.pose.angles_deg })).collect();
+    let poses: Vec<Value> = robot
+        .poses
+        .iter()
+        .map(|named| json!({ "name": named.id, "angles_deg": named.pose.angles_deg }))
+        .collect();
     json!({
         "name": robot.name,
         "bodies": robot.bodies.len(),
@@ -102,13 +123,24 @@ pub fn mobility_text(chains: &[ChainMobility], mechanisms: &[(String, Mobility)]
             chain.overconstraints.to_string(),
             chain.redundant_constraints.to_string(),
             chain.general_constraints.to_string(),
-            if chain.host { "(2) and (3)" } else { "(4) and (5)" }.to_owned(),
+            if chain.host {
+                "(2) and (3)"
+            } else {
+                "(4) and (5)"
+            }
+            .to_owned(),
             chain.freedoms.to_string(),
         ]);
     }
     let total: i64 = chains.iter().map(|chain| chain.freedoms).sum();
     let mut text = format!("{}\nTotal by eq. (1): F = {total}.\n\n", rows.text());
-    let mut rows = TextTable::new(&["mechanism", "joints", "loops", "rank of 6 x loops conditions", "freedoms"]);
+    let mut rows = TextTable::new(&[
+        "mechanism",
+        "joints",
+        "loops",
+        "rank of 6 x loops conditions",
+        "freedoms",
+    ]);
     for (name, mobility) in mechanisms {
         rows.row([
             name.clone(),
@@ -143,17 +175,28 @@ pub fn compliance_text(compliance: &Compliance6) -> String {
     let heads: Vec<&str> = std::iter::once("").chain(LOADS).collect();
     let mut rows = TextTable::new(&heads);
     for (name, row) in DISPLACEMENTS.iter().zip(&compliance.0) {
-        rows.row(std::iter::once((*name).to_owned()).chain(row.iter().map(|entry| format!("{entry:.6e}"))));
+        rows.row(
+            std::iter::once((*name).to_owned())
+                .chain(row.iter().map(|entry| format!("{entry:.6e}"))),
+        );
     }
     let stiffness = [0, 1, 2].map(|i| significant(1e-6 / compliance.direct(i), 5));
-    format!("{}\nSI: m/N, rad/N, m/(N*m), rad/(N*m). Stiffness along x, y, z: {} N/um.\n", rows.text(), stiffness.join(", "))
+    format!(
+        "{}\nSI: m/N, rad/N, m/(N*m), rad/(N*m). Stiffness along x, y, z: {} N/um.\n",
+        rows.text(),
+        stiffness.join(", ")
+    )
 }
 
 /// The same for programs, with the nodes.
 #[must_use]
 pub fn compliance_json(compliance: &Compliance6, model: &MechanismModel<'_>) -> Value {
-    let nodes: serde_json::Map<String, Value> =
-        model.structure().nodes.iter().map(|node| (node.name.to_string(), json!(node.position_m))).collect();
+    let nodes: serde_json::Map<String, Value> = model
+        .structure()
+        .nodes
+        .iter()
+        .map(|node| (node.name.to_string(), json!(node.position_m)))
+        .collect();
     json!({
         "compliance": compliance.0,
         "rows": DISPLACEMENTS,

@@ -12,20 +12,42 @@ use super::text::{TextTable, significant};
 #[must_use]
 pub fn significance_text(significance: &Significance) -> String {
     let mut rows = TextTable::new(&[
-        "constant", "x: % left", "y: % left", "z: % left", "x: share, %", "y: share, %", "z: share, %",
+        "constant",
+        "x: % left",
+        "y: % left",
+        "z: % left",
+        "x: share, %",
+        "y: share, %",
+        "z: share, %",
     ]);
     for property in Property::ALL {
-        let (left, share) = (significance.remaining[property.index()], significance.shares[property.index()]);
-        let cells = left.iter().chain(&share).map(|part| format!("{:.2}", 100.0 * part));
+        let (left, share) = (
+            significance.remaining[property.index()],
+            significance.shares[property.index()],
+        );
+        let cells = left
+            .iter()
+            .chain(&share)
+            .map(|part| format!("{:.2}", 100.0 * part));
         rows.row(std::iter::once(property.name().to_owned()).chain(cells));
     }
     if significance.scope == Scope::Beams {
         let none = ["", "", ""].map(str::to_owned);
-        let others = significance.share_of_others.map(|part| format!("{:.2}", 100.0 * part));
-        rows.row(std::iter::once("links".to_owned()).chain(none).chain(others));
+        let others = significance
+            .share_of_others
+            .map(|part| format!("{:.2}", 100.0 * part));
+        rows.row(
+            std::iter::once("links".to_owned())
+                .chain(none)
+                .chain(others),
+        );
     }
-    let total = [0, 1, 2].map(|i| significance.shares.iter().map(|row| row[i]).sum::<f64>() + significance.share_of_others[i]);
-    let compliance = significance.compliance_m_per_n.map(|c| significant(c * 1e6, 4));
+    let total = [0, 1, 2].map(|i| {
+        significance.shares.iter().map(|row| row[i]).sum::<f64>() + significance.share_of_others[i]
+    });
+    let compliance = significance
+        .compliance_m_per_n
+        .map(|c| significant(c * 1e6, 4));
     format!(
         "{}\n% left: displacement when the constant is multiplied by 100, in percent of before (the paper's Table III). Share: part of the\n\
          compliance stored through the constant; shares of a direction add up to {:.4}, {:.4}, {:.4}. Compliance before: {} um/N (x, y, z).\n",
@@ -51,10 +73,20 @@ pub(super) fn sequence_text(sequence: &[SequenceStep]) -> String {
 #[must_use]
 pub fn significance_json(significance: &Significance) -> Value {
     let by_direction = |values: [f64; 3]| -> Value {
-        Value::Object(Direction::ALL.into_iter().map(|d| (d.to_string(), json!(values[d.index()]))).collect())
+        Value::Object(
+            Direction::ALL
+                .into_iter()
+                .map(|d| (d.to_string(), json!(values[d.index()])))
+                .collect(),
+        )
     };
     let by_property = |rows: [[f64; 3]; 4]| -> Value {
-        Value::Object(Property::ALL.into_iter().map(|p| (p.name().to_owned(), by_direction(rows[p.index()]))).collect())
+        Value::Object(
+            Property::ALL
+                .into_iter()
+                .map(|p| (p.name().to_owned(), by_direction(rows[p.index()])))
+                .collect(),
+        )
     };
     json!({
         "pose": significance.pose,
@@ -71,5 +103,9 @@ pub fn significance_json(significance: &Significance) -> Value {
 /// Table and sequence together.
 #[must_use]
 pub fn significance_with_sequence(significance: &Significance) -> String {
-    format!("{}\nFitting sequence: {}.\n", significance_text(significance), sequence_text(&significance.sequence()))
+    format!(
+        "{}\nFitting sequence: {}.\n",
+        significance_text(significance),
+        sequence_text(&significance.sequence())
+    )
 }

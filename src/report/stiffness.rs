@@ -1,17 +1,35 @@
 //! Measured stiffness for people.
 
 use crate::quantity::NEWTON_PER_METRE_PER_NEWTON_PER_MICROMETRE as N_PER_UM;
-use crate::stiffness::{Standing, Method, NoStiffness, StiffnessEstimate, StiffnessTable, format_value_uncertainty};
+use crate::stiffness::{
+    Method, NoStiffness, Standing, StiffnessEstimate, StiffnessTable, format_value_uncertainty,
+};
 
 use super::text::{TextTable, significant};
 
 /// The table, its flags and what was left out.
 #[must_use]
 pub fn stiffness_text(table: &StiffnessTable, with_budget: bool) -> String {
-    let mut rows = TextTable::new(&["pose", "direction", "runs", "K regression, N/um", "U", "k", "dof", "K mean of F/d, N/um", "U", "k", "zero offset, um"]);
+    let mut rows = TextTable::new(&[
+        "pose",
+        "direction",
+        "runs",
+        "K regression, N/um",
+        "U",
+        "k",
+        "dof",
+        "K mean of F/d, N/um",
+        "U",
+        "k",
+        "zero offset, um",
+    ]);
     for cell in &table.cells {
-        let [regression, paper] = [Method::Regression, Method::PaperMean].map(|method| columns(cell.by(method)));
-        let offset = cell.zero_offset_m().map_or_else(|| "-".to_owned(), |offset| format!("{:.1}", offset.value * 1e6));
+        let [regression, paper] =
+            [Method::Regression, Method::PaperMean].map(|method| columns(cell.by(method)));
+        let offset = cell.zero_offset_m().map_or_else(
+            || "-".to_owned(),
+            |offset| format!("{:.1}", offset.value * 1e6),
+        );
         let [value, u, k, dof] = regression;
         let [paper_value, paper_u, paper_k, _] = paper;
         rows.row([
@@ -43,9 +61,15 @@ pub fn stiffness_text(table: &StiffnessTable, with_budget: bool) -> String {
         ));
     }
     for cell in &table.cells {
-        for (name, result) in [("regression", cell.by(Method::Regression)), ("mean of F/d", cell.by(Method::PaperMean))] {
+        for (name, result) in [
+            ("regression", cell.by(Method::Regression)),
+            ("mean of F/d", cell.by(Method::PaperMean)),
+        ] {
             if let Err(reason) = result {
-                text.push_str(&format!("{}: no stiffness by {name}: {reason}\n", cell.cell));
+                text.push_str(&format!(
+                    "{}: no stiffness by {name}: {reason}\n",
+                    cell.cell
+                ));
             }
         }
         for flag in &cell.flags {
@@ -53,7 +77,10 @@ pub fn stiffness_text(table: &StiffnessTable, with_budget: bool) -> String {
         }
     }
     for skipped in &table.skipped {
-        text.push_str(&format!("not in the table: {}: {}\n", skipped.cell, skipped.reason));
+        text.push_str(&format!(
+            "not in the table: {}: {}\n",
+            skipped.cell, skipped.reason
+        ));
     }
     if with_budget {
         text.push_str(&budgets(table));
@@ -64,15 +91,27 @@ pub fn stiffness_text(table: &StiffnessTable, with_budget: bool) -> String {
 /// Value, U, k and dof of an estimate.
 fn columns(result: Result<&StiffnessEstimate, NoStiffness>) -> [String; 4] {
     let none = || "-".to_owned();
-    let Ok(found) = result else { return [none(), none(), none(), none()] };
+    let Ok(found) = result else {
+        return [none(), none(), none(), none()];
+    };
     let value = found.estimate.value / N_PER_UM;
-    let rounded = found.estimate.expanded_95().and_then(|u| format_value_uncertainty(value, u / N_PER_UM));
+    let rounded = found
+        .estimate
+        .expanded_95()
+        .and_then(|u| format_value_uncertainty(value, u / N_PER_UM));
     match rounded {
         Some(rounded) => [
             rounded.value,
             rounded.uncertainty,
-            found.estimate.coverage_factor_95().map_or_else(none, |k| format!("{k:.2}")),
-            if found.estimate.dof.is_finite() { format!("{:.0}", found.estimate.dof.floor()) } else { "inf".to_owned() },
+            found
+                .estimate
+                .coverage_factor_95()
+                .map_or_else(none, |k| format!("{k:.2}")),
+            if found.estimate.dof.is_finite() {
+                format!("{:.0}", found.estimate.dof.floor())
+            } else {
+                "inf".to_owned()
+            },
         ],
         None => [significant(value, 5), none(), none(), none()],
     }
@@ -82,11 +121,27 @@ fn columns(result: Result<&StiffnessEstimate, NoStiffness>) -> [String; 4] {
 fn budgets(table: &StiffnessTable) -> String {
     let mut text = String::new();
     for cell in &table.cells {
-        let Ok(found) = cell.by(Method::Regression) else { continue };
-        text.push_str(&format!("\nBudget of {} (K by regression, standard uncertainties):\n\n", cell.cell));
-        let mut rows = TextTable::new(&["source", "type", "distribution", "contribution, N/um", "dof", "share, %"]);
+        let Ok(found) = cell.by(Method::Regression) else {
+            continue;
+        };
+        text.push_str(&format!(
+            "\nBudget of {} (K by regression, standard uncertainties):\n\n",
+            cell.cell
+        ));
+        let mut rows = TextTable::new(&[
+            "source",
+            "type",
+            "distribution",
+            "contribution, N/um",
+            "dof",
+            "share, %",
+        ]);
         for row in &found.budget.rows {
-            let dof = if row.dof.is_finite() { significant(row.dof, 3) } else { "inf".to_owned() };
+            let dof = if row.dof.is_finite() {
+                significant(row.dof, 3)
+            } else {
+                "inf".to_owned()
+            };
             rows.row([
                 row.source.to_string(),
                 format!("{:?}", row.evaluation),

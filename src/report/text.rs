@@ -14,7 +14,11 @@ impl TextTable {
         let mut table = Table::new();
         table.load_style(ASCII_MARKDOWN).set_header(heads);
         for (place, column) in table.column_iter_mut().enumerate() {
-            let alignment = if place == 0 { CellAlignment::Left } else { CellAlignment::Right };
+            let alignment = if place == 0 {
+                CellAlignment::Left
+            } else {
+                CellAlignment::Right
+            };
             column.set_cell_alignment(alignment);
         }
         Self(table)
@@ -53,7 +57,10 @@ pub fn significant(value: f64, digits: usize) -> String {
 /// An interval in words.
 #[must_use]
 pub(super) fn interval(ends: Option<[f64; 2]>, digits: usize) -> String {
-    ends.map_or_else(|| "-".to_owned(), |[a, b]| format!("{} to {}", significant(a, digits), significant(b, digits)))
+    ends.map_or_else(
+        || "-".to_owned(),
+        |[a, b]| format!("{} to {}", significant(a, digits), significant(b, digits)),
+    )
 }
 
 #[cfg(test)]
@@ -72,6 +79,9 @@ mod tests {
     fn a_table_is_markdown() {
         let mut table = TextTable::new(&["pose", "K"]);
         table.row(["P1".to_owned(), "0.5".to_owned()]);
-        assert_eq!(table.text(), "| pose |   K |\n|------|-----|\n| P1   | 0.5 |\n");
+        assert_eq!(
+            table.text(),
+            "| pose |   K |\n|------|-----|\n| P1   | 0.5 |\n"
+        );
     }
 }

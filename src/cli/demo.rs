@@ -1,0 +1,135 @@
+//! `stiffbench demo`: the main job on shipped data, from readings to a judged model with figures.
+
+use std::path::PathBuf;
+
+use serde_json::json;
+
+use crate::fit::{FitOptions, MeasuredStiffness, fit_cells};
+use crate::report::{
+    fit_figures, fit_json, fit_text, load_displacement_figure, paper_report, robot_figure,
+    stiffness_text,
+};
+use crate::robot::Predictor;
+use crate::stiffness::{Branches, Method};
+use crate::test_point::PoseId;
+
+use super::args::{DemoArgs, Global, ModelArgs};
+use super::data::{Data, shipped_session};
+use super::failure::{CliError, Failure};
+use super::figure_files::{write, write_figure};
+use super::fit::prepare;
+use super::outcome::Outcome;
+use super::plot::residuals;
+use super::progress::progress;
+use super::robot::workspace_projection;
+
+/// The shipped session: `stiffbench simulate` wrote it, its true factors stand in `simulation.toml` beside it.
+const READINGS: &str = include_str!("../../data/sessions/demo/readings.csv");
+const HEADER: &str = include_str!("../../data/sessions/demo/session.toml");
+
+/// Poses the demonstration fits; the others are held out, as in the paper.
+const TRAIN: [&str; 2] = ["P1", "P3"];
+
+/// Runs everything and writes it to a folder.
+pub(super) fn run(args: &DemoArgs, global: &Global) -> Result<Outcome, Failure> {
+    let bar = progress(global, "demo", 6);
+    std::fs::create_dir_all(&args.out).map_err(|source| CliError::Write {
+        path: args.out.clone(),
+        source,
+    })?;
+    let session = shipped_session("demo session", READINGS, HEADER)?;
+    let table = session.stiffness(Branches::LoadingOnly)?;
+    let model = ModelArgs {
+        robot: Some("hp-robot".to_owned()),
+        ..ModelArgs::default()
+    };
+    let prepared = prepare(
+        Data::Readings(Box::new(session)),
+        &model,
+        Method::Regression,
+    )?;
+    bar.inc(1);
+
+    let robot = &prepared.chosen.robot;
+    let mechanism = robot.mechanism(Some(&prepared.chosen.mechanism))?;
+    let options = FitOptions {
+        train: Some(TRAIN.map(PoseId::new).to_vec()),
+        ..FitOptions::default()
+    };
+    let measured = MeasuredStiffness::from_table(&table, Method::Regression);
+    let outcome = fit_cells(
+        robot,
+        mechanism,
+        &measured,
+        &prepared.chosen.factors,
+        &options,
+    )?;
+    bar.inc(1);
+    let paper = paper_report(robot)?;
+    bar.inc(1);
+
+    let mut files: Vec<PathBuf> = Vec::new();
+    let mut figure = |name: &str, figure: &crate::plot::Figure| -> Result<(), Failure> {
+        files.extend(write_figure(&args.out.join("figures").join(name), figure)?);
+        Ok(())
+    };
+    figure(
+        "load-displacement",
+        &load_displacement_figure(&[("demo session", &table)]),
+    )?;
+    let figures = fit_figures(&outcome, Some(&table), options.choice.range);
+    figure("stiffness", &figures.comparison)?;
+    figure("factors", &figures.factors)?;
+    if let Some(correlation) = &figures.correlation {
+        figure("correlation", correlation)?;
+    }
+    bar.inc(1);
+    figure("residuals", &residuals(&prepared, &outcome)?)?;
+    figure(
+        "workspace",
+        &workspace_projection(robot, 30_000, 0)?.figure(),
+    )?;
+    bar.inc(1);
+    let mut predictor = Predictor::new(robot, mechanism, &outcome.factors)?;
+    predictor.place(robot.pose(&PoseId::new("P1"))?)?;
+    figure(
+        "robot",
+        &robot_figure(&mut predictor, "P1", [0.0, -50.0, 0.0]),
+    )?;
+
+    let text = format!(
+        "A session of 480 readings (simulated, `data/sessions/demo`): stiffness of each pose and direction\n\n{}\n\
+         Factors of the beams fitted to P1 and P3, judged on P2 and P4\n\n{}\n\
+         The paper's own measured stiffness (Table VI)\n\n{}",
+        stiffness_text(&table, false),
+        fit_text(&outcome),
+        paper.fits_text()
+    );
+    write(&args.out.join("tables.txt"), text.as_bytes())?;
+    files.push(args.out.join("tables.txt"));
+    for (name, content) in [("readings.csv", READINGS), ("session.toml", HEADER)] {
+        let folder = args.out.join("session");
+        std::fs::create_dir_all(&folder).map_err(|source| CliError::Write {
+            path: folder.clone(),
+            source,
+        })?;
+        write(&folder.join(name), content.as_bytes())?;
+        files.push(folder.join(name));
+    }
+    bar.finish_and_clear();
+    let listing: String = files
+        .iter()
+        .map(|path| format!("  {}\n", path.display()))
+        .collect();
+    let text = format!(
+        "{text}\nWritten:\n{listing}\nNext: stiffbench fit {} --train P1,P3 --bootstrap 1000\n",
+        args.out.join("session").display()
+    );
+    let data = json!({
+        "stiffness": table,
+        "fit": fit_json(&outcome),
+        "paper_table_vi": { "stated_worst_percent": paper.stated_worst_percent, "procedure": paper.procedure.max_error_percent(), "joint": paper.joint.max_error_percent() },
+        "files": files,
+    });
+    Ok(Outcome::new("demo", text, data).with_warnings(prepared.warnings))
+}

@@ -1,0 +1,354 @@
+//! `stiffbench robot`.
+
+use serde_json::{Value, json};
+
+use crate::distribution::{Extreme, RefinedExtreme, WorkspacePlan, WorkspaceSample};
+use crate::plot::Figure;
+use crate::report::{
+    TextTable, compliance_json, compliance_text, mobility_json, mobility_text, robot_json,
+    robot_text, workspace_figure,
+};
+use crate::robot::{
+    JointModel, Mobility, Pose, Predictor, Robot, RobotError, Theory, chain_mobility, mobility,
+};
+use crate::test_point::PoseId;
+
+use super::args::{ComplianceArgs, RobotArgs, RobotCommand, WorkspaceArgs};
+use super::data::{choose, robot_source};
+use super::failure::{CliError, Failure};
+use super::figure_files::write_figure;
+use super::outcome::Outcome;
+
+/// Looks at a robot.
+pub(super) fn run(args: RobotArgs) -> Result<Outcome, Failure> {
+    match args.what {
+        RobotCommand::Show { robot } => {
+            let robot = read(&robot)?;
+            Ok(
+                Outcome::new("robot", robot_text(&robot), robot_json(&robot))
+                    .with_warnings(robot.warnings.clone()),
+            )
+        }
+        RobotCommand::Check { robot } => check(&read(&robot)?),
+        RobotCommand::Mobility { robot } => show_mobility(&read(&robot)?),
+        RobotCommand::Workspace(args) => workspace(&args),
+        RobotCommand::Compliance(args) => compliance(&args),
+        RobotCommand::Schema => {
+            let schema = crate::robot::file::json_schema();
+            Ok(Outcome::new(
+                "robot-schema",
+                format!("{schema:#}\n"),
+                schema,
+            ))
+        }
+    }
+}
+
+fn read(name: &str) -> Result<Robot, Failure> {
+    Ok(Robot::parse(&robot_source(name, None)?)?)
+}
+
+/// Tries every mechanism in every named pose (the nominal one if there is none).
+fn check(robot: &Robot) -> Result<Outcome, Failure> {
+    let nominal = [("nominal".to_owned(), robot.nominal_pose())];
+    let poses: Vec<(String, Pose)> = match robot.poses.as_slice() {
+        [] => nominal.to_vec(),
+        poses => poses
+            .iter()
+            .map(|named| (named.id.to_string(), named.pose.clone()))
+            .collect(),
+    };
+    let mut findings: Vec<String> = robot.warnings.clone();
+    for (name, pose) in &poses {
+        for violation in robot.violated_limits(pose) {
+            findings.push(format!(
+                "pose {name} lies {:.3e} degrees beyond the limit {}",
+                violation.excess_deg, violation.limit
+            ));
+        }
+    }
+    let (_, factors) = robot.default_factors();
+    let mut rows = TextTable::new(&["mechanism", "pose", "Kx, N/um", "Ky, N/um", "Kz, N/um"]);
+    let mut checked = Vec::new();
+    for mechanism in robot.mechanisms.values() {
+        let mut predictor = Predictor::new(robot, mechanism, &factors)?;
+        for (name, pose) in &poses {
+            match predictor.place(pose) {
+                Ok(()) => {
+                    let compliance = predictor.translation_compliance();
+                    let stiffness = [0, 1, 2].map(|i| 1e-6 / compliance[i][i]);
+                    rows.row(
+                        [mechanism.name.clone(), name.clone()]
+                            .into_iter()
+                            .chain(stiffness.map(|k| format!("{k:.5}"))),
+                    );
+                    checked.push(json!({ "mechanism": mechanism.name, "pose": name, "stiffness_N_per_um": stiffness }));
+                }
+                Err(error @ RobotError::Unreachable { .. }) => {
+                    findings.push(format!("mechanism {}: {error}", mechanism.name))
+                }
+                Err(error) => return Err(error.into()),
+            }
+        }
+    }
+    let verdict = if findings.is_empty() {
+        "Nothing to complain about."
+    } else {
+        "See the notes."
+    };
+    let text = format!("{}\n\n{}\n{verdict}\n", robot.name, rows.text());
+    let strict = u8::from(!findings.is_empty());
+    let data = json!({ "name": robot.name, "checked": checked, "findings": findings });
+    Ok(Outcome::new("robot-check", text, data)
+        .with_warnings(findings)
+        .with_strict_exit(strict))
+}
+
+fn show_mobility(robot: &Robot) -> Result<Outcome, Failure> {
+    let pose = robot
+        .poses
+        .first()
+        .map_or_else(|| robot.nominal_pose(), |named| named.pose.clone());
+    let chains = chain_mobility(robot, &pose)?;
+    let mechanisms: Vec<(String, Mobility)> = robot
+        .mechanisms
+        .values()
+        .map(|mechanism| Ok((mechanism.name.clone(), mobility(robot, mechanism, &pose)?)))
+        .collect::<Result<_, RobotError>>()?;
+    let text = mobility_text(&chains, &mechanisms);
+    Ok(
+        Outcome::new("robot-mobility", text, mobility_json(&chains, &mechanisms))
+            .with_warnings(robot.warnings.clone()),
+    )
+}
+
+/// Random poses and the outermost points.
+pub(super) struct WorkspaceProjection {
+    sample: WorkspaceSample,
+    extremes: Vec<(&'static str, Option<RefinedExtreme>)>,
+    stated: Vec<(String, [f64; 2])>,
+}
+
+/// Samples the workspace of the complete robot, all variables free.
+pub(super) fn workspace_projection(
+    robot: &Robot,
+    poses: usize,
+    seed: u64,
+) -> Result<WorkspaceProjection, Failure> {
+    project(
+        robot,
+        &WorkspacePlan {
+            poses,
+            seed,
+            ..WorkspacePlan::paper()
+        },
+    )
+}
+
+fn project(robot: &Robot, plan: &WorkspacePlan) -> Result<WorkspaceProjection, Failure> {
+    let mechanism = robot.mechanism(None)?;
+    let sample = WorkspaceSample::draw(robot, mechanism, plan)?;
+    let names = [
+        ("highest", Extreme::Highest),
+        ("furthest", Extreme::Furthest),
+        ("lowest", Extreme::Lowest),
+        ("nearest", Extreme::Nearest),
+    ];
+    let extremes = names
+        .into_iter()
+        .map(|(name, extreme)| Ok((name, sample.refined_extreme(robot, mechanism, extreme)?)))
+        .collect::<Result<_, RobotError>>()?;
+    let stated = robot
+        .poses
+        .iter()
+        .filter_map(|named| Some((named.id.to_string(), named.stated_zy_m?)))
+        .collect();
+    Ok(WorkspaceProjection {
+        sample,
+        extremes,
+        stated,
+    })
+}
+
+impl WorkspaceProjection {
+    /// The projection as a figure.
+    pub(super) fn figure(&self) -> Figure {
+        let points = self
+            .sample
+            .points
+            .iter()
+            .map(|point| [point.reach_m, point.height_m])
+            .collect();
+        let extremes = self.extremes.iter().filter_map(|(name, extreme)| {
+            let point = &extreme.as_ref()?.point;
+            Some(((*name).to_owned(), [point.reach_m, point.height_m]))
+        });
+        workspace_figure(points, extremes.collect(), self.stated.clone())
+    }
+
+    fn text(&self, robot: &Robot) -> String {
+        let sample = &self.sample;
+        let angles: Vec<&str> = robot.variables.iter().map(|v| v.name.as_str()).collect();
+        let heads: Vec<&str> = ["extreme", "reach z, m", "height y, m"]
+            .into_iter()
+            .chain(angles)
+            .chain(["held by"])
+            .collect();
+        let mut rows = TextTable::new(&heads);
+        for (name, extreme) in &self.extremes {
+            let Some(extreme) = extreme else { continue };
+            let head = [
+                (*name).to_owned(),
+                format!("{:.4}", extreme.point.reach_m),
+                format!("{:.4}", extreme.point.height_m),
+            ];
+            let angles = extreme
+                .point
+                .pose
+                .angles_deg
+                .iter()
+                .map(|angle| format!("{angle:.3}"));
+            rows.row(
+                head.into_iter()
+                    .chain(angles)
+                    .chain([extreme.limits.join(", ")]),
+            );
+        }
+        let mut text = format!(
+            "{}: {} poses within the limits of {} drawn (seed {}), {} of them not reachable.\n\n{}",
+            robot.name,
+            sample.accepted(),
+            sample.drawn,
+            sample.plan.seed,
+            sample.unreachable.len(),
+            rows.text()
+        );
+        if !self.stated.is_empty() {
+            let mut rows = TextTable::new(&["stated by the paper", "z, m", "y, m"]);
+            for (name, [z, y]) in &self.stated {
+                rows.row([name.clone(), z.to_string(), y.to_string()]);
+            }
+            text.push_str(&format!("\n{}", rows.text()));
+        }
+        text
+    }
+
+    fn json(&self) -> Value {
+        let extremes: serde_json::Map<String, Value> = self
+            .extremes
+            .iter()
+            .map(|(name, extreme)| {
+                let value = extreme.as_ref().map(|extreme| {
+                    json!({
+                        "position_m": extreme.point.position_m,
+                        "reach_m": extreme.point.reach_m,
+                        "height_m": extreme.point.height_m,
+                        "angles_deg": extreme.point.pose.angles_deg,
+                        "limits": extreme.limits,
+                    })
+                });
+                ((*name).to_owned(), json!(value))
+            })
+            .collect();
+        json!({
+            "poses": self.sample.accepted(),
+            "drawn": self.sample.drawn,
+            "acceptance_rate": self.sample.acceptance_rate(),
+            "unreachable": self.sample.unreachable.len(),
+            "seed": self.sample.plan.seed,
+            "extremes": extremes,
+        })
+    }
+}
+
+fn workspace(args: &WorkspaceArgs) -> Result<Outcome, Failure> {
+    let robot = read(&args.robot)?;
+    let mut plan = WorkspacePlan {
+        poses: args.poses,
+        seed: args.seed,
+        ..WorkspacePlan::paper()
+    };
+    if let Some(vary) = &args.vary {
+        for name in vary {
+            robot.variable(name)?;
+        }
+        plan.held = robot
+            .variables
+            .iter()
+            .map(|v| v.name.clone())
+            .filter(|name| !vary.contains(name))
+            .collect();
+    }
+    let projection = project(&robot, &plan)?;
+    let mut warnings = robot.warnings.clone();
+    if let Some(path) = &args.figure {
+        warnings.extend(
+            write_figure(path, &projection.figure())?
+                .iter()
+                .map(|path| format!("wrote {}", path.display())),
+        );
+    }
+    Ok(Outcome::new(
+        "robot-workspace",
+        projection.text(&robot),
+        projection.json(),
+    )
+    .with_warnings(warnings))
+}
+
+fn compliance(args: &ComplianceArgs) -> Result<Outcome, Failure> {
+    let chosen = choose(&args.model, None)?;
+    let robot = &chosen.robot;
+    let mut pose = match &args.pose {
+        Some(name) => robot.pose(&PoseId::new(name))?.clone(),
+        None => robot.nominal_pose(),
+    };
+    for setting in &args.set {
+        let value = setting.split_once('=').and_then(|(name, value)| {
+            Some((name, value.parse::<f64>().ok().filter(|v| v.is_finite())?))
+        });
+        let Some((name, degrees)) = value else {
+            return Err(CliError::Argument {
+                argument: format!("--set {setting}"),
+                problem: "a variable, an equals sign and a number of degrees are needed".to_owned(),
+                help: Some("--set theta2=397.3".to_owned()),
+            }
+            .into());
+        };
+        pose.angles_deg[robot.variable(name)?] = degrees;
+    }
+    let mut warnings = robot.warnings.clone();
+    for violation in robot.violated_limits(&pose) {
+        warnings.push(format!(
+            "the pose lies {:.3e} degrees beyond the limit {}",
+            violation.excess_deg, violation.limit
+        ));
+    }
+    let joints = if args.pinned {
+        JointModel::Pinned
+    } else {
+        JointModel::Rigid
+    };
+    let theory = if args.timoshenko {
+        Theory::Timoshenko
+    } else {
+        Theory::EulerBernoulli
+    };
+    let mechanism = robot.mechanism(Some(&chosen.mechanism))?;
+    let mut predictor = Predictor::with(robot, mechanism, &joints, theory, &chosen.factors)?;
+    predictor.place(&pose)?;
+    let compliance = predictor.compliance();
+    let text = format!(
+        "{}, mechanism {}, factors {}\n\n{}",
+        robot.name,
+        chosen.mechanism,
+        chosen.factors_name,
+        compliance_text(&compliance)
+    );
+    Ok(Outcome::new(
+        "robot-compliance",
+        text,
+        compliance_json(&compliance, predictor.model()),
+    )
+    .with_warnings(warnings))
+}
