@@ -1,8 +1,6 @@
 //! Intervals of the factors from runs drawn again: no distribution assumed, each run with its own zero and slope.
 
-use crate::least_squares::{
-    BootstrapSettings, LeastSquaresSettings, ReplicateFailure, cluster_bootstrap, minimise,
-};
+use crate::least_squares::{BootstrapSettings, ReplicateFailure, cluster_bootstrap};
 use crate::robot::{FittingFactors, Mechanism, Robot};
 use crate::stiffness::{CellStiffness, RunSums, StiffnessTable};
 use crate::test_point::Cell;
@@ -64,7 +62,6 @@ pub fn bootstrap_cells(
     let set = choice.parameters()?;
     let resampled = ResampledCells::new(table, measured);
     let strata: Vec<usize> = resampled.runs.iter().map(Vec::len).collect();
-    let refits = LeastSquaresSettings::for_refits();
     let bootstrap = cluster_bootstrap(
         &strata,
         &factor_vector(fitted),
@@ -80,7 +77,7 @@ pub fn bootstrap_cells(
             resampled.draw(multiplicities, ln_stiffness);
             problem.set_measured(ln_stiffness);
             refitted();
-            let fit = minimise(problem, &set, &refits).map_err(|_| Refit::NotConverged)?;
+            let fit = problem.minimise(&set).map_err(|_| Refit::NotConverged)?;
             if !fit.termination.is_converged() {
                 return Err(Refit::NotConverged);
             }

@@ -2,9 +2,9 @@
 
 use crate::least_squares::{
     Bound, Covariance, CovarianceSettings, EvaluationFailure, JacobianView, LeastSquaresError,
-    LeastSquaresFit, LeastSquaresSettings, ParameterSet, ParameterStatus, ProfileEnd,
-    ProfileSettings, ResidualFunction, SearchOutcome, SearchSettings, SigmaMode, Termination,
-    covariance, minimise, profile, search_for_lower_minimum,
+    LeastSquaresFit, ParameterSet, ParameterStatus, ProfileEnd, ProfileSettings, ResidualFunction,
+    SearchOutcome, SearchSettings, SigmaMode, Termination, covariance, profile,
+    search_for_lower_minimum,
 };
 use crate::robot::{FittingFactors, Mechanism, Robot, RobotError};
 use crate::statistics::chi_squared_upper_tail;
@@ -130,7 +130,7 @@ pub fn fit_cells(
     }
     let sigma = sigma_mode(options, &training);
     let mut problem = JointProblem::new(robot, mechanism, &training, start)?;
-    let fit = minimise(&mut problem, &set, &LeastSquaresSettings::default())?;
+    let fit = problem.minimise(&set)?;
     let factors = problem.factors(&fit.values);
     // With as many cells as free factors nothing is left to estimate the scatter from: no intervals, and that is said.
     let settings = CovarianceSettings {
@@ -209,7 +209,7 @@ pub fn find_lower_minimum(
 ) -> Result<Option<FittingFactors>, FitError> {
     let set = choice.parameters()?;
     let mut problem = JointProblem::new(robot, mechanism, training, start)?;
-    let fit = minimise(&mut problem, &set, &LeastSquaresSettings::default())?;
+    let fit = problem.minimise(&set)?;
     let ratios = choice.ratios()?;
     let mut by_ratio = InRatios {
         problem: &mut problem,
@@ -271,6 +271,10 @@ fn add_intervals(
     fit: &LeastSquaresFit,
     covariance: &Covariance,
 ) -> Result<(), FitError> {
+    let profile_settings = ProfileSettings {
+        refits: problem.settings(),
+        ..ProfileSettings::default()
+    };
     for &index in set.free_indices() {
         let start = outcome.estimates[index].start;
         let scaled = |ln_ratio: f64| start * ln_ratio.exp();
@@ -296,14 +300,7 @@ fn add_intervals(
             }
             _ => {}
         }
-        let interval = profile(
-            problem,
-            set,
-            fit,
-            covariance,
-            index,
-            &ProfileSettings::default(),
-        )?;
+        let interval = profile(problem, set, fit, covariance, index, &profile_settings)?;
         let outcome_estimate = &mut outcome.estimates[index];
         match (interval.lower.closed(), interval.upper.closed()) {
             (Some(lower), Some(upper)) => {
@@ -472,7 +469,7 @@ fn leave_poses_out(
             continue;
         }
         let mut problem = JointProblem::new(robot, mechanism, &others, start)?;
-        let fit = minimise(&mut problem, set, &LeastSquaresSettings::default())?;
+        let fit = problem.minimise(set)?;
         let factors = problem.factors(&fit.values);
         let left_out: Vec<usize> = (0..cells.len())
             .filter(|&i| cells[i].cell.pose == *pose)

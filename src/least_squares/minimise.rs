@@ -14,6 +14,11 @@ pub struct LeastSquaresSettings {
     ///
     /// A remaining share of ε is a remaining step of √(ε dof) standard errors.
     pub reduction_tolerance: f64,
+    /// Converged when the next step is predicted to reduce ‖r‖² by no more than this, in its own unit.
+    ///
+    /// For models whose values carry an error of their own (a finite-element solution keeps about ten digits): below that error a
+    /// reduction can be promised but not seen.
+    pub negligible_reduction: f64,
     /// Converged when the next step changes no parameter by more than this share of its value.
     pub step_tolerance: f64,
     /// Converged when the cosine between the residuals and each column of the Jacobian is at most this.
@@ -27,6 +32,7 @@ impl Default for LeastSquaresSettings {
         Self {
             max_evaluations: 2000,
             reduction_tolerance: 1e-20,
+            negligible_reduction: 0.0,
             step_tolerance: 1e-13,
             gradient_tolerance: 4.0 * f64::EPSILON,
         }

@@ -178,7 +178,10 @@ impl<'a> Search<'a> {
         let mut moves = self.subproblem.step.iter().zip(&self.current.free);
         if moves.all(|(p, x)| p.abs() <= self.settings.step_tolerance * x.abs()) {
             Some(Convergence::Step)
-        } else if step.predicted_reduction <= self.settings.reduction_tolerance {
+        } else if step.predicted_reduction <= self.settings.reduction_tolerance
+            || step.predicted_reduction * self.current.squared_norm
+                <= self.settings.negligible_reduction
+        {
             Some(Convergence::Reduction)
         } else {
             None

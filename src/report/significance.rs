@@ -10,7 +10,7 @@ use super::text::{TextTable, significant};
 
 /// Both readings of significance beside each other: what a hundredfold leaves, and the exact share.
 #[must_use]
-pub fn significance_text(significance: &Significance) -> String {
+pub(super) fn significance_text(significance: &Significance) -> String {
     let mut rows = TextTable::new(&[
         "constant",
         "x: % left",
