@@ -1,18 +1,18 @@
 //! The joint least-squares fit: all chosen cells at once, with intervals and a judgement on cells it did not see.
 
 use crate::least_squares::{
-    Bound, Covariance, CovarianceSettings, EvaluationFailure, JacobianView, LeastSquaresError,
-    LeastSquaresFit, ParameterSet, ParameterStatus, ProfileEnd, ProfileSettings, ResidualFunction,
-    SearchOutcome, SearchSettings, SigmaMode, Termination, covariance, profile,
-    search_for_lower_minimum,
+    Covariance, CovarianceSettings, EvaluationFailure, JacobianView, LeastSquaresError,
+    LeastSquaresFit, ParameterSet, ResidualFunction, SearchOutcome, SearchSettings, SigmaMode,
+    Termination, search_for_lower_minimum,
 };
 use crate::robot::{FittingFactors, Mechanism, Robot, RobotError};
-use crate::statistics::chi_squared_upper_tail;
+use crate::statistics::{chi_squared_upper_tail, median};
 use crate::test_point::PoseId;
 
 use super::advice::{Advice, advise};
 use super::cell_model::{CellModel, FACTOR_NAMES, FACTORS};
 use super::choice::{FactorChoice, FactorRole};
+use super::intervals::Profiled;
 use super::joint::JointProblem;
 use super::measured::MeasuredStiffness;
 use super::outcome::{
@@ -22,6 +22,9 @@ use super::outcome::{
 
 /// Uncertainty of ln K assumed for a further cell in advice when the data state none: one percent, a good bench.
 const TYPICAL_LN_UNCERTAINTY: f64 = 0.01;
+
+/// A factor known to less than this, upper over lower end of its interval, deserves advice.
+const WIDE: f64 = 2.0;
 
 /// What a fit is asked to do.
 #[derive(Debug, Clone, PartialEq, Default)]
@@ -130,19 +133,13 @@ pub fn fit_cells(
     }
     let sigma = sigma_mode(options, &training);
     let mut problem = JointProblem::new(robot, mechanism, &training, start)?;
-    let fit = problem.minimise(&set)?;
-    let factors = problem.factors(&fit.values);
-    // With as many cells as free factors nothing is left to estimate the scatter from: no intervals, and that is said.
     let settings = CovarianceSettings {
         known_dof: training.basis.dof(),
         ..CovarianceSettings::default()
     };
-    let judged = match covariance(&set, &fit, sigma, &settings) {
-        Ok(covariance) => Some(covariance),
-        Err(LeastSquaresError::NoDegreesOfFreedom { .. }) => None,
-        Err(error) => return Err(error.into()),
-    };
-
+    let profiled = Profiled::fit(&mut problem, set, sigma, &settings)?;
+    let Profiled { set, fit, .. } = &profiled;
+    let factors = problem.factors(&fit.values);
     let cells: Vec<_> = measured
         .cells
         .iter()
@@ -167,16 +164,16 @@ pub fn fit_cells(
         advice: Vec::new(),
         warnings: Vec::new(),
     };
-    if let Some(covariance) = judged {
-        add_intervals(&mut outcome, &mut problem, &set, &fit, &covariance)?;
-        outcome.correlation = Some(correlation(&set, &covariance));
-        outcome.agreement = Some(agreement(&fit, &covariance, &training));
+    if let Some(covariance) = &profiled.covariance {
+        profiled.describe(&mut outcome);
+        outcome.correlation = Some(correlation(set, covariance));
+        outcome.agreement = Some(agreement(fit, covariance, &training));
         outcome.advice = advice(
             robot,
             mechanism,
             &outcome,
-            &set,
-            &fit,
+            set,
+            fit,
             &training,
             &options.choice,
         )?;
@@ -187,9 +184,9 @@ pub fn fit_cells(
         ));
     }
     if options.train.is_none() {
-        leave_poses_out(robot, mechanism, measured, start, &set, &mut outcome.cells)?;
+        leave_poses_out(robot, mechanism, measured, start, set, &mut outcome.cells)?;
     }
-    add_warnings(&mut outcome, &fit);
+    add_warnings(&mut outcome, fit);
     Ok(outcome)
 }
 
@@ -263,90 +260,6 @@ fn sigma_mode(options: &FitOptions, training: &MeasuredStiffness) -> SigmaMode {
     })
 }
 
-/// Profile intervals, and the words for factors that have none.
-fn add_intervals(
-    outcome: &mut FitOutcome,
-    problem: &mut JointProblem<'_>,
-    set: &ParameterSet,
-    fit: &LeastSquaresFit,
-    covariance: &Covariance,
-) -> Result<(), FitError> {
-    let profile_settings = ProfileSettings {
-        refits: problem.settings(),
-        ..ProfileSettings::default()
-    };
-    for &index in set.free_indices() {
-        let start = outcome.estimates[index].start;
-        let scaled = |ln_ratio: f64| start * ln_ratio.exp();
-        let estimate = &covariance.estimates[index];
-        outcome.estimates[index].quadratic_interval_95 =
-            estimate.interval_95.map(|interval| interval.map(scaled));
-        match estimate.status {
-            ParameterStatus::AtBound(bound) => {
-                let upper = bound == Bound::Upper;
-                let side = if upper { "upper" } else { "lower" };
-                let words = format!(
-                    "the data push it beyond its {side} bound; the other factors are given for this value"
-                );
-                outcome.estimates[index].status = FactorStatus::AtBound { upper, words };
-                continue;
-            }
-            ParameterStatus::NotIdentified { .. } => {
-                let words =
-                    "any value fits as well together with the right values of other factors"
-                        .to_owned();
-                outcome.estimates[index].status = FactorStatus::NotIdentified { words };
-                continue;
-            }
-            _ => {}
-        }
-        let interval = profile(problem, set, fit, covariance, index, &profile_settings)?;
-        let outcome_estimate = &mut outcome.estimates[index];
-        match (interval.lower.closed(), interval.upper.closed()) {
-            (Some(lower), Some(upper)) => {
-                outcome_estimate.interval_95 = Some([scaled(lower), scaled(upper)])
-            }
-            (lower, upper) => {
-                outcome_estimate.status = FactorStatus::NotIdentified {
-                    words: open_words(
-                        lower.map(scaled),
-                        upper.map(scaled),
-                        &interval.lower,
-                        &interval.upper,
-                    ),
-                };
-            }
-        }
-        if interval.lower_minimum.is_some() {
-            outcome.warnings.push(format!(
-                "{}: a better fit exists elsewhere; the interval is not to be trusted",
-                FACTOR_NAMES[index]
-            ));
-        }
-    }
-    Ok(())
-}
-
-/// What the data say of a factor whose interval has an open end.
-fn open_words(
-    lower: Option<f64>,
-    upper: Option<f64>,
-    low: &ProfileEnd,
-    high: &ProfileEnd,
-) -> String {
-    let followed = |end: &ProfileEnd| !matches!(end, ProfileEnd::NotFollowed { .. });
-    let note = if followed(low) && followed(high) {
-        ""
-    } else {
-        " (the fit could not be followed further)"
-    };
-    match (lower, upper) {
-        (Some(lower), None) => format!("the data only say that it is above {lower:.3e}{note}"),
-        (None, Some(upper)) => format!("the data only say that it is below {upper:.3e}{note}"),
-        _ => format!("every value within its bounds fits as well{note}"),
-    }
-}
-
 fn correlation(set: &ParameterSet, covariance: &Covariance) -> Correlation {
     let known: Vec<usize> = set
         .free_indices()
@@ -417,24 +330,40 @@ fn advice(
             matches!(
                 outcome.estimates[i].status,
                 FactorStatus::AtBound { .. } | FactorStatus::NotIdentified { .. }
-            )
+            ) || outcome.estimates[i]
+                .interval_95
+                .is_none_or(|[lower, upper]| upper > WIDE * lower)
         })
         .collect();
-    let mut own: Vec<f64> = training
-        .cells
-        .iter()
-        .filter_map(|cell| cell.ln_uncertainty)
-        .map(|u| u.own)
-        .collect();
-    let ln_uncertainty = crate::statistics::median(&mut own).filter(|u| *u > 0.0);
-    // Without stated uncertainties the Jacobian is not in units of them; it is scaled by what is assumed for a further cell.
-    if ln_uncertainty.is_none() {
-        for entry in information.iter_mut().flatten() {
-            *entry /= TYPICAL_LN_UNCERTAINTY * TYPICAL_LN_UNCERTAINTY;
+    // In mode `Known` the Jacobian is in units of the standard uncertainties; otherwise it has none, and the scatter about the fit
+    // stands in for them.
+    let (unit, ln_uncertainty) = match outcome
+        .agreement
+        .as_ref()
+        .map(|a| (a.sigma, a.reduced_chi_squared))
+    {
+        Some((SigmaMode::Estimated, Some(variance))) if variance > 0.0 => {
+            (variance, variance.sqrt())
         }
+        _ => {
+            let mut own: Vec<f64> = training
+                .cells
+                .iter()
+                .filter_map(|cell| cell.ln_uncertainty)
+                .map(|u| u.own)
+                .collect();
+            (
+                1.0,
+                median(&mut own)
+                    .filter(|u| *u > 0.0)
+                    .unwrap_or(TYPICAL_LN_UNCERTAINTY),
+            )
+        }
+    };
+    for entry in information.iter_mut().flatten() {
+        *entry /= unit;
     }
     let prior = 0.5 * (choice.range[1] / choice.range[0]).ln();
-    let ln_uncertainty = ln_uncertainty.unwrap_or(TYPICAL_LN_UNCERTAINTY);
     Ok(advise(
         robot,
         mechanism,

@@ -11,6 +11,7 @@ mod cell_model;
 mod choice;
 mod combine;
 mod fit_cells;
+mod intervals;
 mod joint;
 mod measured;
 mod monte_carlo;

@@ -20,8 +20,11 @@ pub struct MonteCarloSettings {
     /// Passes through the sequence. One pass fits each factor with the later ones still at their start; the second and later passes
     /// take up what that left.
     pub passes: usize,
-    /// Range of the first pass, as a factor up and down from the start; it must hold the paper's results (0.0057 to 2.12 from 1).
-    pub range: f64,
+    /// How far a single-source factor may go, as a factor up and down from its start: it must hold the paper's results (0.0057 to 2.12
+    /// from 1).
+    pub single_source_range: f64,
+    /// The same for a multi-source factor, which starts at the single-source one: the paper's moved by 0.17 to 0.49.
+    pub multi_source_range: f64,
     /// Seed of the trials.
     pub seed: u64,
 }
@@ -31,7 +34,8 @@ impl Default for MonteCarloSettings {
         Self {
             trials: 200,
             passes: 6,
-            range: 1000.0,
+            single_source_range: 1000.0,
+            multi_source_range: 10.0,
             seed: 0,
         }
     }
@@ -66,7 +70,8 @@ pub struct MonteCarloFit {
 /// Fits the factors of a sequence to the stiffness of one pose, one direction each.
 ///
 /// A trial replaces one factor by a log-uniform draw; the draw whose displacement in the factor's direction is nearest to the wanted
-/// one stays. The range shrinks tenfold (in its exponent by the passes left) around the best with each pass.
+/// one stays. With each pass the draws come from a narrower range around the best, never from outside the whole range: a factor that
+/// cannot bring its direction to the wanted displacement ends at the edge, and its step says how near it came.
 ///
 /// # Arguments
 /// - `model`: cells x, y, z of the pose, in this order.
@@ -89,14 +94,22 @@ pub fn fit_in_sequence(
         steps: Vec::new(),
         evaluations: 0,
     };
-    let mut half_range = settings.range.ln();
+    let whole_range = match scope {
+        Scope::All => settings.single_source_range,
+        Scope::Beams => settings.multi_source_range,
+    }
+    .ln();
+    let mut half_range = whole_range;
     for pass in 1..=settings.passes {
         for step in sequence {
             let Some(direction) = step.direction else {
                 continue;
             };
             let wanted = wanted_n_per_m[direction.index()];
-            let centre = fit.factors.of(ElementClass::Beam)[step.property.index()].ln();
+            let of = |factors: &FittingFactors| {
+                factors.of(ElementClass::Beam)[step.property.index()].ln()
+            };
+            let (centre, origin) = (of(&fit.factors), of(start));
             let mut trial = |fit: &mut MonteCarloFit, value: f64| -> Result<f64, RobotError> {
                 let factors = with_factor(&fit.factors, step.property, value, scope);
                 let mut stiffness = [0.0; 3];
@@ -107,7 +120,10 @@ pub fn fit_in_sequence(
             // The present value takes part: a pass never makes its direction worse.
             let mut best = (centre.exp(), trial(&mut fit, centre.exp())?);
             for _ in 0..settings.trials {
-                let value = (centre + half_range * (2.0 * rng.random::<f64>() - 1.0)).exp();
+                let drawn = centre + half_range * (2.0 * rng.random::<f64>() - 1.0);
+                let value = drawn
+                    .clamp(origin - whole_range, origin + whole_range)
+                    .exp();
                 let ratio = trial(&mut fit, value)?;
                 if ratio.ln().abs() < best.1.ln().abs() {
                     best = (value, ratio);

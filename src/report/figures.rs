@@ -198,24 +198,41 @@ fn flags_reading(flag: &Flag, seq: u32) -> bool {
     matches!(flag, Flag::Outlier { place, .. } if place.seq == seq)
 }
 
-/// The workspace on the (z, y) plane.
+/// The workspace on the (z, y) plane, m.
+///
+/// An extreme point takes the name of the stated point next to it into its own; two names in one place could not be read.
 #[must_use]
 pub fn workspace_figure(
     points_z_y_m: Vec<[f64; 2]>,
     extremes: Vec<(String, [f64; 2])>,
     stated: Vec<(String, [f64; 2])>,
 ) -> Figure {
-    let named = |points: Vec<(String, [f64; 2])>| {
-        points
-            .into_iter()
-            .map(|(name, [z_m, y_m])| NamedPoint { name, z_m, y_m })
-            .collect()
-    };
+    /// Points nearer than this belong together, m.
+    const SAME_PLACE_M: f64 = 0.05;
+    let mut apart = stated.clone();
+    let mut extremes_named = Vec::new();
+    for (name, at) in extremes {
+        let near = apart.iter_mut().find(|(stated, to)| {
+            !stated.is_empty() && (to[0] - at[0]).hypot(to[1] - at[1]) < SAME_PLACE_M
+        });
+        let name = match near {
+            Some((stated, _)) => format!("{} ({name})", std::mem::take(stated)),
+            None => name,
+        };
+        extremes_named.push(NamedPoint {
+            name,
+            z_m: at[0],
+            y_m: at[1],
+        });
+    }
     workspace(&WorkspaceProjection {
         points_z_y_m,
-        extremes: named(extremes),
-        stated: named(stated),
-        stated_by: "the paper".to_owned(),
+        extremes: extremes_named,
+        stated: apart
+            .into_iter()
+            .map(|(name, [z_m, y_m])| NamedPoint { name, z_m, y_m })
+            .collect(),
+        stated_by: "as the paper states it".to_owned(),
     })
 }
 

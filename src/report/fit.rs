@@ -145,8 +145,8 @@ fn words(outcome: &FitOutcome) -> String {
             )
         } else {
             format!(
-                "{}: no stiffness at the end in the robot's poses determines it (best: {} at {}, {now} to {then}); fix it, or tie it to another \
-                 factor.\n",
+                "{}: no single further cell in the robot's poses halves its uncertainty (best: {} at {}, {now} to {then}); more of them, less scatter, \
+                 or fixing or tying the factor would.\n",
                 advice.factor, advice.measure.direction, advice.measure.pose
             )
         });

@@ -268,7 +268,7 @@ impl Models {
             ours,
             remark: None,
         };
-        if cell.ours.is_ok() && !cell.is_reproduced() {
+        if cell.ours.is_ok() && (!cell.is_reproduced() || is_impossible(row)) {
             cell.remark = Some(remark(row));
         }
         Some(cell)
@@ -401,11 +401,15 @@ fn of_model(
         .ok_or("no printed reference")
 }
 
+/// Whether a printed percentage of Table III says that stiffening a part raises the displacement under the load.
+fn is_impossible(row: &Printed) -> bool {
+    row.table == "III" && row.unit == "%" && row.value > 100.0
+}
+
 /// Why a cell of ours lies further from the print than the reconstruction's scatter.
 fn remark(row: &Printed) -> &'static str {
-    let above_hundred = row.unit == "%" && row.value > 100.0;
     match (row.table.as_str(), row.physical_direction.as_str()) {
-        ("III", _) if above_hundred => {
+        ("III", _) if is_impossible(row) => {
             "impossible as printed: stiffening a part cannot raise the displacement under the load"
         }
         ("III", "radial") => {
@@ -452,9 +456,8 @@ impl PaperReport {
                     cell.row.clone(),
                     cell.place.clone(),
                     cell.quantity.clone(),
-                    significant(cell.paper, 5),
-                    cell.ours
-                        .map_or_else(|_| "-".to_owned(), |ours| significant(ours, 5)),
+                    printed(cell.paper),
+                    cell.ours.map_or_else(|_| "-".to_owned(), printed),
                     cell.ratio()
                         .map_or_else(|| "-".to_owned(), |ratio| format!("{ratio:.3}")),
                 ]);
@@ -533,6 +536,15 @@ impl PaperReport {
             "procedure": super::fit::fit_json(&self.procedure),
             "joint": super::fit::fit_json(&self.joint),
         })
+    }
+}
+
+/// A count as a count, anything else with five digits.
+fn printed(value: f64) -> String {
+    if value.fract() == 0.0 && value.abs() < 100.0 {
+        format!("{value:.0}")
+    } else {
+        significant(value, 5)
     }
 }
 

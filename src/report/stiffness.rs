@@ -28,7 +28,7 @@ pub fn stiffness_text(table: &StiffnessTable, with_budget: bool) -> String {
             [Method::Regression, Method::PaperMean].map(|method| columns(cell.by(method)));
         let offset = cell.zero_offset_m().map_or_else(
             || "-".to_owned(),
-            |offset| format!("{:.1}", offset.value * 1e6),
+            |offset| format!("{:.1}", (offset.value * 1e7).round() / 10.0 + 0.0),
         );
         let [value, u, k, dof] = regression;
         let [paper_value, paper_u, paper_k, _] = paper;
