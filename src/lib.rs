@@ -1,4 +1,24 @@
-//! From two gauges on a robot bench to a stiffness model that can be trusted.
+#![doc = include_str!("../README.md")]
+//!
+//! # Map of the code
+//!
+//! In the order in which data flow; what each module may import is held by `tests/architecture.rs`.
+//!
+//! - [`quantity`], [`statistics`], [`source_text`], [`vector`]: leaves. Units at the edges, estimates with uncertainty, places in texts,
+//!   vectors of three.
+//! - [`test_point`]: where in the experiment a number belongs: pose, direction, branch.
+//! - [`readings`]: what was measured, as stored. The waist: acquisition ends by writing a session folder, analysis begins by reading one.
+//!   Nothing is dropped silently.
+//! - [`stiffness`]: readings to measured stiffness. Knows no model.
+//! - [`structure`]: three-dimensional beams. Has never heard of robots.
+//! - [`robot`]: a robot file, its kinematics, mobility, and the structure it is in a pose. Names come from the file.
+//! - [`bench`]: the virtual bench. The noise that makes data lives here, never the noise an analysis assumes.
+//! - [`least_squares`]: parameters, minima and what they are worth. Has never heard of stiffness.
+//! - [`fit`]: fitting factors from measured or reference stiffness, jointly or by the paper's steps.
+//! - [`distribution`]: what a robot does over its workspace.
+//! - [`plot`]: plain numbers to SVG and PNG. Opens no files.
+//! - [`report`]: results as tables, JSON and inputs of figures.
+//! - [`cli`]: arguments, files, terminal. Only it prints, opens files and reads the clock.
 
 pub mod bench;
 pub mod cli;
