@@ -12,7 +12,7 @@
 //! - [`stiffness`]: readings to measured stiffness. Knows no model.
 //! - [`structure`]: three-dimensional beams. Has never heard of robots.
 //! - [`robot`]: a robot file, its kinematics, mobility, and the structure it is in a pose. Names come from the file.
-//! - [`bench`]: the virtual bench. The noise that makes data lives here, never the noise an analysis assumes.
+//! - [`mod@bench`]: the virtual bench. The noise that makes data lives here, never the noise an analysis assumes.
 //! - [`least_squares`]: parameters, minima and what they are worth. Has never heard of stiffness.
 //! - [`fit`]: fitting factors from measured or reference stiffness, jointly or by the paper's steps.
 //! - [`distribution`]: what a robot does over its workspace.
