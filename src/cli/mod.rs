@@ -1,4 +1,4 @@
-//! The command line: arguments, files, terminal. One file a subcommand; each returns an [`Outcome`], and only this module prints.
+//! The command line: arguments, files, terminal. One file a subcommand; each returns an `Outcome`, and only this module prints.
 
 mod args;
 mod compare;

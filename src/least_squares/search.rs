@@ -145,11 +145,14 @@ impl<'a> Search<'a> {
                 FIRST_RADIUS * size
             };
             let radius = self.radius.unwrap_or(first_radius);
-            let step = self.solve(radius);
-            if step.full
-                && let Some(convergence) = self.convergence(&step)
-            {
+            // What the linear model promises without a radius is all there is to gain. A radius that shrank because the objective's own
+            // error hid what small steps gain must not hide that nothing is left.
+            let mut step = self.solve(f64::INFINITY);
+            if let Some(convergence) = self.convergence(&step) {
                 return Some(Termination::Converged(convergence));
+            }
+            if step.scaled_norm > radius {
+                step = self.solve(radius);
             }
             let stands = self.subproblem.target == self.current.free;
             if stands || radius <= f64::EPSILON * size {

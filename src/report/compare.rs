@@ -20,7 +20,7 @@ pub fn comparison_text(comparison: &Comparison, a: &str, b: &str) -> String {
         "B - A, N/um",
         "U",
         "dof",
-        "|B - A|/U",
+        "(B - A)/U",
         "differs",
     ]);
     for change in &comparison.changes {
@@ -65,7 +65,7 @@ pub fn comparison_text(comparison: &Comparison, a: &str, b: &str) -> String {
     }
     if let Some(overall) = &comparison.overall {
         text.push_str(&format!(
-            "\nAll cells together: chi-squared {:.2} with {} degrees of freedom, p = {:.3}.\n",
+            "\nAll cells together: chi-squared {:.2} with {} degrees of freedom, {}.\n",
             overall.chi_squared, overall.dof, overall.p
         ));
     }
@@ -117,6 +117,15 @@ pub fn comparison_json(comparison: &Comparison) -> Value {
         },
         "rule": DECISION_RULE,
     })
+}
+
+/// A probability in words; one that would print as zero is said to be small.
+fn probability(p: f64) -> String {
+    if p < 0.001 {
+        "p < 0.001".to_owned()
+    } else {
+        format!("p = {p:.3}")
+    }
 }
 
 fn reason_words(reason: NotCompared) -> &'static str {
