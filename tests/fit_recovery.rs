@@ -13,7 +13,9 @@ use rand_chacha::ChaCha8Rng;
 use rayon::prelude::*;
 
 use stiffbench::bench::{BenchPlan, Jack, NoiseModel, VirtualBench};
-use stiffbench::fit::{FACTOR_NAMES, FitOptions, FitOutcome, MeasuredStiffness, fit_cells};
+use stiffbench::fit::{
+    FACTOR_NAMES, FitOptions, FitOutcome, FitProblem, MeasuredStiffness, fit_cells,
+};
 use stiffbench::robot::{FittingFactors, Robot, shipped_robot};
 use stiffbench::stiffness::{Gauges, Method, StiffnessOptions, stiffness_table};
 
@@ -47,9 +49,15 @@ fn simulate_and_fit(robot: &Robot, mechanism: &str, seed: u64) -> (FittingFactor
         StiffnessOptions::default(),
     );
     let measured = MeasuredStiffness::from_table(&table, Method::Regression);
+    let problem = FitProblem {
+        robot,
+        mechanism,
+        measured: &measured,
+        start: &start,
+    };
     (
         factors,
-        fit_cells(robot, mechanism, &measured, &start, &FitOptions::default()).unwrap(),
+        fit_cells(&problem, &FitOptions::default()).unwrap(),
     )
 }
 

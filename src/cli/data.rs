@@ -1,5 +1,6 @@
 //! From what the user names to data, robot, mechanism and factors.
 
+use std::fmt::Write;
 use std::fs;
 use std::io::{Cursor, Read};
 use std::path::{Path, PathBuf};
@@ -285,10 +286,11 @@ pub(super) struct Chosen {
 
 /// SHA-256 of a text, in hexadecimal.
 pub(super) fn sha256(text: &str) -> String {
-    Sha256::digest(text.as_bytes())
-        .iter()
-        .map(|byte| format!("{byte:02x}"))
-        .collect()
+    let mut digits = String::new();
+    for byte in Sha256::digest(text.as_bytes()) {
+        let _ = write!(digits, "{byte:02x}");
+    }
+    digits
 }
 
 /// Text of a robot file or of a shipped robot.
@@ -314,41 +316,35 @@ pub(super) fn robot_source(name: &str, beside: Option<&Path>) -> Result<SourceTe
 
 /// Robot, mechanism and factors: the user's choice first, then the session's, then the defaults.
 pub(super) fn choose(args: &ModelArgs, session: Option<&mut Session>) -> Result<Chosen, Failure> {
-    let header = session.as_ref().and_then(|session| session.header.clone());
-    let of_session = header.as_ref().and_then(|header| header.robot.clone());
-    let source = match (&args.robot, &of_session) {
+    let header = session
+        .as_ref()
+        .and_then(|session| session.header.clone())
+        .unwrap_or_default();
+    let folder = session
+        .as_ref()
+        .map_or_else(PathBuf::new, |session| session.folder.clone());
+    let source = match (&args.robot, &header.robot) {
         (Some(name), _) => robot_source(name, None)?,
-        (None, Some(name)) => {
-            let folder = session.as_ref().map(|session| session.folder.clone());
-            robot_source(name, folder.as_deref())?
-        }
+        (None, Some(name)) => robot_source(name, Some(&folder))?,
         (None, None) => robot_source("hp-robot", None)?,
     };
     let robot = Robot::parse(&source)?;
-    let of_session = |of: fn(&SessionHeader) -> Option<String>| header.as_ref().and_then(of);
-    let mechanism = args
-        .mechanism
-        .clone()
-        .or_else(|| of_session(|h| h.mechanism.clone()));
-    let mechanism = robot.mechanism(mechanism.as_deref())?.name.clone();
-    let factors = args
-        .factors
-        .clone()
-        .or_else(|| of_session(|h| h.factors.clone()));
-    let (factors_name, factors) = match factors {
-        Some(name) => (name.clone(), factor_set(&robot, &name)?),
-        None => {
+    let mechanism = args.mechanism.as_ref().or(header.mechanism.as_ref());
+    let mechanism = robot.mechanism(mechanism.map(String::as_str))?.name.clone();
+    let (factors_name, factors) = match (&args.factors, &header.factors) {
+        (Some(name), _) => (name.clone(), factor_set(&robot, name, Path::new(""))?),
+        (None, Some(name)) => (name.clone(), factor_set(&robot, name, &folder)?),
+        (None, None) => {
             let (name, factors) = robot.default_factors();
             (name.to_owned(), factors)
         }
     };
     if let Some(session) = session {
         session.warnings.extend(robot.warnings.iter().cloned());
-        let expected = header
-            .as_ref()
-            .and_then(|header| header.robot_sha256.as_deref());
-        if args.robot.is_none() && expected.is_some_and(|expected| expected != sha256(&source.text))
-        {
+        let other_file = header
+            .robot_sha256
+            .is_some_and(|expected| expected != sha256(&source.text));
+        if args.robot.is_none() && other_file {
             session.warnings.push(format!(
                 "{} is not the file the session was measured with: its SHA-256 differs",
                 source.name
@@ -366,14 +362,14 @@ pub(super) fn choose(args: &ModelArgs, session: Option<&mut Session>) -> Result<
     })
 }
 
-/// A factor set by name, or from a TOML file with tables `beam` and `link`.
-fn factor_set(robot: &Robot, name: &str) -> Result<FittingFactors, Failure> {
-    let path = Path::new(name);
+/// A factor set by name, or from a TOML file with tables `beam` and `link` in `folder`.
+fn factor_set(robot: &Robot, name: &str, folder: &Path) -> Result<FittingFactors, Failure> {
+    let path = folder.join(name);
     if robot.factors.contains_key(name) || !path.is_file() {
         return Ok(robot.factor_set(name)?);
     }
-    let text = fs::read_to_string(path).map_err(|source| CliError::Read {
-        path: path.to_owned(),
+    let text = fs::read_to_string(&path).map_err(|source| CliError::Read {
+        path: path.clone(),
         source,
     })?;
     let wrong = |problem: String| CliError::Factors {

@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use serde_json::json;
 
-use crate::fit::{FitOptions, MeasuredStiffness, fit_cells};
+use crate::fit::{FitOptions, FitProblem, MeasuredStiffness, fit_cells};
 use crate::report::{
     fit_figures, fit_json, fit_text, load_displacement_figure, paper_report, robot_figure,
     stiffness_text,
@@ -57,13 +57,13 @@ pub(super) fn run(args: &DemoArgs, global: &Global) -> Result<Outcome, Failure> 
         ..FitOptions::default()
     };
     let measured = MeasuredStiffness::from_table(&table, Method::Regression);
-    let outcome = fit_cells(
+    let problem = FitProblem {
         robot,
         mechanism,
-        &measured,
-        &prepared.chosen.factors,
-        &options,
-    )?;
+        measured: &measured,
+        start: &prepared.chosen.factors,
+    };
+    let outcome = fit_cells(&problem, &options)?;
     bar.inc(1);
     let paper = paper_report(robot)?;
     bar.inc(1);
@@ -117,12 +117,13 @@ pub(super) fn run(args: &DemoArgs, global: &Global) -> Result<Outcome, Failure> 
         files.push(folder.join(name));
     }
     bar.finish_and_clear();
-    let listing: String = files
+    let listing: Vec<String> = files
         .iter()
-        .map(|path| format!("  {}\n", path.display()))
+        .map(|path| format!("  {}", path.display()))
         .collect();
+    let listing = listing.join("\n");
     let text = format!(
-        "{text}\nWritten:\n{listing}\nNext: stiffbench fit {} --train P1,P3 --bootstrap 1000\n",
+        "{text}\nWritten:\n{listing}\n\nNext: stiffbench fit {} --train P1,P3 --bootstrap 1000\n",
         args.out.join("session").display()
     );
     let data = json!({

@@ -1,7 +1,7 @@
 //! `stiffbench fit`.
 
 use crate::fit::{
-    FactorChoice, FactorRole, FactorStatus, FitOptions, FitOutcome, MeasuredStiffness,
+    FactorChoice, FactorRole, FactorStatus, FitOptions, FitOutcome, FitProblem, MeasuredStiffness,
     MonteCarloSettings, PaperOptions, PaperSource, bootstrap_cells, factor_index,
     find_lower_minimum, fit_cells, follow_paper,
 };
@@ -29,6 +29,18 @@ pub(super) struct Prepared {
     pub(super) session: Option<(Box<Session>, StiffnessTable)>,
     /// Notes.
     pub(super) warnings: Vec<String>,
+}
+
+impl Prepared {
+    /// The problem of a fit to all cells.
+    pub(super) fn problem(&self) -> Result<FitProblem<'_>, Failure> {
+        Ok(FitProblem {
+            robot: &self.chosen.robot,
+            mechanism: self.chosen.robot.mechanism(Some(&self.chosen.mechanism))?,
+            measured: &self.measured,
+            start: &self.chosen.factors,
+        })
+    }
 }
 
 /// Fits and reports.
@@ -177,10 +189,7 @@ fn least_squares(
     prepared: &Prepared,
     global: &Global,
 ) -> Result<FitOutcome, Failure> {
-    let Prepared {
-        chosen, measured, ..
-    } = prepared;
-    let mechanism = chosen.robot.mechanism(Some(&chosen.mechanism))?;
+    let problem = prepared.problem()?;
     let options = FitOptions {
         train: training(args),
         choice: choice(args)?,
@@ -189,7 +198,7 @@ fn least_squares(
             Sigma::Estimated => SigmaMode::Estimated,
         }),
     };
-    if args.sigma == Some(Sigma::Known) && !measured.has_uncertainties() {
+    if args.sigma == Some(Sigma::Known) && !problem.measured.has_uncertainties() {
         return Err(CliError::Argument {
             argument: "--sigma known".to_owned(),
             problem: "the data state no uncertainty of the stiffnesses".to_owned(),
@@ -200,20 +209,18 @@ fn least_squares(
         }
         .into());
     }
-    let mut outcome = fit_cells(
-        &chosen.robot,
-        mechanism,
-        measured,
-        &chosen.factors,
-        &options,
-    )?;
+    let mut outcome = fit_cells(&problem, &options)?;
     let in_training = |pose: &PoseId| {
         options
             .train
             .as_ref()
             .is_none_or(|train| train.contains(pose))
     };
-    let trained = measured.select(|cell| in_training(&cell.pose));
+    let training = problem.measured.select(|cell| in_training(&cell.pose));
+    let trained = FitProblem {
+        measured: &training,
+        ..problem
+    };
     if args.bootstrap > 0 {
         let Some((_, table)) = &prepared.session else {
             return Err(CliError::NeedsReadings {
@@ -228,16 +235,11 @@ fn least_squares(
         };
         let bar = progress(global, "refits", args.bootstrap as u64);
         let done = || bar.inc(1);
-        let found = bootstrap_cells(
-            &chosen.robot,
-            mechanism,
-            table,
-            &trained,
-            &outcome.factors,
-            &options.choice,
-            &settings,
-            &done,
-        )?;
+        let fitted = FitProblem {
+            start: &outcome.factors,
+            ..trained
+        };
+        let found = bootstrap_cells(&fitted, table, &options.choice, &settings, &done)?;
         bar.finish_and_clear();
         for (estimate, interval) in outcome.estimates.iter_mut().zip(found.intervals_95) {
             estimate.bootstrap_interval_95 = interval;
@@ -254,14 +256,7 @@ fn least_squares(
             seed: args.seed,
             ..SearchSettings::default()
         };
-        let lower = find_lower_minimum(
-            &chosen.robot,
-            mechanism,
-            &trained,
-            &chosen.factors,
-            &options.choice,
-            &settings,
-        )?;
+        let lower = find_lower_minimum(&trained, &options.choice, &settings)?;
         outcome.warnings.push(match lower {
             Some(factors) => format!(
                 "a better fit exists: {}",

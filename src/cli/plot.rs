@@ -35,10 +35,11 @@ pub(super) fn run(args: &PlotArgs, global: &Global) -> Result<Outcome, Failure> 
     };
     let path = args.out.clone().unwrap_or_else(|| PathBuf::from(name));
     let written = write_figure(&path, &figure)?;
-    let text: String = written
+    let names: Vec<String> = written
         .iter()
-        .map(|path| format!("{}\n", path.display()))
+        .map(|path| path.display().to_string())
         .collect();
+    let text = names.join("\n") + "\n";
     Ok(
         Outcome::new("plot", text, json!({ "figure": name, "files": written }))
             .with_warnings(warnings),
@@ -97,17 +98,7 @@ fn of_fit(
         train,
         ..FitOptions::default()
     };
-    let mechanism = prepared
-        .chosen
-        .robot
-        .mechanism(Some(&prepared.chosen.mechanism))?;
-    let outcome = fit_cells(
-        &prepared.chosen.robot,
-        mechanism,
-        &prepared.measured,
-        &prepared.chosen.factors,
-        &options,
-    )?;
+    let outcome = fit_cells(&prepared.problem()?, &options)?;
     if args.figure == FigureName::Residuals {
         return Ok(("residuals", residuals(&prepared, &outcome)?));
     }

@@ -85,7 +85,7 @@ fn check(robot: &Robot) -> Result<Outcome, Failure> {
                     checked.push(json!({ "mechanism": mechanism.name, "pose": name, "stiffness_N_per_um": stiffness }));
                 }
                 Err(error @ RobotError::Unreachable { .. }) => {
-                    findings.push(format!("mechanism {}: {error}", mechanism.name))
+                    findings.push(format!("mechanism {}: {error}", mechanism.name));
                 }
                 Err(error) => return Err(error.into()),
             }
@@ -228,7 +228,8 @@ impl WorkspaceProjection {
             for (name, [z, y]) in &self.stated {
                 rows.row([name.clone(), z.to_string(), y.to_string()]);
             }
-            text.push_str(&format!("\n{}", rows.text()));
+            text.push('\n');
+            text.push_str(&rows.text());
         }
         text
     }

@@ -1,9 +1,24 @@
 //! Which measurement would determine a factor that the data leave open.
 
-use crate::robot::{FittingFactors, Mechanism, Robot, RobotError};
+use crate::least_squares::{LeastSquaresFit, SigmaMode};
+use crate::robot::{FittingFactors, RobotError};
+use crate::statistics::median;
 use crate::test_point::{Cell, Direction};
 
 use super::cell_model::{CellModel, FACTOR_NAMES, FACTORS, Shares};
+use super::choice::{FactorChoice, FactorRole};
+use super::measured::MeasuredStiffness;
+use super::outcome::FitOutcome;
+use super::problem::FitProblem;
+
+/// Uncertainty of ln K assumed for a further cell when the data state none: one percent, a good bench.
+const TYPICAL_LN_UNCERTAINTY: f64 = 0.01;
+
+/// A factor whose interval reaches this far, upper end over lower end, deserves advice.
+const WIDE: f64 = 2.0;
+
+/// Length of a 95 % interval in standard uncertainties.
+const INTERVAL_LENGTH: f64 = 3.92;
 
 /// The single further cell that would help most with one factor.
 #[derive(Debug, Clone, PartialEq, serde::Serialize)]
@@ -26,37 +41,69 @@ impl Advice {
     }
 }
 
-/// For each open factor the cell among the robot's named poses that determines it best.
+/// For each factor that is on a bound, not determined, or known to no better than a factor of two, the cell among the robot's named poses that determines it best.
 ///
 /// # Arguments
-/// - `information`: JᵀJ of ln K to ln a over all eight factors, in units of the inverse variance, at `factors`.
-/// - `free`: which factors the fit moves.
-/// - `open`: those that need help.
-/// - `ln_uncertainty`: of the further cell's ln K.
-/// - `prior_ln`: half the width of what bounds allow, taken as a standard deviation: keeps undetermined directions finite.
+/// - `problem`: the training cells.
+/// - `outcome`, `fit`: the fit of these cells and what was found of the factors.
 ///
 /// # Errors
 /// Those of [`CellModel::new`]; poses the mechanism cannot reach are passed over.
 pub(super) fn advise(
-    robot: &Robot,
-    mechanism: &Mechanism,
-    factors: &FittingFactors,
-    information: &[[f64; FACTORS]; FACTORS],
-    free: &[usize],
-    open: &[usize],
-    ln_uncertainty: f64,
-    prior_ln: f64,
+    problem: &FitProblem<'_>,
+    outcome: &FitOutcome,
+    fit: &LeastSquaresFit,
+    choice: &FactorChoice,
 ) -> Result<Vec<Advice>, RobotError> {
+    let knowledge = Knowledge::new(fit, problem.measured, outcome, choice);
+    let open: Vec<usize> = knowledge
+        .free
+        .iter()
+        .copied()
+        .filter(|&i| {
+            outcome.estimates[i]
+                .interval_95
+                .is_none_or(|[lower, upper]| upper > WIDE * lower)
+        })
+        .collect();
     if open.is_empty() {
         return Ok(Vec::new());
     }
-    let mut candidates: Vec<(Cell, Shares)> = Vec::new();
-    for named in &robot.poses {
+    let candidates = candidates(problem, &outcome.factors)?;
+    let best = |&factor: &usize| {
+        // Where factors can hardly be told apart the parabola at the minimum says little; the interval that was followed says more.
+        let followed = outcome.estimates[factor]
+            .interval_95
+            .map(|[lower, upper]| (upper / lower).ln() / INTERVAL_LENGTH);
+        let now = followed.or_else(|| knowledge.ln_uncertainty(factor, None))?;
+        let (cell, then) = candidates
+            .iter()
+            .filter_map(|(cell, shares)| {
+                Some((cell, knowledge.ln_uncertainty(factor, Some(shares))?))
+            })
+            .min_by(|a, b| a.1.total_cmp(&b.1))?;
+        Some(Advice {
+            factor: FACTOR_NAMES[factor],
+            measure: cell.clone(),
+            ln_uncertainty_now: now,
+            ln_uncertainty_then: then.min(now),
+        })
+    };
+    Ok(open.iter().filter_map(best).collect())
+}
+
+/// Every cell of the robot's named poses with the shares of the factors in its compliance.
+fn candidates(
+    problem: &FitProblem<'_>,
+    factors: &FittingFactors,
+) -> Result<Vec<(Cell, Shares)>, RobotError> {
+    let mut candidates = Vec::new();
+    for named in &problem.robot.poses {
         let cells = Direction::ALL.map(|direction| Cell {
             pose: named.id.clone(),
             direction,
         });
-        let mut model = match CellModel::new(robot, mechanism, &cells) {
+        let mut model = match CellModel::new(problem.robot, problem.mechanism, &cells) {
             Ok(model) => model,
             Err(RobotError::Unreachable { .. }) => continue,
             Err(error) => return Err(error),
@@ -65,35 +112,87 @@ pub(super) fn advise(
         model.evaluate(factors, &mut [0.0; 3], Some(&mut shares))?;
         candidates.extend(cells.into_iter().zip(shares));
     }
-    let p = free.len();
-    let matrix = |extra: Option<&Shares>| {
-        nalgebra::DMatrix::from_fn(p, p, |i, j| {
-            let (a, b) = (free[i], free[j]);
+    Ok(candidates)
+}
+
+/// What the training cells say of the free factors.
+struct Knowledge {
+    /// Factors that the fit moves.
+    free: Vec<usize>,
+    /// JᵀJ of ln K to ln a over the free factors, in units of the inverse variance.
+    information: Vec<Vec<f64>>,
+    /// Standard uncertainty of ln K of a further cell.
+    further_ln_uncertainty: f64,
+    /// Half the width of what bounds allow, taken as a standard deviation: keeps undetermined directions finite.
+    prior_ln: f64,
+}
+
+impl Knowledge {
+    fn new(
+        fit: &LeastSquaresFit,
+        training: &MeasuredStiffness,
+        outcome: &FitOutcome,
+        choice: &FactorChoice,
+    ) -> Self {
+        // With known uncertainties the Jacobian is in units of them. Without, it has none, and the scatter about the fit stands in.
+        let scatter = match outcome
+            .agreement
+            .as_ref()
+            .map(|a| (a.sigma, a.reduced_chi_squared))
+        {
+            Some((SigmaMode::Estimated, Some(variance))) if variance > 0.0 => Some(variance.sqrt()),
+            _ => None,
+        };
+        let mut own: Vec<f64> = training
+            .cells
+            .iter()
+            .filter_map(|cell| cell.ln_uncertainty)
+            .map(|u| u.own)
+            .collect();
+        let stated = median(&mut own).filter(|u| *u > 0.0);
+        let further = scatter.or(stated).unwrap_or(TYPICAL_LN_UNCERTAINTY);
+        let unit = if scatter.is_some() || stated.is_none() {
+            further
+        } else {
+            1.0
+        };
+        let free: Vec<usize> = (0..FACTORS)
+            .filter(|&i| choice.roles[i] == FactorRole::Free)
+            .collect();
+        let product = |(x, y): (&[f64], &[f64])| {
+            x.iter().zip(y).map(|(x, y)| x * y).sum::<f64>() / (unit * unit)
+        };
+        let entry = |a, b| {
+            fit.jacobian_column(a)
+                .zip(fit.jacobian_column(b))
+                .map_or(0.0, product)
+        };
+        Self {
+            information: (0..free.len())
+                .map(|a| (0..free.len()).map(|b| entry(a, b)).collect())
+                .collect(),
+            free,
+            further_ln_uncertainty: further,
+            prior_ln: 0.5 * (choice.range[1] / choice.range[0]).ln(),
+        }
+    }
+
+    /// Standard uncertainty of ln a of a free factor, with the data at hand or with one cell more.
+    fn ln_uncertainty(&self, factor: usize, further: Option<&Shares>) -> Option<f64> {
+        let place = self.free.iter().position(|free| *free == factor)?;
+        let count = self.free.len();
+        let weight = 1.0 / (self.further_ln_uncertainty * self.further_ln_uncertainty);
+        let matrix = nalgebra::DMatrix::from_fn(count, count, |i, j| {
             let prior = if i == j {
-                1.0 / (prior_ln * prior_ln)
+                1.0 / (self.prior_ln * self.prior_ln)
             } else {
                 0.0
             };
-            let further = extra.map_or(0.0, |s| s[a] * s[b] / (ln_uncertainty * ln_uncertainty));
-            information[a][b] + prior + further
-        })
-    };
-    let uncertainty = |extra: Option<&Shares>, factor: usize| {
-        let place = free.iter().position(|f| *f == factor)?;
-        Some(matrix(extra).cholesky()?.inverse()[(place, place)].sqrt())
-    };
-    let best = |&factor: &usize| {
-        let now = uncertainty(None, factor)?;
-        let (cell, then) = candidates
-            .iter()
-            .filter_map(|(cell, shares)| Some((cell, uncertainty(Some(shares), factor)?)))
-            .min_by(|a, b| a.1.total_cmp(&b.1))?;
-        Some(Advice {
-            factor: FACTOR_NAMES[factor],
-            measure: cell.clone(),
-            ln_uncertainty_now: now,
-            ln_uncertainty_then: then,
-        })
-    };
-    Ok(open.iter().filter_map(best).collect())
+            let more = further.map_or(0.0, |shares| {
+                shares[self.free[i]] * shares[self.free[j]] * weight
+            });
+            self.information[i][j] + prior + more
+        });
+        Some(matrix.cholesky()?.inverse()[(place, place)].sqrt())
+    }
 }

@@ -1,15 +1,15 @@
 //! Intervals of the factors from runs drawn again: no distribution assumed, each run with its own zero and slope.
 
 use crate::least_squares::{BootstrapSettings, ReplicateFailure, cluster_bootstrap};
-use crate::robot::{FittingFactors, Mechanism, Robot};
 use crate::stiffness::{CellStiffness, RunSums, StiffnessTable};
 use crate::test_point::Cell;
 
 use super::cell_model::{FACTOR_NAMES, FACTORS, factor_vector};
 use super::choice::FactorChoice;
-use super::fit_cells::FitError;
+use super::error::FitError;
 use super::joint::JointProblem;
 use super::measured::MeasuredStiffness;
+use super::problem::FitProblem;
 
 /// Percentile intervals of the factors from refits to resampled runs.
 #[derive(Debug, Clone, PartialEq)]
@@ -43,45 +43,41 @@ enum Refit {
 /// its variance; deviations are stretched by √(G/(G - 1)) to undo that (Davison and Hinkley, 1997, section 3.2).
 ///
 /// # Arguments
-/// - `measured`: the training cells with the regression stiffness of `table`.
-/// - `fitted`: where each refit starts.
+/// - `problem`: the training cells with the regression stiffness of `table`; each refit starts from `start`, the fitted factors.
 /// - `refitted`: called after each refit, for progress.
 ///
 /// # Errors
 /// [`FitError::LeastSquares`] if a cell has a single run.
 pub fn bootstrap_cells(
-    robot: &Robot,
-    mechanism: &Mechanism,
+    problem: &FitProblem<'_>,
     table: &StiffnessTable,
-    measured: &MeasuredStiffness,
-    fitted: &FittingFactors,
     choice: &FactorChoice,
     settings: &BootstrapSettings,
     refitted: &(dyn Fn() + Sync),
 ) -> Result<BootstrapIntervals, FitError> {
     let set = choice.parameters()?;
-    let resampled = ResampledCells::new(table, measured);
+    let resampled = ResampledCells::new(table, problem.measured);
     let strata: Vec<usize> = resampled.runs.iter().map(Vec::len).collect();
     let bootstrap = cluster_bootstrap(
         &strata,
-        &factor_vector(fitted),
+        &factor_vector(problem.start),
         settings,
         || {
             (
-                JointProblem::new(robot, mechanism, measured, fitted).ok(),
+                JointProblem::new(problem).ok(),
                 resampled.ln_stiffness.clone(),
             )
         },
-        |multiplicities, (problem, ln_stiffness)| {
-            let problem = problem.as_mut().ok_or(Refit::NotSetUp)?;
+        |multiplicities, (joint, ln_stiffness)| {
+            let joint = joint.as_mut().ok_or(Refit::NotSetUp)?;
             resampled.draw(multiplicities, ln_stiffness);
-            problem.set_measured(ln_stiffness);
+            joint.set_measured(ln_stiffness);
             refitted();
-            let fit = problem.minimise(&set).map_err(|_| Refit::NotConverged)?;
+            let fit = joint.minimise(&set).map_err(|_| Refit::NotConverged)?;
             if !fit.termination.is_converged() {
                 return Err(Refit::NotConverged);
             }
-            Ok(factor_vector(&problem.factors(&fit.values)).to_vec())
+            Ok(factor_vector(&joint.factors(&fit.values)).to_vec())
         },
     )?;
     debug_assert!(

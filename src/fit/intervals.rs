@@ -5,7 +5,7 @@ use crate::least_squares::{
     ParameterStatus, ProfileEnd, ProfileInterval, ProfileSettings, SigmaMode, covariance, profile,
 };
 
-use super::fit_cells::FitError;
+use super::error::FitError;
 use super::joint::JointProblem;
 use super::outcome::{FactorStatus, FitOutcome};
 

@@ -9,11 +9,12 @@ use crate::least_squares::{
     EvaluationFailure, JacobianView, LeastSquaresError, LeastSquaresFit, LeastSquaresSettings,
     ParameterSet, ResidualFunction, minimise,
 };
-use crate::robot::{FittingFactors, Mechanism, Robot, RobotError};
+use crate::robot::{FittingFactors, RobotError};
 use crate::test_point::Cell;
 
 use super::cell_model::{CellModel, FACTORS, Shares, factor_vector, factors_from_vector};
 use super::measured::MeasuredStiffness;
+use super::problem::FitProblem;
 
 /// The problem of one joint fit.
 #[derive(Debug)]
@@ -38,20 +39,16 @@ enum Whitening {
 impl<'a> JointProblem<'a> {
     /// # Errors
     /// Those of [`CellModel::new`].
-    pub(super) fn new(
-        robot: &'a Robot,
-        mechanism: &'a Mechanism,
-        measured: &MeasuredStiffness,
-        start: &FittingFactors,
-    ) -> Result<Self, RobotError> {
+    pub(super) fn new(problem: &FitProblem<'a>) -> Result<Self, RobotError> {
+        let measured = problem.measured;
         let cells: Vec<Cell> = measured
             .cells
             .iter()
             .map(|cell| cell.cell.clone())
             .collect();
         Ok(Self {
-            model: CellModel::new(robot, mechanism, &cells)?,
-            start: factor_vector(start),
+            model: CellModel::new(problem.robot, problem.mechanism, &cells)?,
+            start: factor_vector(problem.start),
             ln_measured: measured
                 .cells
                 .iter()

@@ -3,19 +3,21 @@
 //! - [`CellModel`]: stiffness of pose and direction as a function of the factors, with exact derivatives;
 //! - [`significance`]: which factor matters where (the paper's Table III, and exact shares);
 //! - [`fit_in_sequence`], [`combine`], [`follow_paper`]: the paper's nine steps;
-//! - [`MeasuredStiffness`], [`fit_cells`]: the joint least-squares fit, its intervals, its judgement on poses it did not see.
+//! - [`MeasuredStiffness`], [`FitProblem`], [`fit_cells`]: the joint least-squares fit, its intervals, its judgement on poses it did not see.
 
 mod advice;
 mod bootstrap;
 mod cell_model;
 mod choice;
 mod combine;
+mod error;
 mod fit_cells;
 mod intervals;
 mod joint;
 mod measured;
 mod monte_carlo;
 mod outcome;
+mod problem;
 mod procedure;
 mod significance;
 mod stiffness_list;
@@ -27,12 +29,14 @@ pub use cell_model::{
 };
 pub use choice::{FactorChoice, FactorRole, NotAFactor, factor_index};
 pub use combine::combine;
-pub use fit_cells::{FitError, FitOptions, find_lower_minimum, fit_cells};
+pub use error::FitError;
+pub use fit_cells::{FitOptions, find_lower_minimum, fit_cells};
 pub use measured::{LnUncertainty, MeasuredCell, MeasuredStiffness, WeightBasis};
 pub use monte_carlo::{MonteCarloFit, MonteCarloSettings, MonteCarloStep, fit_in_sequence};
 pub use outcome::{
     Agreement, Correlation, FactorEstimate, FactorStatus, FitMethod, FitOutcome, FittedCell,
 };
+pub use problem::FitProblem;
 pub use procedure::{PaperFit, PaperOptions, PaperSource, PoseFit, follow_paper};
 pub use significance::{PAPER_FACTOR, Scope, SequenceStep, Significance, significance};
 pub use stiffness_list::{StiffnessListError, is_stiffness_list, read_stiffness_list};

@@ -5,10 +5,11 @@ use crate::test_point::{Cell, Direction, PoseId};
 
 use super::cell_model::CellModel;
 use super::combine::combine;
-use super::fit_cells::FitError;
+use super::error::FitError;
 use super::measured::MeasuredStiffness;
 use super::monte_carlo::{MonteCarloFit, MonteCarloSettings, MonteCarloStep, fit_in_sequence};
 use super::outcome::{FactorStatus, FitMethod, FitOutcome, fitted_cells, plain_estimates};
+use super::problem::FitProblem;
 use super::significance::{Scope, SequenceStep, Significance, significance};
 
 /// Factors that the paper gives the links for constants that hardly deform them: a hundredfold (step 6).
@@ -91,16 +92,13 @@ pub fn follow_paper(
         PaperSource::Given(name, factors) => (Vec::new(), *factors, Some(name.clone())),
         PaperSource::Reference(reference) => {
             let fit = |(pose, weight): &(PoseId, f64)| {
-                fit_pose(
+                let problem = FitProblem {
                     robot,
                     mechanism,
-                    reference,
-                    pose,
-                    *weight,
-                    &FittingFactors::UNIT,
-                    Scope::All,
-                    trials,
-                )
+                    measured: reference,
+                    start: &FittingFactors::UNIT,
+                };
+                fit_pose(&problem, pose, *weight, Scope::All, trials)
             };
             let fits: Vec<PoseFit> = options.poses.iter().map(fit).collect::<Result<_, _>>()?;
             let combined = combined(&fits)?;
@@ -116,21 +114,17 @@ pub fn follow_paper(
             LINK_STIFFENING,
         ],
     };
-    let fit = |(pose, weight): &(PoseId, f64)| {
-        fit_pose(
-            robot,
-            mechanism,
-            measured,
-            pose,
-            *weight,
-            &start,
-            Scope::Beams,
-            trials,
-        )
+    let problem = FitProblem {
+        robot,
+        mechanism,
+        measured,
+        start: &start,
     };
+    let fit =
+        |(pose, weight): &(PoseId, f64)| fit_pose(&problem, pose, *weight, Scope::Beams, trials);
     let multi_source: Vec<PoseFit> = options.poses.iter().map(fit).collect::<Result<_, _>>()?;
     let factors = combined(&multi_source)?;
-    let mut outcome = validate(robot, mechanism, measured, options, &start, &factors)?;
+    let mut outcome = validate(&problem, options, &factors)?;
     outcome
         .warnings
         .extend(single_source.iter().chain(&multi_source).flat_map(misses));
@@ -146,12 +140,9 @@ pub fn follow_paper(
 
 /// Steps 2 to 4, or 6 and 7, for one pose.
 fn fit_pose(
-    robot: &Robot,
-    mechanism: &Mechanism,
-    wanted: &MeasuredStiffness,
+    problem: &FitProblem<'_>,
     pose: &PoseId,
     weight: f64,
-    start: &FittingFactors,
     scope: Scope,
     trials: &MonteCarloSettings,
 ) -> Result<PoseFit, FitError> {
@@ -161,7 +152,11 @@ fn fit_pose(
             pose: pose.clone(),
             direction,
         };
-        let found = wanted.cells.iter().find(|measured| measured.cell == cell);
+        let found = problem
+            .measured
+            .cells
+            .iter()
+            .find(|measured| measured.cell == cell);
         let Some(found) = found else {
             return Err(FitError::MissingDirection {
                 pose: pose.clone(),
@@ -170,6 +165,12 @@ fn fit_pose(
         };
         wanted_n_per_m[direction.index()] = found.stiffness_n_per_m;
     }
+    let FitProblem {
+        robot,
+        mechanism,
+        start,
+        ..
+    } = *problem;
     let significance = significance(robot, mechanism, pose, start, scope)?;
     let sequence = significance.sequence();
     let cells = Direction::ALL.map(|direction| Cell {
@@ -215,13 +216,16 @@ fn combined(fits: &[PoseFit]) -> Result<FittingFactors, FitError> {
 
 /// Step 9.
 fn validate(
-    robot: &Robot,
-    mechanism: &Mechanism,
-    measured: &MeasuredStiffness,
+    problem: &FitProblem<'_>,
     options: &PaperOptions,
-    start: &FittingFactors,
     factors: &FittingFactors,
 ) -> Result<FitOutcome, FitError> {
+    let FitProblem {
+        robot,
+        mechanism,
+        measured,
+        start,
+    } = *problem;
     let cells: Vec<Cell> = measured
         .cells
         .iter()

@@ -1,5 +1,7 @@
 //! The comparison of two sessions, for people and for programs.
 
+use std::fmt::Write;
+
 use serde_json::{Value, json};
 
 use crate::quantity::NEWTON_PER_METRE_PER_NEWTON_PER_MICROMETRE as N_PER_UM;
@@ -58,23 +60,23 @@ pub fn comparison_text(comparison: &Comparison, a: &str, b: &str) -> String {
         rows.text()
     );
     for (cell, reason) in &comparison.not_compared {
-        text.push_str(&format!(
-            "not compared: {cell}: {}\n",
-            reason_words(*reason)
-        ));
+        let _ = writeln!(text, "not compared: {cell}: {}", reason_words(*reason));
     }
     if let Some(overall) = &comparison.overall {
-        text.push_str(&format!(
-            "\nAll cells together: chi-squared {:.2} with {} degrees of freedom, {}.\n",
-            overall.chi_squared, overall.dof, overall.p
-        ));
+        let _ = writeln!(
+            text,
+            "\nAll cells together: chi-squared {:.2} with {} degrees of freedom, {}.",
+            overall.chi_squared,
+            overall.dof,
+            probability(overall.p)
+        );
     }
     let verdict = match comparison.agreement {
         Agreement::Agrees => "The sessions agree.",
         Agreement::Differs => "The sessions differ.",
         Agreement::NothingToCompare => "There is nothing to compare.",
     };
-    text.push_str(&format!("{verdict} Rule: {DECISION_RULE}\n"));
+    let _ = writeln!(text, "{verdict} Rule: {DECISION_RULE}");
     text
 }
 

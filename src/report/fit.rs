@@ -1,5 +1,7 @@
 //! A fit for people and for programs.
 
+use std::fmt::Write;
+
 use serde_json::{Value, json};
 
 use crate::fit::{
@@ -117,7 +119,7 @@ pub fn fit_text(outcome: &FitOutcome) -> String {
     text.push('\n');
     text.push_str(&cells_text(outcome));
     for warning in &outcome.warnings {
-        text.push_str(&format!("\nnote: {warning}\n"));
+        let _ = writeln!(text, "\nnote: {warning}");
     }
     text
 }
@@ -129,7 +131,7 @@ fn words(outcome: &FitOutcome) -> String {
         if let FactorStatus::AtBound { words, .. } | FactorStatus::NotIdentified { words } =
             &estimate.status
         {
-            text.push_str(&format!("{}: {words}.\n", estimate.name));
+            let _ = writeln!(text, "{}: {words}.", estimate.name);
         }
     }
     for advice in &outcome.advice {
@@ -138,27 +140,31 @@ fn words(outcome: &FitOutcome) -> String {
             percent(advice.ln_uncertainty_now),
             percent(advice.ln_uncertainty_then),
         );
-        text.push_str(&if advice.helps() {
-            format!(
-                "{}: a further measurement along {} at {} would help most (standard uncertainty {now} now, {then} then).\n",
-                advice.factor, advice.measure.direction, advice.measure.pose
+        let (factor, at) = (advice.factor, &advice.measure);
+        let _ = if advice.helps() {
+            writeln!(
+                text,
+                "{factor}: a further measurement along {} at {} would help most (standard uncertainty {now} now, {then} then).",
+                at.direction, at.pose
             )
         } else {
-            format!(
-                "{}: no single further cell in the robot's poses halves its uncertainty (best: {} at {}, {now} to {then}); more of them, less scatter, \
-                 or fixing or tying the factor would.\n",
-                advice.factor, advice.measure.direction, advice.measure.pose
+            writeln!(
+                text,
+                "{factor}: no single further cell in the robot's poses halves its uncertainty (best: {} at {}, {now} to {then}); more of them, \
+                 less scatter, or fixing or tying the factor would.",
+                at.direction, at.pose
             )
-        });
+        };
     }
     if let Some(correlation) = &outcome.correlation {
         for (i, a) in correlation.names.iter().enumerate() {
             for (j, b) in correlation.names.iter().enumerate().skip(i + 1) {
                 let rho = correlation.matrix[i][j];
                 if rho.abs() > 0.95 {
-                    text.push_str(&format!(
-                        "{a} and {b} can hardly be told apart: correlation {rho:+.3}.\n"
-                    ));
+                    let _ = writeln!(
+                        text,
+                        "{a} and {b} can hardly be told apart: correlation {rho:+.3}."
+                    );
                 }
             }
         }
@@ -250,9 +256,7 @@ fn cells_text(outcome: &FitOutcome) -> String {
         } else {
             "cells of the fit itself"
         };
-        text.push_str(&format!(
-            "\nLargest error over the {which}: {worst:.2} %.\n"
-        ));
+        let _ = writeln!(text, "\nLargest error over the {which}: {worst:.2} %.");
     }
     text
 }
@@ -304,10 +308,11 @@ pub fn paper_steps_text(fit: &PaperFit) -> String {
         fit.outcome.mechanism
     );
     if let Some(name) = &fit.single_source_given {
-        text.push_str(&format!(
-            "\nSteps 2 to 4. Single-source (S-FSD) factors as given: {name} {}.\n",
+        let _ = writeln!(
+            text,
+            "\nSteps 2 to 4. Single-source (S-FSD) factors as given: {name} {}.",
             factors_text(fit.single_source_factors.beam)
-        ));
+        );
     } else {
         text.push_str(
             "\nSteps 2 to 4. Single-source (S-FSD) fits to the reference, beams and links alike.\n",
@@ -315,15 +320,17 @@ pub fn paper_steps_text(fit: &PaperFit) -> String {
         for pose in &fit.single_source {
             text.push_str(&pose_text(pose));
         }
-        text.push_str(&format!(
-            "\nCombined: {}.\n",
+        let _ = writeln!(
+            text,
+            "\nCombined: {}.",
             factors_text(fit.single_source_factors.beam)
-        ));
+        );
     }
-    text.push_str(&format!(
-        "\nStep 5. Beams and links part. Links keep {}.\n",
+    let _ = writeln!(
+        text,
+        "\nStep 5. Beams and links part. Links keep {}.",
         factors_text(fit.start.link)
-    ));
+    );
     text.push_str("\nSteps 6 and 7. Multi-source fits of the beams to the measured stiffness.\n");
     for pose in &fit.multi_source {
         text.push_str(&pose_text(pose));
@@ -334,10 +341,11 @@ pub fn paper_steps_text(fit: &PaperFit) -> String {
         .map(|pose| format!("{} {}", pose.pose, pose.weight))
         .collect::<Vec<_>>()
         .join(", ");
-    text.push_str(&format!(
-        "\nStep 8. Weighted combination ({weights}): beams {}.\n",
+    let _ = writeln!(
+        text,
+        "\nStep 8. Weighted combination ({weights}): beams {}.",
         factors_text(fit.outcome.factors.beam)
-    ));
+    );
     text.push_str("\nStep 9. Validation.\n\n");
     text
 }

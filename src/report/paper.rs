@@ -3,10 +3,12 @@
 //! The printed cells live in `data/paper/tables.csv`; here are only the rules by which each is worked out again: which factors, which
 //! load, which quantity.
 
+use std::fmt::Write;
+
 use serde_json::{Value, json};
 
 use crate::fit::{
-    CellModel, FitError, FitOptions, FitOutcome, MeasuredCell, MeasuredStiffness,
+    CellModel, FitError, FitOptions, FitOutcome, FitProblem, MeasuredCell, MeasuredStiffness,
     MonteCarloSettings, PaperOptions, PaperSource, Scope, WeightBasis, fit_cells, follow_paper,
     significance,
 };
@@ -118,10 +120,12 @@ pub fn paper_report(robot: &Robot) -> Result<PaperReport, FitError> {
         ..FitOptions::default()
     };
     let joint = fit_cells(
-        robot,
-        mechanism,
-        &measured,
-        &robot.factor_set("m_fsd")?,
+        &FitProblem {
+            robot,
+            mechanism,
+            measured: &measured,
+            start: &robot.factor_set("m_fsd")?,
+        },
         &train,
     )?;
     Ok(PaperReport {
@@ -443,12 +447,13 @@ impl PaperReport {
                 .collect();
             let have: Vec<&&PaperCell> = cells.iter().filter(|cell| cell.ours.is_ok()).collect();
             let reproduced = have.iter().filter(|cell| cell.is_reproduced()).count();
-            text.push_str(&format!(
-                "Table {table}. {title}\n{} printed cells, {} worked out here, {reproduced} of these within {:.0} % of the print.\n\n",
+            let _ = writeln!(
+                text,
+                "Table {table}. {title}\n{} printed cells, {} worked out here, {reproduced} of these within {:.0} % of the print.\n",
                 cells.len(),
                 have.len(),
                 100.0 * (REPRODUCED_WITHIN - 1.0)
-            ));
+            );
             let mut rows =
                 TextTable::new(&["row", "place", "quantity", "paper", "ours", "ours/paper"]);
             for cell in &have {

@@ -1,5 +1,7 @@
 //! A robot, its mobility and its compliance, for people and for programs.
 
+use std::fmt::Write;
+
 use serde_json::{Value, json};
 
 use crate::robot::{ChainMobility, MechanismModel, Mobility, Robot};
@@ -45,7 +47,7 @@ pub fn robot_text(robot: &Robot) -> String {
             variable.nominal_deg.to_string(),
         ]);
     }
-    text.push_str(&format!("\n{}", rows.text()));
+    let _ = write!(text, "\n{}", rows.text());
     let heads: Vec<&str> = std::iter::once("pose")
         .chain(robot.variables.iter().map(|v| v.name.as_str()))
         .collect();
@@ -56,12 +58,13 @@ pub fn robot_text(robot: &Robot) -> String {
                 .chain(named.pose.angles_deg.iter().map(f64::to_string)),
         );
     }
-    text.push_str(&format!("\n{}", rows.text()));
+    let _ = write!(text, "\n{}", rows.text());
     let sets = robot.factors.keys().cloned().collect::<Vec<_>>().join(", ");
-    text.push_str(&format!(
-        "\nFactor sets: {}.\n",
+    let _ = writeln!(
+        text,
+        "\nFactor sets: {}.",
         if sets.is_empty() { "none" } else { &sets }
-    ));
+    );
     text
 }
 

@@ -1,5 +1,7 @@
 //! Measured stiffness for people.
 
+use std::fmt::Write;
+
 use crate::quantity::NEWTON_PER_METRE_PER_NEWTON_PER_MICROMETRE as N_PER_UM;
 use crate::stiffness::{
     Method, NoStiffness, Standing, StiffnessEstimate, StiffnessTable, format_value_uncertainty,
@@ -53,12 +55,13 @@ pub fn stiffness_text(table: &StiffnessTable, with_budget: bool) -> String {
          F/d: the paper's mean of force over displacement.\n",
     );
     if let Some(pooled) = &table.pooled_scatter {
-        text.push_str(&format!(
-            "\nPooled repeat SD: {:.2} um (displacement gauge) and {:.3} N (force gauge), {} degrees of freedom over all cells.\n",
+        let _ = writeln!(
+            text,
+            "\nPooled repeat SD: {:.2} um (displacement gauge) and {:.3} N (force gauge), {} degrees of freedom over all cells.",
             pooled.displacement_sd_m * 1e6,
             pooled.force_sd_n,
             pooled.dof
-        ));
+        );
     }
     for cell in &table.cells {
         for (name, result) in [
@@ -66,21 +69,19 @@ pub fn stiffness_text(table: &StiffnessTable, with_budget: bool) -> String {
             ("mean of F/d", cell.by(Method::PaperMean)),
         ] {
             if let Err(reason) = result {
-                text.push_str(&format!(
-                    "{}: no stiffness by {name}: {reason}\n",
-                    cell.cell
-                ));
+                let _ = writeln!(text, "{}: no stiffness by {name}: {reason}", cell.cell);
             }
         }
         for flag in &cell.flags {
-            text.push_str(&format!("flag, {}: {flag}\n", cell.cell));
+            let _ = writeln!(text, "flag, {}: {flag}", cell.cell);
         }
     }
     for skipped in &table.skipped {
-        text.push_str(&format!(
-            "not in the table: {}: {}\n",
+        let _ = writeln!(
+            text,
+            "not in the table: {}: {}",
             skipped.cell, skipped.reason
-        ));
+        );
     }
     if with_budget {
         text.push_str(&budgets(table));
@@ -124,10 +125,11 @@ fn budgets(table: &StiffnessTable) -> String {
         let Ok(found) = cell.by(Method::Regression) else {
             continue;
         };
-        text.push_str(&format!(
-            "\nBudget of {} (K by regression, standard uncertainties):\n\n",
+        let _ = writeln!(
+            text,
+            "\nBudget of {} (K by regression, standard uncertainties):\n",
             cell.cell
-        ));
+        );
         let mut rows = TextTable::new(&[
             "source",
             "type",
