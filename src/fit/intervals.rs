@@ -110,7 +110,7 @@ impl Profiled {
                 .map(|interval| interval.map(scaled));
             match covariance.estimates[index].status {
                 ParameterStatus::AtBound(bound) => {
-                    estimate.status = at_bound(bound == Bound::Upper)
+                    estimate.status = at_bound(bound == Bound::Upper);
                 }
                 ParameterStatus::NotIdentified { .. } => {
                     let words =

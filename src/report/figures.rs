@@ -205,18 +205,17 @@ fn flags_reading(flag: &Flag, seq: u32) -> bool {
 pub fn workspace_figure(
     points_z_y_m: Vec<[f64; 2]>,
     extremes: Vec<(String, [f64; 2])>,
-    stated: Vec<(String, [f64; 2])>,
+    mut stated: Vec<(String, [f64; 2])>,
 ) -> Figure {
     /// Points nearer than this belong together, m.
     const SAME_PLACE_M: f64 = 0.05;
-    let mut apart = stated.clone();
     let mut extremes_named = Vec::new();
     for (name, at) in extremes {
-        let near = apart.iter_mut().find(|(stated, to)| {
+        let near = stated.iter_mut().find(|(stated, to)| {
             !stated.is_empty() && (to[0] - at[0]).hypot(to[1] - at[1]) < SAME_PLACE_M
         });
         let name = match near {
-            Some((stated, _)) => format!("{} ({name})", std::mem::take(stated)),
+            Some((known, _)) => format!("{} ({name})", std::mem::take(known)),
             None => name,
         };
         extremes_named.push(NamedPoint {
@@ -228,7 +227,7 @@ pub fn workspace_figure(
     workspace(&WorkspaceProjection {
         points_z_y_m,
         extremes: extremes_named,
-        stated: apart
+        stated: stated
             .into_iter()
             .map(|(name, [z_m, y_m])| NamedPoint { name, z_m, y_m })
             .collect(),
