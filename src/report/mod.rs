@@ -17,7 +17,7 @@ pub use figures::{
     robot_figure, workspace_figure,
 };
 pub use fit::{factors_toml, fit_json, fit_text, paper_steps_json, paper_steps_text};
-pub use paper::{PaperReport, paper_report};
+pub use paper::{PaperCell, PaperReport, paper_report};
 pub use robot::{
     compliance_json, compliance_text, mobility_json, mobility_text, robot_json, robot_text,
 };
