@@ -68,12 +68,12 @@ impl<'a> JointProblem<'a> {
     /// When a fit of this problem has converged.
     ///
     /// A compliance keeps about nine digits in the worst mechanism (3e-10 against OpenSees), and weights of 1/0.002 turn that into residuals
-    /// that are uncertain by 1e-7. A share of 1e-6 of ‖r‖², or 1e-6 in units of the variance, is a step of a thousandth of a standard
-    /// error; without weights 1e-16 stands for ln K itself to eight digits.
+    /// that are uncertain by 1e-7. A reduction of ‖r‖² by 1e-6, in units of the variance,
+    /// is a step of a thousandth of a standard error; without weights 1e-16 stands for ln K itself to eight digits.
     pub(super) fn settings(&self) -> LeastSquaresSettings {
         LeastSquaresSettings {
             max_evaluations: 200,
-            reduction_tolerance: 1e-6,
+            reduction_tolerance: 1e-9,
             negligible_reduction: match self.whitening {
                 Whitening::Rows(_) => 1e-6,
                 Whitening::None => 1e-16,
