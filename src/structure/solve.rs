@@ -18,7 +18,7 @@ use super::topology::{ElementMap, HELD, Topology};
 ///
 /// In the stiffest and softest shipped robots, paper factors included, pivots keep more than 1e-9 of the diagonal; exact zeros come
 /// out below 1e-15.
-const LOST_PIVOT: f64 = 1e-13;
+pub(super) const LOST_PIVOT: f64 = 1e-13;
 
 /// Solver of all structures with one topology; moves and re-rates in place and allocates nothing after it was made.
 pub struct Solver {

@@ -1,14 +1,15 @@
 //! What a structure's connections fix once and for all: numbering, sparsity, symbolic factorisation.
 
+use std::collections::BTreeSet;
+
 use faer::Side;
-use faer::dyn_stack::{MemBuffer, MemStack, StackReq};
+use faer::sparse::SymbolicSparseColMat;
 use faer::sparse::linalg::SupernodalThreshold;
-use faer::sparse::linalg::amd;
 use faer::sparse::linalg::cholesky::{
     CholeskySymbolicParams, SymbolicCholesky, SymmetricOrdering, factorize_symbolic_cholesky,
 };
-use faer::sparse::{SymbolicSparseColMat, SymbolicSparseColMatRef};
 
+use super::ordering::{Eliminated, minimum_degree_before};
 use super::parts::{Attachment, Freedom, Structure, StructureError};
 
 /// Equation of a freedom that is held.
@@ -56,34 +57,16 @@ pub(super) struct Topology {
 impl Topology {
     /// Numbers the freedoms and factorises symbolically.
     ///
-    /// Blocks (nodes and hinges) are ordered by minimum degree, the end's block last: what the loads touch is then eliminated
-    /// last and the fill of these chain-like structures stays within a few blocks a column.
+    /// Blocks (nodes and hinges) are ordered by minimum degree, the end's block last.
     pub(super) fn new(structure: &Structure) -> Result<Self, StructureError> {
         check_indices(structure)?;
         let node_count = structure.nodes.len();
-        let mut held = vec![[false; 6]; node_count];
-        for support in &structure.supports {
-            for (flag, support_holds) in held[support.node].iter_mut().zip(support.held) {
-                *flag |= support_holds;
-            }
-        }
-        // A node that no element or load touches has nothing to say: its freedoms are left out, not reported as loose.
-        let mut used = vec![false; node_count];
-        for attachment in structure.elements.iter().flat_map(|e| &e.ends) {
-            used[attachment.node] = true;
-        }
-        used[structure.end.node] = true;
-        for (node, flags) in held.iter_mut().enumerate() {
-            if !used[node] {
-                *flags = [true; 6];
-            }
-        }
-
-        let order = block_order(structure, node_count);
+        let held = held_freedoms(structure);
+        let order = block_order(structure, &held);
         let mut node_equations = vec![[HELD; 6]; node_count];
         let mut hinge_equations = vec![HELD; structure.hinges.len()];
         let mut equation_count = 0;
-        for block in order {
+        for Eliminated { block, .. } in order {
             if block < node_count {
                 for (component, equation) in node_equations[block].iter_mut().enumerate() {
                     if !held[block][component] {
@@ -154,7 +137,7 @@ impl Topology {
 }
 
 /// Refuses indices that point outside the structure.
-fn check_indices(structure: &Structure) -> Result<(), StructureError> {
+pub(super) fn check_indices(structure: &Structure) -> Result<(), StructureError> {
     let check = |what, kind, index, count| {
         if index < count {
             Ok(())
@@ -187,9 +170,12 @@ fn check_indices(structure: &Structure) -> Result<(), StructureError> {
 }
 
 /// Blocks of a structure, nodes first and then hinges, in the order of elimination.
-fn block_order(structure: &Structure, node_count: usize) -> Vec<usize> {
+///
+/// Nodes without a free freedom take no part.
+fn block_order(structure: &Structure, held: &[[bool; 6]]) -> Vec<Eliminated> {
+    let node_count = held.len();
     let block_count = node_count + structure.hinges.len();
-    let mut neighbours: Vec<Vec<usize>> = vec![Vec::new(); block_count];
+    let mut neighbours = vec![BTreeSet::new(); block_count];
     for element in &structure.elements {
         let blocks: Vec<usize> = element
             .ends
@@ -199,37 +185,36 @@ fn block_order(structure: &Structure, node_count: usize) -> Vec<usize> {
             })
             .collect();
         for &a in &blocks {
-            neighbours[a].extend(blocks.iter().filter(|&&b| b != a));
+            neighbours[a].extend(&blocks);
         }
     }
-    let mut column_starts = vec![0];
-    let mut rows = Vec::new();
-    for list in &mut neighbours {
-        list.sort_unstable();
-        list.dedup();
-        rows.extend_from_slice(list);
-        column_starts.push(rows.len());
+    let mut present = vec![true; block_count];
+    for (present, held) in present.iter_mut().zip(held) {
+        *present = *held != [true; 6];
     }
-    let graph =
-        SymbolicSparseColMatRef::new_checked(block_count, block_count, &column_starts, None, &rows);
-    let mut order = vec![0; block_count];
-    let mut inverse = vec![0; block_count];
-    let mut memory = MemBuffer::new(StackReq::or(
-        amd::order_scratch::<usize>(block_count, rows.len()),
-        amd::order_maybe_unsorted_scratch::<usize>(block_count, rows.len()),
-    ));
-    amd::order_maybe_unsorted(
-        &mut order,
-        &mut inverse,
-        graph,
-        amd::Control::default(),
-        MemStack::new(&mut memory),
-    )
-    .expect("a graph of a few dozen blocks can be ordered");
-    let end = structure.end.node;
-    order.retain(|&block| block != end);
-    order.push(end);
-    order
+    minimum_degree_before(neighbours, &present, &[structure.end.node])
+}
+
+/// Which freedoms of each node are held, by a support or because nothing is there to move them.
+pub(super) fn held_freedoms(structure: &Structure) -> Vec<[bool; 6]> {
+    let mut held = vec![[false; 6]; structure.nodes.len()];
+    for support in &structure.supports {
+        for (flag, support_holds) in held[support.node].iter_mut().zip(support.held) {
+            *flag |= support_holds;
+        }
+    }
+    // A node that no element or load touches has nothing to say: its freedoms are left out, not reported as loose.
+    let mut used = vec![false; structure.nodes.len()];
+    for attachment in structure.elements.iter().flat_map(|e| &e.ends) {
+        used[attachment.node] = true;
+    }
+    used[structure.end.node] = true;
+    for (flags, used) in held.iter_mut().zip(used) {
+        if !used {
+            *flags = [true; 6];
+        }
+    }
+    held
 }
 
 /// Equations of the freedoms of an element.
