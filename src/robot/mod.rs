@@ -15,6 +15,7 @@ mod mobility;
 mod model;
 mod parameters;
 mod predict;
+mod predict_many;
 mod shapes;
 mod shipped;
 
@@ -36,6 +37,7 @@ pub use model::{
     NodePlace, Plane, Pose, RadiusOf, RobotNode, Variable,
 };
 pub use predict::Predictor;
+pub use predict_many::{BatchPredictor, ClassGradient};
 pub use shipped::{shipped_robot, shipped_robots};
 
 /// A robot, checked and ready to be posed.

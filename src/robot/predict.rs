@@ -75,6 +75,11 @@ impl<'a> Predictor<'a> {
             .map_err(|source| self.wrapped(source))
     }
 
+    /// Takes other factors for the poses to come; nothing is factorised before [`Predictor::place`].
+    pub(super) fn rate(&mut self, factors: &FittingFactors) {
+        self.model.set_factors(factors);
+    }
+
     /// Compliance of the end where it was placed, 6 × 6, SI.
     #[must_use]
     pub fn compliance(&mut self) -> Compliance6 {
