@@ -7,9 +7,9 @@ use crate::test_point::Cell;
 use super::cell_model::{FACTOR_NAMES, FACTORS, factor_vector};
 use super::choice::FactorChoice;
 use super::error::FitError;
-use super::joint::JointProblem;
 use super::measured::MeasuredStiffness;
 use super::problem::FitProblem;
+use super::refit::Refitter;
 
 /// Percentile intervals of the factors from refits to resampled runs.
 #[derive(Debug, Clone, PartialEq)]
@@ -32,7 +32,7 @@ struct ResampledCells {
 
 /// Why a replicate has no factors.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum Refit {
+enum NoRefit {
     NotSetUp,
     NotConverged,
 }
@@ -64,27 +64,27 @@ pub fn bootstrap_cells(
         settings,
         || {
             (
-                JointProblem::new(problem).ok(),
+                Refitter::new(problem, choice).ok(),
                 resampled.ln_stiffness.clone(),
             )
         },
-        |multiplicities, (joint, ln_stiffness)| {
-            let joint = joint.as_mut().ok_or(Refit::NotSetUp)?;
+        |multiplicities, (refitter, ln_stiffness)| {
+            let refitter = refitter.as_mut().ok_or(NoRefit::NotSetUp)?;
             resampled.draw(multiplicities, ln_stiffness);
-            joint.set_measured(ln_stiffness);
             refitted();
-            let fit = joint.minimise(&set).map_err(|_| Refit::NotConverged)?;
-            if !fit.termination.is_converged() {
-                return Err(Refit::NotConverged);
+            let refit = refitter.refit(ln_stiffness);
+            let refit = refit.map_err(|_| NoRefit::NotConverged)?;
+            if !refit.termination.is_converged() {
+                return Err(NoRefit::NotConverged);
             }
-            Ok(factor_vector(&joint.factors(&fit.values)).to_vec())
+            Ok(factor_vector(&refit.factors).to_vec())
         },
     )?;
     debug_assert!(
         bootstrap
             .failed
             .iter()
-            .all(|failed| failed.failure != ReplicateFailure::Refit(Refit::NotSetUp))
+            .all(|failed| failed.failure != ReplicateFailure::Refit(NoRefit::NotSetUp))
     );
     let mut intervals_95 = [None; FACTORS];
     for (place, interval) in intervals_95.iter_mut().enumerate() {

@@ -1,8 +1,7 @@
 //! Stiffness of many cells of the experiment as a function of the fitting factors, with exact derivatives.
 
-use crate::robot::{ElementClass, FittingFactors, Mechanism, Pose, Predictor, Robot, RobotError};
-use crate::structure::ComplianceGradient;
-use crate::test_point::{Cell, Direction, PoseId};
+use crate::robot::{BatchPredictor, ClassGradient, FittingFactors, Mechanism, Robot, RobotError};
+use crate::test_point::{Cell, PoseId};
 
 /// Number of fitting factors: four of beams, four of links.
 pub const FACTORS: usize = 8;
@@ -40,22 +39,13 @@ pub type Shares = [f64; FACTORS];
 
 /// Predicts the stiffness of cells (pose and direction) of one mechanism.
 ///
-/// One structure stays placed in each pose, so that a change of factors costs an assembly and a factorisation, not a move.
+/// The structure stays placed in all poses, so that a change of factors costs the solution of all of them at once, not a move.
 #[derive(Debug)]
 pub struct CellModel<'a> {
     cells: Vec<Cell>,
-    /// For each pose its structure, and the cells it serves by direction.
-    poses: Vec<PlacedPose<'a>>,
-}
-
-#[derive(Debug)]
-struct PlacedPose<'a> {
-    predictor: Predictor<'a>,
-    /// Class of each element.
-    classes: Vec<ElementClass>,
-    /// (place among the cells, direction).
-    cells: Vec<(usize, Direction)>,
-    gradient: Vec<ComplianceGradient>,
+    /// Number of the pose of each cell.
+    pose_of_cell: Vec<usize>,
+    predictor: BatchPredictor<'a>,
 }
 
 impl<'a> CellModel<'a> {
@@ -69,25 +59,24 @@ impl<'a> CellModel<'a> {
         cells: &[Cell],
     ) -> Result<Self, RobotError> {
         let mut names: Vec<&PoseId> = Vec::new();
+        let mut pose_of_cell = Vec::with_capacity(cells.len());
         for cell in cells {
-            if !names.contains(&&cell.pose) {
+            let known = names.iter().position(|name| **name == cell.pose);
+            pose_of_cell.push(known.unwrap_or_else(|| {
                 names.push(&cell.pose);
-            }
+                names.len() - 1
+            }));
         }
-        let poses = names
-            .into_iter()
-            .map(|name| {
-                let cells = cells
-                    .iter()
-                    .enumerate()
-                    .filter(|(_, cell)| cell.pose == *name);
-                let cells = cells.map(|(place, cell)| (place, cell.direction)).collect();
-                PlacedPose::new(robot, mechanism, robot.pose(name)?, cells)
-            })
-            .collect::<Result<_, _>>()?;
+        let mut predictor = BatchPredictor::new(robot, mechanism, names.len())?;
+        for (index, name) in names.into_iter().enumerate() {
+            predictor.place(index, robot.pose(name)?)?;
+        }
+        // A structure that moves even with nominal sections is reported before any fit begins.
+        predictor.solve(&FittingFactors::UNIT, false)?;
         Ok(Self {
             cells: cells.to_vec(),
-            poses,
+            pose_of_cell,
+            predictor,
         })
     }
 
@@ -107,16 +96,16 @@ impl<'a> CellModel<'a> {
         stiffness_n_per_m: &mut [f64],
         mut shares: Option<&mut [Shares]>,
     ) -> Result<(), RobotError> {
-        for pose in &mut self.poses {
-            pose.predictor.set_factors(factors)?;
-            let compliance = pose.predictor.translation_compliance();
-            for &(place, direction) in &pose.cells {
-                let i = direction.index();
-                stiffness_n_per_m[place] = 1.0 / compliance[i][i];
-                if let Some(shares) = shares.as_deref_mut() {
-                    pose.predictor.compliance_gradient(i, &mut pose.gradient);
-                    shares[place] = by_factor(&pose.gradient, &pose.classes, compliance[i][i]);
-                }
+        self.predictor.solve(factors, shares.is_some())?;
+        for (place, (cell, &pose)) in self.cells.iter().zip(&self.pose_of_cell).enumerate() {
+            let axis = cell.direction.index();
+            let compliance = self.predictor.direct_compliance(pose, axis);
+            let compliance = compliance.expect("every pose was placed and solved");
+            stiffness_n_per_m[place] = 1.0 / compliance;
+            if let Some(shares) = shares.as_deref_mut() {
+                let gradient = self.predictor.gradient(pose, axis);
+                let gradient = gradient.expect("every pose was placed and solved");
+                shares[place] = by_factor(&gradient, compliance);
             }
         }
         Ok(())
@@ -133,41 +122,14 @@ impl<'a> CellModel<'a> {
     }
 }
 
-impl<'a> PlacedPose<'a> {
-    fn new(
-        robot: &'a Robot,
-        mechanism: &'a Mechanism,
-        pose: &Pose,
-        cells: Vec<(usize, Direction)>,
-    ) -> Result<Self, RobotError> {
-        let mut predictor = Predictor::new(robot, mechanism, &FittingFactors::UNIT)?;
-        predictor.place(pose)?;
-        let classes: Vec<ElementClass> = predictor
-            .model()
-            .members()
-            .map(|member| member.class)
-            .collect();
-        Ok(Self {
-            predictor,
-            gradient: vec![[0.0; 4]; classes.len()],
-            classes,
-            cells,
-        })
-    }
-}
-
-/// Sums the elements' derivatives of a compliance by class and divides by minus the compliance.
-fn by_factor(
-    gradient: &[ComplianceGradient],
-    classes: &[ElementClass],
-    compliance_m_per_n: f64,
-) -> Shares {
-    let mut shares = [0.0; FACTORS];
-    for (element, class) in gradient.iter().zip(classes) {
-        let first = if *class == ElementClass::Beam { 0 } else { 4 };
-        for (share, derivative) in shares[first..first + 4].iter_mut().zip(element) {
-            *share -= derivative / compliance_m_per_n;
-        }
-    }
-    shares
+/// The derivatives of a compliance to the logarithms of the factors, divided by minus the compliance.
+fn by_factor([beam, link]: &ClassGradient, compliance_m_per_n: f64) -> Shares {
+    std::array::from_fn(|factor| {
+        let derivative = if factor < 4 {
+            beam[factor]
+        } else {
+            link[factor - 4]
+        };
+        -derivative / compliance_m_per_n
+    })
 }

@@ -3,7 +3,8 @@
 //! - [`CellModel`]: stiffness of pose and direction as a function of the factors, with exact derivatives;
 //! - [`significance`]: which factor matters where (the paper's Table III, and exact shares);
 //! - [`fit_in_sequence`], [`combine`], [`follow_paper`]: the paper's nine steps;
-//! - [`MeasuredStiffness`], [`FitProblem`], [`fit_cells`]: the joint least-squares fit, its intervals, its judgement on poses it did not see.
+//! - [`MeasuredStiffness`], [`FitProblem`], [`fit_cells`]: the joint least-squares fit, its intervals, its judgement on poses it did not see;
+//! - [`Refitter`]: the same fit to other values, by the thousand.
 
 mod advice;
 mod bootstrap;
@@ -19,6 +20,7 @@ mod monte_carlo;
 mod outcome;
 mod problem;
 mod procedure;
+mod refit;
 mod significance;
 mod stiffness_list;
 
@@ -38,5 +40,6 @@ pub use outcome::{
 };
 pub use problem::FitProblem;
 pub use procedure::{PaperFit, PaperOptions, PaperSource, PoseFit, follow_paper};
+pub use refit::{Refit, Refitter};
 pub use significance::{PAPER_FACTOR, Scope, SequenceStep, Significance, significance};
 pub use stiffness_list::{StiffnessListError, is_stiffness_list, read_stiffness_list};
