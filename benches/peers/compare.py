@@ -1,0 +1,118 @@
+#!/usr/bin/env python3
+"""The Rust benchmarks and their Python peers in one run, side by side, with the ratios.
+
+    python compare.py [--rounds N] [--core N] [--json]
+
+Each round runs the peers and the Rust benchmarks one after the other on the same core; a ratio is formed
+inside its round, and the median over the rounds is given with the extremes.  `cargo bench --no-run` is
+called first, so that nothing is compiled between the measurements.
+"""
+
+import argparse
+import json
+import os
+import statistics
+import subprocess
+import sys
+from pathlib import Path
+
+HERE = Path(__file__).resolve().parent
+ROOT = HERE.parents[1]
+BENCHES = ("pose_solve", "refit")
+# Names of benchmarks, as their files give them; poses in a batch as in pose_solve.rs.
+POSES = 64
+POSE_SOLVES = ("batch/given", "batch/placed", "single/given", "single/placed")
+REFITS = "1000 refits"
+ONE_REFIT = "one, set-up included"
+
+
+def build() -> dict[str, str]:
+    """Paths of the benchmark programs."""
+    command = ["cargo", "bench", "--no-run", "--message-format=json"]
+    for bench in BENCHES:
+        command += ["--bench", bench]
+    output = subprocess.run(command, cwd=ROOT, check=True, stdout=subprocess.PIPE, text=True).stdout
+    messages = [json.loads(line) for line in output.splitlines() if line.startswith("{")]
+    return {
+        message["target"]["name"]: message["executable"]
+        for message in messages
+        if message.get("executable") and message["target"]["name"] in BENCHES
+    }
+
+
+def peer(script: str, *arguments: str) -> dict:
+    command = [sys.executable, str(HERE / script), "--json", *arguments]
+    return json.loads(subprocess.run(command, check=True, stdout=subprocess.PIPE, text=True).stdout)
+
+
+def criterion(program: str, seconds: float) -> None:
+    # Criterion writes its estimates below the working directory's target/criterion.
+    command = [program, "--bench", "--noplot", "--warm-up-time", "0.5", "--measurement-time", str(seconds)]
+    subprocess.run(command, cwd=ROOT, check=True, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+
+
+def median_us(group: str, name: str) -> float:
+    folder = ROOT / "target" / "criterion" / group / name.replace("/", "_")
+    with open(folder / "new" / "estimates.json", encoding="utf-8") as file:
+        return json.load(file)["median"]["point_estimate"] / 1e3
+
+
+def one_round(programs: dict[str, str], core: int, seconds: float) -> dict[str, float]:
+    """Microseconds: of a pose for the solves, of a refit for the refits."""
+    pinned = ("--core", str(core))
+    poses = peer("pose_solve.py", "--rounds", "1", "--seconds", str(seconds), *pinned)
+    refits = peer("refit.py", "--rounds", "1", *pinned)
+    for program in programs.values():
+        criterion(program, seconds)
+    figures = {f"python {name}": row["us_per_pose"]["median"] for name, row in poses["peers"].items()}
+    figures["scipy refit"] = 1e3 * refits["ms_per_refit"]["median"]
+    figures["scipy refit, cold"] = 1e3 * refits["cold_single_refit_ms"]
+    for name in POSE_SOLVES:
+        figures[f"rust {name}"] = median_us("pose_solve", name) / POSES
+    figures["rust refit"] = median_us("refit", REFITS) / 1000
+    figures["rust refit, cold"] = median_us("refit", ONE_REFIT)
+    return figures
+
+
+def spread(values: list[float]) -> dict[str, float]:
+    return {"median": statistics.median(values), "min": min(values), "max": max(values)}
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--rounds", type=int, default=5)
+    parser.add_argument("--seconds", type=float, default=1.0, help="work per measurement")
+    parser.add_argument("--core", type=int, help="core to stay on (default: the first allowed)")
+    parser.add_argument("--json", action="store_true")
+    arguments = parser.parse_args()
+
+    programs = build()
+    core = min(os.sched_getaffinity(0)) if arguments.core is None else arguments.core
+    os.sched_setaffinity(0, {core})
+    rounds = [one_round(programs, core, arguments.seconds) for _ in range(arguments.rounds)]
+    figures = {name: spread([figure[name] for figure in rounds]) for name in rounds[0]}
+    pairs = [
+        (f"python {peer}", f"rust {ours}")
+        for peer in ("dense", "band", "fronts")
+        for ours in ("batch/given", "batch/placed", "single/given")
+    ]
+    pairs += [("scipy refit", "rust refit"), ("scipy refit, cold", "rust refit, cold")]
+    ratios = {
+        f"{theirs} / {ours}": spread([figure[theirs] / figure[ours] for figure in rounds])
+        for theirs, ours in pairs
+    }
+    load = os.getloadavg()
+    if arguments.json:
+        print(json.dumps({"rounds": arguments.rounds, "core": core, "load": load,
+                          "microseconds": figures, "ratios": ratios}, indent=2))
+        return
+    print(f"median of {arguments.rounds} rounds (extremes), core {core}, load average {load[0]:.1f}\n")
+    for name, row in figures.items():
+        print(f"{name:28} {row['median']:10.2f} us  ({row['min']:.2f} to {row['max']:.2f})")
+    print()
+    for name, row in ratios.items():
+        print(f"{name:44} {row['median']:8.1f}  ({row['min']:.1f} to {row['max']:.1f})")
+
+
+if __name__ == "__main__":
+    main()
