@@ -16,6 +16,10 @@ use super::cell_model::{CellModel, FACTORS, Shares, factor_vector, factors_from_
 use super::measured::MeasuredStiffness;
 use super::problem::FitProblem;
 
+/// Least uncertainty of ln K that weights are made of. No bench comes near it; readings without scatter, from a simulation, would
+/// otherwise be weighed beyond the nine digits of a solved structure, and no step of the fit could be told from another.
+const LEAST_LN_UNCERTAINTY: f64 = 1e-5;
+
 /// The problem of one joint fit.
 #[derive(Debug)]
 pub(super) struct JointProblem<'a> {
@@ -157,7 +161,11 @@ impl Whitening {
         };
         let covariance = DMatrix::from_fn(parts.len(), parts.len(), |i, j| {
             let (a, b) = (parts[i], parts[j]);
-            let own = if i == j { a.own * a.own } else { 0.0 };
+            let own = if i == j {
+                a.own * a.own + LEAST_LN_UNCERTAINTY * LEAST_LN_UNCERTAINTY
+            } else {
+                0.0
+            };
             own + a.force_calibration * b.force_calibration
                 + a.displacement_calibration * b.displacement_calibration
         });
@@ -173,7 +181,7 @@ impl Whitening {
                     .map(|at| inverse[at])
                     .collect(),
             ),
-            // Uncertainties of zero weigh nothing against one another.
+            // Uncertainties that are no numbers weigh nothing against one another.
             None => Self::None,
         }
     }

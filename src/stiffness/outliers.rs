@@ -15,6 +15,9 @@ const MOST_PER_CELL: usize = 10;
 /// Variance shares below this belong to readings that their own line or load mean follows completely.
 const SMALLEST_SHARE: f64 = 1e-6;
 
+/// Scatter below this share of the largest displacement is that of arithmetic: readings computed without noise have no outliers.
+const ROUNDING: f64 = 1e-9;
+
 /// Flags outliers one by one and returns the scatter without them.
 ///
 /// A large outlier moves the line of its run and the mean of its load, and with them its neighbours. So per round only the
@@ -58,7 +61,7 @@ fn flag_farthest(
         return false;
     };
     let sd_m = reading_sd_m(pooled, gauges, scatter.compliance_m_per_n);
-    if sd_m == 0.0 {
+    if sd_m <= ROUNDING * work.curve.largest_displacement_m() {
         return false;
     }
     let statistic =
