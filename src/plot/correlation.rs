@@ -90,8 +90,8 @@ fn square(x: f64, y: f64) -> Vec<[f64; 2]> {
 
 #[cfg(test)]
 mod tests {
-    use super::super::png::parse;
     use super::*;
+    use crate::plot::png::parse;
 
     #[test]
     fn every_pair_has_its_number_and_shade() {

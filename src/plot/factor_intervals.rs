@@ -134,8 +134,8 @@ fn bar(place: f64, [low, high]: [f64; 2]) -> Polygon {
 
 #[cfg(test)]
 mod tests {
-    use super::super::png::parse;
     use super::*;
+    use crate::plot::png::parse;
 
     #[test]
     fn every_fate_has_its_own_look_and_the_numbers_are_those_given() {

@@ -233,8 +233,8 @@ fn line_ends(line: &FittedLine, points: &[LoadPoint]) -> Vec<[f64; 2]> {
 
 #[cfg(test)]
 mod tests {
-    use super::super::png::parse;
     use super::*;
+    use crate::plot::png::parse;
 
     fn input() -> LoadDisplacement {
         let curve = |pose: &str, direction, compliance_m_per_n: f64| LoadCurvePoints {

@@ -227,8 +227,8 @@ impl Ruler {
 
 #[cfg(test)]
 mod tests {
-    use super::super::figure::{Point, Series, Style};
     use super::*;
+    use crate::plot::figure::{Point, Series, Style};
 
     fn panel(points: &[[f64; 2]]) -> Panel {
         let mut panel = Panel::new("", Axis::linear("a", "m"), Axis::log10("b", "N"));

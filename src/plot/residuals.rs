@@ -211,8 +211,8 @@ fn look(direction: Direction) -> Style {
 
 #[cfg(test)]
 mod tests {
-    use super::super::png::parse;
     use super::*;
+    use crate::plot::png::parse;
 
     fn point(sequence: usize, residual_m: f64, time_s: Option<f64>) -> ResidualPoint {
         ResidualPoint {

@@ -409,8 +409,8 @@ fn magnification_text(magnification: f64) -> String {
 
 #[cfg(test)]
 mod tests {
-    use super::super::png::parse;
     use super::*;
+    use crate::plot::png::parse;
 
     /// A cantilever of 2 m along z from the origin with force f along -y at its tip: δ = f L³/(3EI), θ = f L²/(2EI).
     fn cantilever(tip_m: f64) -> RobotDrawing {

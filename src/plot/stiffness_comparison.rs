@@ -192,8 +192,8 @@ fn push_by_fate(
 
 #[cfg(test)]
 mod tests {
-    use super::super::png::parse;
     use super::*;
+    use crate::plot::png::parse;
     use crate::test_point::Direction;
 
     fn cell(measured: f64, predicted: f64, held_out: bool) -> ComparedCell {

@@ -249,8 +249,8 @@ fn hexagon((row, column): (i64, i64), width_m: f64) -> Vec<[f64; 2]> {
 
 #[cfg(test)]
 mod tests {
-    use super::super::png::parse;
     use super::*;
+    use crate::plot::png::parse;
 
     fn grid(side: usize) -> Vec<[f64; 2]> {
         (0..side * side)
