@@ -2,6 +2,7 @@
 
 use std::path::PathBuf;
 
+use clap::builder::{RangedU64ValueParser, TypedValueParser};
 use clap::{Args, Parser, Subcommand, ValueEnum};
 
 use crate::test_point::Direction;
@@ -26,6 +27,7 @@ pub(super) struct Cli {
 
 /// Options of every subcommand.
 #[derive(Debug, Clone, Args)]
+#[command(next_help_heading = "Output")]
 pub(super) struct Global {
     /// One JSON object on standard output instead of text, also on failure
     #[arg(long, global = true)]
@@ -153,7 +155,7 @@ pub(super) struct WorkspaceArgs {
     #[arg(default_value = "hp-robot")]
     pub(super) robot: String,
     /// Number of poses
-    #[arg(long, default_value_t = 30_000)]
+    #[arg(long, default_value_t = 30_000, value_parser = at_least_one())]
     pub(super) poses: usize,
     /// Seed of the poses
     #[arg(long, default_value_t = 0)]
@@ -267,7 +269,7 @@ pub(super) struct FitArgs {
     #[arg(long, value_delimiter = ',')]
     pub(super) train: Option<Vec<String>>,
     /// Weights of the training poses in the paper's combination [default: equal]
-    #[arg(long, value_delimiter = ',')]
+    #[arg(long, value_delimiter = ',', allow_negative_numbers = true)]
     pub(super) weights: Option<Vec<f64>>,
     /// Reference displacements or stiffness for the single-source steps of the paper's method
     #[arg(long, value_name = "FILE|NAME")]
@@ -282,7 +284,7 @@ pub(super) struct FitArgs {
     #[arg(long, value_delimiter = ',', value_name = "FACTOR=FACTOR")]
     pub(super) tie: Vec<String>,
     /// Bounds of free factors as multiples of their start
-    #[arg(long, num_args = 2, default_values_t = [0.1, 10.0], value_names = ["LOWER", "UPPER"])]
+    #[arg(long, num_args = 2, allow_negative_numbers = true, default_values_t = [0.1, 10.0], value_names = ["LOWER", "UPPER"])]
     pub(super) bounds: Vec<f64>,
     /// Where the standard deviation of the residuals comes from [default: known if the data tell]
     #[arg(long, value_enum)]
@@ -361,11 +363,11 @@ pub(super) struct PlotArgs {
     /// Pose of the robot drawing
     #[arg(long)]
     pub(super) pose: Option<String>,
-    /// Force at the end of the robot drawing, N
-    #[arg(long, value_delimiter = ',', num_args = 3, allow_hyphen_values = true, default_values_t = [0.0, -50.0, 0.0])]
-    pub(super) force: Vec<f64>,
+    /// Force at the end of the robot drawing along x, y and z, N
+    #[arg(long, value_name = "FX,FY,FZ", value_parser = three_numbers, allow_hyphen_values = true, default_value = "0,-50,0")]
+    pub(super) force: [f64; 3],
     /// Poses of the workspace
-    #[arg(long, default_value_t = 30_000)]
+    #[arg(long, default_value_t = 30_000, value_parser = at_least_one())]
     pub(super) poses: usize,
     /// Seed of the workspace's poses
     #[arg(long, default_value_t = 0)]
@@ -419,22 +421,22 @@ pub(super) struct SimulateArgs {
     #[arg(long, default_value_t = 0)]
     pub(super) seed: u64,
     /// Standard deviation of a displacement reading, um
-    #[arg(long, default_value_t = 3.0)]
+    #[arg(long, default_value_t = 3.0, allow_negative_numbers = true)]
     pub(super) reading_sd_um: f64,
     /// Standard deviation of a gauge zero, um
-    #[arg(long, default_value_t = 2.5)]
+    #[arg(long, default_value_t = 2.5, allow_negative_numbers = true)]
     pub(super) zero_sd_um: f64,
     /// Standard deviation of the slope from run to run, relative
-    #[arg(long, default_value_t = 0.004)]
+    #[arg(long, default_value_t = 0.004, allow_negative_numbers = true)]
     pub(super) run_slope_sd: f64,
     /// Step of the displacement gauge, um
-    #[arg(long, default_value_t = 1.0)]
+    #[arg(long, default_value_t = 1.0, allow_negative_numbers = true)]
     pub(super) displacement_step_um: f64,
     /// Step of the force gauge, N
-    #[arg(long, default_value_t = 0.1)]
+    #[arg(long, default_value_t = 0.1, allow_negative_numbers = true)]
     pub(super) force_step_n: f64,
     /// The operator stops within this of the target, N
-    #[arg(long, default_value_t = 0.5)]
+    #[arg(long, default_value_t = 0.5, allow_negative_numbers = true)]
     pub(super) force_tolerance_n: f64,
     /// No noise and no steps at all
     #[arg(long)]
@@ -461,4 +463,24 @@ pub(super) struct PaperArgs {
     /// Robot with the paper's poses and factor sets
     #[arg(long, default_value = "hp-robot")]
     pub(super) robot: String,
+}
+
+/// A whole number above zero.
+fn at_least_one() -> impl TypedValueParser<Value = usize> {
+    RangedU64ValueParser::<usize>::new().range(1..)
+}
+
+/// Three finite numbers with commas between them.
+fn three_numbers(text: &str) -> Result<[f64; 3], String> {
+    let numbers: Vec<f64> = text
+        .split(',')
+        .filter_map(|part| part.trim().parse().ok())
+        .filter(|number: &f64| number.is_finite())
+        .collect();
+    match (numbers.try_into(), text.matches(',').count()) {
+        (Ok(three), 2) => Ok(three),
+        _ => {
+            Err("three numbers with commas between them are needed, for example 0,-50,0".to_owned())
+        }
+    }
 }

@@ -13,7 +13,7 @@ use crate::readings::{
     SessionHeader, check_poses, read_gauge_log, read_readings,
 };
 use crate::robot::{FittingFactors, Robot, shipped_robot, shipped_robots};
-use crate::source_text::SourceText;
+use crate::source_text::{SourceText, nearest};
 use crate::stiffness::{
     Branches, GaugeTerms, Gauges, StiffnessOptions, StiffnessTable, stiffness_table,
 };
@@ -65,12 +65,9 @@ pub(super) enum Data {
 
 /// Reads a session folder, a readings file, a list of stiffness values or a shipped list.
 pub(super) fn load(path: &Path, global: &Global) -> Result<Data, Failure> {
-    let shipped = SHIPPED_LISTS
-        .iter()
-        .find(|(name, _)| !path.exists() && path.as_os_str() == *name);
-    if let Some((name, text)) = shipped {
+    if let Some((name, text)) = shipped_list(path) {
         return Ok(Data::Stiffness {
-            name: (*name).to_owned(),
+            name: name.to_owned(),
             measured: read_stiffness_list(name, text)?,
         });
     }
@@ -92,6 +89,38 @@ pub(super) fn load(path: &Path, global: &Global) -> Result<Data, Failure> {
     )?)))
 }
 
+/// A list that comes with the program; a file of that name goes first.
+fn shipped_list(path: &Path) -> Option<(&'static str, &'static str)> {
+    SHIPPED_LISTS
+        .into_iter()
+        .find(|(name, _)| !path.exists() && path.as_os_str() == *name)
+}
+
+/// The file with the readings of a session folder, or the file itself.
+fn readings_file(path: &Path) -> Result<PathBuf, CliError> {
+    if path.is_dir() {
+        let file = path.join("readings.csv");
+        if file.is_file() {
+            return Ok(file);
+        }
+        let path = path.to_owned();
+        return Err(CliError::NoSession { path });
+    }
+    if path.exists() {
+        return Ok(path.to_owned());
+    }
+    let shipped = SHIPPED_LISTS.map(|(name, _)| name);
+    let help = match nearest(&path.to_string_lossy(), shipped) {
+        Some(near) => format!("did you mean {near}, which comes with the program?"),
+        None => "name a session folder or a readings file; paths start in the folder you are in"
+            .to_owned(),
+    };
+    Err(CliError::NotFound {
+        path: path.to_owned(),
+        help,
+    })
+}
+
 /// Reads a list of stiffness values or reduces readings to one.
 pub(super) fn load_measured(path: &Path, global: &Global) -> Result<MeasuredStiffness, Failure> {
     Ok(match load(path, global)? {
@@ -109,11 +138,16 @@ pub(super) fn load_session(
     log: &LogArgs,
     global: &Global,
 ) -> Result<Session, Failure> {
-    let file = if path.is_dir() {
-        path.join("readings.csv")
-    } else {
-        path.to_owned()
-    };
+    // Displacements without repeats, which also can be a list, may be readings that lack the column.
+    let is_list = path.is_file() && first_line(path)?.contains("stiffness_N_per_um");
+    if shipped_list(path).is_some() || is_list {
+        return Err(CliError::NeedsReadings {
+            data: path.display().to_string(),
+            needs: "this subcommand",
+        }
+        .into());
+    }
+    let file = readings_file(path)?;
     let folder = file.parent().map(Path::to_owned).unwrap_or_default();
     let name = file.display().to_string();
     let open = || {
@@ -293,7 +327,7 @@ pub(super) fn sha256(text: &str) -> String {
     digits
 }
 
-/// Text of a robot file or of a shipped robot.
+/// Text of a robot file or of a shipped robot; files that a session names stand beside it.
 pub(super) fn robot_source(name: &str, beside: Option<&Path>) -> Result<SourceText, Failure> {
     let path = beside.map_or_else(|| PathBuf::from(name), |folder| folder.join(name));
     if path.is_file() {
@@ -304,6 +338,11 @@ pub(super) fn robot_source(name: &str, beside: Option<&Path>) -> Result<SourceTe
         return Ok(SourceText::new(path.display().to_string(), text));
     }
     shipped_robot(name).ok_or_else(|| {
+        if let Some(folder) = beside {
+            let session = folder.join("session.toml");
+            let robot = name.to_owned();
+            return CliError::SessionRobot { session, robot }.into();
+        }
         let shipped = shipped_robots().collect::<Vec<_>>().join(", ");
         CliError::Argument {
             argument: format!("--robot {name}"),
@@ -365,7 +404,8 @@ pub(super) fn choose(args: &ModelArgs, session: Option<&mut Session>) -> Result<
 /// A factor set by name, or from a TOML file with tables `beam` and `link` in `folder`.
 fn factor_set(robot: &Robot, name: &str, folder: &Path) -> Result<FittingFactors, Failure> {
     let path = folder.join(name);
-    if robot.factors.contains_key(name) || !path.is_file() {
+    let is_file_name = path.is_file() || path.extension().is_some_and(|end| end == "toml");
+    if robot.factors.contains_key(name) || !is_file_name {
         return Ok(robot.factor_set(name)?);
     }
     let text = fs::read_to_string(&path).map_err(|source| CliError::Read {

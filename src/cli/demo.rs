@@ -109,10 +109,6 @@ pub(super) fn run(args: &DemoArgs, global: &Global) -> Result<Outcome, Failure> 
     files.push(args.out.join("tables.txt"));
     for (name, content) in [("readings.csv", READINGS), ("session.toml", HEADER)] {
         let folder = args.out.join("session");
-        std::fs::create_dir_all(&folder).map_err(|source| CliError::Write {
-            path: folder.clone(),
-            source,
-        })?;
         write(&folder.join(name), content.as_bytes())?;
         files.push(folder.join(name));
     }

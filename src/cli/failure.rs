@@ -7,16 +7,16 @@ use miette::Diagnostic;
 use serde_json::json;
 
 use super::args::Global;
-use super::outcome::{envelope, print_json};
+use super::outcome::{envelope, not_printed, print_error, print_json};
 
 /// Errors of the command line itself.
 #[derive(Debug, thiserror::Error, Diagnostic)]
 pub(super) enum CliError {
     /// A file that cannot be read.
-    #[error("{path} cannot be read: {source}")]
+    #[error("{path} cannot be read")]
     #[diagnostic(
         code(stiffbench::input::read),
-        help("check the name and the permissions; a session is a folder with readings.csv in it")
+        help("check the permissions, and that it is a text file in UTF-8")
     )]
     Read {
         /// The file.
@@ -24,8 +24,30 @@ pub(super) enum CliError {
         /// What the system says.
         source: std::io::Error,
     },
+    /// Neither a file nor a folder nor a shipped name.
+    #[error("{path}: there is no such file or folder")]
+    #[diagnostic(code(stiffbench::input::not_found))]
+    NotFound {
+        /// What the user named.
+        path: PathBuf,
+        /// What could be meant.
+        #[help]
+        help: String,
+    },
+    /// A folder that is no session.
+    #[error("{path} holds no readings.csv")]
+    #[diagnostic(
+        code(stiffbench::input::no_session),
+        help(
+            "a session is a folder with readings.csv in it; a readings file may also be named itself"
+        )
+    )]
+    NoSession {
+        /// The folder.
+        path: PathBuf,
+    },
     /// A file that cannot be written.
-    #[error("{path} cannot be written: {source}")]
+    #[error("{path} cannot be written")]
     #[diagnostic(
         code(stiffbench::output::write),
         help("choose another place, or free the space; nothing else was changed")
@@ -57,6 +79,20 @@ pub(super) enum CliError {
         /// What to write instead.
         #[help]
         help: Option<String>,
+    },
+    /// A session that names a robot which is not there.
+    #[error(
+        "{session} names the robot {robot}, and there is no such file beside it and no shipped robot of that name"
+    )]
+    #[diagnostic(
+        code(stiffbench::session_file::robot),
+        help("put the robot file beside session.toml, or name another with --robot")
+    )]
+    SessionRobot {
+        /// The session's header.
+        session: PathBuf,
+        /// The robot as it stands there.
+        robot: String,
     },
     /// A factor file that is not one.
     #[error("{file} is no factor set: {problem}")]
@@ -109,18 +145,24 @@ impl<E: Diagnostic + Send + Sync + 'static> From<E> for Failure {
 impl Failure {
     /// Exit code by the first part of the error's code that has one.
     fn exit_code(&self) -> u8 {
-        const CODES: [(&str, u8); 12] = [
+        // The first that fits counts: single errors stand before their stage.
+        const CODES: [(&str, u8); 17] = [
             ("stiffbench::usage", 2),
             ("stiffbench::calibration", 12),
             ("stiffbench::fit::stiffness_list", 11),
             ("stiffbench::fit::factor_name", 2),
+            ("stiffbench::fit::weights", 2),
             ("stiffbench::fit", 40),
+            ("stiffbench::least_squares::tie_cycle", 2),
             ("stiffbench::least_squares", 40),
             ("stiffbench::readings", 11),
             ("stiffbench::session", 10),
             ("stiffbench::input", 11),
             ("stiffbench::output", 11),
             ("stiffbench::robot", 10),
+            ("stiffbench::structure", 10),
+            ("stiffbench::stiffness", 10),
+            ("stiffbench::distribution", 10),
             ("stiffbench::bench", 10),
         ];
         let code = self.code();
@@ -136,6 +178,12 @@ impl Failure {
             .map_or_else(String::new, |code| code.to_string())
     }
 
+    /// What went wrong and why, in one sentence.
+    fn message(&self) -> String {
+        let causes: Vec<String> = self.0.chain().map(ToString::to_string).collect();
+        causes.join(": ")
+    }
+
     /// Prints the failure: JSON on standard output, or text on standard error.
     pub(super) fn print(&self, global: &Global) -> ExitCode {
         let exit = self.exit_code();
@@ -143,13 +191,15 @@ impl Failure {
             let mut object = envelope("error", false);
             object["error"] = json!({
                 "code": self.code(),
-                "message": self.0.to_string(),
+                "message": self.message(),
                 "help": self.0.help().map(|help| help.to_string()),
                 "exit_code": exit,
             });
-            print_json(&object);
+            if let Err(error) = print_json(&object) {
+                return not_printed(&error);
+            }
         } else {
-            eprintln!("{:?}", self.0);
+            print_error(&format!("{:?}", self.0));
         }
         ExitCode::from(exit)
     }

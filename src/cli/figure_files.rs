@@ -9,21 +9,28 @@ use super::failure::{CliError, Failure};
 /// Pixels in a unit of the drawing: sharp on a page and on a screen.
 const PNG_SCALE: f64 = 2.0;
 
+/// Endings that ask for a format there is not; any other ending is part of the name.
+const OTHER_FORMATS: [&str; 9] = [
+    "pdf", "eps", "ps", "jpg", "jpeg", "gif", "tif", "tiff", "webp",
+];
+
 /// Writes a figure as `path.svg` and `path.png`, or one of them if the name ends so; returns what was written.
 pub(super) fn write_figure(path: &Path, figure: &Figure) -> Result<Vec<PathBuf>, Failure> {
-    if let Some(folder) = path
-        .parent()
-        .filter(|folder| !folder.as_os_str().is_empty())
-    {
-        std::fs::create_dir_all(folder).map_err(|source| CliError::Write {
-            path: folder.to_owned(),
-            source,
-        })?;
-    }
     let wanted = path
         .extension()
         .and_then(|extension| extension.to_str())
         .map(str::to_lowercase);
+    if let Some(other) = wanted
+        .as_deref()
+        .filter(|wanted| OTHER_FORMATS.contains(wanted))
+    {
+        return Err(CliError::Argument {
+            argument: path.display().to_string(),
+            problem: format!("figures are written as SVG and PNG, not as {other}"),
+            help: Some("end the name with .svg or .png, or with nothing for both".to_owned()),
+        }
+        .into());
+    }
     let base = match wanted.as_deref() {
         Some("svg" | "png") => path.with_extension(""),
         _ => path.to_owned(),
@@ -51,8 +58,17 @@ pub(super) fn write_figure(path: &Path, figure: &Figure) -> Result<Vec<PathBuf>,
     Ok(written)
 }
 
-/// Writes a whole file.
+/// Writes a whole file, and makes its folder if there is none.
 pub(super) fn write(path: &Path, bytes: &[u8]) -> Result<(), CliError> {
+    if let Some(folder) = path
+        .parent()
+        .filter(|folder| !folder.as_os_str().is_empty())
+    {
+        std::fs::create_dir_all(folder).map_err(|source| CliError::Write {
+            path: folder.to_owned(),
+            source,
+        })?;
+    }
     std::fs::write(path, bytes).map_err(|source| CliError::Write {
         path: path.to_owned(),
         source,

@@ -9,6 +9,7 @@ use crate::least_squares::{BootstrapSettings, SearchSettings, SigmaMode};
 use crate::report::{
     factors_toml, fit_figures, fit_json, fit_text, paper_steps_json, paper_steps_text,
 };
+use crate::source_text::nearest;
 use crate::stiffness::{Branches, Method as StiffnessMethod, StiffnessTable};
 use crate::test_point::PoseId;
 
@@ -32,6 +33,39 @@ pub(super) struct Prepared {
 }
 
 impl Prepared {
+    /// The training poses, each of which the data must have.
+    pub(super) fn training(
+        &self,
+        names: Option<&[String]>,
+    ) -> Result<Option<Vec<PoseId>>, CliError> {
+        let Some(names) = names else { return Ok(None) };
+        let measured = self.measured.cells.iter().map(|cell| &cell.cell);
+        let unusable = self.measured.unusable.iter().map(|(cell, _)| cell);
+        let mut known: Vec<&str> = Vec::new();
+        for cell in measured.chain(unusable) {
+            if !known.contains(&cell.pose.as_str()) {
+                known.push(cell.pose.as_str());
+            }
+        }
+        let wrong = |name: &str, problem: String, help| CliError::Argument {
+            argument: format!("--train {name}"),
+            problem,
+            help,
+        };
+        for (place, name) in names.iter().enumerate() {
+            if !known.contains(&name.as_str()) {
+                let problem = format!("the data have no such pose; they have {}", known.join(", "));
+                let help = nearest(name, known.iter().copied());
+                let help = help.map(|near| format!("did you mean {near}?"));
+                return Err(wrong(name, problem, help));
+            }
+            if names[..place].contains(name) {
+                return Err(wrong(name, "it is named twice".to_owned(), None));
+            }
+        }
+        Ok(Some(names.iter().map(|name| PoseId::new(name)).collect()))
+    }
+
     /// The problem of a fit to all cells.
     pub(super) fn problem(&self) -> Result<FitProblem<'_>, Failure> {
         Ok(FitProblem {
@@ -49,6 +83,7 @@ pub(super) fn run(args: &FitArgs, global: &Global) -> Result<Outcome, Failure> {
         Method::LeastSquares => StiffnessMethod::Regression,
         Method::Paper => StiffnessMethod::PaperMean,
     };
+    refuse_what_the_method_ignores(args)?;
     let prepared = prepare(load(&args.data, global)?, &args.model, method)?;
     let (outcome, text, data) = match args.method {
         Method::LeastSquares => {
@@ -59,7 +94,10 @@ pub(super) fn run(args: &FitArgs, global: &Global) -> Result<Outcome, Failure> {
         Method::Paper => paper(args, &prepared, global)?,
     };
     let mut warnings = prepared.warnings;
-    warnings.extend(outcome.warnings.iter().cloned());
+    // The text has them already.
+    if global.json {
+        warnings.extend(outcome.warnings.iter().cloned());
+    }
     let mut written = Vec::new();
     if let Some(file) = &args.save_factors {
         write(file, factors_toml(&outcome.factors).as_bytes())?;
@@ -178,10 +216,33 @@ pub(super) fn choice(args: &FitArgs) -> Result<FactorChoice, Failure> {
     Ok(choice)
 }
 
-fn training(args: &FitArgs) -> Option<Vec<PoseId>> {
-    args.train
-        .as_ref()
-        .map(|poses| poses.iter().map(|pose| PoseId::new(pose)).collect())
+/// Options without effect are a misunderstanding, and worth an error.
+fn refuse_what_the_method_ignores(args: &FitArgs) -> Result<(), CliError> {
+    let of_paper = [
+        ("--weights", args.weights.is_some()),
+        ("--reference", args.reference.is_some()),
+    ];
+    let of_least_squares = [
+        ("--free", !args.free.is_empty()),
+        ("--fix", !args.fix.is_empty()),
+        ("--tie", !args.tie.is_empty()),
+        ("--bounds", args.bounds != [0.1, 10.0]),
+        ("--sigma", args.sigma.is_some()),
+        ("--bootstrap", args.bootstrap > 0),
+        ("--global-search", args.global_search),
+    ];
+    let (ignored, method): (&[(&str, bool)], _) = match args.method {
+        Method::LeastSquares => (&of_paper, "paper"),
+        Method::Paper => (&of_least_squares, "least-squares"),
+    };
+    match ignored.iter().find(|(_, given)| *given) {
+        None => Ok(()),
+        Some((option, _)) => Err(CliError::Argument {
+            argument: (*option).to_owned(),
+            problem: format!("it belongs to --method {method}"),
+            help: Some(format!("add --method {method}, or leave {option} out")),
+        }),
+    }
 }
 
 fn least_squares(
@@ -191,7 +252,7 @@ fn least_squares(
 ) -> Result<FitOutcome, Failure> {
     let problem = prepared.problem()?;
     let options = FitOptions {
-        train: training(args),
+        train: prepared.training(args.train.as_deref())?,
         choice: choice(args)?,
         sigma: args.sigma.map(|sigma| match sigma {
             Sigma::Known => SigmaMode::Known,
@@ -277,15 +338,17 @@ fn paper(
         chosen, measured, ..
     } = prepared;
     let mechanism = chosen.robot.mechanism(Some(&chosen.mechanism))?;
-    let poses = training(args).unwrap_or_else(|| {
-        let mut poses: Vec<PoseId> = Vec::new();
-        for cell in &measured.cells {
-            if !poses.contains(&cell.cell.pose) {
-                poses.push(cell.cell.pose.clone());
+    let poses = prepared
+        .training(args.train.as_deref())?
+        .unwrap_or_else(|| {
+            let mut poses: Vec<PoseId> = Vec::new();
+            for cell in &measured.cells {
+                if !poses.contains(&cell.cell.pose) {
+                    poses.push(cell.cell.pose.clone());
+                }
             }
-        }
-        poses
-    });
+            poses
+        });
     let weights = args
         .weights
         .clone()

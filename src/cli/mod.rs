@@ -1,10 +1,5 @@
 //! The command line: arguments, files, terminal. One file a subcommand; each returns an `Outcome`, and only this module prints.
 
-#![expect(
-    clippy::print_stderr,
-    reason = "notes, progress and failures are for the terminal, and only this module prints"
-)]
-
 mod args;
 mod compare;
 mod data;

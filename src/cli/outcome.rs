@@ -50,20 +50,24 @@ impl Outcome {
 
     /// Prints the result: JSON or text on standard output, notes on standard error.
     pub(super) fn print(self, global: &Global) -> ExitCode {
-        if global.json {
+        let printed = if global.json {
             let mut object = envelope(self.kind, true);
             object["data"] = self.data;
             object["warnings"] = json!(self.warnings);
-            print_json(&object);
+            print_json(&object)
         } else {
-            print(&self.text);
+            let printed = print(&self.text);
             if !global.quiet {
                 for warning in &self.warnings {
-                    eprintln!("note: {warning}");
+                    print_error(&format!("note: {warning}"));
                 }
             }
+            printed
+        };
+        match printed {
+            Ok(()) => ExitCode::from(if global.strict { self.strict_exit } else { 0 }),
+            Err(error) => not_printed(&error),
         }
-        ExitCode::from(if global.strict { self.strict_exit } else { 0 })
     }
 }
 
@@ -78,13 +82,33 @@ pub(super) fn envelope(kind: &str, ok: bool) -> Value {
 }
 
 /// One JSON object and a line break.
-pub(super) fn print_json(object: &Value) {
-    print(&format!("{object:#}\n"));
+pub(super) fn print_json(object: &Value) -> std::io::Result<()> {
+    print(&format!("{object:#}\n"))
 }
 
 /// Text on standard output; a reader that went away (`| head`) is no failure of ours.
-fn print(text: &str) {
-    let _ = std::io::stdout().lock().write_all(text.as_bytes());
+fn print(text: &str) -> std::io::Result<()> {
+    let mut output = std::io::stdout().lock();
+    match output
+        .write_all(text.as_bytes())
+        .and_then(|()| output.flush())
+    {
+        Err(error) if error.kind() == std::io::ErrorKind::BrokenPipe => Ok(()),
+        written => written,
+    }
+}
+
+/// A line on standard error; if nobody can read that either, there is nobody left to tell.
+pub(super) fn print_error(line: &str) {
+    let _ = writeln!(std::io::stderr().lock(), "{line}");
+}
+
+/// A result that did not reach standard output, for example on a full disk.
+pub(super) fn not_printed(error: &std::io::Error) -> ExitCode {
+    print_error(&format!(
+        "the result could not be written to standard output: {error}"
+    ));
+    ExitCode::from(11)
 }
 
 /// What clap says, and its exit code; with `--json` among the arguments also that is JSON.
@@ -94,15 +118,26 @@ pub(super) fn print_usage(error: &clap::Error, arguments: &[OsString]) -> ExitCo
         let mut object = envelope("error", false);
         object["error"] = json!({
             "code": "stiffbench::usage",
-            "message": error.to_string(),
-            "help": "stiffbench --help",
+            "message": usage_message(error),
+            "help": "stiffbench --help tells what there is, stiffbench SUBCOMMAND --help what it takes",
             "exit_code": 2,
         });
-        print_json(&object);
+        if let Err(error) = print_json(&object) {
+            return not_printed(&error);
+        }
     } else {
         let _ = error.print();
     }
     ExitCode::from(if failed { 2 } else { 0 })
+}
+
+/// The first paragraph of what clap says, in one line; what follows it there is the usage.
+fn usage_message(error: &clap::Error) -> String {
+    let text = error.to_string();
+    let paragraph = text.split("\n\n").next().unwrap_or(&text);
+    let words: Vec<&str> = paragraph.split_whitespace().collect();
+    let line = words.join(" ");
+    line.strip_prefix("error: ").unwrap_or(&line).to_owned()
 }
 
 /// Completions of a shell.

@@ -90,12 +90,8 @@ fn of_fit(
     }
     let prepared = prepare(data, &args.model, Method::Regression)?;
     warnings.extend(prepared.warnings.iter().cloned());
-    let train = args
-        .train
-        .as_ref()
-        .map(|poses| poses.iter().map(|pose| PoseId::new(pose)).collect());
     let options = FitOptions {
-        train,
+        train: prepared.training(args.train.as_deref())?,
         ..FitOptions::default()
     };
     let outcome = fit_cells(&prepared.problem()?, &options)?;
@@ -158,9 +154,5 @@ fn robot(args: &PlotArgs) -> Result<Figure, Failure> {
         },
     };
     predictor.place(&pose)?;
-    Ok(robot_figure(
-        &mut predictor,
-        &name,
-        [args.force[0], args.force[1], args.force[2]],
-    ))
+    Ok(robot_figure(&mut predictor, &name, args.force))
 }

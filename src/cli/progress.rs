@@ -5,6 +5,7 @@ use std::io::IsTerminal;
 use indicatif::{ProgressBar, ProgressStyle};
 
 use super::args::{Global, ProgressMode};
+use super::outcome::print_error;
 
 /// A bar, a line, or nothing, as the user wants it.
 pub(super) fn progress(global: &Global, what: &str, steps: u64) -> ProgressBar {
@@ -25,7 +26,7 @@ pub(super) fn progress(global: &Global, what: &str, steps: u64) -> ProgressBar {
             bar
         }
         ProgressMode::Text => {
-            eprintln!("{what}: {steps} steps");
+            print_error(&format!("{what}: {steps} steps"));
             ProgressBar::hidden()
         }
         ProgressMode::Auto | ProgressMode::None => ProgressBar::hidden(),

@@ -49,12 +49,14 @@ pub enum StiffnessListError {
         expected: &'static str,
     },
     /// A row with too many or too few fields, or text that is not UTF-8.
-    #[error("{file}: {source}")]
+    #[error("{file}:{line}: not a row of the table")]
     #[diagnostic(code(stiffbench::fit::stiffness_list_csv))]
     Csv {
         /// Name of the file.
         file: String,
-        /// What the CSV reader says, with its line.
+        /// Line of the row, from 1.
+        line: u64,
+        /// What the CSV reader says.
         #[source]
         source: csv::Error,
     },
@@ -119,8 +121,9 @@ pub fn read_stiffness_list(
         .trim(csv::Trim::All)
         .comment(Some(b'#'))
         .from_reader(text.as_bytes());
-    let failed = |source| StiffnessListError::Csv {
+    let failed = |source: csv::Error| StiffnessListError::Csv {
         file: file.to_owned(),
+        line: source.position().map_or(1, csv::Position::line),
         source,
     };
     let columns = columns(file, reader.headers().map_err(failed)?)?;
@@ -358,6 +361,6 @@ mod tests {
                 .contains("in the sense of the force")
         );
         assert!(error("pose,direction,stiffness_N_per_um\n").contains("has no rows"));
-        assert!(error("pose,direction,stiffness_N_per_um\nP1,x\n").contains("line"));
+        assert!(error("pose,direction,stiffness_N_per_um\nP1,x\n").contains("k.csv:2: not a row"));
     }
 }

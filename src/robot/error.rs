@@ -112,7 +112,7 @@ pub enum RobotError {
         help: Option<String>,
     },
     /// The structure of a mechanism cannot be solved.
-    #[error("mechanism {mechanism}: {source}")]
+    #[error("mechanism {mechanism} cannot be computed")]
     #[diagnostic(code(stiffbench::robot::structure))]
     Structure {
         /// The mechanism.
