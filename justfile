@@ -1,0 +1,31 @@
+# Recipes for daily work; `.ci/run` does all that must pass before a change goes in.
+
+# What there is
+default:
+    @just --list
+
+# Format, lints and documentation
+check:
+    cargo fmt --check
+    cargo clippy --all-targets --locked -- -D warnings
+    RUSTDOCFLAGS="-D warnings" cargo doc --no-deps --locked
+
+# All tests; arguments go to cargo test, for example `just test --test cli`
+test *arguments:
+    cargo test --release --locked {{arguments}}
+
+# The main job: stiffness, fit, validation and figures of the shipped session
+demo:
+    cargo run --release --locked -- demo
+
+# Benchmarks; arguments go to cargo bench
+bench *arguments:
+    cargo bench --locked {{arguments}}
+
+# A fuzz target (readings_csv, session_toml) for a minute; needs nightly Rust and cargo-fuzz
+fuzz target="readings_csv" seconds="60":
+    cargo +nightly fuzz run {{target}} -- -max_total_time={{seconds}}
+
+# Everything that must pass
+ci:
+    .ci/run
