@@ -1,0 +1,252 @@
+//! The keys and units of JSON output that programs of others rely on, and some numbers.
+
+use serde_json::Value;
+
+use super::Desk;
+
+/// A quantity: value and unit, and an uncertainty with coverage factor and degrees of freedom, or the words why there is none.
+fn assert_quantity(quantity: &Value, unit: &str) {
+    assert!(quantity["value"].is_number(), "{quantity}");
+    assert_eq!(quantity["unit"], unit);
+    assert!(
+        quantity["u"].is_number() && quantity["k"].is_number() && quantity["dof"].is_number(),
+        "{quantity}"
+    );
+}
+
+fn array(value: &Value) -> &Vec<Value> {
+    value
+        .as_array()
+        .unwrap_or_else(|| panic!("no array: {value}"))
+}
+
+#[test]
+fn stiffness() {
+    let desk = Desk::with_session();
+    let data = desk.data("stiffness session");
+    let cells = array(&data["cells"]);
+    assert_eq!(cells.len(), 12);
+    for cell in cells {
+        assert!(cell["pose"].is_string() && cell["direction"].is_string());
+        assert_eq!(cell["n_runs"], 5);
+        assert_quantity(&cell["stiffness_paper"], "N/um");
+        assert_quantity(&cell["stiffness_regression"], "N/um");
+        assert!(cell["zero_offset_um"].is_number());
+        let loads = array(&cell["loads"]);
+        assert_eq!(loads.len(), 8);
+        for (load, target) in loads.iter().zip([0, -10, -20, -30, -40, -50, -60, -70]) {
+            assert_eq!(load["target_N"], f64::from(target));
+            assert_eq!(load["n"], 5);
+            assert!(load["mean_um"].is_number() && load["sd_um"].is_number());
+        }
+    }
+}
+
+#[test]
+fn fit() {
+    let desk = Desk::with_session();
+    let data = desk.data("fit session --train P1,P3 --fix beam.J --tie link.A=beam.A");
+    let factors = &data["factors"];
+    for class in ["beam", "link"] {
+        for name in ["A", "Iy", "Iz", "J"] {
+            let factor = &factors[class][name];
+            assert!(factor["value"].as_f64().unwrap() > 0.0);
+            let status = factor["status"].as_str().unwrap();
+            assert!(
+                ["free", "fixed", "tied", "at_bound", "not_identified"].contains(&status),
+                "{status}"
+            );
+            assert_eq!(factor["ci95"].is_array(), status == "free", "{factor}");
+        }
+    }
+    assert_eq!(factors["beam"]["J"]["status"], "fixed");
+    assert_eq!(factors["link"]["A"]["status"], "tied");
+    assert_eq!(factors["beam"]["Iy"]["status"], "free");
+    let names = array(&data["correlation"]["names"]);
+    assert_eq!(array(&data["correlation"]["matrix"]).len(), names.len());
+    let mut worst: f64 = 0.0;
+    for cell in array(&data["cells"]) {
+        let held_out = ["P2", "P4"].contains(&cell["pose"].as_str().unwrap());
+        assert_eq!(cell["held_out"], held_out);
+        assert_eq!(cell["measured"]["unit"], "N/um");
+        let ratio = cell["ratio_percent"].as_f64().unwrap();
+        let [measured, predicted] =
+            ["measured", "predicted"].map(|key| cell[key]["value"].as_f64().unwrap());
+        assert!((ratio - 100.0 * predicted / measured).abs() < 1e-9);
+        if held_out {
+            worst = worst.max((ratio - 100.0).abs());
+        }
+    }
+    assert!((data["max_error_percent"].as_f64().unwrap() - worst).abs() < 1e-9);
+}
+
+#[test]
+fn compliance_is_symmetric_and_its_nodes_are_named() {
+    let desk = Desk::new();
+    let data =
+        desk.data("robot compliance --robot hp-robot --mechanism F --pose P1 --factors m_fsd");
+    let row = |i: usize| -> Vec<f64> {
+        array(&data["compliance"][i])
+            .iter()
+            .map(|v| v.as_f64().unwrap())
+            .collect()
+    };
+    let c: Vec<Vec<f64>> = (0..6).map(row).collect();
+    for i in 0..6 {
+        assert!(c[i][i] > 0.0);
+        for j in 0..6 {
+            // Forces and moments have different units: reciprocity is judged by the diagonal.
+            assert!(
+                (c[i][j] - c[j][i]).abs() < 1e-8 * (c[i][i] * c[j][j]).sqrt(),
+                "{i} {j}"
+            );
+        }
+    }
+    assert_eq!(
+        data["rows"],
+        serde_json::json!(["ux", "uy", "uz", "rx", "ry", "rz"])
+    );
+    assert_eq!(
+        data["columns"],
+        serde_json::json!(["Fx", "Fy", "Fz", "Mx", "My", "Mz"])
+    );
+    // The end node in P1, where the paper states z = 1.638 m and y = 1.229 m.
+    let end: Vec<f64> = array(&data["nodes"]["F8"])
+        .iter()
+        .map(|v| v.as_f64().unwrap())
+        .collect();
+    assert!(
+        end[0].abs() < 1e-9 && (end[1] - 1.229).abs() < 0.003 && (end[2] - 1.638).abs() < 0.003,
+        "{end:?}"
+    );
+}
+
+#[test]
+fn compliance_follows_every_choice() {
+    let desk = Desk::new();
+    let lateral = |options: &str| {
+        desk.data(&format!("robot compliance --pose P1 {options}"))["compliance"][0][0]
+            .as_f64()
+            .unwrap()
+    };
+    let plain = lateral("");
+    for option in [
+        "--set theta2=390",
+        "--set theta2=390 theta3=330",
+        "--mechanism A",
+        "--factors unit",
+        "--pinned",
+        "--timoshenko",
+        "--robot serial-arm",
+    ] {
+        let other = lateral(option);
+        assert!(
+            (other / plain - 1.0).abs() > 1e-6,
+            "{option} changes nothing: {other}"
+        );
+    }
+    // Shear makes a beam softer, and a turning joint a robot.
+    assert!(lateral("--timoshenko") > plain && lateral("--pinned") > plain);
+    // The pose is given by its angles as well as by its name.
+    let by_angles =
+        desk.data("robot compliance --set theta1=360 theta2=397.322 theta3=341.757 theta4=50");
+    assert!((by_angles["compliance"][0][0].as_f64().unwrap() / plain - 1.0).abs() < 1e-9);
+}
+
+#[test]
+fn every_printed_cell_of_the_papers_tables_is_there() {
+    let desk = Desk::new();
+    let data = desk.data("paper");
+    let text = include_str!("../../data/paper/tables.csv");
+    let printed = |table: &str| {
+        text.lines()
+            .filter(|line| line.starts_with(&format!("{table},")))
+            .count()
+    };
+    for table in ["I", "III", "IV", "V", "VI"] {
+        let cells: Vec<&Value> = array(&data["cells"])
+            .iter()
+            .filter(|cell| cell["table"] == table)
+            .collect();
+        assert!(printed(table) > 0);
+        assert_eq!(cells.len(), printed(table), "Table {table}");
+        for cell in cells {
+            assert!(cell["paper"].is_number(), "{cell}");
+            assert!(
+                cell["ours"].is_number() || cell["reason"].is_string(),
+                "{cell}"
+            );
+            assert!(
+                cell["reproduced"] == true || cell["reason"].is_string(),
+                "{cell}"
+            );
+        }
+    }
+}
+
+#[test]
+fn the_workspace_reaches_the_points_the_paper_states() {
+    let desk = Desk::new();
+    let data = desk.data("robot workspace --poses 2000 --seed 1");
+    assert_eq!(data["poses"], 2000);
+    assert!(data["drawn"].as_u64().unwrap() > 2000);
+    // P1 to P4 are the paper's outermost points (z, y); it prints millimetres, and the extremes refine its random search.
+    for (name, z_m, y_m) in [
+        ("highest", 1.638, 1.229),
+        ("furthest", 1.7076, 0.901),
+        ("lowest", 1.538, 0.396),
+        ("nearest", 1.384, 0.966),
+    ] {
+        let extreme = &data["extremes"][name];
+        let [reach, height] = ["reach_m", "height_m"].map(|key| extreme[key].as_f64().unwrap());
+        assert!(
+            (reach - z_m).abs() < 0.004 && (height - y_m).abs() < 0.012,
+            "{name}: {reach} {height}"
+        );
+    }
+    let held = desk.data("robot workspace --poses 100 --vary theta1");
+    let reach = |name: &str| held["extremes"][name]["reach_m"].as_f64().unwrap();
+    assert!(
+        (reach("furthest") - reach("nearest")).abs() < 1e-9,
+        "turning about the vertical changes no reach"
+    );
+}
+
+#[test]
+fn a_session_agrees_with_itself_and_differs_from_another_truth() {
+    let desk = Desk::with_session();
+    let same = desk.data("compare session session");
+    assert_eq!(same["verdict"], "agrees");
+    for cell in array(&same["cells"]) {
+        assert_eq!(cell["difference"]["value"], 0.0);
+    }
+    desk.run("simulate softer --seed 5 --true-factor beam.Iy=0.004")
+        .succeeds();
+    let other = desk.data("compare session softer");
+    assert_eq!(other["verdict"], "differs");
+    desk.run("compare session softer").succeeds();
+    desk.run("compare session softer --strict").exits_with(1);
+    desk.run("compare session session --strict").succeeds();
+}
+
+#[test]
+fn the_truth_behind_a_simulation_lies_in_the_intervals() {
+    let desk = Desk::new();
+    desk.run("simulate exact --noise-free --true-factor beam.Iy=0.006")
+        .succeeds();
+    let data = desk.data("fit exact");
+    let true_beam = [0.002_997, 0.006, 0.964_219, 1.0];
+    for (name, truth) in ["A", "Iy", "Iz", "J"].into_iter().zip(true_beam) {
+        let factor = &data["factors"]["beam"][name];
+        let interval: Vec<f64> = array(&factor["ci95"])
+            .iter()
+            .map(|v| v.as_f64().unwrap())
+            .collect();
+        assert!(
+            interval[0] < truth && truth < interval[1],
+            "{name}: {factor}"
+        );
+        assert!(interval[1] / interval[0] < 1.01, "{name}: {factor}");
+    }
+    assert_eq!(data["termination"], "converged");
+}

@@ -1,0 +1,471 @@
+//! What the program refuses: the code of the error, the exit code, and what it tells the user to do.
+
+use serde_json::Value;
+
+use super::{Desk, Ran, five_columns};
+
+impl Desk {
+    /// Runs what must fail, in both forms; returns the JSON error after comparing the exit codes.
+    fn refusal(&self, arguments: &str, exit: i32, code: &str) -> Value {
+        let text = self.run(arguments).exits_with(exit);
+        assert_eq!(text.stdout, "", "{arguments}");
+        assert!(!text.stderr.is_empty(), "{arguments}");
+        let object = self
+            .run(&format!("{arguments} --json"))
+            .exits_with(exit)
+            .json();
+        assert_eq!(object["ok"], false);
+        assert_eq!(object["kind"], "error");
+        assert_eq!(object["schema"], "stiffbench/error/1");
+        let error = object["error"].clone();
+        assert_eq!(error["code"], code, "{arguments}: {error}");
+        assert_eq!(error["exit_code"], exit);
+        assert!(
+            !error["message"].as_str().unwrap().contains('\n'),
+            "{error}"
+        );
+        error
+    }
+}
+
+fn assert_says(error: &Value, words: &[&str]) {
+    let text = format!("{} {}", error["message"], error["help"]);
+    for word in words {
+        assert!(text.contains(word), "`{word}` is not in {text}");
+    }
+}
+
+#[test]
+fn data_that_are_not_there() {
+    let desk = Desk::new();
+    desk.write("folder/notes.txt", "no session");
+    desk.write("empty.csv", "");
+    let error = desk.refusal("stiffness nowhere", 11, "stiffbench::input::not_found");
+    assert_says(&error, &["nowhere", "session folder"]);
+    let error = desk.refusal("fit paper-experimint", 11, "stiffbench::input::not_found");
+    assert_says(&error, &["did you mean paper-experiment"]);
+    let error = desk.refusal("stiffness folder", 11, "stiffbench::input::no_session");
+    assert_says(&error, &["folder holds no readings.csv"]);
+    for subcommand in [
+        "stiffness",
+        "fit",
+        "plot residuals --data",
+        "compare empty.csv",
+    ] {
+        desk.refusal(
+            &format!("{subcommand} empty.csv"),
+            11,
+            "stiffbench::readings::empty",
+        );
+    }
+}
+
+#[test]
+fn wrong_readings_are_named_by_file_line_and_column() {
+    let desk = Desk::new();
+    desk.write(
+        "word.csv",
+        "pose,direction,repeat,force_N,displacement_um\nP1,x,1,-10,-5\nP1,x,1,-20,abc\n",
+    );
+    let error = desk.refusal("stiffness word.csv", 11, "stiffbench::readings::bad_value");
+    assert_says(
+        &error,
+        &["word.csv", "line 3", "displacement_um", "abc", "number"],
+    );
+    desk.write(
+        "column.csv",
+        "pose,direction,force_N,displacement_um\nP1,x,-10,-5\n",
+    );
+    let error = desk.refusal(
+        "stiffness column.csv",
+        11,
+        "stiffbench::readings::missing_column",
+    );
+    assert_says(&error, &["column.csv", "line 1", "repeat"]);
+    desk.write(
+        "direction.csv",
+        "pose,direction,repeat,force_N,displacement_um\nP1,w,1,-10,-5\n",
+    );
+    let error = desk.refusal(
+        "stiffness direction.csv",
+        11,
+        "stiffbench::readings::bad_value",
+    );
+    assert_says(&error, &["line 2", "direction", "`w`"]);
+}
+
+#[test]
+fn a_pose_that_the_robot_does_not_have_is_refused_with_the_nearest_name() {
+    let desk = Desk::new();
+    desk.write("typo.csv", &five_columns(&["P1", "P2a"], 2));
+    let error = desk.refusal("fit typo.csv", 11, "stiffbench::readings::unknown_pose");
+    assert_says(&error, &["typo.csv", "line 26", "`P2a`", "`P2` meant"]);
+    desk.write(
+        "list.csv",
+        "pose,direction,stiffness_N_per_um\nP1,x,0.01\nP7,x,0.01\n",
+    );
+    let error = desk.refusal("fit list.csv", 10, "stiffbench::robot::unknown_name");
+    assert_says(&error, &["`P7`", "P1, P2, P3, P4"]);
+    // Stiffness needs no robot: any name will do.
+    desk.run("stiffness typo.csv").succeeds();
+}
+
+#[test]
+fn stiffness_values_where_readings_are_needed() {
+    let desk = Desk::new();
+    desk.write("list.csv", "pose,direction,stiffness_N_per_um\nP1,x,0.01\n");
+    for arguments in [
+        "stiffness list.csv",
+        "stiffness paper-experiment",
+        "compare list.csv paper-experiment",
+        "plot load-displacement --data list.csv",
+        "plot residuals --data paper-experiment",
+        "fit paper-experiment --bootstrap 10",
+    ] {
+        let error = desk.refusal(arguments, 2, "stiffbench::usage::needs_readings");
+        assert_says(
+            &error,
+            &["holds stiffness values, not readings", "session folder"],
+        );
+    }
+    desk.write(
+        "twice.csv",
+        "pose,direction,stiffness_N_per_um\nP1,x,0.01\nP1,x,0.02\n",
+    );
+    desk.refusal(
+        "fit twice.csv",
+        11,
+        "stiffbench::fit::stiffness_list_duplicate",
+    );
+    desk.write("word.csv", "pose,direction,stiffness_N_per_um\nP1,x,soft\n");
+    let error = desk.refusal("fit word.csv", 11, "stiffbench::fit::stiffness_list_value");
+    assert_says(&error, &["word.csv", "soft"]);
+}
+
+#[test]
+fn names_that_do_not_exist() {
+    let desk = Desk::new();
+    let unknown = "stiffbench::robot::unknown_name";
+    assert_says(
+        &desk.refusal("robot compliance --pose P9", 10, unknown),
+        &["`P9`", "P1, P2, P3, P4"],
+    );
+    assert_says(
+        &desk.refusal("robot compliance --mechanism Z", 10, unknown),
+        &["`Z`", "A, B, C, D, E, F"],
+    );
+    assert_says(
+        &desk.refusal("robot compliance --set theta9=3", 10, unknown),
+        &["did you mean `theta"],
+    );
+    assert_says(
+        &desk.refusal("robot workspace --vary thetaa", 10, unknown),
+        &["theta1"],
+    );
+    assert_says(
+        &desk.refusal("fit paper-experiment --factors nope", 10, unknown),
+        &["m_fsd"],
+    );
+    assert_says(
+        &desk.refusal("significance --pose P0", 10, unknown),
+        &["P1"],
+    );
+    assert_says(&desk.refusal("simulate s --poses P9", 10, unknown), &["P1"]);
+    assert_says(
+        &desk.refusal("paper --robot serial-arm", 10, unknown),
+        &["s_fsd_p1"],
+    );
+    assert_says(
+        &desk.refusal(
+            "fit paper-experiment --factors nope.toml",
+            11,
+            "stiffbench::input::read",
+        ),
+        &["nope.toml"],
+    );
+    let argument = "stiffbench::usage::argument";
+    assert_says(
+        &desk.refusal("robot show nope", 2, argument),
+        &["hp-robot, hp-robot-host-dominant, serial-arm"],
+    );
+    assert_says(
+        &desk.refusal(
+            "fit paper-experiment --fix beam.Q",
+            2,
+            "stiffbench::fit::factor_name",
+        ),
+        &["beam.Iy"],
+    );
+    assert!(
+        !desk.path("s").exists(),
+        "a simulation that cannot be leaves no folder"
+    );
+}
+
+#[test]
+fn arguments_without_meaning() {
+    let desk = Desk::new();
+    let argument = "stiffbench::usage::argument";
+    for (arguments, words) in [
+        (
+            "fit paper-experiment --bounds 2 3",
+            ["both sides of 1", "--bounds 0.1 10"],
+        ),
+        (
+            "fit paper-experiment --bounds -1 10",
+            ["--bounds -1 10", "both sides of 1"],
+        ),
+        (
+            "fit paper-experiment --bounds 0.1 inf",
+            ["inf", "both sides of 1"],
+        ),
+        (
+            "fit paper-experiment --tie link.A",
+            ["equals sign", "--tie link.A=beam.A"],
+        ),
+        (
+            "fit paper-experiment --train P1,P9",
+            ["P9", "P1, P2, P3, P4"],
+        ),
+        ("fit paper-experiment --train P1,P1", ["P1", "twice"]),
+        (
+            "fit paper-experiment --sigma known",
+            ["no uncertainty", "u_N_per_um"],
+        ),
+        (
+            "fit paper-experiment --weights 1,2",
+            ["--weights", "--method paper"],
+        ),
+        (
+            "fit paper-experiment --method paper --fix beam.J",
+            ["--fix", "--method least-squares"],
+        ),
+        (
+            "fit paper-experiment --method paper --weights 1",
+            ["1 weights for 4", "--train"],
+        ),
+        (
+            "robot compliance --set theta2",
+            ["equals sign", "--set theta2=397.3"],
+        ),
+        (
+            "robot compliance --set theta2=wide",
+            ["theta2=wide", "degrees"],
+        ),
+        ("plot residuals", ["--data", "measured data"]),
+        ("plot robot --out robot.pdf", ["SVG and PNG", "pdf"]),
+        (
+            "simulate s --true-factor beam.Iy",
+            ["equals sign", "beam.Iy=0.006"],
+        ),
+        (
+            "simulate s --true-factor beam.Iy=-1",
+            ["above zero", "beam.Iy=0.006"],
+        ),
+    ] {
+        assert_says(&desk.refusal(arguments, 2, argument), &words);
+    }
+    desk.refusal(
+        "fit paper-experiment --tie link.A=beam.Q",
+        2,
+        "stiffbench::fit::factor_name",
+    );
+    desk.refusal(
+        "fit paper-experiment --tie link.A=link.Iy,link.Iy=link.A",
+        2,
+        "stiffbench::least_squares::tie_cycle",
+    );
+    desk.refusal(
+        "fit paper-experiment --method paper --weights=-1,1,1,1",
+        2,
+        "stiffbench::fit::weights",
+    );
+    desk.refusal("simulate s --repeats 0", 10, "stiffbench::bench::plan");
+    desk.refusal(
+        "simulate s --reading-sd-um -1",
+        10,
+        "stiffbench::bench::noise",
+    );
+}
+
+#[test]
+fn arguments_that_do_not_parse() {
+    let desk = Desk::new();
+    for (arguments, word) in [
+        ("nonsense", "nonsense"),
+        ("stiffness", "<DATA>"),
+        ("robot", "subcommand"),
+        ("fit a b", "'b'"),
+        ("simulate s --directions w", "x, y or z"),
+        ("fit paper-experiment --bounds 0.1", "2 values"),
+        ("plot robot --force 1,2", "three numbers"),
+        ("plot robot --force nan,0,0", "three numbers"),
+        ("robot workspace --poses 0", "0"),
+        ("plot cake", "load-displacement"),
+    ] {
+        if arguments == "robot" {
+            // clap prints the whole help here.
+            desk.run(arguments).exits_with(2);
+            continue;
+        }
+        assert_says(&desk.refusal(arguments, 2, "stiffbench::usage"), &[word]);
+    }
+}
+
+#[test]
+fn fits_that_cannot_be() {
+    let desk = Desk::new();
+    desk.write("one.csv", &five_columns(&["P1"], 2));
+    let error = desk.refusal("fit one.csv", 40, "stiffbench::fit::too_few_cells");
+    assert_says(&error, &["4 free factors", "3 cell(s)", "--fix"]);
+    let fixed = "fit paper-experiment --fix beam.A,beam.Iy,beam.Iz,beam.J";
+    desk.refusal(fixed, 40, "stiffbench::least_squares::no_free_parameter");
+    desk.write(
+        "two-directions.csv",
+        "pose,direction,stiffness_N_per_um\nP1,x,0.01\nP1,y,0.03\n",
+    );
+    let error = desk.refusal(
+        "fit two-directions.csv --method paper",
+        40,
+        "stiffbench::fit::missing_direction",
+    );
+    assert_says(&error, &["P1", "z"]);
+}
+
+#[test]
+fn files_of_robots_factors_and_sessions_that_are_wrong() {
+    let desk = Desk::new();
+    let robot = include_str!("../../data/robots/serial-arm.toml");
+    desk.write(
+        "robot.toml",
+        &robot.replacen("[poses.P1]", "[poses.P1]\ntheta22 = 3", 1),
+    );
+    let error = desk.refusal("robot show robot.toml", 10, "stiffbench::robot::file");
+    assert_says(
+        &error,
+        &["robot.toml:", "theta22", "did you mean `theta2`?"],
+    );
+    desk.write("syntax.toml", "format = ");
+    assert_says(
+        &desk.refusal("robot check syntax.toml", 10, "stiffbench::robot::file"),
+        &["syntax.toml:1:"],
+    );
+    let good = "beam = { A = 1.0, Iy = 1.0, Iz = 1.0, J = 1.0 }\nlink = { A = 1.0, Iy = 1.0, Iz = 1.0, J = 1.0 }\n";
+    desk.write("good.toml", good);
+    desk.run("robot compliance --factors good.toml").succeeds();
+    for wrong in [
+        good.replacen("A = 1.0", "A = -1.0", 1),
+        good.replacen("A = 1.0, ", "", 1),
+        "x".to_owned(),
+    ] {
+        desk.write("factors.toml", &wrong);
+        let error = desk.refusal(
+            "robot compliance --factors factors.toml",
+            10,
+            "stiffbench::robot::factor_file",
+        );
+        assert_says(&error, &["factors.toml", "two tables"]);
+    }
+    desk.write("session/readings.csv", &five_columns(&["P1", "P2"], 2));
+    desk.write(
+        "session/session.toml",
+        "schema = \"stiffbench/session/9\"\n",
+    );
+    desk.refusal(
+        "stiffness session",
+        10,
+        "stiffbench::session_file::newer_schema",
+    );
+    desk.write(
+        "session/session.toml",
+        "schema = \"stiffbench/session/1\"\nrobot = \"gone.toml\"\n",
+    );
+    desk.run("stiffness session").succeeds();
+    let error = desk.refusal("fit session", 10, "stiffbench::session_file::robot");
+    assert_says(&error, &["gone.toml", "session.toml", "--robot"]);
+}
+
+#[test]
+fn a_session_is_never_written_over() {
+    let desk = Desk::with_session();
+    let before = desk.read("session/readings.csv");
+    let error = desk.refusal(
+        "simulate session --seed 9",
+        11,
+        "stiffbench::output::exists",
+    );
+    assert_says(&error, &["session exists already", "another name"]);
+    assert_eq!(desk.read("session/readings.csv"), before);
+    desk.write("file", "");
+    desk.refusal("demo --out file", 11, "stiffbench::output::write");
+    desk.refusal(
+        "plot robot --out file/robot.svg",
+        11,
+        "stiffbench::output::write",
+    );
+}
+
+/// A reader that has seen enough (`| head`) is no failure; a full disk is one.
+#[cfg(target_os = "linux")]
+#[test]
+fn standard_output_that_takes_no_more() {
+    use std::io::Read;
+    use std::process::{Command, Stdio};
+
+    let program = env!("CARGO_BIN_EXE_stiffbench");
+    // More text than a pipe holds, so that the program writes into a pipe that nobody reads any more.
+    let mut child = Command::new(program)
+        .args(["paper", "--json"])
+        .stdout(Stdio::piped())
+        .stderr(Stdio::piped())
+        .spawn()
+        .unwrap();
+    let mut first = [0; 10];
+    let mut stdout = child.stdout.take().unwrap();
+    stdout.read_exact(&mut first).unwrap();
+    drop(stdout);
+    let output = child.wait_with_output().unwrap();
+    assert_eq!(String::from_utf8_lossy(&output.stderr), "");
+    assert!(output.status.success());
+
+    let full = std::fs::OpenOptions::new()
+        .write(true)
+        .open("/dev/full")
+        .unwrap();
+    let output = Command::new(program)
+        .args(["robot", "show"])
+        .stdout(full)
+        .output()
+        .unwrap();
+    assert_eq!(output.status.code(), Some(11));
+    assert!(String::from_utf8_lossy(&output.stderr).contains("standard output"));
+}
+
+#[test]
+fn a_robot_file_in_another_folder_is_found_from_anywhere() {
+    let desk = Desk::new();
+    let robot = include_str!("../../data/robots/serial-arm.toml");
+    desk.write(
+        "robots/mine.toml",
+        &robot.replacen("plain three-link serial arm", "my own arm", 1),
+    );
+    let robot = desk.path("robots/mine.toml");
+    let robot = robot.display();
+    let ran = desk.run(&format!("robot show {robot}")).succeeds();
+    assert!(ran.stdout.starts_with("my own arm"), "{}", ran.stdout);
+    desk.run(&format!("simulate deep/er/session --robot {robot}"))
+        .succeeds();
+    // The session keeps its own copy, and is read with it from any other folder.
+    let mut elsewhere = desk.command("fit ../session --json");
+    std::fs::create_dir(desk.path("deep/er/elsewhere")).unwrap();
+    let fit = Ran::of(elsewhere.current_dir(desk.path("deep/er/elsewhere")))
+        .succeeds()
+        .json();
+    assert_eq!(fit["data"]["mechanism"], "A");
+    assert_eq!(fit["data"]["cells"].as_array().unwrap().len(), 12);
+    // A robot that was changed after the session is used, and that is said.
+    let changed = desk.read("deep/er/session/robot.toml") + "\n# changed\n";
+    desk.write("deep/er/session/robot.toml", &changed);
+    let ran = desk.run("fit deep/er/session").succeeds();
+    assert!(ran.stderr.contains("SHA-256 differs"), "{}", ran.stderr);
+}

@@ -1,0 +1,95 @@
+//! `--strict`: findings become exit codes, and without it they do not.
+
+use super::{Desk, five_columns};
+
+#[test]
+fn a_flag_on_the_readings_exits_with_1() {
+    let desk = Desk::new();
+    let readings = five_columns(&["P1", "P2"], 5);
+    desk.write("clean.csv", &readings);
+    desk.run("stiffness clean.csv --strict").succeeds();
+    // One reading of one repeat is half a millimetre off.
+    assert!(readings.contains("P1,x,3,-40,-3997\n"), "{readings}");
+    desk.write(
+        "outlier.csv",
+        &readings.replacen("P1,x,3,-40,-3997\n", "P1,x,3,-40,-3497\n", 1),
+    );
+    let ran = desk.run("stiffness outlier.csv").succeeds();
+    assert!(ran.stdout.contains("flag, P1 x"), "{}", ran.stdout);
+    desk.run("stiffness outlier.csv --strict").exits_with(1);
+}
+
+#[test]
+fn overdue_calibration_exits_with_12() {
+    let desk = Desk::new();
+    desk.write("session/readings.csv", &five_columns(&["P1", "P2"], 5));
+    let header = |due: &str| {
+        format!(
+            "schema = \"stiffbench/session/1\"\n[instruments.force]\nmodel = \"spring\"\nresolution_N = 0.1\ncalibrated = 2001-01-01\ndue = {due}\n"
+        )
+    };
+    desk.write("session/session.toml", &header("2002-01-01"));
+    for subcommand in [
+        "stiffness session",
+        "fit session",
+        "compare session session",
+        "plot load-displacement --data session",
+    ] {
+        let ran = desk.run(subcommand).succeeds();
+        assert!(
+            ran.stderr
+                .contains("calibration overdue: force gauge (due 2002-01-01)"),
+            "{}",
+            ran.stderr
+        );
+        desk.run(&format!("{subcommand} --strict")).exits_with(12);
+    }
+    let object = desk
+        .run("stiffness session --strict --json")
+        .exits_with(12)
+        .json();
+    assert_eq!(object["error"]["code"], "stiffbench::calibration::overdue");
+    desk.write("session/session.toml", &header("9000-01-01"));
+    desk.run("stiffness session --strict").succeeds();
+}
+
+#[test]
+fn a_factor_that_the_data_do_not_determine_exits_with_41() {
+    let desk = Desk::new();
+    let open = |fit: &serde_json::Value| {
+        let factors = fit["factors"]["beam"].as_object().unwrap();
+        factors
+            .values()
+            .filter(|factor| !["free", "fixed"].contains(&factor["status"].as_str().unwrap()))
+            .count()
+    };
+    let arguments = "fit paper-experiment --train P1,P3";
+    assert!(open(&desk.data(arguments)) > 0);
+    desk.run(&format!("{arguments} --strict")).exits_with(41);
+    desk.run("simulate session --seed 4").succeeds();
+    let arguments = "fit session --fix beam.J";
+    assert_eq!(open(&desk.data(arguments)), 0);
+    desk.run(&format!("{arguments} --strict")).succeeds();
+}
+
+#[test]
+fn a_robot_with_a_pose_beyond_its_limits_exits_with_1() {
+    let desk = Desk::new();
+    desk.run("robot check hp-robot --strict").succeeds();
+    let robot = include_str!("../../data/robots/serial-arm.toml");
+    let pose = robot
+        .split("[poses.P1]")
+        .nth(1)
+        .unwrap()
+        .lines()
+        .nth(1)
+        .unwrap();
+    let name = pose.split('=').next().unwrap().trim();
+    desk.write(
+        "robot.toml",
+        &robot.replacen(pose, &format!("{name} = 5000"), 1),
+    );
+    let ran = desk.run("robot check robot.toml").succeeds();
+    assert!(ran.stderr.contains("beyond the limit"), "{}", ran.stderr);
+    desk.run("robot check robot.toml --strict").exits_with(1);
+}

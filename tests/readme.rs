@@ -1,0 +1,85 @@
+//! The commands of the README run as they stand there.
+
+use std::process::Command;
+
+/// Starts of lines that are commands of this program, with what stands before its arguments.
+const STARTS: [&str; 3] = [
+    "stiffbench",
+    "cargo run --release --",
+    "cargo run --release --locked --",
+];
+
+/// Commands of the ```console blocks in order: the words after the program's name. A line that ends in a backslash goes on in the next.
+fn commands(markdown: &str) -> Vec<Vec<String>> {
+    let mut found = Vec::new();
+    let mut in_block = false;
+    let mut lines = markdown.lines();
+    while let Some(line) = lines.next() {
+        if line.trim_start().starts_with("```") {
+            in_block = !in_block && line.trim() == "```console";
+            continue;
+        }
+        let Some(command) = line.trim_start().strip_prefix("$ ").filter(|_| in_block) else {
+            continue;
+        };
+        let mut command = command.to_owned();
+        while let Some(begun) = command.strip_suffix('\\') {
+            command = format!("{begun} {}", lines.next().unwrap_or("").trim());
+        }
+        found.extend(arguments(&command));
+    }
+    found
+}
+
+/// Words after the program's name, without a comment at the end; `None` for other programs.
+fn arguments(command: &str) -> Option<Vec<String>> {
+    let rest = STARTS
+        .iter()
+        .filter_map(|start| command.strip_prefix(start))
+        .filter(|rest| rest.is_empty() || rest.starts_with(' '))
+        .min_by_key(|rest| rest.len())?;
+    let rest = rest.split(" #").next().unwrap_or(rest);
+    let unsupported = rest.contains(['|', '>', '<', '"', '\'', '$', '*']);
+    assert!(
+        !unsupported,
+        "`{command}`: this test passes words on as they are, without a shell"
+    );
+    Some(rest.split_whitespace().map(str::to_owned).collect())
+}
+
+#[test]
+fn commands_of_the_readme_run() {
+    let path = concat!(env!("CARGO_MANIFEST_DIR"), "/README.md");
+    let markdown = std::fs::read_to_string(path).unwrap();
+    let commands = commands(&markdown);
+    assert!(
+        !commands.is_empty(),
+        "the README shows no command in a ```console block"
+    );
+    let folder = tempfile::tempdir().unwrap();
+    for command in commands {
+        let output = Command::new(env!("CARGO_BIN_EXE_stiffbench"))
+            .args(&command)
+            .current_dir(&folder)
+            .output()
+            .unwrap();
+        assert!(
+            output.status.success(),
+            "stiffbench {}: {}\n{}",
+            command.join(" "),
+            output.status,
+            String::from_utf8_lossy(&output.stderr)
+        );
+    }
+}
+
+#[test]
+fn commands_are_found_in_console_blocks_only() {
+    let markdown = "```console\n$ stiffbench fit a --train P1,P3  # judged elsewhere\nbeam.Iy 1\n$ cargo run --release -- demo\n$ cargo test\n\
+                    $ stiffbench plot robot \\\n    --out r\n$ stiffbenchmark\n```\n```toml\n$ stiffbench no\n```\n$ stiffbench no\n";
+    let words: Vec<String> = commands(markdown)
+        .iter()
+        .map(|command| command.join(" "))
+        .collect();
+    assert_eq!(words, ["fit a --train P1,P3", "demo", "plot robot --out r"]);
+}
