@@ -135,8 +135,10 @@ pub fn mobility_text(chains: &[ChainMobility], mechanisms: &[(String, Mobility)]
             chain.freedoms.to_string(),
         ]);
     }
-    let total: i64 = chains.iter().map(|chain| chain.freedoms).sum();
-    let mut text = format!("{}\nTotal by eq. (1): F = {total}.\n\n", rows.text());
+    let mut text = match total(chains) {
+        Some(total) => format!("{}\nTotal by eq. (1): F = {total}.\n\n", rows.text()),
+        None => "No body of the robot file names its `chain`, so eqs. (1) to (5) have nothing to count.\n\n".to_owned(),
+    };
     let mut rows = TextTable::new(&[
         "mechanism",
         "joints",
@@ -158,12 +160,17 @@ pub fn mobility_text(chains: &[ChainMobility], mechanisms: &[(String, Mobility)]
     text
 }
 
+/// Eq. (1); `None` without chains.
+fn total(chains: &[ChainMobility]) -> Option<i64> {
+    (!chains.is_empty()).then(|| chains.iter().map(|chain| chain.freedoms).sum())
+}
+
 /// The same for programs.
 #[must_use]
 pub fn mobility_json(chains: &[ChainMobility], mechanisms: &[(String, Mobility)]) -> Value {
     json!({
         "chains": chains,
-        "total": chains.iter().map(|chain| chain.freedoms).sum::<i64>(),
+        "total": total(chains),
         "mechanisms": mechanisms.iter().map(|(name, mobility)| json!({ "mechanism": name, "rank_check": mobility })).collect::<Vec<_>>(),
     })
 }

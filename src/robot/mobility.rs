@@ -48,13 +48,17 @@ pub struct Mobility {
     pub freedoms: usize,
 }
 
-/// Eqs. (2) to (5) for each chain of a robot, in the order of its joints; the first chain is the host.
+/// Eqs. (2) to (5) for each chain of a robot, in the order of its joints; the first chain is the host. Empty if no body of the robot
+/// names its chain: then there are no components to count.
 ///
 /// # Errors
 /// [`RobotError::Unreachable`] if the pose, needed for λ, cannot be reached.
 pub fn chain_mobility(robot: &Robot, pose: &Pose) -> Result<Vec<ChainMobility>, RobotError> {
     let all: Vec<usize> = (0..robot.joints.len()).collect();
     let screws = joint_screws(robot, &all, pose)?;
+    if robot.bodies.iter().all(|body| body.chain.is_none()) {
+        return Ok(Vec::new());
+    }
     let mut chains: Vec<&str> = Vec::new();
     for chain in robot
         .joints

@@ -122,6 +122,17 @@ fn compliance_is_symmetric_and_its_nodes_are_named() {
 }
 
 #[test]
+fn mobility_is_counted_where_bodies_name_their_chain() {
+    let desk = Desk::new();
+    let host = desk.data("robot mobility hp-robot");
+    assert_eq!(host["total"], 4);
+    assert_eq!(array(&host["chains"]).len(), 7);
+    let arm = desk.data("robot mobility serial-arm");
+    assert!(arm["total"].is_null() && array(&arm["chains"]).is_empty());
+    assert_eq!(arm["mechanisms"][0]["rank_check"]["freedoms"], 4);
+}
+
+#[test]
 fn compliance_follows_every_choice() {
     let desk = Desk::new();
     let lateral = |options: &str| {
