@@ -4,8 +4,8 @@
 //!
 //! In the order in which data flow; what each module may import is held by `tests/architecture.rs`.
 //!
-//! - [`quantity`], [`statistics`], [`source_text`], [`vector`]: leaves. Units at the edges, estimates with uncertainty, places in texts,
-//!   vectors of three.
+//! - [`quantity`], [`statistics`], [`source_text`], [`nearest`], [`vector`]: leaves. Units at the edges, estimates with uncertainty, places in
+//!   texts, the name that was meant, vectors of three.
 //! - [`test_point`]: where in the experiment a number belongs: pose, direction, branch.
 //! - [`readings`]: what was measured, as stored. The waist: acquisition ends by writing a session folder, analysis begins by reading one.
 //!   Nothing is dropped silently.
@@ -25,6 +25,7 @@ pub mod cli;
 pub mod distribution;
 pub mod fit;
 pub mod least_squares;
+pub mod nearest;
 pub mod plot;
 pub mod quantity;
 pub mod readings;

@@ -118,36 +118,6 @@ impl TomlSpans<'_> {
     }
 }
 
-/// The known name nearest to a misspelt one, if any is near enough to be meant.
-///
-/// Near enough is an edit distance of at most a third of the length, at least one.
-#[must_use]
-pub fn nearest<'a>(name: &str, known: impl IntoIterator<Item = &'a str>) -> Option<&'a str> {
-    let limit = (name.chars().count() / 3).max(1);
-    known
-        .into_iter()
-        .map(|candidate| (edit_distance(name, candidate), candidate))
-        .filter(|(distance, _)| *distance <= limit)
-        .min_by_key(|(distance, _)| *distance)
-        .map(|(_, candidate)| candidate)
-}
-
-/// Levenshtein's distance, letters compared without case.
-fn edit_distance(a: &str, b: &str) -> usize {
-    let b: Vec<char> = b.to_lowercase().chars().collect();
-    let mut row: Vec<usize> = (0..=b.len()).collect();
-    for (i, ca) in a.to_lowercase().chars().enumerate() {
-        let mut diagonal = row[0];
-        row[0] = i + 1;
-        for (j, &cb) in b.iter().enumerate() {
-            let substituted = diagonal + usize::from(ca != cb);
-            diagonal = row[j + 1];
-            row[j + 1] = substituted.min(row[j] + 1).min(diagonal + 1);
-        }
-    }
-    row[b.len()]
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -187,15 +157,5 @@ mod tests {
             at(&[Step::Key("a"), Step::Key("b"), Step::Key("e")]),
             (2, 5)
         );
-    }
-
-    #[test]
-    fn nearest_name() {
-        assert_eq!(nearest("P1", ["P2", "Q1"]), Some("P2"));
-        assert_eq!(
-            nearest("uper_arm", ["forearm", "upper_arm"]),
-            Some("upper_arm")
-        );
-        assert_eq!(nearest("waist", ["A1", "A2"]), None);
     }
 }

@@ -10,16 +10,17 @@ use std::path::{Path, PathBuf};
 
 /// Each module of `src` and the modules it may import; its own paths are always open to it. `cli` may import everything.
 #[rustfmt::skip]
-const MAY_IMPORT: [(&str, &[&str]); 16] = [
+const MAY_IMPORT: [(&str, &[&str]); 17] = [
     ("statistics", &[]),
     ("source_text", &[]),
+    ("nearest", &[]),
     ("vector", &[]),
     ("quantity", &["statistics"]),
     ("test_point", &["quantity"]),
-    ("readings", &["quantity", "test_point", "source_text"]),
+    ("readings", &["quantity", "test_point", "nearest"]),
     ("stiffness", &["quantity", "statistics", "test_point", "readings"]),
     ("structure", &["vector"]),
-    ("robot", &["source_text", "vector", "test_point", "structure"]),
+    ("robot", &["source_text", "nearest", "vector", "test_point", "structure"]),
     ("bench", &["quantity", "test_point", "readings", "structure", "robot"]),
     ("least_squares", &["statistics"]),
     ("fit", &["quantity", "statistics", "test_point", "stiffness", "structure", "robot", "least_squares"]),
@@ -36,7 +37,7 @@ const MAY_IMPORT: [(&str, &[&str]); 16] = [
 
 #[rustfmt::skip]
 const EVERYTHING: &[&str] = &[
-    "quantity", "statistics", "source_text", "vector", "test_point", "readings", "stiffness", "structure", "robot", "bench",
+    "quantity", "statistics", "source_text", "nearest", "vector", "test_point", "readings", "stiffness", "structure", "robot", "bench",
     "least_squares", "fit", "distribution", "plot", "report",
 ];
 

@@ -102,7 +102,7 @@ pub(super) struct ModelArgs {
 
 /// Arguments of `demo`.
 #[derive(Debug, Args)]
-#[command(after_help = "Example:\n  stiffbench demo --out /tmp/demo")]
+#[command(after_help = "Example:\n  stiffbench demo --out my-demo")]
 pub(super) struct DemoArgs {
     /// Folder for the session, tables and figures
     #[arg(long, default_value = "stiffbench-demo")]

@@ -8,12 +8,13 @@ use std::path::{Path, PathBuf};
 use sha2::{Digest, Sha256};
 
 use crate::fit::{MeasuredStiffness, is_stiffness_list, read_stiffness_list};
+use crate::nearest::nearest;
 use crate::readings::{
     GaugeLogOptions, InstrumentRecord, LoadSign, ReadOptions, ReadingTable, ReadingsError,
     SessionHeader, check_poses, read_gauge_log, read_readings,
 };
 use crate::robot::{FittingFactors, Robot, shipped_robot, shipped_robots};
-use crate::source_text::{SourceText, nearest};
+use crate::source_text::SourceText;
 use crate::stiffness::{
     Branches, GaugeTerms, Gauges, StiffnessOptions, StiffnessTable, stiffness_table,
 };

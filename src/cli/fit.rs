@@ -6,10 +6,10 @@ use crate::fit::{
     find_lower_minimum, fit_cells, follow_paper,
 };
 use crate::least_squares::{BootstrapSettings, SearchSettings, SigmaMode};
+use crate::nearest::nearest;
 use crate::report::{
     factors_toml, fit_figures, fit_json, fit_text, paper_steps_json, paper_steps_text,
 };
-use crate::source_text::nearest;
 use crate::stiffness::{Branches, Method as StiffnessMethod, StiffnessTable};
 use crate::test_point::PoseId;
 

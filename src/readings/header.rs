@@ -6,9 +6,9 @@ use super::assumption::Assumption;
 use super::column::{Column, Named, understand};
 use super::error::ReadingsError;
 use super::log_columns::is_log_header;
-use super::nearest::nearest_name;
 use super::number::Conversion;
 use super::rows::{Rows, text_of};
+use crate::nearest::nearest;
 
 /// Where the columns of a file are.
 #[derive(Debug)]
@@ -95,7 +95,7 @@ impl Header {
 
     fn missing(&self, file: &str, column: Column) -> ReadingsError {
         let unused = self.unused.iter().map(|index| self.names[*index].as_str());
-        let advice = match nearest_name(column.name(), unused) {
+        let advice = match nearest(column.name(), unused) {
             Some(near) => format!("is `{near}` meant? Name it `{column}`"),
             None => {
                 "the smallest table has the columns pose,direction,repeat,force_N,displacement_um"

@@ -13,7 +13,6 @@ mod error;
 mod gauge_log;
 mod header;
 mod log_columns;
-mod nearest;
 mod number;
 mod order;
 mod reading;

@@ -6,8 +6,8 @@ use std::fmt;
 use super::assumption::{Assumption, Excluded, Note};
 use super::column::Column;
 use super::error::ReadingsError;
-use super::nearest::nearest_name;
 use super::reading::{Reading, Status};
+use crate::nearest::nearest;
 use crate::test_point::{Cell, Direction, PoseId};
 
 /// What the readings of one run, or of one gauge zero, have in common.
@@ -241,7 +241,7 @@ pub fn check_poses(table: &ReadingTable, known: &[PoseId]) -> Result<(), Reading
         .find(|reading| reading.pose == pose)
         .map_or(0, |reading| reading.line);
     let names: Vec<String> = known.iter().map(|pose| format!("`{pose}`")).collect();
-    let advice = match nearest_name(pose.as_str(), known.iter().map(PoseId::as_str)) {
+    let advice = match nearest(pose.as_str(), known.iter().map(PoseId::as_str)) {
         Some(near) => format!("is `{near}` meant?"),
         None => "correct the name, or add the pose to the robot or procedure file".to_owned(),
     };

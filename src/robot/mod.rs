@@ -201,7 +201,7 @@ impl Robot {
         known: impl Iterator<Item = &'a str>,
     ) -> RobotError {
         let known: Vec<&str> = known.collect();
-        let help = crate::source_text::nearest(name, known.iter().copied())
+        let help = crate::nearest::nearest(name, known.iter().copied())
             .map(|near| format!("did you mean `{near}`?"));
         RobotError::UnknownName {
             robot: self.name.clone(),

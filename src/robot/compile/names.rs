@@ -3,9 +3,9 @@
 use std::collections::HashMap;
 use std::ops::Range;
 
+use crate::nearest::nearest;
 use crate::robot::error::{RobotError, RobotProblem};
 use crate::source_text::Step::{self, Index, Key};
-use crate::source_text::nearest;
 
 use super::Compiler;
 

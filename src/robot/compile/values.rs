@@ -2,11 +2,11 @@
 
 use std::collections::HashMap;
 
+use crate::nearest::nearest;
 use crate::robot::error::{RobotError, RobotProblem};
 use crate::robot::expression::{Expression, ExpressionError, in_range};
 use crate::robot::parameters::{self, ParameterProblem};
 use crate::source_text::Step::{self, Key};
-use crate::source_text::nearest;
 use crate::vector::norm;
 
 use super::Compiler;

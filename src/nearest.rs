@@ -1,13 +1,13 @@
 //! The known name that comes nearest to a mistyped one.
+//!
+//! Leaf module.
 
 /// The name in `known` nearest to `name`, if it is near enough to be worth suggesting.
 ///
 /// Near enough: at most one change in three characters (insertion, deletion, replacement; capitals do not count), or one name
 /// starts with the other.
-pub(super) fn nearest_name<'a>(
-    name: &str,
-    known: impl IntoIterator<Item = &'a str>,
-) -> Option<&'a str> {
+#[must_use]
+pub fn nearest<'a>(name: &str, known: impl IntoIterator<Item = &'a str>) -> Option<&'a str> {
     let name = name.to_lowercase();
     known
         .into_iter()
@@ -53,9 +53,9 @@ mod tests {
     #[test]
     fn only_near_names_are_suggested() {
         let known = ["P1", "P2", "reach-out", "direction"];
-        assert_eq!(nearest_name("reachout", known), Some("reach-out"));
-        assert_eq!(nearest_name("p1", known), Some("P1"));
-        assert_eq!(nearest_name("dir", known), Some("direction"));
-        assert_eq!(nearest_name("banana", known), None);
+        assert_eq!(nearest("reachout", known), Some("reach-out"));
+        assert_eq!(nearest("p1", known), Some("P1"));
+        assert_eq!(nearest("dir", known), Some("direction"));
+        assert_eq!(nearest("banana", known), None);
     }
 }
