@@ -60,3 +60,64 @@ impl<'a> Refitter<'a> {
         })
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use rand::SeedableRng;
+    use rand_chacha::ChaCha8Rng;
+    use rand_distr::{Distribution, Normal};
+
+    use super::*;
+    use crate::fit::{CellModel, MeasuredCell, MeasuredStiffness, WeightBasis};
+    use crate::robot::{Robot, shipped_robot};
+    use crate::test_point::{Cell, Direction};
+
+    #[test]
+    fn refits_without_weights_all_converge_and_scatter_about_the_truth() {
+        let robot = Robot::parse(&shipped_robot("hp-robot").unwrap()).unwrap();
+        let mechanism = robot.mechanism(Some("F")).unwrap();
+        let start = robot.factor_set("m_fsd").unwrap();
+        let poses = robot.poses.iter().map(|named| &named.id);
+        let cells: Vec<Cell> = poses
+            .flat_map(|pose| {
+                Direction::ALL.map(|direction| Cell {
+                    pose: pose.clone(),
+                    direction,
+                })
+            })
+            .collect();
+        let mut model = CellModel::new(&robot, mechanism, &cells).unwrap();
+        let truth = model.stiffness(&start).unwrap();
+        let measured_cell = |(cell, k): (&Cell, &f64)| MeasuredCell {
+            cell: cell.clone(),
+            stiffness_n_per_m: *k,
+            ln_uncertainty: None,
+        };
+        let measured = MeasuredStiffness {
+            cells: cells.iter().zip(&truth).map(measured_cell).collect(),
+            basis: WeightBasis::Equal,
+            unusable: Vec::new(),
+        };
+        let problem = FitProblem {
+            robot: &robot,
+            mechanism,
+            measured: &measured,
+            start: &start,
+        };
+        let mut refitter = Refitter::new(&problem, &FactorChoice::default()).unwrap();
+        let mut random = ChaCha8Rng::seed_from_u64(7);
+        let scatter = Normal::new(0.0, 0.02).unwrap();
+        let (mut sum, count) = (0.0, 300);
+        for _ in 0..count {
+            let mut value = |k: &f64| k.ln() + scatter.sample(&mut random);
+            let values: Vec<f64> = truth.iter().map(&mut value).collect();
+            let refit = refitter.refit(&values).unwrap();
+            assert!(refit.termination.is_converged(), "{refit:?}");
+            assert!(refit.evaluations < 20, "{refit:?}");
+            sum += 2.0 * refit.objective / (0.02 * 0.02);
+        }
+        // Twelve values less four factors: chi-squared with 8 degrees of freedom, mean 8, standard deviation 4 over the root of 300.
+        let mean = sum / f64::from(count);
+        assert!((mean - 8.0).abs() < 4.0 * 4.0 / 300.0_f64.sqrt(), "{mean}");
+    }
+}
