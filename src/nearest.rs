@@ -4,7 +4,7 @@
 
 /// The name in `known` nearest to `name`, if it is near enough to be worth suggesting.
 ///
-/// Near enough: at most one change in three characters (insertion, deletion, replacement; capitals do not count), or one name
+/// Near enough: at most one change in three characters, one at least (insertion, deletion, replacement; capitals do not count), or one name
 /// starts with the other.
 #[must_use]
 pub fn nearest<'a>(name: &str, known: impl IntoIterator<Item = &'a str>) -> Option<&'a str> {
@@ -17,7 +17,7 @@ pub fn nearest<'a>(name: &str, known: impl IntoIterator<Item = &'a str>) -> Opti
             let prefix = name.len() >= 3 && lower.starts_with(&name)
                 || lower.len() >= 3 && name.starts_with(&lower);
             let longest = name.chars().count().max(lower.chars().count());
-            (prefix || changes <= longest.div_ceil(3)).then_some((changes, candidate))
+            (prefix || changes <= (longest / 3).max(1)).then_some((changes, candidate))
         })
         .min_by_key(|(changes, _)| *changes)
         .map(|(_, candidate)| candidate)
