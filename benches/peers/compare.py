@@ -18,12 +18,13 @@ from pathlib import Path
 
 HERE = Path(__file__).resolve().parent
 ROOT = HERE.parents[1]
-BENCHES = ("pose_solve", "refit")
+BENCHES = ("pose_solve", "refit", "read_readings")
 # Names of benchmarks, as their files give them; poses in a batch as in pose_solve.rs.
 POSES = 64
 POSE_SOLVES = ("batch/given", "batch/placed", "single/given", "single/placed")
 REFITS = "1000 refits"
 ONE_REFIT = "one, set-up included"
+READERS = ("csv", "pandas", "numpy")
 
 
 def build() -> dict[str, str]:
@@ -58,10 +59,11 @@ def median_us(group: str, name: str) -> float:
 
 
 def one_round(programs: dict[str, str], core: int, seconds: float) -> dict[str, float]:
-    """Microseconds: of a pose for the solves, of a refit for the refits."""
+    """Microseconds: of a pose for the solves, of a refit for the refits, of a million rows for the reads."""
     pinned = ("--core", str(core))
     poses = peer("pose_solve.py", "--rounds", "1", "--seconds", str(seconds), *pinned)
     refits = peer("refit.py", "--rounds", "1", *pinned)
+    reads = peer("read_csv.py", "--rounds", "1", *pinned)
     for program in programs.values():
         criterion(program, seconds)
     figures = {f"python {name}": row["us_per_pose"]["median"] for name, row in poses["peers"].items()}
@@ -69,6 +71,8 @@ def one_round(programs: dict[str, str], core: int, seconds: float) -> dict[str, 
     figures["scipy refit, cold"] = 1e3 * refits["cold_single_refit_ms"]
     for name in POSE_SOLVES:
         figures[f"rust {name}"] = median_us("pose_solve", name) / POSES
+    figures |= {f"python read {name}": 1e6 * row["seconds"]["median"] for name, row in reads["readers"].items()}
+    figures["rust read"] = median_us("read_readings", "one_million_rows")
     figures["rust refit"] = median_us("refit", REFITS) / 1000
     figures["rust refit, cold"] = median_us("refit", ONE_REFIT)
     return figures
@@ -97,6 +101,7 @@ def main() -> None:
         for ours in ("batch/given", "batch/placed", "single/given")
     ]
     pairs += [("scipy refit", "rust refit"), ("scipy refit, cold", "rust refit, cold")]
+    pairs += [(f"python read {reader}", "rust read") for reader in READERS]
     ratios = {
         f"{theirs} / {ours}": spread([figure[theirs] / figure[ours] for figure in rounds])
         for theirs, ours in pairs
