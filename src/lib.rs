@@ -12,9 +12,11 @@
 //! - [`stiffness`]: readings to measured stiffness. Knows no model.
 //! - [`structure`]: three-dimensional beams. Has never heard of robots.
 //! - [`robot`]: a robot file, its kinematics, mobility, and the structure it is in a pose. Names come from the file.
+//! - [`physics`]: the laws that a beam model leaves out, solved with the structure.
 //! - [`mod@bench`]: the virtual bench. The noise that makes data lives here, never the noise an analysis assumes.
 //! - [`least_squares`]: parameters, minima and what they are worth. Has never heard of stiffness.
 //! - [`fit`]: fitting factors from measured or reference stiffness, jointly or by the paper's steps.
+//! - [`mismatch`]: what the fitted structure cannot explain, and which physics would.
 //! - [`distribution`]: what a robot does over its workspace.
 //! - [`plot`]: plain numbers to SVG and PNG. Opens no files.
 //! - [`report`]: results as tables, JSON and inputs of figures.
@@ -25,7 +27,9 @@ pub mod cli;
 pub mod distribution;
 pub mod fit;
 pub mod least_squares;
+pub mod mismatch;
 pub mod nearest;
+pub mod physics;
 pub mod plot;
 pub mod quantity;
 pub mod readings;

@@ -10,7 +10,7 @@ use std::path::{Path, PathBuf};
 
 /// Each module of `src` and the modules it may import; its own paths are always open to it. `cli` may import everything.
 #[rustfmt::skip]
-const MAY_IMPORT: [(&str, &[&str]); 17] = [
+const MAY_IMPORT: [(&str, &[&str]); 19] = [
     ("statistics", &[]),
     ("source_text", &[]),
     ("nearest", &[]),
@@ -21,9 +21,11 @@ const MAY_IMPORT: [(&str, &[&str]); 17] = [
     ("stiffness", &["quantity", "statistics", "test_point", "readings"]),
     ("structure", &["vector"]),
     ("robot", &["source_text", "nearest", "vector", "test_point", "structure"]),
-    ("bench", &["quantity", "test_point", "readings", "structure", "robot"]),
+    ("physics", &["source_text", "vector", "test_point", "structure", "robot"]),
+    ("bench", &["quantity", "test_point", "readings", "structure", "robot", "physics"]),
     ("least_squares", &["statistics"]),
     ("fit", &["quantity", "statistics", "test_point", "stiffness", "structure", "robot", "least_squares"]),
+    ("mismatch", &["statistics", "vector", "test_point", "readings", "structure", "robot", "physics", "least_squares"]),
     ("distribution", &["source_text", "test_point", "structure", "robot"]),
     ("plot", &["quantity", "vector", "test_point"]),
     (
@@ -37,8 +39,8 @@ const MAY_IMPORT: [(&str, &[&str]); 17] = [
 
 #[rustfmt::skip]
 const EVERYTHING: &[&str] = &[
-    "quantity", "statistics", "source_text", "nearest", "vector", "test_point", "readings", "stiffness", "structure", "robot", "bench",
-    "least_squares", "fit", "distribution", "plot", "report",
+    "quantity", "statistics", "source_text", "nearest", "vector", "test_point", "readings", "stiffness", "structure", "robot", "physics", "bench",
+    "least_squares", "fit", "mismatch", "distribution", "plot", "report",
 ];
 
 /// What only `cli` may do: print, read the clock, wait, open files.

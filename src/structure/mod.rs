@@ -14,6 +14,7 @@
 mod batch;
 mod compliance;
 mod element;
+mod influence;
 mod ordering;
 mod parts;
 mod rotation;
@@ -24,6 +25,7 @@ mod topology;
 pub use batch::{BatchSolver, ElementRole};
 pub use compliance::{Compliance6, ComplianceGradient};
 pub use element::{Element, NaturalStiffness, STRAINS};
+pub use influence::TwistInfluence;
 pub use parts::{Attachment, Freedom, Hinge, Node, Structure, StructureError, Support};
 pub use rotation::{LocalAxes, paper_rotation};
 pub use section::{Material, Property, Section, ShearCoefficients};

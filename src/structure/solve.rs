@@ -22,15 +22,15 @@ pub(super) const LOST_PIVOT: f64 = 1e-13;
 
 /// Solver of all structures with one topology; moves and re-rates in place and allocates nothing after it was made.
 pub struct Solver {
-    topology: Topology,
-    axes: Vec<LocalAxes>,
-    lengths_m: Vec<f64>,
-    natural: Vec<NaturalStiffness>,
+    pub(super) topology: Topology,
+    pub(super) axes: Vec<LocalAxes>,
+    pub(super) lengths_m: Vec<f64>,
+    pub(super) natural: Vec<NaturalStiffness>,
     /// Upper triangle of the stiffness matrix.
     values: Vec<f64>,
     factor: Vec<f64>,
     /// Right sides, then solutions: one column of equations per load.
-    solution: Vec<f64>,
+    pub(super) solution: Vec<f64>,
     memory: MemBuffer,
 }
 
@@ -233,8 +233,8 @@ impl Solver {
             .map(|(&start, &slot)| self.factor[start].powi(2) / self.values[slot])
     }
 
-    /// Solves for `count` right sides already in `self.solution`.
-    fn solve_in_place(&mut self, count: usize) {
+    /// Solves for `count` right sides already in `self.solution`; at most six.
+    pub(super) fn solve_in_place(&mut self, count: usize) {
         let n = self.topology.equation_count;
         let right_sides =
             MatMut::from_column_major_slice_mut(&mut self.solution[..n * count], n, count);
@@ -261,7 +261,13 @@ impl Solver {
     }
 
     /// Displacement or rotation `component` of an attachment in solution `column`.
-    fn read(&self, structure: &Structure, at: &Attachment, component: usize, column: usize) -> f64 {
+    pub(super) fn read(
+        &self,
+        structure: &Structure,
+        at: &Attachment,
+        component: usize,
+        column: usize,
+    ) -> f64 {
         let offset = column * self.topology.equation_count;
         let node_part = self
             .topology

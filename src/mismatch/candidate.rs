@@ -1,0 +1,503 @@
+//! Every law at every place it can have, with the shapes under which it is looked for.
+
+use crate::physics::{Law, Place};
+use crate::test_point::Direction;
+
+use super::observations::Observations;
+use super::screen::Frozen;
+
+/// A share of the compliance along a direction that makes an effect clearly visible and still small, 1.
+const REFERENCE_SHARE: f64 = 0.01;
+
+/// A joint whose release would add more than this many times the compliance of the structure lies in no closed loop.
+const OPEN: f64 = 1e4;
+
+/// Periods of gauges with a wheel, a rack or a scale: preferred numbers, m.
+#[rustfmt::skip]
+pub(super) const NOMINAL_PERIODS_M: [f64; 19] = [
+    2e-5, 2.5e-5, 3e-5, 4e-5, 5e-5, 6e-5, 8e-5, 1e-4, 1.25e-4, 1.5e-4, 2e-4, 2.5e-4, 3e-4, 4e-4, 5e-4, 6e-4, 8e-4, 1e-3, 2e-3,
+];
+
+/// One shape of a law: values at which its effect is worked out, and how far its size may be scaled from there.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct Shape {
+    /// Values of the parameters.
+    pub(super) values: Vec<f64>,
+    /// Smallest and largest multiple of the size for which the shape holds.
+    pub(super) scale: [f64; 2],
+    /// Share of the prior.
+    pub(super) weight: f64,
+}
+
+/// A law at a place.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct Candidate {
+    pub(super) law: Law,
+    pub(super) place: Place,
+    pub(super) shapes: Vec<Shape>,
+    /// Size at which the half-normal prior has its standard deviation.
+    pub(super) largest: f64,
+    /// Whether it belongs to the wide search of a law that has a narrow one.
+    pub(super) wide: bool,
+}
+
+impl Candidate {
+    fn one(law: Law, place: Place, size: f64, largest: f64) -> Self {
+        Self {
+            law,
+            place,
+            shapes: vec![Shape {
+                values: vec![size],
+                scale: any_scale(law),
+                weight: 1.0,
+            }],
+            largest,
+            wide: false,
+        }
+    }
+}
+
+/// Any size of the sign that physics allows for the first parameter of a law.
+fn any_scale(law: Law) -> [f64; 2] {
+    let either = law
+        .parameters()
+        .first()
+        .is_some_and(|parameter| parameter.sign == crate::physics::Sign::Either);
+    if either {
+        [f64::NEG_INFINITY, f64::INFINITY]
+    } else {
+        [0.0, f64::INFINITY]
+    }
+}
+
+/// What the candidates need to know of the observations: sizes of loads, displacements, times.
+struct Scales {
+    largest_force_n: f64,
+    largest_displacement_m: f64,
+}
+
+/// All candidates but loose members, which are structures of their own.
+///
+/// # Arguments
+/// - `poses`: the baseline, solved.
+/// - `without`: laws that are left out.
+pub(super) fn candidates(
+    observations: &Observations,
+    poses: &Frozen,
+    without: &[Law],
+) -> Vec<Candidate> {
+    let scales = Scales {
+        largest_force_n: observations
+            .loads
+            .iter()
+            .map(|load| load.force_n.abs())
+            .fold(0.0, f64::max),
+        largest_displacement_m: observations
+            .displacement_m
+            .iter()
+            .map(|displacement| displacement.abs())
+            .fold(0.0, f64::max),
+    };
+    let mut out = Vec::new();
+    if scales.largest_force_n > 0.0 {
+        joint_candidates(observations, poses, &scales, &mut out);
+        compliance_candidates(observations, poses, &scales, &mut out);
+        growth_candidates(observations, &scales, &mut out);
+    }
+    clock_candidates(observations, &mut out);
+    slip_candidates(observations, &mut out);
+    period_candidates(&scales, &mut out);
+    out.retain(|candidate| !without.contains(&candidate.law));
+    out
+}
+
+/// The joint as the loads of a session see it.
+#[derive(Debug, Clone, Copy)]
+struct JointView {
+    /// Largest moment of the rigid joint, N·m.
+    moment_nm: f64,
+    /// Compliance of the joint that adds the reference share to some cell, rad/(N·m).
+    reference: f64,
+    /// Stiffness of the structure against its twist where it matters most, N·m/rad; zero in no closed loop.
+    stiffness: f64,
+    /// Compliance of the structure where the joint matters most, over the square of its lever there, rad/(N·m).
+    whole: f64,
+}
+
+fn view(
+    observations: &Observations,
+    poses: &Frozen,
+    joint: usize,
+    largest_force_n: f64,
+) -> Option<JointView> {
+    let mut best: Option<(f64, f64, f64, f64)> = None;
+    let mut moment_nm = 0.0_f64;
+    for cell in &observations.cells {
+        let axis = cell.direction.index();
+        let influence = &poses.poses[cell.pose].influence;
+        let lever = influence.levers_m[joint][axis];
+        let compliance = influence.compliance_m_per_n[axis][axis];
+        moment_nm = moment_nm.max(lever.abs() * largest_force_n);
+        let share = lever * lever / compliance;
+        if best.is_none_or(|(most, ..)| share > most) {
+            best = Some((share, lever, influence.stiffness(joint, joint), compliance));
+        }
+    }
+    let (share, lever, stiffness, compliance) = best?;
+    if !(share.is_finite() && share > 0.0) {
+        return None;
+    }
+    let is_open = lever * lever > OPEN * compliance * stiffness.abs();
+    Some(JointView {
+        moment_nm,
+        reference: REFERENCE_SHARE / share,
+        stiffness: if is_open { 0.0 } else { stiffness.abs() },
+        whole: 1.0 / share,
+    })
+}
+
+fn joint_candidates(
+    observations: &Observations,
+    poses: &Frozen,
+    scales: &Scales,
+    out: &mut Vec<Candidate>,
+) {
+    for (joint, name) in poses.joints.iter().enumerate() {
+        let Some(view) = view(observations, poses, joint, scales.largest_force_n) else {
+            continue;
+        };
+        let place = || Place::Joint(name.clone());
+        let mut add = |law, shapes: Vec<Shape>, largest| {
+            out.push(Candidate {
+                law,
+                place: place(),
+                shapes: normalised(shapes),
+                largest,
+                wide: false,
+            });
+        };
+        // A joint as soft as a third of the whole structure is the largest that is plausible.
+        let largest = 0.3 * view.whole;
+        add(Law::JointCompliance, compliance_shapes(&view), largest);
+        add(
+            Law::JointBacklash,
+            backlash_shapes(&view),
+            largest * view.moment_nm,
+        );
+        add(Law::JointFriction, friction_shapes(&view), largest);
+        add(Law::JointNonlinearity, nonlinear_shapes(&view), largest);
+    }
+}
+
+fn normalised(mut shapes: Vec<Shape>) -> Vec<Shape> {
+    let sum: f64 = shapes.iter().map(|shape| shape.weight).sum();
+    for shape in &mut shapes {
+        shape.weight /= sum;
+    }
+    shapes
+}
+
+/// Compliances: where the structure hardly minds the twist, and steps up to a pin.
+fn compliances(view: &JointView) -> Vec<(f64, [f64; 2])> {
+    if view.stiffness == 0.0 {
+        return vec![(view.reference, [0.0, f64::INFINITY])];
+    }
+    let relative = [
+        (0.03, [0.0, 8.0]),
+        (0.5, [0.5, 2.0]),
+        (2.0, [0.5, 2.0]),
+        (8.0, [0.5, 2.0]),
+        (40.0, [0.4, 10.0]),
+    ];
+    relative
+        .into_iter()
+        .map(|(product, scale)| (product / view.stiffness, scale))
+        .collect()
+}
+
+fn compliance_shapes(view: &JointView) -> Vec<Shape> {
+    compliances(view)
+        .into_iter()
+        .map(|(c, scale)| Shape {
+            values: vec![c],
+            scale,
+            weight: 1.0,
+        })
+        .collect()
+}
+
+/// Levels of a moment as shares of the largest, closer where small ones differ most, with the width each stands for.
+const LEVELS: [(f64, f64); 12] = [
+    (0.015, 0.03),
+    (0.05, 0.04),
+    (0.09, 0.05),
+    (0.15, 0.06),
+    (0.21, 0.07),
+    (0.29, 0.08),
+    (0.37, 0.09),
+    (0.46, 0.1),
+    (0.56, 0.1),
+    (0.66, 0.1),
+    (0.77, 0.1),
+    (0.88, 0.1),
+];
+
+fn backlash_shapes(view: &JointView) -> Vec<Shape> {
+    let mut shapes = Vec::new();
+    for (level, weight) in LEVELS {
+        let seat_moment = level * view.moment_nm;
+        if view.stiffness == 0.0 {
+            shapes.push(Shape {
+                values: vec![view.reference * view.moment_nm, seat_moment],
+                scale: [0.0, f64::INFINITY],
+                weight,
+            });
+            continue;
+        }
+        // Play that the loads never take up ends the list.
+        let most = (view.moment_nm - seat_moment) / view.stiffness;
+        for (share, scale) in [
+            (0.03, [0.0, 3.0]),
+            (0.2, [0.5, 2.0]),
+            (0.6, [0.6, 1.6]),
+            (1.2, [0.8, 1.2]),
+        ] {
+            shapes.push(Shape {
+                values: vec![share * most, seat_moment],
+                scale,
+                weight,
+            });
+        }
+    }
+    shapes
+}
+
+fn friction_shapes(view: &JointView) -> Vec<Shape> {
+    let mut shapes = Vec::new();
+    for (level, weight) in LEVELS {
+        for (c, scale) in compliances(view) {
+            shapes.push(Shape {
+                values: vec![c, level * view.moment_nm],
+                scale,
+                weight,
+            });
+        }
+    }
+    shapes
+}
+
+/// Quadratic share of the twist at the largest moment; below -0.5 the law would turn back.
+const QUADRATIC: [f64; 11] = [
+    -0.48, -0.35, -0.2, -0.1, 0.12, 0.3, 0.6, 1.2, 2.5, 6.0, 20.0,
+];
+
+fn nonlinear_shapes(view: &JointView) -> Vec<Shape> {
+    let mut shapes = Vec::new();
+    for share in QUADRATIC {
+        for (c, scale) in compliances(view) {
+            // The same twist at the largest moment as the linear law of this compliance.
+            let c = c / (1.0 + share);
+            shapes.push(Shape {
+                values: vec![c, share * c / view.moment_nm],
+                scale,
+                weight: 1.0,
+            });
+        }
+    }
+    shapes
+}
+
+fn compliance_candidates(
+    observations: &Observations,
+    poses: &Frozen,
+    scales: &Scales,
+    out: &mut Vec<Candidate>,
+) {
+    for axis in [Direction::X, Direction::Z] {
+        let share = observations
+            .cells
+            .iter()
+            .map(|cell| {
+                let along = cell.direction.index();
+                let pose = &poses.poses[cell.pose];
+                let lever = pose.base_levers_m[axis.index()][along];
+                lever * lever / pose.influence.compliance_m_per_n[along][along]
+            })
+            .fold(0.0, f64::max);
+        if share > 0.0 {
+            let place = Place::Axis(axis);
+            let reference = REFERENCE_SHARE / share;
+            out.push(Candidate::one(
+                Law::BaseCompliance,
+                place,
+                reference,
+                0.3 / share,
+            ));
+        }
+    }
+    for direction in Direction::ALL {
+        let cells = || {
+            observations
+                .cells
+                .iter()
+                .filter(|cell| cell.direction == direction)
+        };
+        let axis = direction.index();
+        let stiffest = cells()
+            .map(|cell| poses.poses[cell.pose].influence.compliance_m_per_n[axis][axis])
+            .fold(f64::INFINITY, f64::min);
+        if !stiffest.is_finite() {
+            continue;
+        }
+        let place = Place::Direction(direction);
+        let reference = REFERENCE_SHARE * stiffest;
+        out.push(Candidate::one(
+            Law::GaugeStandCompliance,
+            place,
+            reference,
+            0.3 * stiffest,
+        ));
+        for toward in Direction::ALL.into_iter().filter(|axis| *axis != direction) {
+            let place = Place::Toward { direction, toward };
+            // Three degrees are seen by eye.
+            out.push(Candidate::one(Law::LoadMisalignment, place, 1e-3, 0.05));
+        }
+    }
+    let place = Place::ForceGauge;
+    let size = REFERENCE_SHARE / scales.largest_force_n;
+    // A gauge that errs by a tenth of its reading is broken.
+    out.push(Candidate::one(
+        Law::ForceGaugeNonlinearity,
+        place,
+        size,
+        10.0 * size,
+    ));
+}
+
+fn growth_candidates(observations: &Observations, _scales: &Scales, out: &mut Vec<Candidate>) {
+    let shaped = |law, size, largest, shapes: &[f64]| Candidate {
+        law,
+        place: Place::Structure,
+        shapes: normalised(
+            shapes
+                .iter()
+                .map(|&shape| Shape {
+                    values: vec![size, shape],
+                    scale: any_scale(law),
+                    weight: 1.0,
+                })
+                .collect(),
+        ),
+        largest,
+        wide: false,
+    };
+    if observations.recorded.hold {
+        out.push(shaped(
+            Law::Creep,
+            1e-3,
+            0.03,
+            &[0.1, 0.3, 1.0, 3.0, 10.0, 30.0],
+        ));
+    }
+    let repeats = observations.runs.iter().map(|run| run.repeat);
+    if repeats.clone().max() != repeats.min() {
+        out.push(shaped(
+            Law::SettingIn,
+            1e-3,
+            0.05,
+            &[0.4, 0.7, 1.2, 2.0, 3.5, 6.0],
+        ));
+    }
+}
+
+fn clock_candidates(observations: &Observations, out: &mut Vec<Candidate>) {
+    let longest = |value: &dyn Fn(usize) -> f64| {
+        (0..observations.len())
+            .map(|reading| value(reading).abs())
+            .fold(0.0, f64::max)
+    };
+    let seconds = longest(&|reading| observations.loads[reading].since_zero_s);
+    let kelvins = longest(&|reading| observations.loads[reading].warming_k);
+    // A drift of 30 um within one run spoils a session openly.
+    if observations.recorded.time && seconds > 0.0 {
+        out.push(Candidate::one(
+            Law::DriftPerSecond,
+            Place::Clock,
+            1e-6 / seconds,
+            3e-5 / seconds,
+        ));
+    }
+    if observations.recorded.temperature && kelvins > 0.0 {
+        out.push(Candidate::one(
+            Law::DriftPerKelvin,
+            Place::Clock,
+            1e-6 / kelvins,
+            3e-5 / kelvins,
+        ));
+    }
+}
+
+/// Readings that must follow a jump: with fewer it is an outlier.
+const AFTER_A_SLIP: usize = 2;
+
+fn slip_candidates(observations: &Observations, out: &mut Vec<Candidate>) {
+    for run in &observations.runs {
+        let cell = &observations.cells[run.cell];
+        let loads = &observations.loads[run.readings.clone()];
+        for place in 1..loads.len().saturating_sub(AFTER_A_SLIP) {
+            if loads[place].step == loads[place - 1].step {
+                continue;
+            }
+            let place = Place::Run {
+                pose: observations.poses[cell.pose].clone(),
+                direction: cell.direction,
+                repeat: run.repeat,
+                step: loads[place].step,
+            };
+            out.push(Candidate::one(Law::Slip, place, 1e-6, 1e-4));
+        }
+    }
+}
+
+/// Phases of a period: sine and cosine span all of them.
+pub(super) const PHASES: [f64; 2] = [0.0, std::f64::consts::FRAC_PI_2];
+
+fn period_candidates(scales: &Scales, out: &mut Vec<Candidate>) {
+    let range_m = scales.largest_displacement_m;
+    let shapes = |periods: &mut dyn Iterator<Item = f64>| -> Vec<Shape> {
+        let shape = |period| Shape {
+            values: vec![1e-6, period, 0.0],
+            scale: [0.0, f64::INFINITY],
+            weight: 1.0,
+        };
+        normalised(periods.map(shape).collect())
+    };
+    let mut add = |shapes: Vec<Shape>, wide| {
+        if !shapes.is_empty() {
+            out.push(Candidate {
+                law: Law::GaugePeriodic,
+                place: Place::DisplacementGauge,
+                shapes,
+                largest: 2e-5,
+                wide,
+            });
+        }
+    };
+    // A period that the readings do not span is a curve, not a period.
+    let fits = |period: &f64| *period < 0.7 * range_m;
+    add(
+        shapes(&mut NOMINAL_PERIODS_M.into_iter().filter(fits)),
+        false,
+    );
+    let (shortest, longest) = (5e-5_f64, (0.7 * range_m).min(2e-3));
+    if longest > shortest {
+        // Half of the width of a line in the spectrum.
+        let spacing = 0.5 / range_m;
+        let count = (((shortest.recip() - longest.recip()) / spacing) as usize).min(1500);
+        let frequency = |place: usize| longest.recip() + spacing * place as f64;
+        add(
+            shapes(&mut (0..count).map(|place| frequency(place).recip())),
+            true,
+        );
+    }
+}

@@ -1,0 +1,366 @@
+//! Patterns that belong to no law: what is left when the laws have been tried, and where it sits.
+//!
+//! Each pattern is a profile (over load, branch, repeat, time) on a group of readings (all, a direction, a pose, a cell), in displacement
+//! or in proportion to the compliance. An effect outside the library shows in some of them; their maximum is calibrated like a law's.
+
+use crate::test_point::{Branch, Direction};
+
+use super::observations::Observations;
+use super::space::{Space, dot};
+
+/// A row of the decomposition of the residuals.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
+pub enum Stratum {
+    /// One set of factors does not serve all cells.
+    CellSlope,
+    /// Curvature, dead zone, steps over the load.
+    LoadStep,
+    /// Loading and unloading differ.
+    Branch,
+    /// Trend over repeats or the clock.
+    RepeatTime,
+    /// Positive and negative loads differ.
+    Sign,
+    /// Size of the noise, outliers, functions of the reading.
+    Rest,
+}
+
+impl Stratum {
+    /// All strata, in the order of the method.
+    pub const ALL: [Self; 6] = [
+        Self::CellSlope,
+        Self::LoadStep,
+        Self::Branch,
+        Self::RepeatTime,
+        Self::Sign,
+        Self::Rest,
+    ];
+
+    /// Name in files.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::CellSlope => "cell-slope",
+            Self::LoadStep => "load-step",
+            Self::Branch => "branch",
+            Self::RepeatTime => "repeat-time",
+            Self::Sign => "sign",
+            Self::Rest => "rest",
+        }
+    }
+}
+
+/// The readings a pattern acts on.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) struct PatternGroup {
+    pub(super) pose: Option<usize>,
+    pub(super) direction: Option<Direction>,
+}
+
+/// A pattern, white, projected and of unit length.
+#[derive(Debug, Clone)]
+pub(super) struct Pattern {
+    pub(super) stratum: Stratum,
+    pub(super) group: PatternGroup,
+    /// Unit vectors: one, or two for a sine and cosine.
+    pub(super) units: Vec<Vec<f64>>,
+    /// Largest change of a reading for a unit along the first vector, m.
+    pub(super) size_m: f64,
+}
+
+/// A profile: what it is called under, and its value at a reading.
+struct Profile {
+    stratum: Stratum,
+    /// Whether it is tried in proportion to the compliance too.
+    scaled: bool,
+    value: Box<dyn Fn(usize) -> f64>,
+}
+
+/// A pattern shorter than this share of its length before projection is absorbed by the fit.
+const ABSORBED: f64 = 1e-3;
+
+/// All patterns that these observations can show.
+pub(super) fn patterns(
+    observations: &Observations,
+    compliance: &[f64],
+    space: &Space,
+) -> Vec<Pattern> {
+    use rayon::prelude::*;
+    let profiles = profiles(observations);
+    let groups = groups(observations);
+    let wanted: Vec<(&Profile, PatternGroup, bool)> = profiles
+        .iter()
+        .flat_map(|profile| {
+            let groups = &groups;
+            [false, true]
+                .into_iter()
+                .filter(|scaled| !scaled || profile.scaled)
+                .flat_map(move |scaled| groups.iter().map(move |group| (profile, *group, scaled)))
+        })
+        .collect();
+    // The values are worked out first: a boxed closure does not pass between threads.
+    let values: Vec<(Stratum, PatternGroup, Vec<f64>)> = wanted
+        .into_iter()
+        .map(|(profile, group, scaled)| {
+            let values = (0..observations.len())
+                .map(|reading| {
+                    let cell = &observations.cells[observations.cell_of(reading)];
+                    let inside = group.pose.is_none_or(|pose| pose == cell.pose)
+                        && group.direction.is_none_or(|d| d == cell.direction);
+                    let scale = if scaled { compliance[reading] } else { 1e-6 };
+                    if inside {
+                        scale * (profile.value)(reading)
+                    } else {
+                        0.0
+                    }
+                })
+                .collect();
+            (profile.stratum, group, values)
+        })
+        .collect();
+    let mut out: Vec<Pattern> = values
+        .into_par_iter()
+        .filter_map(|(stratum, group, values)| pattern(space, stratum, group, &[values]))
+        .collect();
+    out.extend(period_patterns(observations, space));
+    out
+}
+
+fn pattern(
+    space: &Space,
+    stratum: Stratum,
+    group: PatternGroup,
+    values: &[Vec<f64>],
+) -> Option<Pattern> {
+    let mut units: Vec<Vec<f64>> = Vec::new();
+    let mut size_m = 0.0;
+    for values in values {
+        let mut white = space.white(values);
+        let before = dot(&white, &white).sqrt();
+        space.project(&mut white);
+        for other in &units {
+            let share = dot(other, &white);
+            for (value, other) in white.iter_mut().zip(other) {
+                *value -= share * other;
+            }
+        }
+        let after = dot(&white, &white).sqrt();
+        if !(after > ABSORBED * before && after > 0.0) {
+            return None;
+        }
+        white.iter_mut().for_each(|value| *value /= after);
+        if units.is_empty() {
+            let largest = values.iter().fold(0.0_f64, |most, v| most.max(v.abs()));
+            size_m = largest / after;
+        }
+        units.push(white);
+    }
+    Some(Pattern {
+        stratum,
+        group,
+        units,
+        size_m,
+    })
+}
+
+fn groups(observations: &Observations) -> Vec<PatternGroup> {
+    let mut groups = vec![PatternGroup {
+        pose: None,
+        direction: None,
+    }];
+    let directions = Direction::ALL
+        .into_iter()
+        .filter(|d| observations.cells.iter().any(|cell| cell.direction == *d));
+    groups.extend(directions.map(|direction| PatternGroup {
+        pose: None,
+        direction: Some(direction),
+    }));
+    if observations.poses.len() > 1 {
+        groups.extend((0..observations.poses.len()).map(|pose| PatternGroup {
+            pose: Some(pose),
+            direction: None,
+        }));
+    }
+    groups.extend(observations.cells.iter().map(|cell| PatternGroup {
+        pose: Some(cell.pose),
+        direction: Some(cell.direction),
+    }));
+    groups
+}
+
+fn profiles(observations: &Observations) -> Vec<Profile> {
+    let most = observations
+        .loads
+        .iter()
+        .map(|load| load.force_n.abs())
+        .fold(0.0, f64::max)
+        .max(f64::MIN_POSITIVE);
+    let load: Vec<f64> = observations
+        .loads
+        .iter()
+        .map(|load| load.force_n / most)
+        .collect();
+    let unloading: Vec<f64> = observations
+        .readings
+        .iter()
+        .map(|reading| f64::from(u8::from(reading.branch == Branch::Unloading)))
+        .collect();
+    let repeat: Vec<f64> = observations
+        .readings
+        .iter()
+        .map(|reading| f64::from(observations.runs[reading.run].repeat) - 1.0)
+        .collect();
+    let last = repeat.iter().copied().fold(0.0, f64::max);
+    let longest = observations
+        .loads
+        .iter()
+        .map(|load| load.since_zero_s)
+        .fold(0.0, f64::max);
+    let within: Vec<f64> = observations
+        .loads
+        .iter()
+        .map(|load| load.since_zero_s / longest.max(f64::MIN_POSITIVE))
+        .collect();
+    let times = observations.readings.iter().filter_map(|r| r.time_s);
+    let end = times.fold(0.0, f64::max);
+    let clock: Vec<f64> = observations
+        .readings
+        .iter()
+        .map(|reading| reading.time_s.unwrap_or(0.0) / end.max(f64::MIN_POSITIVE))
+        .collect();
+    let hold: Vec<f64> = observations
+        .loads
+        .iter()
+        .map(|load| (1.0 + load.hold_s.max(0.0)).log10())
+        .collect();
+    let mut out: Vec<Profile> = Vec::new();
+    let mut add = |stratum, scaled, value: Box<dyn Fn(usize) -> f64>| {
+        out.push(Profile {
+            stratum,
+            scaled,
+            value,
+        });
+    };
+    {
+        let f = load.clone();
+        add(Stratum::CellSlope, false, Box::new(move |i| f[i]));
+    }
+    let shapes: [fn(f64) -> f64; 5] = [
+        |f| f * f.abs(),
+        |f| f * f * f,
+        |f| f.abs().sqrt().copysign(f),
+        |f| if f == 0.0 { 0.0 } else { f.signum() },
+        |f| (std::f64::consts::TAU * f).sin(),
+    ];
+    for shape in shapes {
+        let f = load.clone();
+        add(Stratum::LoadStep, true, Box::new(move |i| shape(f[i])));
+    }
+    if load.iter().any(|f| *f > 0.0) && load.iter().any(|f| *f < 0.0) {
+        for shape in [|f: f64| f.abs(), |f: f64| f * f] {
+            let f = load.clone();
+            add(Stratum::Sign, true, Box::new(move |i| shape(f[i])));
+        }
+    }
+    if unloading.contains(&1.0) {
+        let shapes: [fn(f64) -> f64; 3] = [|_| 1.0, |f| f, |f| 4.0 * f * (1.0 - f.abs())];
+        for shape in shapes {
+            let (f, b) = (load.clone(), unloading.clone());
+            add(Stratum::Branch, true, Box::new(move |i| b[i] * shape(f[i])));
+        }
+    }
+    if last > 0.0 {
+        let trends: [fn(f64) -> f64; 3] =
+            [|r| f64::from(u8::from(r == 0.0)), |r| (-r).exp(), |r| r];
+        for trend in trends {
+            let (f, r) = (load.clone(), repeat.clone());
+            add(
+                Stratum::RepeatTime,
+                true,
+                Box::new(move |i| f[i] * trend(r[i])),
+            );
+        }
+    }
+    if longest > 0.0 {
+        let trends: [fn(f64) -> f64; 2] = [|t| t, |t| t * t];
+        for trend in trends {
+            let t = within.clone();
+            add(Stratum::RepeatTime, false, Box::new(move |i| trend(t[i])));
+        }
+        let (f, t) = (load.clone(), within.clone());
+        add(Stratum::RepeatTime, true, Box::new(move |i| f[i] * t[i]));
+        // A drift whose rate changes over the session.
+        let slow: [fn(f64) -> f64; 3] = [
+            |t| t - 0.5,
+            |t| (std::f64::consts::TAU * t).sin(),
+            |t| (std::f64::consts::TAU * t).cos(),
+        ];
+        for trend in slow {
+            let (w, t) = (within.clone(), clock.clone());
+            add(
+                Stratum::RepeatTime,
+                false,
+                Box::new(move |i| w[i] * trend(t[i])),
+            );
+            let (f, t) = (load.clone(), clock.clone());
+            add(
+                Stratum::RepeatTime,
+                true,
+                Box::new(move |i| f[i] * trend(t[i])),
+            );
+        }
+    }
+    if observations.recorded.hold {
+        let (f, h) = (load.clone(), hold.clone());
+        add(Stratum::RepeatTime, true, Box::new(move |i| f[i] * h[i]));
+        let (f, h) = (load, hold);
+        add(
+            Stratum::RepeatTime,
+            true,
+            Box::new(move |i| f[i] * f[i].abs() * h[i]),
+        );
+    }
+    out
+}
+
+/// Sines and cosines of the reading, in all cells together.
+fn period_patterns(observations: &Observations, space: &Space) -> Vec<Pattern> {
+    use rayon::prelude::*;
+    let range_m = observations
+        .displacement_m
+        .iter()
+        .map(|d| d.abs())
+        .fold(0.0, f64::max);
+    let periods: Vec<f64> = super::candidate::NOMINAL_PERIODS_M
+        .into_iter()
+        .filter(|period| *period < 0.7 * range_m)
+        .collect();
+    let all = PatternGroup {
+        pose: None,
+        direction: None,
+    };
+    periods
+        .into_par_iter()
+        .filter_map(|period| {
+            let turn = |phase: f64| -> Vec<f64> {
+                observations
+                    .displacement_m
+                    .iter()
+                    .map(|d| 1e-6 * (std::f64::consts::TAU * d / period + phase).sin())
+                    .collect()
+            };
+            let values = [turn(0.0), turn(std::f64::consts::FRAC_PI_2)];
+            pattern(space, Stratum::Rest, all, &values)
+        })
+        .collect()
+}
+
+impl Pattern {
+    /// Drop of the weighted squares of residuals, and size along the first vector.
+    pub(super) fn gain(&self, residuals: &[f64]) -> f64 {
+        self.units
+            .iter()
+            .map(|unit| dot(unit, residuals).powi(2))
+            .sum()
+    }
+}

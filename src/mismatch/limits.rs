@@ -1,0 +1,307 @@
+//! How large a gain must be before it is believed: the whole search on noise alone.
+//!
+//! On noise alone the gain of every shape is a function of white numbers and the shape's vector only. Ten thousand draws of white
+//! noise through all shapes of all candidates give the largest gain of each law; each law has a fixed share of the level, and one
+//! common multiple makes the chance that any law passes its limit exactly the level.
+
+use std::collections::BTreeMap;
+
+use rand::SeedableRng;
+use rand_chacha::ChaCha8Rng;
+use rand_distr::{Distribution, StandardNormal};
+use rayon::prelude::*;
+
+use crate::physics::Law;
+
+use super::leftover::Pattern;
+use super::screen::WhiteCandidate;
+use super::space::dot;
+
+/// Chance that noise alone passes for one of the laws.
+pub const LAW_LEVEL: f64 = 0.03;
+
+/// Chance that noise alone passes for structure that is left over.
+pub const LEFT_OVER_LEVEL: f64 = 0.008;
+
+/// Draws of noise.
+pub const DRAWS: usize = 10_000;
+
+/// Draws of one block: they share their products.
+const BLOCK: usize = 100;
+
+/// Shapes of one candidate whose directions differ by less count as one in the draws (cosine).
+const SAME: f64 = 0.985;
+
+/// A law, and whether it is its wide search.
+pub type Family = (Law, bool);
+
+/// Share of the level that a law has, before the common multiple.
+///
+/// Laws with many places and shapes have more, so that all are found at about the same number of standard errors; slip, whose places
+/// are a thousand, pays for them itself.
+#[must_use]
+pub fn level_share((law, wide): Family) -> f64 {
+    match law {
+        Law::JointCompliance => 0.10,
+        Law::JointBacklash => 0.15,
+        Law::JointFriction => 0.15,
+        Law::JointNonlinearity => 0.12,
+        Law::BaseCompliance => 0.03,
+        Law::GaugeStandCompliance => 0.03,
+        Law::LoadMisalignment => 0.04,
+        Law::LooseMember => 0.05,
+        Law::ForceGaugeNonlinearity => 0.02,
+        Law::Creep => 0.03,
+        Law::DriftPerSecond | Law::DriftPerKelvin => 0.02,
+        Law::SettingIn => 0.03,
+        Law::Slip => 0.06,
+        Law::GaugePeriodic if wide => 0.05,
+        Law::GaugePeriodic => 0.10,
+    }
+}
+
+/// Limits of the gain.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Limits {
+    /// For each law: drop of the weighted squares (χ² scale) that noise alone reaches with the law's share of the level.
+    pub laws: BTreeMap<Family, f64>,
+    /// The same for patterns that belong to no law.
+    pub left_over: f64,
+    /// Level that each law has in the end.
+    pub levels: BTreeMap<Family, f64>,
+    /// Sorted largest gains of the patterns, one a draw; for p-values.
+    left_over_draws: Vec<f64>,
+    /// The same for each law.
+    law_draws: BTreeMap<Family, Vec<f64>>,
+}
+
+impl Limits {
+    /// Chance that noise alone leaves a pattern with this gain.
+    #[must_use]
+    pub fn left_over_p(&self, gain: f64) -> f64 {
+        exceedance(&self.left_over_draws, gain)
+    }
+
+    /// Chance that noise alone gives any law this gain or, for another law, one as rare.
+    #[must_use]
+    pub fn family_p(&self, family: Family, gain: f64) -> f64 {
+        let Some(draws) = self.law_draws.get(&family) else {
+            return 1.0;
+        };
+        let own = exceedance(draws, gain);
+        let share = self.levels.get(&family).copied().unwrap_or(1.0);
+        // As many times rarer than its level, out of the whole level.
+        (own / share * LAW_LEVEL).min(1.0)
+    }
+}
+
+fn exceedance(sorted: &[f64], gain: f64) -> f64 {
+    let above = sorted.len() - sorted.partition_point(|value| *value < gain);
+    (above as f64 + 1.0) / (sorted.len() as f64 + 1.0)
+}
+
+/// One vector of the draws: its family, what its gain is made of.
+struct Drawn {
+    family: Option<usize>,
+    unit: usize,
+    second: Option<usize>,
+    length: f64,
+    scale: [f64; 2],
+}
+
+/// Works out the limits for candidates and patterns.
+pub(super) fn limits(candidates: &[WhiteCandidate], patterns: &[Pattern], seed: u64) -> Limits {
+    let families: Vec<Family> = {
+        let mut all: Vec<Family> = candidates
+            .iter()
+            .filter(|c| !c.shapes.is_empty())
+            .map(|c| (c.candidate.law, c.candidate.wide))
+            .collect();
+        all.sort_unstable();
+        all.dedup();
+        all
+    };
+    let mut units: Vec<Vec<f64>> = Vec::new();
+    let mut drawn: Vec<Drawn> = Vec::new();
+    for candidate in candidates {
+        let family = (candidate.candidate.law, candidate.candidate.wide);
+        let family = families.iter().position(|f| *f == family);
+        add_candidate(candidate, family, &mut units, &mut drawn);
+    }
+    for pattern in patterns {
+        let first = units.len();
+        units.extend(pattern.units.iter().cloned());
+        drawn.push(Drawn {
+            family: None,
+            unit: first,
+            second: (pattern.units.len() > 1).then_some(first + 1),
+            length: 1.0,
+            scale: [f64::NEG_INFINITY, f64::INFINITY],
+        });
+    }
+    let draws = draw(&units, &drawn, families.len(), seed);
+    settle(&families, draws)
+}
+
+fn add_candidate(
+    candidate: &WhiteCandidate,
+    family: Option<usize>,
+    units: &mut Vec<Vec<f64>>,
+    drawn: &mut Vec<Drawn>,
+) {
+    let first = drawn.len();
+    for shape in &candidate.shapes {
+        let length = shape.square.sqrt();
+        let unit: Vec<f64> = shape.vectors[0].iter().map(|x| x / length).collect();
+        let free = shape.scale_is_free();
+        // Nearly the same direction with as free a size adds nothing to the largest gain.
+        let same = free
+            && drawn[first..].iter().any(|other| {
+                other.second.is_none()
+                    && other.scale == shape.shape.scale
+                    && dot(&units[other.unit], &unit) > SAME
+            });
+        if same && shape.vectors.len() == 1 {
+            continue;
+        }
+        let place = units.len();
+        units.push(unit);
+        let second = shape.vectors.get(1).map(|vector| {
+            let length = dot(vector, vector).sqrt();
+            units.push(vector.iter().map(|x| x / length).collect());
+            place + 1
+        });
+        drawn.push(Drawn {
+            family,
+            unit: place,
+            second,
+            length,
+            scale: shape.shape.scale,
+        });
+    }
+}
+
+/// Largest gain of each family, the patterns last, for each draw.
+fn draw(units: &[Vec<f64>], drawn: &[Drawn], families: usize, seed: u64) -> Vec<Vec<f64>> {
+    let Some(length) = units.first().map(Vec::len) else {
+        return vec![Vec::new(); families + 1];
+    };
+    let columns = units.len();
+    let flat: Vec<f64> = units.iter().flatten().copied().collect();
+    let blocks: Vec<Vec<Vec<f64>>> = (0..DRAWS / BLOCK)
+        .into_par_iter()
+        .map(|block| {
+            let mut rng = ChaCha8Rng::seed_from_u64(seed ^ (0x9e37_79b9 + block as u64));
+            let noise: Vec<f64> = (0..length * BLOCK)
+                .map(|_| StandardNormal.sample(&mut rng))
+                .collect();
+            let mut products = vec![0.0; columns * BLOCK];
+            multiply(&flat, &noise, length, columns, &mut products);
+            let mut largest = vec![vec![0.0_f64; BLOCK]; families + 1];
+            for one in drawn {
+                let row = one.family.unwrap_or(families);
+                for (number, most) in largest[row].iter_mut().enumerate() {
+                    let z = products[number * columns + one.unit];
+                    let gain = if let Some(second) = one.second {
+                        z * z + products[number * columns + second].powi(2)
+                    } else {
+                        let [lowest, highest] = one.scale;
+                        let size = (z / one.length).clamp(lowest, highest) * one.length;
+                        size * (2.0 * z - size)
+                    };
+                    *most = most.max(gain);
+                }
+            }
+            largest
+        })
+        .collect();
+    (0..=families)
+        .map(|family| {
+            blocks
+                .iter()
+                .flat_map(|block| block[family].iter().copied())
+                .collect()
+        })
+        .collect()
+}
+
+/// unitsᵀ noise, column by column of the draws.
+fn multiply(units: &[f64], noise: &[f64], length: usize, columns: usize, products: &mut [f64]) {
+    use faer::linalg::matmul::matmul;
+    use faer::{Accum, MatMut, MatRef, Par};
+    let units = MatRef::from_column_major_slice(units, length, columns);
+    let noise = MatRef::from_column_major_slice(noise, length, BLOCK);
+    let products = MatMut::from_column_major_slice_mut(products, columns, BLOCK);
+    matmul(
+        products,
+        Accum::Replace,
+        units.transpose(),
+        noise,
+        1.0,
+        Par::Seq,
+    );
+}
+
+/// The common multiple of the shares that makes the chance of any law passing exactly the level.
+fn settle(families: &[Family], mut draws: Vec<Vec<f64>>) -> Limits {
+    let mut left_over_draws = draws.pop().unwrap_or_default();
+    left_over_draws.sort_by(f64::total_cmp);
+    let sorted: Vec<Vec<f64>> = draws
+        .iter()
+        .map(|values| {
+            let mut sorted = values.clone();
+            sorted.sort_by(f64::total_cmp);
+            sorted
+        })
+        .collect();
+    let shares: Vec<f64> = families.iter().map(|family| level_share(*family)).collect();
+    let limits_at = |multiple: f64| -> Vec<f64> {
+        sorted
+            .iter()
+            .zip(&shares)
+            .map(|(values, share)| quantile(values, 1.0 - multiple * share))
+            .collect()
+    };
+    let count = draws.first().map_or(0, Vec::len);
+    let passing = |limits: &[f64]| {
+        (0..count)
+            .filter(|&number| {
+                draws
+                    .iter()
+                    .zip(limits)
+                    .any(|(values, limit)| values[number] > *limit)
+            })
+            .count() as f64
+            / count.max(1) as f64
+    };
+    let (mut low, mut high) = (1e-4, 1.0);
+    for _ in 0..40 {
+        let middle = 0.5 * (low + high);
+        if passing(&limits_at(middle)) > LAW_LEVEL {
+            high = middle;
+        } else {
+            low = middle;
+        }
+    }
+    let limits = limits_at(low);
+    Limits {
+        laws: families.iter().copied().zip(limits).collect(),
+        left_over: quantile(&left_over_draws, 1.0 - LEFT_OVER_LEVEL),
+        levels: families
+            .iter()
+            .copied()
+            .zip(shares.iter().map(|share| share * low))
+            .collect(),
+        left_over_draws,
+        law_draws: families.iter().copied().zip(sorted).collect(),
+    }
+}
+
+/// The value that a share of sorted values does not exceed; beyond the last, the last.
+fn quantile(sorted: &[f64], share: f64) -> f64 {
+    if sorted.is_empty() {
+        return f64::INFINITY;
+    }
+    let place = (share * sorted.len() as f64).ceil() as usize;
+    sorted[place.clamp(1, sorted.len()) - 1]
+}

@@ -1,0 +1,66 @@
+//! What the fitted structure cannot explain, and which physics would.
+//!
+//! Works on readings, never on stiffnesses. The run is the unit that repeats: noise is made white run by run ([`ReadingNoise`]), what
+//! the factors can absorb is projected out, every law is tried at every place, and the best is believed only beyond a limit that the
+//! whole search was calibrated to.
+
+mod baseline;
+mod candidate;
+mod diagnosis;
+mod error;
+mod held_out;
+mod leftover;
+mod limits;
+mod noise;
+mod observations;
+mod predictor;
+mod rank;
+mod refit;
+mod restricted_likelihood;
+mod screen;
+mod search;
+mod space;
+mod state;
+mod verdict;
+
+pub use baseline::{Baseline, BaselineParameter, PoseSolver, RobotBaseline};
+pub use diagnosis::{
+    DetectionLimit, Diagnosis, FactorShift, Finding, Location, Quality, Rival, Value, Verdict,
+};
+pub use error::MismatchError;
+pub use leftover::Stratum;
+pub use limits::{DRAWS, Family, LAW_LEVEL, LEFT_OVER_LEVEL, Limits, level_share};
+pub use noise::ReadingNoise;
+pub use observations::{
+    GaugeSteps, Observations, ObservedCell, ObservedReading, ObservedRun, Recorded,
+};
+pub use rank::Impossible;
+pub use restricted_likelihood::EstimatedNoise;
+pub use search::SearchOptions;
+pub use verdict::first_of_alternatives;
+
+/// Finds what a baseline cannot explain, and which physics would.
+///
+/// # Arguments
+/// - `known`: limits worked out before for the same robot and plan; worked out here if `None`.
+///
+/// # Returns
+/// The diagnosis, and the limits for the next session of the same robot and plan.
+///
+/// # Errors
+/// [`MismatchError`].
+pub fn diagnose(
+    baseline: &dyn Baseline,
+    observations: &Observations,
+    options: &SearchOptions,
+    known: Option<&Limits>,
+) -> Result<(Diagnosis, Limits), MismatchError> {
+    if observations.is_empty() {
+        return Err(MismatchError::Empty);
+    }
+    state::Bench {
+        baseline,
+        observations,
+    }
+    .diagnose(options, known)
+}

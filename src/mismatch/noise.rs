@@ -1,0 +1,323 @@
+//! What makes readings scatter: reading, gauge steps, run zero, run slope; and the transform that makes that scatter white.
+//!
+//! ```text
+//!   y = prediction + zero(zero id) + slope(run) b + reading error,     b = prediction of the baseline
+//!   V = σ² I + q_F²/12 diag(C²) + σ₀² Σ 1 1ᵀ (each zero) + σₛ² Σ b bᵀ (each run)
+//! ```
+//!
+//! The step of the displacement gauge is part of σ; an unloaded reading has exactly zero force and no force step.
+
+use std::ops::Range;
+
+use nalgebra::DMatrix;
+
+use super::observations::Observations;
+
+/// Standard deviations of the noise of readings.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct ReadingNoise {
+    /// Of a reading, the step of its gauge included, m.
+    pub reading_sd_m: f64,
+    /// Of a gauge zero, m.
+    pub zero_sd_m: f64,
+    /// Of the slope of a run, relative (1).
+    pub run_slope_sd: f64,
+}
+
+/// Readings that share zeros or runs, and their part of the whitening transform.
+#[derive(Debug, Clone)]
+struct Group {
+    readings: Range<usize>,
+    /// Columns of D^(-1/2) U, one after the other: U has a column σ₀ 1 for each zero and σₛ b for each run.
+    columns: Vec<f64>,
+    /// The same times the matrix that makes (I - columns · this) the symmetric root of (I + columns columnsᵀ)⁻¹.
+    weighted: Vec<f64>,
+    rank: usize,
+}
+
+/// The transform W with Wᵀ W = V⁻¹.
+#[derive(Debug, Clone)]
+pub(super) struct Whitening {
+    groups: Vec<Group>,
+    /// D^(-1/2).
+    weights: Vec<f64>,
+    /// ln det V.
+    log_determinant: f64,
+    noise: ReadingNoise,
+    /// Prediction b of the baseline, which a run's slope multiplies.
+    slope_m: Vec<f64>,
+}
+
+impl Whitening {
+    /// The transform for a noise and a baseline.
+    ///
+    /// # Arguments
+    /// - `slope_m`: prediction of the baseline, m, one a reading.
+    /// - `compliance`: displacement per force of the baseline at each reading, m/N.
+    pub(super) fn new(
+        observations: &Observations,
+        noise: &ReadingNoise,
+        slope_m: &[f64],
+        compliance: &[f64],
+    ) -> Self {
+        let force_step_n = observations.steps.force_n.unwrap_or(0.0);
+        let force_variance = force_step_n * force_step_n / 12.0;
+        let weights: Vec<f64> = observations
+            .loads
+            .iter()
+            .zip(compliance)
+            .map(|(load, c)| {
+                let of_force = if load.force_n == 0.0 {
+                    0.0
+                } else {
+                    force_variance * c * c
+                };
+                (noise.reading_sd_m * noise.reading_sd_m + of_force)
+                    .sqrt()
+                    .recip()
+            })
+            .collect();
+        let mut log_determinant: f64 = weights.iter().map(|weight| -2.0 * weight.ln()).sum();
+        let groups = groups(observations)
+            .map(|readings| {
+                let group = Group::new(observations, noise, slope_m, &weights, readings);
+                log_determinant += group.1;
+                group.0
+            })
+            .collect();
+        Self {
+            groups,
+            weights,
+            log_determinant,
+            noise: *noise,
+            slope_m: slope_m.to_vec(),
+        }
+    }
+
+    /// ln det V.
+    pub(super) fn log_determinant(&self) -> f64 {
+        self.log_determinant
+    }
+
+    /// W times a vector of readings, in place.
+    pub(super) fn apply(&self, vector: &mut [f64]) {
+        for (value, weight) in vector.iter_mut().zip(&self.weights) {
+            *value *= weight;
+        }
+        Self::symmetric(self.groups.iter(), vector);
+    }
+
+    /// Wᵀ times a white vector, in place.
+    pub(super) fn apply_transposed(&self, vector: &mut [f64]) {
+        Self::symmetric(self.groups.iter(), vector);
+        for (value, weight) in vector.iter_mut().zip(&self.weights) {
+            *value *= weight;
+        }
+    }
+
+    /// W times the part of a vector of readings that lies in `range`, a union of cells; the rest is left alone.
+    pub(super) fn apply_range(&self, vector: &mut [f64], range: &Range<usize>) {
+        for (value, weight) in vector[range.clone()]
+            .iter_mut()
+            .zip(&self.weights[range.clone()])
+        {
+            *value *= weight;
+        }
+        let first = self
+            .groups
+            .partition_point(|group| group.readings.start < range.start);
+        let groups = self.groups[first..]
+            .iter()
+            .take_while(|group| group.readings.end <= range.end);
+        Self::symmetric(groups, vector);
+    }
+
+    fn symmetric<'g>(groups: impl Iterator<Item = &'g Group>, vector: &mut [f64]) {
+        for group in groups {
+            let part = &mut vector[group.readings.clone()];
+            let n = part.len();
+            let mut products = [0.0; 64];
+            for (product, column) in products.iter_mut().zip(group.columns.chunks(n)) {
+                *product = column.iter().zip(part.iter()).map(|(c, x)| c * x).sum();
+            }
+            for (product, column) in products.iter().zip(group.weighted.chunks(n)) {
+                for (value, w) in part.iter_mut().zip(column) {
+                    *value -= w * product;
+                }
+            }
+        }
+    }
+
+    /// Shares of reading, zero and run slope in the variance of an amplitude estimated along a white vector; the rest is force step.
+    pub(super) fn variance_shares(
+        &self,
+        observations: &Observations,
+        white: &[f64],
+        scratch: &mut Vec<f64>,
+    ) -> [f64; 3] {
+        let n = self.weights.len();
+        let square: f64 = white.iter().map(|x| x * x).sum();
+        if square == 0.0 {
+            return [0.0; 3];
+        }
+        scratch.clear();
+        scratch.extend_from_slice(&white[..n]);
+        self.apply_transposed(scratch);
+        let reading: f64 = scratch.iter().map(|a| a * a).sum();
+        let mut zero = 0.0;
+        let mut slope = 0.0;
+        for group in &self.groups {
+            for_each_zero(observations, &group.readings, |member| {
+                let sum: f64 = group
+                    .readings
+                    .clone()
+                    .filter(|&r| member(r))
+                    .map(|r| scratch[r])
+                    .sum();
+                zero += sum * sum;
+            });
+        }
+        for run in &observations.runs {
+            let sum: f64 = run
+                .readings
+                .clone()
+                .map(|r| scratch[r] * self.slope_m[r])
+                .sum();
+            slope += sum * sum;
+        }
+        [
+            reading * self.noise.reading_sd_m.powi(2) / square,
+            zero * self.noise.zero_sd_m.powi(2) / square,
+            slope * self.noise.run_slope_sd.powi(2) / square,
+        ]
+    }
+}
+
+impl Group {
+    /// The group and its part of ln det V.
+    fn new(
+        observations: &Observations,
+        noise: &ReadingNoise,
+        slope_m: &[f64],
+        weights: &[f64],
+        readings: Range<usize>,
+    ) -> (Self, f64) {
+        let n = readings.len();
+        let mut columns = Vec::new();
+        for_each_zero(observations, &readings, |member| {
+            columns.extend(readings.clone().map(|r| {
+                if member(r) {
+                    noise.zero_sd_m * weights[r]
+                } else {
+                    0.0
+                }
+            }));
+        });
+        let mut run = usize::MAX;
+        for first in readings.clone() {
+            if observations.readings[first].run == run {
+                continue;
+            }
+            run = observations.readings[first].run;
+            columns.extend(readings.clone().map(|r| {
+                if observations.readings[r].run == run {
+                    noise.run_slope_sd * slope_m[r] * weights[r]
+                } else {
+                    0.0
+                }
+            }));
+        }
+        let rank = columns.len() / n;
+        let gram = DMatrix::from_fn(rank, rank, |i, j| {
+            columns[i * n..(i + 1) * n]
+                .iter()
+                .zip(&columns[j * n..(j + 1) * n])
+                .map(|(a, b)| a * b)
+                .sum::<f64>()
+        });
+        let eigen = gram.symmetric_eigen();
+        let mut log_determinant = 0.0;
+        let mut inner = DMatrix::zeros(rank, rank);
+        for (index, &value) in eigen.eigenvalues.iter().enumerate() {
+            let value = value.max(0.0);
+            log_determinant += value.ln_1p();
+            // (1 - 1/√(1+λ))/λ, whose limit at zero is a half.
+            let weight = if value < 1e-12 {
+                0.5
+            } else {
+                (1.0 - (1.0 + value).sqrt().recip()) / value
+            };
+            let vector = eigen.eigenvectors.column(index);
+            inner += weight * vector * vector.transpose();
+        }
+        let mut weighted = vec![0.0; rank * n];
+        for i in 0..rank {
+            for j in 0..rank {
+                let share = inner[(j, i)];
+                for reading in 0..n {
+                    weighted[i * n + reading] += columns[j * n + reading] * share;
+                }
+            }
+        }
+        let group = Self {
+            readings,
+            columns,
+            weighted,
+            rank,
+        };
+        debug_assert!(group.rank <= 64);
+        (group, log_determinant)
+    }
+}
+
+/// Calls `action` once for each gauge zero of a range, with the test of membership.
+fn for_each_zero(
+    observations: &Observations,
+    readings: &Range<usize>,
+    mut action: impl FnMut(&dyn Fn(usize) -> bool),
+) {
+    let zero_of = |reading: usize| observations.readings[reading].zero;
+    let mut seen: Vec<u32> = Vec::new();
+    for reading in readings.clone() {
+        let zero = zero_of(reading);
+        if !seen.contains(&zero) {
+            seen.push(zero);
+            action(&|other| zero_of(other) == zero);
+        }
+    }
+}
+
+/// Ranges of readings that share no zero and no run with the rest.
+///
+/// Runs that share a zero lie in one cell; a cell with shared zeros is one group, of at most thirty runs at a time: the rank of a
+/// group is bounded, and a zero that spans more is split, which only widens what is allowed to scatter.
+fn groups(observations: &Observations) -> impl Iterator<Item = Range<usize>> + '_ {
+    const MOST_RUNS: usize = 30;
+    observations.cells.iter().flat_map(move |cell| {
+        let mut out: Vec<Range<usize>> = Vec::new();
+        let mut runs_in_last = 0;
+        let mut last_zeros: Vec<u32> = Vec::new();
+        for run in &observations.runs[cell.runs.clone()] {
+            let zeros: Vec<u32> = observations.readings[run.readings.clone()]
+                .iter()
+                .map(|reading| reading.zero)
+                .collect();
+            let shared = zeros.iter().any(|zero| last_zeros.contains(zero));
+            match out.last_mut() {
+                Some(last) if shared && runs_in_last < MOST_RUNS => {
+                    last.end = run.readings.end;
+                    runs_in_last += 1;
+                    last_zeros.extend(zeros);
+                }
+                _ => {
+                    out.push(run.readings.clone());
+                    runs_in_last = 1;
+                    last_zeros = zeros;
+                }
+            }
+            last_zeros.sort_unstable();
+            last_zeros.dedup();
+        }
+        out
+    })
+}

@@ -1,0 +1,282 @@
+//! Readings laid out for the search: cells, runs and gauge zeros as ranges of plain arrays.
+
+use std::ops::Range;
+
+use crate::physics::{LoadPoint, RunLoads};
+use crate::readings::{Column, Reading, ReadingTable, RepeatOrder, SessionHeader};
+use crate::test_point::{Branch, Direction, PoseId};
+
+/// A pose and direction with its readings.
+#[derive(Debug, Clone, PartialEq)]
+pub struct ObservedCell {
+    /// Index of the pose among the observed poses.
+    pub pose: usize,
+    /// The direction.
+    pub direction: Direction,
+    /// Its runs.
+    pub runs: Range<usize>,
+    /// Its readings.
+    pub readings: Range<usize>,
+}
+
+/// Readings with one virgin history.
+#[derive(Debug, Clone, PartialEq)]
+pub struct ObservedRun {
+    /// Index of its cell.
+    pub cell: usize,
+    /// Its repeat.
+    pub repeat: u32,
+    /// Its readings, in the order in which they were made.
+    pub readings: Range<usize>,
+}
+
+/// What the search needs to know of a reading, besides force and displacement.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct ObservedReading {
+    /// Index of its run.
+    pub run: usize,
+    /// Number of its gauge zero.
+    pub zero: u32,
+    /// Branch.
+    pub branch: Branch,
+    /// Place among the readings of its run that share a step: 0, then 1, 2 … for holds.
+    pub hold_number: u32,
+    /// Seconds since the session began, if known.
+    pub time_s: Option<f64>,
+    /// Line in its file.
+    pub line: u32,
+}
+
+/// Steps of the gauges, as the instrument records state them.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct GaugeSteps {
+    /// Step of the force gauge, N.
+    pub force_n: Option<f64>,
+    /// Step of the displacement gauge, m.
+    pub displacement_m: Option<f64>,
+}
+
+/// The accepted readings of a session, sorted by cell and run.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Observations {
+    /// Poses, in the order of the session.
+    pub poses: Vec<PoseId>,
+    /// Cells.
+    pub cells: Vec<ObservedCell>,
+    /// Runs.
+    pub runs: Vec<ObservedRun>,
+    /// Readings.
+    pub readings: Vec<ObservedReading>,
+    /// Their loads.
+    pub loads: Vec<LoadPoint>,
+    /// Their displacements, m.
+    pub displacement_m: Vec<f64>,
+    /// Steps of the gauges.
+    pub steps: GaugeSteps,
+    /// Force between loads, if each load is released before the next.
+    pub release_n: Option<f64>,
+    /// Whether times, hold times and temperatures were recorded.
+    pub recorded: Recorded,
+}
+
+/// Columns that some laws need.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct Recorded {
+    /// Clock.
+    pub time: bool,
+    /// Time under load.
+    pub hold: bool,
+    /// Temperature.
+    pub temperature: bool,
+}
+
+impl Observations {
+    /// Lays out the accepted readings of a table.
+    #[must_use]
+    pub fn new(table: &ReadingTable, header: Option<&SessionHeader>) -> Self {
+        let poses = table.poses();
+        let pose_of = |reading: &Reading| {
+            poses
+                .iter()
+                .position(|pose| *pose == reading.pose)
+                .expect("the table lists the poses of its readings")
+        };
+        let mut rows: Vec<(usize, &Reading)> = table
+            .accepted()
+            .map(|reading| (pose_of(reading), reading))
+            .collect();
+        // Stable: within a run the order of the session is kept.
+        rows.sort_by_key(|(pose, reading)| (*pose, reading.direction.index(), reading.run));
+        let procedure = header.and_then(|header| header.procedure.as_ref());
+        let instruments = header.map(|header| &header.instruments);
+        let at_load = procedure.is_some_and(|p| p.repeat_order == Some(RepeatOrder::AtLoad));
+        let mut layout = Layout::default();
+        for (pose, reading) in rows {
+            layout.push(pose, reading);
+        }
+        let recorded = Recorded {
+            time: table.has(Column::Time),
+            hold: table.has(Column::Hold),
+            temperature: table.has(Column::Temperature),
+        };
+        let step = |record: Option<&crate::readings::InstrumentRecord>| {
+            record.and_then(|record| record.resolution)
+        };
+        let mut observations = Self {
+            poses,
+            cells: layout.cells,
+            runs: layout.runs,
+            readings: layout.readings,
+            loads: layout.loads,
+            displacement_m: layout.displacement_m,
+            steps: GaugeSteps {
+                force_n: step(instruments.and_then(|i| i.force.as_ref())),
+                displacement_m: step(instruments.and_then(|i| i.displacement.as_ref())),
+            },
+            release_n: at_load.then(|| procedure.and_then(|p| p.preload_n).unwrap_or(0.0)),
+            recorded,
+        };
+        observations.count_from_zero(&layout.temperatures);
+        observations
+    }
+
+    /// Times and temperatures since the zero of each reading's gauge zero.
+    fn count_from_zero(&mut self, temperatures: &[Option<f64>]) {
+        let zeros = self.readings.iter().map(|reading| reading.zero).max();
+        let count = zeros.map_or(0, |zero| zero as usize + 1);
+        let mut first: Vec<Option<(f64, usize)>> = vec![None; count];
+        for (place, reading) in self.readings.iter().enumerate() {
+            let Some(time_s) = reading.time_s else {
+                continue;
+            };
+            let entry = &mut first[reading.zero as usize];
+            if entry.is_none_or(|(earliest, _)| time_s < earliest) {
+                *entry = Some((time_s, place));
+            }
+        }
+        for (place, reading) in self.readings.iter().enumerate() {
+            let Some((zero_s, zero_place)) = first[reading.zero as usize] else {
+                continue;
+            };
+            let load = &mut self.loads[place];
+            load.since_zero_s = reading.time_s.map_or(0.0, |time_s| time_s - zero_s);
+            load.warming_k = match (temperatures[place], temperatures[zero_place]) {
+                (Some(now), Some(then)) => now - then,
+                _ => 0.0,
+            };
+        }
+    }
+
+    /// Number of readings.
+    #[must_use]
+    pub fn len(&self) -> usize {
+        self.readings.len()
+    }
+
+    /// Whether there is no reading.
+    #[must_use]
+    pub fn is_empty(&self) -> bool {
+        self.readings.is_empty()
+    }
+
+    /// The loads of run number `run`, for the laws.
+    #[must_use]
+    pub fn run_loads(&self, run: usize) -> RunLoads<'_> {
+        let ObservedRun {
+            cell,
+            repeat,
+            readings,
+        } = &self.runs[run];
+        let cell = &self.cells[*cell];
+        RunLoads {
+            pose: &self.poses[cell.pose],
+            direction: cell.direction,
+            repeat: *repeat,
+            release_n: self.release_n,
+            loads: &self.loads[readings.clone()],
+        }
+    }
+
+    /// The cell of a reading.
+    #[must_use]
+    pub fn cell_of(&self, reading: usize) -> usize {
+        self.runs[self.readings[reading].run].cell
+    }
+
+    /// The same readings with other displacements, for simulated noise.
+    #[must_use]
+    pub fn with_displacements(&self, displacement_m: Vec<f64>) -> Self {
+        Self {
+            displacement_m,
+            ..self.clone()
+        }
+    }
+}
+
+/// Arrays as they grow.
+#[derive(Debug, Default)]
+struct Layout {
+    cells: Vec<ObservedCell>,
+    runs: Vec<ObservedRun>,
+    readings: Vec<ObservedReading>,
+    loads: Vec<LoadPoint>,
+    displacement_m: Vec<f64>,
+    temperatures: Vec<Option<f64>>,
+    table_run: Option<u32>,
+}
+
+impl Layout {
+    fn push(&mut self, pose: usize, reading: &Reading) {
+        let place = self.readings.len();
+        let same_cell = self
+            .cells
+            .last()
+            .is_some_and(|cell| cell.pose == pose && cell.direction == reading.direction);
+        if !same_cell {
+            let runs = self.runs.len();
+            self.cells.push(ObservedCell {
+                pose,
+                direction: reading.direction,
+                runs: runs..runs,
+                readings: place..place,
+            });
+            self.table_run = None;
+        }
+        if self.table_run != Some(reading.run) {
+            self.table_run = Some(reading.run);
+            self.runs.push(ObservedRun {
+                cell: self.cells.len() - 1,
+                repeat: reading.repeat,
+                readings: place..place,
+            });
+        }
+        let run = self.runs.len() - 1;
+        let hold_number = match (self.readings.last(), self.loads.last()) {
+            (Some(last), Some(load)) if last.run == run && load.step == reading.step => {
+                last.hold_number + 1
+            }
+            _ => 0,
+        };
+        self.readings.push(ObservedReading {
+            run,
+            zero: reading.zero,
+            branch: reading.branch,
+            hold_number,
+            time_s: reading.time_s,
+            line: reading.line,
+        });
+        self.loads.push(LoadPoint {
+            force_n: reading.force_n,
+            step: reading.step,
+            hold_s: reading.hold_s.unwrap_or(0.0),
+            ..LoadPoint::default()
+        });
+        self.displacement_m.push(reading.displacement_m);
+        self.temperatures.push(reading.temperature_deg_c);
+        self.runs[run].readings.end = place + 1;
+        if let Some(cell) = self.cells.last_mut() {
+            cell.runs.end = self.runs.len();
+            cell.readings.end = place + 1;
+        }
+    }
+}

@@ -1,0 +1,500 @@
+//! Candidates in the order of their evidence, given a model that already holds some effects.
+
+use rayon::prelude::*;
+
+use crate::physics::{Effect, Law, Place, Sign, Twists};
+
+use super::candidate::{Candidate, Shape, candidates};
+use super::error::MismatchError;
+use super::refit::{Fitted, Model, is_smooth};
+use super::screen::{Frozen, Screened, WhiteCandidate, WhiteShape, screen, white_candidates};
+use super::space::{Space, dot};
+use super::state::{Bench, State};
+
+/// Candidates that are fitted in full after the screen.
+const FITTED: usize = 14;
+
+/// Gain, below the best, to which candidates are fitted in full: a Bayes factor of e to this half.
+const WITHIN: f64 = 26.0;
+
+/// A candidate with its fit and its evidence.
+#[derive(Debug, Clone)]
+pub(super) struct Ranked {
+    pub(super) effect: Effect,
+    pub(super) wide: bool,
+    /// Drop of the weighted squares against the state.
+    pub(super) gain: f64,
+    /// Logarithm of the Bayes factor against the state.
+    pub(super) log_bayes: f64,
+    /// The model with the candidate in it.
+    pub(super) fitted: Fitted,
+    /// Its effect, white and projected, at the fitted size.
+    pub(super) white: Vec<f64>,
+    /// Squared length of the effect before projection.
+    pub(super) whole: f64,
+    /// Degrees of freedom of its standard error.
+    pub(super) dof: f64,
+}
+
+/// A law that would explain the readings with an impossible value.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Impossible {
+    /// The law.
+    pub law: Law,
+    /// The place.
+    pub place: Place,
+    /// Drop of the weighted squares that the impossible sign would give.
+    pub gain: f64,
+}
+
+/// All candidates against a state.
+pub(super) struct Ranking {
+    /// Fitted candidates, the best evidence first.
+    pub(super) ranked: Vec<Ranked>,
+    /// Candidates that would need an impossible value, the largest gain first.
+    pub(super) impossible: Vec<Impossible>,
+    /// The shapes, for limits.
+    pub(super) white: Vec<WhiteCandidate>,
+    /// The space they live in.
+    pub(super) space: Space,
+    /// White residuals of the state.
+    pub(super) residuals: Vec<f64>,
+    /// The structure.
+    pub(super) frozen: Frozen,
+}
+
+impl Bench<'_> {
+    /// Ranks every law at every place against a state.
+    ///
+    /// # Arguments
+    /// - `without`: laws left out.
+    pub(super) fn rank(&self, state: &State, without: &[Law]) -> Result<Ranking, MismatchError> {
+        let (space, frozen, residuals) = self.space(state)?;
+        let effects = &state.fitted.model.effects;
+        let list = candidates(self.observations, &frozen, without);
+        let white = white_candidates(self.observations, &frozen, effects, &space, list);
+        let screened = screen(&white, &residuals);
+        let impossible = impossible(&white, &screened);
+        let chosen = choose(&white, &screened, effects);
+        let mut ranked: Vec<Ranked> = chosen
+            .par_iter()
+            .map(|&(place, screened)| {
+                self.fit_candidate(state, &space, &frozen, &residuals, &white[place], screened)
+            })
+            .collect::<Result<Vec<_>, _>>()?
+            .into_iter()
+            .flatten()
+            .collect();
+        if !without.contains(&Law::LooseMember) {
+            ranked.extend(self.loose_members(state, &space)?);
+        }
+        ranked.sort_by(|a, b| b.log_bayes.total_cmp(&a.log_bayes));
+        Ok(Ranking {
+            ranked,
+            impossible,
+            white,
+            space,
+            residuals,
+            frozen,
+        })
+    }
+
+    /// Fits one candidate in full.
+    fn fit_candidate(
+        &self,
+        state: &State,
+        space: &Space,
+        frozen: &Frozen,
+        residuals: &[f64],
+        white: &WhiteCandidate,
+        screened: Screened,
+    ) -> Result<Option<Ranked>, MismatchError> {
+        let shape = &white.shapes[screened.shape];
+        let mut effect = shape.effect(&white.candidate, screened.scale, residuals);
+        let existing = &state.fitted.model.effects;
+        self.polish(frozen, existing, space, residuals, &mut effect);
+        let start = Model {
+            parameters: state.fitted.model.parameters.clone(),
+            effects: existing.iter().cloned().chain([effect]).collect(),
+        };
+        let mut predictor = self.predictor();
+        let refit = self.refit(&state.whitening);
+        let Some(mut fitted) = refit.fit(&mut predictor, &start, true)? else {
+            return Ok(None);
+        };
+        if state.fitted.squares - fitted.squares > 30.0 {
+            fitted = self.search_shape(state, &mut predictor, fitted)?;
+        }
+        let effect = fitted.model.effects.last().cloned();
+        let Some(effect) = effect else {
+            return Ok(None);
+        };
+        Ok(Some(
+            self.ranked(state, space, white, residuals, fitted, effect)?,
+        ))
+    }
+
+    /// Evidence of a fitted candidate.
+    fn ranked(
+        &self,
+        state: &State,
+        space: &Space,
+        white: &WhiteCandidate,
+        residuals: &[f64],
+        fitted: Fitted,
+        effect: Effect,
+    ) -> Result<Ranked, MismatchError> {
+        let gain = state.fitted.squares - fitted.squares;
+        let effects = &fitted.model.effects;
+        let (vector, whole) = self.effect_vector(&fitted.model, effects.len() - 1, space)?;
+        let length = dot(&vector, &vector).sqrt();
+        let mut scratch = Vec::new();
+        let shares = state
+            .whitening
+            .variance_shares(self.observations, &vector, &mut scratch);
+        let size = effect.values.first().copied().unwrap_or(0.0);
+        let log_bayes = 0.5 * gain
+            + log_size_prior(&white.candidate, size, length)
+            + log_shape_prior(white, residuals)
+            - self.places_of(white.candidate.law);
+        Ok(Ranked {
+            wide: white.candidate.wide,
+            gain,
+            log_bayes,
+            white: vector,
+            whole,
+            dof: state.noise.degrees_of_freedom(shares),
+            fitted,
+            effect,
+        })
+    }
+
+    /// Logarithm of the number of places that share the prior of a law: a slip can be anywhere.
+    fn places_of(&self, law: Law) -> f64 {
+        if law == Law::Slip {
+            (self.observations.len() as f64).ln()
+        } else {
+            0.0
+        }
+    }
+
+    /// An effect of a model, white and projected, and its squared length before projection.
+    pub(super) fn effect_vector(
+        &self,
+        model: &Model,
+        effect: usize,
+        space: &Space,
+    ) -> Result<(Vec<f64>, f64), MismatchError> {
+        let mut with = self.predicted(model)?;
+        let mut rest = model.clone();
+        rest.effects.remove(effect);
+        for (value, without) in with.iter_mut().zip(self.predicted(&rest)?) {
+            *value -= without;
+        }
+        let mut white = space.white(&with);
+        let whole = dot(&white, &white);
+        space.project(&mut white);
+        Ok((white, whole))
+    }
+
+    /// Moves the values that readings depend on by kinks to where the linear gain is largest.
+    fn polish(
+        &self,
+        frozen: &Frozen,
+        existing: &[Effect],
+        space: &Space,
+        residuals: &[f64],
+        effect: &mut Effect,
+    ) {
+        let Some(value) = kinked(effect) else { return };
+        let n = self.observations.len();
+        let mut twists = Twists::default();
+        let (mut before, mut with) = (vec![0.0; n], vec![0.0; n]);
+        let base: Vec<&Effect> = existing.iter().collect();
+        if frozen
+            .predict(self.observations, &base, &mut twists, &mut before)
+            .is_none()
+        {
+            return;
+        }
+        let mut gain_of = |effect: &Effect| -> f64 {
+            let mut all = base.clone();
+            all.push(effect);
+            if frozen
+                .predict(self.observations, &all, &mut twists, &mut with)
+                .is_none()
+            {
+                return f64::NEG_INFINITY;
+            }
+            let difference: Vec<f64> = with.iter().zip(&before).map(|(a, b)| a - b).collect();
+            let white = space.projected(&difference);
+            let square = dot(&white, &white);
+            if square == 0.0 {
+                return f64::NEG_INFINITY;
+            }
+            let product = dot(&white, residuals);
+            let scale = (product / square).clamp(0.5, 2.0);
+            scale * (2.0 * product - scale * square)
+        };
+        let mut best = gain_of(effect);
+        let mut ratio = 1.25;
+        for _ in 0..14 {
+            let mut moved = false;
+            for factor in [ratio, 1.0 / ratio] {
+                let mut trial = effect.clone();
+                trial.values[value] *= factor;
+                let gain = gain_of(&trial);
+                if gain > best {
+                    best = gain;
+                    *effect = trial;
+                    moved = true;
+                    break;
+                }
+            }
+            if !moved {
+                ratio = ratio.sqrt();
+                if ratio < 1.01 {
+                    break;
+                }
+            }
+        }
+    }
+
+    /// The same with full fits, for effects that are clearly there.
+    fn search_shape(
+        &self,
+        state: &State,
+        predictor: &mut super::predictor::ReadingPredictor<'_>,
+        start: Fitted,
+    ) -> Result<Fitted, MismatchError> {
+        let last = start.model.effects.len() - 1;
+        let Some(value) = kinked(&start.model.effects[last]) else {
+            return Ok(start);
+        };
+        let refit = self.refit(&state.whitening);
+        let mut best = start;
+        let mut ratio = 1.2;
+        for _ in 0..12 {
+            let mut moved = false;
+            for factor in [ratio, 1.0 / ratio] {
+                let mut trial = best.model.clone();
+                trial.effects[last].values[value] *= factor;
+                if let Some(fitted) = refit.fit(predictor, &trial, true)?
+                    && fitted.squares < best.squares
+                {
+                    best = fitted;
+                    moved = true;
+                    break;
+                }
+            }
+            if !moved {
+                ratio = ratio.sqrt();
+                if ratio < 1.02 {
+                    break;
+                }
+            }
+        }
+        Ok(best)
+    }
+
+    /// What loose members would change in readings of the baseline, for the limits; the factors fitted again, exactly.
+    pub(super) fn loose_shapes(
+        &self,
+        state: &State,
+        space: &Space,
+    ) -> Result<Vec<WhiteCandidate>, MismatchError> {
+        let base = Model {
+            parameters: state.fitted.model.parameters.clone(),
+            effects: Vec::new(),
+        };
+        let exact = self.observations.with_displacements(self.predicted(&base)?);
+        let bench = Bench {
+            baseline: self.baseline,
+            observations: &exact,
+        };
+        self.baseline
+            .loose_effects()
+            .into_par_iter()
+            .map(|effect| {
+                let start = Model {
+                    parameters: base.parameters.clone(),
+                    effects: vec![effect.clone()],
+                };
+                let mut predictor = bench.predictor();
+                let refit = bench.refit(&state.whitening);
+                let Some(fitted) = refit.fit(&mut predictor, &start, true)? else {
+                    return Ok(None);
+                };
+                let difference: Vec<f64> = bench
+                    .predicted(&fitted.model)?
+                    .iter()
+                    .zip(&exact.displacement_m)
+                    .map(|(with, without)| with - without)
+                    .collect();
+                let white = space.projected(&difference);
+                let square = dot(&white, &white);
+                let shape = Shape {
+                    values: Vec::new(),
+                    scale: [1.0, 1.0],
+                    weight: 1.0,
+                };
+                Ok((square > 1e-6).then(|| WhiteCandidate {
+                    candidate: Candidate {
+                        law: Law::LooseMember,
+                        place: effect.place,
+                        shapes: vec![shape.clone()],
+                        largest: 1.0,
+                        wide: false,
+                    },
+                    shapes: vec![WhiteShape {
+                        shape,
+                        vectors: vec![white],
+                        square,
+                        whole: square,
+                    }],
+                }))
+            })
+            .filter_map(Result::transpose)
+            .collect()
+    }
+
+    /// Structures without one element, fitted.
+    fn loose_members(&self, state: &State, space: &Space) -> Result<Vec<Ranked>, MismatchError> {
+        let existing = &state.fitted.model.effects;
+        let elements: Vec<Effect> = self
+            .baseline
+            .loose_effects()
+            .into_iter()
+            .filter(|effect| !existing.contains(effect))
+            .collect();
+        let fitted: Vec<Option<Ranked>> = elements
+            .into_par_iter()
+            .map(|effect| {
+                let start = Model {
+                    parameters: state.fitted.model.parameters.clone(),
+                    effects: existing.iter().cloned().chain([effect.clone()]).collect(),
+                };
+                if self.baseline.variant(&start.effects).is_none() {
+                    return Ok(None);
+                }
+                let mut predictor = self.predictor();
+                let refit = self.refit(&state.whitening);
+                let Some(fitted) = refit.fit(&mut predictor, &start, true)? else {
+                    return Ok(None);
+                };
+                let gain = state.fitted.squares - fitted.squares;
+                if gain < 0.0 {
+                    return Ok(None);
+                }
+                let place = fitted.model.effects.len() - 1;
+                let (white, whole) = self.effect_vector(&fitted.model, place, space)?;
+                Ok(Some(Ranked {
+                    effect,
+                    wide: false,
+                    gain,
+                    log_bayes: 0.5 * gain,
+                    white,
+                    whole,
+                    dof: 1e6,
+                    fitted,
+                }))
+            })
+            .collect::<Result<_, MismatchError>>()?;
+        Ok(fitted.into_iter().flatten().collect())
+    }
+}
+
+/// The value of an effect that is searched, not followed by derivatives.
+fn kinked(effect: &Effect) -> Option<usize> {
+    (1..effect.values.len()).find(|&value| !is_smooth(effect.law, value))
+}
+
+/// Candidates to fit in full: the best, and those near enough to be its rivals; of slips only the best few.
+fn choose(
+    white: &[WhiteCandidate],
+    screened: &[Option<Screened>],
+    existing: &[Effect],
+) -> Vec<(usize, Screened)> {
+    const SLIPS: usize = 2;
+    let there = |candidate: &Candidate| {
+        existing
+            .iter()
+            .any(|effect| effect.law == candidate.law && effect.place == candidate.place)
+    };
+    let mut all: Vec<(usize, Screened)> = screened
+        .iter()
+        .enumerate()
+        .filter_map(|(place, screened)| Some((place, (*screened)?)))
+        .filter(|(place, _)| !there(&white[*place].candidate))
+        .collect();
+    all.sort_by(|a, b| b.1.gain.total_cmp(&a.1.gain).then(a.0.cmp(&b.0)));
+    let best = all.first().map_or(0.0, |(_, screened)| screened.gain);
+    let mut slips = 0;
+    all.retain(|(place, _)| {
+        let slip = white[*place].candidate.law == Law::Slip;
+        slips += usize::from(slip);
+        !slip || slips <= SLIPS
+    });
+    all.into_iter()
+        .take_while(|(_, screened)| screened.gain > best - WITHIN)
+        .take(FITTED)
+        .collect()
+}
+
+fn impossible(white: &[WhiteCandidate], screened: &[Option<Screened>]) -> Vec<Impossible> {
+    let mut out: Vec<Impossible> = white
+        .iter()
+        .zip(screened)
+        .filter_map(|(candidate, screened)| {
+            let gain = screened.as_ref()?.impossible_gain;
+            (gain > 0.0).then(|| Impossible {
+                law: candidate.candidate.law,
+                place: candidate.candidate.place.clone(),
+                gain,
+            })
+        })
+        .collect();
+    out.sort_by(|a, b| b.gain.total_cmp(&a.gain));
+    out
+}
+
+/// Logarithm of the prior mass that the size's standard error covers: a half-Cauchy about zero (both halves where both signs are
+/// possible), whose scale is the largest plausible size and whose tail leaves room for gross faults.
+fn log_size_prior(candidate: &Candidate, size: f64, length: f64) -> f64 {
+    if length == 0.0 || size == 0.0 || candidate.law == Law::LooseMember {
+        return 0.0;
+    }
+    let standard_error = size.abs() / length;
+    let relative = size / candidate.largest;
+    let density = std::f64::consts::FRAC_1_PI / (candidate.largest * (1.0 + relative * relative));
+    let one_sided = candidate
+        .law
+        .parameters()
+        .first()
+        .is_some_and(|parameter| parameter.sign == Sign::Positive);
+    let halves = if one_sided { 2.0 } else { 1.0 };
+    let covered = (std::f64::consts::TAU).sqrt() * standard_error * density * halves;
+    let mut log = covered.min(1.0).ln();
+    if candidate.law == Law::GaugePeriodic {
+        // Amplitude and phase are two sizes.
+        log *= 2.0;
+    }
+    log
+}
+
+/// Logarithm of the prior mass of the shapes that serve about as well as the best.
+fn log_shape_prior(white: &WhiteCandidate, residuals: &[f64]) -> f64 {
+    let gains: Vec<(f64, f64)> = white
+        .shapes
+        .iter()
+        .map(|shape: &WhiteShape| (shape.shape.weight, shape.gain(residuals).1))
+        .collect();
+    let best = gains
+        .iter()
+        .fold(0.0_f64, |best, (_, gain)| best.max(*gain));
+    let sum: f64 = gains
+        .iter()
+        .map(|(weight, gain)| weight * (0.5 * (gain - best)).exp())
+        .sum();
+    sum.max(f64::MIN_POSITIVE).ln()
+}

@@ -1,0 +1,236 @@
+//! Every shape of every candidate against the residuals, with the fit's freedom projected out: linear, exact in the shape, in parallel.
+
+use rayon::prelude::*;
+
+use crate::physics::{Effect, Law, LawSet, Place, PoseMechanics, Twists};
+
+use super::candidate::{Candidate, PHASES, Shape};
+use super::observations::Observations;
+use super::space::{Space, dot, norm};
+
+/// The solved poses of one structure, shared by all threads.
+#[derive(Debug, Clone)]
+pub(super) struct Frozen {
+    pub(super) poses: Vec<PoseMechanics>,
+    pub(super) joints: Vec<String>,
+}
+
+impl Frozen {
+    /// Displacements of all readings under effects, m; `None` if one sits in a joint that is not there.
+    pub(super) fn predict(
+        &self,
+        observations: &Observations,
+        effects: &[&Effect],
+        twists: &mut Twists,
+        out: &mut [f64],
+    ) -> Option<()> {
+        let mut laws = LawSet::default();
+        for effect in effects
+            .iter()
+            .filter(|effect| effect.law != Law::LooseMember)
+        {
+            let joint = match &effect.place {
+                Place::Joint(name) => Some(self.joints.iter().position(|joint| joint == name)?),
+                _ => None,
+            };
+            laws.push(effect, joint);
+        }
+        for (index, run) in observations.runs.iter().enumerate() {
+            laws.displacements_m(
+                &self.poses[observations.cells[run.cell].pose],
+                &observations.run_loads(index),
+                twists,
+                &mut out[run.readings.clone()],
+            );
+        }
+        Some(())
+    }
+}
+
+/// A shape, white and projected.
+#[derive(Debug, Clone)]
+pub(super) struct WhiteShape {
+    pub(super) shape: Shape,
+    /// One vector, or two orthogonal ones for a law with a phase.
+    pub(super) vectors: Vec<Vec<f64>>,
+    /// Square of the first vector.
+    pub(super) square: f64,
+    /// Squared length before projection.
+    pub(super) whole: f64,
+}
+
+/// A candidate with its shapes ready.
+#[derive(Debug, Clone)]
+pub(super) struct WhiteCandidate {
+    pub(super) candidate: Candidate,
+    pub(super) shapes: Vec<WhiteShape>,
+}
+
+/// What the screen says of a candidate.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Screened {
+    /// Place of the best shape.
+    pub(super) shape: usize,
+    /// Its size, as a multiple of the shape's.
+    pub(super) scale: f64,
+    /// Drop of the weighted squares.
+    pub(super) gain: f64,
+    /// The drop that the impossible sign would give, if the law has one.
+    pub(super) impossible_gain: f64,
+}
+
+/// An effect this many standard errors long at its largest possible size cannot be seen.
+const INVISIBLE: f64 = 1e-3;
+
+/// Works out all shapes.
+pub(super) fn white_candidates(
+    observations: &Observations,
+    frozen: &Frozen,
+    effects: &[Effect],
+    space: &Space,
+    candidates: Vec<Candidate>,
+) -> Vec<WhiteCandidate> {
+    let n = observations.len();
+    let base: Vec<&Effect> = effects.iter().collect();
+    let mut before = vec![0.0; n];
+    let known = frozen.predict(observations, &base, &mut Twists::default(), &mut before);
+    if known.is_none() {
+        return Vec::new();
+    }
+    candidates
+        .into_par_iter()
+        .map_init(
+            || (Twists::default(), vec![0.0; n]),
+            |(twists, scratch), candidate| {
+                let shapes = candidate
+                    .shapes
+                    .iter()
+                    .filter_map(|shape| {
+                        let mut vectors: Vec<Vec<f64>> = Vec::new();
+                        let mut whole = 0.0;
+                        let phases: &[f64] = if candidate.law == Law::GaugePeriodic {
+                            &PHASES
+                        } else {
+                            &PHASES[..1]
+                        };
+                        for phase in phases {
+                            let mut effect = effect_of(&candidate, shape);
+                            if candidate.law == Law::GaugePeriodic {
+                                effect.values[2] = *phase;
+                            }
+                            let mut all = base.clone();
+                            all.push(&effect);
+                            frozen.predict(observations, &all, twists, scratch)?;
+                            for (value, before) in scratch.iter_mut().zip(&before) {
+                                *value -= before;
+                            }
+                            let mut white = space.white(scratch);
+                            whole += dot(&white, &white);
+                            space.project(&mut white);
+                            for other in &vectors {
+                                let share = dot(other, &white) / dot(other, other);
+                                for (value, other) in white.iter_mut().zip(other) {
+                                    *value -= share * other;
+                                }
+                            }
+                            vectors.push(white);
+                        }
+                        let square = dot(&vectors[0], &vectors[0]);
+                        let seen = square > INVISIBLE * INVISIBLE && square > 1e-12 * whole;
+                        seen.then(|| WhiteShape {
+                            shape: shape.clone(),
+                            vectors,
+                            square,
+                            whole,
+                        })
+                    })
+                    .collect();
+                WhiteCandidate { candidate, shapes }
+            },
+        )
+        .collect()
+}
+
+/// The effect of a shape.
+pub(super) fn effect_of(candidate: &Candidate, shape: &Shape) -> Effect {
+    Effect {
+        law: candidate.law,
+        place: candidate.place.clone(),
+        values: shape.values.clone(),
+    }
+}
+
+impl WhiteShape {
+    /// Best size and the drop of the squares for residuals; and the drop of the impossible sign.
+    pub(super) fn gain(&self, residuals: &[f64]) -> (f64, f64, f64) {
+        let product = dot(&self.vectors[0], residuals);
+        if let [_, second] = &self.vectors[..] {
+            let first = product * product / self.square;
+            let other = dot(second, residuals).powi(2) / dot(second, second).max(f64::MIN_POSITIVE);
+            return (product / self.square, first + other, 0.0);
+        }
+        let [lowest, highest] = self.shape.scale;
+        let free = product / self.square;
+        let scale = free.clamp(lowest, highest);
+        let gain = scale * (2.0 * product - scale * self.square);
+        let impossible = if lowest >= 0.0 && free < 0.0 {
+            product * product / self.square
+        } else {
+            0.0
+        };
+        (scale, gain, impossible)
+    }
+
+    /// The effect at a size, with its phase from the residuals where it has one.
+    pub(super) fn effect(&self, candidate: &Candidate, scale: f64, residuals: &[f64]) -> Effect {
+        let mut effect = effect_of(candidate, &self.shape);
+        if let [sine, cosine] = &self.vectors[..] {
+            let s = dot(sine, residuals) / norm(sine).powi(2);
+            let c = dot(cosine, residuals) / norm(cosine).powi(2);
+            effect.values[0] *= s.hypot(c);
+            effect.values[2] = c.atan2(s);
+            return effect;
+        }
+        if let Some(size) = effect.values.first_mut() {
+            *size *= scale;
+        }
+        if candidate.law == Law::JointNonlinearity {
+            effect.values[1] *= scale;
+        }
+        effect
+    }
+}
+
+/// Screens all candidates against residuals.
+pub(super) fn screen(candidates: &[WhiteCandidate], residuals: &[f64]) -> Vec<Option<Screened>> {
+    candidates
+        .par_iter()
+        .map(|candidate| {
+            let mut best: Option<Screened> = None;
+            let mut impossible_gain = 0.0_f64;
+            for (place, shape) in candidate.shapes.iter().enumerate() {
+                let (scale, gain, impossible) = shape.gain(residuals);
+                impossible_gain = impossible_gain.max(impossible);
+                if best.is_none_or(|best| gain > best.gain) {
+                    best = Some(Screened {
+                        shape: place,
+                        scale,
+                        gain,
+                        impossible_gain: 0.0,
+                    });
+                }
+            }
+            best.map(|best| Screened {
+                impossible_gain,
+                ..best
+            })
+        })
+        .collect()
+}
+
+impl WhiteShape {
+    /// Whether the size may have any value of its sign.
+    pub(super) fn scale_is_free(&self) -> bool {
+        self.shape.scale[1] == f64::INFINITY
+    }
+}

@@ -1,0 +1,329 @@
+//! The decision: forward steps with swaps, each believed only beyond its calibrated limit.
+
+use crate::physics::{Effect, Law};
+use crate::statistics::{chi_squared_quantile, f_upper_tail};
+
+use super::error::MismatchError;
+use super::leftover::{Pattern, patterns};
+use super::limits::{Limits, limits};
+use super::rank::{Ranked, Ranking};
+use super::refit::Model;
+use super::restricted_likelihood::EstimatedNoise;
+use super::state::{Bench, State};
+
+/// Most effects that are looked for.
+const MOST_EFFECTS: usize = 3;
+
+/// A rival within this log Bayes factor of the winner is not told apart from it.
+pub(super) const TELL_APART: f64 = 3.0;
+
+/// What a search is to do.
+#[derive(Debug, Clone, PartialEq)]
+pub struct SearchOptions {
+    /// Laws that are left out.
+    pub without: Vec<Law>,
+    /// Seed of the limits' draws.
+    pub seed: u64,
+    /// The noise, if it is known from elsewhere; else it is found from the readings.
+    pub noise: Option<EstimatedNoise>,
+}
+
+impl Default for SearchOptions {
+    /// All laws, seed 0, noise from the readings.
+    fn default() -> Self {
+        Self {
+            without: Vec::new(),
+            seed: 0,
+            noise: None,
+        }
+    }
+}
+
+/// A found effect, its rivals in the order of their evidence, itself the first.
+#[derive(Debug, Clone)]
+pub(super) struct Chosen {
+    pub(super) ranked: Vec<Ranked>,
+    pub(super) family_p: f64,
+}
+
+/// What a search found.
+pub(super) struct Found {
+    pub(super) before: State,
+    pub(super) after: State,
+    pub(super) chosen: Vec<Chosen>,
+    /// Ranking against the baseline: for maps, limits and rejected candidates.
+    pub(super) first: Ranking,
+    /// Patterns left by the final model, and the gain of the largest.
+    pub(super) left: LeftOver,
+}
+
+/// The largest pattern that a model leaves.
+#[derive(Debug, Clone)]
+pub(super) struct LeftOver {
+    pub(super) pattern: Option<Pattern>,
+    pub(super) gain: f64,
+    pub(super) p: f64,
+}
+
+impl Bench<'_> {
+    /// The model without effects.
+    pub(super) fn start(&self) -> Model {
+        Model {
+            parameters: self
+                .baseline
+                .parameters()
+                .iter()
+                .map(|parameter| parameter.start)
+                .collect(),
+            effects: Vec::new(),
+        }
+    }
+
+    /// Limits for these observations: from the candidates and patterns against the baseline.
+    pub(super) fn limits(
+        &self,
+        first: &Ranking,
+        state: &State,
+        seed: u64,
+    ) -> Result<Limits, MismatchError> {
+        let patterns = self.patterns(state, &first.space)?;
+        let mut white = first.white.clone();
+        white.extend(self.loose_shapes(state, &first.space)?);
+        Ok(limits(&white, &patterns, seed))
+    }
+
+    pub(super) fn patterns(
+        &self,
+        state: &State,
+        space: &super::space::Space,
+    ) -> Result<Vec<Pattern>, MismatchError> {
+        let mut predictor = self.predictor();
+        let mut compliance = vec![0.0; self.observations.len()];
+        let model = &state.fitted.model;
+        predictor.compliance(&model.parameters, &model.effects, &mut compliance)?;
+        Ok(patterns(self.observations, &compliance, space))
+    }
+
+    /// Searches for what is missing.
+    ///
+    /// # Arguments
+    /// - `known`: limits worked out before for the same robot and plan; worked out here if `None`.
+    pub(super) fn search(
+        &self,
+        options: &SearchOptions,
+        known: Option<&Limits>,
+    ) -> Result<(Found, Limits), MismatchError> {
+        let before = self
+            .settle(self.start(), options.noise)?
+            .ok_or(MismatchError::Empty)?;
+        let first = self.rank(&before, &options.without)?;
+        let limits = match known {
+            Some(limits) => limits.clone(),
+            None => self.limits(&first, &before, options.seed)?,
+        };
+        let mut state = before.clone();
+        let mut families: Vec<f64> = Vec::new();
+        for step in 0..MOST_EFFECTS {
+            let ranking = if step == 0 {
+                None
+            } else {
+                Some(self.rank(&state, &options.without)?)
+            };
+            let ranking = ranking.as_ref().unwrap_or(&first);
+            let Some((next, p)) = self.accept(&state, ranking, options, &limits)? else {
+                break;
+            };
+            state = next;
+            families.push(p);
+            if state.fitted.model.effects.len() > 1 {
+                state = self.swap(state, options)?;
+            }
+        }
+        let chosen = self.rivals(&state, options, &families)?;
+        if let Some(best) = chosen.first().filter(|_| chosen.len() == 1) {
+            // Its own ranking may have found a simpler or better member.
+            let model = best.ranked[0].fitted.model.clone();
+            if let Some(settled) = self.settle(model, options.noise)? {
+                state = settled;
+            }
+        }
+        let left = self.left_over(&state, &limits)?;
+        let found = Found {
+            before,
+            after: state,
+            chosen,
+            first,
+            left,
+        };
+        Ok((found, limits))
+    }
+
+    /// The best candidate, if it passes its limit under the noise that it leaves.
+    fn accept(
+        &self,
+        state: &State,
+        ranking: &Ranking,
+        options: &SearchOptions,
+        limits: &Limits,
+    ) -> Result<Option<(State, f64)>, MismatchError> {
+        // Under the noise of the state an effect that differs between repeats hides part of itself; half the limit is worth a look.
+        let worth = |ranked: &&Ranked| {
+            limits
+                .laws
+                .get(&(ranked.effect.law, ranked.wide))
+                .is_some_and(|limit| ranked.gain > 0.5 * limit)
+        };
+        let Some(best) = ranking.ranked.iter().find(worth) else {
+            return Ok(None);
+        };
+        let Some(settled) = self.settle(best.fitted.model.clone(), options.noise)? else {
+            return Ok(None);
+        };
+        // The same comparison under the noise that the best candidate leaves.
+        let rest = Model {
+            parameters: state.fitted.model.parameters.clone(),
+            effects: state.fitted.model.effects.clone(),
+        };
+        let Some(baseline) = self.settle(rest, Some(settled.noise))? else {
+            return Ok(None);
+        };
+        let again = self.rank(&baseline, &options.without)?;
+        for ranked in &again.ranked {
+            let family = (ranked.effect.law, ranked.wide);
+            let gain = gaussian_gain(ranked.gain, parameters_of(ranked), ranked.dof);
+            let passes = limits.laws.get(&family).is_some_and(|limit| gain > *limit);
+            if passes {
+                let next = self.settle(ranked.fitted.model.clone(), options.noise)?;
+                return Ok(next.map(|next| (next, limits.family_p(family, gain))));
+            }
+        }
+        Ok(None)
+    }
+
+    /// Replaces effects one at a time by whatever explains more in their stead.
+    fn swap(&self, state: State, options: &SearchOptions) -> Result<State, MismatchError> {
+        let mut state = state;
+        for _ in 0..MOST_EFFECTS {
+            let mut improved = false;
+            for place in 0..state.fitted.model.effects.len() {
+                let ranking = self.rank_without(&state, place, options)?;
+                let Some(best) = ranking.ranked.first() else {
+                    continue;
+                };
+                let now = &state.fitted.model.effects[place];
+                let same = best.effect.law == now.law && best.effect.place == now.place;
+                let own = ranking
+                    .ranked
+                    .iter()
+                    .find(|r| r.effect.law == now.law && r.effect.place == now.place);
+                let better = own.is_none_or(|own| best.log_bayes > own.log_bayes + 0.5);
+                if !same
+                    && better
+                    && let Some(next) = self.settle(best.fitted.model.clone(), options.noise)?
+                {
+                    state = next;
+                    improved = true;
+                }
+            }
+            if !improved {
+                break;
+            }
+        }
+        Ok(state)
+    }
+
+    /// Ranking of all candidates in the place of one effect, the others kept, under the noise of the state.
+    fn rank_without(
+        &self,
+        state: &State,
+        place: usize,
+        options: &SearchOptions,
+    ) -> Result<Ranking, MismatchError> {
+        let mut rest = state.fitted.model.clone();
+        rest.effects.remove(place);
+        let baseline = self
+            .settle(rest, Some(state.noise))?
+            .ok_or(MismatchError::Empty)?;
+        self.rank(&baseline, &options.without)
+    }
+
+    /// For each effect of a state the candidates that could stand in its place.
+    fn rivals(
+        &self,
+        state: &State,
+        options: &SearchOptions,
+        families: &[f64],
+    ) -> Result<Vec<Chosen>, MismatchError> {
+        (0..state.fitted.model.effects.len())
+            .map(|place| {
+                let mut ranking = self.rank_without(state, place, options)?;
+                simplest_first(&mut ranking.ranked);
+                Ok(Chosen {
+                    ranked: ranking.ranked,
+                    family_p: families.get(place).copied().unwrap_or(1.0),
+                })
+            })
+            .collect()
+    }
+
+    /// The largest pattern that a state leaves.
+    fn left_over(&self, state: &State, limits: &Limits) -> Result<LeftOver, MismatchError> {
+        let (space, _, residuals) = self.space(state)?;
+        let mut best: Option<(f64, Pattern)> = None;
+        for pattern in self.patterns(state, &space)? {
+            let gain = pattern.gain(&residuals);
+            if best.as_ref().is_none_or(|(most, _)| gain > *most) {
+                best = Some((gain, pattern));
+            }
+        }
+        let gain = best.as_ref().map_or(0.0, |(gain, _)| *gain);
+        Ok(LeftOver {
+            p: limits.left_over_p(gain),
+            gain,
+            pattern: best.map(|(_, pattern)| pattern),
+        })
+    }
+}
+
+/// Puts a simpler law before the one that contains it, if the data do not exclude it.
+fn simplest_first(ranked: &mut [Ranked]) {
+    let Some(best) = ranked.first() else { return };
+    let (law, place, top) = (best.effect.law, best.effect.place.clone(), best.log_bayes);
+    let simpler = ranked.iter().position(|other| {
+        law.contains(other.effect.law)
+            && other.effect.place == place
+            && other.log_bayes > top - TELL_APART
+    });
+    if let Some(simpler) = simpler {
+        ranked[..=simpler].rotate_right(1);
+    }
+}
+
+/// Parameters by which a candidate's gain grows on noise alone: its sizes.
+fn parameters_of(ranked: &Ranked) -> f64 {
+    if ranked.effect.law == Law::GaugePeriodic {
+        2.0
+    } else {
+        1.0
+    }
+}
+
+/// The gain that would be as rare if the noise were known exactly: F to χ².
+pub(super) fn gaussian_gain(gain: f64, parameters: f64, dof: f64) -> f64 {
+    if dof > 1e5 || gain <= 0.0 {
+        return gain;
+    }
+    let Some(p) = f_upper_tail(gain / parameters, parameters, dof) else {
+        return gain;
+    };
+    // Beyond what the tail can say in 16 digits the effect needs no exact limit.
+    if p < 1e-14 {
+        return gain.min(60.0);
+    }
+    chi_squared_quantile(1.0 - p, parameters).unwrap_or(gain)
+}
+
+/// An effect without its values, for messages.
+pub(super) fn same(effect: &Effect, other: &Effect) -> bool {
+    effect.law == other.law && effect.place == other.place
+}

@@ -1,0 +1,117 @@
+//! Readings made white, with everything that the fit can absorb projected out.
+
+use super::baseline::BaselineParameter;
+use super::noise::Whitening;
+use super::observations::Observations;
+
+/// The space in which candidates are compared: white, and orthogonal to the parameters already in the model.
+///
+/// Behind the readings stand as many entries as the baseline has parameters: what is known of them beforehand counts as a reading.
+#[derive(Debug, Clone)]
+pub(super) struct Space {
+    pub(super) whitening: Whitening,
+    /// Orthonormal columns that the fit can absorb.
+    basis: Vec<Vec<f64>>,
+    readings: usize,
+    pub(super) length: usize,
+}
+
+/// A column counts as absorbed if its white length is more than this: below, the fit cannot use it.
+const SHORTEST: f64 = 1e-6;
+
+impl Space {
+    /// The space of a whitening and the columns of a model.
+    ///
+    /// # Arguments
+    /// - `columns`: derivatives of the readings to the parameters of the model, m, those of the baseline first.
+    pub(super) fn new(
+        observations: &Observations,
+        whitening: Whitening,
+        parameters: &[BaselineParameter],
+        columns: &[Vec<f64>],
+    ) -> Self {
+        let readings = observations.len();
+        let mut space = Self {
+            whitening,
+            basis: Vec::new(),
+            readings,
+            length: readings + parameters.len(),
+        };
+        for (index, column) in columns.iter().enumerate() {
+            let mut white = space.white(column);
+            if let Some(parameter) = parameters.get(index) {
+                white[readings + index] = parameter.prior_sd.recip();
+            }
+            let before = norm(&white);
+            space.project(&mut white);
+            space.project(&mut white);
+            let after = norm(&white);
+            if after > SHORTEST && after > 1e-9 * before {
+                white.iter_mut().for_each(|x| *x /= after);
+                space.basis.push(white);
+            }
+        }
+        space
+    }
+
+    /// A vector of readings, m, made white; the entries of the parameters are zero.
+    pub(super) fn white(&self, readings_m: &[f64]) -> Vec<f64> {
+        let mut white = Vec::with_capacity(self.length);
+        white.extend_from_slice(readings_m);
+        self.whitening.apply(&mut white);
+        white.resize(self.length, 0.0);
+        white
+    }
+
+    /// Takes out what the fit can absorb.
+    pub(super) fn project(&self, white: &mut [f64]) {
+        for column in &self.basis {
+            let product = dot(column, white);
+            if product != 0.0 {
+                for (value, unit) in white.iter_mut().zip(column) {
+                    *value -= product * unit;
+                }
+            }
+        }
+    }
+
+    /// A vector of readings made white and projected.
+    pub(super) fn projected(&self, readings_m: &[f64]) -> Vec<f64> {
+        let mut white = self.white(readings_m);
+        self.project(&mut white);
+        white
+    }
+
+    /// Number of readings.
+    pub(super) fn readings(&self) -> usize {
+        self.readings
+    }
+
+    /// Number of parameters that the fit uses.
+    pub(super) fn absorbed(&self) -> usize {
+        self.basis.len()
+    }
+}
+
+/// Scalar product; four sums side by side, which the compiler makes lanes of.
+pub(super) fn dot(a: &[f64], b: &[f64]) -> f64 {
+    let mut sums = [0.0; 8];
+    let (a_chunks, b_chunks) = (a.chunks_exact(8), b.chunks_exact(8));
+    let rest: f64 = a_chunks
+        .remainder()
+        .iter()
+        .zip(b_chunks.remainder())
+        .map(|(x, y)| x * y)
+        .sum();
+    for (x, y) in a_chunks.zip(b_chunks) {
+        for lane in 0..8 {
+            sums[lane] += x[lane] * y[lane];
+        }
+    }
+    sums.iter().sum::<f64>() + rest
+}
+
+/// Euclidean length.
+pub(super) fn norm(a: &[f64]) -> f64 {
+    dot(a, a).sqrt()
+}

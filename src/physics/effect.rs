@@ -1,0 +1,167 @@
+//! A law at a place with values: what is found, simulated and stored.
+
+use std::fmt;
+
+use super::law::{Law, Sign};
+use super::place::Place;
+
+/// A law, where it acts, and its values in SI units, in the order of [`Law::parameters`].
+#[derive(Debug, Clone, PartialEq)]
+pub struct Effect {
+    /// The law.
+    pub law: Law,
+    /// Where it acts.
+    pub place: Place,
+    /// Values of its parameters, SI.
+    pub values: Vec<f64>,
+}
+
+/// Why an effect is none.
+#[derive(Debug, Clone, PartialEq, thiserror::Error, miette::Diagnostic)]
+pub enum EffectError {
+    /// A place of another kind than the law's.
+    #[error("{law} cannot act at {place}")]
+    #[diagnostic(
+        code(stiffbench::physics::place),
+        help(
+            "joint laws act at a joint, base compliance about an axis, a loose member at an element; docs/physics.md lists the places"
+        )
+    )]
+    Place {
+        /// The law.
+        law: Law,
+        /// The place.
+        place: Place,
+    },
+    /// Too few or too many values.
+    #[error("{law} has {expected} parameters, {given} were given")]
+    #[diagnostic(code(stiffbench::physics::values))]
+    Count {
+        /// The law.
+        law: Law,
+        /// Parameters it has.
+        expected: usize,
+        /// Values given.
+        given: usize,
+    },
+    /// A value that physics does not allow.
+    #[error("{law}: {parameter} = {value} {unit} is impossible: it must be a finite number{}", if *.sign == Sign::Positive { ", not below zero" } else { "" })]
+    #[diagnostic(code(stiffbench::physics::impossible))]
+    Impossible {
+        /// The law.
+        law: Law,
+        /// The parameter.
+        parameter: &'static str,
+        /// Its unit.
+        unit: &'static str,
+        /// The value given.
+        value: f64,
+        /// The sign it may have.
+        sign: Sign,
+    },
+    /// A joint or element that the mechanism does not have.
+    #[error("{place}: mechanism {mechanism} has no such {kind}")]
+    #[diagnostic(
+        code(stiffbench::physics::unknown_place),
+        help("it has: {}", known.join(", "))
+    )]
+    Unknown {
+        /// The place.
+        place: Place,
+        /// The mechanism.
+        mechanism: String,
+        /// Joint or element.
+        kind: &'static str,
+        /// Those that it has.
+        known: Vec<String>,
+    },
+    /// A mechanism that cannot carry a load without the element.
+    #[error("without {element} mechanism {mechanism} carries no load")]
+    #[diagnostic(
+        code(stiffbench::physics::falls_apart),
+        help("choose an element of a closed loop")
+    )]
+    FallsApart {
+        /// The element.
+        element: String,
+        /// The mechanism.
+        mechanism: String,
+    },
+}
+
+impl Effect {
+    /// An effect, checked for what needs no robot: kind of place, count and sign of values.
+    ///
+    /// # Errors
+    /// [`EffectError::Place`], [`EffectError::Count`], [`EffectError::Impossible`].
+    pub fn new(law: Law, place: Place, values: Vec<f64>) -> Result<Self, EffectError> {
+        if !fits(law, &place) {
+            return Err(EffectError::Place { law, place });
+        }
+        let parameters = law.parameters();
+        if parameters.len() != values.len() {
+            return Err(EffectError::Count {
+                law,
+                expected: parameters.len(),
+                given: values.len(),
+            });
+        }
+        for (parameter, &value) in parameters.iter().zip(&values) {
+            let below = parameter.sign == Sign::Positive && value < 0.0;
+            if !value.is_finite() || below {
+                return Err(EffectError::Impossible {
+                    law,
+                    parameter: parameter.name,
+                    unit: parameter.unit,
+                    value,
+                    sign: parameter.sign,
+                });
+            }
+        }
+        Ok(Self { law, place, values })
+    }
+
+    /// The law and its place in words: "joint-backlash at joint A3".
+    #[must_use]
+    pub fn title(&self) -> String {
+        title(self.law, &self.place)
+    }
+}
+
+/// A law and a place in words.
+#[must_use]
+pub fn title(law: Law, place: &Place) -> String {
+    format!("{law} at {place}")
+}
+
+/// Whether a law can act at places of this kind.
+fn fits(law: Law, place: &Place) -> bool {
+    match place {
+        Place::Joint(_) => law.is_of_a_joint(),
+        Place::Axis(_) => law == Law::BaseCompliance,
+        Place::Direction(_) => law == Law::GaugeStandCompliance,
+        Place::Toward { direction, toward } => law == Law::LoadMisalignment && direction != toward,
+        Place::Element(_) => law == Law::LooseMember,
+        Place::ForceGauge => law == Law::ForceGaugeNonlinearity,
+        Place::DisplacementGauge => law == Law::GaugePeriodic,
+        Place::Structure => matches!(law, Law::Creep | Law::SettingIn),
+        Place::Clock => matches!(law, Law::DriftPerSecond | Law::DriftPerKelvin),
+        Place::Run { .. } => law == Law::Slip,
+    }
+}
+
+impl fmt::Display for Effect {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(&self.title())?;
+        let mut separator = ": ";
+        for (parameter, value) in self.law.parameters().iter().zip(&self.values) {
+            write!(
+                f,
+                "{separator}{} = {value:.5e} {}",
+                parameter.name, parameter.unit
+            )?;
+            separator = ", ";
+        }
+        Ok(())
+    }
+}

@@ -1,0 +1,344 @@
+//! Effects, resolved against a mechanism, and the displacement of a run under them.
+
+use crate::robot::{Mechanism, Robot};
+use crate::test_point::{Direction, PoseId};
+use crate::vector::dot;
+
+use super::effect::{Effect, EffectError};
+use super::joint_law::JointLaw;
+use super::law::Law;
+use super::mechanics::PoseMechanics;
+use super::place::Place;
+
+/// Rounds in which the twists of several joints agree; each round is exact for one joint, and the energy they share is convex.
+const ROUNDS: usize = 200;
+
+/// Twists agree when a round changes none of them by more than this share.
+const AGREED: f64 = 1e-12;
+
+/// One load of a run.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct LoadPoint {
+    /// Signed force as measured, N.
+    pub force_n: f64,
+    /// Place in the load sequence.
+    pub step: u32,
+    /// Seconds under this load.
+    pub hold_s: f64,
+    /// Seconds since the gauge was zeroed.
+    pub since_zero_s: f64,
+    /// Temperature since the gauge was zeroed, K.
+    pub warming_k: f64,
+}
+
+/// The loads of one run, in the order in which they were applied; its history begins virgin.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct RunLoads<'a> {
+    /// The pose held.
+    pub pose: &'a PoseId,
+    /// The direction of load and reading.
+    pub direction: Direction,
+    /// The repeat.
+    pub repeat: u32,
+    /// Force to which each load is released before the next, N; `None` where the loads follow each other.
+    pub release_n: Option<f64>,
+    /// The loads.
+    pub loads: &'a [LoadPoint],
+}
+
+/// Effects ready to act on readings.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct LawSet {
+    joints: Vec<(usize, JointLaw)>,
+    /// Compliance of the base about x, y, z, rad/(N·m).
+    base: [f64; 3],
+    /// Compliance of the gauge's stand in x, y, z, m/N.
+    stand: [f64; 3],
+    /// Angle by which a force along the first axis turns toward the second, rad.
+    turn: [[f64; 3]; 3],
+    force_q: f64,
+    creep: Vec<[f64; 2]>,
+    per_second: f64,
+    per_kelvin: f64,
+    setting: Vec<[f64; 2]>,
+    slips: Vec<(PoseId, Direction, u32, u32, f64)>,
+    periods: Vec<[f64; 3]>,
+}
+
+/// Twists of the joints with laws; scratch memory of a run.
+#[derive(Debug, Clone, Default)]
+pub struct Twists {
+    now: Vec<f64>,
+}
+
+impl LawSet {
+    /// Resolves effects; loose members are not in it, they change the mechanism (see [`without_elements`]).
+    ///
+    /// # Errors
+    /// [`EffectError::Unknown`] for a joint or element that the mechanism does not have.
+    pub fn new(
+        robot: &Robot,
+        mechanism: &Mechanism,
+        effects: &[Effect],
+    ) -> Result<Self, EffectError> {
+        let mut set = Self::default();
+        let joints = mechanism.joints(robot);
+        for effect in effects {
+            set.add(robot, mechanism, &joints, effect)?;
+        }
+        Ok(set)
+    }
+
+    fn add(
+        &mut self,
+        robot: &Robot,
+        mechanism: &Mechanism,
+        joints: &[usize],
+        effect: &Effect,
+    ) -> Result<(), EffectError> {
+        let mut place = None;
+        if let Place::Joint(name) = &effect.place {
+            let named = |joint: &usize| robot.joints[*joint].name == *name;
+            place = joints.iter().position(named);
+            if place.is_none() {
+                return Err(EffectError::Unknown {
+                    place: effect.place.clone(),
+                    mechanism: mechanism.name.clone(),
+                    kind: "joint",
+                    known: joints
+                        .iter()
+                        .map(|&joint| robot.joints[joint].name.clone())
+                        .collect(),
+                });
+            }
+        }
+        if effect.law == Law::LooseMember {
+            without_element(robot, mechanism, effect)?;
+        }
+        self.push(effect, place);
+        Ok(())
+    }
+
+    /// Adds an effect; `joint` is the index of its joint among the levers, for the laws that sit in one.
+    pub fn push(&mut self, effect: &Effect, joint: Option<usize>) {
+        let v = |index: usize| effect.values.get(index).copied().unwrap_or(0.0);
+        match (&effect.place, effect.law) {
+            (Place::Joint(_), law) => {
+                let law = match law {
+                    Law::JointBacklash => JointLaw::Backlash {
+                        play: v(0),
+                        seat_moment: v(1),
+                    },
+                    Law::JointFriction => JointLaw::Friction {
+                        c: v(0),
+                        friction_moment: v(1),
+                    },
+                    Law::JointNonlinearity => JointLaw::Nonlinearity { c: v(0), q: v(1) },
+                    _ => JointLaw::Compliance { c: v(0) },
+                };
+                if let Some(joint) = joint {
+                    self.joints.push((joint, law));
+                }
+            }
+            (Place::Axis(axis), _) => self.base[axis.index()] += v(0),
+            (Place::Direction(direction), _) => self.stand[direction.index()] += v(0),
+            (Place::Toward { direction, toward }, _) => {
+                self.turn[direction.index()][toward.index()] += v(0);
+            }
+            // A loose member is a change of the mechanism, not of its loads.
+            (Place::Element(_), _) => {}
+            (Place::ForceGauge, _) => self.force_q += v(0),
+            (Place::Structure, Law::Creep) => self.creep.push([v(0), v(1)]),
+            (Place::Structure, _) => self.setting.push([v(0), v(1)]),
+            (Place::Clock, Law::DriftPerKelvin) => self.per_kelvin += v(0),
+            (Place::Clock, _) => self.per_second += v(0),
+            (
+                Place::Run {
+                    pose,
+                    direction,
+                    repeat,
+                    step,
+                },
+                _,
+            ) => self
+                .slips
+                .push((pose.clone(), *direction, *repeat, *step, v(0))),
+            (Place::DisplacementGauge, _) => self.periods.push([v(0), v(1), v(2)]),
+        }
+    }
+
+    /// Displacements of a run, m.
+    ///
+    /// The order of composition: mechanics × (1 + creep + setting-in) + stand + drift + slip, then the gauge's period, a function of
+    /// that sum.
+    ///
+    /// # Arguments
+    /// - `twists`: scratch memory.
+    /// - `out`: one displacement a load, overwritten.
+    pub fn displacements_m(
+        &self,
+        pose: &PoseMechanics,
+        run: &RunLoads<'_>,
+        twists: &mut Twists,
+        out: &mut [f64],
+    ) {
+        twists.now.clear();
+        twists.now.resize(self.joints.len(), 0.0);
+        let along = run.direction.index();
+        let slips = |step: u32| -> f64 {
+            self.slips
+                .iter()
+                .filter(|(pose, direction, repeat, from, _)| {
+                    step >= *from
+                        && *repeat == run.repeat
+                        && *direction == run.direction
+                        && pose == run.pose
+                })
+                .map(|slip| slip.4)
+                .sum()
+        };
+        for (place, (load, displacement)) in run.loads.iter().zip(out.iter_mut()).enumerate() {
+            if let Some(release_n) = run.release_n.filter(|_| place > 0) {
+                self.mechanics_m(pose, along, release_n, twists);
+            }
+            let mechanics = self.mechanics_m(pose, along, load.force_n, twists);
+            let mut sum = mechanics * self.growth(load.hold_s, run.repeat)
+                + self.stand[along] * load.force_n
+                + self.per_second * load.since_zero_s
+                + self.per_kelvin * load.warming_k;
+            if !self.slips.is_empty() {
+                sum += slips(load.step);
+            }
+            let read = sum;
+            for [amplitude, period, phase] in &self.periods {
+                sum += amplitude * (std::f64::consts::TAU * read / period + phase).sin();
+            }
+            *displacement = sum;
+        }
+    }
+
+    /// Factor of creep and setting-in.
+    fn growth(&self, hold_s: f64, repeat: u32) -> f64 {
+        let creep: f64 = self
+            .creep
+            .iter()
+            .map(|[k, t0]| k * (1.0 + hold_s / t0).log10())
+            .sum();
+        let setting: f64 = self
+            .setting
+            .iter()
+            .map(|[k, decay]| k * (-(f64::from(repeat) - 1.0) / decay).exp())
+            .sum();
+        1.0 + creep + setting
+    }
+
+    /// Displacement of the end along an axis under a force; moves the twists on.
+    fn mechanics_m(
+        &self,
+        pose: &PoseMechanics,
+        along: usize,
+        force_n: f64,
+        twists: &mut Twists,
+    ) -> f64 {
+        let acting_n = force_n * (1.0 + self.force_q * force_n.abs());
+        let mut force = [0.0; 3];
+        force[along] = acting_n;
+        for (toward, &angle) in self.turn[along].iter().enumerate() {
+            if angle != 0.0 {
+                force[toward] += acting_n * angle.sin();
+                force[along] *= angle.cos();
+            }
+        }
+        let influence = &pose.influence;
+        let mut displacement = dot(influence.compliance_m_per_n[along], force);
+        for (lever, &compliance) in pose.base_levers_m.iter().zip(&self.base) {
+            displacement += lever[along] * compliance * dot(*lever, force);
+        }
+        self.turn_joints(pose, force, twists);
+        for (&(joint, _), &twist) in self.joints.iter().zip(&twists.now) {
+            displacement += influence.levers_m[joint][along] * twist;
+        }
+        displacement
+    }
+
+    /// Moves the twists to their values under a force.
+    fn turn_joints(&self, pose: &PoseMechanics, force: [f64; 3], twists: &mut Twists) {
+        let influence = &pose.influence;
+        if let [(joint, law)] = self.joints[..] {
+            let driving = dot(influence.levers_m[joint], force);
+            let stiffness = influence.stiffness(joint, joint);
+            twists.now[0] = law.twist_rad(driving, stiffness, twists.now[0]);
+            return;
+        }
+        if self.joints.is_empty() {
+            return;
+        }
+        let before: [f64; 8] =
+            std::array::from_fn(|place| twists.now.get(place).copied().unwrap_or(0.0));
+        for _ in 0..ROUNDS {
+            let mut change = 0.0_f64;
+            let mut largest = 0.0_f64;
+            for (place, &(joint, law)) in self.joints.iter().enumerate() {
+                let others: f64 = self
+                    .joints
+                    .iter()
+                    .zip(&twists.now)
+                    .enumerate()
+                    .filter(|(other, _)| *other != place)
+                    .map(|(_, (&(other, _), twist))| influence.stiffness(joint, other) * twist)
+                    .sum();
+                let driving = dot(influence.levers_m[joint], force) - others;
+                let history = before.get(place).copied().unwrap_or(0.0);
+                let twist = law.twist_rad(driving, influence.stiffness(joint, joint), history);
+                change = change.max((twist - twists.now[place]).abs());
+                largest = largest.max(twist.abs());
+                twists.now[place] = twist;
+            }
+            if change <= AGREED * largest {
+                break;
+            }
+        }
+    }
+}
+
+/// A mechanism without the elements that effects call loose.
+///
+/// # Errors
+/// [`EffectError::Unknown`]; whether the rest still carries a load shows when it is solved.
+pub fn without_elements(
+    robot: &Robot,
+    mechanism: &Mechanism,
+    effects: &[Effect],
+) -> Result<Mechanism, EffectError> {
+    let mut rest = mechanism.clone();
+    for effect in effects
+        .iter()
+        .filter(|effect| effect.law == Law::LooseMember)
+    {
+        rest = without_element(robot, &rest, effect)?;
+    }
+    Ok(rest)
+}
+
+fn without_element(
+    robot: &Robot,
+    mechanism: &Mechanism,
+    effect: &Effect,
+) -> Result<Mechanism, EffectError> {
+    let named = |member: &usize| matches!(&effect.place, Place::Element(name) if robot.members[*member].name == *name);
+    if !mechanism.members.iter().any(named) {
+        return Err(EffectError::Unknown {
+            place: effect.place.clone(),
+            mechanism: mechanism.name.clone(),
+            kind: "element",
+            known: mechanism
+                .members
+                .iter()
+                .map(|&member| robot.members[member].name.clone())
+                .collect(),
+        });
+    }
+    let mut rest = mechanism.clone();
+    rest.members.retain(|member| !named(member));
+    Ok(rest)
+}

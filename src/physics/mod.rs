@@ -1,0 +1,18 @@
+//! The physics that a beam model leaves out: laws, places, and how they act on readings.
+//!
+//! A law in a joint is not linearised: the structure is reduced exactly to the joints' twists ([`crate::structure::TwistInfluence`]),
+//! and the law is solved there with its history, in closed loops too. All other laws act before or behind the mechanics, in the order
+//! that [`LawSet::displacements_m`] states.
+
+mod effect;
+mod joint_law;
+mod law;
+mod law_set;
+mod mechanics;
+mod place;
+
+pub use effect::{Effect, EffectError, title};
+pub use law::{Law, ParameterSpec, Sign};
+pub use law_set::{LawSet, LoadPoint, RunLoads, Twists, without_elements};
+pub use mechanics::{Mechanics, PoseMechanics};
+pub use place::Place;
