@@ -16,7 +16,7 @@ class Plan:
     holds_s: tuple[float, ...] = ()
     repeats: int = 5
     directions: tuple[str, ...] = ("x", "y", "z")
-    temperature: str = "walk"  # or "sine", "swing": a quarter of an hour to a few hours a cycle
+    temperature: str = "walk"  # or "sine" (a day), "swing" (half an hour), "tent": up in the first half, then down
 
     def text(self) -> str:
         back = ", then back to 0 N in the same steps" if self.unloading else ""
@@ -99,6 +99,9 @@ def _temperature(kind: str, time: np.ndarray, rng: np.random.Generator) -> np.nd
     start = rng.uniform(20.0, 21.2)
     if kind == "walk":
         return start + slow
+    if kind == "tent":
+        middle = 0.5 * (flat[0] + flat[-1])
+        return start + 0.2 * slow + 3.0 * (1.0 - np.abs(time - middle) / (middle - flat[0]))
     period = 86400.0 if kind == "sine" else rng.uniform(1500.0, 3600.0)
     height = 0.9 if kind == "sine" else 0.45
     return start + 0.4 * slow + height * np.sin(2.0 * np.pi * time / period + rng.uniform(0.0, 2.0 * np.pi))

@@ -274,12 +274,13 @@ def left_by_library(library: Library, change: np.ndarray, steps: int = 3) -> lis
     information, beside, taken = library.information, library.information.factors, []
     for _ in range(steps):
         target = change - beside @ (beside.T @ change)
-        options = library.fit(target, beside)
+        names = [(fit["physics"], fit["place"]) for fit in taken]
+        options = [item for item in library.fit(target, beside) if (item[1].physics, item[1].place) not in names]
         left, effect, columns = options[0] if options else (float(np.linalg.norm(target)), None, None)
         jump, where = slip_gain(information, target, beside)
         if effect is None or jump < left:
-            taken.append({"physics": "slip", "place": where, "standard_errors_left": round(jump, 2)})
+            taken.append({"physics": "slip", "place": where, "standard_errors_left": float(f"{jump:.4g}")})
             break
-        taken.append({"physics": effect.physics, "place": effect.place, "standard_errors_left": round(left, 2)})
+        taken.append({"physics": effect.physics, "place": effect.place, "standard_errors_left": float(f"{left:.4g}")})
         beside = orthonormal(np.hstack([beside, columns]))
     return taken

@@ -8,6 +8,7 @@ import os
 import sys
 from dataclasses import dataclass, field
 from pathlib import Path
+from typing import Callable
 
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
@@ -108,6 +109,11 @@ def frame(placement: Placement, joints: list[dict]) -> np.ndarray:
     return np.array([normals[0], normals[1], np.cross(normals[0], normals[1])])
 
 
+def placeholder(tag: int) -> None:
+    """The material of a joint whose law is condensed."""
+    ops.uniaxialMaterial("Elastic", tag, PLACEHOLDER)
+
+
 class Model:
     """One OpenSees model of a mechanism in one pose."""
 
@@ -118,7 +124,7 @@ class Model:
         pose: dict[str, float],
         multipliers: dict[str, dict[str, float]],
         joints: list[dict] = (),
-        springs: dict[str, float] | None = None,
+        materials: dict[str, Callable[[int], None]] | None = None,
         changes: Changes = Changes(),
     ) -> None:
         self.robot, self.joints = robot, list(joints)
@@ -126,12 +132,12 @@ class Model:
         self.elements = [e for e in robot.elements(mechanism) if e["id"] != changes.loose]
         self.split = split(robot, self.elements, self.joints)
         self.axes = frame(self.placement, self.joints)
-        self._build(multipliers, springs or {}, changes)
+        self._build(multipliers, materials or {}, changes)
 
     def _at(self, node: str) -> list[float]:
         return list(self.axes @ np.array(self.placement.node(node), dtype=float))
 
-    def _build(self, multipliers: dict, springs: dict[str, float], changes: Changes) -> None:
+    def _build(self, multipliers: dict, materials: dict, changes: Changes) -> None:
         ops.wipe()
         ops.model("basic", "-ndm", 3, "-ndf", 6)
         self.tag: dict[str, int] = {}
@@ -142,7 +148,7 @@ class Model:
         self.constrained = bool(self.joints) or changes.base is not None
         self.axis_of: dict[str, tuple[str, str, int, float]] = {}
         for number, joint in enumerate(self.joints, start=1):
-            self._joint(number, joint, springs.get(joint["id"], PLACEHOLDER))
+            self._joint(number, joint, materials.get(joint["id"], placeholder))
         if changes.base:
             self._rocking_base(*changes.base)
         self._members(multipliers, changes)
@@ -151,7 +157,7 @@ class Model:
         self.tag[name] = len(self.tag) + 1
         ops.node(self.tag[name], *self._at(at))
 
-    def _joint(self, number: int, joint: dict, spring: float) -> None:
+    def _joint(self, number: int, joint: dict, material: Callable[[int], None]) -> None:
         point, node = f"joint {joint['id']}", joint["node"]
         self._node(point, node)
         normal = self.axes @ np.array(self.placement.normal(joint["axis"]), dtype=float)
@@ -163,7 +169,7 @@ class Model:
             ops.fix(self.tag[point], *(int(k in shared) for k in range(6)))
         else:
             ops.equalDOF(self.tag[node], self.tag[point], *(k + 1 for k in shared))
-        ops.uniaxialMaterial("Elastic", number, spring)
+        material(number)
         ops.element("zeroLength", 1000 + number, self.tag[node], self.tag[point], "-mat", number, "-dir", 4 + axis)
         self.axis_of[joint["id"]] = (node, point, 3 + axis, float(np.sign(normal[axis])))
 

@@ -1,0 +1,226 @@
+#!/usr/bin/env python3
+"""Make the concealed benches anew: sessions, sealed answers, development answers, list of both sets.
+
+    python data/concealed/generate/generate.py [--only K ...] [--out FOLDER]
+
+README.md describes what comes out.  Same seed, same files.
+"""
+
+import argparse
+import dataclasses
+import hashlib
+import json
+import os
+import shutil
+import sys
+import time
+from pathlib import Path
+
+os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # before NumPy comes in: same bytes whatever the machine
+
+import numpy as np
+
+import catalogue
+import more_poses
+import validation
+from bench import Bench
+from catalogue import Entry
+from effects import unit_of
+from information import Information, parameter_errors
+from noise import Noise
+from plan import Plan, Table, take
+from recipes import NotReachable, absorbed, beside, impossible_rival, share
+from rivals import Library, left_by_library, rivals_of
+from structures import PROPERTIES, ROOT, Robot
+
+SEED = 20260611
+HERE = ROOT / "data" / "concealed"
+OUTSIDE = ("joint-plasticity", "joint-asymmetric-cubic", "quadratic-drift", "load-dependent-creep", "gauge-two-harmonics", "brace")
+COLUMNS = "pose,direction,branch,step,target_N,repeat,force_N,displacement_um,hold_s,t_s,temp_degC"
+
+
+def identity(index: int) -> str:
+    return hashlib.sha256(f"bench {SEED} {index}".encode()).hexdigest()[:8]
+
+
+def make(entry: Entry, index: int) -> tuple[Bench, Noise, Plan, list, Information, np.ndarray, Robot]:
+    """One bench with its effects sized, and its readings in µm; other factors are drawn until sizes can be reached."""
+    robot = Robot(str((HERE / "sessions" / "any" / catalogue.ROBOTS[entry.robot]).resolve()))
+    for attempt in range(8):
+        rng = np.random.default_rng([SEED, index, attempt])
+        plan, noise = catalogue.plan_of(entry), catalogue.noise_of(entry, rng)
+        start = robot.data["factors"]["m_fsd"]
+        beam = {name: float(f"{start['beam'][name] * np.exp(rng.uniform(np.log(0.55), np.log(1.8))):.5g}") for name in PROPERTIES}
+        poses = [{k: v for k, v in robot.data["poses"][name].items() if k in robot.variables} for name in plan.poses]
+        bench = Bench(robot, entry.mechanism, poses, beam, start["link"], take(plan, rng))
+        information = Information(bench, noise)
+        try:
+            effects = [draw(information, rng, size) for draw, size in zip(entry.draws, entry.sizes)]
+        except NotReachable:
+            continue
+        readings = noise.readings_um(bench.displacement(effects), rng)
+        return bench, noise, plan, effects, information, readings, robot
+    raise NotReachable(f"bench {index} ({entry.mode}, {entry.robot} {entry.mechanism}): no place reaches {entry.sizes}")
+
+
+def truth_of(information: Information, library: Library, effects: list) -> list[dict]:
+    errors = parameter_errors(information, effects)
+    truths = []
+    for k, effect in enumerate(effects):
+        others = effects[:k] + effects[k + 1 :]
+        change = information.bench.displacement(effects) - information.bench.displacement(others)
+        truths.append({
+            "physics": effect.physics,
+            "place": effect.place,
+            "parameters": {
+                name: {"value": value, "unit": unit_of(effect, name), "expected_relative_standard_error": errors[k][name]}
+                for name, value in effect.parameters.items()
+                if name != "per_kelvin"
+            },
+            "standard_errors": round(information.length(effect), 2),
+            "standard_errors_beside_the_others": round(beside(information, effect, others), 2),
+            "end_effect_um": round(1e6 * float(np.abs(change).max()), 2),
+            "largest_share_of_a_reading": round(share(information, effect, tuple(others)), 4),
+            "absorbed_share": round(absorbed(information, effect), 3),
+            "rivals": [] if effect.physics in OUTSIDE else rivals_of(library, effect, others),
+        })
+    return truths
+
+
+def expected_of(truths: list[dict]) -> str:
+    """As in the labelled examples: what cannot be told apart has to be named together."""
+    if not truths:
+        return "nothing-missing"
+    if any(truth["physics"] in OUTSIDE for truth in truths):
+        return "unknown"
+    verdict = "named"
+    for truth in truths:
+        nearest = min((rival["standard_errors_between"] for rival in truth["rivals"]), default=np.inf)
+        if nearest < 2.0:
+            return "ambiguous"
+        if nearest < max(4.25, 0.62 * truth["standard_errors_beside_the_others"]):
+            verdict = "named-or-ambiguous"
+    return verdict
+
+
+def answer_of(entry: Entry, index: int, made: tuple) -> dict:
+    bench, noise, plan, effects, information, readings, robot = made
+    library = Library(information)
+    truths = truth_of(information, library, effects)
+    lengths = [truth["standard_errors_beside_the_others"] for truth in truths]
+    answer = {
+        "mode": entry.mode,
+        "times_80_percent_size": entry.step,
+        "expected": expected_of(truths),
+        "may_be_missed": any(length < catalogue.UNIT for length in lengths),
+        "truth": truths,
+    }
+    outside = [effect for effect in effects if effect.physics in OUTSIDE]
+    if outside:
+        fits = left_by_library(library, information.effect(outside[0]))
+        answer["library_fits"] = fits
+        answer["left_by_library"] = fits[-1]["standard_errors_left"]
+        answer["may_be_missed"] = answer["left_by_library"] < catalogue.UNIT
+        answer["impossible_rival"] = impossible_rival(information, outside[0])
+    training = (0, 2) if len(plan.poses) > 2 else (0,)
+    passed, worst = validation.passes(bench, robot.data["factors"]["m_fsd"]["beam"], readings, training)
+    recorded = dataclasses.replace(bench.table, force=bench.table.rounded)
+    model = Bench(robot, bench.mechanism, bench.poses, bench.multipliers["beam"], bench.multipliers["link"], recorded)
+    rest = readings - 1e6 * model.displacement(effects)
+    rest = rest - rest.mean(axis=1, keepdims=True)
+    answer |= {
+        "robot": catalogue.ROBOTS[entry.robot].rsplit("/", 1)[1],
+        "mechanism": entry.mechanism,
+        "beam_factors": bench.multipliers["beam"],
+        "noise": noise.answer(),
+        "published_validation_passes": passed,
+        "published_validation_worst_percent": None if passed is None or not np.isfinite(worst) else round(worst, 3),
+        "floor_rms_um": round(float(np.sqrt(np.mean(rest**2))), 3),
+    }
+    return answer
+
+
+def write_session(folder: Path, name: str, entry: Entry, plan: Plan, noise: Noise, table: Table, readings: np.ndarray) -> None:
+    folder.mkdir(parents=True)
+    digits = 0 if noise.res_um >= 1.0 else 1
+    lines = [COLUMNS]
+    for run, step in np.ndindex(readings.shape):
+        force = table.rounded[run, step]
+        lines.append(",".join([
+            table.names[table.pose[run, step]], "xyz"[table.direction[run, step]],
+            "loading" if table.step[run, step] <= 7 else "unloading", str(table.step[run, step]),
+            f"{table.target[run, step]:.0f}", str(table.repeat[run, step]), f"{force + 0.0:.1f}",
+            f"{readings[run, step] + 0.0:.{digits}f}", f"{table.hold[run, step]:.1f}", f"{table.time[run, step]:.2f}",
+            f"{table.temperature[run, step]:.2f}",
+        ]))
+    (folder / "readings.csv").write_text("\n".join(lines) + "\n")
+    quoted = lambda items: "[" + ", ".join(f'"{item}"' for item in items) + "]"
+    branches = ["loading", "unloading"] if plan.unloading else ["loading"]
+    (folder / "session.toml").write_text(f'''schema = "stiffbench/session/1"
+id = "{name}"
+robot = "{catalogue.ROBOTS[entry.robot]}"
+mechanism = "{entry.mechanism}"
+factors = "m_fsd"            # link factors are those of this set; beam factors are to be fitted
+
+[procedure]
+text = "{plan.text()}"
+poses = {quoted(plan.poses)}
+directions = {quoted(plan.directions)}
+loads_N = [0, -10, -20, -30, -40, -50, -60, -70]
+branches = {quoted(branches)}
+repeats = {plan.repeats}
+repeat_order = "sweep"
+zero = "run"
+holds_s = [{", ".join(f"{hold:g}" for hold in plan.holds_s)}]
+
+[procedure.settle]
+force_tolerance_N = 0.5
+
+[instruments.force]
+resolution_N = {noise.force_resolution_N}
+[instruments.displacement]
+resolution_um = {noise.res_um}
+''')
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--only", type=int, nargs="*", help="make these benches only, and print their answers")
+    parser.add_argument("--out", type=Path, default=HERE, help="folder to write to")
+    arguments = parser.parse_args()
+    more_poses.write()
+    entries = catalogue.all_entries()
+    if arguments.only is None:
+        shutil.rmtree(arguments.out / "sessions", ignore_errors=True)
+    answers = {}
+    for index, entry in enumerate(entries):
+        if arguments.only is not None and index not in arguments.only:
+            continue
+        began = time.perf_counter()
+        try:
+            made = make(entry, index)
+        except NotReachable as error:
+            print(error, file=sys.stderr)
+            continue
+        answers[identity(index)] = answer_of(entry, index, made)
+        progress(index, entry, answers[identity(index)], time.perf_counter() - began)
+        if arguments.only is None:
+            bench, noise, plan, _, _, readings, _ = made
+            write_session(arguments.out / "sessions" / identity(index), identity(index), entry, plan, noise, bench.table, readings)
+    if arguments.only is None:
+        import sets
+
+        sets.write(arguments.out, answers)
+    else:
+        print(json.dumps(answers, indent=1))
+
+
+def progress(index: int, entry: Entry, answer: dict, seconds: float) -> None:
+    names = " + ".join(f"{t['physics']} {'/'.join(map(str, t['place'].values()))} {t['standard_errors']}" for t in answer["truth"])
+    near = [r["standard_errors_between"] for t in answer["truth"] for r in t["rivals"][:1]]
+    print(f"{index:3d} {entry.mode:3s} {entry.robot:8s}{entry.mechanism:7s}{names or '-':60s} {answer['expected']:18s} nearest {near} "
+          f"left {answer.get('left_by_library')} passes {answer['published_validation_worst_percent']} {seconds:.1f} s", file=sys.stderr)
+
+
+if __name__ == "__main__":
+    main()

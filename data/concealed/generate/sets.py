@@ -1,0 +1,38 @@
+"""Which benches are for development and which are the proof, and the files that hold the answers."""
+
+import json
+from pathlib import Path
+
+import seal
+
+
+def split(answers: dict) -> tuple[list[str], list[str]]:
+    """Every third bench of a mode is for development, so that both sets hold all modes; not the same steps of every ladder."""
+    development, seen = [], {}
+    for name, answer in answers.items():
+        mode = answer["mode"]
+        count = seen[mode] = seen.get(mode, sum(mode.encode())) + 1
+        if count % 3 == 0:
+            development.append(name)
+    return sorted(development), sorted(set(answers) - set(development))
+
+
+def listed(name: str, ids: list[str]) -> str:
+    lines = [", ".join(f'"{one}"' for one in ids[k : k + 8]) for k in range(0, len(ids), 8)]
+    return f"{name} = [\n" + "".join(f"  {line},\n" for line in lines) + "]\n"
+
+
+def write(folder: Path, answers: dict) -> None:
+    development, proof = split(answers)
+    (folder / "sets.toml").write_text(
+        'schema = "stiffbench/concealed-sets/1"\n'
+        "# Answers of the first list are also in development-answers.json; look at the second only through the scorer.\n"
+        + listed("development", development) + listed("proof", proof)
+    )
+    head = {"schema": "stiffbench/concealed-answers/1"}
+    ordered = {name: answers[name] for name in sorted(answers)}
+    plain = json.dumps({**head, "benches": ordered}, separators=(",", ":"), sort_keys=True).encode()
+    (folder / "answers.sealed").write_text(seal.seal(plain))
+    assert seal.unseal((folder / "answers.sealed").read_text()) == plain
+    shown = {**head, "benches": {name: answers[name] for name in development}}
+    (folder / "development-answers.json").write_text(json.dumps(shown, indent=1, sort_keys=True) + "\n")
