@@ -50,6 +50,8 @@ impl Kind {
         let factor = match (self, unit) {
             (Self::Force, "N") => 1.0,
             (Self::Force, "mN") => 1e-3,
+            (Self::Force, "uN" | "µN" | "μN") => 1e-6,
+            (Self::Force, "nN") => 1e-9,
             (Self::Force, "kN") => 1e3,
             (Self::Force, "gf" | "g") => 9.806_65e-3,
             (Self::Force, "kgf" | "kg") => 9.806_65,
@@ -63,6 +65,7 @@ impl Kind {
             (Self::Time, "s") => 1.0,
             (Self::Time, "ms") => 1e-3,
             (Self::Time, "min") => 60.0,
+            (Self::Time, "h") => 3600.0,
             (Self::Temperature, "degC" | "°C" | "C" | "K") => 1.0,
             _ => return None,
         };
@@ -73,9 +76,9 @@ impl Kind {
     #[must_use]
     pub fn units(self) -> &'static str {
         match self {
-            Self::Force => "N, mN, kN, gf, kgf, lbf, ozf",
+            Self::Force => "N, mN, uN, nN, kN, gf, kgf, lbf, ozf",
             Self::Displacement => "um, mm, m, nm, in",
-            Self::Time => "s, ms, min",
+            Self::Time => "s, ms, min, h",
             Self::Temperature => "degC, K",
         }
     }

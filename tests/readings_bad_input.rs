@@ -58,7 +58,7 @@ fn wrong_unit() {
         result,
         "wrong_unit",
         1,
-        &["`force_mm`", "`mm`", "N, mN, kN"],
+        &["`force_mm`", "`mm`", "N, mN, uN"],
     );
     let result = read("# bench 2\npose,direction,repeat,force,displacement_um\nP1,x,1,0,0\n");
     assert_error(result, "wrong_unit", 2, &["`force`", "none"]);

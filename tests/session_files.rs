@@ -289,7 +289,7 @@ fn wrong_values_are_shown_in_place() {
         ),
         (
             "[instruments.force]\nresolution_um = 1",
-            "line 3: `instruments.force.resolution_um` has the unit `um`, expected one of N, mN, kN, gf, kgf, lbf, ozf",
+            "line 3: `instruments.force.resolution_um` has the unit `um`, expected one of N, mN, uN, nN, kN, gf, kgf, lbf, ozf",
         ),
     ];
     for (text, expected) in cases {
