@@ -9,6 +9,7 @@
 //! - [`test_point`]: where in the experiment a number belongs: pose, direction, branch.
 //! - [`readings`]: what was measured, as stored. The waist: acquisition ends by writing a session folder, analysis begins by reading one.
 //!   Nothing is dropped silently.
+//! - [`specimen`]: force against displacement of anything, without a robot. Knows only the columns that the caller names.
 //! - [`stiffness`]: readings to measured stiffness. Knows no model.
 //! - [`structure`]: three-dimensional beams. Has never heard of robots.
 //! - [`robot`]: a robot file, its kinematics, mobility, and the structure it is in a pose. Names come from the file.
@@ -36,6 +37,7 @@ pub mod readings;
 pub mod report;
 pub mod robot;
 pub mod source_text;
+pub mod specimen;
 pub mod statistics;
 pub mod stiffness;
 pub mod structure;

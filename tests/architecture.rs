@@ -10,7 +10,7 @@ use std::path::{Path, PathBuf};
 
 /// Each module of `src` and the modules it may import; its own paths are always open to it. `cli` may import everything.
 #[rustfmt::skip]
-const MAY_IMPORT: [(&str, &[&str]); 19] = [
+const MAY_IMPORT: [(&str, &[&str]); 20] = [
     ("statistics", &[]),
     ("source_text", &[]),
     ("nearest", &[]),
@@ -18,6 +18,7 @@ const MAY_IMPORT: [(&str, &[&str]); 19] = [
     ("quantity", &["statistics"]),
     ("test_point", &["quantity"]),
     ("readings", &["quantity", "test_point", "nearest"]),
+    ("specimen", &["quantity", "test_point", "nearest", "readings"]),
     ("stiffness", &["quantity", "statistics", "test_point", "readings"]),
     ("structure", &["vector"]),
     ("robot", &["source_text", "nearest", "vector", "test_point", "structure"]),
@@ -39,8 +40,8 @@ const MAY_IMPORT: [(&str, &[&str]); 19] = [
 
 #[rustfmt::skip]
 const EVERYTHING: &[&str] = &[
-    "quantity", "statistics", "source_text", "nearest", "vector", "test_point", "readings", "stiffness", "structure", "robot", "physics", "bench",
-    "least_squares", "fit", "mismatch", "distribution", "plot", "report",
+    "quantity", "statistics", "source_text", "nearest", "vector", "test_point", "readings", "specimen", "stiffness", "structure", "robot",
+    "physics", "bench", "least_squares", "fit", "mismatch", "distribution", "plot", "report",
 ];
 
 /// What only `cli` may do: print, read the clock, wait, open files.
@@ -52,9 +53,9 @@ const ONLY_CLI: [&str; 16] = [
 
 /// Folders and files that documentation and checks rely on.
 #[rustfmt::skip]
-const TOP_LEVEL: [&str; 15] = [
+const TOP_LEVEL: [&str; 16] = [
     "Cargo.toml", "Cargo.lock", "README.md", "justfile", ".ci/run", "src/lib.rs", "src/main.rs", "tests", "fixtures", "fuzz", "benches",
-    "data/robots", "data/paper", "data/sessions", "data/fonts",
+    "data/robots", "data/paper", "data/sessions", "data/fonts", "data/recordings",
 ];
 
 /// Lines above which a file of `src` is to be split.

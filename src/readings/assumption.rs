@@ -173,7 +173,7 @@ impl Assumption {
         Column::Status,
     ];
 
-    pub(super) fn decimal_comma(sign: Option<DecimalSign>, line: Option<u32>) -> Option<Self> {
+    pub(crate) fn decimal_comma(sign: Option<DecimalSign>, line: Option<u32>) -> Option<Self> {
         match (sign, line) {
             (Some(DecimalSign::Comma), _) => Some(Self::DecimalComma { line: 0 }),
             (_, Some(line)) => Some(Self::DecimalComma { line }),

@@ -205,7 +205,7 @@ pub(super) fn understand(name: &str) -> Named<'_> {
 }
 
 /// `force_N`, `Force [N]`, `Force (N)` into name and unit.
-pub(super) fn split_unit(name: &str) -> Option<(&str, &str)> {
+pub(crate) fn split_unit(name: &str) -> Option<(&str, &str)> {
     for (open, close) in [('[', ']'), ('(', ')')] {
         if let Some(rest) = name.strip_suffix(close) {
             let (stem, unit) = rest.split_once(open)?;

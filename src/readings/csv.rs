@@ -89,7 +89,7 @@ pub fn read_readings(
     Ok(table)
 }
 
-pub(super) fn about_text<R: Read>(rows: &Rows<R>, told: Option<Delimiter>) -> Vec<Assumption> {
+pub(crate) fn about_text<R: Read>(rows: &Rows<R>, told: Option<Delimiter>) -> Vec<Assumption> {
     let mut assumptions = Vec::new();
     match rows.encoding() {
         Encoding::Plain => {}

@@ -39,3 +39,10 @@ pub use session_file::{
 };
 pub use table::{ReadingTable, RunKey, RunNumbers, check_poses};
 pub use write::{ReadingsWriter, write_readings};
+
+// What reads any table of numbers, for readers of other tables.
+pub(crate) use column::split_unit;
+pub(crate) use csv::about_text;
+pub(crate) use number::{Conversion, NumberFault, NumberReader, read_count};
+pub(crate) use row::number_error;
+pub(crate) use rows::{Rows, text_of};

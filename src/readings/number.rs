@@ -24,7 +24,7 @@ impl DecimalSign {
 
 /// How a number in a column's unit becomes SI (°C for temperatures).
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) enum Conversion {
+pub(crate) enum Conversion {
     /// The unit is a power of ten of the SI unit.
     ///
     /// The decimal point is moved in the text, so that `4` in µm is the number nearest to 0.000004 m, which a multiplication by
@@ -37,15 +37,16 @@ pub(super) enum Conversion {
 }
 
 impl Conversion {
-    pub(super) const NONE: Self = Self::Shift(0);
+    pub(crate) const NONE: Self = Self::Shift(0);
 
     /// The conversion from `unit`; `None` if that is not a unit of this kind.
     ///
-    /// Capitals are forgiven where they change nothing: `UM` is taken as `um`, but `MN` is not taken as `mN`.
-    pub(super) fn from_unit(kind: Kind, unit: &str) -> Option<Self> {
+    /// Capitals are forgiven where they change nothing: `UM` is taken as `um`, but `MN` is not taken as `mN`, nor `NN` as `nN`.
+    pub(crate) fn from_unit(kind: Kind, unit: &str) -> Option<Self> {
         let unit = unit.trim();
         let forgiven = || {
-            let alike = |known: &&str| *known != "mN" && known.eq_ignore_ascii_case(unit);
+            let alike =
+                |known: &&str| !["mN", "nN"].contains(known) && known.eq_ignore_ascii_case(unit);
             let known = kind.units().split(", ").find(alike)?;
             Some((known, kind.si_factor(known)?))
         };
@@ -64,7 +65,7 @@ impl Conversion {
 
 /// Why a text is not a number.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum NumberFault {
+pub(crate) enum NumberFault {
     NotANumber,
     NotFinite,
     /// The sign differs from the one settled on this line.
@@ -73,14 +74,14 @@ pub(super) enum NumberFault {
 
 /// Reads numbers of one file, which has one decimal sign.
 #[derive(Debug)]
-pub(super) struct NumberReader {
+pub(crate) struct NumberReader {
     settled: Option<(DecimalSign, u32)>,
     scratch: String,
 }
 
 impl NumberReader {
     /// `sign`: known beforehand, or found out from the first number that has one.
-    pub(super) fn new(sign: Option<DecimalSign>) -> Self {
+    pub(crate) fn new(sign: Option<DecimalSign>) -> Self {
         Self {
             settled: sign.map(|sign| (sign, 0)),
             scratch: String::new(),
@@ -88,7 +89,7 @@ impl NumberReader {
     }
 
     /// The line that settled a decimal comma.
-    pub(super) fn decimal_comma(&self) -> Option<u32> {
+    pub(crate) fn decimal_comma(&self) -> Option<u32> {
         match self.settled {
             Some((DecimalSign::Comma, line)) => Some(line),
             _ => None,
@@ -96,7 +97,7 @@ impl NumberReader {
     }
 
     /// The number in SI.
-    pub(super) fn read(
+    pub(crate) fn read(
         &mut self,
         text: &[u8],
         conversion: Conversion,
@@ -191,7 +192,7 @@ impl NumberReader {
 }
 
 /// A whole number from 0; a decimal part of zeros is forgiven, as spreadsheets and data frames add it.
-pub(super) fn read_count(text: &[u8]) -> Option<u32> {
+pub(crate) fn read_count(text: &[u8]) -> Option<u32> {
     let text = std::str::from_utf8(text).ok()?;
     if let Ok(count) = text.parse() {
         return Some(count);

@@ -358,7 +358,7 @@ impl<'a> RowReader<'a> {
 }
 
 /// The error for a field that is not a number.
-pub(super) fn number_error(
+pub(crate) fn number_error(
     file: &str,
     line: u32,
     column: String,

@@ -61,7 +61,7 @@ impl Delimiter {
 ///
 /// Lines are taken one by one and handed to the CSV automaton of `csv-core`, so that the line number of a record is exact after quoted
 /// line breaks, blank lines, comments and `\r\n`, and a quote that never closes is noticed.
-pub(super) struct Rows<R> {
+pub(crate) struct Rows<R> {
     file: String,
     input: Decoded<R>,
     parser: csv_core::Reader,
@@ -75,14 +75,14 @@ pub(super) struct Rows<R> {
     count: usize,
     trim_last: bool,
     /// Lines that hold nothing but blanks and delimiters.
-    pub(super) blank: Vec<u32>,
+    pub(crate) blank: Vec<u32>,
     /// Lines that start with `#`, and the `sep=` line of a spreadsheet.
-    pub(super) comments: Vec<u32>,
+    pub(crate) comments: Vec<u32>,
 }
 
 impl<R: Read> Rows<R> {
     /// Finds the header and, unless `delimiter` is given, how its fields are delimited.
-    pub(super) fn open(
+    pub(crate) fn open(
         file: &str,
         input: R,
         delimiter: Option<Delimiter>,
@@ -158,7 +158,7 @@ impl<R: Read> Rows<R> {
     }
 
     /// Moves to the next record and gives the line it starts on; `None` at the end.
-    pub(super) fn next_record(&mut self) -> Result<Option<u32>, ReadingsError> {
+    pub(crate) fn next_record(&mut self) -> Result<Option<u32>, ReadingsError> {
         loop {
             if !std::mem::take(&mut self.header_pending) {
                 if !self.take_line()? {
@@ -179,12 +179,12 @@ impl<R: Read> Rows<R> {
     }
 
     /// Number of fields of the current record.
-    pub(super) fn len(&self) -> usize {
+    pub(crate) fn len(&self) -> usize {
         self.count
     }
 
     /// Field `index` of the current record as it stands in the file, without quotes; empty beyond the last.
-    pub(super) fn field(&self, index: usize) -> &[u8] {
+    pub(crate) fn field(&self, index: usize) -> &[u8] {
         if index >= self.count {
             return &[];
         }
@@ -269,7 +269,7 @@ impl<R: Read> Rows<R> {
 }
 
 /// UTF-8 if it is, else each byte as the character of that number (ISO 8859-1); whether the latter was needed.
-pub(super) fn text_of(bytes: &[u8]) -> (std::borrow::Cow<'_, str>, bool) {
+pub(crate) fn text_of(bytes: &[u8]) -> (std::borrow::Cow<'_, str>, bool) {
     if let Ok(text) = std::str::from_utf8(bytes) {
         return (text.into(), false);
     }

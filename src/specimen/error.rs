@@ -1,0 +1,177 @@
+//! What can be wrong with a table of a specimen.
+
+use miette::Diagnostic;
+use thiserror::Error;
+
+use crate::readings::ReadingsError;
+
+/// Why a table of a specimen could not be read.
+#[derive(Debug, Error, Diagnostic)]
+pub enum SpecimenError {
+    /// The text itself: encoding, quotes, number of fields, decimal sign.
+    #[error(transparent)]
+    #[diagnostic(transparent)]
+    Text(#[from] ReadingsError),
+    /// Nothing in the file but blank lines and comments.
+    #[error("{file}: the file is empty, expected a header line with column names")]
+    #[diagnostic(
+        code(stiffbench::specimen::empty),
+        help(
+            "the first line names the columns; the options say which of them are force and displacement"
+        )
+    )]
+    Empty {
+        /// The file, as the caller named it.
+        file: String,
+    },
+    /// A header without a complete row below it.
+    #[error(
+        "{file}, line {line}: no complete reading follows the header ({incomplete} rows lack a value)"
+    )]
+    #[diagnostic(
+        code(stiffbench::specimen::no_readings),
+        help(
+            "a reading needs a value in every named column but those of time, hold and temperature"
+        )
+    )]
+    NoReadings {
+        /// The file.
+        file: String,
+        /// Line of the header.
+        line: u32,
+        /// Rows that were left out.
+        incomplete: usize,
+    },
+    /// A named column is not in the header.
+    #[error("{file}, line {line}: no column `{column}` among {found}")]
+    #[diagnostic(code(stiffbench::specimen::missing_column))]
+    MissingColumn {
+        /// The file.
+        file: String,
+        /// Line of the header.
+        line: u32,
+        /// The name that was given.
+        column: String,
+        /// The names found, each in backquotes.
+        found: String,
+        /// What to do, with the nearest name if there is one.
+        #[help]
+        advice: String,
+    },
+    /// A named column occurs twice.
+    #[error(
+        "{file}, line {line}: two columns are called `{column}`, the {first}. and the {second}."
+    )]
+    #[diagnostic(
+        code(stiffbench::specimen::duplicate_column),
+        help("give one of them another name in the file")
+    )]
+    DuplicateColumn {
+        /// The file.
+        file: String,
+        /// Line of the header.
+        line: u32,
+        /// The name.
+        column: String,
+        /// Place of the first, from 1.
+        first: usize,
+        /// Place of the second, from 1.
+        second: usize,
+    },
+    /// Force and displacement are the same column.
+    #[error("`{column}` is named as force and as displacement")]
+    #[diagnostic(
+        code(stiffbench::specimen::same_column),
+        help("--force-column and --displacement-column must be two columns of the file")
+    )]
+    SameColumn {
+        /// The column.
+        column: String,
+    },
+    /// Nothing says what unit a column is in.
+    #[error("{file}, line {line}: column `{column}` has no unit, expected one of {accepted}")]
+    #[diagnostic(
+        code(stiffbench::specimen::no_unit),
+        help(
+            "name it with --{option}, or at the end of the column's name (force_N, travel_mm, t_s); force and displacement may have --{option} 1, \
+             numbers without a unit"
+        )
+    )]
+    NoUnit {
+        /// The file.
+        file: String,
+        /// Line of the header.
+        line: u32,
+        /// The column.
+        column: String,
+        /// The option that names the unit.
+        option: &'static str,
+        /// The units of this kind.
+        accepted: &'static str,
+    },
+    /// A unit that is not one of its kind.
+    #[error("`{unit}` is no unit for --{option}, expected one of {accepted}")]
+    #[diagnostic(
+        code(stiffbench::specimen::wrong_unit),
+        help(
+            "force and displacement may also have the unit 1: numbers kept as they are in the file"
+        )
+    )]
+    WrongUnit {
+        /// The unit that was given.
+        unit: String,
+        /// The option that names it.
+        option: &'static str,
+        /// The units of this kind.
+        accepted: &'static str,
+    },
+    /// The share of the range that makes a turn is not between 0 and 1.
+    #[error("a turn share of {share} is not between 0 and 1")]
+    #[diagnostic(
+        code(stiffbench::specimen::bad_turn_share),
+        help(
+            "--turn-share is the part of a run's range by which the path must come back, 0.05 unless given"
+        )
+    )]
+    BadTurnShare {
+        /// The share that was given.
+        share: f64,
+    },
+    /// A field holds something else than what belongs there.
+    #[error("{file}, line {line}, column `{column}`: `{value}`, expected {expected}")]
+    #[diagnostic(
+        code(stiffbench::specimen::bad_value),
+        help("correct the value, or leave the field empty: the row is then left out and listed")
+    )]
+    BadValue {
+        /// The file.
+        file: String,
+        /// The line.
+        line: u32,
+        /// The column.
+        column: String,
+        /// The text found.
+        value: String,
+        /// What belongs there.
+        expected: &'static str,
+    },
+}
+
+impl SpecimenError {
+    /// The line the error is about, from 1; `None` if it concerns no single line.
+    #[must_use]
+    pub fn line(&self) -> Option<u32> {
+        match self {
+            Self::Text(error) => error.line(),
+            Self::NoReadings { line, .. }
+            | Self::MissingColumn { line, .. }
+            | Self::DuplicateColumn { line, .. }
+            | Self::NoUnit { line, .. }
+            | Self::BadValue { line, .. } => Some(*line),
+            Self::Empty { .. }
+            | Self::SameColumn { .. }
+            | Self::WrongUnit { .. }
+            | Self::BadTurnShare { .. } => None,
+        }
+    }
+}

@@ -1,0 +1,21 @@
+//! A table of force against displacement, or of any two quantities, with no robot behind it.
+//!
+//! The reader takes what the caller names: which columns, in which units, what tells runs and specimens apart. It decides nothing about
+//! a unit; what it does decide (branches from the path of the load, an order of readings) is listed with the table, as is every row it
+//! leaves out. What the numbers mean, and which law they follow, is for others to say.
+
+mod assumption;
+mod branches;
+mod columns;
+mod error;
+mod options;
+mod order;
+mod read;
+mod row;
+mod table;
+
+pub use assumption::{Excluded, Incomplete, SpecimenAssumption};
+pub use error::SpecimenError;
+pub use options::{Response, SpecimenOptions, TURN_SHARE};
+pub use read::read_specimen;
+pub use table::{Scale, SpecimenReading, SpecimenRun, SpecimenTable};

@@ -1,0 +1,74 @@
+//! What the caller says about a table.
+
+use serde::{Deserialize, Serialize};
+
+use crate::readings::ReadOptions;
+
+/// Share of a run's range by which the path must come back before a turn counts.
+///
+/// More than the scatter of any gauge that tells twenty load steps apart, less than the smallest step of a plan with ten of them.
+pub const TURN_SHARE: f64 = 0.05;
+
+/// Which of the two quantities answers the other.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Hash, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Response {
+    /// The load is set, the displacement read.
+    #[default]
+    Displacement,
+    /// The displacement is set, the force read, as in tests that control strain.
+    Force,
+}
+
+/// Columns and units of a table, under the names that the command line and `recordings.toml` use (`force-column`, ...).
+#[derive(Debug, Clone, PartialEq, Default, Deserialize)]
+#[serde(rename_all = "kebab-case", deny_unknown_fields)]
+pub struct SpecimenOptions {
+    /// Column of the force; without one, the load is taken to be the same throughout.
+    #[serde(default)]
+    pub force_column: Option<String>,
+    /// Column of the displacement.
+    pub displacement_column: String,
+    /// Column of the time.
+    #[serde(default)]
+    pub time_column: Option<String>,
+    /// Columns that together name a run: readings with one zero and one history.
+    #[serde(default)]
+    pub run_column: Vec<String>,
+    /// Columns that together name a specimen or configuration, each with a line of its own.
+    #[serde(default)]
+    pub configuration_column: Vec<String>,
+    /// Column of the temperature.
+    #[serde(default)]
+    pub temperature_column: Option<String>,
+    /// Column of the time under the load.
+    #[serde(default)]
+    pub hold_column: Option<String>,
+    /// Column of the place in the order of measurement, whole numbers.
+    #[serde(default)]
+    pub order_column: Option<String>,
+    /// Column with `loading` and `unloading`.
+    #[serde(default)]
+    pub branch_column: Option<String>,
+    /// Unit of the force, or `1` for numbers without one; else the end of the column's name tells.
+    #[serde(default)]
+    pub force_unit: Option<String>,
+    /// Unit of the displacement, or `1`; else the end of the column's name tells.
+    #[serde(default)]
+    pub displacement_unit: Option<String>,
+    /// Unit of time and hold; else the ends of the columns' names tell.
+    #[serde(default)]
+    pub time_unit: Option<String>,
+    /// Unit of the temperature; else the end of the column's name, else °C.
+    #[serde(default)]
+    pub temperature_unit: Option<String>,
+    /// Which quantity answers.
+    #[serde(default)]
+    pub response: Response,
+    /// Share of a run's range by which the path must come back before a turn counts, between 0 and 1; [`TURN_SHARE`] unless given.
+    #[serde(default)]
+    pub turn_share: Option<f64>,
+    /// Delimiter and decimal sign, where the caller knows them.
+    #[serde(skip)]
+    pub text: ReadOptions,
+}

@@ -1,0 +1,86 @@
+//! The order of measurement, and time that does not follow it.
+
+use std::collections::{HashMap, HashSet};
+
+use super::assumption::SpecimenAssumption;
+use super::row::Row;
+use super::table::SpecimenReading;
+
+/// Puts rows in the order of their numbers, or numbers them as they stand if the numbers cannot be used; says what was done.
+///
+/// Numbers may count through the whole table, or start again in each run.
+pub(super) fn put_in_order(rows: &mut [Row]) -> Option<SpecimenAssumption> {
+    let Some(numbers) = rows.iter().map(|row| row.order).collect::<Option<Vec<_>>>() else {
+        number_as_they_stand(rows);
+        return None;
+    };
+    if numbers.is_sorted_by(|a, b| a < b) {
+        return None;
+    }
+    let mut seen = HashSet::new();
+    if numbers.iter().all(|number| seen.insert(*number)) {
+        rows.sort_by_key(|row| row.order);
+        return Some(SpecimenAssumption::Sorted);
+    }
+    let mut within_runs = HashSet::new();
+    let repeated = rows
+        .iter()
+        .find(|row| !within_runs.insert((&row.configuration, &row.run, row.order)));
+    if let Some(row) = repeated {
+        let line = row.line;
+        number_as_they_stand(rows);
+        return Some(SpecimenAssumption::OrderNotUsed { line });
+    }
+    sort_within_runs(rows)
+}
+
+fn number_as_they_stand(rows: &mut [Row]) {
+    for (row, number) in rows.iter_mut().zip(1..) {
+        row.order = Some(number);
+    }
+}
+
+/// Runs follow each other in the order in which they appear.
+fn sort_within_runs(rows: &mut [Row]) -> Option<SpecimenAssumption> {
+    let mut places = HashMap::new();
+    let keys: Vec<(usize, u32)> = rows
+        .iter()
+        .map(|row| {
+            let next = places.len();
+            let run = (row.configuration.clone(), row.run.clone());
+            (
+                *places.entry(run).or_insert(next),
+                row.order.unwrap_or_default(),
+            )
+        })
+        .collect();
+    if keys.is_sorted() {
+        return None;
+    }
+    rows.sort_by_key(|row| {
+        let run = (row.configuration.clone(), row.run.clone());
+        (places.get(&run).copied(), row.order)
+    });
+    Some(SpecimenAssumption::SortedWithinRuns)
+}
+
+/// Runs in which a reading has an earlier time than the one before it.
+pub(super) fn time_goes_back(readings: &[SpecimenReading]) -> Option<SpecimenAssumption> {
+    let mut latest: HashMap<u32, f64> = HashMap::new();
+    let mut runs = HashSet::new();
+    let mut line = None;
+    for reading in readings {
+        let Some(time_s) = reading.time_s else {
+            continue;
+        };
+        let before = latest.insert(reading.run, time_s);
+        if before.is_some_and(|before| time_s < before) {
+            runs.insert(reading.run);
+            line.get_or_insert(reading.line);
+        }
+    }
+    Some(SpecimenAssumption::TimeGoesBack {
+        runs: runs.len() as u32,
+        line: line?,
+    })
+}
