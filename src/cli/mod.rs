@@ -14,6 +14,11 @@ mod progress;
 mod robot;
 mod significance;
 mod simulate;
+#[cfg_attr(
+    not(test),
+    expect(dead_code, reason = "`diagnose` takes these arguments when it comes")
+)]
+mod specimen_args;
 mod stiffness;
 
 use std::ffi::OsString;
