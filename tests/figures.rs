@@ -4,23 +4,23 @@
 //! The figures are written to `target/figures-check/` as SVG and PNG, to be looked at. The robot, its poses and its workspace are
 //! the shipped ones; measured stiffness is Table VI; readings, residuals and correlations are made up with seeded noise.
 
-use std::fs;
-use std::path::PathBuf;
+#[path = "support/figure_checks.rs"]
+mod figure_checks;
 
-use rand::{Rng, RngExt, SeedableRng};
+use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
-use resvg::tiny_skia::Rect;
-use resvg::usvg::{Group, Node, Options, TextChunk, Tree};
 use stiffbench::plot::{
     Bar, ComparedCell, Correlation, DrawnFactor, DrawnMember, DrawnNode, FactorFate,
-    FactorIntervals, Figure, FittedLine, LoadCurvePoints, LoadDisplacement, LoadPoint, NamedPoint,
+    FactorIntervals, FittedLine, LoadCurvePoints, LoadDisplacement, LoadPoint, NamedPoint,
     ResidualMeasure, ResidualPoint, Residuals, RobotDrawing, SessionCurves, StiffnessComparison,
     WorkspaceProjection, correlation, factor_intervals, load_displacement, residuals, robot_pose,
-    stiffness_comparison, to_png, workspace,
+    stiffness_comparison, workspace,
 };
 use stiffbench::robot::{ElementClass, JointModel, Pose, Predictor, Robot, Theory, shipped_robot};
 use stiffbench::structure::Attachment;
 use stiffbench::test_point::{Branch, Cell, Direction, PoseId};
+
+use figure_checks::{check, noise};
 
 /// Table VI, M-FSD rows after experiment rows, N/µm, poses P1 to P4. The table's x is radial, its z lateral.
 const TABLE_VI: [(Direction, [f64; 4], [f64; 4]); 3] = [
@@ -41,74 +41,6 @@ const TABLE_VI: [(Direction, [f64; 4], [f64; 4]); 3] = [
     ),
 ];
 const POSES: [&str; 4] = ["P1", "P2", "P3", "P4"];
-
-/// Writes a figure and checks what holds for all.
-fn check(name: &str, figure: &Figure) {
-    let svg = figure.to_svg();
-    assert_eq!(
-        svg,
-        figure.to_svg(),
-        "{name}: the same figure, the same bytes"
-    );
-    assert!(svg.len() < 1_500_000, "{name}: {} bytes", svg.len());
-    assert!(svg.contains("<title>") && svg.contains("<desc>"));
-    check_texts(name, &svg);
-    let png = to_png(&svg, 2.0).expect("a figure becomes an image");
-    let folder = PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("target/figures-check");
-    fs::create_dir_all(&folder).expect("the target folder can be written");
-    fs::write(folder.join(format!("{name}.svg")), &svg).expect("the SVG is written");
-    fs::write(folder.join(format!("{name}.png")), &png).expect("the PNG is written");
-}
-
-/// Measures every text as the renderer does: none may leave the sheet or lie on another.
-fn check_texts(name: &str, svg: &str) {
-    let font = PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("data/fonts/DejaVuSans-subset.ttf");
-    let mut options = Options::default();
-    options
-        .fontdb_mut()
-        .load_font_data(fs::read(font).expect("the font is in the tree"));
-    let tree = Tree::from_str(svg, &options).expect("a figure is SVG");
-    let sheet = tree.size();
-    let mut texts: Vec<(String, Rect)> = Vec::new();
-    collect_texts(tree.root(), &mut texts);
-    assert!(texts.len() > 5, "{name}: too few texts");
-    for (place, (text, area)) in texts.iter().enumerate() {
-        assert!(
-            area.left() >= 0.0
-                && area.top() >= 0.0
-                && area.right() <= sheet.width()
-                && area.bottom() <= sheet.height(),
-            "{name}: `{text}` leaves the sheet"
-        );
-        for (other, other_area) in &texts[..place] {
-            let apart = area.left() >= other_area.right()
-                || other_area.left() >= area.right()
-                || area.top() >= other_area.bottom()
-                || other_area.top() >= area.bottom();
-            assert!(apart, "{name}: `{text}` touches `{other}`");
-        }
-    }
-}
-
-/// Every text below a group with the box of its ink.
-fn collect_texts(group: &Group, texts: &mut Vec<(String, Rect)>) {
-    for node in group.children() {
-        match node {
-            Node::Group(inner) => collect_texts(inner, texts),
-            Node::Text(text) => {
-                let words = text.chunks().iter().map(TextChunk::text).collect();
-                texts.push((words, text.flattened().abs_bounding_box()));
-            }
-            Node::Path(_) | Node::Image(_) => {}
-        }
-    }
-}
-
-/// Sum of four uniform numbers, scaled to a standard deviation of one: nearly normal, and enough for a picture.
-fn noise(random: &mut impl Rng) -> f64 {
-    let sum: f64 = (0..4).map(|_| random.random_range(-0.5..0.5)).sum();
-    sum * 3f64.sqrt()
-}
 
 fn session(name: &str, seed: u64, softer: f64, unloading: bool) -> SessionCurves {
     let mut random = ChaCha8Rng::seed_from_u64(seed);
