@@ -18,6 +18,8 @@ pub struct Figure {
     pub panel_px: [f64; 2],
     /// Heights of the rows where they differ, px; rows beyond the list have the height of `panel_px`.
     pub row_heights_px: Vec<f64>,
+    /// Widths of the columns where they differ, px; columns beyond the list have the width of `panel_px`.
+    pub column_widths_px: Vec<f64>,
     /// Which panels have the same horizontal range.
     pub share_x: Sharing,
     /// Which panels have the same vertical range.
@@ -38,6 +40,7 @@ impl Figure {
             columns: 1,
             panel_px: [420.0, 300.0],
             row_heights_px: Vec::new(),
+            column_widths_px: Vec::new(),
             share_x: Sharing::Own,
             share_y: Sharing::Own,
             panels: Vec::new(),
@@ -49,7 +52,14 @@ impl Figure {
     pub(super) fn panel_size_px(&self, panel: usize) -> [f64; 2] {
         let row = panel / self.columns.max(1);
         let height = self.row_heights_px.get(row).copied();
-        [self.panel_px[0], height.unwrap_or(self.panel_px[1])]
+        let width = self.column_width_px(panel % self.columns.max(1));
+        [width, height.unwrap_or(self.panel_px[1])]
+    }
+
+    /// Width of the plot areas of a column, px.
+    pub(super) fn column_width_px(&self, column: usize) -> f64 {
+        let width = self.column_widths_px.get(column).copied();
+        width.unwrap_or(self.panel_px[0])
     }
 
     /// The figure as SVG 1.1 text; the same figure gives the same bytes.

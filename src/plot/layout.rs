@@ -108,10 +108,10 @@ pub(super) fn layout(figure: &Figure, caption: &str) -> Layout {
         .map(|r| largest(&mut in_row(r), &|i| heading_px(&figure.panels[i])))
         .collect();
 
-    let panel_width = figure.panel_px[0];
+    let widths: Vec<f64> = (0..columns).map(|c| figure.column_width_px(c)).collect();
     let between = |count: usize| BETWEEN_PX * count.saturating_sub(1) as f64;
-    let grid_width =
-        left.iter().chain(&right).sum::<f64>() + panel_width * columns as f64 + between(columns);
+    let all_widths = left.iter().chain(&right).chain(&widths);
+    let grid_width = all_widths.sum::<f64>() + between(columns);
     let width = (grid_width + 2.0 * BORDER_PX).max(NARROWEST_PX);
     let text_width = width - 2.0 * BORDER_PX;
 
@@ -130,13 +130,14 @@ pub(super) fn layout(figure: &Figure, caption: &str) -> Layout {
         let x0 = grid_left
             + left[..=column].iter().sum::<f64>()
             + right[..column].iter().sum::<f64>()
-            + (panel_width + BETWEEN_PX) * column as f64;
+            + widths[..column].iter().sum::<f64>()
+            + BETWEEN_PX * column as f64;
         let y0 = row_top + top[row];
         let panel_height = figure.panel_size_px(index)[1];
         let [x_side, y_side] = sides[index].clone();
         frames.push(Frame {
-            area: [x0, y0, panel_width, panel_height],
-            x: Ruler::new(&panel.x, ranges[index][0], [x0, x0 + panel_width]),
+            area: [x0, y0, widths[column], panel_height],
+            x: Ruler::new(&panel.x, ranges[index][0], [x0, x0 + widths[column]]),
             y: Ruler::new(&panel.y, ranges[index][1], [y0 + panel_height, y0]),
             x_side,
             y_side,
@@ -381,4 +382,31 @@ fn place_legend(
     }
     *y += 6.0;
     placed
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::plot::figure::Axis;
+
+    #[test]
+    fn columns_of_their_own_width_stand_beside_each_other() {
+        let panel = || Panel::new("", Axis::linear("", ""), Axis::linear("", ""));
+        let figure = Figure {
+            columns: 3,
+            panel_px: [100.0, 80.0],
+            column_widths_px: vec![300.0, 20.0],
+            panels: (0..6).map(|_| panel()).collect(),
+            ..Figure::new("", "")
+        };
+        let placed = layout(&figure, "");
+        let widths: Vec<f64> = placed.frames.iter().map(|frame| frame.area[2]).collect();
+        assert_eq!(widths, [300.0, 20.0, 100.0, 300.0, 20.0, 100.0]);
+        for row in placed.frames.chunks(3) {
+            for pair in row.windows(2) {
+                assert!(pair[0].area[0] + pair[0].area[2] < pair[1].area[0]);
+            }
+            assert!(row[2].area[0] + 100.0 < placed.size_px[0]);
+        }
+    }
 }
