@@ -37,6 +37,7 @@ pub(super) fn draw(canvas: &mut Canvas<'_>, panel: &Panel, frame: &Frame) {
         .notes
         .iter()
         .partition(|note| note.placement == Placement::Free);
+    let lines = lines(panel, frame);
     for note in fixed {
         let Some(at) = frame.place(note.at) else {
             continue;
@@ -46,25 +47,18 @@ pub(super) fn draw(canvas: &mut Canvas<'_>, panel: &Panel, frame: &Frame) {
             Placement::Centred | Placement::Free => [0.0, 0.0],
         };
         let spot = beside(at, note, side, GAP_PX);
+        if note.placement != Placement::Centred && crossings(spot, &lines) > 0 {
+            lay_ground(canvas, spot);
+        }
         write(canvas, note, spot);
         taken.push(spot);
     }
-    let lines = lines(panel, frame);
     for note in free {
         let Some(at) = frame.place(note.at) else {
             continue;
         };
         if let Some(spot) = free_spot(at, note, frame, &taken, &lines) {
-            let [left, top, right, bottom] = spot;
-            canvas.rectangle(
-                [
-                    left - 1.0,
-                    top - 1.0,
-                    right - left + 2.0,
-                    bottom - top + 2.0,
-                ],
-                Colour::WHITE.with_opacity(0.75),
-            );
+            lay_ground(canvas, spot);
             write(canvas, note, spot);
             taken.push(spot);
         }
@@ -86,14 +80,7 @@ fn free_spot(
             if !within(frame, spot) || taken.iter().any(|other| overlap(spot, *other)) {
                 continue;
             }
-            let [left, top, right, bottom] = spot;
-            let crossed = lines
-                .iter()
-                .filter(|[from, to]| {
-                    clipped([left, top, right - left, bottom - top], *from, *to).is_some()
-                })
-                .count();
-            let cost = CROSSING_COST * crossed as f64 + gap_px;
+            let cost = CROSSING_COST * crossings(spot, lines) as f64 + gap_px;
             if best.is_none_or(|(least, _)| cost < least) {
                 best = Some((cost, spot));
             }
@@ -102,14 +89,38 @@ fn free_spot(
     best.map(|(_, spot)| spot)
 }
 
+/// How many lines run under a text.
+fn crossings([left, top, right, bottom]: Box, lines: &[[[f64; 2]; 2]]) -> usize {
+    let area = [left, top, right - left, bottom - top];
+    lines
+        .iter()
+        .filter(|[from, to]| clipped(area, *from, *to).is_some())
+        .count()
+}
+
+/// Pales what lies under a text, so that it can be read.
+fn lay_ground(canvas: &mut Canvas<'_>, [left, top, right, bottom]: Box) {
+    canvas.rectangle(
+        [
+            left - 1.0,
+            top - 1.0,
+            right - left + 2.0,
+            bottom - top + 2.0,
+        ],
+        Colour::WHITE.with_opacity(0.75),
+    );
+}
+
 /// Straight pieces of all lines of a panel.
 fn lines(panel: &Panel, frame: &Frame) -> Vec<[[f64; 2]; 2]> {
+    let [left, top, width, height] = frame.area;
     let mut pieces = Vec::new();
     let mut push = |from: [f64; 2], to: [f64; 2]| {
         if let (Some(from), Some(to)) = (frame.place(from), frame.place(to)) {
             pieces.push([from, to]);
         }
     };
+    let mut across = Vec::new();
     for series in &panel.series {
         match &series.marks {
             Marks::Line(points) => {
@@ -122,9 +133,18 @@ fn lines(panel: &Panel, frame: &Frame) -> Vec<[[f64; 2]; 2]> {
                     push(*from, *to);
                 }
             }
+            Marks::LevelAt(value) => {
+                let level = frame.y.place(*value);
+                across.extend(level.map(|y| [[left, y], [left + width, y]]));
+            }
+            Marks::UprightAt(value) => {
+                let upright = frame.x.place(*value);
+                across.extend(upright.map(|x| [[x, top], [x, top + height]]));
+            }
             _ => {}
         }
     }
+    pieces.extend(across);
     pieces
 }
 

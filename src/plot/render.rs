@@ -179,7 +179,7 @@ fn draw_names(canvas: &mut Canvas<'_>, panel: &Panel, frame: &Frame) {
     canvas.text(
         [left, top - 5.0],
         &panel.title,
-        HEADING_PX,
+        fitting_px(&panel.title, width),
         Colour::INK,
         Align::Start,
     );
@@ -208,7 +208,7 @@ fn draw_names(canvas: &mut Canvas<'_>, panel: &Panel, frame: &Frame) {
     }
 }
 
-/// Size at which the name of an axis is hardly longer than the axis.
+/// Size at which the name of an axis or a heading is hardly longer than the axis; both have the same size otherwise.
 fn fitting_px(name: &str, length_px: f64) -> f64 {
     let room = length_px + HEADING_PX;
     let wide = font::width_px(name, LABEL_PX);

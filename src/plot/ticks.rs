@@ -16,9 +16,11 @@ pub(super) fn ticks(scale: &Scale, range: [f64; 2], wanted: usize) -> Vec<Tick> 
     match scale {
         Scale::Linear => linear(range, wanted),
         Scale::Log10 => logarithmic(range, wanted),
+        // A place without a name is not marked.
         Scale::Categories(names) => names
             .iter()
             .enumerate()
+            .filter(|(_, name)| !name.is_empty())
             .map(|(place, name)| Tick {
                 value: place as f64,
                 text: name.clone(),
@@ -197,6 +199,14 @@ mod tests {
         assert!(ticks(&Scale::Linear, [1.0, 1.0], 5).is_empty());
         assert!(ticks(&Scale::Linear, [f64::NAN, 1.0], 5).is_empty());
         assert!(ticks(&Scale::Log10, [-1.0, 1.0], 5).is_empty());
+    }
+
+    #[test]
+    fn a_place_without_a_name_has_no_tick() {
+        let names = ["", "P1 x", ""].map(str::to_owned).to_vec();
+        let found = ticks(&Scale::Categories(names), [-0.5, 2.5], 3);
+        assert_eq!(found.len(), 1);
+        assert_eq!(found[0].value, 1.0);
     }
 
     #[test]
