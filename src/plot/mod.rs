@@ -19,6 +19,7 @@ mod labels;
 mod layout;
 mod load_displacement;
 mod marks;
+mod mismatch_map;
 mod palette;
 mod png;
 mod range;
@@ -27,6 +28,7 @@ mod residuals;
 mod robot_pose;
 mod stiffness_comparison;
 mod ticks;
+mod value_table;
 mod workspace;
 
 pub use caption::Bar;
@@ -39,6 +41,7 @@ pub use figure::{
 pub use load_displacement::{
     FittedLine, LoadCurvePoints, LoadDisplacement, LoadPoint, SessionCurves, load_displacement,
 };
+pub use mismatch_map::{MapLoadStep, MapValue, MismatchMap, RunSummary, mismatch_map};
 pub use palette::{Colour, Marker, QUALITATIVE, diverging, qualitative, sequential};
 pub use png::to_png;
 pub use residuals::{ResidualMeasure, ResidualPoint, Residuals, residuals};

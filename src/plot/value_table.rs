@@ -1,0 +1,163 @@
+//! A coloured table of signed values, and the colour bar beside it.
+
+use super::figure::{Axis, Marks, Note, Panel, Placement, Polygon, Series, Style};
+use super::font;
+use super::palette::{Colour, Marker, diverging};
+use super::ticks::signed;
+
+/// Share of the scale beyond which a square without room for its number shows its sign: paler ones read as zero anyway.
+pub(super) const SIGNED_SHARE: f64 = 0.25;
+/// Sizes of the numbers in the squares that are tried, px.
+const NUMBER_PX: [f64; 3] = [9.5, 8.5, 7.5];
+/// Half the side of a square: a thin gap parts it from its neighbours.
+const HALF: f64 = 0.485;
+/// Shades of the colour bar.
+const SHADES: usize = 80;
+
+/// Squares of a table.
+pub(super) struct ValueTable<'a> {
+    /// Rows and columns.
+    pub(super) size: [usize; 2],
+    /// Place of the first row on the vertical axis.
+    pub(super) first_row: f64,
+    /// Value of the darkest shade.
+    pub(super) limit: f64,
+    /// Width of a square, px.
+    pub(super) square_px: f64,
+    /// Value at a row and column; `None` makes a hatched square.
+    pub(super) value: &'a dyn Fn(usize, usize) -> Option<f64>,
+}
+
+impl ValueTable<'_> {
+    /// Adds squares, hatching and numbers to a panel; false if only signs had room in the squares.
+    pub(super) fn push_to(&self, panel: &mut Panel) -> bool {
+        let [rows, columns] = self.size;
+        let mut squares = Vec::with_capacity(rows * columns);
+        let mut hatching = Vec::new();
+        let mut numbers = Vec::new();
+        for (row, column) in (0..rows).flat_map(|row| (0..columns).map(move |c| (row, c))) {
+            let at = [column as f64, row as f64 + self.first_row];
+            let value = (self.value)(row, column);
+            let colour = value.map_or(Colour::FAINT, |value| diverging(value / self.limit));
+            squares.push(Polygon {
+                corners: square(at),
+                colour,
+            });
+            match value {
+                None => hatching.extend(hatched(at)),
+                Some(value) => numbers.push((at, value)),
+            }
+        }
+        panel.series.push(Series::new(
+            Style::new(Colour::INK, Marker::Square),
+            Marks::Polygons(squares),
+        ));
+        panel.series.push(Series::new(
+            Style::new(Colour::GREY, Marker::Square).stroke(0.8),
+            Marks::Segments(hatching),
+        ));
+        self.push_numbers(panel, &numbers)
+    }
+
+    fn push_numbers(&self, panel: &mut Panel, numbers: &[([f64; 2], f64)]) -> bool {
+        let fits = |size_px: &f64| {
+            numbers
+                .iter()
+                .all(|(_, value)| font::width_px(&number(*value), *size_px) <= self.square_px - 3.0)
+        };
+        let fitting_px = NUMBER_PX.into_iter().find(|size_px| fits(size_px));
+        for (at, value) in numbers {
+            let text = match fitting_px {
+                Some(_) => number(*value),
+                None if value.abs() < SIGNED_SHARE * self.limit => continue,
+                None if *value < 0.0 => "−".to_owned(),
+                None => "+".to_owned(),
+            };
+            panel.notes.push(Note {
+                at: *at,
+                text,
+                colour: diverging(value / self.limit).readable_ink(),
+                size_px: fitting_px.unwrap_or(NUMBER_PX[0]),
+                placement: Placement::Centred,
+            });
+        }
+        fitting_px.is_some()
+    }
+}
+
+/// A number of a square: two digits are enough to compare.
+pub(super) fn number(value: f64) -> String {
+    signed(value, usize::from(value.abs() < 9.95))
+}
+
+fn square([x, y]: [f64; 2]) -> Vec<[f64; 2]> {
+    vec![
+        [x - HALF, y - HALF],
+        [x + HALF, y - HALF],
+        [x + HALF, y + HALF],
+        [x - HALF, y + HALF],
+    ]
+}
+
+/// Three slanting lines over a square.
+fn hatched([x, y]: [f64; 2]) -> [[[f64; 2]; 2]; 3] {
+    [
+        [[x - HALF, y], [x, y - HALF]],
+        [[x - HALF, y + HALF], [x + HALF, y - HALF]],
+        [[x, y + HALF], [x + HALF, y]],
+    ]
+}
+
+/// The colour scale with its numbers, from minus to plus `limit` along `axis`.
+pub(super) fn colour_bar(axis: Axis, limit: f64) -> Panel {
+    let mut panel = Panel::new(
+        "",
+        Axis::categories("", vec![String::new()]),
+        Axis {
+            range: Some([-limit, limit]),
+            grid: false,
+            ..axis
+        },
+    );
+    let edge = |shade: usize| limit * (2.0 * shade as f64 / SHADES as f64 - 1.0);
+    let shades = (0..SHADES).map(|shade| {
+        let [low, high] = [edge(shade), edge(shade + 1)];
+        // A shade reaches to the end and is covered by the next: side by side they would show seams.
+        Polygon {
+            corners: vec![[-0.5, low], [0.5, low], [0.5, limit], [-0.5, limit]],
+            colour: diverging(0.5 * (low + high) / limit),
+        }
+    });
+    panel.series.push(Series::new(
+        Style::new(Colour::INK, Marker::Square),
+        Marks::Polygons(shades.collect()),
+    ));
+    panel
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_colour_bar_darkens_to_both_ends() {
+        let bar = colour_bar(Axis::linear("residual", "µm"), 12.0);
+        let Marks::Polygons(shades) = &bar.series[0].marks else {
+            panic!("shades are areas");
+        };
+        assert_eq!(shades.len(), SHADES);
+        assert_eq!(shades[0].corners[0], [-0.5, -12.0]);
+        let middle = SHADES / 2;
+        assert!(shades[0].colour.grey() < shades[middle].colour.grey());
+        assert!(shades[SHADES - 1].colour.grey() < shades[middle].colour.grey());
+        assert_eq!(bar.y.range, Some([-12.0, 12.0]));
+    }
+
+    #[test]
+    fn hatching_stays_in_its_square() {
+        for [x, y] in hatched([2.0, 5.0]).into_iter().flatten() {
+            let reach = HALF + 1e-12;
+            assert!((x - 2.0).abs() <= reach && (y - 5.0).abs() <= reach);
+        }
+    }
+}
