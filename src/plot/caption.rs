@@ -53,6 +53,11 @@ pub(super) fn hollow_sentence(count: usize) -> Option<String> {
     }
 }
 
+/// A count with what is counted: `1 point is`, `2 points are`.
+pub(super) fn counted(count: usize, one: &str, many: &str) -> String {
+    format!("{count} {}", if count == 1 { one } else { many })
+}
+
 /// A sentence about a count, if it is not zero.
 pub(super) fn if_any(count: usize, sentence: impl Into<String>) -> Option<String> {
     (count > 0).then(|| sentence.into())
@@ -94,6 +99,8 @@ mod tests {
         assert_eq!(count_range([5, 3, 4]).replace('\u{a0}', " "), "n = 3 to 5");
         assert_eq!(count_range([]).replace('\u{a0}', " "), "n = 0");
         assert_eq!(hollow_sentence(0), None);
+        assert_eq!(counted(1, "point is", "points are"), "1 point is");
+        assert_eq!(counted(0, "point is", "points are"), "0 points are");
         assert_eq!(
             joined([Some("One.".to_owned()), None, if_any(2, "Two.")]),
             "One. Two."

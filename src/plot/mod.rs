@@ -8,6 +8,7 @@
 //! the axes is counted in the caption. Two sessions differ in shape and in colour; all colours are told apart in grey or have numbers
 //! beside them. Texts are measured with the font that is embedded for PNG.
 
+mod before_after;
 mod bent_beam;
 mod canvas;
 mod caption;
@@ -31,6 +32,9 @@ mod ticks;
 mod value_table;
 mod workspace;
 
+pub use before_after::{
+    BeforeAfterPoint, ResidualsAgainst, ResidualsBeforeAfter, residuals_before_after,
+};
 pub use caption::Bar;
 pub use correlation::{Correlation, correlation};
 pub use factor_intervals::{DrawnFactor, FactorFate, FactorIntervals, factor_intervals};

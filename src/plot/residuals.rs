@@ -145,7 +145,7 @@ fn poses(input: &Residuals) -> Vec<PoseId> {
 }
 
 /// Unit in which a session of this length reads well, and its seconds.
-fn time_unit(longest_s: f64) -> (&'static str, f64) {
+pub(super) fn time_unit(longest_s: f64) -> (&'static str, f64) {
     if longest_s > 2.0 * 3600.0 {
         ("h", 3600.0)
     } else if longest_s > 180.0 {
@@ -201,7 +201,7 @@ fn measured(measure: ResidualMeasure, point: &ResidualPoint) -> f64 {
 }
 
 /// Shape and colour of a direction.
-fn look(direction: Direction) -> Style {
+pub(super) fn look(direction: Direction) -> Style {
     let n = direction.index();
     let marker = [Marker::Circle, Marker::Square, Marker::Triangle][n];
     let colour = [qualitative(0), qualitative(1), qualitative(2)][n];
