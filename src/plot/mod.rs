@@ -16,6 +16,7 @@ mod correlation;
 mod factor_intervals;
 mod figure;
 mod font;
+mod found_law;
 mod labels;
 mod layout;
 mod load_displacement;
@@ -41,6 +42,9 @@ pub use factor_intervals::{DrawnFactor, FactorFate, FactorIntervals, factor_inte
 pub use figure::{
     Axis, Figure, LegendEntry, Marks, Note, Panel, Placement, Point, Polygon, Sample, Scale,
     Series, Sharing, Style,
+};
+pub use found_law::{
+    CurveShape, DrivingQuantity, FoundLaw, LawCurve, LawPanel, LawPoint, found_law,
 };
 pub use load_displacement::{
     FittedLine, LoadCurvePoints, LoadDisplacement, LoadPoint, SessionCurves, load_displacement,
