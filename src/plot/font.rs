@@ -23,6 +23,25 @@ pub(super) fn width_px(text: &str, size_px: f64) -> f64 {
     units * size_px
 }
 
+/// A text no wider than `width_limit_px`: what is too much is cut off, and three dots stand for it.
+pub(super) fn shortened(text: &str, size_px: f64, width_limit_px: f64) -> String {
+    if width_px(text, size_px) <= width_limit_px {
+        return text.to_owned();
+    }
+    let room_px = width_limit_px - width_px("…", size_px);
+    let mut kept = String::new();
+    for c in text.chars() {
+        kept.push(c);
+        if width_px(&kept, size_px) > room_px {
+            kept.pop();
+            break;
+        }
+    }
+    kept.truncate(kept.trim_end().len());
+    kept.push('…');
+    kept
+}
+
 /// Breaks a text at spaces into lines no wider than `width_limit_px`; a single longer word gets a line of its own.
 pub(super) fn wrap(text: &str, size_px: f64, width_limit_px: f64) -> Vec<String> {
     let mut lines: Vec<String> = Vec::new();
@@ -179,6 +198,15 @@ mod tests {
                 "{c} is missing"
             );
         }
+    }
+
+    #[test]
+    fn a_long_text_is_cut_and_says_so() {
+        assert_eq!(shortened("play < 0", 10.0, 100.0), "play < 0");
+        let cut = shortened("softens and stiffens at once", 10.0, 80.0);
+        assert!(cut.starts_with("softens") && cut.ends_with('…'), "{cut}");
+        assert!(width_px(&cut, 10.0) <= 80.0 && width_px(&cut, 10.0) > 65.0);
+        assert_eq!(shortened("abc", 10.0, 0.0), "…");
     }
 
     #[test]

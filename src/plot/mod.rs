@@ -13,6 +13,7 @@ mod bent_beam;
 mod canvas;
 mod caption;
 mod correlation;
+mod evidence;
 mod factor_intervals;
 mod figure;
 mod font;
@@ -29,6 +30,7 @@ mod render;
 mod residuals;
 mod robot_pose;
 mod stiffness_comparison;
+mod text_room;
 mod ticks;
 mod value_table;
 mod workspace;
@@ -38,6 +40,7 @@ pub use before_after::{
 };
 pub use caption::Bar;
 pub use correlation::{Correlation, correlation};
+pub use evidence::{EvidenceBars, EvidenceCandidate, Standing, evidence_bars};
 pub use factor_intervals::{DrawnFactor, FactorFate, FactorIntervals, factor_intervals};
 pub use figure::{
     Axis, Figure, LegendEntry, Marks, Note, Panel, Placement, Point, Polygon, Sample, Scale,
