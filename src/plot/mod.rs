@@ -18,6 +18,7 @@ mod factor_intervals;
 mod figure;
 mod font;
 mod found_law;
+mod held_out_error;
 mod labels;
 mod layout;
 mod load_displacement;
@@ -49,6 +50,7 @@ pub use figure::{
 pub use found_law::{
     CurveShape, DrivingQuantity, FoundLaw, LawCurve, LawPanel, LawPoint, found_law,
 };
+pub use held_out_error::{HeldOutError, HeldOutPose, held_out_error};
 pub use load_displacement::{
     FittedLine, LoadCurvePoints, LoadDisplacement, LoadPoint, SessionCurves, load_displacement,
 };
