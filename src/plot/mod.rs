@@ -26,6 +26,7 @@ mod marks;
 mod mismatch_map;
 mod palette;
 mod png;
+mod power_curves;
 mod range;
 mod render;
 mod residuals;
@@ -57,6 +58,7 @@ pub use load_displacement::{
 pub use mismatch_map::{MapLoadStep, MapValue, MismatchMap, RunSummary, mismatch_map};
 pub use palette::{Colour, Marker, QUALITATIVE, diverging, qualitative, sequential};
 pub use png::to_png;
+pub use power_curves::{LawPower, PowerAtSize, PowerCurves, Rate, power_curves};
 pub use residuals::{ResidualMeasure, ResidualPoint, Residuals, residuals};
 pub use robot_pose::{DrawnMember, DrawnNode, RobotDrawing, robot_pose};
 pub use stiffness_comparison::{ComparedCell, StiffnessComparison, stiffness_comparison};
