@@ -15,6 +15,7 @@ mod caption;
 mod correlation;
 mod evidence;
 mod factor_intervals;
+mod factor_shift;
 mod figure;
 mod font;
 mod found_law;
@@ -44,6 +45,7 @@ pub use caption::Bar;
 pub use correlation::{Correlation, correlation};
 pub use evidence::{EvidenceBars, EvidenceCandidate, Standing, evidence_bars};
 pub use factor_intervals::{DrawnFactor, FactorFate, FactorIntervals, factor_intervals};
+pub use factor_shift::{FactorShift, FactorValue, ShiftedFactor, factor_shift};
 pub use figure::{
     Axis, Figure, LegendEntry, Marks, Note, Panel, Placement, Point, Polygon, Sample, Scale,
     Series, Sharing, Style,
