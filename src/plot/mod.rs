@@ -13,6 +13,7 @@ mod bent_beam;
 mod canvas;
 mod caption;
 mod correlation;
+mod detection_limits;
 mod evidence;
 mod factor_intervals;
 mod factor_shift;
@@ -43,6 +44,7 @@ pub use before_after::{
 };
 pub use caption::Bar;
 pub use correlation::{Correlation, correlation};
+pub use detection_limits::{DetectionLimit, DetectionLimits, detection_limits};
 pub use evidence::{EvidenceBars, EvidenceCandidate, Standing, evidence_bars};
 pub use factor_intervals::{DrawnFactor, FactorFate, FactorIntervals, factor_intervals};
 pub use factor_shift::{FactorShift, FactorValue, ShiftedFactor, factor_shift};
