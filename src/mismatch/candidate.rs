@@ -12,10 +12,13 @@ const REFERENCE_SHARE: f64 = 0.01;
 /// A joint whose release would add more than this many times the compliance of the structure lies in no closed loop.
 const OPEN: f64 = 1e4;
 
+/// Shortest period that is looked for: shorter ones cannot be told from reading errors, which move with the reading.
+pub(super) const SHORTEST_PERIOD_M: f64 = 5e-5;
+
 /// Periods of gauges with a wheel, a rack or a scale: preferred numbers, m.
 #[rustfmt::skip]
-pub(super) const NOMINAL_PERIODS_M: [f64; 19] = [
-    2e-5, 2.5e-5, 3e-5, 4e-5, 5e-5, 6e-5, 8e-5, 1e-4, 1.25e-4, 1.5e-4, 2e-4, 2.5e-4, 3e-4, 4e-4, 5e-4, 6e-4, 8e-4, 1e-3, 2e-3,
+pub(super) const NOMINAL_PERIODS_M: [f64; 15] = [
+    5e-5, 6e-5, 8e-5, 1e-4, 1.25e-4, 1.5e-4, 2e-4, 2.5e-4, 3e-4, 4e-4, 5e-4, 6e-4, 8e-4, 1e-3, 2e-3,
 ];
 
 /// One shape of a law: values at which its effect is worked out, and how far its size may be scaled from there.
@@ -27,6 +30,17 @@ pub(super) struct Shape {
     pub(super) scale: [f64; 2],
     /// Share of the prior.
     pub(super) weight: f64,
+    /// Compliance times the stiffness of the loop it sits in: the effect grows as s/(1 + s), not as s.
+    pub(super) saturation: f64,
+}
+
+impl Shape {
+    /// Factor on the size that makes the effect `scale` times as large.
+    pub(super) fn size_factor(&self, scale: f64) -> f64 {
+        let s = self.saturation;
+        // scale s/(1 + s) = s'/(1 + s'), solved for s'/s; an effect beyond a pin is cut to nearly a pin.
+        scale / (1.0 + s - scale * s).max(0.05)
+    }
 }
 
 /// A law at a place.
@@ -39,20 +53,68 @@ pub(super) struct Candidate {
     pub(super) largest: f64,
     /// Whether it belongs to the wide search of a law that has a narrow one.
     pub(super) wide: bool,
+    /// Smallest and largest value of each parameter that the fit may take.
+    pub(super) bounds: Vec<[f64; 2]>,
 }
+
+/// Bounds of the parameters: of the size from its shapes, of the others between their smallest and largest shape and a little more.
+fn bounds(law: Law, shapes: &[Shape]) -> Vec<[f64; 2]> {
+    let extreme = |index: usize, pick: fn(f64, f64) -> f64, start: f64| {
+        shapes
+            .iter()
+            .map(|shape| shape.values[index])
+            .fold(start, pick)
+    };
+    let count = shapes.first().map_or(0, |shape| shape.values.len());
+    (0..count)
+        .map(|index| match (law, index) {
+            (_, 0) => {
+                let largest = shapes
+                    .iter()
+                    .map(|shape| shape.values[0] * shape.scale[1] * (1.0 + shape.saturation))
+                    .fold(0.0, f64::max);
+                let either = any_scale(law)[0] < 0.0;
+                [if either { f64::NEG_INFINITY } else { 0.0 }, largest]
+            }
+            (Law::JointNonlinearity, _) | (Law::GaugePeriodic, 2) => {
+                [f64::NEG_INFINITY, f64::INFINITY]
+            }
+            _ => [
+                extreme(index, f64::min, f64::INFINITY) / SHAPE_ROOM,
+                extreme(index, f64::max, 0.0) * SHAPE_ROOM,
+            ],
+        })
+        .collect()
+}
+
+/// How far beyond its shapes a fit may go.
+const SHAPE_ROOM: f64 = 1.12;
 
 impl Candidate {
     fn one(law: Law, place: Place, size: f64, largest: f64) -> Self {
+        let shapes = vec![Shape {
+            values: vec![size],
+            scale: any_scale(law),
+            weight: 1.0,
+            saturation: 0.0,
+        }];
+        Self::of_shapes(law, place, shapes, largest, false)
+    }
+
+    pub(super) fn of_shapes(
+        law: Law,
+        place: Place,
+        shapes: Vec<Shape>,
+        largest: f64,
+        wide: bool,
+    ) -> Self {
         Self {
+            bounds: bounds(law, &shapes),
             law,
             place,
-            shapes: vec![Shape {
-                values: vec![size],
-                scale: any_scale(law),
-                weight: 1.0,
-            }],
+            shapes: normalised(shapes),
             largest,
-            wide: false,
+            wide,
         }
     }
 }
@@ -168,13 +230,7 @@ fn joint_candidates(
         };
         let place = || Place::Joint(name.clone());
         let mut add = |law, shapes: Vec<Shape>, largest| {
-            out.push(Candidate {
-                law,
-                place: place(),
-                shapes: normalised(shapes),
-                largest,
-                wide: false,
-            });
+            out.push(Candidate::of_shapes(law, place(), shapes, largest, false));
         };
         // A joint as soft as a third of the whole structure is the largest that is plausible.
         let largest = 0.3 * view.whole;
@@ -197,31 +253,33 @@ fn normalised(mut shapes: Vec<Shape>) -> Vec<Shape> {
     shapes
 }
 
-/// Compliances: where the structure hardly minds the twist, and steps up to a pin.
-fn compliances(view: &JointView) -> Vec<(f64, [f64; 2])> {
+/// Compliances: where the structure hardly minds the twist, and steps up to a pin; with the range of effects each stands for, and
+/// with their saturation.
+fn compliances(view: &JointView) -> Vec<(f64, [f64; 2], f64)> {
     if view.stiffness == 0.0 {
-        return vec![(view.reference, [0.0, f64::INFINITY])];
+        return vec![(view.reference, [0.0, f64::INFINITY], 0.0)];
     }
     let relative = [
-        (0.03, [0.0, 8.0]),
-        (0.5, [0.5, 2.0]),
-        (2.0, [0.5, 2.0]),
-        (8.0, [0.5, 2.0]),
-        (40.0, [0.4, 10.0]),
+        (0.03, [0.0, 2.1]),
+        (0.15, [0.47, 1.7]),
+        (0.6, [0.59, 1.38]),
+        (2.5, [0.73, 1.14]),
+        (12.0, [0.88, 1.07]),
     ];
     relative
         .into_iter()
-        .map(|(product, scale)| (product / view.stiffness, scale))
+        .map(|(product, scale)| (product / view.stiffness, scale, product))
         .collect()
 }
 
 fn compliance_shapes(view: &JointView) -> Vec<Shape> {
     compliances(view)
         .into_iter()
-        .map(|(c, scale)| Shape {
+        .map(|(c, scale, saturation)| Shape {
             values: vec![c],
             scale,
             weight: 1.0,
+            saturation,
         })
         .collect()
 }
@@ -243,30 +301,31 @@ const LEVELS: [(f64, f64); 12] = [
 ];
 
 fn backlash_shapes(view: &JointView) -> Vec<Shape> {
+    // Play as a share of what the loads could take up, with the range of sizes each stands for.
+    let plays = [
+        (0.05, [0.0, 2.2]),
+        (0.22, [0.5, 1.6]),
+        (0.5, [0.7, 1.35]),
+        (0.95, [0.8, 1.2]),
+    ];
     let mut shapes = Vec::new();
     for (level, weight) in LEVELS {
         let seat_moment = level * view.moment_nm;
-        if view.stiffness == 0.0 {
+        let mut add = |play, scale| {
             shapes.push(Shape {
-                values: vec![view.reference * view.moment_nm, seat_moment],
-                scale: [0.0, f64::INFINITY],
-                weight,
-            });
-            continue;
-        }
-        // Play that the loads never take up ends the list.
-        let most = (view.moment_nm - seat_moment) / view.stiffness;
-        for (share, scale) in [
-            (0.03, [0.0, 3.0]),
-            (0.2, [0.5, 2.0]),
-            (0.6, [0.6, 1.6]),
-            (1.2, [0.8, 1.2]),
-        ] {
-            shapes.push(Shape {
-                values: vec![share * most, seat_moment],
+                values: vec![play, seat_moment],
                 scale,
                 weight,
+                saturation: 0.0,
             });
+        };
+        if view.stiffness == 0.0 {
+            add(view.reference * view.moment_nm, [0.0, f64::INFINITY]);
+            continue;
+        }
+        let most = (view.moment_nm - seat_moment) / view.stiffness;
+        for (share, scale) in plays {
+            add(share * most, scale);
         }
     }
     shapes
@@ -275,11 +334,12 @@ fn backlash_shapes(view: &JointView) -> Vec<Shape> {
 fn friction_shapes(view: &JointView) -> Vec<Shape> {
     let mut shapes = Vec::new();
     for (level, weight) in LEVELS {
-        for (c, scale) in compliances(view) {
+        for (c, scale, saturation) in compliances(view) {
             shapes.push(Shape {
                 values: vec![c, level * view.moment_nm],
                 scale,
                 weight,
+                saturation,
             });
         }
     }
@@ -294,13 +354,14 @@ const QUADRATIC: [f64; 11] = [
 fn nonlinear_shapes(view: &JointView) -> Vec<Shape> {
     let mut shapes = Vec::new();
     for share in QUADRATIC {
-        for (c, scale) in compliances(view) {
+        for (c, scale, saturation) in compliances(view) {
             // The same twist at the largest moment as the linear law of this compliance.
             let c = c / (1.0 + share);
             shapes.push(Shape {
-                values: vec![c, share * c / view.moment_nm],
+                values: vec![c, share * c * (1.0 + saturation) / view.moment_nm],
                 scale,
                 weight: 1.0,
+                saturation,
             });
         }
     }
@@ -375,21 +436,17 @@ fn compliance_candidates(
 }
 
 fn growth_candidates(observations: &Observations, _scales: &Scales, out: &mut Vec<Candidate>) {
-    let shaped = |law, size, largest, shapes: &[f64]| Candidate {
-        law,
-        place: Place::Structure,
-        shapes: normalised(
-            shapes
-                .iter()
-                .map(|&shape| Shape {
-                    values: vec![size, shape],
-                    scale: any_scale(law),
-                    weight: 1.0,
-                })
-                .collect(),
-        ),
-        largest,
-        wide: false,
+    let shaped = |law, size, largest, shapes: &[f64]| {
+        let shapes = shapes
+            .iter()
+            .map(|&shape| Shape {
+                values: vec![size, shape],
+                scale: any_scale(law),
+                weight: 1.0,
+                saturation: 0.0,
+            })
+            .collect();
+        Candidate::of_shapes(law, Place::Structure, shapes, largest, false)
     };
     if observations.recorded.hold {
         out.push(shaped(
@@ -469,18 +526,20 @@ fn period_candidates(scales: &Scales, out: &mut Vec<Candidate>) {
             values: vec![1e-6, period, 0.0],
             scale: [0.0, f64::INFINITY],
             weight: 1.0,
+            saturation: 0.0,
         };
-        normalised(periods.map(shape).collect())
+        periods.map(shape).collect()
     };
     let mut add = |shapes: Vec<Shape>, wide| {
         if !shapes.is_empty() {
-            out.push(Candidate {
-                law: Law::GaugePeriodic,
-                place: Place::DisplacementGauge,
+            let place = Place::DisplacementGauge;
+            out.push(Candidate::of_shapes(
+                Law::GaugePeriodic,
+                place,
                 shapes,
-                largest: 2e-5,
+                2e-5,
                 wide,
-            });
+            ));
         }
     };
     // A period that the readings do not span is a curve, not a period.
@@ -489,7 +548,7 @@ fn period_candidates(scales: &Scales, out: &mut Vec<Candidate>) {
         shapes(&mut NOMINAL_PERIODS_M.into_iter().filter(fits)),
         false,
     );
-    let (shortest, longest) = (5e-5_f64, (0.7 * range_m).min(2e-3));
+    let (shortest, longest) = (SHORTEST_PERIOD_M, (0.7 * range_m).min(2e-3));
     if longest > shortest {
         // Half of the width of a line in the spectrum.
         let spacing = 0.5 / range_m;

@@ -74,6 +74,7 @@ impl Bench<'_> {
             observations: self.observations,
             whitening: &state.whitening,
             kept: Some(&kept),
+            bounds_of_last: None,
         };
         let mut predictor = self.predictor();
         let fitted = refit

@@ -333,7 +333,7 @@ fn period_patterns(observations: &Observations, space: &Space) -> Vec<Pattern> {
         .fold(0.0, f64::max);
     let periods: Vec<f64> = super::candidate::NOMINAL_PERIODS_M
         .into_iter()
-        .filter(|period| *period < 0.7 * range_m)
+        .filter(|period| *period < 0.7 * range_m && *period >= super::candidate::SHORTEST_PERIOD_M)
         .collect();
     let all = PatternGroup {
         pose: None,
@@ -344,8 +344,10 @@ fn period_patterns(observations: &Observations, space: &Space) -> Vec<Pattern> {
         .filter_map(|period| {
             let turn = |phase: f64| -> Vec<f64> {
                 observations
-                    .displacement_m
+                    .loads
                     .iter()
+                    .zip(&observations.displacement_m)
+                    .map(|(load, d)| load.position_m.unwrap_or(*d))
                     .map(|d| 1e-6 * (std::f64::consts::TAU * d / period + phase).sin())
                     .collect()
             };

@@ -58,9 +58,14 @@ pub fn diagnose(
     if observations.is_empty() {
         return Err(MismatchError::Empty);
     }
-    state::Bench {
+    let rough = state::Bench {
         baseline,
         observations,
+    };
+    let observations = rough.with_positions(options)?;
+    state::Bench {
+        baseline,
+        observations: &observations,
     }
     .diagnose(options, known)
 }

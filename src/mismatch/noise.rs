@@ -148,6 +148,31 @@ impl Whitening {
         }
     }
 
+    /// Best estimate of each reading without its own error and without its zero, m: where the gauge really stood.
+    ///
+    /// What scatters in the force and in the slope of a run moved the gauge; what scatters in the reading did not.
+    pub(super) fn positions(&self, observations: &Observations, residual_m: &[f64]) -> Vec<f64> {
+        // V⁻¹ r, then the best linear prediction of reading error and zero from it (Henderson, Biometrics 31 (1975)).
+        let mut solved = residual_m.to_vec();
+        self.apply(&mut solved);
+        self.apply_transposed(&mut solved);
+        let mut positions = observations.displacement_m.clone();
+        let (reading, zero) = (
+            self.noise.reading_sd_m.powi(2),
+            self.noise.zero_sd_m.powi(2),
+        );
+        for group in &self.groups {
+            for_each_zero(observations, &group.readings, |member| {
+                let members = || group.readings.clone().filter(|&r| member(r));
+                let offset = zero * members().map(|r| solved[r]).sum::<f64>();
+                for r in members() {
+                    positions[r] -= reading * solved[r] + offset;
+                }
+            });
+        }
+        positions
+    }
+
     /// Shares of reading, zero and run slope in the variance of an amplitude estimated along a white vector; the rest is force step.
     pub(super) fn variance_shares(
         &self,

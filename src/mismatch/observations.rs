@@ -203,6 +203,16 @@ impl Observations {
         self.runs[self.readings[reading].run].cell
     }
 
+    /// The same readings with where the gauge stood at each.
+    #[must_use]
+    pub(super) fn with_positions(&self, position_m: &[f64]) -> Self {
+        let mut out = self.clone();
+        for (load, position) in out.loads.iter_mut().zip(position_m) {
+            load.position_m = Some(*position);
+        }
+        out
+    }
+
     /// The same readings with other displacements, for simulated noise.
     #[must_use]
     pub fn with_displacements(&self, displacement_m: Vec<f64>) -> Self {

@@ -6,13 +6,13 @@ use crate::physics::{Effect, Law, Place, Sign, Twists};
 
 use super::candidate::{Candidate, Shape, candidates};
 use super::error::MismatchError;
-use super::refit::{Fitted, Model, is_smooth};
+use super::refit::{Fitted, Model, Refit, is_smooth};
 use super::screen::{Frozen, Screened, WhiteCandidate, WhiteShape, screen, white_candidates};
 use super::space::{Space, dot};
 use super::state::{Bench, State};
 
 /// Candidates that are fitted in full after the screen.
-const FITTED: usize = 14;
+const FITTED: usize = 24;
 
 /// Gain, below the best, to which candidates are fitted in full: a Bayes factor of e to this half.
 const WITHIN: f64 = 26.0;
@@ -75,6 +75,23 @@ impl Bench<'_> {
         let white = white_candidates(self.observations, &frozen, effects, &space, list);
         let screened = screen(&white, &residuals);
         let impossible = impossible(&white, &screened);
+        if std::env::var("DBG").is_ok() {
+            for (c, s) in white.iter().zip(&screened) {
+                if let Some(s) = s {
+                    if s.gain > 100.0 {
+                        eprintln!(
+                            "SCREEN {} {} gain {:.1} scale {:.2} shape {:?}",
+                            c.candidate.law,
+                            c.candidate.place,
+                            s.gain,
+                            s.scale,
+                            c.shapes[s.shape].shape
+                        );
+                    }
+                }
+            }
+            eprintln!("--");
+        }
         let chosen = choose(&white, &screened, effects);
         let mut ranked: Vec<Ranked> = chosen
             .par_iter()
@@ -89,6 +106,16 @@ impl Bench<'_> {
             ranked.extend(self.loose_members(state, &space)?);
         }
         ranked.sort_by(|a, b| b.log_bayes.total_cmp(&a.log_bayes));
+        if std::env::var("DBG").is_ok() {
+            for r in &ranked {
+                if r.gain > 100.0 {
+                    eprintln!(
+                        "RANK {} gain {:.1} lnB {:.1}",
+                        r.effect, r.gain, r.log_bayes
+                    );
+                }
+            }
+        }
         Ok(Ranking {
             ranked,
             impossible,
@@ -112,18 +139,22 @@ impl Bench<'_> {
         let shape = &white.shapes[screened.shape];
         let mut effect = shape.effect(&white.candidate, screened.scale, residuals);
         let existing = &state.fitted.model.effects;
-        self.polish(frozen, existing, space, residuals, &mut effect);
+        let bounds = &white.candidate.bounds;
+        self.polish(frozen, existing, space, residuals, bounds, &mut effect);
         let start = Model {
             parameters: state.fitted.model.parameters.clone(),
             effects: existing.iter().cloned().chain([effect]).collect(),
         };
         let mut predictor = self.predictor();
-        let refit = self.refit(&state.whitening);
+        let refit = Refit {
+            bounds_of_last: Some(bounds),
+            ..self.refit(&state.whitening)
+        };
         let Some(mut fitted) = refit.fit(&mut predictor, &start, true)? else {
             return Ok(None);
         };
         if state.fitted.squares - fitted.squares > 30.0 {
-            fitted = self.search_shape(state, &mut predictor, fitted)?;
+            fitted = self.search_shape(state, &mut predictor, bounds, fitted)?;
         }
         let effect = fitted.model.effects.last().cloned();
         let Some(effect) = effect else {
@@ -204,6 +235,7 @@ impl Bench<'_> {
         existing: &[Effect],
         space: &Space,
         residuals: &[f64],
+        bounds: &[[f64; 2]],
         effect: &mut Effect,
     ) {
         let Some(value) = kinked(effect) else { return };
@@ -242,7 +274,8 @@ impl Bench<'_> {
             let mut moved = false;
             for factor in [ratio, 1.0 / ratio] {
                 let mut trial = effect.clone();
-                trial.values[value] *= factor;
+                let [lower, upper] = bounds[value];
+                trial.values[value] = (trial.values[value] * factor).clamp(lower, upper);
                 let gain = gain_of(&trial);
                 if gain > best {
                     best = gain;
@@ -265,20 +298,26 @@ impl Bench<'_> {
         &self,
         state: &State,
         predictor: &mut super::predictor::ReadingPredictor<'_>,
+        bounds: &[[f64; 2]],
         start: Fitted,
     ) -> Result<Fitted, MismatchError> {
         let last = start.model.effects.len() - 1;
         let Some(value) = kinked(&start.model.effects[last]) else {
             return Ok(start);
         };
-        let refit = self.refit(&state.whitening);
+        let refit = Refit {
+            bounds_of_last: Some(bounds),
+            ..self.refit(&state.whitening)
+        };
         let mut best = start;
         let mut ratio = 1.2;
         for _ in 0..12 {
             let mut moved = false;
             for factor in [ratio, 1.0 / ratio] {
                 let mut trial = best.model.clone();
-                trial.effects[last].values[value] *= factor;
+                let [lower, upper] = bounds[value];
+                let moved_to = trial.effects[last].values[value] * factor;
+                trial.effects[last].values[value] = moved_to.clamp(lower, upper);
                 if let Some(fitted) = refit.fit(predictor, &trial, true)?
                     && fitted.squares < best.squares
                 {
@@ -337,15 +376,16 @@ impl Bench<'_> {
                     values: Vec::new(),
                     scale: [1.0, 1.0],
                     weight: 1.0,
+                    saturation: 0.0,
                 };
                 Ok((square > 1e-6).then(|| WhiteCandidate {
-                    candidate: Candidate {
-                        law: Law::LooseMember,
-                        place: effect.place,
-                        shapes: vec![shape.clone()],
-                        largest: 1.0,
-                        wide: false,
-                    },
+                    candidate: Candidate::of_shapes(
+                        Law::LooseMember,
+                        effect.place,
+                        vec![shape.clone()],
+                        1.0,
+                        false,
+                    ),
                     shapes: vec![WhiteShape {
                         shape,
                         vectors: vec![white],

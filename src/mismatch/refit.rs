@@ -42,6 +42,8 @@ pub(super) struct Refit<'a> {
     pub(super) whitening: &'a Whitening,
     /// Readings that count; all if `None`.
     pub(super) kept: Option<&'a [bool]>,
+    /// Bounds of the values of the last effect; those of the sign alone if `None`.
+    pub(super) bounds_of_last: Option<&'a [[f64; 2]]>,
 }
 
 impl Refit<'_> {
@@ -96,25 +98,35 @@ impl Refit<'_> {
                 let (lower, upper) = (parameter.lower, parameter.upper);
                 Parameter::free(&parameter.name, value.clamp(lower, upper), lower, upper)
             });
-        let of_effects = start.effects.iter().flat_map(|effect| {
-            effect
-                .law
-                .parameters()
-                .iter()
-                .zip(&effect.values)
-                .enumerate()
-                .map(|(index, (parameter, &value))| {
-                    if !(move_effects && is_smooth(effect.law, index)) {
-                        return Parameter::fixed(parameter.name, value);
-                    }
-                    let lower = if parameter.sign == Sign::Positive {
-                        0.0
-                    } else {
-                        f64::NEG_INFINITY
-                    };
-                    Parameter::free(parameter.name, value.max(lower), lower, f64::INFINITY)
-                })
-        });
+        let last = start.effects.len().wrapping_sub(1);
+        let of_effects = start
+            .effects
+            .iter()
+            .enumerate()
+            .flat_map(|(place, effect)| {
+                let bounds = self.bounds_of_last.filter(|_| place == last);
+                effect
+                    .law
+                    .parameters()
+                    .iter()
+                    .zip(&effect.values)
+                    .enumerate()
+                    .map(move |(index, (parameter, &value))| {
+                        let name = format!("{place}.{}", parameter.name);
+                        if !(move_effects && is_smooth(effect.law, index)) {
+                            return Parameter::fixed(name, value);
+                        }
+                        let lower = if parameter.sign == Sign::Positive {
+                            0.0
+                        } else {
+                            f64::NEG_INFINITY
+                        };
+                        let [lower, upper] = bounds
+                            .and_then(|bounds| bounds.get(index).copied())
+                            .unwrap_or([lower, f64::INFINITY]);
+                        Parameter::free(name, value.clamp(lower, upper), lower, upper)
+                    })
+            });
         ParameterSet::new(of_baseline.chain(of_effects).collect())
     }
 

@@ -191,11 +191,12 @@ impl WhiteShape {
             effect.values[2] = c.atan2(s);
             return effect;
         }
+        let factor = self.shape.size_factor(scale);
         if let Some(size) = effect.values.first_mut() {
-            *size *= scale;
+            *size *= factor;
         }
         if candidate.law == Law::JointNonlinearity {
-            effect.values[1] *= scale;
+            effect.values[1] *= factor;
         }
         effect
     }

@@ -6,6 +6,7 @@ use crate::statistics::{chi_squared_quantile, f_upper_tail};
 use super::error::MismatchError;
 use super::leftover::{Pattern, patterns};
 use super::limits::{Limits, limits};
+use super::observations::Observations;
 use super::rank::{Ranked, Ranking};
 use super::refit::Model;
 use super::restricted_likelihood::EstimatedNoise;
@@ -77,6 +78,19 @@ impl Bench<'_> {
                 .collect(),
             effects: Vec::new(),
         }
+    }
+
+    /// The observations with where the gauge stood at each reading, from the model without effects.
+    pub(super) fn with_positions(
+        &self,
+        options: &SearchOptions,
+    ) -> Result<Observations, MismatchError> {
+        let state = self
+            .settle(self.start(), options.noise)?
+            .ok_or(MismatchError::Empty)?;
+        let residuals = self.raw_residuals(&state.fitted.model)?;
+        let positions = state.whitening.positions(self.observations, &residuals);
+        Ok(self.observations.with_positions(&positions))
     }
 
     /// Limits for these observations: from the candidates and patterns against the baseline.

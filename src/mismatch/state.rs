@@ -43,6 +43,7 @@ impl<'a> Bench<'a> {
             observations: self.observations,
             whitening,
             kept: None,
+            bounds_of_last: None,
         }
     }
 

@@ -145,7 +145,9 @@ impl Bench<'_> {
             .iter()
             .enumerate()
             .filter(|(other, rival)| {
-                !members.contains(other) && !same(&rival.effect, &ranked.effect)
+                !members.contains(other)
+                    && !same(&rival.effect, &ranked.effect)
+                    && rival.log_bayes > 0.0
             })
             .take(RIVALS)
             .map(|(_, rival)| Rival {

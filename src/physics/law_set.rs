@@ -29,6 +29,8 @@ pub struct LoadPoint {
     pub since_zero_s: f64,
     /// Temperature since the gauge was zeroed, K.
     pub warming_k: f64,
+    /// Where the gauge stood, from its own reading, m; `None` where it stands where the prediction says.
+    pub position_m: Option<f64>,
 }
 
 /// The loads of one run, in the order in which they were applied; its history begins virgin.
@@ -170,7 +172,7 @@ impl LawSet {
     /// Displacements of a run, m.
     ///
     /// The order of composition: mechanics × (1 + creep + setting-in) + stand + drift + slip, then the gauge's period, a function of
-    /// that sum.
+    /// that sum, or of where the gauge is known to have stood.
     ///
     /// # Arguments
     /// - `twists`: scratch memory.
@@ -209,7 +211,7 @@ impl LawSet {
             if !self.slips.is_empty() {
                 sum += slips(load.step);
             }
-            let read = sum;
+            let read = load.position_m.unwrap_or(sum);
             for [amplitude, period, phase] in &self.periods {
                 sum += amplitude * (std::f64::consts::TAU * read / period + phase).sin();
             }

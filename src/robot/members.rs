@@ -241,26 +241,18 @@ fn hinged_joints(robot: &Robot, mechanism: &Mechanism, joints: &JointModel) -> V
 
 /// Places, among the hinged joints, of those that stand between a body and the rest of a node.
 ///
-/// A joint's second body turns on its first, which may itself turn on another at the same node: all twists on the way add up.
+/// A compliant joint splits its node: the element ends of its second body go to the new node, all others stay. Where several joints
+/// share a node, each second body turns against the node itself, not against the body before it.
 fn hinges_behind(robot: &Robot, hinge_joints: &[usize], node: usize, body: usize) -> Vec<usize> {
-    let mut behind = Vec::new();
-    let mut current = body;
-    // Each round steps to another joint at this node; more rounds than joints would be a cycle.
-    for _ in 0..robot.joints.len() {
-        let Some((index, joint)) = robot
-            .joints
-            .iter()
-            .enumerate()
-            .find(|(_, joint)| joint.node == node && joint.bodies[1] == current)
-        else {
-            break;
-        };
-        if let Some(hinge) = hinge_joints.iter().position(|&hinged| hinged == index) {
-            behind.push(hinge);
-        }
-        current = joint.bodies[0];
-    }
-    behind
+    hinge_joints
+        .iter()
+        .enumerate()
+        .filter(|(_, joint)| {
+            let joint = &robot.joints[**joint];
+            joint.node == node && joint.bodies[1] == body
+        })
+        .map(|(hinge, _)| hinge)
+        .collect()
 }
 
 /// The body on which the load acts: the one behind the most hinges at the end node.
