@@ -15,6 +15,7 @@ mod header;
 mod log_columns;
 mod number;
 mod order;
+mod procedure_toml;
 mod reading;
 mod row;
 mod rows;
@@ -22,6 +23,7 @@ mod session_file;
 mod session_toml;
 mod table;
 mod toml_section;
+mod toml_values;
 mod write;
 
 pub use assumption::{Assumption, Excluded, Note};
@@ -30,6 +32,7 @@ pub use csv::{ReadOptions, read_readings};
 pub use error::ReadingsError;
 pub use gauge_log::{GaugeLogOptions, LoadSign, read_gauge_log};
 pub use number::DecimalSign;
+pub use procedure_toml::PROCEDURE_SCHEMA;
 pub use reading::{Reading, ReadingText, Status};
 pub use rows::Delimiter;
 pub use session_file::{

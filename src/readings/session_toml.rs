@@ -1,20 +1,15 @@
 //! `session.toml` to a header and back.
 
-use jiff::civil::Date;
-use toml::de::DeTable;
 use toml::{Table, Value};
 
-use super::number::write_decimal;
+use super::procedure_toml::{procedure_table, read_procedure};
 use super::session_file::{
-    Environment, InstrumentRecord, Instruments, ProcedureRecord, ReadSession, SESSION_SCHEMA,
-    SessionFileError, SessionHeader, SettleRecord, UnknownKey, Word,
+    Environment, InstrumentRecord, Instruments, ReadSession, SESSION_SCHEMA, SessionFileError,
+    SessionHeader, UnknownKey,
 };
-use super::toml_section::{Section, Source};
+use super::toml_section::{Section, Source, parse};
+use super::toml_values::{date, put, put_number, put_text};
 use crate::quantity::Kind;
-use crate::test_point::PoseId;
-
-/// The schema of the procedure frozen in a session.
-const PROCEDURE_SCHEMA: &str = "stiffbench/procedure/1";
 
 type Unknown = Vec<UnknownKey>;
 
@@ -33,15 +28,7 @@ impl SessionHeader {
     pub fn from_toml(source: &str, text: &str) -> Result<ReadSession, SessionFileError> {
         let text = text.strip_prefix('\u{feff}').unwrap_or(text);
         let source = Source::new(source, text);
-        let document = DeTable::parse(text).map_err(|error| {
-            let span = error.span().unwrap_or(0..0);
-            SessionFileError::Syntax {
-                line: source.line(span.start),
-                message: error.message().to_owned(),
-                file: source.file(),
-                at: span.into(),
-            }
-        })?;
+        let document = parse(&source, text)?;
         let root = Section::root(&source, document.get_ref());
         root.check_schema(SESSION_SCHEMA, true)?;
         let mut unknown_keys = Vec::new();
@@ -101,7 +88,7 @@ fn read_header(
         environment: read_environment(root, unknown)?,
         software: root.text("software")?,
         procedure: match root.section("procedure")? {
-            Some(section) => Some(read_procedure(section, unknown)?),
+            Some(section) => Some(read_procedure(section, false, unknown)?),
             None => None,
         },
         instruments: match root.section("instruments")? {
@@ -133,46 +120,6 @@ fn read_environment(
     };
     section.finish(unknown);
     Ok(Some(environment))
-}
-
-fn read_procedure(
-    section: Section<'_>,
-    unknown: &mut Unknown,
-) -> Result<ProcedureRecord, SessionFileError> {
-    section.check_schema(PROCEDURE_SCHEMA, false)?;
-    let poses = section.texts("poses")?;
-    let mut settle = SettleRecord::default();
-    if let Some(table) = section.section("settle")? {
-        settle = SettleRecord {
-            force_tolerance_n: table.quantity("force_tolerance", Kind::Force)?,
-            dwell_s: table.quantity("dwell", Kind::Time)?,
-            spread_m: table.quantity("spread", Kind::Displacement)?,
-            slope_m_per_s: table.rate("slope", "_per_s", Kind::Displacement)?,
-        };
-        table.finish(unknown);
-    }
-    // Short headers have the tolerance without the table around it.
-    if settle.force_tolerance_n.is_none() {
-        settle.force_tolerance_n = section.quantity("force_tolerance", Kind::Force)?;
-    }
-    let procedure = ProcedureRecord {
-        name: section.text("name")?,
-        text: section.text("text")?,
-        poses: poses.iter().map(|name| PoseId::new(name)).collect(),
-        directions: section.words("directions")?,
-        loads_n: section.quantities("loads", Kind::Force)?,
-        branches: section.words("branches")?,
-        repeats: section.count("repeats")?,
-        repeat_order: section.word("repeat_order")?,
-        load_order: section.word("load_order")?,
-        seed: section.count("seed")?,
-        zero: section.word("zero")?,
-        preload_n: section.quantity("preload", Kind::Force)?,
-        holds_s: section.quantities("holds", Kind::Time)?,
-        settle,
-    };
-    section.finish(unknown);
-    Ok(procedure)
 }
 
 fn read_instruments(
@@ -226,43 +173,6 @@ fn environment_table(environment: &Environment) -> Table {
     table
 }
 
-fn procedure_table(procedure: &ProcedureRecord) -> Table {
-    let mut table = Table::new();
-    put(&mut table, "schema", Some(Value::from(PROCEDURE_SCHEMA)));
-    put_text(&mut table, "name", procedure.name.as_ref());
-    put_text(&mut table, "text", procedure.text.as_ref());
-    let names = procedure.poses.iter().map(PoseId::as_str);
-    put_list(&mut table, "poses", names);
-    put_list(&mut table, "directions", words(&procedure.directions));
-    put_list(
-        &mut table,
-        "loads_N",
-        procedure.loads_n.iter().map(|n| decimal(*n, 0)),
-    );
-    put_list(&mut table, "branches", words(&procedure.branches));
-    put(&mut table, "repeats", procedure.repeats.map(Value::from));
-    put(&mut table, "repeat_order", procedure.repeat_order.map(word));
-    put(&mut table, "load_order", procedure.load_order.map(word));
-    put(&mut table, "seed", procedure.seed.map(seed));
-    put(&mut table, "zero", procedure.zero.map(word));
-    put_number(&mut table, "preload_N", procedure.preload_n, 0);
-    put_list(
-        &mut table,
-        "holds_s",
-        procedure.holds_s.iter().map(|s| decimal(*s, 0)),
-    );
-    let settle = &procedure.settle;
-    if *settle != SettleRecord::default() {
-        let mut inner = Table::new();
-        put_number(&mut inner, "force_tolerance_N", settle.force_tolerance_n, 0);
-        put_number(&mut inner, "dwell_s", settle.dwell_s, 0);
-        put_number(&mut inner, "spread_um", settle.spread_m, 6);
-        put_number(&mut inner, "slope_um_per_s", settle.slope_m_per_s, 6);
-        put(&mut table, "settle", Some(Value::Table(inner)));
-    }
-    table
-}
-
 fn instrument_table(record: &InstrumentRecord, unit: &str, shift: i32) -> Table {
     let mut table = Table::new();
     let key = |stem: &str| format!("{stem}_{unit}");
@@ -276,54 +186,4 @@ fn instrument_table(record: &InstrumentRecord, unit: &str, shift: i32) -> Table 
     put(&mut table, "calibrated", record.calibrated.map(date));
     put(&mut table, "due", record.due.map(date));
     table
-}
-
-fn put(table: &mut Table, key: &str, value: Option<Value>) {
-    if let Some(value) = value {
-        table.insert(key.to_owned(), value);
-    }
-}
-
-fn put_text(table: &mut Table, key: &str, text: Option<&String>) {
-    put(table, key, text.map(|text| Value::from(text.as_str())));
-}
-
-/// A number with its decimal point `shift` places further right.
-fn put_number(table: &mut Table, key: &str, value: Option<f64>, shift: i32) {
-    put(table, key, value.map(|value| decimal(value, shift).into()));
-}
-
-/// TOML has no whole number beyond that of 63 bits; a seed from there is written as text.
-fn seed(seed: u64) -> Value {
-    i64::try_from(seed).map_or_else(|_| Value::from(seed.to_string()), Value::from)
-}
-
-fn put_list<T: Into<Value>>(table: &mut Table, key: &str, items: impl Iterator<Item = T>) {
-    put(
-        table,
-        key,
-        Some(Value::Array(items.map(Into::into).collect())),
-    );
-}
-
-fn words<W: Word>(members: &[W]) -> impl Iterator<Item = Value> {
-    members.iter().map(|member| word(*member))
-}
-
-fn word<W: Word>(member: W) -> Value {
-    Value::from(member.word())
-}
-
-/// The number nearest to the decimal digits of `value`, their point moved; see [`write_decimal`].
-fn decimal(value: f64, shift: i32) -> f64 {
-    let mut text = String::new();
-    write_decimal(value, shift, &mut text);
-    // What is not finite has no digits to move and is not accepted back either.
-    text.parse().unwrap_or(value)
-}
-
-fn date(date: Date) -> Value {
-    let text = date.to_string();
-    text.parse()
-        .map_or_else(|_| Value::from(text), Value::Datetime)
 }

@@ -35,6 +35,22 @@ impl Source {
     }
 }
 
+/// The tables of a file.
+pub(super) fn parse<'a>(
+    source: &Source,
+    text: &'a str,
+) -> Result<Spanned<DeTable<'a>>, SessionFileError> {
+    DeTable::parse(text).map_err(|error| {
+        let span = error.span().unwrap_or(0..0);
+        SessionFileError::Syntax {
+            line: source.line(span.start),
+            message: error.message().to_owned(),
+            file: source.file(),
+            at: span.into(),
+        }
+    })
+}
+
 /// One table of a file.
 pub(super) struct Section<'a> {
     source: &'a Source,
