@@ -14,7 +14,8 @@
 //! - [`structure`]: three-dimensional beams. Has never heard of robots.
 //! - [`robot`]: a robot file, its kinematics, mobility, and the structure it is in a pose. Names come from the file.
 //! - [`physics`]: the laws that a beam model leaves out, solved with the structure.
-//! - [`mod@bench`]: the virtual bench. The noise that makes data lives here, never the noise an analysis assumes.
+//! - [`procedure`]: which loads are applied where and in which order, as data. Guided sessions and the virtual bench follow the same steps.
+//! - [`mod@bench`]: the virtual bench: it follows a procedure. The noise that makes data lives here, never the noise an analysis assumes.
 //! - [`least_squares`]: parameters, minima and what they are worth. Has never heard of stiffness.
 //! - [`fit`]: fitting factors from measured or reference stiffness, jointly or by the paper's steps.
 //! - [`mismatch`]: what the fitted structure cannot explain, and which physics would.
@@ -32,6 +33,7 @@ pub mod mismatch;
 pub mod nearest;
 pub mod physics;
 pub mod plot;
+pub mod procedure;
 pub mod quantity;
 pub mod readings;
 pub mod report;

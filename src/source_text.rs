@@ -60,6 +60,38 @@ impl SourceText {
         self.toml_spans().map_or(0..0, |spans| spans.key(path))
     }
 
+    /// The keys of the table at `path` in this TOML text, of the whole text for an empty path; none if there is no such table.
+    #[must_use]
+    pub fn toml_keys(&self, path: &[Step<'_>]) -> Vec<String> {
+        let names =
+            |table: &DeTable<'_>| table.keys().map(|key| key.get_ref().to_string()).collect();
+        let Ok(document) = DeTable::parse(&self.text) else {
+            return Vec::new();
+        };
+        let Some((first, rest)) = path.split_first() else {
+            return names(document.get_ref());
+        };
+        let Step::Key(first) = first else {
+            return Vec::new();
+        };
+        let mut value = document.get_ref().get(*first).map(Spanned::get_ref);
+        for step in rest {
+            value = match (step, value) {
+                (Step::Key(key), Some(DeValue::Table(table))) => {
+                    table.get(*key).map(Spanned::get_ref)
+                }
+                (Step::Index(index), Some(DeValue::Array(array))) => {
+                    array.get(*index).map(Spanned::get_ref)
+                }
+                _ => None,
+            };
+        }
+        match value {
+            Some(DeValue::Table(table)) => names(table),
+            _ => Vec::new(),
+        }
+    }
+
     /// All places of this TOML text, for more than one question; `None` if it is not TOML.
     #[must_use]
     pub fn toml_spans(&self) -> Option<TomlSpans<'_>> {
@@ -142,6 +174,18 @@ mod tests {
             at(&[Step::Key("list"), Step::Index(0), Step::Key("z")]),
             (3, 3)
         );
+    }
+
+    #[test]
+    fn lists_the_keys_of_tables() {
+        let source = SourceText::new("f", "a = 1\n[b]\nc = 1\n[[l]]\nd = 2\n");
+        let keys = |path: &[Step<'_>]| source.toml_keys(path).join(" ");
+        assert_eq!(keys(&[]), "a b l");
+        assert_eq!(keys(&[Step::Key("b")]), "c");
+        assert_eq!(keys(&[Step::Key("l"), Step::Index(0)]), "d");
+        assert_eq!(keys(&[Step::Key("a")]), "");
+        assert_eq!(keys(&[Step::Index(0)]), "");
+        assert_eq!(SourceText::new("f", "a =").toml_keys(&[]).len(), 0);
     }
 
     #[test]

@@ -10,7 +10,7 @@ use std::path::{Path, PathBuf};
 
 /// Each module of `src` and the modules it may import; its own paths are always open to it. `cli` may import everything.
 #[rustfmt::skip]
-const MAY_IMPORT: [(&str, &[&str]); 20] = [
+const MAY_IMPORT: [(&str, &[&str]); 21] = [
     ("statistics", &[]),
     ("source_text", &[]),
     ("nearest", &[]),
@@ -19,11 +19,12 @@ const MAY_IMPORT: [(&str, &[&str]); 20] = [
     ("test_point", &["quantity"]),
     ("readings", &["quantity", "test_point", "nearest"]),
     ("specimen", &["quantity", "test_point", "nearest", "readings"]),
+    ("procedure", &["source_text", "nearest", "test_point", "readings"]),
     ("stiffness", &["quantity", "statistics", "test_point", "readings"]),
     ("structure", &["vector"]),
     ("robot", &["source_text", "nearest", "vector", "test_point", "structure"]),
     ("physics", &["source_text", "vector", "test_point", "structure", "robot"]),
-    ("bench", &["quantity", "test_point", "readings", "structure", "robot", "physics"]),
+    ("bench", &["test_point", "readings", "procedure", "robot", "physics"]),
     ("least_squares", &["statistics"]),
     ("fit", &["quantity", "statistics", "test_point", "stiffness", "structure", "robot", "least_squares"]),
     ("mismatch", &["statistics", "vector", "test_point", "readings", "structure", "robot", "physics", "least_squares"]),
@@ -40,8 +41,8 @@ const MAY_IMPORT: [(&str, &[&str]); 20] = [
 
 #[rustfmt::skip]
 const EVERYTHING: &[&str] = &[
-    "quantity", "statistics", "source_text", "nearest", "vector", "test_point", "readings", "specimen", "stiffness", "structure", "robot",
-    "physics", "bench", "least_squares", "fit", "mismatch", "distribution", "plot", "report",
+    "quantity", "statistics", "source_text", "nearest", "vector", "test_point", "readings", "specimen", "procedure", "stiffness",
+    "structure", "robot", "physics", "bench", "least_squares", "fit", "mismatch", "distribution", "plot", "report",
 ];
 
 /// What only `cli` may do: print, read the clock, wait, open files.
@@ -53,9 +54,9 @@ const ONLY_CLI: [&str; 16] = [
 
 /// Folders and files that documentation and checks rely on.
 #[rustfmt::skip]
-const TOP_LEVEL: [&str; 16] = [
+const TOP_LEVEL: [&str; 17] = [
     "Cargo.toml", "Cargo.lock", "README.md", "justfile", ".ci/run", "src/lib.rs", "src/main.rs", "tests", "fixtures", "fuzz", "benches",
-    "data/robots", "data/paper", "data/sessions", "data/fonts", "data/recordings",
+    "data/robots", "data/paper", "data/sessions", "data/fonts", "data/recordings", "protocols/procedures",
 ];
 
 /// Lines above which a file of `src` is to be split.

@@ -37,7 +37,7 @@ impl ProcedureRecord {
 
     /// The record as the table of a file, `schema` first; quantities in the units of files.
     #[must_use]
-    pub fn to_table(&self) -> Table {
+    pub(crate) fn to_table(&self) -> Table {
         procedure_table(self)
     }
 }

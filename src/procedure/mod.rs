@@ -1,0 +1,21 @@
+//! Procedures: which loads are applied where, in which order, and when the gauge is zeroed.
+//!
+//! A procedure is data: a TOML file of schema `stiffbench/procedure/1`, shipped ([`shipped_procedures`]) or the user's own. [`Procedure`]
+//! is the plan that has been checked and has all defaults filled in; [`crate::readings::ProcedureRecord`] is what a session's header
+//! keeps of it. Guided sessions and the virtual bench both follow [`Procedure::steps`], so a plan means the same on either.
+
+mod pace;
+mod parse;
+mod plan;
+mod problem;
+mod shipped;
+mod shuffle;
+mod steps;
+mod write;
+
+pub use pace::Pace;
+pub use plan::{Procedure, Settle};
+pub use problem::{ProcedureError, ProcedureProblem};
+pub use shipped::{DEFAULT_PROCEDURE, shipped_procedure, shipped_procedures};
+pub use shuffle::shuffled;
+pub use steps::PlannedReading;

@@ -1,0 +1,179 @@
+//! What can be wrong with a procedure.
+
+use miette::{Diagnostic, NamedSource, SourceSpan};
+use thiserror::Error;
+
+use crate::readings::SessionFileError;
+
+/// Why a procedure file cannot be followed; each shows the place in the file.
+#[derive(Debug, Error, Diagnostic)]
+pub enum ProcedureError {
+    /// Not TOML, not a procedure, or a value or unit of the wrong kind.
+    #[error("{file}: {problem}")]
+    #[diagnostic(forward(problem), code(stiffbench::procedure::file))]
+    File {
+        /// The file.
+        file: String,
+        /// What is wrong, with its line.
+        problem: Box<SessionFileError>,
+    },
+    /// Every value can be read, but the plan they make cannot be followed.
+    #[error("{file}: line {line}: {problem}")]
+    #[diagnostic(forward(problem))]
+    Plan {
+        /// The file.
+        file: String,
+        /// Line, from 1.
+        line: usize,
+        /// What is wrong.
+        problem: Box<ProcedureProblem>,
+        /// The text, for quoting.
+        #[source_code]
+        source_text: NamedSource<String>,
+        /// The place.
+        #[label("here")]
+        at: SourceSpan,
+    },
+}
+
+/// Why a plan cannot be followed.
+#[derive(Debug, Clone, PartialEq, Error, Diagnostic)]
+pub enum ProcedureProblem {
+    /// A list with nothing in it.
+    #[error("`{key}` lists nothing")]
+    #[diagnostic(
+        code(stiffbench::procedure::empty_list),
+        help(
+            "list at least one, or leave the key out: that takes every pose of the robot, the directions x, y, z, loads to -70 N, loading"
+        )
+    )]
+    Empty {
+        /// The key, without its unit.
+        key: &'static str,
+    },
+    /// A pose or direction that stands in its list twice.
+    #[error("`{key}` lists {name} twice")]
+    #[diagnostic(
+        code(stiffbench::procedure::twice),
+        help(
+            "take one of them out: the readings of both would be those of one pose and direction; for more readings raise `repeats`"
+        )
+    )]
+    Twice {
+        /// The key.
+        key: &'static str,
+        /// The member.
+        name: String,
+    },
+    /// No repeat.
+    #[error("`repeats` is 0")]
+    #[diagnostic(
+        code(stiffbench::procedure::no_repeat),
+        help("give at least 1; from 2 on the scatter from run to run can be seen")
+    )]
+    NoRepeat,
+    /// No loading branch.
+    #[error("`branches` has no \"loading\"")]
+    #[diagnostic(
+        code(stiffbench::procedure::no_loading),
+        help("write branches = [\"loading\"] or [\"loading\", \"unloading\"]")
+    )]
+    NoLoading,
+    /// Loads that are all zero.
+    #[error("`loads` are all zero")]
+    #[diagnostic(
+        code(stiffbench::procedure::only_zero),
+        help("list at least one load other than 0, in N, for example -50")
+    )]
+    OnlyZero,
+    /// A number that is not finite.
+    #[error("`{key}` is {value}: a finite number is needed")]
+    #[diagnostic(
+        code(stiffbench::procedure::not_finite),
+        help("loads are finite numbers of newtons, times of seconds")
+    )]
+    NotFinite {
+        /// The key, without its unit.
+        key: &'static str,
+        /// The value, SI.
+        value: f64,
+    },
+    /// A limit below zero.
+    #[error("`{key}` is {value} (SI), below zero")]
+    #[diagnostic(code(stiffbench::procedure::negative), help("give 0 or more"))]
+    Negative {
+        /// The key, without its unit.
+        key: &'static str,
+        /// The value, SI.
+        value: f64,
+    },
+    /// Holds that do not grow from zero.
+    #[error("`holds` has {hold_s} s behind {after_s} s")]
+    #[diagnostic(
+        code(stiffbench::procedure::holds),
+        help(
+            "holds count from the moment the load was reached: list growing times above zero, for example [60, 120]"
+        )
+    )]
+    Holds {
+        /// The hold, s.
+        hold_s: f64,
+        /// What stands before it, s; 0 for the first.
+        after_s: f64,
+    },
+    /// Unloading where each load is released before the next.
+    #[error(
+        "`branches` has \"unloading\", but with repeat_order \"at-load\" each load is released before the next"
+    )]
+    #[diagnostic(
+        code(stiffbench::procedure::unloading_at_load),
+        help("take repeat_order = \"sweep\", or leave \"unloading\" out")
+    )]
+    UnloadingAtLoad,
+    /// Unloading in a shuffled order.
+    #[error("`branches` has \"unloading\", but a shuffled order goes up and down anyway")]
+    #[diagnostic(
+        code(stiffbench::procedure::unloading_shuffled),
+        help("take load_order = \"ascending\", or leave \"unloading\" out")
+    )]
+    UnloadingShuffled,
+    /// A zero for each of several runs that take turns.
+    #[error(
+        "`zero` is \"run\", but with repeat_order \"at-load\" the runs take turns at every load"
+    )]
+    #[diagnostic(
+        code(stiffbench::procedure::zero_at_load),
+        help("take zero = \"cell\", or repeat_order = \"sweep\"")
+    )]
+    ZeroOfRunsAtLoad,
+    /// More readings than anybody makes.
+    #[error("{readings} readings in one pose and direction, more than {most}")]
+    #[diagnostic(
+        code(stiffbench::procedure::too_long),
+        help("lower `repeats`, or list fewer loads or holds")
+    )]
+    TooLong {
+        /// Readings planned.
+        readings: u64,
+        /// Most that are taken.
+        most: u64,
+    },
+}
+
+impl ProcedureProblem {
+    /// The key to change, with its table and without its unit.
+    #[must_use]
+    pub fn key(&self) -> &'static str {
+        match self {
+            Self::Empty { key }
+            | Self::Twice { key, .. }
+            | Self::NotFinite { key, .. }
+            | Self::Negative { key, .. } => key,
+            Self::NoRepeat | Self::TooLong { .. } => "repeats",
+            Self::NoLoading | Self::UnloadingAtLoad | Self::UnloadingShuffled => "branches",
+            Self::OnlyZero => "loads",
+            Self::Holds { .. } => "holds",
+            Self::ZeroOfRunsAtLoad => "zero",
+        }
+    }
+}
