@@ -12,11 +12,12 @@ use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use rayon::prelude::*;
 
-use stiffbench::bench::{BenchPlan, Jack, NoiseModel, VirtualBench};
+use stiffbench::bench::{Jack, NoiseModel, VirtualBench};
 use stiffbench::fit::{
     FACTOR_NAMES, FitOptions, FitOutcome, FitProblem, MeasuredStiffness, MonteCarloSettings,
     PaperOptions, PaperSource, fit_cells, follow_paper, read_stiffness_list,
 };
+use stiffbench::procedure::Procedure;
 use stiffbench::robot::{FittingFactors, Robot, shipped_robot};
 use stiffbench::stiffness::{Gauges, Method, StiffnessOptions, stiffness_table};
 
@@ -42,8 +43,7 @@ fn simulate_and_fit(robot: &Robot, mechanism: &str, seed: u64) -> (FittingFactor
         Jack::default(),
     )
     .unwrap();
-    let plan = BenchPlan::sweeps(robot.poses.iter().map(|named| named.id.clone()).collect());
-    let readings = bench.run(&plan, "s", seed).unwrap();
+    let readings = bench.run(&Procedure::default(), "s", seed).unwrap();
     let table = stiffness_table(
         &readings.readings,
         &Gauges::default(),
@@ -114,8 +114,7 @@ fn exact(robot: &Robot, factors: &FittingFactors) -> MeasuredStiffness {
     let mechanism = robot.mechanism(None).unwrap();
     let mut bench =
         VirtualBench::new(robot, mechanism, factors, NoiseModel::NONE, Jack::default()).unwrap();
-    let plan = BenchPlan::sweeps(robot.poses.iter().map(|named| named.id.clone()).collect());
-    let readings = bench.run(&plan, "exact", 3).unwrap();
+    let readings = bench.run(&Procedure::default(), "exact", 3).unwrap();
     let table = stiffness_table(
         &readings.readings,
         &Gauges::default(),

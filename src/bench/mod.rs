@@ -1,11 +1,22 @@
-//! The virtual bench: beam model, jack, two gauges, noise and clock, in software.
+//! The virtual bench: beam model, jack, two gauges, noise, clock and thermometer, in software.
 //!
-//! It makes sessions whose truth is known. The noise that makes the data is set here and nowhere else; an analysis assumes its own.
+//! It follows a [`crate::procedure::Procedure`] and makes sessions whose truth is known. The noise that makes the data is set here and
+//! nowhere else; an analysis assumes its own.
 
 mod jack;
+mod mechanics;
 mod noise;
+mod recorder;
+mod temperature;
 mod virtual_bench;
 
 pub use jack::Jack;
-pub use noise::NoiseModel;
-pub use virtual_bench::{BenchError, BenchPlan, VirtualBench};
+pub use mechanics::{LoadPoint, RunLoads};
+pub use noise::{NoiseModel, NoiseShape};
+pub use virtual_bench::{BenchError, VirtualBench};
+
+/// Streams of the random numbers of one seed: forces and errors come from stream 0, so that they stay the same when times change.
+const STREAM_OF_TIMES: u64 = 1;
+
+/// See [`STREAM_OF_TIMES`].
+const STREAM_OF_TEMPERATURE: u64 = 2;

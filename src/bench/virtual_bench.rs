@@ -1,79 +1,19 @@
-//! Runs a plan of loads on a robot that exists as a beam model.
+//! Follows a procedure on a robot that exists as a beam model.
 
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 
-use crate::readings::{
-    Reading, ReadingTable, ReadingText, RepeatOrder, RunNumbers, Status, ZeroScope,
-};
+use crate::procedure::{PlannedReading, Procedure, ProcedureProblem};
+use crate::readings::{ReadingTable, ZeroScope};
 use crate::robot::{FittingFactors, Mechanism, Predictor, Robot, RobotError};
-use crate::test_point::{Branch, Direction, PoseId};
+use crate::test_point::{Direction, PoseId};
 
-use super::jack::Jack;
-use super::noise::{NoiseModel, decimals, normal, rounded};
-
-/// Micrometres in a metre.
-const MICROMETRES: f64 = 1e6;
-
-/// Which loads are applied where, in which order.
-#[derive(Debug, Clone, PartialEq)]
-pub struct BenchPlan {
-    /// Poses, in the order of measurement.
-    pub poses: Vec<PoseId>,
-    /// Directions, in the order of measurement.
-    pub directions: Vec<Direction>,
-    /// Target loads, N, signed, in the order of loading; unloading goes back through them.
-    pub loads_n: Vec<f64>,
-    /// Whether the loads are taken off in the same steps.
-    pub unloading: bool,
-    /// Applications of the sequence, or of each load.
-    pub repeats: u32,
-    /// Whether each load is repeated before the next, or the whole sequence.
-    pub repeat_order: RepeatOrder,
-    /// How long a gauge zero lasts.
-    pub zero: ZeroScope,
-}
-
-impl BenchPlan {
-    /// Sweeps of 0, -10, … -70 N in x, y, z, five times, zeroed before each run, in the given poses.
-    #[must_use]
-    pub fn sweeps(poses: Vec<PoseId>) -> Self {
-        Self {
-            poses,
-            directions: Direction::ALL.to_vec(),
-            loads_n: (0..8).map(|step| -10.0 * f64::from(step)).collect(),
-            unloading: false,
-            repeats: 5,
-            repeat_order: RepeatOrder::Sweep,
-            zero: ZeroScope::Run,
-        }
-    }
-
-    /// Targets and branches of one application of the sequence.
-    fn sequence(&self) -> Vec<(f64, Branch)> {
-        let up = self.loads_n.iter().map(|&load| (load, Branch::Loading));
-        let down = self
-            .loads_n
-            .iter()
-            .rev()
-            .skip(1)
-            .map(|&load| (load, Branch::Unloading));
-        up.chain(down.filter(|_| self.unloading)).collect()
-    }
-
-    /// Repeat and step of every reading of a cell, in the order in which they are made.
-    fn order(&self, steps: u32) -> Vec<(u32, u32)> {
-        let repeats = 1..=self.repeats;
-        match self.repeat_order {
-            RepeatOrder::Sweep => repeats
-                .flat_map(|repeat| (0..steps).map(move |step| (repeat, step)))
-                .collect(),
-            RepeatOrder::AtLoad => (0..steps)
-                .flat_map(|step| repeats.clone().map(move |repeat| (repeat, step)))
-                .collect(),
-        }
-    }
-}
+use super::STREAM_OF_TIMES;
+use super::jack::{self, Jack};
+use super::mechanics::{LoadPoint, RunLoads, mechanics};
+use super::noise::NoiseModel;
+use super::recorder::{Place, Recorder};
+use super::temperature::TemperatureTrack;
 
 /// Why a virtual bench cannot run.
 #[derive(Debug, thiserror::Error, miette::Diagnostic)]
@@ -82,21 +22,16 @@ pub enum BenchError {
     #[error(transparent)]
     #[diagnostic(transparent)]
     Robot(#[from] RobotError),
-    /// A plan that asks for nothing, or for what no gauge can read.
-    #[error("the plan has {what}")]
-    #[diagnostic(
-        code(stiffbench::bench::plan),
-        help(
-            "give at least one pose, direction, load and repeat; loads are finite numbers of newtons"
-        )
-    )]
-    Plan {
-        /// What is wrong with it.
-        what: &'static str,
-    },
+    /// A procedure that cannot be followed.
+    #[error(transparent)]
+    #[diagnostic(transparent)]
+    Procedure(#[from] ProcedureProblem),
     /// A size of the noise that is negative or not finite.
     #[error("{what} is {value}: it must be finite and not negative")]
-    #[diagnostic(code(stiffbench::bench::noise))]
+    #[diagnostic(
+        code(stiffbench::bench::noise),
+        help("give 0 or more; 0 switches this error off")
+    )]
     Noise {
         /// Which size.
         what: &'static str,
@@ -112,6 +47,44 @@ pub struct VirtualBench<'a> {
     robot: &'a Robot,
     noise: NoiseModel,
     jack: Jack,
+}
+
+/// What belongs to one pose and direction.
+struct CellSetup<'a> {
+    pose: &'a PoseId,
+    direction: Direction,
+    /// 3 × 3, row = direction of displacement, column = direction of force.
+    compliance_m_per_n: [[f64; 3]; 3],
+    planned: Vec<PlannedReading>,
+}
+
+/// A load as the operator set it, with the errors of its reading.
+struct SetLoad {
+    planned: PlannedReading,
+    load: LoadPoint,
+    /// Zero and reading together, m.
+    error_m: f64,
+}
+
+/// Clock, thermometer and random numbers of a session.
+struct Session {
+    errors: ChaCha8Rng,
+    times: ChaCha8Rng,
+    temperature: TemperatureTrack,
+    time_s: f64,
+}
+
+impl Session {
+    fn new(seed: u64) -> Self {
+        let mut times = ChaCha8Rng::seed_from_u64(seed);
+        times.set_stream(STREAM_OF_TIMES);
+        Self {
+            errors: ChaCha8Rng::seed_from_u64(seed),
+            times,
+            temperature: TemperatureTrack::new(seed),
+            time_s: 0.0,
+        }
+    }
 }
 
 impl<'a> VirtualBench<'a> {
@@ -135,7 +108,6 @@ impl<'a> VirtualBench<'a> {
                 noise.displacement_step_m,
             ),
             ("the step of the force gauge", noise.force_step_n),
-            ("the tolerance of the jack", jack.force_tolerance_n),
         ] {
             if !(value.is_finite() && value >= 0.0) {
                 return Err(BenchError::Noise { what, value });
@@ -149,260 +121,161 @@ impl<'a> VirtualBench<'a> {
         })
     }
 
-    /// Carries out a plan; the same seed gives the same readings.
+    /// Follows a procedure; the same seed gives the same readings. Poses that it leaves open are all of the robot's.
+    ///
+    /// The gauge is zeroed without load: the preload of the procedure is a matter of a real contact. Every run starts virgin.
     ///
     /// # Errors
-    /// [`BenchError::Plan`]; [`BenchError::Robot`] for a pose that is unknown or cannot be reached.
+    /// [`BenchError::Procedure`]; [`BenchError::Robot`] for a pose that is unknown or cannot be reached.
     pub fn run(
         &mut self,
-        plan: &BenchPlan,
-        session: &str,
+        procedure: &Procedure,
+        name: &str,
         seed: u64,
     ) -> Result<ReadingTable, BenchError> {
-        check(plan)?;
-        let mut rng = ChaCha8Rng::seed_from_u64(seed);
+        procedure.check()?;
+        let named = || self.robot.poses.iter().map(|named| named.id.clone());
+        let poses = procedure.poses.clone().unwrap_or_else(|| named().collect());
+        let mut session = Session::new(seed);
         let mut recorder = Recorder::default();
-        for pose in &plan.poses {
+        let mut cell = 0;
+        for pose in &poses {
             self.predictor.place(self.robot.pose(pose)?)?;
-            let compliance = self.predictor.translation_compliance();
-            for &direction in &plan.directions {
-                let i = direction.index();
-                self.run_cell(
-                    plan,
+            let compliance_m_per_n = self.predictor.translation_compliance();
+            for (place, &direction) in procedure.directions.iter().enumerate() {
+                let setup = CellSetup {
                     pose,
                     direction,
-                    compliance[i][i],
-                    &mut rng,
-                    &mut recorder,
-                );
+                    compliance_m_per_n,
+                    planned: procedure.steps(cell),
+                };
+                // The session begins when the first pose is set up.
+                if cell > 0 {
+                    let pace = &self.jack.pace;
+                    let mean_s = if place == 0 {
+                        pace.pose_s
+                    } else {
+                        pace.direction_s
+                    };
+                    session.time_s += jack::seconds(mean_s, &mut session.times);
+                }
+                self.run_cell(procedure, &setup, &mut session, &mut recorder);
+                cell += 1;
             }
         }
-        Ok(recorder.finish(session))
+        Ok(recorder.finish(name))
     }
 
     fn run_cell(
         &self,
-        plan: &BenchPlan,
-        pose: &PoseId,
-        direction: Direction,
-        compliance_m_per_n: f64,
-        rng: &mut ChaCha8Rng,
+        procedure: &Procedure,
+        setup: &CellSetup<'_>,
+        session: &mut Session,
         recorder: &mut Recorder,
     ) {
-        let sequence = plan.sequence();
-        let runs: Vec<f64> = (0..plan.repeats)
-            .map(|_| normal(rng, self.noise.run_slope_sd))
+        let slopes: Vec<f64> = (0..procedure.repeats)
+            .map(|_| {
+                self.noise
+                    .error(self.noise.run_slope_sd, &mut session.errors)
+            })
             .collect();
-        let mut zero_m = 0.0;
-        let mut zeroed = None;
-        for (repeat, step) in plan.order(sequence.len() as u32) {
-            let zero_of = if plan.zero == ZeroScope::Cell {
-                0
-            } else {
-                repeat
-            };
-            if zeroed != Some(zero_of) {
-                zeroed = Some(zero_of);
-                zero_m = normal(rng, self.noise.zero_sd_m);
-                recorder.time_s += Jack::seconds(self.jack.seconds_per_zero, rng);
-            }
-            recorder.time_s += Jack::seconds(self.jack.seconds_per_reading, rng);
-            let (target_n, branch) = sequence[step as usize];
-            let force_n = self.jack.force_n(target_n, rng);
-            let mechanics_m = force_n * compliance_m_per_n * (1.0 + runs[repeat as usize - 1]);
-            let displacement_m = mechanics_m + zero_m + normal(rng, self.noise.reading_sd_m);
-            let shown_n = rounded(force_n, self.noise.force_step_n);
-            let shown_um = rounded(displacement_m, self.noise.displacement_step_m) * MICROMETRES;
-            let force_raw = format!("{shown_n:.*}", decimals(self.noise.force_step_n));
-            let displacement_raw = format!(
-                "{shown_um:.*}",
-                decimals(self.noise.displacement_step_m * MICROMETRES)
-            );
-            let cell_label = (plan.zero == ZeroScope::Cell).then_some("cell");
-            let run = recorder.runs.number(pose, direction, repeat, None);
-            let zero = recorder.zeros.number(pose, direction, repeat, cell_label);
-            recorder.add(Reading {
-                line: 0,
-                seq: 0,
-                run,
-                zero,
-                pose: pose.clone(),
-                direction,
-                branch,
-                step,
+        let set_loads = self.set_loads(procedure, setup, session);
+        let mechanics_m = mechanics_by_run(procedure, setup, &set_loads);
+        let i = setup.direction.index();
+        let along_m_per_n = setup.compliance_m_per_n[i][i];
+        for (set, mechanics_m) in set_loads.iter().zip(mechanics_m) {
+            let repeat = set.planned.repeat;
+            let seated_m = slopes[repeat as usize - 1] * along_m_per_n * set.load.force_n;
+            let place = Place {
+                pose: setup.pose,
+                direction: setup.direction,
                 repeat,
-                attempt: 1,
-                status: Status::Accepted,
-                target_n,
-                // The numbers are those that the instruments show, so that text and number agree.
-                force_n: force_raw.parse().unwrap_or(shown_n),
-                displacement_m: displacement_raw.parse::<f64>().unwrap_or(shown_um) / MICROMETRES,
-                time_s: Some((recorder.time_s * 100.0).round() / 100.0),
-                hold_s: Some((Jack::seconds(self.jack.hold_s, rng) * 10.0).round() / 10.0),
-                temperature_deg_c: None,
-                text: Some(Box::new(ReadingText {
-                    force_raw: force_raw.into(),
-                    displacement_raw: displacement_raw.into(),
-                    ..ReadingText::default()
-                })),
+                target_n: set.planned.target_n,
+                shared_zero: procedure.zero == ZeroScope::Cell,
+            };
+            let displacement_m = mechanics_m + seated_m + set.error_m;
+            recorder.add(&place, &set.load, displacement_m, &self.noise);
+        }
+    }
+
+    /// The loads of a cell as the operator sets them, one after the other.
+    fn set_loads(
+        &self,
+        procedure: &Procedure,
+        setup: &CellSetup<'_>,
+        session: &mut Session,
+    ) -> Vec<SetLoad> {
+        let (noise, pace) = (&self.noise, &self.jack.pace);
+        let release_s = procedure.release_n().map_or(0.0, |_| pace.release_s);
+        let (mut zero_m, mut zero_at_s) = (0.0, session.time_s);
+        let (mut force_n, mut hold_s) = (0.0, 0.0);
+        let mut set_loads = Vec::with_capacity(setup.planned.len());
+        for &planned in &setup.planned {
+            if planned.zero_before {
+                zero_m = noise.error(noise.zero_sd_m, &mut session.errors);
+                session.time_s += jack::seconds(pace.zero_s, &mut session.errors);
+                zero_at_s = session.time_s;
+            }
+            let error_m = if let Some(extra_s) = planned.extra_hold_s {
+                let until_s = jack::extra_hold_s(extra_s, hold_s, &mut session.times);
+                session.time_s += until_s - hold_s;
+                hold_s = until_s;
+                noise.error(noise.reading_sd_m, &mut session.errors)
+            } else {
+                session.time_s += jack::seconds(pace.reading_s, &mut session.errors)
+                    + jack::seconds(release_s, &mut session.times);
+                let tolerance_n = procedure.settle.force_tolerance_n;
+                force_n = jack::force_n(planned.target_n, tolerance_n, &mut session.errors);
+                let error_m = noise.error(noise.reading_sd_m, &mut session.errors);
+                hold_s = jack::seconds(pace.hold_s, &mut session.errors);
+                error_m
+            };
+            let temperature_deg_c = session.temperature.at(session.time_s);
+            set_loads.push(SetLoad {
+                planned,
+                load: LoadPoint {
+                    step: planned.step,
+                    branch: planned.branch,
+                    force_n,
+                    hold_s,
+                    time_s: session.time_s,
+                    since_zero_s: session.time_s - zero_at_s,
+                    temperature_deg_c,
+                    warming_k: temperature_deg_c - session.temperature.at(zero_at_s),
+                },
+                error_m: zero_m + error_m,
             });
         }
+        set_loads
     }
 }
 
-/// Readings as they come in.
-#[derive(Debug, Default)]
-struct Recorder {
-    readings: Vec<Reading>,
-    runs: RunNumbers,
-    zeros: RunNumbers,
-    time_s: f64,
-}
-
-impl Recorder {
-    fn add(&mut self, mut reading: Reading) {
-        reading.seq = self.readings.len() as u32 + 1;
-        self.readings.push(reading);
+/// Displacement at each load of a cell, m, in the order of the loads; each run is handed to the mechanics as a whole.
+fn mechanics_by_run(
+    procedure: &Procedure,
+    setup: &CellSetup<'_>,
+    set_loads: &[SetLoad],
+) -> Vec<f64> {
+    let mut runs: Vec<Vec<usize>> = vec![Vec::new(); procedure.repeats as usize];
+    for (place, set) in set_loads.iter().enumerate() {
+        runs[set.planned.repeat as usize - 1].push(place);
     }
-
-    fn finish(self, session: &str) -> ReadingTable {
-        ReadingTable {
-            source: format!("simulation {session}"),
-            session: Some(session.to_owned()),
-            readings: self.readings,
-            runs: self.runs.into_keys(),
-            zeros: self.zeros.into_keys(),
-            ..ReadingTable::default()
+    let mut displacements_m = vec![0.0; set_loads.len()];
+    for (places, repeat) in runs.into_iter().zip(1..) {
+        let run = RunLoads {
+            pose: setup.pose,
+            direction: setup.direction,
+            repeat,
+            release_n: procedure.release_n(),
+            loads: places.iter().map(|&place| set_loads[place].load).collect(),
+        };
+        let run_m = mechanics(&setup.compliance_m_per_n, &run);
+        for (place, displacement_m) in places.into_iter().zip(run_m) {
+            displacements_m[place] = displacement_m;
         }
     }
-}
-
-/// Refuses plans that make no reading or no number.
-fn check(plan: &BenchPlan) -> Result<(), BenchError> {
-    let wrong = |what| Err(BenchError::Plan { what });
-    if plan.poses.is_empty() {
-        return wrong("no pose");
-    }
-    if plan.directions.is_empty() {
-        return wrong("no direction");
-    }
-    if plan.loads_n.is_empty() {
-        return wrong("no load");
-    }
-    if plan.repeats == 0 {
-        return wrong("no repeat");
-    }
-    if plan.loads_n.iter().any(|load| !load.is_finite()) {
-        return wrong("a load that is not a number");
-    }
-    Ok(())
+    displacements_m
 }
 
 #[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::robot::shipped_robot;
-
-    fn robot() -> Robot {
-        Robot::parse(&shipped_robot("hp-robot").unwrap()).unwrap()
-    }
-
-    fn table(noise: NoiseModel, plan: &BenchPlan, seed: u64) -> ReadingTable {
-        let robot = robot();
-        let mechanism = robot.mechanism(None).unwrap();
-        let factors = robot.factor_set("m_fsd").unwrap();
-        VirtualBench::new(&robot, mechanism, &factors, noise, Jack::default())
-            .unwrap()
-            .run(plan, "s", seed)
-            .unwrap()
-    }
-
-    #[test]
-    fn a_bench_without_noise_reads_the_beam_model() {
-        let robot = robot();
-        let plan = BenchPlan {
-            unloading: true,
-            ..BenchPlan::sweeps(vec!["P1".into()])
-        };
-        let table = table(NoiseModel::NONE, &plan, 1);
-        assert_eq!(table.readings.len(), 3 * 5 * 15);
-        let mechanism = robot.mechanism(None).unwrap();
-        let mut predictor =
-            Predictor::new(&robot, mechanism, &robot.factor_set("m_fsd").unwrap()).unwrap();
-        predictor.place(robot.pose(&"P1".into()).unwrap()).unwrap();
-        let compliance = predictor.translation_compliance();
-        for reading in &table.readings {
-            let i = reading.direction.index();
-            let expected = reading.force_n * compliance[i][i];
-            // The text shows nine decimals of a micrometre.
-            assert!((reading.displacement_m - expected).abs() < 1e-13 + 1e-9 * expected.abs());
-            assert!((reading.force_n - reading.target_n).abs() <= 0.5);
-        }
-    }
-
-    #[test]
-    fn the_same_seed_gives_the_same_readings_and_another_does_not() {
-        let plan = BenchPlan::sweeps(vec!["P1".into(), "P3".into()]);
-        let [a, b, c] = [7, 7, 8].map(|seed| table(NoiseModel::default(), &plan, seed).readings);
-        assert_eq!(a, b);
-        assert_ne!(a, c);
-    }
-
-    #[test]
-    fn the_papers_order_repeats_each_load_on_one_zero() {
-        let plan = BenchPlan {
-            repeat_order: RepeatOrder::AtLoad,
-            zero: ZeroScope::Cell,
-            ..BenchPlan::sweeps(vec!["P2".into()])
-        };
-        let table = table(NoiseModel::default(), &plan, 0);
-        let first: Vec<(u32, u32)> = table
-            .readings
-            .iter()
-            .take(6)
-            .map(|r| (r.step, r.repeat))
-            .collect();
-        assert_eq!(first, [(0, 1), (0, 2), (0, 3), (0, 4), (0, 5), (1, 1)]);
-        assert_eq!((table.runs.len(), table.zeros.len()), (15, 3));
-    }
-
-    #[test]
-    fn a_plan_without_loads_or_a_noise_below_zero_is_refused() {
-        let robot = robot();
-        let mechanism = robot.mechanism(None).unwrap();
-        let noise = NoiseModel {
-            zero_sd_m: -1.0,
-            ..NoiseModel::default()
-        };
-        let bench = VirtualBench::new(
-            &robot,
-            mechanism,
-            &FittingFactors::UNIT,
-            noise,
-            Jack::default(),
-        );
-        assert!(matches!(
-            bench,
-            Err(BenchError::Noise {
-                what: "the zero error",
-                ..
-            })
-        ));
-        let mut bench = VirtualBench::new(
-            &robot,
-            mechanism,
-            &FittingFactors::UNIT,
-            NoiseModel::NONE,
-            Jack::default(),
-        )
-        .unwrap();
-        let plan = BenchPlan {
-            loads_n: Vec::new(),
-            ..BenchPlan::sweeps(vec!["P1".into()])
-        };
-        assert!(matches!(
-            bench.run(&plan, "s", 0),
-            Err(BenchError::Plan { what: "no load" })
-        ));
-    }
-}
+mod tests;

@@ -7,6 +7,8 @@ use clap::{Args, Parser, Subcommand, ValueEnum};
 
 use crate::test_point::Direction;
 
+use super::procedure::ProcedureArgs;
+
 /// From two gauges on a robot bench to a stiffness model that can be trusted.
 #[derive(Debug, Parser)]
 #[command(
@@ -377,21 +379,19 @@ pub(super) struct PlotArgs {
     pub(super) out: Option<PathBuf>,
 }
 
-/// Order of loads, repeats and zeros.
+/// How errors are distributed.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
-pub(super) enum Plan {
-    /// The paper: each load applied `repeats` times, one zero for each pose and direction
-    Paper,
-    /// The whole sequence repeated, zero before each run
-    Sweeps,
-    /// Sweeps up and down
-    LoadUnload,
+pub(super) enum NoiseWord {
+    /// Normal
+    Normal,
+    /// Shifted gamma, the same standard deviation, skewness 1
+    Skewed,
 }
 
 /// Arguments of `simulate`.
 #[derive(Debug, Args)]
 #[command(
-    after_help = "Examples:\n  stiffbench simulate my-session --seed 7\n  stiffbench simulate exact --noise-free\n  stiffbench simulate b --true-factor beam.Iy=0.006 --poses P1,P2,P3,P4 --plan load-unload"
+    after_help = "Examples:\n  stiffbench simulate my-session --seed 7\n  stiffbench simulate exact --noise-free\n  stiffbench simulate b --true-factor beam.Iy=0.006 --poses P1,P2 --procedure load-unload\n  stiffbench simulate c --procedure my-procedure.toml --repeats 3 --noise skewed"
 )]
 pub(super) struct SimulateArgs {
     /// Session folder to make; must not exist
@@ -402,21 +402,6 @@ pub(super) struct SimulateArgs {
     /// True value of a factor, for example beam.Iy=0.006
     #[arg(long, value_delimiter = ',', value_name = "FACTOR=VALUE")]
     pub(super) true_factor: Vec<String>,
-    /// Order of loads, repeats and zeros
-    #[arg(long, value_enum, default_value_t = Plan::Sweeps)]
-    pub(super) plan: Plan,
-    /// Poses, comma-separated [default: all of the robot]
-    #[arg(long, value_delimiter = ',')]
-    pub(super) poses: Option<Vec<String>>,
-    /// Directions
-    #[arg(long, value_delimiter = ',', default_values_t = Direction::ALL)]
-    pub(super) directions: Vec<Direction>,
-    /// Loads, N
-    #[arg(long = "loads-n", value_delimiter = ',', allow_hyphen_values = true, default_values_t = [0.0, -10.0, -20.0, -30.0, -40.0, -50.0, -60.0, -70.0])]
-    pub(super) loads_n: Vec<f64>,
-    /// Repeats
-    #[arg(long, default_value_t = 5)]
-    pub(super) repeats: u32,
     /// Seed of the noise
     #[arg(long, default_value_t = 0)]
     pub(super) seed: u64,
@@ -435,12 +420,15 @@ pub(super) struct SimulateArgs {
     /// Step of the force gauge, N
     #[arg(long, default_value_t = 0.1, allow_negative_numbers = true)]
     pub(super) force_step_n: f64,
-    /// The operator stops within this of the target, N
-    #[arg(long, default_value_t = 0.5, allow_negative_numbers = true)]
-    pub(super) force_tolerance_n: f64,
+    /// How errors are distributed
+    #[arg(long, value_enum, default_value_t = NoiseWord::Normal)]
+    pub(super) noise: NoiseWord,
     /// No noise and no steps at all
     #[arg(long)]
     pub(super) noise_free: bool,
+    /// What is measured in which order; last, as its heading would go on.
+    #[command(flatten)]
+    pub(super) procedure: ProcedureArgs,
 }
 
 /// Arguments of `compare`.

@@ -146,7 +146,7 @@ impl Failure {
     /// Exit code by the first part of the error's code that has one.
     fn exit_code(&self) -> u8 {
         // The first that fits counts: single errors stand before their stage.
-        const CODES: [(&str, u8); 17] = [
+        const CODES: [(&str, u8); 18] = [
             ("stiffbench::usage", 2),
             ("stiffbench::calibration", 12),
             ("stiffbench::fit::stiffness_list", 11),
@@ -159,6 +159,7 @@ impl Failure {
             ("stiffbench::session", 10),
             ("stiffbench::input", 11),
             ("stiffbench::output", 11),
+            ("stiffbench::procedure", 10),
             ("stiffbench::robot", 10),
             ("stiffbench::structure", 10),
             ("stiffbench::stiffness", 10),

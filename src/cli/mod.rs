@@ -10,6 +10,7 @@ mod fit;
 mod outcome;
 mod paper;
 mod plot;
+mod procedure;
 mod progress;
 mod robot;
 mod significance;

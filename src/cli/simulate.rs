@@ -5,33 +5,37 @@ use std::path::Path;
 
 use serde_json::json;
 
-use crate::bench::{BenchPlan, Jack, NoiseModel, VirtualBench};
+use crate::bench::{Jack, NoiseModel, NoiseShape, VirtualBench};
 use crate::fit::{factor_index, factor_vector, factors_from_vector};
+use crate::procedure::Procedure;
 use crate::quantity::METRES_PER_MICROMETRE;
-use crate::readings::{
-    InstrumentRecord, Instruments, LoadOrder, ProcedureRecord, RepeatOrder, SessionHeader,
-    SettleRecord, ZeroScope, write_readings,
-};
+use crate::readings::{InstrumentRecord, Instruments, SessionHeader, write_readings};
 use crate::report::factors_toml;
 use crate::robot::FittingFactors;
-use crate::test_point::{Branch, PoseId};
 
-use super::args::{Plan, SimulateArgs};
+use super::args::{NoiseWord, SimulateArgs};
 use super::data::{Chosen, choose, sha256};
 use super::failure::{CliError, Failure};
 use super::figure_files::write;
 use super::outcome::Outcome;
+use super::procedure::choose_procedure;
 
 /// A session folder from a virtual bench.
 pub(super) fn run(args: &SimulateArgs) -> Result<Outcome, Failure> {
     let chosen = choose(&args.model, None)?;
     let truth = true_factors(args, &chosen.factors)?;
-    let plan = bench_plan(args, &chosen);
-    let (noise, jack) = noise(args);
+    let (mut procedure, mut warnings) = choose_procedure(&args.procedure)?;
+    let poses = procedure.poses.get_or_insert_with(|| {
+        let named = chosen.robot.poses.iter();
+        named.map(|named| named.id.clone()).collect()
+    });
+    let n_poses = poses.len();
+    let noise = noise(args);
+    let jack = Jack::default();
     let mechanism = chosen.robot.mechanism(Some(&chosen.mechanism))?;
     let id = format!("simulated-{}", args.seed);
     let table = VirtualBench::new(&chosen.robot, mechanism, &truth, noise, jack)?
-        .run(&plan, &id, args.seed)?;
+        .run(&procedure, &id, args.seed)?;
 
     create_new(&args.out)?;
     let mut readings = Vec::new();
@@ -40,32 +44,38 @@ pub(super) fn run(args: &SimulateArgs) -> Result<Outcome, Failure> {
     write(&args.out.join("readings.csv"), &readings)?;
     write(
         &args.out.join("session.toml"),
-        header(args, &chosen, &plan, &id).to_toml().as_bytes(),
+        header(args, &chosen, &procedure, &id).to_toml().as_bytes(),
     )?;
     write(
         &args.out.join("simulation.toml"),
-        simulation_record(args, &truth, &noise, &jack).as_bytes(),
+        simulation_record(args, &truth, &noise, &procedure).as_bytes(),
     )?;
+    let minutes = procedure.minutes(&jack.pace, n_poses);
     let text = format!(
-        "{}: {} readings of mechanism {} in {} poses and {} directions, seed {}\nsession.toml, readings.csv, robot.toml and simulation.toml \
+        "{}: {} readings of mechanism {} in {} poses and {} directions by procedure {}, seed {}\nOn a real bench some {:.0} minutes.\nsession.toml, readings.csv, robot.toml and simulation.toml \
          (true factors and noise) written.\nNext: stiffbench fit {}\n",
         args.out.display(),
         table.readings.len(),
         chosen.mechanism,
-        plan.poses.len(),
-        plan.directions.len(),
+        n_poses,
+        procedure.directions.len(),
+        procedure.name,
         args.seed,
+        minutes,
         args.out.display()
     );
     let data = json!({
         "folder": args.out,
         "readings": table.readings.len(),
         "seed": args.seed,
+        "procedure": procedure.name,
+        "minutes": minutes.round(),
         "mechanism": chosen.mechanism,
         "factors": truth,
         "noise": noise,
     });
-    Ok(Outcome::new("simulate", text, data).with_warnings(chosen.robot.warnings.clone()))
+    warnings.extend(chosen.robot.warnings.iter().cloned());
+    Ok(Outcome::new("simulate", text, data).with_warnings(warnings))
 }
 
 /// Makes the session folder; one that exists is never touched.
@@ -112,72 +122,29 @@ fn true_factors(args: &SimulateArgs, start: &FittingFactors) -> Result<FittingFa
     Ok(factors_from_vector(&vector))
 }
 
-fn bench_plan(args: &SimulateArgs, chosen: &Chosen) -> BenchPlan {
-    let all = || {
-        chosen
-            .robot
-            .poses
-            .iter()
-            .map(|named| named.id.clone())
-            .collect()
-    };
-    let poses = args.poses.as_ref().map_or_else(all, |names| {
-        names.iter().map(|name| PoseId::new(name)).collect()
-    });
-    let paper = args.plan == Plan::Paper;
-    BenchPlan {
-        poses,
-        directions: args.directions.clone(),
-        loads_n: args.loads_n.clone(),
-        unloading: args.plan == Plan::LoadUnload,
-        repeats: args.repeats,
-        repeat_order: if paper {
-            RepeatOrder::AtLoad
-        } else {
-            RepeatOrder::Sweep
-        },
-        zero: if paper {
-            ZeroScope::Cell
-        } else {
-            ZeroScope::Run
-        },
-    }
-}
-
-fn noise(args: &SimulateArgs) -> (NoiseModel, Jack) {
-    let jack = Jack {
-        force_tolerance_n: args.force_tolerance_n,
-        ..Jack::default()
-    };
+fn noise(args: &SimulateArgs) -> NoiseModel {
     if args.noise_free {
-        return (NoiseModel::NONE, jack);
+        return NoiseModel::NONE;
     }
-    let noise = NoiseModel {
+    NoiseModel {
         reading_sd_m: args.reading_sd_um * METRES_PER_MICROMETRE,
         zero_sd_m: args.zero_sd_um * METRES_PER_MICROMETRE,
         run_slope_sd: args.run_slope_sd,
         displacement_step_m: args.displacement_step_um * METRES_PER_MICROMETRE,
         force_step_n: args.force_step_n,
-    };
-    (noise, jack)
+        shape: match args.noise {
+            NoiseWord::Normal => NoiseShape::Normal,
+            NoiseWord::Skewed => NoiseShape::Skewed,
+        },
+    }
 }
 
-fn header(args: &SimulateArgs, chosen: &Chosen, plan: &BenchPlan, id: &str) -> SessionHeader {
+fn header(args: &SimulateArgs, chosen: &Chosen, procedure: &Procedure, id: &str) -> SessionHeader {
     let step = |step: f64| (!args.noise_free && step > 0.0).then_some(step);
     let gauge = |model: &str, resolution| InstrumentRecord {
         model: Some(model.to_owned()),
         resolution,
         ..InstrumentRecord::default()
-    };
-    let branches = if plan.unloading {
-        vec![Branch::Loading, Branch::Unloading]
-    } else {
-        vec![Branch::Loading]
-    };
-    let name = match args.plan {
-        Plan::Paper => "paper",
-        Plan::Sweeps => "sweeps",
-        Plan::LoadUnload => "load-unload",
     };
     SessionHeader {
         id: Some(id.to_owned()),
@@ -191,23 +158,7 @@ fn header(args: &SimulateArgs, chosen: &Chosen, plan: &BenchPlan, id: &str) -> S
             .then(|| chosen.factors_name.clone()),
         operator: Some("simulation".to_owned()),
         software: Some(concat!("stiffbench ", env!("CARGO_PKG_VERSION")).to_owned()),
-        procedure: Some(ProcedureRecord {
-            name: Some(name.to_owned()),
-            poses: plan.poses.clone(),
-            directions: plan.directions.clone(),
-            loads_n: plan.loads_n.clone(),
-            branches,
-            repeats: Some(plan.repeats),
-            repeat_order: Some(plan.repeat_order),
-            load_order: Some(LoadOrder::Ascending),
-            seed: Some(args.seed),
-            zero: Some(plan.zero),
-            settle: SettleRecord {
-                force_tolerance_n: Some(args.force_tolerance_n),
-                ..SettleRecord::default()
-            },
-            ..ProcedureRecord::default()
-        }),
+        procedure: Some(procedure.to_record()),
         instruments: Instruments {
             force: Some(gauge("virtual force gauge", step(args.force_step_n))),
             displacement: Some(gauge(
@@ -224,18 +175,23 @@ fn simulation_record(
     args: &SimulateArgs,
     truth: &FittingFactors,
     noise: &NoiseModel,
-    jack: &Jack,
+    procedure: &Procedure,
 ) -> String {
+    let shape = match noise.shape {
+        NoiseShape::Normal => "normal",
+        NoiseShape::Skewed => "skewed",
+    };
     format!(
-        "# The truth behind readings.csv; no analysis reads this file.\nschema = \"stiffbench/simulation/1\"\nseed = {}\n\n[factors]\n{}\n[noise]\n\
+        "# The truth behind readings.csv; no analysis reads this file.\nschema = \"stiffbench/simulation/1\"\nseed = {}\n\n[factors]\n{}\n[noise]\nshape = \"{}\"\n\
          reading_sd_um = {:?}\nzero_sd_um = {:?}\nrun_slope_sd = {:?}\ndisplacement_step_um = {:?}\nforce_step_N = {:?}\nforce_tolerance_N = {:?}\n",
         args.seed,
         factors_toml(truth),
+        shape,
         noise.reading_sd_m / METRES_PER_MICROMETRE,
         noise.zero_sd_m / METRES_PER_MICROMETRE,
         noise.run_slope_sd,
         noise.displacement_step_m / METRES_PER_MICROMETRE,
         noise.force_step_n,
-        jack.force_tolerance_n
+        procedure.settle.force_tolerance_n
     )
 }

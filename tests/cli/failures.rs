@@ -280,12 +280,47 @@ fn arguments_without_meaning() {
         2,
         "stiffbench::fit::weights",
     );
-    desk.refusal("simulate s --repeats 0", 10, "stiffbench::bench::plan");
     desk.refusal(
         "simulate s --reading-sd-um -1",
         10,
         "stiffbench::bench::noise",
     );
+}
+
+#[test]
+fn procedures_that_cannot_be_followed() {
+    let desk = Desk::new();
+    for (arguments, code) in [
+        ("--repeats 0", "no_repeat"),
+        ("--loads-n 0,nan", "not_finite"),
+        ("--loads-N 0", "only_zero"),
+        ("--poses P1,P1", "twice"),
+        ("--force-tolerance-n -1", "negative"),
+    ] {
+        let code = format!("stiffbench::procedure::{code}");
+        desk.refusal(&format!("simulate s {arguments}"), 10, &code);
+    }
+    assert_says(
+        &desk.refusal(
+            "simulate s --procedure sweps",
+            2,
+            "stiffbench::usage::argument",
+        ),
+        &["did you mean sweeps?", "load-hold-unload"],
+    );
+    desk.write(
+        "wrong.toml",
+        "schema = \"stiffbench/procedure/1\"\nrepeats = many\n",
+    );
+    assert_says(
+        &desk.refusal(
+            "simulate s --procedure wrong.toml",
+            10,
+            "stiffbench::procedure::file",
+        ),
+        &["wrong.toml: line 2"],
+    );
+    assert!(!desk.path("s").exists());
 }
 
 #[test]

@@ -119,11 +119,17 @@ fn saved_factors_are_read_again() {
 #[test]
 fn a_simulated_session_is_complete_and_its_truth_stands_apart() {
     let desk = Desk::new();
-    for (plan, readings) in [("paper", 480), ("sweeps", 480), ("load-unload", 900)] {
-        assert_eq!(
-            desk.data(&format!("simulate {plan} --plan {plan}"))["readings"],
-            readings
-        );
+    for (plan, readings) in [
+        ("paper", 480),
+        ("sweeps", 480),
+        ("load-unload", 900),
+        ("load-hold-unload", 1020),
+        ("shuffled", 480),
+    ] {
+        let data = desk.data(&format!("simulate {plan} --procedure {plan}"));
+        assert_eq!(data["readings"], readings);
+        assert_eq!(data["procedure"], plan);
+        assert!(data["minutes"].as_f64().unwrap() > 200.0);
         for file in [
             "readings.csv",
             "session.toml",
@@ -143,6 +149,89 @@ fn a_simulated_session_is_complete_and_its_truth_stands_apart() {
         );
         desk.run(&format!("fit {plan}")).succeeds();
     }
+}
+
+#[test]
+fn a_session_freezes_the_procedure_it_followed() {
+    let desk = Desk::new();
+    desk.write(
+        "mine.toml",
+        "schema = \"stiffbench/procedure/1\"\nloads_N = [0, -10, -20, 10, 20]\nbranches = [\"loading\", \"unloading\"]\n\
+         repeats = 3\nholds_s = [30]\nhold_s = 5\n",
+    );
+    let ran = desk
+        .run("simulate s --procedure mine.toml --poses P3 --directions y,z --noise skewed")
+        .succeeds();
+    assert!(ran.stdout.contains("procedure mine"), "{}", ran.stdout);
+    assert!(
+        ran.stderr
+            .contains("mine.toml: line 6: key `hold_s` is not known"),
+        "{}",
+        ran.stderr
+    );
+    // 0, -10, -20 held, -10, 0, 10, 20 held, 10, 0: 11 readings a run.
+    assert!(ran.stdout.contains("66 readings"), "{}", ran.stdout);
+    let header: toml::Table = desk.read("s/session.toml").parse().unwrap();
+    let procedure = header["procedure"].as_table().unwrap();
+    for (key, value) in [
+        ("schema", "\"stiffbench/procedure/1\""),
+        ("name", "\"mine\""),
+        ("poses", "[\"P3\"]"),
+        ("directions", "[\"y\", \"z\"]"),
+        ("loads_N", "[0.0, -10.0, -20.0, 10.0, 20.0]"),
+        ("branches", "[\"loading\", \"unloading\"]"),
+        ("repeats", "3"),
+        ("repeat_order", "\"sweep\""),
+        ("load_order", "\"ascending\""),
+        ("zero", "\"run\""),
+        ("preload_N", "-1.0"),
+        ("holds_s", "[30.0]"),
+    ] {
+        assert_eq!(procedure[key].to_string(), value, "{key}");
+    }
+    assert_eq!(procedure["settle"].as_table().unwrap().len(), 4);
+    assert!(
+        desk.read("s/simulation.toml")
+            .contains("shape = \"skewed\"")
+    );
+    let readings = desk.read("s/readings.csv");
+    let rows: Vec<Vec<&str>> = readings
+        .lines()
+        .map(|line| line.split(',').collect())
+        .collect();
+    let column = |name: &str| rows[0].iter().position(|known| *known == name).unwrap();
+    let first_run: Vec<(&str, &str, &str)> = rows[1..12]
+        .iter()
+        .map(|row| {
+            (
+                row[column("step")],
+                row[column("target_N")],
+                row[column("branch")],
+            )
+        })
+        .collect();
+    assert_eq!(
+        first_run,
+        [
+            ("0", "0", "loading"),
+            ("1", "-10", "loading"),
+            ("2", "-20", "loading"),
+            ("2", "-20", "loading"),
+            ("3", "-10", "unloading"),
+            ("4", "0", "unloading"),
+            ("5", "10", "loading"),
+            ("6", "20", "loading"),
+            ("6", "20", "loading"),
+            ("7", "10", "unloading"),
+            ("8", "0", "unloading"),
+        ]
+    );
+    assert!(
+        rows[1..]
+            .iter()
+            .all(|row| !row[column("temp_degC")].is_empty())
+    );
+    desk.run("stiffness s --branches both").succeeds();
 }
 
 #[test]
