@@ -53,7 +53,7 @@ pub(super) struct Candidate {
     pub(super) largest: f64,
     /// Whether it belongs to the wide search of a law that has a narrow one.
     pub(super) wide: bool,
-    /// Smallest and largest value of each parameter that the fit may take.
+    /// Smallest and largest value of each parameter that the fit may take; of a quadratic term over its linear one.
     pub(super) bounds: Vec<[f64; 2]>,
 }
 
@@ -76,8 +76,14 @@ fn bounds(law: Law, shapes: &[Shape]) -> Vec<[f64; 2]> {
                 let either = any_scale(law)[0] < 0.0;
                 [if either { f64::NEG_INFINITY } else { 0.0 }, largest]
             }
-            (Law::JointNonlinearity, _) | (Law::GaugePeriodic, 2) => {
-                [f64::NEG_INFINITY, f64::INFINITY]
+            (Law::GaugePeriodic, 2) => [f64::NEG_INFINITY, f64::INFINITY],
+            // The quadratic term is bounded by the linear one.
+            (Law::JointNonlinearity, _) => {
+                let ratios = || shapes.iter().map(|shape| shape.values[1] / shape.values[0]);
+                [
+                    ratios().fold(0.0, f64::min) * SHAPE_ROOM,
+                    ratios().fold(0.0, f64::max) * SHAPE_ROOM,
+                ]
             }
             _ => [
                 extreme(index, f64::min, f64::INFINITY) / SHAPE_ROOM,

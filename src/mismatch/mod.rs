@@ -21,6 +21,7 @@ mod screen;
 mod search;
 mod space;
 mod state;
+mod trial;
 mod verdict;
 
 pub use baseline::{Baseline, BaselineParameter, PoseSolver, RobotBaseline};
@@ -37,6 +38,7 @@ pub use observations::{
 pub use rank::Impossible;
 pub use restricted_likelihood::EstimatedNoise;
 pub use search::SearchOptions;
+pub use trial::{TrialNoise, Truth, scale_to, simulate, standard_errors};
 pub use verdict::first_of_alternatives;
 
 /// Finds what a baseline cannot explain, and which physics would.

@@ -75,23 +75,6 @@ impl Bench<'_> {
         let white = white_candidates(self.observations, &frozen, effects, &space, list);
         let screened = screen(&white, &residuals);
         let impossible = impossible(&white, &screened);
-        if std::env::var("DBG").is_ok() {
-            for (c, s) in white.iter().zip(&screened) {
-                if let Some(s) = s {
-                    if s.gain > 100.0 {
-                        eprintln!(
-                            "SCREEN {} {} gain {:.1} scale {:.2} shape {:?}",
-                            c.candidate.law,
-                            c.candidate.place,
-                            s.gain,
-                            s.scale,
-                            c.shapes[s.shape].shape
-                        );
-                    }
-                }
-            }
-            eprintln!("--");
-        }
         let chosen = choose(&white, &screened, effects);
         let mut ranked: Vec<Ranked> = chosen
             .par_iter()
@@ -106,16 +89,6 @@ impl Bench<'_> {
             ranked.extend(self.loose_members(state, &space)?);
         }
         ranked.sort_by(|a, b| b.log_bayes.total_cmp(&a.log_bayes));
-        if std::env::var("DBG").is_ok() {
-            for r in &ranked {
-                if r.gain > 100.0 {
-                    eprintln!(
-                        "RANK {} gain {:.1} lnB {:.1}",
-                        r.effect, r.gain, r.log_bayes
-                    );
-                }
-            }
-        }
         Ok(Ranking {
             ranked,
             impossible,

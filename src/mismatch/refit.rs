@@ -122,6 +122,7 @@ impl Refit<'_> {
                             f64::NEG_INFINITY
                         };
                         let [lower, upper] = bounds
+                            .filter(|_| (effect.law, index) != (Law::JointNonlinearity, 1))
                             .and_then(|bounds| bounds.get(index).copied())
                             .unwrap_or([lower, f64::INFINITY]);
                         Parameter::free(name, value.clamp(lower, upper), lower, upper)
@@ -210,6 +211,9 @@ impl ResidualFunction for Problem<'_, '_, '_> {
         let count = self.refit.baseline.parameters().len();
         let (of_baseline, of_effects) = parameters.split_at(count);
         put_values(&mut self.effects, of_effects);
+        if self.turns_back() {
+            return Err(EvaluationFailure::of_model(NoStructure));
+        }
         let n = self.scratch.len();
         let there = self
             .predictor
@@ -234,6 +238,18 @@ impl ResidualFunction for Problem<'_, '_, '_> {
 }
 
 impl Problem<'_, '_, '_> {
+    /// Whether the quadratic term of the last effect has left its bounds, which are those of its ratio to the linear one.
+    fn turns_back(&self) -> bool {
+        let (Some(bounds), Some(effect)) = (self.refit.bounds_of_last, self.effects.last()) else {
+            return false;
+        };
+        effect.law == Law::JointNonlinearity && {
+            let [lower, upper] = bounds[1];
+            effect.values[1] < lower * effect.values[0]
+                || effect.values[1] > upper * effect.values[0]
+        }
+    }
+
     fn baseline_columns(
         &mut self,
         of_baseline: &[f64],

@@ -395,6 +395,11 @@ fn members(chosen: &Chosen) -> Vec<usize> {
         .iter()
         .map(|ranked| ranked.log_bayes)
         .fold(f64::NEG_INFINITY, f64::max);
+    let most = chosen
+        .ranked
+        .iter()
+        .map(|ranked| ranked.gain)
+        .fold(0.0, f64::max);
     let mut out: Vec<usize> = Vec::new();
     let mut seen: Vec<(&'static str, &crate::physics::Place)> = Vec::new();
     for (place, ranked) in chosen.ranked.iter().enumerate() {
@@ -403,7 +408,9 @@ fn members(chosen: &Chosen) -> Vec<usize> {
             > ALIKE * ALIKE * dot(&winner.white, &winner.white) * dot(&ranked.white, &ranked.white);
         let apart = if alike { TELL_ALIKE_APART } else { TELL_APART };
         let name = (ranked.effect.law.name(), &ranked.effect.place);
-        if behind <= apart && !seen.contains(&name) {
+        // A rival three standard errors away is told apart, however little evidence the winner has.
+        let near = most - ranked.gain <= 9.0;
+        if behind <= apart && near && !seen.contains(&name) {
             seen.push(name);
             out.push(place);
         }
