@@ -71,6 +71,12 @@ pub fn normal_quantile(p: f64) -> f64 {
     Normal::standard().inverse_cdf(p)
 }
 
+/// Probability that a standard normal variable exceeds `value`.
+#[must_use]
+pub fn normal_upper_tail(value: f64) -> f64 {
+    Normal::standard().sf(value)
+}
+
 /// Probability that a chi-squared variable with `dof` degrees of freedom exceeds `value`.
 #[must_use]
 pub fn chi_squared_upper_tail(value: f64, dof: f64) -> Option<f64> {

@@ -27,7 +27,7 @@ const MAY_IMPORT: [(&str, &[&str]); 21] = [
     ("bench", &["test_point", "readings", "procedure", "robot", "physics"]),
     ("least_squares", &["statistics"]),
     ("fit", &["quantity", "statistics", "test_point", "stiffness", "structure", "robot", "least_squares"]),
-    ("mismatch", &["statistics", "vector", "test_point", "readings", "structure", "robot", "physics", "least_squares"]),
+    ("mismatch", &["statistics", "vector", "test_point", "readings", "specimen", "structure", "robot", "physics", "least_squares"]),
     ("distribution", &["source_text", "test_point", "structure", "robot"]),
     ("plot", &["quantity", "vector", "test_point"]),
     (

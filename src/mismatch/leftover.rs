@@ -123,7 +123,52 @@ pub(super) fn patterns(
         .filter_map(|(stratum, group, values)| pattern(space, stratum, group, &[values]))
         .collect();
     out.extend(period_patterns(observations, space));
+    out.extend(order_patterns(observations, space));
     out
+}
+
+/// Readings in a run from which on a rhythm in their order is looked for.
+const ENOUGH_FOR_A_RHYTHM: usize = 32;
+
+/// Most frequencies that are looked for.
+const FREQUENCIES: usize = 200;
+
+/// Sines and cosines of the place in the run: something that repeats itself with the readings.
+fn order_patterns(observations: &Observations, space: &Space) -> Vec<Pattern> {
+    use rayon::prelude::*;
+    let longest = observations
+        .runs
+        .iter()
+        .map(|run| run.readings.len())
+        .max()
+        .unwrap_or(0);
+    if longest < ENOUGH_FOR_A_RHYTHM {
+        return Vec::new();
+    }
+    let all = PatternGroup {
+        pose: None,
+        direction: None,
+    };
+    let count = (longest / 2).min(FREQUENCIES);
+    (1..count)
+        .into_par_iter()
+        .filter_map(|number| {
+            let cycles = 0.5 * number as f64 / count as f64;
+            let turn = |phase: f64| -> Vec<f64> {
+                (0..observations.len())
+                    .map(|reading| {
+                        let first = observations.runs[observations.readings[reading].run]
+                            .readings
+                            .start;
+                        let place = (reading - first) as f64;
+                        1e-6 * (std::f64::consts::TAU * cycles * place + phase).sin()
+                    })
+                    .collect()
+            };
+            let values = [turn(0.0), turn(std::f64::consts::FRAC_PI_2)];
+            pattern(space, Stratum::Rest, all, &values)
+        })
+        .collect()
 }
 
 fn pattern(
@@ -357,7 +402,38 @@ fn period_patterns(observations: &Observations, space: &Space) -> Vec<Pattern> {
         .collect()
 }
 
+/// Chance that white residuals follow each other as closely as these; `None` if no run is long enough for the question.
+///
+/// Sum of the products of neighbours within runs over the square root of the sum of their squares: normal for many readings
+/// (Bartlett, J. R. Stat. Soc. Suppl. 8 (1946)). What the fit of a run's zero and slope takes away only lowers it.
+pub(super) fn autocorrelation_p(observations: &Observations, residuals: &[f64]) -> Option<f64> {
+    let long = || {
+        observations
+            .runs
+            .iter()
+            .filter(|run| run.readings.len() >= ENOUGH_FOR_A_RHYTHM)
+    };
+    long().next()?;
+    let (mut sum, mut squares) = (0.0, 0.0);
+    for run in long() {
+        for pair in residuals[run.readings.clone()].windows(2) {
+            let product = pair[0] * pair[1];
+            sum += product;
+            squares += product * product;
+        }
+    }
+    (squares > 0.0).then(|| crate::statistics::normal_upper_tail(sum / squares.sqrt()))
+}
+
 impl Pattern {
+    /// The same, as a sign that what is left belongs to no particular stratum.
+    pub(super) fn of_the_rest(self) -> Self {
+        Self {
+            stratum: Stratum::Rest,
+            ..self
+        }
+    }
+
     /// Drop of the weighted squares of residuals, and size along the first vector.
     pub(super) fn gain(&self, residuals: &[f64]) -> f64 {
         self.units

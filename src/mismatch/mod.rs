@@ -20,6 +20,7 @@ mod restricted_likelihood;
 mod screen;
 mod search;
 mod space;
+mod specimen;
 mod state;
 mod trial;
 mod verdict;
@@ -38,6 +39,7 @@ pub use observations::{
 pub use rank::Impossible;
 pub use restricted_likelihood::EstimatedNoise;
 pub use search::SearchOptions;
+pub use specimen::{NEED_A_ROBOT, SPECIMEN_JOINT, SpecimenBaseline, SpecimenScale, specimen_bench};
 pub use trial::{TrialNoise, Truth, scale_to, simulate, standard_errors};
 pub use verdict::first_of_alternatives;
 

@@ -77,6 +77,8 @@ pub struct Observations {
     pub release_n: Option<f64>,
     /// Whether times, hold times and temperatures were recorded.
     pub recorded: Recorded,
+    /// Whether a gauge zero may be anything: where a line is drawn through readings without a zeroed gauge.
+    pub free_zeros: bool,
 }
 
 /// Columns that some laws need.
@@ -135,6 +137,7 @@ impl Observations {
             },
             release_n: at_load.then(|| procedure.and_then(|p| p.preload_n).unwrap_or(0.0)),
             recorded,
+            free_zeros: false,
         };
         observations.count_from_zero(&layout.temperatures);
         observations

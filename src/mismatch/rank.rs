@@ -364,6 +364,7 @@ impl Bench<'_> {
                         vectors: vec![white],
                         square,
                         whole: square,
+                        peak_m: difference.iter().fold(0.0, |most, d| d.abs().max(most)),
                     }],
                 }))
             })

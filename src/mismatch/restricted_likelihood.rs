@@ -70,6 +70,11 @@ pub(super) fn estimate_noise(
         slope_m,
         compliance,
         floor_m,
+        free_zero_sd_m: 10.0
+            * observations
+                .displacement_m
+                .iter()
+                .fold(0.0_f64, |largest, d| largest.max(d.abs())),
     };
     let rough = problem.rough_sd();
     let centre = Vector3::new(
@@ -95,11 +100,18 @@ struct Problem<'a> {
     slope_m: &'a [f64],
     compliance: &'a [f64],
     floor_m: f64,
+    /// What a zero that may be anything scatters by, m.
+    free_zero_sd_m: f64,
 }
 
 impl Problem<'_> {
     fn noise(&self, log_variances: &Vector3<f64>) -> ReadingNoise {
         let [reading, zero, slope] = [0, 1, 2].map(|i| (0.5 * log_variances[i]).exp());
+        let zero = if self.observations.free_zeros {
+            self.free_zero_sd_m
+        } else {
+            zero
+        };
         ReadingNoise {
             reading_sd_m: reading.hypot(self.floor_m),
             zero_sd_m: zero,
@@ -265,14 +277,15 @@ fn fixed_part(observations: &Observations, cell: usize) -> FixedPart {
         .map(|load| load.force_n / force_scale)
         .collect();
     let mut columns: Vec<Vec<f64>> = Vec::new();
-    if cell.runs.len() > 1 {
-        let mut keys: Vec<(u32, u32)> = Vec::new();
-        let key = |place: usize| (loads[place].step, details[place].hold_number);
-        for place in 0..loads.len() {
-            if !keys.contains(&key(place)) {
-                keys.push(key(place));
-            }
+    let mut keys: Vec<(u32, u32)> = Vec::new();
+    let key = |place: usize| (loads[place].step, details[place].hold_number);
+    for place in 0..loads.len() {
+        if !keys.contains(&key(place)) {
+            keys.push(key(place));
         }
+    }
+    // Steps whose forces differ by more than a twentieth of the largest are not the same step.
+    if cell.runs.len() > 1 && within_steps(&keys, &force, key) < 0.05 {
         for wanted in &keys {
             columns.push(
                 (0..loads.len())

@@ -57,6 +57,8 @@ pub(super) struct WhiteShape {
     pub(super) square: f64,
     /// Squared length before projection.
     pub(super) whole: f64,
+    /// Largest change of a reading, m.
+    pub(super) peak_m: f64,
 }
 
 /// A candidate with its shapes ready.
@@ -108,6 +110,7 @@ pub(super) fn white_candidates(
                     .filter_map(|shape| {
                         let mut vectors: Vec<Vec<f64>> = Vec::new();
                         let mut whole = 0.0;
+                        let mut peak_m = 0.0_f64;
                         let phases: &[f64] = if candidate.law == Law::GaugePeriodic {
                             &PHASES
                         } else {
@@ -123,6 +126,7 @@ pub(super) fn white_candidates(
                             frozen.predict(observations, &all, twists, scratch)?;
                             for (value, before) in scratch.iter_mut().zip(&before) {
                                 *value -= before;
+                                peak_m = peak_m.max(value.abs());
                             }
                             let mut white = space.white(scratch);
                             whole += dot(&white, &white);
@@ -142,6 +146,7 @@ pub(super) fn white_candidates(
                             vectors,
                             square,
                             whole,
+                            peak_m,
                         })
                     })
                     .collect();

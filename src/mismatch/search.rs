@@ -4,7 +4,7 @@ use crate::physics::{Effect, Law};
 use crate::statistics::{chi_squared_quantile, f_upper_tail};
 
 use super::error::MismatchError;
-use super::leftover::{Pattern, patterns};
+use super::leftover::{Pattern, autocorrelation_p, patterns};
 use super::limits::{Limits, limits};
 use super::observations::Observations;
 use super::rank::{Ranked, Ranking};
@@ -291,11 +291,16 @@ impl Bench<'_> {
             }
         }
         let gain = best.as_ref().map_or(0.0, |(gain, _)| *gain);
-        Ok(LeftOver {
-            p: limits.left_over_p(gain),
-            gain,
-            pattern: best.map(|(_, pattern)| pattern),
-        })
+        let mut p = limits.left_over_p(gain);
+        let mut pattern = best.map(|(_, pattern)| pattern);
+        if let Some(rhythm) = autocorrelation_p(self.observations, &residuals) {
+            // Two tests share the level.
+            if rhythm < p {
+                pattern = pattern.map(Pattern::of_the_rest);
+            }
+            p = (2.0 * p.min(rhythm)).min(1.0);
+        }
+        Ok(LeftOver { p, gain, pattern })
     }
 }
 

@@ -97,7 +97,7 @@ impl Bench<'_> {
             .iter()
             .filter(|load| load.force_n != 0.0)
             .count();
-        if loaded == 0 {
+        if loaded == 0 && !self.observations.free_zeros {
             lacking.push("no reading is under load".to_owned());
         }
         let several = self
@@ -105,7 +105,8 @@ impl Bench<'_> {
             .cells
             .iter()
             .any(|cell| cell.runs.len() > 1);
-        if !several {
+        // A line through many readings shows its own scatter.
+        if !several && !(self.observations.free_zeros && self.observations.len() >= 12) {
             lacking.push(
                 "no load sequence was repeated: what scatters and what is missing cannot be told apart; at least three repeats are needed"
                     .to_owned(),
@@ -355,14 +356,14 @@ impl Bench<'_> {
             let values = smallest.map(|(scale, shape)| {
                 (
                     scale * shape.shape.values.first().copied().unwrap_or(0.0),
-                    wanted * (shape.whole / shape.square).sqrt(),
+                    scale * shape.peak_m,
                 )
             });
             out.push(DetectionLimit {
                 law: candidate.law,
                 place: candidate.place.clone(),
                 size_80: values.map(|(size, _)| size),
-                end_effect_m: None,
+                end_effect_m: values.map(|(_, peak_m)| peak_m),
                 upper_95: (upper > 0.0).then_some(upper),
             });
         }

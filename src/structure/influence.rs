@@ -39,6 +39,19 @@ pub struct TwistInfluence {
 }
 
 impl TwistInfluence {
+    /// Of something that gives way alike in x, y, z and has one joint with the same lever for each, in no closed loop.
+    #[must_use]
+    pub fn of_one_joint(compliance_m_per_n: f64, lever_m: f64) -> Self {
+        Self {
+            compliance_m_per_n: std::array::from_fn(|i| {
+                std::array::from_fn(|j| if i == j { compliance_m_per_n } else { 0.0 })
+            }),
+            levers_m: vec![[lever_m; 3]],
+            stiffness_nm_per_rad: vec![0.0],
+            displacements: Vec::new(),
+        }
+    }
+
     /// Moment in hinge `j` against a unit twist in hinge `l`, N·m/rad.
     #[must_use]
     pub fn stiffness(&self, j: usize, l: usize) -> f64 {
