@@ -6,6 +6,7 @@ use crate::physics::{Effect, Law, Place, Sign, Twists};
 
 use super::candidate::{Candidate, Shape, candidates};
 use super::error::MismatchError;
+use super::predictor::ReadingPredictor;
 use super::refit::{Fitted, Model, Refit, is_smooth};
 use super::screen::{Frozen, Screened, WhiteCandidate, WhiteShape, screen, white_candidates};
 use super::space::{Space, dot};
@@ -47,6 +48,14 @@ pub struct Impossible {
     pub gain: f64,
 }
 
+/// Where candidates are fitted: a state, and the white space of its residuals.
+struct Field<'a> {
+    state: &'a State,
+    space: &'a Space,
+    frozen: &'a Frozen,
+    residuals: &'a [f64],
+}
+
 /// All candidates against a state.
 pub(super) struct Ranking {
     /// Fitted candidates, the best evidence first.
@@ -76,11 +85,20 @@ impl Bench<'_> {
         let screened = screen(&white, &residuals);
         let impossible = impossible(&white, &screened);
         let chosen = choose(&white, &screened, effects);
+        let field = Field {
+            state,
+            space: &space,
+            frozen: &frozen,
+            residuals: &residuals,
+        };
         let mut ranked: Vec<Ranked> = chosen
             .par_iter()
-            .map(|&(place, screened)| {
-                self.fit_candidate(state, &space, &frozen, &residuals, &white[place], screened)
-            })
+            .map_init(
+                || self.predictor(),
+                |predictor, &(place, screened)| {
+                    self.fit_candidate(&field, predictor, &white[place], screened)
+                },
+            )
             .collect::<Result<Vec<_>, _>>()?
             .into_iter()
             .flatten()
@@ -102,55 +120,50 @@ impl Bench<'_> {
     /// Fits one candidate in full.
     fn fit_candidate(
         &self,
-        state: &State,
-        space: &Space,
-        frozen: &Frozen,
-        residuals: &[f64],
+        field: &Field<'_>,
+        predictor: &mut ReadingPredictor<'_>,
         white: &WhiteCandidate,
         screened: Screened,
     ) -> Result<Option<Ranked>, MismatchError> {
+        let state = field.state;
         let shape = &white.shapes[screened.shape];
-        let mut effect = shape.effect(&white.candidate, screened.scale, residuals);
+        let mut effect = shape.effect(&white.candidate, screened.scale, field.residuals);
         let existing = &state.fitted.model.effects;
         let bounds = &white.candidate.bounds;
-        self.polish(frozen, existing, space, residuals, bounds, &mut effect);
+        self.polish(field, bounds, &mut effect);
         let start = Model {
             parameters: state.fitted.model.parameters.clone(),
             effects: existing.iter().cloned().chain([effect]).collect(),
         };
-        let mut predictor = self.predictor();
         let refit = Refit {
             bounds_of_last: Some(bounds),
             ..self.refit(&state.whitening)
         };
-        let Some(mut fitted) = refit.fit(&mut predictor, &start, true)? else {
+        let Some(mut fitted) = refit.fit(predictor, &start, true)? else {
             return Ok(None);
         };
+        // A shape that matters is searched with full fits.
         if state.fitted.squares - fitted.squares > 30.0 {
-            fitted = self.search_shape(state, &mut predictor, bounds, fitted)?;
+            fitted = search_shape(&refit, predictor, bounds, fitted)?;
         }
-        let effect = fitted.model.effects.last().cloned();
-        let Some(effect) = effect else {
-            return Ok(None);
-        };
-        Ok(Some(
-            self.ranked(state, space, white, residuals, fitted, effect)?,
-        ))
+        self.ranked(field, predictor, white, fitted)
     }
 
     /// Evidence of a fitted candidate.
     fn ranked(
         &self,
-        state: &State,
-        space: &Space,
+        field: &Field<'_>,
+        predictor: &mut ReadingPredictor<'_>,
         white: &WhiteCandidate,
-        residuals: &[f64],
         fitted: Fitted,
-        effect: Effect,
-    ) -> Result<Ranked, MismatchError> {
+    ) -> Result<Option<Ranked>, MismatchError> {
+        let state = field.state;
         let gain = state.fitted.squares - fitted.squares;
-        let effects = &fitted.model.effects;
-        let (vector, whole) = self.effect_vector(&fitted.model, effects.len() - 1, space)?;
+        let Some(effect) = fitted.model.effects.last().cloned() else {
+            return Ok(None);
+        };
+        let last = fitted.model.effects.len() - 1;
+        let (vector, whole) = self.effect_vector(predictor, &fitted.model, last, field.space)?;
         let length = dot(&vector, &vector).sqrt();
         let mut scratch = Vec::new();
         let shares = state
@@ -159,9 +172,9 @@ impl Bench<'_> {
         let size = effect.values.first().copied().unwrap_or(0.0);
         let log_bayes = 0.5 * gain
             + log_size_prior(&white.candidate, size, length)
-            + log_shape_prior(white, residuals)
+            + log_shape_prior(white, field.residuals)
             - self.places_of(white.candidate.law);
-        Ok(Ranked {
+        Ok(Some(Ranked {
             wide: white.candidate.wide,
             gain,
             log_bayes,
@@ -170,7 +183,7 @@ impl Bench<'_> {
             dof: state.noise.degrees_of_freedom(shares),
             fitted,
             effect,
-        })
+        }))
     }
 
     /// Logarithm of the number of places that share the prior of a law: a slip can be anywhere.
@@ -185,14 +198,15 @@ impl Bench<'_> {
     /// An effect of a model, white and projected, and its squared length before projection.
     pub(super) fn effect_vector(
         &self,
+        predictor: &mut ReadingPredictor<'_>,
         model: &Model,
         effect: usize,
         space: &Space,
     ) -> Result<(Vec<f64>, f64), MismatchError> {
-        let mut with = self.predicted(model)?;
+        let mut with = self.predicted(predictor, model)?;
         let mut rest = model.clone();
         rest.effects.remove(effect);
-        for (value, without) in with.iter_mut().zip(self.predicted(&rest)?) {
+        for (value, without) in with.iter_mut().zip(self.predicted(predictor, &rest)?) {
             *value -= without;
         }
         let mut white = space.white(&with);
@@ -202,15 +216,14 @@ impl Bench<'_> {
     }
 
     /// Moves the values that readings depend on by kinks to where the linear gain is largest.
-    fn polish(
-        &self,
-        frozen: &Frozen,
-        existing: &[Effect],
-        space: &Space,
-        residuals: &[f64],
-        bounds: &[[f64; 2]],
-        effect: &mut Effect,
-    ) {
+    fn polish(&self, field: &Field<'_>, bounds: &[[f64; 2]], effect: &mut Effect) {
+        let Field {
+            state,
+            space,
+            frozen,
+            residuals,
+        } = field;
+        let existing = &state.fitted.model.effects;
         let Some(value) = kinked(effect) else { return };
         let n = self.observations.len();
         let mut twists = Twists::default();
@@ -266,49 +279,6 @@ impl Bench<'_> {
         }
     }
 
-    /// The same with full fits, for effects that are clearly there.
-    fn search_shape(
-        &self,
-        state: &State,
-        predictor: &mut super::predictor::ReadingPredictor<'_>,
-        bounds: &[[f64; 2]],
-        start: Fitted,
-    ) -> Result<Fitted, MismatchError> {
-        let last = start.model.effects.len() - 1;
-        let Some(value) = kinked(&start.model.effects[last]) else {
-            return Ok(start);
-        };
-        let refit = Refit {
-            bounds_of_last: Some(bounds),
-            ..self.refit(&state.whitening)
-        };
-        let mut best = start;
-        let mut ratio = 1.2;
-        for _ in 0..12 {
-            let mut moved = false;
-            for factor in [ratio, 1.0 / ratio] {
-                let mut trial = best.model.clone();
-                let [lower, upper] = bounds[value];
-                let moved_to = trial.effects[last].values[value] * factor;
-                trial.effects[last].values[value] = moved_to.clamp(lower, upper);
-                if let Some(fitted) = refit.fit(predictor, &trial, true)?
-                    && fitted.squares < best.squares
-                {
-                    best = fitted;
-                    moved = true;
-                    break;
-                }
-            }
-            if !moved {
-                ratio = ratio.sqrt();
-                if ratio < 1.02 {
-                    break;
-                }
-            }
-        }
-        Ok(best)
-    }
-
     /// What loose members would change in readings of the baseline, for the limits; the factors fitted again, exactly.
     pub(super) fn loose_shapes(
         &self,
@@ -319,7 +289,9 @@ impl Bench<'_> {
             parameters: state.fitted.model.parameters.clone(),
             effects: Vec::new(),
         };
-        let exact = self.observations.with_displacements(self.predicted(&base)?);
+        let exact = self
+            .observations
+            .with_displacements(self.predicted(&mut self.predictor(), &base)?);
         let bench = Bench {
             baseline: self.baseline,
             observations: &exact,
@@ -338,7 +310,7 @@ impl Bench<'_> {
                     return Ok(None);
                 };
                 let difference: Vec<f64> = bench
-                    .predicted(&fitted.model)?
+                    .predicted(&mut predictor, &fitted.model)?
                     .iter()
                     .zip(&exact.displacement_m)
                     .map(|(with, without)| with - without)
@@ -401,7 +373,8 @@ impl Bench<'_> {
                     return Ok(None);
                 }
                 let place = fitted.model.effects.len() - 1;
-                let (white, whole) = self.effect_vector(&fitted.model, place, space)?;
+                let (white, whole) =
+                    self.effect_vector(&mut predictor, &fitted.model, place, space)?;
                 Ok(Some(Ranked {
                     effect,
                     wide: false,
@@ -416,6 +389,44 @@ impl Bench<'_> {
             .collect::<Result<_, MismatchError>>()?;
         Ok(fitted.into_iter().flatten().collect())
     }
+}
+
+/// Moves the value that readings depend on by kinks to where the squares are smallest, with full fits.
+fn search_shape(
+    refit: &Refit<'_>,
+    predictor: &mut ReadingPredictor<'_>,
+    bounds: &[[f64; 2]],
+    start: Fitted,
+) -> Result<Fitted, MismatchError> {
+    let last = start.model.effects.len() - 1;
+    let Some(value) = kinked(&start.model.effects[last]) else {
+        return Ok(start);
+    };
+    let mut best = start;
+    let mut ratio = 1.2;
+    for _ in 0..12 {
+        let mut moved = false;
+        for factor in [ratio, 1.0 / ratio] {
+            let mut trial = best.model.clone();
+            let [lower, upper] = bounds[value];
+            let moved_to = trial.effects[last].values[value] * factor;
+            trial.effects[last].values[value] = moved_to.clamp(lower, upper);
+            if let Some(fitted) = refit.fit(predictor, &trial, true)?
+                && fitted.squares < best.squares
+            {
+                best = fitted;
+                moved = true;
+                break;
+            }
+        }
+        if !moved {
+            ratio = ratio.sqrt();
+            if ratio < 1.02 {
+                break;
+            }
+        }
+    }
+    Ok(best)
 }
 
 /// The value of an effect that is searched, not followed by derivatives.

@@ -99,61 +99,89 @@ pub(super) fn white_candidates(
     if known.is_none() {
         return Vec::new();
     }
-    candidates
-        .into_par_iter()
-        .map_init(
-            || (Twists::default(), vec![0.0; n]),
-            |(twists, scratch), candidate| {
-                let shapes = candidate
-                    .shapes
-                    .iter()
-                    .filter_map(|shape| {
-                        let mut vectors: Vec<Vec<f64>> = Vec::new();
-                        let mut whole = 0.0;
-                        let mut peak_m = 0.0_f64;
-                        let phases: &[f64] = if candidate.law == Law::GaugePeriodic {
-                            &PHASES
-                        } else {
-                            &PHASES[..1]
-                        };
-                        for phase in phases {
-                            let mut effect = effect_of(&candidate, shape);
-                            if candidate.law == Law::GaugePeriodic {
-                                effect.values[2] = *phase;
-                            }
-                            let mut all = base.clone();
-                            all.push(&effect);
-                            frozen.predict(observations, &all, twists, scratch)?;
-                            for (value, before) in scratch.iter_mut().zip(&before) {
-                                *value -= before;
-                                peak_m = peak_m.max(value.abs());
-                            }
-                            let mut white = space.white(scratch);
-                            whole += dot(&white, &white);
-                            space.project(&mut white);
-                            for other in &vectors {
-                                let share = dot(other, &white) / dot(other, other);
-                                for (value, other) in white.iter_mut().zip(other) {
-                                    *value -= share * other;
+    let whiten = |candidates: Vec<Candidate>| -> Vec<WhiteCandidate> {
+        candidates
+            .into_par_iter()
+            .map_init(
+                || (Twists::default(), vec![0.0; n]),
+                |(twists, scratch), candidate| {
+                    let shapes = candidate
+                        .shapes
+                        .iter()
+                        .filter_map(|shape| {
+                            let mut vectors: Vec<Vec<f64>> = Vec::new();
+                            let mut whole = 0.0;
+                            let mut peak_m = 0.0_f64;
+                            let phases: &[f64] = if candidate.law == Law::GaugePeriodic {
+                                &PHASES
+                            } else {
+                                &PHASES[..1]
+                            };
+                            for phase in phases {
+                                let mut effect = effect_of(&candidate, shape);
+                                if candidate.law == Law::GaugePeriodic {
+                                    effect.values[2] = *phase;
                                 }
+                                let mut all = base.clone();
+                                all.push(&effect);
+                                frozen.predict(observations, &all, twists, scratch)?;
+                                for (value, before) in scratch.iter_mut().zip(&before) {
+                                    *value -= before;
+                                    peak_m = peak_m.max(value.abs());
+                                }
+                                let mut white = space.white(scratch);
+                                whole += dot(&white, &white);
+                                space.project(&mut white);
+                                for other in &vectors {
+                                    let share = dot(other, &white) / dot(other, other);
+                                    for (value, other) in white.iter_mut().zip(other) {
+                                        *value -= share * other;
+                                    }
+                                }
+                                vectors.push(white);
                             }
-                            vectors.push(white);
-                        }
-                        let square = dot(&vectors[0], &vectors[0]);
-                        let seen = square > INVISIBLE * INVISIBLE && square > 1e-12 * whole;
-                        seen.then(|| WhiteShape {
-                            shape: shape.clone(),
-                            vectors,
-                            square,
-                            whole,
-                            peak_m,
+                            let square = dot(&vectors[0], &vectors[0]);
+                            let seen = square > INVISIBLE * INVISIBLE && square > 1e-12 * whole;
+                            seen.then(|| WhiteShape {
+                                shape: shape.clone(),
+                                vectors,
+                                square,
+                                whole,
+                                peak_m,
+                            })
                         })
-                    })
-                    .collect();
-                WhiteCandidate { candidate, shapes }
-            },
-        )
-        .collect()
+                        .collect();
+                    WhiteCandidate { candidate, shapes }
+                },
+            )
+            .collect()
+    };
+    // A joint that could not be seen if it turned freely cannot be seen under any law: none turns it further.
+    let (compliances, rest): (Vec<Candidate>, Vec<Candidate>) = candidates
+        .into_iter()
+        .partition(|candidate| candidate.law == Law::JointCompliance);
+    let mut out = whiten(compliances);
+    let unseen: Vec<Place> = out
+        .iter()
+        .filter(|white| !white.can_be_seen())
+        .map(|white| white.candidate.place.clone())
+        .collect();
+    let rest = rest
+        .into_iter()
+        .filter(|candidate| !unseen.contains(&candidate.place))
+        .collect();
+    out.extend(whiten(rest));
+    out
+}
+
+impl WhiteCandidate {
+    /// Whether its largest possible effect is longer than two standard errors.
+    fn can_be_seen(&self) -> bool {
+        self.shapes.iter().any(|shape| {
+            let largest = shape.shape.scale[1];
+            largest == f64::INFINITY || largest * largest * shape.square > 4.0
+        })
+    }
 }
 
 /// The effect of a shape.

@@ -18,6 +18,15 @@ const MOST_EFFECTS: usize = 3;
 /// A rival within this log Bayes factor of the winner is not told apart from it.
 pub(super) const TELL_APART: f64 = 3.0;
 
+/// Poses left out must be predicted better with an effect than without, by more than this fall of the weighted squares.
+///
+/// An effect that passed its limit by chance mostly fits the poses it was found in and fails in the one left out; a true one whose
+/// parameters the other poses determine helps there too.
+const HELD_OUT_LIMIT: f64 = 0.0;
+
+/// Share of an effect's squares in one pose above which the other poses do not determine it.
+const ONE_POSE: f64 = 0.5;
+
 /// What a search is to do.
 #[derive(Debug, Clone, PartialEq)]
 pub struct SearchOptions {
@@ -180,38 +189,62 @@ impl Bench<'_> {
         options: &SearchOptions,
         limits: &Limits,
     ) -> Result<Option<(State, f64)>, MismatchError> {
-        // Under the noise of the state an effect that differs between repeats hides part of itself; half the limit is worth a look.
-        let worth = |ranked: &&Ranked| {
-            limits
-                .laws
-                .get(&(ranked.effect.law, ranked.wide))
-                .is_some_and(|limit| ranked.gain > 0.5 * limit)
-        };
-        let Some(best) = ranking.ranked.iter().find(worth) else {
-            return Ok(None);
-        };
-        let Some(settled) = self.settle(best.fitted.model.clone(), options.noise)? else {
-            return Ok(None);
-        };
-        // The same comparison under the noise that the best candidate leaves.
-        let rest = Model {
-            parameters: state.fitted.model.parameters.clone(),
-            effects: state.fitted.model.effects.clone(),
-        };
-        let Some(baseline) = self.settle(rest, Some(settled.noise))? else {
-            return Ok(None);
-        };
-        let again = self.rank(&baseline, &options.without)?;
-        for ranked in &again.ranked {
+        // Under the noise of the state an effect that differs between repeats hides part of itself: most of the limit is worth a look.
+        const WORTH: f64 = 0.7;
+        let limit = |ranked: &Ranked| {
             let family = (ranked.effect.law, ranked.wide);
-            let gain = gaussian_gain(ranked.gain, parameters_of(ranked), ranked.dof);
-            let passes = limits.laws.get(&family).is_some_and(|limit| gain > *limit);
-            if passes {
-                let next = self.settle(ranked.fitted.model.clone(), options.noise)?;
-                return Ok(next.map(|next| (next, limits.family_p(family, gain))));
+            limits.laws.get(&family).copied().unwrap_or(f64::INFINITY)
+        };
+        let worth = |ranked: &&Ranked| ranked.gain > WORTH * limit(ranked);
+        let Some(mut best) = ranking.ranked.iter().find(worth).cloned() else {
+            return Ok(None);
+        };
+        let rest = &state.fitted.model;
+        // The same comparison under the noise that the best candidate leaves, until the one that passes is the one that left it.
+        for _ in 0..MOST_EFFECTS {
+            let Some(settled) = self.settle(best.fitted.model.clone(), options.noise)? else {
+                return Ok(None);
+            };
+            let Some(baseline) = self.settle(rest.clone(), Some(settled.noise))? else {
+                return Ok(None);
+            };
+            let again = self.rank(&baseline, &options.without)?;
+            let rarefied =
+                |ranked: &Ranked| gaussian_gain(ranked.gain, parameters_of(ranked), ranked.dof);
+            let passing = again
+                .ranked
+                .iter()
+                .find(|ranked| rarefied(ranked) > limit(ranked));
+            let Some(passing) = passing else {
+                return Ok(None);
+            };
+            if same(&passing.effect, &best.effect) {
+                let family = (passing.effect.law, passing.wide);
+                let p = limits.family_p(family, rarefied(passing));
+                let Some(next) = self.settle(passing.fitted.model.clone(), options.noise)? else {
+                    return Ok(None);
+                };
+                if self.rests_on_one_pose(&passing.white) {
+                    return Ok(Some((next, p)));
+                }
+                let fall = self.held_out_fall(&next, rest)?;
+                return Ok((fall > HELD_OUT_LIMIT).then_some((next, p)));
             }
+            best = passing.clone();
         }
         Ok(None)
+    }
+
+    /// Whether one pose carries most of an effect, or there is one pose only, so that leaving it out asks nothing.
+    fn rests_on_one_pose(&self, white: &[f64]) -> bool {
+        let mut squares = vec![0.0; self.observations.poses.len()];
+        for cell in &self.observations.cells {
+            let part = &white[cell.readings.clone()];
+            squares[cell.pose] += part.iter().map(|x| x * x).sum::<f64>();
+        }
+        let whole: f64 = squares.iter().sum();
+        let most = squares.iter().copied().fold(0.0, f64::max);
+        most > ONE_POSE * whole || whole == 0.0
     }
 
     /// Replaces effects one at a time by whatever explains more in their stead.

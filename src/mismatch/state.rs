@@ -214,10 +214,13 @@ impl<'a> Bench<'a> {
     }
 
     /// Displacements of a model, m.
-    pub(super) fn predicted(&self, model: &Model) -> Result<Vec<f64>, MismatchError> {
+    pub(super) fn predicted(
+        &self,
+        predictor: &mut ReadingPredictor<'_>,
+        model: &Model,
+    ) -> Result<Vec<f64>, MismatchError> {
         let mut out = vec![0.0; self.observations.len()];
-        self.predictor()
-            .predict(&model.parameters, &model.effects, &mut out)?;
+        predictor.predict(&model.parameters, &model.effects, &mut out)?;
         Ok(out)
     }
 }

@@ -143,7 +143,7 @@ pub fn standard_errors(
     let Some(last) = truth.effects.len().checked_sub(1) else {
         return Ok(0.0);
     };
-    let (white, _) = bench.effect_vector(&with, last, &space)?;
+    let (white, _) = bench.effect_vector(&mut predictor, &with, last, &space)?;
     Ok(dot(&white, &white).sqrt())
 }
 

@@ -177,10 +177,11 @@ impl Bench<'_> {
     }
 
     fn loose_effect_m(&self, model: &super::refit::Model) -> Result<f64, MismatchError> {
-        let with = self.predicted(model)?;
+        let mut predictor = self.predictor();
+        let with = self.predicted(&mut predictor, model)?;
         let mut rest = model.clone();
         rest.effects.pop();
-        let without = self.predicted(&rest)?;
+        let without = self.predicted(&mut predictor, &rest)?;
         Ok(with
             .iter()
             .zip(&without)
