@@ -71,7 +71,7 @@ impl Bench<'_> {
         };
         let mut predictor = self.predictor();
         let fitted = refit
-            .fit(&mut predictor, model, true)?
+            .fit(&mut predictor, model, true)
             .map_or_else(|| model.clone(), |fitted| fitted.model);
         let residuals = self.raw_residuals(&fitted)?;
         let held: Vec<bool> = kept.iter().map(|kept| !kept).collect();

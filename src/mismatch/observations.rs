@@ -216,6 +216,43 @@ impl Observations {
         out
     }
 
+    /// The readings of the first run of each cell alone.
+    #[must_use]
+    pub fn first_repeat(&self) -> Self {
+        let mut out = Self {
+            cells: Vec::new(),
+            runs: Vec::new(),
+            readings: Vec::new(),
+            loads: Vec::new(),
+            displacement_m: Vec::new(),
+            ..self.clone()
+        };
+        for cell in &self.cells {
+            let start = out.readings.len();
+            let run = &self.runs[cell.runs.start];
+            for reading in run.readings.clone() {
+                out.readings.push(ObservedReading {
+                    run: out.runs.len(),
+                    ..self.readings[reading]
+                });
+                out.loads.push(self.loads[reading]);
+                out.displacement_m.push(self.displacement_m[reading]);
+            }
+            let readings = start..out.readings.len();
+            out.runs.push(ObservedRun {
+                cell: out.cells.len(),
+                repeat: run.repeat,
+                readings: readings.clone(),
+            });
+            out.cells.push(ObservedCell {
+                runs: out.runs.len() - 1..out.runs.len(),
+                readings,
+                ..cell.clone()
+            });
+        }
+        out
+    }
+
     /// The same readings with other displacements, for simulated noise.
     #[must_use]
     pub fn with_displacements(&self, displacement_m: Vec<f64>) -> Self {

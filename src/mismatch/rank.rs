@@ -2,13 +2,14 @@
 
 use rayon::prelude::*;
 
-use crate::physics::{Effect, Law, Place, Sign, Twists};
+use crate::physics::{Effect, Law, Place, Twists};
 
-use super::candidate::{Candidate, Shape, candidates};
+use super::candidate::{Candidate, candidates};
 use super::error::MismatchError;
+use super::evidence::{log_shape_prior, log_size_prior};
 use super::predictor::ReadingPredictor;
 use super::refit::{Fitted, Model, Refit, is_smooth};
-use super::screen::{Frozen, Screened, WhiteCandidate, WhiteShape, screen, white_candidates};
+use super::screen::{Frozen, Screened, WhiteCandidate, screen, white_candidates};
 use super::space::{Space, dot};
 use super::state::{Bench, State};
 
@@ -68,8 +69,6 @@ pub(super) struct Ranking {
     pub(super) space: Space,
     /// White residuals of the state.
     pub(super) residuals: Vec<f64>,
-    /// The structure.
-    pub(super) frozen: Frozen,
 }
 
 impl Bench<'_> {
@@ -113,7 +112,6 @@ impl Bench<'_> {
             white,
             space,
             residuals,
-            frozen,
         })
     }
 
@@ -139,12 +137,12 @@ impl Bench<'_> {
             bounds_of_last: Some(bounds),
             ..self.refit(&state.whitening)
         };
-        let Some(mut fitted) = refit.fit(predictor, &start, true)? else {
+        let Some(mut fitted) = refit.fit(predictor, &start, true) else {
             return Ok(None);
         };
         // A shape that matters is searched with full fits.
         if state.fitted.squares - fitted.squares > 30.0 {
-            fitted = search_shape(&refit, predictor, bounds, fitted)?;
+            fitted = search_shape(&refit, predictor, bounds, fitted);
         }
         self.ranked(field, predictor, white, fitted)
     }
@@ -278,117 +276,6 @@ impl Bench<'_> {
             }
         }
     }
-
-    /// What loose members would change in readings of the baseline, for the limits; the factors fitted again, exactly.
-    pub(super) fn loose_shapes(
-        &self,
-        state: &State,
-        space: &Space,
-    ) -> Result<Vec<WhiteCandidate>, MismatchError> {
-        let base = Model {
-            parameters: state.fitted.model.parameters.clone(),
-            effects: Vec::new(),
-        };
-        let exact = self
-            .observations
-            .with_displacements(self.predicted(&mut self.predictor(), &base)?);
-        let bench = Bench {
-            baseline: self.baseline,
-            observations: &exact,
-        };
-        self.baseline
-            .loose_effects()
-            .into_par_iter()
-            .map(|effect| {
-                let start = Model {
-                    parameters: base.parameters.clone(),
-                    effects: vec![effect.clone()],
-                };
-                let mut predictor = bench.predictor();
-                let refit = bench.refit(&state.whitening);
-                let Some(fitted) = refit.fit(&mut predictor, &start, true)? else {
-                    return Ok(None);
-                };
-                let difference: Vec<f64> = bench
-                    .predicted(&mut predictor, &fitted.model)?
-                    .iter()
-                    .zip(&exact.displacement_m)
-                    .map(|(with, without)| with - without)
-                    .collect();
-                let white = space.projected(&difference);
-                let square = dot(&white, &white);
-                let shape = Shape {
-                    values: Vec::new(),
-                    scale: [1.0, 1.0],
-                    weight: 1.0,
-                    saturation: 0.0,
-                };
-                Ok((square > 1e-6).then(|| WhiteCandidate {
-                    candidate: Candidate::of_shapes(
-                        Law::LooseMember,
-                        effect.place,
-                        vec![shape.clone()],
-                        1.0,
-                        false,
-                    ),
-                    shapes: vec![WhiteShape {
-                        shape,
-                        vectors: vec![white],
-                        square,
-                        whole: square,
-                        peak_m: difference.iter().fold(0.0, |most, d| d.abs().max(most)),
-                    }],
-                }))
-            })
-            .filter_map(Result::transpose)
-            .collect()
-    }
-
-    /// Structures without one element, fitted.
-    fn loose_members(&self, state: &State, space: &Space) -> Result<Vec<Ranked>, MismatchError> {
-        let existing = &state.fitted.model.effects;
-        let elements: Vec<Effect> = self
-            .baseline
-            .loose_effects()
-            .into_iter()
-            .filter(|effect| !existing.contains(effect))
-            .collect();
-        let fitted: Vec<Option<Ranked>> = elements
-            .into_par_iter()
-            .map(|effect| {
-                let start = Model {
-                    parameters: state.fitted.model.parameters.clone(),
-                    effects: existing.iter().cloned().chain([effect.clone()]).collect(),
-                };
-                if self.baseline.variant(&start.effects).is_none() {
-                    return Ok(None);
-                }
-                let mut predictor = self.predictor();
-                let refit = self.refit(&state.whitening);
-                let Some(fitted) = refit.fit(&mut predictor, &start, true)? else {
-                    return Ok(None);
-                };
-                let gain = state.fitted.squares - fitted.squares;
-                if gain < 0.0 {
-                    return Ok(None);
-                }
-                let place = fitted.model.effects.len() - 1;
-                let (white, whole) =
-                    self.effect_vector(&mut predictor, &fitted.model, place, space)?;
-                Ok(Some(Ranked {
-                    effect,
-                    wide: false,
-                    gain,
-                    log_bayes: 0.5 * gain,
-                    white,
-                    whole,
-                    dof: 1e6,
-                    fitted,
-                }))
-            })
-            .collect::<Result<_, MismatchError>>()?;
-        Ok(fitted.into_iter().flatten().collect())
-    }
 }
 
 /// Moves the value that readings depend on by kinks to where the squares are smallest, with full fits.
@@ -397,10 +284,10 @@ fn search_shape(
     predictor: &mut ReadingPredictor<'_>,
     bounds: &[[f64; 2]],
     start: Fitted,
-) -> Result<Fitted, MismatchError> {
+) -> Fitted {
     let last = start.model.effects.len() - 1;
     let Some(value) = kinked(&start.model.effects[last]) else {
-        return Ok(start);
+        return start;
     };
     let mut best = start;
     let mut ratio = 1.2;
@@ -411,7 +298,7 @@ fn search_shape(
             let [lower, upper] = bounds[value];
             let moved_to = trial.effects[last].values[value] * factor;
             trial.effects[last].values[value] = moved_to.clamp(lower, upper);
-            if let Some(fitted) = refit.fit(predictor, &trial, true)?
+            if let Some(fitted) = refit.fit(predictor, &trial, true)
                 && fitted.squares < best.squares
             {
                 best = fitted;
@@ -426,7 +313,7 @@ fn search_shape(
             }
         }
     }
-    Ok(best)
+    best
 }
 
 /// The value of an effect that is searched, not followed by derivatives.
@@ -481,45 +368,4 @@ fn impossible(white: &[WhiteCandidate], screened: &[Option<Screened>]) -> Vec<Im
         .collect();
     out.sort_by(|a, b| b.gain.total_cmp(&a.gain));
     out
-}
-
-/// Logarithm of the prior mass that the size's standard error covers: a half-Cauchy about zero (both halves where both signs are
-/// possible), whose scale is the largest plausible size and whose tail leaves room for gross faults.
-fn log_size_prior(candidate: &Candidate, size: f64, length: f64) -> f64 {
-    if length == 0.0 || size == 0.0 || candidate.law == Law::LooseMember {
-        return 0.0;
-    }
-    let standard_error = size.abs() / length;
-    let relative = size / candidate.largest;
-    let density = std::f64::consts::FRAC_1_PI / (candidate.largest * (1.0 + relative * relative));
-    let one_sided = candidate
-        .law
-        .parameters()
-        .first()
-        .is_some_and(|parameter| parameter.sign == Sign::Positive);
-    let halves = if one_sided { 2.0 } else { 1.0 };
-    let covered = (std::f64::consts::TAU).sqrt() * standard_error * density * halves;
-    let mut log = covered.min(1.0).ln();
-    if candidate.law == Law::GaugePeriodic {
-        // Amplitude and phase are two sizes.
-        log *= 2.0;
-    }
-    log
-}
-
-/// Logarithm of the prior mass of the shapes that serve about as well as the best.
-fn log_shape_prior(white: &WhiteCandidate, residuals: &[f64]) -> f64 {
-    let gains: Vec<(f64, f64)> = white
-        .shapes
-        .iter()
-        .map(|shape: &WhiteShape| (shape.shape.weight, shape.gain(residuals).1))
-        .collect();
-    let best = gains
-        .iter()
-        .fold(0.0_f64, |best, (_, gain)| best.max(*gain));
-    let sum: f64 = gains
-        .iter()
-        .map(|(weight, gain)| weight * (0.5 * (gain - best)).exp())
-        .sum();
-    sum.max(f64::MIN_POSITIVE).ln()
 }

@@ -47,13 +47,13 @@ pub(super) struct Refit<'a> {
 }
 
 impl Refit<'_> {
-    /// Fits from a start. `None` if the start is no structure.
+    /// Fits from a start; `None` if the start is no structure, or lies where its law turns back.
     pub(super) fn fit(
         &self,
         predictor: &mut ReadingPredictor<'_>,
         start: &Model,
         move_effects: bool,
-    ) -> Result<Option<Fitted>, MismatchError> {
+    ) -> Option<Fitted> {
         let mut problem = Problem {
             refit: self,
             predictor,
@@ -68,20 +68,17 @@ impl Refit<'_> {
             negligible_reduction: NEGLIGIBLE,
             ..LeastSquaresSettings::for_refits()
         };
-        let Ok(set) = set else { return Ok(None) };
-        let Ok(fit) = minimise(&mut problem, &set, &settings) else {
-            return Ok(None);
-        };
+        let fit = minimise(&mut problem, &set.ok()?, &settings).ok()?;
         let parameters = self.baseline.parameters().len();
         let mut effects = start.effects.clone();
         put_values(&mut effects, &fit.values[parameters..]);
-        Ok(Some(Fitted {
+        Some(Fitted {
             model: Model {
                 parameters: fit.values[..parameters].to_vec(),
                 effects,
             },
             squares: fit.sum_of_squares(),
-        }))
+        })
     }
 
     fn parameter_set(

@@ -353,7 +353,9 @@ fn independent(columns: &[Vec<f64>], column: &[f64]) -> bool {
         }
         let norm = length(&vector).sqrt();
         if norm > 0.0 {
-            vector.iter_mut().for_each(|x| *x /= norm);
+            for x in &mut vector {
+                *x /= norm;
+            }
             remove(&mut rest, &vector);
             basis.push(vector);
         }

@@ -55,8 +55,6 @@ pub(super) struct WhiteShape {
     pub(super) vectors: Vec<Vec<f64>>,
     /// Square of the first vector.
     pub(super) square: f64,
-    /// Squared length before projection.
-    pub(super) whole: f64,
     /// Largest change of a reading, m.
     pub(super) peak_m: f64,
 }
@@ -110,7 +108,6 @@ pub(super) fn white_candidates(
                         .iter()
                         .filter_map(|shape| {
                             let mut vectors: Vec<Vec<f64>> = Vec::new();
-                            let mut whole = 0.0;
                             let mut peak_m = 0.0_f64;
                             let phases: &[f64] = if candidate.law == Law::GaugePeriodic {
                                 &PHASES
@@ -130,7 +127,6 @@ pub(super) fn white_candidates(
                                     peak_m = peak_m.max(value.abs());
                                 }
                                 let mut white = space.white(scratch);
-                                whole += dot(&white, &white);
                                 space.project(&mut white);
                                 for other in &vectors {
                                     let share = dot(other, &white) / dot(other, other);
@@ -141,12 +137,11 @@ pub(super) fn white_candidates(
                                 vectors.push(white);
                             }
                             let square = dot(&vectors[0], &vectors[0]);
-                            let seen = square > INVISIBLE * INVISIBLE && square > 1e-12 * whole;
+                            let seen = square > INVISIBLE * INVISIBLE;
                             seen.then(|| WhiteShape {
                                 shape: shape.clone(),
                                 vectors,
                                 square,
-                                whole,
                                 peak_m,
                             })
                         })

@@ -333,7 +333,7 @@ impl Bench<'_> {
             }
             p = (2.0 * p.min(rhythm)).min(1.0);
         }
-        Ok(LeftOver { p, gain, pattern })
+        Ok(LeftOver { pattern, gain, p })
     }
 }
 

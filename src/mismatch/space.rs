@@ -12,7 +12,6 @@ pub(super) struct Space {
     pub(super) whitening: Whitening,
     /// Orthonormal columns that the fit can absorb.
     basis: Vec<Vec<f64>>,
-    readings: usize,
     pub(super) length: usize,
 }
 
@@ -34,7 +33,6 @@ impl Space {
         let mut space = Self {
             whitening,
             basis: Vec::new(),
-            readings,
             length: readings + parameters.len(),
         };
         for (index, column) in columns.iter().enumerate() {
@@ -47,7 +45,9 @@ impl Space {
             space.project(&mut white);
             let after = norm(&white);
             if after > SHORTEST && after > 1e-9 * before {
-                white.iter_mut().for_each(|x| *x /= after);
+                for x in &mut white {
+                    *x /= after;
+                }
                 space.basis.push(white);
             }
         }
@@ -80,16 +80,6 @@ impl Space {
         let mut white = self.white(readings_m);
         self.project(&mut white);
         white
-    }
-
-    /// Number of readings.
-    pub(super) fn readings(&self) -> usize {
-        self.readings
-    }
-
-    /// Number of parameters that the fit uses.
-    pub(super) fn absorbed(&self) -> usize {
-        self.basis.len()
     }
 }
 

@@ -75,7 +75,7 @@ impl<'a> Bench<'a> {
             }
             let Some(noise) = found else { return Ok(None) };
             let whitening = self.whitening(&mut predictor, &model, &noise)?;
-            let Some(fitted) = self.refit(&whitening).fit(&mut predictor, &model, true)? else {
+            let Some(fitted) = self.refit(&whitening).fit(&mut predictor, &model, true) else {
                 return Ok(None);
             };
             model = fitted.model.clone();

@@ -80,7 +80,7 @@ impl Bench<'_> {
             after: self.quality(&found.after)?,
             factors: self.factor_shifts(&found)?,
             noise: found.after.noise.noise,
-            detection_limits: self.detection_limits(&found.first, &limits),
+            detection_limits: Self::detection_limits(&found.first, &limits),
             impossible: impossible(&found.first, &limits),
             parameters: found.after.fitted.model.parameters.clone(),
             effects: found.after.fitted.model.effects.clone(),
@@ -106,7 +106,8 @@ impl Bench<'_> {
             .iter()
             .any(|cell| cell.runs.len() > 1);
         // A line through many readings shows its own scatter.
-        if !several && !(self.observations.free_zeros && self.observations.len() >= 12) {
+        let line_of_many = self.observations.free_zeros && self.observations.len() >= 12;
+        if !several && !line_of_many {
             lacking.push(
                 "no load sequence was repeated: what scatters and what is missing cannot be told apart; at least three repeats are needed"
                     .to_owned(),
@@ -326,7 +327,7 @@ impl Bench<'_> {
     }
 
     /// For each law and place the size that 80 % of such sessions would show.
-    fn detection_limits(&self, first: &Ranking, limits: &Limits) -> Vec<DetectionLimit> {
+    fn detection_limits(first: &Ranking, limits: &Limits) -> Vec<DetectionLimit> {
         let mut out: Vec<DetectionLimit> = Vec::new();
         for white in &first.white {
             let candidate = &white.candidate;

@@ -1,0 +1,262 @@
+//! Each law hidden in a session of a plain arm: found when it is there, not when it is not, and what cannot be decided is said so.
+//!
+//! The sessions are made by the toolkit's own laws on the forces of a plan; that the laws mean what they say is held against OpenSees
+//! elsewhere. Sizes are 12 standard errors, where no true verdict is a matter of luck.
+
+#![expect(
+    clippy::unwrap_used,
+    reason = "a test stops at what is not as it must be"
+)]
+
+use stiffbench::mismatch::{
+    Diagnosis, Limits, Observations, ReadingNoise, RobotBaseline, SearchOptions, Stratum,
+    TrialNoise, Truth, Verdict, diagnose, scale_to, simulate,
+};
+use stiffbench::physics::{Effect, Law, Place};
+use stiffbench::procedure::{Procedure, shipped_procedure};
+use stiffbench::robot::{FittingFactors, Pose, Robot, shipped_robot};
+use stiffbench::test_point::Direction;
+
+const NOISE: TrialNoise = TrialNoise {
+    noise: ReadingNoise {
+        reading_sd_m: 1.2e-6,
+        zero_sd_m: 2e-6,
+        run_slope_sd: 0.002,
+    },
+    displacement_step_m: 1e-6,
+    force_step_n: 0.1,
+    skewed: false,
+};
+
+/// An arm on a bench, and the limits of its plan.
+struct Arm {
+    baseline: RobotBaseline<'static>,
+    plan: Observations,
+    limits: Limits,
+}
+
+impl Arm {
+    fn new(procedure: &str) -> Self {
+        let robot: &'static Robot = Box::leak(Box::new(
+            Robot::parse(&shipped_robot("serial-arm").unwrap()).unwrap(),
+        ));
+        let (procedure, _) = Procedure::parse(&shipped_procedure(procedure).unwrap()).unwrap();
+        let mechanism = robot.mechanism(None).unwrap();
+        let poses: Vec<_> = robot.poses.iter().take(4).collect();
+        let plan = stiffbench::bench::VirtualBench::new(
+            robot,
+            mechanism,
+            &FittingFactors::UNIT,
+            stiffbench::bench::NoiseModel::default(),
+            stiffbench::bench::Jack::default(),
+        )
+        .unwrap()
+        .run(
+            &Procedure {
+                poses: Some(poses.iter().map(|named| named.id.clone()).collect()),
+                ..procedure
+            },
+            "plan",
+            1,
+        )
+        .unwrap();
+        let plan = Observations::new(&plan, None);
+        let poses: Vec<Pose> = poses.iter().map(|named| named.pose.clone()).collect();
+        let baseline =
+            RobotBaseline::new(robot, mechanism, FittingFactors::UNIT, poses, [0.1, 10.0]);
+        let null = simulate(&baseline, &plan, &truth(Vec::new()), 77).unwrap();
+        let (_, limits) = diagnose(&baseline, &null, &SearchOptions::default(), None).unwrap();
+        Self {
+            baseline,
+            plan,
+            limits,
+        }
+    }
+
+    fn diagnose(&self, truth: &Truth, seed: u64, without: Vec<Law>) -> Diagnosis {
+        let readings = simulate(&self.baseline, &self.plan, truth, seed).unwrap();
+        let options = SearchOptions {
+            without,
+            ..SearchOptions::default()
+        };
+        diagnose(&self.baseline, &readings, &options, Some(&self.limits))
+            .unwrap()
+            .0
+    }
+
+    /// A truth whose last effect is 12 standard errors long.
+    fn twelve(&self, effect: Effect) -> Truth {
+        scale_to(&self.baseline, &self.plan, &truth(vec![effect]), 12.0)
+            .unwrap()
+            .unwrap()
+    }
+}
+
+fn truth(effects: Vec<Effect>) -> Truth {
+    Truth {
+        // Factors between 0.6 and 1.6.
+        parameters: vec![0.2, -0.3, 0.45, -0.4],
+        effects,
+        noise: NOISE,
+    }
+}
+
+fn effect(law: Law, place: Place, values: &[f64]) -> Effect {
+    Effect::new(law, place, values.to_vec()).unwrap()
+}
+
+fn joint(name: &str) -> Place {
+    Place::Joint(name.to_owned())
+}
+
+#[test]
+fn each_law_is_named_with_its_place_when_it_is_there() {
+    let arm = Arm::new("load-hold-unload");
+    let first = arm.plan.poses[0].clone();
+    let all = [
+        effect(Law::JointCompliance, joint("S2"), &[1e-7]),
+        effect(Law::JointBacklash, joint("S2"), &[1e-5, 3.0]),
+        effect(Law::JointFriction, joint("S2"), &[1e-7, 8.0]),
+        effect(Law::JointNonlinearity, joint("S2"), &[1e-7, 2e-9]),
+        effect(Law::BaseCompliance, Place::Axis(Direction::X), &[1e-7]),
+        effect(
+            Law::GaugeStandCompliance,
+            Place::Direction(Direction::Z),
+            &[1e-8],
+        ),
+        effect(
+            Law::LoadMisalignment,
+            Place::Toward {
+                direction: Direction::Y,
+                toward: Direction::Z,
+            },
+            &[0.01],
+        ),
+        effect(Law::ForceGaugeNonlinearity, Place::ForceGauge, &[5e-5]),
+        effect(Law::Creep, Place::Structure, &[1e-3, 1.0]),
+        effect(Law::DriftPerSecond, Place::Clock, &[1e-8]),
+        effect(Law::SettingIn, Place::Structure, &[0.01, 1.2]),
+        effect(
+            Law::Slip,
+            Place::Run {
+                pose: first,
+                direction: Direction::Z,
+                repeat: 2,
+                step: 5,
+            },
+            &[2e-5],
+        ),
+        effect(
+            Law::GaugePeriodic,
+            Place::DisplacementGauge,
+            &[1e-6, 1.5e-4, 0.7],
+        ),
+    ];
+    for (seed, hidden) in all.into_iter().enumerate() {
+        let (law, place) = (hidden.law, hidden.place.clone());
+        let truth = arm.twelve(hidden);
+        let diagnosis = arm.diagnose(&truth, 1000 + seed as u64, Vec::new());
+        let found: Vec<String> = diagnosis
+            .findings
+            .iter()
+            .map(|f| f.effect.title())
+            .collect();
+        let right = diagnosis
+            .findings
+            .iter()
+            .find(|finding| finding.effect.law == law && finding.effect.place == place);
+        assert!(
+            matches!(diagnosis.verdict, Verdict::Explained | Verdict::Ambiguous) && right.is_some(),
+            "{law} at {place}: {:?} {found:?}",
+            diagnosis.verdict
+        );
+        // The size lies within four standard uncertainties of the truth: one in ten thousand would not.
+        let size = right.unwrap().values[0];
+        let wanted = truth.effects[0].values[0];
+        if let (Some(u), false) = (size.u, matches!(law, Law::Creep | Law::JointFriction)) {
+            assert!(
+                (size.value - wanted).abs() < 4.5 * u + 0.05 * wanted.abs(),
+                "{law}: {} ± {u}, true {wanted}",
+                size.value
+            );
+        }
+        let (before, after) = (diagnosis.before.reduced_chi2, diagnosis.after.reduced_chi2);
+        assert!((0.85..1.15).contains(&after), "{law}: {before} {after}");
+    }
+}
+
+#[test]
+fn nothing_is_named_where_nothing_is_missing() {
+    let arm = Arm::new("load-unload");
+    // Four in a hundred may be false alarms; these seeds hold none, and a search that lost its calibration alarms on most.
+    let alarms: Vec<String> = (0..12)
+        .map(|seed| arm.diagnose(&truth(Vec::new()), seed, Vec::new()))
+        .filter(|diagnosis| diagnosis.verdict != Verdict::NothingMissing)
+        .map(|diagnosis| format!("{:?} {:?}", diagnosis.verdict, diagnosis.findings))
+        .collect();
+    assert!(alarms.len() <= 1, "{alarms:#?}");
+}
+
+#[test]
+fn two_effects_are_found_together() {
+    let arm = Arm::new("load-hold-unload");
+    let mut both = arm.twelve(effect(Law::JointBacklash, joint("S2"), &[1e-5, 3.0]));
+    let second = arm.twelve(effect(Law::DriftPerSecond, Place::Clock, &[1e-8]));
+    both.effects.extend(second.effects);
+    let diagnosis = arm.diagnose(&both, 5, Vec::new());
+    let names: Vec<&str> = diagnosis
+        .findings
+        .iter()
+        .map(|finding| finding.effect.law.name())
+        .collect();
+    assert!(
+        names.contains(&"joint-backlash") && names.contains(&"thermal-drift"),
+        "{names:?}"
+    );
+}
+
+#[test]
+fn an_effect_whose_law_is_taken_out_is_called_unknown() {
+    let arm = Arm::new("load-unload");
+    let truth = arm.twelve(effect(
+        Law::GaugePeriodic,
+        Place::DisplacementGauge,
+        &[1e-6, 1.5e-4, 0.7],
+    ));
+    let diagnosis = arm.diagnose(&truth, 3, vec![Law::GaugePeriodic]);
+    assert_eq!(
+        diagnosis.verdict,
+        Verdict::Unknown,
+        "{:?}",
+        diagnosis.findings
+    );
+    assert_eq!(diagnosis.left_over.stratum, Stratum::Rest);
+}
+
+#[test]
+fn one_repeat_is_too_little() {
+    let arm = Arm::new("sweeps");
+    let readings = simulate(&arm.baseline, &arm.plan, &truth(Vec::new()), 9).unwrap();
+    let one = readings.first_repeat();
+    let (diagnosis, _) = diagnose(
+        &arm.baseline,
+        &one,
+        &SearchOptions::default(),
+        Some(&arm.limits),
+    )
+    .unwrap();
+    assert_eq!(diagnosis.verdict, Verdict::InsufficientData);
+    assert!(diagnosis.lacking[0].contains("repeat"));
+}
+
+#[test]
+fn the_same_session_gives_the_same_diagnosis() {
+    let arm = Arm::new("sweeps");
+    let truth = arm.twelve(effect(
+        Law::ForceGaugeNonlinearity,
+        Place::ForceGauge,
+        &[5e-5],
+    ));
+    let [a, b] = [(); 2].map(|()| arm.diagnose(&truth, 4, Vec::new()));
+    assert_eq!(a, b);
+}
