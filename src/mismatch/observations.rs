@@ -3,7 +3,7 @@
 use std::ops::Range;
 
 use crate::physics::{LoadPoint, RunLoads};
-use crate::readings::{Column, Reading, ReadingTable, RepeatOrder, SessionHeader};
+use crate::readings::{Reading, ReadingTable, RepeatOrder, SessionHeader};
 use crate::test_point::{Branch, Direction, PoseId};
 
 /// A pose and direction with its readings.
@@ -116,10 +116,11 @@ impl Observations {
         for (pose, reading) in rows {
             layout.push(pose, reading);
         }
+        let any = |known: fn(&Reading) -> bool| table.accepted().any(known);
         let recorded = Recorded {
-            time: table.has(Column::Time),
-            hold: table.has(Column::Hold),
-            temperature: table.has(Column::Temperature),
+            time: any(|reading| reading.time_s.is_some()),
+            hold: any(|reading| reading.hold_s.is_some()),
+            temperature: any(|reading| reading.temperature_deg_c.is_some()),
         };
         let step = |record: Option<&crate::readings::InstrumentRecord>| {
             record.and_then(|record| record.resolution)
