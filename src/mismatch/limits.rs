@@ -6,7 +6,7 @@
 
 use std::collections::BTreeMap;
 
-use rand::SeedableRng;
+use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, StandardNormal};
 use rayon::prelude::*;
@@ -110,7 +110,16 @@ struct Drawn {
 }
 
 /// Works out the limits for candidates and patterns.
-pub(super) fn limits(candidates: &[WhiteCandidate], patterns: &[Pattern], seed: u64) -> Limits {
+///
+/// # Arguments
+/// - `residuals`: white residuals of the baseline; the draws have their distribution, so that skewed or long-tailed readings raise the
+///   limits of the laws that lean on few of them.
+pub(super) fn limits(
+    candidates: &[WhiteCandidate],
+    patterns: &[Pattern],
+    residuals: &[f64],
+    seed: u64,
+) -> Limits {
     let families: Vec<Family> = {
         let mut all: Vec<Family> = candidates
             .iter()
@@ -139,7 +148,8 @@ pub(super) fn limits(candidates: &[WhiteCandidate], patterns: &[Pattern], seed: 
             scale: [f64::NEG_INFINITY, f64::INFINITY],
         });
     }
-    let draws = draw(&units, &drawn, families.len(), seed);
+    let pool = pool(residuals);
+    let draws = draw(&units, &drawn, families.len(), &pool, seed);
     settle(&families, draws)
 }
 
@@ -181,8 +191,42 @@ fn add_candidate(
     }
 }
 
+/// Readings from which on their residuals tell their distribution; with fewer the draws are normal.
+const ENOUGH_FOR_A_DISTRIBUTION: usize = 200;
+
+/// Residuals beyond this many standard deviations are drawn as if they were there: they may be the effect that is looked for.
+const LARGEST_DRAWN: f64 = 4.5;
+
+/// Normal part added to each residual drawn, so that a draw is none of the few hundred values seen.
+const SMOOTHING: f64 = 0.3;
+
+/// Residuals of mean 0 and standard deviation 1, as seen by the median deviation, the outermost drawn in.
+fn pool(residuals: &[f64]) -> Vec<f64> {
+    if residuals.len() < ENOUGH_FOR_A_DISTRIBUTION {
+        return Vec::new();
+    }
+    let limited: Vec<f64> = {
+        let mut sizes: Vec<f64> = residuals.iter().map(|r| r.abs()).collect();
+        // 0.6745 is the median of |z| for a normal z; the limit needs no more than a rough size.
+        let sd = crate::statistics::median(&mut sizes).unwrap_or(1.0) / 0.6745;
+        let most = LARGEST_DRAWN * sd.max(f64::MIN_POSITIVE);
+        residuals.iter().map(|r| r.clamp(-most, most)).collect()
+    };
+    let n = limited.len() as f64;
+    let mean = limited.iter().sum::<f64>() / n;
+    let variance = limited.iter().map(|r| (r - mean).powi(2)).sum::<f64>() / n;
+    let sd = variance.sqrt().max(f64::MIN_POSITIVE);
+    limited.iter().map(|r| (r - mean) / sd).collect()
+}
+
 /// Largest gain of each family, the patterns last, for each draw.
-fn draw(units: &[Vec<f64>], drawn: &[Drawn], families: usize, seed: u64) -> Vec<Vec<f64>> {
+fn draw(
+    units: &[Vec<f64>],
+    drawn: &[Drawn],
+    families: usize,
+    pool: &[f64],
+    seed: u64,
+) -> Vec<Vec<f64>> {
     let Some(length) = units.first().map(Vec::len) else {
         return vec![Vec::new(); families + 1];
     };
@@ -193,7 +237,14 @@ fn draw(units: &[Vec<f64>], drawn: &[Drawn], families: usize, seed: u64) -> Vec<
         .map(|block| {
             let mut rng = ChaCha8Rng::seed_from_u64(seed ^ (0x9e37_79b9 + block as u64));
             let noise: Vec<f64> = (0..length * BLOCK)
-                .map(|_| StandardNormal.sample(&mut rng))
+                .map(|_| {
+                    let normal: f64 = StandardNormal.sample(&mut rng);
+                    if pool.is_empty() {
+                        return normal;
+                    }
+                    let residual = pool[rng.random_range(0..pool.len())];
+                    (residual + SMOOTHING * normal) / (1.0 + SMOOTHING * SMOOTHING).sqrt()
+                })
                 .collect();
             let mut products = vec![0.0; columns * BLOCK];
             multiply(&flat, &noise, length, columns, &mut products);

@@ -112,7 +112,8 @@ impl Bench<'_> {
         let patterns = self.patterns(state, &first.space)?;
         let mut white = first.white.clone();
         white.extend(self.loose_shapes(state, &first.space)?);
-        Ok(limits(&white, &patterns, seed))
+        let readings = &first.residuals[..self.observations.len()];
+        Ok(limits(&white, &patterns, readings, seed))
     }
 
     pub(super) fn patterns(
