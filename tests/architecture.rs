@@ -23,7 +23,7 @@ const MAY_IMPORT: [(&str, &[&str]); 21] = [
     ("stiffness", &["quantity", "statistics", "test_point", "readings"]),
     ("structure", &["vector"]),
     ("robot", &["source_text", "nearest", "vector", "test_point", "structure"]),
-    ("physics", &["source_text", "vector", "test_point", "structure", "robot"]),
+    ("physics", &["source_text", "nearest", "vector", "test_point", "structure", "robot"]),
     ("bench", &["test_point", "readings", "procedure", "robot", "physics"]),
     ("least_squares", &["statistics"]),
     ("fit", &["quantity", "statistics", "test_point", "stiffness", "structure", "robot", "least_squares"]),

@@ -2,7 +2,7 @@
 
 use std::fmt;
 
-use super::law::{Law, Sign};
+use super::law::Law;
 use super::place::Place;
 
 /// A law, where it acts, and its values in SI units, in the order of [`Law::parameters`].
@@ -45,7 +45,9 @@ pub enum EffectError {
         given: usize,
     },
     /// A value that physics does not allow.
-    #[error("{law}: {parameter} = {value} {unit} is impossible: it must be a finite number{}", if *.sign == Sign::Positive { ", not below zero" } else { "" })]
+    #[error(
+        "{law}: {parameter} = {value} {unit} is impossible: it must be a finite number {allowed}"
+    )]
     #[diagnostic(code(stiffbench::physics::impossible))]
     Impossible {
         /// The law.
@@ -56,8 +58,8 @@ pub enum EffectError {
         unit: &'static str,
         /// The value given.
         value: f64,
-        /// The sign it may have.
-        sign: Sign,
+        /// Which numbers it may be, in words.
+        allowed: &'static str,
     },
     /// A joint or element that the mechanism does not have.
     #[error("{place}: mechanism {mechanism} has no such {kind}")]
@@ -107,14 +109,13 @@ impl Effect {
             });
         }
         for (parameter, &value) in parameters.iter().zip(&values) {
-            let below = parameter.sign == Sign::Positive && value < 0.0;
-            if !value.is_finite() || below {
+            if !parameter.allows(value) {
                 return Err(EffectError::Impossible {
                     law,
                     parameter: parameter.name,
                     unit: parameter.unit,
                     value,
-                    sign: parameter.sign,
+                    allowed: parameter.allowed(),
                 });
             }
         }
@@ -134,20 +135,10 @@ pub fn title(law: Law, place: &Place) -> String {
     format!("{law} at {place}")
 }
 
-/// Whether a law can act at places of this kind.
+/// Whether a law can act at a place.
 fn fits(law: Law, place: &Place) -> bool {
-    match place {
-        Place::Joint(_) => law.is_of_a_joint(),
-        Place::Axis(_) => law == Law::BaseCompliance,
-        Place::Direction(_) => law == Law::GaugeStandCompliance,
-        Place::Toward { direction, toward } => law == Law::LoadMisalignment && direction != toward,
-        Place::Element(_) => law == Law::LooseMember,
-        Place::ForceGauge => law == Law::ForceGaugeNonlinearity,
-        Place::DisplacementGauge => law == Law::GaugePeriodic,
-        Place::Structure => matches!(law, Law::Creep | Law::SettingIn),
-        Place::Clock => matches!(law, Law::DriftPerSecond | Law::DriftPerKelvin),
-        Place::Run { .. } => law == Law::Slip,
-    }
+    let turned = !matches!(place, Place::Toward { direction, toward } if direction == toward);
+    law.place_kind() == place.kind() && turned
 }
 
 impl fmt::Display for Effect {

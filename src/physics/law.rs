@@ -4,6 +4,8 @@ use std::fmt;
 
 use serde::Serialize;
 
+use super::place::PlaceKind;
+
 /// A physics that a beam model leaves out.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub enum Law {
@@ -58,6 +60,31 @@ pub struct ParameterSpec {
     pub unit: &'static str,
     /// Sign that physics allows.
     pub sign: Sign,
+    /// Whether zero is impossible, because the law divides by it.
+    pub divides: bool,
+}
+
+impl ParameterSpec {
+    /// Which values it can have, in words.
+    #[must_use]
+    pub fn allowed(&self) -> &'static str {
+        match (self.sign, self.divides) {
+            (Sign::Positive, true) => "above zero",
+            (Sign::Positive, false) => "not below zero",
+            (Sign::Either, _) => "of either sign",
+        }
+    }
+
+    /// Whether physics allows a value.
+    #[must_use]
+    pub fn allows(&self, value: f64) -> bool {
+        let sign = match (self.sign, self.divides) {
+            (Sign::Positive, true) => value > 0.0,
+            (Sign::Positive, false) => value >= 0.0,
+            (Sign::Either, _) => true,
+        };
+        value.is_finite() && sign
+    }
 }
 
 const fn positive(name: &'static str, unit: &'static str) -> ParameterSpec {
@@ -65,6 +92,16 @@ const fn positive(name: &'static str, unit: &'static str) -> ParameterSpec {
         name,
         unit,
         sign: Sign::Positive,
+        divides: false,
+    }
+}
+
+const fn divisor(name: &'static str, unit: &'static str) -> ParameterSpec {
+    ParameterSpec {
+        name,
+        unit,
+        sign: Sign::Positive,
+        divides: true,
     }
 }
 
@@ -73,6 +110,7 @@ const fn signed(name: &'static str, unit: &'static str) -> ParameterSpec {
         name,
         unit,
         sign: Sign::Either,
+        divides: false,
     }
 }
 
@@ -172,14 +210,14 @@ impl Law {
         const STAND: &[ParameterSpec] = &[positive("c", "m/N")];
         const ANGLE: &[ParameterSpec] = &[signed("angle", "rad")];
         const FORCE: &[ParameterSpec] = &[signed("q", "1/N")];
-        const CREEP: &[ParameterSpec] = &[positive("k", "1/decade"), positive("t0", "s")];
+        const CREEP: &[ParameterSpec] = &[positive("k", "1/decade"), divisor("t0", "s")];
         const PER_SECOND: &[ParameterSpec] = &[signed("rate", "m/s")];
         const PER_KELVIN: &[ParameterSpec] = &[signed("rate", "m/K")];
-        const SETTING: &[ParameterSpec] = &[signed("k", "1"), positive("decay", "repeats")];
+        const SETTING: &[ParameterSpec] = &[signed("k", "1"), divisor("decay", "repeats")];
         const SLIP: &[ParameterSpec] = &[signed("jump", "m")];
         const PERIODIC: &[ParameterSpec] = &[
             positive("amplitude", "m"),
-            positive("period", "m"),
+            divisor("period", "m"),
             signed("phase", "rad"),
         ];
         match self {
@@ -200,16 +238,30 @@ impl Law {
         }
     }
 
+    /// The kind of place where the law acts.
+    #[must_use]
+    pub fn place_kind(self) -> PlaceKind {
+        match self {
+            Self::JointCompliance
+            | Self::JointBacklash
+            | Self::JointFriction
+            | Self::JointNonlinearity => PlaceKind::Joint,
+            Self::BaseCompliance => PlaceKind::Axis,
+            Self::GaugeStandCompliance => PlaceKind::Direction,
+            Self::LoadMisalignment => PlaceKind::Toward,
+            Self::LooseMember => PlaceKind::Element,
+            Self::ForceGaugeNonlinearity => PlaceKind::ForceGauge,
+            Self::Creep | Self::SettingIn => PlaceKind::Structure,
+            Self::DriftPerSecond | Self::DriftPerKelvin => PlaceKind::Clock,
+            Self::Slip => PlaceKind::Run,
+            Self::GaugePeriodic => PlaceKind::DisplacementGauge,
+        }
+    }
+
     /// Whether the law sits in one joint.
     #[must_use]
     pub fn is_of_a_joint(self) -> bool {
-        matches!(
-            self,
-            Self::JointCompliance
-                | Self::JointBacklash
-                | Self::JointFriction
-                | Self::JointNonlinearity
-        )
+        self.place_kind() == PlaceKind::Joint
     }
 
     /// Whether this law contains `simpler` at the same place, as friction and nonlinearity contain compliance.

@@ -5,14 +5,22 @@
 //! that [`LawSet::displacements_m`] states.
 
 mod effect;
+mod effect_text;
 mod joint_law;
 mod law;
 mod law_set;
 mod mechanics;
+mod model_file;
 mod place;
+mod unit;
 
 pub use effect::{Effect, EffectError, title};
+pub use effect_text::{EffectProblem, NotAnEffect};
 pub use law::{Law, ParameterSpec, Sign};
 pub use law_set::{LawSet, LoadPoint, RunLoads, Twists, without_elements};
 pub use mechanics::{Mechanics, PoseMechanics};
-pub use place::Place;
+pub use model_file::{
+    FoundEffect, MODEL_SCHEMA, ModelFile, ModelFileError, ModelProblem, ParameterUncertainty,
+    Provenance,
+};
+pub use place::{Place, PlaceKind};
