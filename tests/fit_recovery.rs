@@ -17,6 +17,7 @@ use stiffbench::fit::{
     FACTOR_NAMES, FitOptions, FitOutcome, FitProblem, MeasuredStiffness, MonteCarloSettings,
     PaperOptions, PaperSource, fit_cells, follow_paper, read_stiffness_list,
 };
+use stiffbench::physics::ActingPhysics;
 use stiffbench::procedure::Procedure;
 use stiffbench::robot::{FittingFactors, Robot, shipped_robot};
 use stiffbench::stiffness::{Gauges, Method, StiffnessOptions, stiffness_table};
@@ -35,9 +36,10 @@ fn simulate_and_fit(robot: &Robot, mechanism: &str, seed: u64) -> (FittingFactor
     let mechanism = robot.mechanism(Some(mechanism)).unwrap();
     let (_, start) = robot.default_factors();
     let factors = truth(&start, seed);
-    let mut bench = VirtualBench::new(
+    let physics = ActingPhysics::new(robot, mechanism, Vec::new()).unwrap();
+    let bench = VirtualBench::new(
         robot,
-        mechanism,
+        &physics,
         &factors,
         NoiseModel::default(),
         Jack::default(),
@@ -112,8 +114,9 @@ fn intervals_cover_in_93_to_97_percent_of_1000_seeds() {
 /// Measured stiffness that is the model's own, without any error.
 fn exact(robot: &Robot, factors: &FittingFactors) -> MeasuredStiffness {
     let mechanism = robot.mechanism(None).unwrap();
-    let mut bench =
-        VirtualBench::new(robot, mechanism, factors, NoiseModel::NONE, Jack::default()).unwrap();
+    let physics = ActingPhysics::new(robot, mechanism, Vec::new()).unwrap();
+    let bench =
+        VirtualBench::new(robot, &physics, factors, NoiseModel::NONE, Jack::default()).unwrap();
     let readings = bench.run(&Procedure::default(), "exact", 3).unwrap();
     let table = stiffness_table(
         &readings.readings,

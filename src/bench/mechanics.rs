@@ -1,55 +1,79 @@
-//! What the structure does under the loads of a run.
+//! What the structure does under the loads of a cell.
 
+use crate::physics::{LawSet, LoadPoint, PoseMechanics, RunLoads, Twists};
 use crate::test_point::{Branch, Direction, PoseId};
 
-/// One load of a run, as the structure felt it.
+/// A load as it acted, with what clock and thermometer showed.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct LoadPoint {
-    /// Place in the load sequence from 0; readings of a hold share it.
-    pub step: u32,
-    /// Loading or unloading.
-    pub branch: Branch,
-    /// Signed force that acts, N.
-    pub force_n: f64,
-    /// Seconds under this load.
-    pub hold_s: f64,
-    /// Seconds since the session began.
-    pub time_s: f64,
-    /// Seconds since the gauge was zeroed.
-    pub since_zero_s: f64,
-    /// Temperature, °C.
-    pub temperature_deg_c: f64,
-    /// Temperature since the gauge was zeroed, K.
-    pub warming_k: f64,
-}
-
-/// The loads of one run, in the order in which they were applied; its history begins virgin.
-#[derive(Debug, Clone, PartialEq)]
-pub struct RunLoads<'a> {
-    /// The pose held.
-    pub pose: &'a PoseId,
-    /// The direction of load and reading.
-    pub direction: Direction,
+pub(super) struct ActingLoad {
+    /// What the laws need to know; the force is the one that acts, not the one that is read.
+    pub(super) point: LoadPoint,
     /// The repeat, from 1.
-    pub repeat: u32,
-    /// Force to which each load is released before the next, N; `None` where the loads follow each other.
-    pub release_n: Option<f64>,
-    /// The loads.
-    pub loads: Vec<LoadPoint>,
+    pub(super) repeat: u32,
+    /// Loading or unloading.
+    pub(super) branch: Branch,
+    /// Seconds since the session began.
+    pub(super) time_s: f64,
+    /// Temperature, °C.
+    pub(super) temperature_deg_c: f64,
 }
 
-/// Displacements of the end along the load at each load of a run, relative to the unloaded state, m.
-///
-/// The linear beam structure: u = C F (paper eqs. (29) to (31)). It has no history, so that the loads are taken one by one.
-///
-/// # Arguments
-/// - `compliance_m_per_n`: 3 × 3, row = direction of displacement, column = direction of force.
-/// - `run`: everything a law with a history needs to know.
-pub(super) fn mechanics(compliance_m_per_n: &[[f64; 3]; 3], run: &RunLoads<'_>) -> Vec<f64> {
-    let i = run.direction.index();
-    let along_m_per_n = compliance_m_per_n[i][i];
-    run.loads
-        .iter()
-        .map(|load| load.force_n * along_m_per_n)
-        .collect()
+/// A cell with its structure and laws.
+pub(super) struct CellMechanics<'a> {
+    pub(super) laws: &'a LawSet,
+    pub(super) structure: &'a PoseMechanics,
+    pub(super) pose: &'a PoseId,
+    pub(super) direction: Direction,
+    /// Force to which each load is released before the next, N; `None` where the loads follow each other.
+    pub(super) release_n: Option<f64>,
+    /// Whether joints stay as a run left them when the next one begins.
+    pub(super) keep_history: bool,
+}
+
+impl CellMechanics<'_> {
+    /// Displacements at the loads of the cell, m, relative to the unloaded state, in the order of the loads.
+    pub(super) fn displacements_m(&self, loads: &[ActingLoad]) -> Vec<f64> {
+        let mut displacements_m = vec![0.0; loads.len()];
+        let mut twists = Twists::default();
+        for (repeat, places) in self.stretches(loads) {
+            let points: Vec<LoadPoint> = places.iter().map(|&place| loads[place].point).collect();
+            let run = RunLoads {
+                pose: self.pose,
+                direction: self.direction,
+                repeat,
+                release_n: self.release_n,
+                loads: &points,
+            };
+            let mut out = vec![0.0; places.len()];
+            let act = if self.keep_history {
+                LawSet::go_on_m
+            } else {
+                LawSet::displacements_m
+            };
+            act(self.laws, self.structure, &run, &mut twists, &mut out);
+            for (place, displacement_m) in places.into_iter().zip(out) {
+                displacements_m[place] = displacement_m;
+            }
+        }
+        displacements_m
+    }
+
+    /// Repeat and loads of each stretch that the laws take at once: a run, whose loads need not follow one another; where history goes on
+    /// from run to run, as many loads of one repeat as do.
+    fn stretches(&self, loads: &[ActingLoad]) -> Vec<(u32, Vec<usize>)> {
+        let mut stretches: Vec<(u32, Vec<usize>)> = Vec::new();
+        for (place, load) in loads.iter().enumerate() {
+            let mut same = stretches.iter_mut().rev();
+            let known = if self.keep_history {
+                same.next().filter(|(repeat, _)| *repeat == load.repeat)
+            } else {
+                same.find(|(repeat, _)| *repeat == load.repeat)
+            };
+            match known {
+                Some((_, places)) => places.push(place),
+                None => stretches.push((load.repeat, vec![place])),
+            }
+        }
+        stretches
+    }
 }

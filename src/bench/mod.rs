@@ -1,4 +1,4 @@
-//! The virtual bench: beam model, jack, two gauges, noise, clock and thermometer, in software.
+//! The virtual bench: beam model, physics beside it, jack, two gauges, noise, clock and thermometer, in software.
 //!
 //! It follows a [`crate::procedure::Procedure`] and makes sessions whose truth is known. The noise that makes the data is set here and
 //! nowhere else; an analysis assumes its own.
@@ -11,7 +11,6 @@ mod temperature;
 mod virtual_bench;
 
 pub use jack::Jack;
-pub use mechanics::{LoadPoint, RunLoads};
 pub use noise::{NoiseModel, NoiseShape};
 pub use virtual_bench::{BenchError, VirtualBench};
 

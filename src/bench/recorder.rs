@@ -3,7 +3,7 @@
 use crate::readings::{Reading, ReadingTable, ReadingText, RunNumbers, Status};
 use crate::test_point::{Direction, PoseId};
 
-use super::mechanics::LoadPoint;
+use super::mechanics::ActingLoad;
 use super::noise::{NoiseModel, decimals, rounded};
 
 /// Micrometres in a metre.
@@ -13,7 +13,6 @@ const MICROMETRES: f64 = 1e6;
 pub(super) struct Place<'a> {
     pub(super) pose: &'a PoseId,
     pub(super) direction: Direction,
-    pub(super) repeat: u32,
     pub(super) target_n: f64,
     /// Whether all runs of the cell are on one gauge zero.
     pub(super) shared_zero: bool,
@@ -32,18 +31,18 @@ impl Recorder {
     pub(super) fn add(
         &mut self,
         place: &Place<'_>,
-        load: &LoadPoint,
+        load: &ActingLoad,
         displacement_m: f64,
         noise: &NoiseModel,
     ) {
-        let shown_n = rounded(load.force_n, noise.force_step_n);
+        let shown_n = rounded(load.point.force_n, noise.force_step_n);
         let shown_um = rounded(displacement_m, noise.displacement_step_m) * MICROMETRES;
         let force_raw = format!("{shown_n:.*}", decimals(noise.force_step_n));
         let displacement_raw = format!(
             "{shown_um:.*}",
             decimals(noise.displacement_step_m * MICROMETRES)
         );
-        let (pose, direction, repeat) = (place.pose, place.direction, place.repeat);
+        let (pose, direction, repeat) = (place.pose, place.direction, load.repeat);
         let zero = place.shared_zero.then_some("cell");
         self.readings.push(Reading {
             line: 0,
@@ -53,7 +52,7 @@ impl Recorder {
             pose: pose.clone(),
             direction,
             branch: load.branch,
-            step: load.step,
+            step: load.point.step,
             repeat,
             attempt: 1,
             status: Status::Accepted,
@@ -62,7 +61,7 @@ impl Recorder {
             force_n: force_raw.parse().unwrap_or(shown_n),
             displacement_m: displacement_raw.parse::<f64>().unwrap_or(shown_um) / MICROMETRES,
             time_s: Some(to_digits(load.time_s, 100.0)),
-            hold_s: Some(to_digits(load.hold_s, 10.0)),
+            hold_s: Some(to_digits(load.point.hold_s, 10.0)),
             temperature_deg_c: Some(to_digits(load.temperature_deg_c, 100.0)),
             text: Some(Box::new(ReadingText {
                 force_raw: force_raw.into(),

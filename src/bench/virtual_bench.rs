@@ -3,14 +3,15 @@
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 
+use crate::physics::{ActingPhysics, LoadPoint, Mechanics, PoseMechanics};
 use crate::procedure::{PlannedReading, Procedure, ProcedureProblem};
 use crate::readings::{ReadingTable, ZeroScope};
-use crate::robot::{FittingFactors, Mechanism, Predictor, Robot, RobotError};
+use crate::robot::{FittingFactors, Pose, Robot, RobotError};
 use crate::test_point::{Direction, PoseId};
 
 use super::STREAM_OF_TIMES;
 use super::jack::{self, Jack};
-use super::mechanics::{LoadPoint, RunLoads, mechanics};
+use super::mechanics::{ActingLoad, CellMechanics};
 use super::noise::NoiseModel;
 use super::recorder::{Place, Recorder};
 use super::temperature::TemperatureTrack;
@@ -43,27 +44,28 @@ pub enum BenchError {
 /// A robot on a bench, in software.
 #[derive(Debug)]
 pub struct VirtualBench<'a> {
-    predictor: Predictor<'a>,
     robot: &'a Robot,
+    physics: &'a ActingPhysics,
+    factors: FittingFactors,
     noise: NoiseModel,
     jack: Jack,
+    keep_history: bool,
 }
 
 /// What belongs to one pose and direction.
 struct CellSetup<'a> {
     pose: &'a PoseId,
     direction: Direction,
-    /// 3 × 3, row = direction of displacement, column = direction of force.
-    compliance_m_per_n: [[f64; 3]; 3],
+    structure: &'a PoseMechanics,
     planned: Vec<PlannedReading>,
 }
 
-/// A load as the operator set it, with the errors of its reading.
-struct SetLoad {
-    planned: PlannedReading,
-    load: LoadPoint,
+/// The loads of a cell as the operator set them, with the errors of their readings.
+#[derive(Default)]
+struct SetLoads {
+    loads: Vec<ActingLoad>,
     /// Zero and reading together, m.
-    error_m: f64,
+    errors_m: Vec<f64>,
 }
 
 /// Clock, thermometer and random numbers of a session.
@@ -88,13 +90,13 @@ impl Session {
 }
 
 impl<'a> VirtualBench<'a> {
-    /// Sets a mechanism with its true factors on the bench.
+    /// Sets a mechanism with its true factors on the bench, and whatever physics acts in it.
     ///
     /// # Errors
-    /// [`BenchError::Robot`], [`BenchError::Noise`].
+    /// [`BenchError::Noise`].
     pub fn new(
         robot: &'a Robot,
-        mechanism: &'a Mechanism,
+        physics: &'a ActingPhysics,
         factors: &FittingFactors,
         noise: NoiseModel,
         jack: Jack,
@@ -114,21 +116,33 @@ impl<'a> VirtualBench<'a> {
             }
         }
         Ok(Self {
-            predictor: Predictor::new(robot, mechanism, factors)?,
             robot,
+            physics,
+            factors: *factors,
             noise,
             jack,
+            keep_history: false,
         })
+    }
+
+    /// Joints stay as a run left them when the next run of the cell begins, as sliders of a real joint do, instead of starting virgin.
+    #[must_use]
+    pub fn keeping_history(self, keep_history: bool) -> Self {
+        Self {
+            keep_history,
+            ..self
+        }
     }
 
     /// Follows a procedure; the same seed gives the same readings. Poses that it leaves open are all of the robot's.
     ///
-    /// The gauge is zeroed without load: the preload of the procedure is a matter of a real contact. Every run starts virgin.
+    /// The gauge is zeroed without load: the preload of the procedure is a matter of a real contact. Every run starts virgin unless
+    /// [`VirtualBench::keeping_history`] says otherwise.
     ///
     /// # Errors
     /// [`BenchError::Procedure`]; [`BenchError::Robot`] for a pose that is unknown or cannot be reached.
     pub fn run(
-        &mut self,
+        &self,
         procedure: &Procedure,
         name: &str,
         seed: u64,
@@ -136,17 +150,21 @@ impl<'a> VirtualBench<'a> {
         procedure.check()?;
         let named = || self.robot.poses.iter().map(|named| named.id.clone());
         let poses = procedure.poses.clone().unwrap_or_else(|| named().collect());
+        let angles: Vec<Pose> = poses
+            .iter()
+            .map(|pose| self.robot.pose(pose).cloned())
+            .collect::<Result<_, _>>()?;
+        let mechanism = &self.physics.mechanism;
+        let mechanics = Mechanics::new(self.robot, mechanism, &self.factors, &angles)?;
         let mut session = Session::new(seed);
         let mut recorder = Recorder::default();
         let mut cell = 0;
-        for pose in &poses {
-            self.predictor.place(self.robot.pose(pose)?)?;
-            let compliance_m_per_n = self.predictor.translation_compliance();
+        for (number, pose) in poses.iter().enumerate() {
             for (place, &direction) in procedure.directions.iter().enumerate() {
                 let setup = CellSetup {
                     pose,
                     direction,
-                    compliance_m_per_n,
+                    structure: mechanics.pose(number),
                     planned: procedure.steps(cell),
                 };
                 // The session begins when the first pose is set up.
@@ -179,22 +197,28 @@ impl<'a> VirtualBench<'a> {
                     .error(self.noise.run_slope_sd, &mut session.errors)
             })
             .collect();
-        let set_loads = self.set_loads(procedure, setup, session);
-        let mechanics_m = mechanics_by_run(procedure, setup, &set_loads);
+        let set = self.set_loads(procedure, setup, session);
+        let displacements_m = CellMechanics {
+            laws: &self.physics.laws,
+            structure: setup.structure,
+            pose: setup.pose,
+            direction: setup.direction,
+            release_n: procedure.release_n(),
+            keep_history: self.keep_history,
+        }
+        .displacements_m(&set.loads);
         let i = setup.direction.index();
-        let along_m_per_n = setup.compliance_m_per_n[i][i];
-        for (set, mechanics_m) in set_loads.iter().zip(mechanics_m) {
-            let repeat = set.planned.repeat;
-            let seated_m = slopes[repeat as usize - 1] * along_m_per_n * set.load.force_n;
+        let along_m_per_n = setup.structure.influence.compliance_m_per_n[i][i];
+        for (place, (load, planned)) in set.loads.iter().zip(&setup.planned).enumerate() {
+            let seated_m = slopes[load.repeat as usize - 1] * along_m_per_n * load.point.force_n;
+            let displacement_m = displacements_m[place] + seated_m + set.errors_m[place];
             let place = Place {
                 pose: setup.pose,
                 direction: setup.direction,
-                repeat,
-                target_n: set.planned.target_n,
+                target_n: planned.target_n,
                 shared_zero: procedure.zero == ZeroScope::Cell,
             };
-            let displacement_m = mechanics_m + seated_m + set.error_m;
-            recorder.add(&place, &set.load, displacement_m, &self.noise);
+            recorder.add(&place, load, displacement_m, &self.noise);
         }
     }
 
@@ -204,12 +228,12 @@ impl<'a> VirtualBench<'a> {
         procedure: &Procedure,
         setup: &CellSetup<'_>,
         session: &mut Session,
-    ) -> Vec<SetLoad> {
+    ) -> SetLoads {
         let (noise, pace) = (&self.noise, &self.jack.pace);
         let release_s = procedure.release_n().map_or(0.0, |_| pace.release_s);
         let (mut zero_m, mut zero_at_s) = (0.0, session.time_s);
         let (mut force_n, mut hold_s) = (0.0, 0.0);
-        let mut set_loads = Vec::with_capacity(setup.planned.len());
+        let mut set = SetLoads::default();
         for &planned in &setup.planned {
             if planned.zero_before {
                 zero_m = noise.error(noise.zero_sd_m, &mut session.errors);
@@ -231,50 +255,24 @@ impl<'a> VirtualBench<'a> {
                 error_m
             };
             let temperature_deg_c = session.temperature.at(session.time_s);
-            set_loads.push(SetLoad {
-                planned,
-                load: LoadPoint {
-                    step: planned.step,
-                    branch: planned.branch,
+            set.errors_m.push(zero_m + error_m);
+            set.loads.push(ActingLoad {
+                point: LoadPoint {
                     force_n,
+                    step: planned.step,
                     hold_s,
-                    time_s: session.time_s,
                     since_zero_s: session.time_s - zero_at_s,
-                    temperature_deg_c,
                     warming_k: temperature_deg_c - session.temperature.at(zero_at_s),
+                    position_m: None,
                 },
-                error_m: zero_m + error_m,
+                repeat: planned.repeat,
+                branch: planned.branch,
+                time_s: session.time_s,
+                temperature_deg_c,
             });
         }
-        set_loads
+        set
     }
-}
-
-/// Displacement at each load of a cell, m, in the order of the loads; each run is handed to the mechanics as a whole.
-fn mechanics_by_run(
-    procedure: &Procedure,
-    setup: &CellSetup<'_>,
-    set_loads: &[SetLoad],
-) -> Vec<f64> {
-    let mut runs: Vec<Vec<usize>> = vec![Vec::new(); procedure.repeats as usize];
-    for (place, set) in set_loads.iter().enumerate() {
-        runs[set.planned.repeat as usize - 1].push(place);
-    }
-    let mut displacements_m = vec![0.0; set_loads.len()];
-    for (places, repeat) in runs.into_iter().zip(1..) {
-        let run = RunLoads {
-            pose: setup.pose,
-            direction: setup.direction,
-            repeat,
-            release_n: procedure.release_n(),
-            loads: places.iter().map(|&place| set_loads[place].load).collect(),
-        };
-        let run_m = mechanics(&setup.compliance_m_per_n, &run);
-        for (place, displacement_m) in places.into_iter().zip(run_m) {
-            displacements_m[place] = displacement_m;
-        }
-    }
-    displacements_m
 }
 
 #[cfg(test)]

@@ -88,7 +88,7 @@ pub(super) enum Command {
     Man,
 }
 
-/// Which robot, mechanism and factors.
+/// Which robot, mechanism and factors, and which physics beside them.
 #[derive(Debug, Clone, Default, Args)]
 pub(super) struct ModelArgs {
     /// Robot file, or the name of a shipped robot [default: the session's, else hp-robot]
@@ -100,6 +100,12 @@ pub(super) struct ModelArgs {
     /// Factor set of the robot, or a TOML file with tables beam and link [default: the session's, else m_fsd, else unit]
     #[arg(long, value_name = "NAME|FILE")]
     pub(super) factors: Option<String>,
+    /// Model with found physics, as diagnose writes it: gives robot, mechanism, factors and effects where the options above do not
+    #[arg(long, value_name = "FILE")]
+    pub(super) model: Option<PathBuf>,
+    /// Effect beside the beams, LAW@PLACE:NAME=VALUE,... (docs/physics.md); more than once for more effects
+    #[arg(long = "effect", value_name = "EFFECT")]
+    pub(super) effects: Vec<String>,
 }
 
 /// Arguments of `demo`.
@@ -426,6 +432,9 @@ pub(super) struct SimulateArgs {
     /// No noise and no steps at all
     #[arg(long)]
     pub(super) noise_free: bool,
+    /// Joints stay as one run left them when the next run of a pose and direction begins [default: every run starts virgin]
+    #[arg(long)]
+    pub(super) keep_history: bool,
     /// What is measured in which order; last, as its heading would go on.
     #[command(flatten)]
     pub(super) procedure: ProcedureArgs,

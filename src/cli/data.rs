@@ -9,6 +9,7 @@ use sha2::{Digest, Sha256};
 
 use crate::fit::{MeasuredStiffness, is_stiffness_list, read_stiffness_list};
 use crate::nearest::nearest;
+use crate::physics::ActingPhysics;
 use crate::readings::{
     GaugeLogOptions, InstrumentRecord, LoadSign, ReadOptions, ReadingTable, ReadingsError,
     SessionHeader, check_poses, read_gauge_log, read_readings,
@@ -22,6 +23,7 @@ use crate::test_point::PoseId;
 
 use super::args::{Global, LogArgs, ModelArgs};
 use super::failure::{CliError, Failure};
+use super::model::{effects, named_model};
 
 /// Stiffness lists that come with the program.
 const SHIPPED_LISTS: [(&str, &str); 2] = [
@@ -317,6 +319,10 @@ pub(super) struct Chosen {
     pub(super) factors: FittingFactors,
     /// The robot's file, for copies.
     pub(super) source: SourceText,
+    /// What acts beside the beams.
+    pub(super) physics: ActingPhysics,
+    /// What a user should know of robot and model.
+    pub(super) warnings: Vec<String>,
 }
 
 /// SHA-256 of a text, in hexadecimal.
@@ -328,9 +334,9 @@ pub(super) fn sha256(text: &str) -> String {
     digits
 }
 
-/// Text of a robot file or of a shipped robot; files that a session names stand beside it.
-pub(super) fn robot_source(name: &str, beside: Option<&Path>) -> Result<SourceText, Failure> {
-    let path = beside.map_or_else(|| PathBuf::from(name), |folder| folder.join(name));
+/// Text of a robot file or of a shipped robot; a file that another file names stands beside that one.
+pub(super) fn robot_source(name: &str, named_by: Option<&Path>) -> Result<SourceText, Failure> {
+    let path = named_by.map_or_else(|| PathBuf::from(name), |file| file.with_file_name(name));
     if path.is_file() {
         let text = fs::read_to_string(&path).map_err(|source| CliError::Read {
             path: path.clone(),
@@ -339,10 +345,9 @@ pub(super) fn robot_source(name: &str, beside: Option<&Path>) -> Result<SourceTe
         return Ok(SourceText::new(path.display().to_string(), text));
     }
     shipped_robot(name).ok_or_else(|| {
-        if let Some(folder) = beside {
-            let session = folder.join("session.toml");
-            let robot = name.to_owned();
-            return CliError::SessionRobot { session, robot }.into();
+        if let Some(file) = named_by {
+            let (file, robot) = (file.to_owned(), name.to_owned());
+            return CliError::NamedRobot { file, robot }.into();
         }
         let shipped = shipped_robots().collect::<Vec<_>>().join(", ");
         CliError::Argument {
@@ -354,36 +359,50 @@ pub(super) fn robot_source(name: &str, beside: Option<&Path>) -> Result<SourceTe
     })
 }
 
-/// Robot, mechanism and factors: the user's choice first, then the session's, then the defaults.
+/// Robot, mechanism, factors and physics: the user's choice first, then the model's, then the session's, then the defaults.
 pub(super) fn choose(args: &ModelArgs, session: Option<&mut Session>) -> Result<Chosen, Failure> {
-    let header = session
-        .as_ref()
-        .and_then(|session| session.header.clone())
-        .unwrap_or_default();
-    let folder = session
-        .as_ref()
-        .map_or_else(PathBuf::new, |session| session.folder.clone());
-    let source = match (&args.robot, &header.robot) {
-        (Some(name), _) => robot_source(name, None)?,
-        (None, Some(name)) => robot_source(name, Some(&folder))?,
-        (None, None) => robot_source("hp-robot", None)?,
+    let header = session.as_ref().and_then(|session| session.header.clone());
+    let header = header.unwrap_or_default();
+    let folder = session.as_ref().map(|session| session.folder.clone());
+    let folder = folder.unwrap_or_default();
+    let named = named_model(args)?;
+    let model = named.as_ref().map(|named| &named.model);
+    let from_model = model.and_then(|model| model.robot.as_ref());
+    let source = match (&args.robot, from_model, &header.robot) {
+        (Some(name), ..) => robot_source(name, None)?,
+        (None, Some(name), _) => {
+            robot_source(name, named.as_ref().map(|named| named.path.as_path()))?
+        }
+        (None, None, Some(name)) => robot_source(name, Some(&folder.join("session.toml")))?,
+        (None, None, None) => robot_source("hp-robot", None)?,
     };
     let robot = Robot::parse(&source)?;
-    let mechanism = args.mechanism.as_ref().or(header.mechanism.as_ref());
-    let mechanism = robot.mechanism(mechanism.map(String::as_str))?.name.clone();
-    let (factors_name, factors) = match (&args.factors, &header.factors) {
-        (Some(name), _) => (name.clone(), factor_set(&robot, name, Path::new(""))?),
-        (None, Some(name)) => (name.clone(), factor_set(&robot, name, &folder)?),
-        (None, None) => {
+    let mechanism = args.mechanism.as_ref();
+    let mechanism = mechanism.or(model.and_then(|model| model.mechanism.as_ref()));
+    let mechanism = mechanism.or(header.mechanism.as_ref()).map(String::as_str);
+    let mechanism = robot.mechanism(mechanism)?;
+    let from_model = named
+        .as_ref()
+        .and_then(|named| Some((named.path.display().to_string(), named.model.factors?)));
+    let (factors_name, factors) = match (&args.factors, from_model, &header.factors) {
+        (Some(name), ..) => (name.clone(), factor_set(&robot, name, Path::new(""))?),
+        (None, Some(factors), _) => factors,
+        (None, None, Some(name)) => (name.clone(), factor_set(&robot, name, &folder)?),
+        (None, None, None) => {
             let (name, factors) = robot.default_factors();
             (name.to_owned(), factors)
         }
     };
+    let physics = ActingPhysics::new(&robot, mechanism, effects(model, args)?)?;
+    let sha256 = sha256(&source.text);
+    let mut warnings = robot.warnings.clone();
+    let other = named
+        .as_ref()
+        .and_then(|named| named.other_robot(Path::new(&source.name), &sha256));
+    warnings.extend(other);
     if let Some(session) = session {
-        session.warnings.extend(robot.warnings.iter().cloned());
-        let other_file = header
-            .robot_sha256
-            .is_some_and(|expected| expected != sha256(&source.text));
+        session.warnings.extend(warnings.iter().cloned());
+        let other_file = header.robot_sha256.is_some_and(|hash| hash != sha256);
         if args.robot.is_none() && other_file {
             session.warnings.push(format!(
                 "{} is not the file the session was measured with: its SHA-256 differs",
@@ -394,11 +413,13 @@ pub(super) fn choose(args: &ModelArgs, session: Option<&mut Session>) -> Result<
         check_poses(&session.table, &poses)?;
     }
     Ok(Chosen {
+        mechanism: mechanism.name.clone(),
         robot,
-        mechanism,
         factors_name,
         factors,
         source,
+        physics,
+        warnings,
     })
 }
 

@@ -80,17 +80,17 @@ pub(super) enum CliError {
         #[help]
         help: Option<String>,
     },
-    /// A session that names a robot which is not there.
+    /// A session or model that names a robot which is not there.
     #[error(
-        "{session} names the robot {robot}, and there is no such file beside it and no shipped robot of that name"
+        "{file} names the robot {robot}, and there is no such file beside it and no shipped robot of that name"
     )]
     #[diagnostic(
         code(stiffbench::session_file::robot),
-        help("put the robot file beside session.toml, or name another with --robot")
+        help("put the robot file beside it, or name another with --robot")
     )]
-    SessionRobot {
-        /// The session's header.
-        session: PathBuf,
+    NamedRobot {
+        /// The session's header, or the model.
+        file: PathBuf,
         /// The robot as it stands there.
         robot: String,
     },
@@ -146,7 +146,7 @@ impl Failure {
     /// Exit code by the first part of the error's code that has one.
     fn exit_code(&self) -> u8 {
         // The first that fits counts: single errors stand before their stage.
-        const CODES: [(&str, u8); 18] = [
+        const CODES: [(&str, u8); 19] = [
             ("stiffbench::usage", 2),
             ("stiffbench::calibration", 12),
             ("stiffbench::fit::stiffness_list", 11),
@@ -165,6 +165,7 @@ impl Failure {
             ("stiffbench::stiffness", 10),
             ("stiffbench::distribution", 10),
             ("stiffbench::bench", 10),
+            ("stiffbench::physics", 10),
         ];
         let code = self.code();
         CODES

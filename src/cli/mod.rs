@@ -7,6 +7,7 @@ mod demo;
 mod failure;
 mod figure_files;
 mod fit;
+mod model;
 mod outcome;
 mod paper;
 mod plot;

@@ -318,7 +318,7 @@ fn compliance(args: &ComplianceArgs) -> Result<Outcome, Failure> {
         };
         pose.angles_deg[robot.variable(name)?] = degrees;
     }
-    let mut warnings = robot.warnings.clone();
+    let mut warnings = chosen.warnings.clone();
     for violation in robot.violated_limits(&pose) {
         warnings.push(format!(
             "the pose lies {:.3e} degrees beyond the limit {}",

@@ -40,6 +40,6 @@ pub(super) fn run(args: &SignificanceArgs) -> Result<Outcome, Failure> {
     );
     Ok(
         Outcome::new("significance", text, significance_json(&found))
-            .with_warnings(chosen.robot.warnings.clone()),
+            .with_warnings(chosen.warnings.clone()),
     )
 }

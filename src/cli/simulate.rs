@@ -7,9 +7,10 @@ use serde_json::json;
 
 use crate::bench::{Jack, NoiseModel, NoiseShape, VirtualBench};
 use crate::fit::{factor_index, factor_vector, factors_from_vector};
+use crate::physics::{Effect, Place};
 use crate::procedure::Procedure;
 use crate::quantity::METRES_PER_MICROMETRE;
-use crate::readings::{InstrumentRecord, Instruments, SessionHeader, write_readings};
+use crate::readings::{InstrumentRecord, Instruments, ReadingTable, SessionHeader, write_readings};
 use crate::report::factors_toml;
 use crate::robot::FittingFactors;
 
@@ -17,6 +18,7 @@ use super::args::{NoiseWord, SimulateArgs};
 use super::data::{Chosen, choose, sha256};
 use super::failure::{CliError, Failure};
 use super::figure_files::write;
+use super::model::{physics_json, physics_text};
 use super::outcome::Outcome;
 use super::procedure::choose_procedure;
 
@@ -32,10 +34,14 @@ pub(super) fn run(args: &SimulateArgs) -> Result<Outcome, Failure> {
     let n_poses = poses.len();
     let noise = noise(args);
     let jack = Jack::default();
-    let mechanism = chosen.robot.mechanism(Some(&chosen.mechanism))?;
     let id = format!("simulated-{}", args.seed);
-    let table = VirtualBench::new(&chosen.robot, mechanism, &truth, noise, jack)?
+    let table = VirtualBench::new(&chosen.robot, &chosen.physics, &truth, noise, jack)?
+        .keeping_history(args.keep_history)
         .run(&procedure, &id, args.seed)?;
+    let idle = chosen.physics.effects.iter();
+    warnings.extend(idle.filter(|e| !acts(e, &table)).map(|effect| {
+        format!("{effect}: the procedure has no such reading, and the effect does not act")
+    }));
 
     create_new(&args.out)?;
     let mut readings = Vec::new();
@@ -48,12 +54,12 @@ pub(super) fn run(args: &SimulateArgs) -> Result<Outcome, Failure> {
     )?;
     write(
         &args.out.join("simulation.toml"),
-        simulation_record(args, &truth, &noise, &procedure).as_bytes(),
+        simulation_record(args, &chosen, &truth, &noise, &procedure).as_bytes(),
     )?;
     let minutes = procedure.minutes(&jack.pace, n_poses);
     let text = format!(
-        "{}: {} readings of mechanism {} in {} poses and {} directions by procedure {}, seed {}\nOn a real bench some {:.0} minutes.\nsession.toml, readings.csv, robot.toml and simulation.toml \
-         (true factors and noise) written.\nNext: stiffbench fit {}\n",
+        "{}: {} readings of mechanism {} in {} poses and {} directions by procedure {}, seed {}\n{}On a real bench some {:.0} minutes.\n\
+         session.toml, readings.csv, robot.toml and simulation.toml (true factors, physics and noise) written.\nNext: stiffbench fit {}\n",
         args.out.display(),
         table.readings.len(),
         chosen.mechanism,
@@ -61,6 +67,7 @@ pub(super) fn run(args: &SimulateArgs) -> Result<Outcome, Failure> {
         procedure.directions.len(),
         procedure.name,
         args.seed,
+        physics_text(&chosen.physics),
         minutes,
         args.out.display()
     );
@@ -72,9 +79,10 @@ pub(super) fn run(args: &SimulateArgs) -> Result<Outcome, Failure> {
         "minutes": minutes.round(),
         "mechanism": chosen.mechanism,
         "factors": truth,
+        "physics": physics_json(&chosen.physics),
         "noise": noise,
     });
-    warnings.extend(chosen.robot.warnings.iter().cloned());
+    warnings.extend(chosen.warnings.iter().cloned());
     Ok(Outcome::new("simulate", text, data).with_warnings(warnings))
 }
 
@@ -170,9 +178,29 @@ fn header(args: &SimulateArgs, chosen: &Chosen, procedure: &Procedure, id: &str)
     }
 }
 
+/// Whether a slip has readings after it; everything else acts anywhere.
+fn acts(effect: &Effect, table: &ReadingTable) -> bool {
+    let Place::Run {
+        pose,
+        direction,
+        repeat,
+        step,
+    } = &effect.place
+    else {
+        return true;
+    };
+    table.readings.iter().any(|reading| {
+        reading.pose == *pose
+            && reading.direction == *direction
+            && reading.repeat == *repeat
+            && reading.step >= *step
+    })
+}
+
 /// What an analysis must not see: the truth.
 fn simulation_record(
     args: &SimulateArgs,
+    chosen: &Chosen,
     truth: &FittingFactors,
     noise: &NoiseModel,
     procedure: &Procedure,
@@ -181,10 +209,26 @@ fn simulation_record(
         NoiseShape::Normal => "normal",
         NoiseShape::Skewed => "skewed",
     };
+    // As --effect takes them.
+    let effects: Vec<toml::Value> = chosen
+        .physics
+        .effects
+        .iter()
+        .map(|effect| toml::Value::String(effect.compact()))
+        .collect();
     format!(
-        "# The truth behind readings.csv; no analysis reads this file.\nschema = \"stiffbench/simulation/1\"\nseed = {}\n\n[factors]\n{}\n[noise]\nshape = \"{}\"\n\
+        "# The truth behind readings.csv; no analysis reads this file.\nschema = \"stiffbench/simulation/1\"\nseed = {}\n{}\n[factors]\n{}\n[noise]\nshape = \"{}\"\n\
          reading_sd_um = {:?}\nzero_sd_um = {:?}\nrun_slope_sd = {:?}\ndisplacement_step_um = {:?}\nforce_step_N = {:?}\nforce_tolerance_N = {:?}\n",
         args.seed,
+        if effects.is_empty() {
+            String::new()
+        } else {
+            format!(
+                "effects = {}\nkeep_history = {}\n",
+                toml::Value::Array(effects),
+                args.keep_history
+            )
+        },
         factors_toml(truth),
         shape,
         noise.reading_sd_m / METRES_PER_MICROMETRE,

@@ -122,6 +122,26 @@ impl Effect {
         Ok(Self { law, place, values })
     }
 
+    /// The JSON form: `physics`, `place`, and `parameters` with value and unit.
+    #[must_use]
+    pub fn to_json(&self) -> serde_json::Value {
+        let parameters: serde_json::Map<String, serde_json::Value> = self
+            .law
+            .parameters()
+            .iter()
+            .zip(&self.values)
+            .map(|(parameter, value)| {
+                let quantity = serde_json::json!({ "value": value, "unit": parameter.unit });
+                (parameter.name.to_owned(), quantity)
+            })
+            .collect();
+        serde_json::json!({
+            "physics": self.law.name(),
+            "place": self.place.to_json(),
+            "parameters": parameters,
+        })
+    }
+
     /// The law and its place in words: "joint-backlash at joint A3".
     #[must_use]
     pub fn title(&self) -> String {

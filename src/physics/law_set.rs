@@ -67,10 +67,23 @@ pub struct LawSet {
     periods: Vec<[f64; 3]>,
 }
 
-/// Twists of the joints with laws; scratch memory of a run.
+/// Twists of the joints with laws: the history of a run, and its scratch memory.
 #[derive(Debug, Clone, Default)]
 pub struct Twists {
     now: Vec<f64>,
+    /// At the load before; scratch memory.
+    before: Vec<f64>,
+    /// Whether a load has acted.
+    loaded: bool,
+}
+
+impl Twists {
+    /// No twist, no load before.
+    fn begin(&mut self, joints: usize) {
+        self.now.clear();
+        self.now.resize(joints, 0.0);
+        self.loaded = false;
+    }
 }
 
 impl LawSet {
@@ -184,8 +197,24 @@ impl LawSet {
         twists: &mut Twists,
         out: &mut [f64],
     ) {
-        twists.now.clear();
-        twists.now.resize(self.joints.len(), 0.0);
+        twists.begin(self.joints.len());
+        self.go_on_m(pose, run, twists, out);
+    }
+
+    /// Displacements of a run whose joints stand where the run before left them, m; as [`LawSet::displacements_m`] otherwise.
+    ///
+    /// # Arguments
+    /// - `twists`: as the run before in the same pose left them; begun anew if they are of another number of joints.
+    pub fn go_on_m(
+        &self,
+        pose: &PoseMechanics,
+        run: &RunLoads<'_>,
+        twists: &mut Twists,
+        out: &mut [f64],
+    ) {
+        if twists.now.len() != self.joints.len() {
+            twists.begin(self.joints.len());
+        }
         let along = run.direction.index();
         let slips = |step: u32| -> f64 {
             self.slips
@@ -199,10 +228,11 @@ impl LawSet {
                 .map(|slip| slip.4)
                 .sum()
         };
-        for (place, (load, displacement)) in run.loads.iter().zip(out.iter_mut()).enumerate() {
-            if let Some(release_n) = run.release_n.filter(|_| place > 0) {
+        for (load, displacement) in run.loads.iter().zip(out.iter_mut()) {
+            if let Some(release_n) = run.release_n.filter(|_| twists.loaded) {
                 self.mechanics_m(pose, along, release_n, twists);
             }
+            twists.loaded = true;
             let mechanics = self.mechanics_m(pose, along, load.force_n, twists);
             let mut sum = mechanics * self.growth(load.hold_s, run.repeat)
                 + self.stand[along] * load.force_n
@@ -275,8 +305,7 @@ impl LawSet {
         if self.joints.is_empty() {
             return;
         }
-        let before: [f64; 8] =
-            std::array::from_fn(|place| twists.now.get(place).copied().unwrap_or(0.0));
+        twists.before.clone_from(&twists.now);
         for _ in 0..ROUNDS {
             let mut change = 0.0_f64;
             let mut largest = 0.0_f64;
@@ -290,7 +319,7 @@ impl LawSet {
                     .map(|(_, (&(other, _), twist))| influence.stiffness(joint, other) * twist)
                     .sum();
                 let driving = dot(influence.levers_m[joint], force) - others;
-                let history = before.get(place).copied().unwrap_or(0.0);
+                let history = twists.before[place];
                 let twist = law.twist_rad(driving, influence.stiffness(joint, joint), history);
                 change = change.max((twist - twists.now[place]).abs());
                 largest = largest.max(twist.abs());

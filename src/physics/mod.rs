@@ -4,6 +4,7 @@
 //! and the law is solved there with its history, in closed loops too. All other laws act before or behind the mechanics, in the order
 //! that [`LawSet::displacements_m`] states.
 
+mod acting;
 mod effect;
 mod effect_text;
 mod joint_law;
@@ -14,6 +15,7 @@ mod model_file;
 mod place;
 mod unit;
 
+pub use acting::ActingPhysics;
 pub use effect::{Effect, EffectError, title};
 pub use effect_text::{EffectProblem, NotAnEffect};
 pub use law::{Law, ParameterSpec, Sign};

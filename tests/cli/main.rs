@@ -8,6 +8,7 @@
 mod contract;
 mod failures;
 mod files;
+mod physics;
 mod results;
 mod strict;
 

@@ -3,6 +3,7 @@
 use super::*;
 use crate::bench::NoiseShape;
 use crate::procedure::shipped_procedure;
+use crate::robot::Predictor;
 use crate::robot::shipped_robot;
 use crate::test_point::Branch;
 
@@ -21,7 +22,8 @@ fn table(noise: NoiseModel, procedure: &Procedure, seed: u64) -> ReadingTable {
     let robot = robot();
     let mechanism = robot.mechanism(None).unwrap();
     let factors = robot.factor_set("m_fsd").unwrap();
-    VirtualBench::new(&robot, mechanism, &factors, noise, Jack::default())
+    let physics = ActingPhysics::new(&robot, mechanism, Vec::new()).unwrap();
+    VirtualBench::new(&robot, &physics, &factors, noise, Jack::default())
         .unwrap()
         .run(procedure, "s", seed)
         .unwrap()
@@ -86,9 +88,10 @@ fn a_plan_without_loads_or_a_noise_below_zero_is_refused() {
         zero_sd_m: -1.0,
         ..NoiseModel::default()
     };
+    let physics = ActingPhysics::new(&robot, mechanism, Vec::new()).unwrap();
     let bench = VirtualBench::new(
         &robot,
-        mechanism,
+        &physics,
         &FittingFactors::UNIT,
         noise,
         Jack::default(),
@@ -100,9 +103,9 @@ fn a_plan_without_loads_or_a_noise_below_zero_is_refused() {
             ..
         })
     ));
-    let mut bench = VirtualBench::new(
+    let bench = VirtualBench::new(
         &robot,
-        mechanism,
+        &physics,
         &FittingFactors::UNIT,
         NoiseModel::NONE,
         Jack::default(),
