@@ -67,6 +67,7 @@ fn refit(criterion: &mut Criterion) {
         mechanism,
         measured: &measured,
         start: &start,
+        physics: None,
     };
     let set_up = || Refitter::new(&problem, &choice).unwrap();
 

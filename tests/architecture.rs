@@ -26,14 +26,15 @@ const MAY_IMPORT: [(&str, &[&str]); 21] = [
     ("physics", &["source_text", "nearest", "vector", "test_point", "structure", "robot"]),
     ("bench", &["test_point", "readings", "procedure", "robot", "physics"]),
     ("least_squares", &["statistics"]),
-    ("fit", &["quantity", "statistics", "test_point", "stiffness", "structure", "robot", "least_squares"]),
+    ("fit", &["quantity", "statistics", "test_point", "readings", "stiffness", "structure", "robot", "physics", "least_squares"]),
     ("mismatch", &["statistics", "vector", "test_point", "readings", "specimen", "structure", "robot", "physics", "least_squares"]),
     ("distribution", &["source_text", "test_point", "structure", "robot"]),
     ("plot", &["quantity", "vector", "test_point"]),
     (
         "report",
         &[
-            "quantity", "test_point", "readings", "stiffness", "structure", "robot", "least_squares", "fit", "distribution", "plot",
+            "quantity", "test_point", "readings", "stiffness", "structure", "robot", "physics", "least_squares", "fit", "distribution",
+            "plot",
         ],
     ),
     ("cli", EVERYTHING),

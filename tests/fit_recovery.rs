@@ -57,6 +57,7 @@ fn simulate_and_fit(robot: &Robot, mechanism: &str, seed: u64) -> (FittingFactor
         mechanism,
         measured: &measured,
         start: &start,
+        physics: None,
     };
     (
         factors,
@@ -137,6 +138,7 @@ fn readings_without_error_give_the_factors_back() {
         mechanism: robot.mechanism(None).unwrap(),
         measured: &measured,
         start: &start,
+        physics: None,
     };
     let outcome = fit_cells(&problem, &FitOptions::default()).unwrap();
     // The text of a reading shows nine decimals of a micrometre, 1e-11 of a displacement; the valley of Iz and J, 1e4 times longer than
@@ -167,7 +169,14 @@ fn the_papers_steps_find_the_factors_of_their_own_model() {
         source: PaperSource::Given("s_fsd".to_owned(), s_fsd),
         trials: MonteCarloSettings::default(),
     };
-    let fit = follow_paper(&robot, robot.mechanism(None).unwrap(), &measured, &options).unwrap();
+    let fit = follow_paper(
+        &robot,
+        robot.mechanism(None).unwrap(),
+        &measured,
+        None,
+        &options,
+    )
+    .unwrap();
     for pose in &fit.multi_source {
         let names: Vec<&str> = pose
             .sequence
@@ -201,7 +210,14 @@ fn single_source_factors_follow_from_reference_displacements() {
         source: PaperSource::Reference(reference.clone()),
         trials: MonteCarloSettings::default(),
     };
-    let fit = follow_paper(&robot, robot.mechanism(None).unwrap(), &reference, &options).unwrap();
+    let fit = follow_paper(
+        &robot,
+        robot.mechanism(None).unwrap(),
+        &reference,
+        None,
+        &options,
+    )
+    .unwrap();
     let factors = fit.single_source_factors;
     // The paper's own single-pose factors are 0.0273 (Iy), 2.12 (Iz), 0.00645 (A), 1 (J); the reconstruction comes within its scatter.
     assert_eq!(factors.beam, factors.link);

@@ -194,6 +194,9 @@ pub(super) struct ComplianceArgs {
     /// Beams with shear deformation
     #[arg(long)]
     pub(super) timoshenko: bool,
+    /// Force at the end along x, y and z, N, under which joints that are not linear are taken [default: the smallest]
+    #[arg(long, value_name = "FX,FY,FZ", value_parser = three_numbers, allow_hyphen_values = true)]
+    pub(super) force: Option<[f64; 3]>,
 }
 
 /// How a gauge's own log is read.

@@ -62,6 +62,7 @@ pub(super) fn run(args: &DemoArgs, global: &Global) -> Result<Outcome, Failure> 
         mechanism,
         measured: &measured,
         start: &prepared.chosen.factors,
+        physics: None,
     };
     let outcome = fit_cells(&problem, &options)?;
     bar.inc(1);

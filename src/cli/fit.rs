@@ -1,9 +1,9 @@
 //! `stiffbench fit`.
 
 use crate::fit::{
-    FactorChoice, FactorRole, FactorStatus, FitOptions, FitOutcome, FitProblem, MeasuredStiffness,
-    MonteCarloSettings, PaperOptions, PaperSource, bootstrap_cells, factor_index,
-    find_lower_minimum, fit_cells, follow_paper,
+    FactorChoice, FactorRole, FactorStatus, FitOptions, FitOutcome, FitProblem, FixedPhysics,
+    MeasuredStiffness, MonteCarloSettings, PaperOptions, PaperSource, bootstrap_cells,
+    factor_index, find_lower_minimum, fit_cells, follow_paper,
 };
 use crate::least_squares::{BootstrapSettings, SearchSettings, SigmaMode};
 use crate::nearest::nearest;
@@ -26,6 +26,8 @@ pub(super) struct Prepared {
     pub(super) chosen: Chosen,
     /// Stiffness of the cells.
     pub(super) measured: MeasuredStiffness,
+    /// What acts beside the beams.
+    pub(super) physics: Option<FixedPhysics>,
     /// The readings behind it, if there are any.
     pub(super) session: Option<(Box<Session>, StiffnessTable)>,
     /// Notes.
@@ -73,6 +75,7 @@ impl Prepared {
             mechanism: self.chosen.robot.mechanism(Some(&self.chosen.mechanism))?,
             measured: &self.measured,
             start: &self.chosen.factors,
+            physics: self.physics.as_ref(),
         })
     }
 }
@@ -143,12 +146,17 @@ pub(super) fn prepare(
             for cell in &measured.cells {
                 chosen.robot.pose(&cell.cell.pose)?;
             }
-            let warnings = vec![format!(
+            let mut warnings = vec![format!(
                 "{name} holds stiffness values without readings: what only readings show cannot be tested"
             )];
+            let physics = fixed_physics(&chosen, method);
+            if physics.is_some() {
+                warnings.push("without readings the loads behind the stiffness values are not known: laws that are not linear act as under the paper's, 10 to 70 N".to_owned());
+            }
             Ok(Prepared {
                 chosen,
                 measured,
+                physics,
                 session: None,
                 warnings,
             })
@@ -168,14 +176,23 @@ pub(super) fn prepare(
             if flags > 0 {
                 warnings.push(format!("{flags} flag(s) on the readings; `stiffbench stiffness` prints them. Nothing was removed."));
             }
+            let physics = fixed_physics(&chosen, method)
+                .map(|physics| physics.under(&session.table, session.header.as_ref()));
             Ok(Prepared {
                 chosen,
                 measured,
+                physics,
                 session: Some((session, table)),
                 warnings,
             })
         }
     }
+}
+
+/// The physics beside the beams for a fit, if there is any.
+pub(super) fn fixed_physics(chosen: &Chosen, method: StiffnessMethod) -> Option<FixedPhysics> {
+    let acting = Some(&chosen.physics).filter(|acting| !acting.effects.is_empty())?;
+    Some(FixedPhysics::new(acting.clone(), method))
 }
 
 /// Which factors may move, as the user says.
@@ -380,7 +397,13 @@ fn paper(
             ..MonteCarloSettings::default()
         },
     };
-    let fit = follow_paper(&chosen.robot, mechanism, measured, &options)?;
+    let fit = follow_paper(
+        &chosen.robot,
+        mechanism,
+        measured,
+        prepared.physics.as_ref(),
+        &options,
+    )?;
     let text = paper_steps_text(&fit) + &fit_text(&fit.outcome);
     let mut data = fit_json(&fit.outcome);
     data["steps"] = paper_steps_json(&fit);

@@ -4,10 +4,11 @@ use std::path::PathBuf;
 
 use serde_json::json;
 
-use crate::fit::{CellModel, FitOptions, FitOutcome, fit_cells};
+use crate::fit::{FitOptions, FitOutcome, fit_cells};
+use crate::physics::{Effect, PlaceKind};
 use crate::plot::Figure;
 use crate::report::{fit_figures, load_displacement_figure, residuals_figure, robot_figure};
-use crate::robot::Predictor;
+use crate::robot::{Predictor, Theory};
 use crate::stiffness::{Branches, Method};
 use crate::test_point::PoseId;
 
@@ -27,7 +28,7 @@ pub(super) fn run(args: &PlotArgs, global: &Global) -> Result<Outcome, Failure> 
             ("load-displacement", overlay(args, global, &mut warnings)?)
         }
         FigureName::Workspace => ("workspace", workspace(args)?),
-        FigureName::Robot => ("robot", robot(args)?),
+        FigureName::Robot => ("robot", robot(args, &mut warnings)?),
         FigureName::Stiffness
         | FigureName::Factors
         | FigureName::Correlation
@@ -125,10 +126,8 @@ pub(super) fn residuals(prepared: &Prepared, outcome: &FitOutcome) -> Result<Fig
         }
         .into());
     };
-    let robot = &prepared.chosen.robot;
-    let mechanism = robot.mechanism(Some(&prepared.chosen.mechanism))?;
     let cells: Vec<_> = outcome.cells.iter().map(|cell| cell.cell.clone()).collect();
-    let mut model = CellModel::new(robot, mechanism, &cells)?;
+    let mut model = prepared.problem()?.cell_model(&cells)?;
     Ok(residuals_figure(
         &mut model,
         outcome,
@@ -142,10 +141,8 @@ fn workspace(args: &PlotArgs) -> Result<Figure, Failure> {
     Ok(workspace_projection(&chosen.robot, args.poses, args.seed)?.figure())
 }
 
-fn robot(args: &PlotArgs) -> Result<Figure, Failure> {
+fn robot(args: &PlotArgs, warnings: &mut Vec<String>) -> Result<Figure, Failure> {
     let chosen = choose(&args.model, None)?;
-    let mechanism = chosen.robot.mechanism(Some(&chosen.mechanism))?;
-    let mut predictor = Predictor::new(&chosen.robot, mechanism, &chosen.factors)?;
     let (name, pose) = match &args.pose {
         Some(name) => (name.clone(), chosen.robot.pose(&PoseId::new(name))?.clone()),
         None => match chosen.robot.poses.first() {
@@ -153,6 +150,22 @@ fn robot(args: &PlotArgs) -> Result<Figure, Failure> {
             None => ("nominal".to_owned(), chosen.robot.nominal_pose()),
         },
     };
+    let (robot, factors) = (&chosen.robot, &chosen.factors);
+    let physics = &chosen.physics;
+    let at_rest = |effect: &&Effect| {
+        let kind = effect.law.place_kind();
+        !matches!(kind, PlaceKind::Joint | PlaceKind::Element)
+    };
+    let not_drawn = physics.effects.iter().filter(at_rest);
+    warnings.extend(not_drawn.map(|effect| format!("{effect}: not drawn")));
+    let joints = physics.joints_under(robot, factors, &pose, args.force)?;
+    let mut predictor = Predictor::with(
+        robot,
+        &physics.mechanism,
+        &joints,
+        Theory::EulerBernoulli,
+        factors,
+    )?;
     predictor.place(&pose)?;
     Ok(robot_figure(&mut predictor, &name, args.force))
 }

@@ -3,6 +3,7 @@
 use serde_json::{Value, json};
 
 use crate::distribution::{Extreme, RefinedExtreme, WorkspacePlan, WorkspaceSample};
+use crate::physics::ActingPhysics;
 use crate::plot::Figure;
 use crate::report::{
     TextTable, compliance_json, compliance_text, mobility_json, mobility_text, robot_json,
@@ -17,6 +18,7 @@ use super::args::{ComplianceArgs, RobotArgs, RobotCommand, WorkspaceArgs};
 use super::data::{choose, robot_source};
 use super::failure::{CliError, Failure};
 use super::figure_files::write_figure;
+use super::model::{physics_json, physics_text};
 use super::outcome::Outcome;
 
 /// Looks at a robot.
@@ -325,31 +327,47 @@ fn compliance(args: &ComplianceArgs) -> Result<Outcome, Failure> {
             violation.excess_deg, violation.limit
         ));
     }
+    let physics = &chosen.physics;
     let joints = if args.pinned {
+        refuse_laws_of_free_joints(physics)?;
         JointModel::Pinned
     } else {
-        JointModel::Rigid
+        let force_n = args.force.unwrap_or_default();
+        physics.joints_under(robot, &chosen.factors, &pose, force_n)?
     };
+    warnings.extend(physics.of_the_bench().map(|effect| {
+        format!("{effect}: of the bench, not of the robot, and not in its compliance")
+    }));
     let theory = if args.timoshenko {
         Theory::Timoshenko
     } else {
         Theory::EulerBernoulli
     };
-    let mechanism = robot.mechanism(Some(&chosen.mechanism))?;
-    let mut predictor = Predictor::with(robot, mechanism, &joints, theory, &chosen.factors)?;
+    let mut predictor =
+        Predictor::with(robot, &physics.mechanism, &joints, theory, &chosen.factors)?;
     predictor.place(&pose)?;
-    let compliance = predictor.compliance();
+    let compliance = physics.with_base(&predictor.compliance(), predictor.model());
     let text = format!(
-        "{}, mechanism {}, factors {}\n\n{}",
+        "{}, mechanism {}, factors {}\n{}\n{}",
         robot.name,
         chosen.mechanism,
         chosen.factors_name,
+        physics_text(physics),
         compliance_text(&compliance)
     );
-    Ok(Outcome::new(
-        "robot-compliance",
-        text,
-        compliance_json(&compliance, predictor.model()),
-    )
-    .with_warnings(warnings))
+    let mut data = compliance_json(&compliance, predictor.model());
+    data["physics"] = physics_json(physics);
+    Ok(Outcome::new("robot-compliance", text, data).with_warnings(warnings))
+}
+
+/// A joint that turns freely has no law.
+fn refuse_laws_of_free_joints(physics: &ActingPhysics) -> Result<(), CliError> {
+    match physics.effects.iter().find(|e| e.law.is_of_a_joint()) {
+        None => Ok(()),
+        Some(effect) => Err(CliError::Argument {
+            argument: "--pinned".to_owned(),
+            problem: format!("{} says how its joint turns", effect.title()),
+            help: Some("leave out --pinned, or the effect".to_owned()),
+        }),
+    }
 }

@@ -2,11 +2,14 @@
 
 use crate::fit::{Scope, significance};
 use crate::report::{significance_json, significance_with_sequence};
+use crate::stiffness::Method;
 use crate::test_point::PoseId;
 
 use super::args::SignificanceArgs;
 use super::data::choose;
 use super::failure::{CliError, Failure};
+use super::fit::fixed_physics;
+use super::model::physics_text;
 use super::outcome::Outcome;
 
 /// Which constant matters where.
@@ -30,12 +33,21 @@ pub(super) fn run(args: &SignificanceArgs) -> Result<Outcome, Failure> {
         Scope::All
     };
     let mechanism = chosen.robot.mechanism(Some(&chosen.mechanism))?;
-    let found = significance(&chosen.robot, mechanism, &pose, &chosen.factors, scope)?;
+    let physics = fixed_physics(&chosen, Method::Regression);
+    let found = significance(
+        &chosen.robot,
+        mechanism,
+        &pose,
+        &chosen.factors,
+        scope,
+        physics.as_ref(),
+    )?;
     let text = format!(
-        "{}, mechanism {}, pose {pose}, factors {}\n\n{}",
+        "{}, mechanism {}, pose {pose}, factors {}\n{}\n{}",
         chosen.robot.name,
         chosen.mechanism,
         chosen.factors_name,
+        physics_text(&chosen.physics),
         significance_with_sequence(&found)
     );
     Ok(

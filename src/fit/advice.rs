@@ -5,8 +5,9 @@ use crate::robot::{FittingFactors, RobotError};
 use crate::statistics::median;
 use crate::test_point::{Cell, Direction};
 
-use super::cell_model::{CellModel, FACTOR_NAMES, FACTORS, Shares};
+use super::cell_model::{FACTOR_NAMES, FACTORS, Shares};
 use super::choice::{FactorChoice, FactorRole};
+use super::error::FitError;
 use super::measured::MeasuredStiffness;
 use super::outcome::FitOutcome;
 use super::problem::FitProblem;
@@ -48,13 +49,13 @@ impl Advice {
 /// - `outcome`, `fit`: the fit of these cells and what was found of the factors.
 ///
 /// # Errors
-/// Those of [`CellModel::new`]; poses the mechanism cannot reach are passed over.
+/// Those of [`CellModel`](super::cell_model::CellModel); poses the mechanism cannot reach are passed over.
 pub(super) fn advise(
     problem: &FitProblem<'_>,
     outcome: &FitOutcome,
     fit: &LeastSquaresFit,
     choice: &FactorChoice,
-) -> Result<Vec<Advice>, RobotError> {
+) -> Result<Vec<Advice>, FitError> {
     let knowledge = Knowledge::new(fit, problem.measured, outcome, choice);
     let open: Vec<usize> = knowledge
         .free
@@ -96,17 +97,17 @@ pub(super) fn advise(
 fn candidates(
     problem: &FitProblem<'_>,
     factors: &FittingFactors,
-) -> Result<Vec<(Cell, Shares)>, RobotError> {
+) -> Result<Vec<(Cell, Shares)>, FitError> {
     let mut candidates = Vec::new();
     for named in &problem.robot.poses {
         let cells = Direction::ALL.map(|direction| Cell {
             pose: named.id.clone(),
             direction,
         });
-        let mut model = match CellModel::new(problem.robot, problem.mechanism, &cells) {
+        let mut model = match problem.cell_model(&cells) {
             Ok(model) => model,
             Err(RobotError::Unreachable { .. }) => continue,
-            Err(error) => return Err(error),
+            Err(error) => return Err(error.into()),
         };
         let mut shares = [[0.0; FACTORS]; 3];
         model.evaluate(factors, &mut [0.0; 3], Some(&mut shares))?;

@@ -3,6 +3,10 @@
 use crate::robot::{BatchPredictor, ClassGradient, FittingFactors, Mechanism, Robot, RobotError};
 use crate::test_point::{Cell, PoseId};
 
+use super::error::FitError;
+use super::fixed_physics::FixedPhysics;
+use super::physics_model::PhysicsModel;
+
 /// Number of fitting factors: four of beams, four of links.
 pub const FACTORS: usize = 8;
 
@@ -43,9 +47,20 @@ pub type Shares = [f64; FACTORS];
 #[derive(Debug)]
 pub struct CellModel<'a> {
     cells: Vec<Cell>,
-    /// Number of the pose of each cell.
-    pose_of_cell: Vec<usize>,
-    predictor: BatchPredictor<'a>,
+    means: Means<'a>,
+}
+
+/// How the stiffness is worked out.
+#[derive(Debug)]
+enum Means<'a> {
+    /// Beams alone, all poses at once.
+    Beams {
+        /// Number of the pose of each cell.
+        pose_of_cell: Vec<usize>,
+        predictor: Box<BatchPredictor<'a>>,
+    },
+    /// From predicted readings, with the physics beside the beams.
+    Readings(Box<PhysicsModel<'a>>),
 }
 
 impl<'a> CellModel<'a> {
@@ -75,8 +90,25 @@ impl<'a> CellModel<'a> {
         predictor.solve(&FittingFactors::UNIT, false)?;
         Ok(Self {
             cells: cells.to_vec(),
-            pose_of_cell,
-            predictor,
+            means: Means::Beams {
+                pose_of_cell,
+                predictor: Box::new(predictor),
+            },
+        })
+    }
+
+    /// The same with physics beside the beams: stiffness as the estimator of the data makes it of predicted readings.
+    ///
+    /// # Errors
+    /// Those of [`CellModel::new`].
+    pub fn with_physics(
+        robot: &'a Robot,
+        physics: &'a FixedPhysics,
+        cells: &[Cell],
+    ) -> Result<Self, RobotError> {
+        Ok(Self {
+            cells: cells.to_vec(),
+            means: Means::Readings(Box::new(PhysicsModel::new(robot, physics, cells)?)),
         })
     }
 
@@ -86,24 +118,33 @@ impl<'a> CellModel<'a> {
         &self.cells
     }
 
-    /// Stiffness of every cell, N/m, into `stiffness_n_per_m`, and if asked for the shares of the factors.
+    /// Stiffness of every cell, N/m, into `stiffness_n_per_m`, and if asked for the shares of the factors; what these leave of one is the
+    /// share of the physics beside the beams.
     ///
     /// # Errors
-    /// [`RobotError::Structure`] if the structure cannot carry a load with these factors.
+    /// [`FitError::Robot`] if the structure cannot carry a load with these factors; with physics also [`FitError::NoPrediction`] and
+    /// [`FitError::NegativePrediction`].
     pub fn evaluate(
         &mut self,
         factors: &FittingFactors,
         stiffness_n_per_m: &mut [f64],
         mut shares: Option<&mut [Shares]>,
-    ) -> Result<(), RobotError> {
-        self.predictor.solve(factors, shares.is_some())?;
-        for (place, (cell, &pose)) in self.cells.iter().zip(&self.pose_of_cell).enumerate() {
+    ) -> Result<(), FitError> {
+        let (pose_of_cell, predictor) = match &mut self.means {
+            Means::Beams {
+                pose_of_cell,
+                predictor,
+            } => (pose_of_cell, predictor),
+            Means::Readings(model) => return model.evaluate(factors, stiffness_n_per_m, shares),
+        };
+        predictor.solve(factors, shares.is_some())?;
+        for (place, (cell, &pose)) in self.cells.iter().zip(pose_of_cell.iter()).enumerate() {
             let axis = cell.direction.index();
-            let compliance = self.predictor.direct_compliance(pose, axis);
+            let compliance = predictor.direct_compliance(pose, axis);
             let compliance = compliance.expect("every pose was placed and solved");
             stiffness_n_per_m[place] = 1.0 / compliance;
             if let Some(shares) = shares.as_deref_mut() {
-                let gradient = self.predictor.gradient(pose, axis);
+                let gradient = predictor.gradient(pose, axis);
                 let gradient = gradient.expect("every pose was placed and solved");
                 shares[place] = by_factor(&gradient, compliance);
             }
@@ -111,11 +152,26 @@ impl<'a> CellModel<'a> {
         Ok(())
     }
 
+    /// Sequence number and displacement of every reading that the physics beside the beams was given, m; none for beams alone, of which
+    /// the stiffness says all.
+    ///
+    /// # Errors
+    /// [`FitError::Robot`].
+    pub fn displacements_m(
+        &mut self,
+        factors: &FittingFactors,
+    ) -> Result<Vec<(u32, f64)>, FitError> {
+        match &mut self.means {
+            Means::Beams { .. } => Ok(Vec::new()),
+            Means::Readings(model) => model.displacements_m(factors),
+        }
+    }
+
     /// Stiffness of every cell, N/m.
     ///
     /// # Errors
     /// As [`CellModel::evaluate`].
-    pub fn stiffness(&mut self, factors: &FittingFactors) -> Result<Vec<f64>, RobotError> {
+    pub fn stiffness(&mut self, factors: &FittingFactors) -> Result<Vec<f64>, FitError> {
         let mut stiffness = vec![0.0; self.cells.len()];
         self.evaluate(factors, &mut stiffness, None)?;
         Ok(stiffness)

@@ -2,7 +2,8 @@
 
 use crate::least_squares::LeastSquaresError;
 use crate::robot::RobotError;
-use crate::test_point::{Direction, PoseId};
+use crate::stiffness::NoStiffness;
+use crate::test_point::{Cell, Direction, PoseId};
 
 /// Errors of the fit stage.
 #[derive(Debug, thiserror::Error, miette::Diagnostic)]
@@ -52,6 +53,30 @@ pub enum FitError {
         pose: PoseId,
         /// The direction.
         missing: Direction,
+    },
+    /// A model with physics predicts readings that have no stiffness.
+    #[error("{cell}: the readings that the model predicts have no stiffness: {reason}")]
+    #[diagnostic(
+        code(stiffbench::fit::no_prediction),
+        help("look at the effects of the model: one of them outweighs the beams")
+    )]
+    NoPrediction {
+        /// Pose and direction.
+        cell: Cell,
+        /// Why there is none.
+        reason: NoStiffness,
+    },
+    /// A model with physics predicts readings that no structure shows.
+    #[error("{cell}: the model predicts a stiffness of {stiffness_n_per_m:.3e} N/m")]
+    #[diagnostic(
+        code(stiffbench::fit::negative_prediction),
+        help("look at the effects of the model: one of them outweighs the beams")
+    )]
+    NegativePrediction {
+        /// Pose and direction.
+        cell: Cell,
+        /// The stiffness, N/m.
+        stiffness_n_per_m: f64,
     },
     /// Weights of a combination that cannot be used.
     #[error("the weights of the poses must not be negative and must not all be zero")]

@@ -10,7 +10,7 @@ use crate::statistics::chi_squared_upper_tail;
 use crate::test_point::PoseId;
 
 use super::advice::advise;
-use super::cell_model::{CellModel, FACTOR_NAMES};
+use super::cell_model::FACTOR_NAMES;
 use super::choice::{FactorChoice, FactorRole};
 use super::error::FitError;
 use super::intervals::Profiled;
@@ -85,11 +85,11 @@ pub fn fit_cells(problem: &FitProblem<'_>, options: &FitOptions) -> Result<FitOu
         .iter()
         .map(|cell| cell.cell.clone())
         .collect();
-    let predicted =
-        CellModel::new(problem.robot, problem.mechanism, &cells)?.stiffness(&factors)?;
+    let predicted = problem.cell_model(&cells)?.stiffness(&factors)?;
     let mut outcome = FitOutcome {
         method: FitMethod::LeastSquares,
         mechanism: problem.mechanism.name.clone(),
+        physics: problem.effects(),
         factors,
         estimates: plain_estimates(problem.start, &factors, |i| match options.choice.roles[i] {
             FactorRole::Free => FactorStatus::Free,
@@ -259,8 +259,7 @@ fn leave_poses_out(
             .filter(|&i| cells[i].cell.pose == *pose)
             .collect();
         let names: Vec<_> = left_out.iter().map(|&i| cells[i].cell.clone()).collect();
-        let predicted =
-            CellModel::new(problem.robot, problem.mechanism, &names)?.stiffness(&factors)?;
+        let predicted = problem.cell_model(&names)?.stiffness(&factors)?;
         for (i, k) in left_out.into_iter().zip(predicted) {
             cells[i].predicted_without_its_pose_n_per_m = Some(k);
         }

@@ -51,7 +51,7 @@ impl<'a> JointProblem<'a> {
             .map(|cell| cell.cell.clone())
             .collect();
         Ok(Self {
-            model: CellModel::new(problem.robot, problem.mechanism, &cells)?,
+            model: problem.cell_model(&cells)?,
             start: factor_vector(problem.start),
             ln_measured: measured
                 .cells

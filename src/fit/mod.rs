@@ -1,6 +1,7 @@
 //! Fitting factors from measured or reference stiffness.
 //!
 //! - [`CellModel`]: stiffness of pose and direction as a function of the factors, with exact derivatives;
+//! - [`FixedPhysics`]: what acts beside the beams while they are fitted;
 //! - [`significance`]: which factor matters where (the paper's Table III, and exact shares);
 //! - [`fit_in_sequence`], [`combine`], [`follow_paper`]: the paper's nine steps;
 //! - [`MeasuredStiffness`], [`FitProblem`], [`fit_cells`]: the joint least-squares fit, its intervals, its judgement on poses it did not see;
@@ -13,11 +14,13 @@ mod choice;
 mod combine;
 mod error;
 mod fit_cells;
+mod fixed_physics;
 mod intervals;
 mod joint;
 mod measured;
 mod monte_carlo;
 mod outcome;
+mod physics_model;
 mod problem;
 mod procedure;
 mod refit;
@@ -33,6 +36,7 @@ pub use choice::{FactorChoice, FactorRole, NotAFactor, factor_index};
 pub use combine::combine;
 pub use error::FitError;
 pub use fit_cells::{FitOptions, find_lower_minimum, fit_cells};
+pub use fixed_physics::FixedPhysics;
 pub use measured::{LnUncertainty, MeasuredCell, MeasuredStiffness, WeightBasis};
 pub use monte_carlo::{MonteCarloFit, MonteCarloSettings, MonteCarloStep, fit_in_sequence};
 pub use outcome::{

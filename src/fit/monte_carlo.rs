@@ -3,11 +3,12 @@
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
-use crate::robot::{ElementClass, FittingFactors, RobotError};
+use crate::robot::{ElementClass, FittingFactors};
 use crate::structure::Property;
 use crate::test_point::Direction;
 
 use super::cell_model::CellModel;
+use super::error::FitError;
 use super::significance::{Scope, SequenceStep};
 
 /// How the trials are drawn.
@@ -91,7 +92,7 @@ pub fn fit_in_sequence(
     start: &FittingFactors,
     scope: Scope,
     settings: &MonteCarloSettings,
-) -> Result<MonteCarloFit, RobotError> {
+) -> Result<MonteCarloFit, FitError> {
     let mut rng = ChaCha8Rng::seed_from_u64(settings.seed);
     let mut fit = MonteCarloFit {
         factors: *start,
@@ -115,7 +116,7 @@ pub fn fit_in_sequence(
                 factors.of(ElementClass::Beam)[step.property.index()].ln()
             };
             let (centre, origin) = (of(&fit.factors), of(start));
-            let mut trial = |fit: &mut MonteCarloFit, value: f64| -> Result<f64, RobotError> {
+            let mut trial = |fit: &mut MonteCarloFit, value: f64| -> Result<f64, FitError> {
                 let factors = with_factor(&fit.factors, step.property, value, scope);
                 let mut stiffness = [0.0; 3];
                 model.evaluate(&factors, &mut stiffness, None)?;

@@ -1,6 +1,7 @@
 //! What a fit found, and what its numbers are worth.
 
 use crate::least_squares::SigmaMode;
+use crate::physics::Effect;
 use crate::robot::FittingFactors;
 use crate::test_point::Cell;
 
@@ -146,6 +147,8 @@ pub struct FitOutcome {
     pub method: FitMethod,
     /// The mechanism that was fitted.
     pub mechanism: String,
+    /// What acted beside the beams, held fixed.
+    pub physics: Vec<Effect>,
     /// Fitted factors.
     pub factors: FittingFactors,
     /// One entry a factor, in the order of [`FACTOR_NAMES`].

@@ -3,9 +3,9 @@
 use crate::robot::{FittingFactors, Mechanism, Robot};
 use crate::test_point::{Cell, Direction, PoseId};
 
-use super::cell_model::CellModel;
 use super::combine::combine;
 use super::error::FitError;
+use super::fixed_physics::FixedPhysics;
 use super::measured::MeasuredStiffness;
 use super::monte_carlo::{MonteCarloFit, MonteCarloSettings, MonteCarloStep, fit_in_sequence};
 use super::outcome::{FactorStatus, FitMethod, FitOutcome, fitted_cells, plain_estimates};
@@ -80,11 +80,12 @@ pub struct PaperFit {
 /// 9. Predicted over measured stiffness in every cell, held-out poses included.
 ///
 /// # Errors
-/// [`FitError::MissingDirection`] if a pose lacks a direction; [`FitError::Weights`]; those of [`CellModel::evaluate`].
+/// [`FitError::MissingDirection`] if a pose lacks a direction; [`FitError::Weights`]; those of [`CellModel::evaluate`](super::cell_model::CellModel::evaluate).
 pub fn follow_paper(
     robot: &Robot,
     mechanism: &Mechanism,
     measured: &MeasuredStiffness,
+    physics: Option<&FixedPhysics>,
     options: &PaperOptions,
 ) -> Result<PaperFit, FitError> {
     let trials = &options.trials;
@@ -97,6 +98,8 @@ pub fn follow_paper(
                     mechanism,
                     measured: reference,
                     start: &FittingFactors::UNIT,
+                    // A reference simulation knows of beams alone.
+                    physics: None,
                 };
                 fit_pose(&problem, pose, *weight, Scope::All, trials)
             };
@@ -119,6 +122,7 @@ pub fn follow_paper(
         mechanism,
         measured,
         start: &start,
+        physics,
     };
     let fit =
         |(pose, weight): &(PoseId, f64)| fit_pose(&problem, pose, *weight, Scope::Beams, trials);
@@ -169,15 +173,16 @@ fn fit_pose(
         robot,
         mechanism,
         start,
+        physics,
         ..
     } = *problem;
-    let significance = significance(robot, mechanism, pose, start, scope)?;
+    let significance = significance(robot, mechanism, pose, start, scope, physics)?;
     let sequence = significance.sequence();
     let cells = Direction::ALL.map(|direction| Cell {
         pose: pose.clone(),
         direction,
     });
-    let mut model = CellModel::new(robot, mechanism, &cells)?;
+    let mut model = problem.cell_model(&cells)?;
     let fit = fit_in_sequence(&mut model, wanted_n_per_m, &sequence, start, scope, trials)?;
     Ok(PoseFit {
         pose: pose.clone(),
@@ -221,21 +226,22 @@ fn validate(
     factors: &FittingFactors,
 ) -> Result<FitOutcome, FitError> {
     let FitProblem {
-        robot,
         mechanism,
         measured,
         start,
+        ..
     } = *problem;
     let cells: Vec<Cell> = measured
         .cells
         .iter()
         .map(|cell| cell.cell.clone())
         .collect();
-    let predicted = CellModel::new(robot, mechanism, &cells)?.stiffness(factors)?;
+    let predicted = problem.cell_model(&cells)?.stiffness(factors)?;
     let trained = |cell: &Cell| options.poses.iter().any(|(pose, _)| *pose == cell.pose);
     Ok(FitOutcome {
         method: FitMethod::Paper,
         mechanism: mechanism.name.clone(),
+        physics: problem.effects(),
         factors: *factors,
         estimates: plain_estimates(start, factors, |i| {
             if i < 4 {

@@ -103,6 +103,7 @@ mod tests {
             mechanism,
             measured: &measured,
             start: &start,
+            physics: None,
         };
         let mut refitter = Refitter::new(&problem, &FactorChoice::default()).unwrap();
         let mut random = ChaCha8Rng::seed_from_u64(7);

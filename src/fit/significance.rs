@@ -5,11 +5,13 @@
 //! stiffens. The exact share, the part of the strain energy stored through that section constant, needs one solution and adds up
 //! to one. Both are given.
 
-use crate::robot::{FittingFactors, Mechanism, Robot, RobotError};
+use crate::robot::{FittingFactors, Mechanism, Robot};
 use crate::structure::Property;
 use crate::test_point::{Cell, Direction, PoseId};
 
 use super::cell_model::{CellModel, FACTORS, Shares};
+use super::error::FitError;
+use super::fixed_physics::FixedPhysics;
 
 /// Factor by which the paper multiplies one section constant (Section III-D).
 pub const PAPER_FACTOR: f64 = 100.0;
@@ -39,7 +41,8 @@ pub struct Significance {
     pub remaining: [[f64; 3]; 4],
     /// Exact share of each constant in the compliance, 4 × 3 as above.
     pub shares: [[f64; 3]; 4],
-    /// Share of the elements outside the scope (links, when only beams are changed), by direction; with the rest it adds up to one.
+    /// Share of the elements outside the scope (links, when only beams are changed) and of physics beside the beams, by direction; with
+    /// the rest it adds up to one.
     pub share_of_others: [f64; 3],
 }
 
@@ -54,6 +57,8 @@ pub struct SequenceStep {
 
 /// Works out the significance of the section constants in one pose (the paper's steps 3 and 6).
 ///
+/// With physics beside the beams the displacement is that of the paper's loads, and the share of the physics is in `share_of_others`.
+///
 /// # Errors
 /// Those of [`CellModel::new`] and [`CellModel::evaluate`].
 pub fn significance(
@@ -62,7 +67,8 @@ pub fn significance(
     pose: &PoseId,
     factors: &FittingFactors,
     scope: Scope,
-) -> Result<Significance, RobotError> {
+    physics: Option<&FixedPhysics>,
+) -> Result<Significance, FitError> {
     let cells: Vec<Cell> = Direction::ALL
         .into_iter()
         .map(|direction| Cell {
@@ -70,7 +76,10 @@ pub fn significance(
             direction,
         })
         .collect();
-    let mut model = CellModel::new(robot, mechanism, &cells)?;
+    let mut model = match physics {
+        None => CellModel::new(robot, mechanism, &cells)?,
+        Some(physics) => CellModel::with_physics(robot, physics, &cells)?,
+    };
     let mut stiffness = [0.0; 3];
     let mut shares: [Shares; 3] = [[0.0; FACTORS]; 3];
     model.evaluate(factors, &mut stiffness, Some(&mut shares))?;

@@ -3,7 +3,7 @@
 use std::ops::Range;
 
 use crate::physics::{LoadPoint, RunLoads};
-use crate::readings::{Reading, ReadingTable, RepeatOrder, SessionHeader};
+use crate::readings::{Reading, ReadingTable, SessionHeader, SinceZero};
 use crate::test_point::{Branch, Direction, PoseId};
 
 /// A pose and direction with its readings.
@@ -103,18 +103,19 @@ impl Observations {
                 .position(|pose| *pose == reading.pose)
                 .expect("the table lists the poses of its readings")
         };
-        let mut rows: Vec<(usize, &Reading)> = table
-            .accepted()
-            .map(|reading| (pose_of(reading), reading))
+        let mut rows: Vec<(usize, &Reading, SinceZero)> = table
+            .readings
+            .iter()
+            .zip(table.since_zero())
+            .filter(|(reading, _)| reading.is_accepted())
+            .map(|(reading, since)| (pose_of(reading), reading, since))
             .collect();
         // Stable: within a run the order of the session is kept.
-        rows.sort_by_key(|(pose, reading)| (*pose, reading.direction.index(), reading.run));
-        let procedure = header.and_then(|header| header.procedure.as_ref());
+        rows.sort_by_key(|(pose, reading, _)| (*pose, reading.direction.index(), reading.run));
         let instruments = header.map(|header| &header.instruments);
-        let at_load = procedure.is_some_and(|p| p.repeat_order == Some(RepeatOrder::AtLoad));
         let mut layout = Layout::default();
-        for (pose, reading) in rows {
-            layout.push(pose, reading);
+        for (pose, reading, since) in rows {
+            layout.push(pose, reading, since);
         }
         let any = |known: fn(&Reading) -> bool| table.accepted().any(known);
         let recorded = Recorded {
@@ -125,7 +126,7 @@ impl Observations {
         let step = |record: Option<&crate::readings::InstrumentRecord>| {
             record.and_then(|record| record.resolution)
         };
-        let mut observations = Self {
+        Self {
             poses,
             cells: layout.cells,
             runs: layout.runs,
@@ -136,38 +137,9 @@ impl Observations {
                 force_n: step(instruments.and_then(|i| i.force.as_ref())),
                 displacement_m: step(instruments.and_then(|i| i.displacement.as_ref())),
             },
-            release_n: at_load.then(|| procedure.and_then(|p| p.preload_n).unwrap_or(0.0)),
+            release_n: header.and_then(SessionHeader::release_n),
             recorded,
             free_zeros: false,
-        };
-        observations.count_from_zero(&layout.temperatures);
-        observations
-    }
-
-    /// Times and temperatures since the zero of each reading's gauge zero.
-    fn count_from_zero(&mut self, temperatures: &[Option<f64>]) {
-        let zeros = self.readings.iter().map(|reading| reading.zero).max();
-        let count = zeros.map_or(0, |zero| zero as usize + 1);
-        let mut first: Vec<Option<(f64, usize)>> = vec![None; count];
-        for (place, reading) in self.readings.iter().enumerate() {
-            let Some(time_s) = reading.time_s else {
-                continue;
-            };
-            let entry = &mut first[reading.zero as usize];
-            if entry.is_none_or(|(earliest, _)| time_s < earliest) {
-                *entry = Some((time_s, place));
-            }
-        }
-        for (place, reading) in self.readings.iter().enumerate() {
-            let Some((zero_s, zero_place)) = first[reading.zero as usize] else {
-                continue;
-            };
-            let load = &mut self.loads[place];
-            load.since_zero_s = reading.time_s.map_or(0.0, |time_s| time_s - zero_s);
-            load.warming_k = match (temperatures[place], temperatures[zero_place]) {
-                (Some(now), Some(then)) => now - then,
-                _ => 0.0,
-            };
         }
     }
 
@@ -272,12 +244,11 @@ struct Layout {
     readings: Vec<ObservedReading>,
     loads: Vec<LoadPoint>,
     displacement_m: Vec<f64>,
-    temperatures: Vec<Option<f64>>,
     table_run: Option<u32>,
 }
 
 impl Layout {
-    fn push(&mut self, pose: usize, reading: &Reading) {
+    fn push(&mut self, pose: usize, reading: &Reading, since: SinceZero) {
         let place = self.readings.len();
         let same_cell = self
             .cells
@@ -320,10 +291,11 @@ impl Layout {
             force_n: reading.force_n,
             step: reading.step,
             hold_s: reading.hold_s.unwrap_or(0.0),
-            ..LoadPoint::default()
+            since_zero_s: since.time_s.unwrap_or(0.0),
+            warming_k: since.warming_k.unwrap_or(0.0),
+            position_m: None,
         });
         self.displacement_m.push(reading.displacement_m);
-        self.temperatures.push(reading.temperature_deg_c);
         self.runs[run].readings.end = place + 1;
         if let Some(cell) = self.cells.last_mut() {
             cell.runs.end = self.runs.len();

@@ -1,11 +1,15 @@
 //! Effects at work in a mechanism.
 
-use crate::robot::{FittingFactors, Mechanism, Predictor, Robot};
+use crate::robot::{
+    FittingFactors, JointModel, Mechanism, MechanismModel, Pose, Predictor, Robot, RobotError,
+};
+use crate::structure::Compliance6;
 
 use super::effect::{Effect, EffectError};
 use super::law::Law;
 use super::law_set::{LawSet, without_elements};
-use super::place::Place;
+use super::mechanics::{Mechanics, base_levers};
+use super::place::{Place, PlaceKind};
 
 /// A mechanism with effects in it: what is left of it without its loose members, and the laws that act there.
 #[derive(Debug, Clone, PartialEq)]
@@ -51,6 +55,62 @@ impl ActingPhysics {
             effects,
         })
     }
+
+    /// The joints as the effects leave them in a pose under a force at the end: laws that are not linear by their secant from the
+    /// unloaded state.
+    ///
+    /// # Arguments
+    /// - `force_n`: zero takes each law under the smallest force: a joint with friction stuck, play not taken up.
+    ///
+    /// # Errors
+    /// [`RobotError`] for the pose or the structure.
+    pub fn joints_under(
+        &self,
+        robot: &Robot,
+        factors: &FittingFactors,
+        pose: &Pose,
+        force_n: [f64; 3],
+    ) -> Result<JointModel, RobotError> {
+        let poses = std::slice::from_ref(pose);
+        let mechanics = Mechanics::new(robot, &self.mechanism, factors, poses)?;
+        let joints = self.mechanism.joints(robot);
+        let secants = self.laws.secants_nm_per_rad(mechanics.pose(0), force_n);
+        let turning = secants.into_iter().filter(|(_, k)| k.is_finite());
+        let hinges: Vec<(usize, f64)> = turning.map(|(lever, k)| (joints[lever], k)).collect();
+        Ok(if hinges.is_empty() {
+            JointModel::Rigid
+        } else {
+            JointModel::Hinged(hinges)
+        })
+    }
+
+    /// The compliance of an end on a base that rocks: C + Σ c w wᵀ, w = (axis × (end - first support), axis) for each axis.
+    #[must_use]
+    pub fn with_base(&self, fixed: &Compliance6, model: &MechanismModel<'_>) -> Compliance6 {
+        let mut compliance = *fixed;
+        let levers_m = base_levers(model);
+        for (axis, c) in self.laws.base_rad_per_nm().into_iter().enumerate() {
+            let [x, y, z] = levers_m[axis];
+            let mut lever = [x, y, z, 0.0, 0.0, 0.0];
+            lever[3 + axis] = 1.0;
+            for (row, along) in compliance.0.iter_mut().zip(lever) {
+                for (entry, across) in row.iter_mut().zip(lever) {
+                    *entry += c * along * across;
+                }
+            }
+        }
+        compliance
+    }
+
+    /// Effects of the bench rather than of the robot: of gauges, their stand, the load's direction, time and repeats.
+    pub fn of_the_bench(&self) -> impl Iterator<Item = &Effect> {
+        self.effects.iter().filter(|effect| {
+            !matches!(
+                effect.law.place_kind(),
+                PlaceKind::Joint | PlaceKind::Axis | PlaceKind::Element
+            )
+        })
+    }
 }
 
 /// Runs that effects name must be in poses that the robot has.
@@ -87,7 +147,9 @@ fn carries(robot: &Robot, mechanism: &Mechanism) -> bool {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::robot::shipped_robot;
+    use crate::physics::{LoadPoint, RunLoads, Twists};
+    use crate::robot::{Theory, shipped_robot};
+    use crate::test_point::Direction;
 
     fn acting(mechanism: &str, effects: &[&str]) -> Result<ActingPhysics, EffectError> {
         let robot = Robot::parse(&shipped_robot("hp-robot").unwrap()).unwrap();
@@ -108,6 +170,57 @@ mod tests {
             all.mechanism.members.len()
         );
         assert_eq!(rest.effects.len(), 2);
+    }
+
+    #[test]
+    fn joint_and_base_together_make_the_displacements_of_the_laws() {
+        let robot = Robot::parse(&shipped_robot("hp-robot").unwrap()).unwrap();
+        let mechanism = robot.mechanism(Some("F")).unwrap();
+        let factors = robot.factor_set("m_fsd").unwrap();
+        let pose = robot.pose(&"P2".into()).unwrap();
+        let effects = [
+            "joint-compliance@A4:c=4urad/(N*m)",
+            "joint-friction@A4B:c=0.19mrad/(N*m),friction_moment=0.1N*m",
+            "joint-backlash@A4B:play=0.12mrad,seat_moment=0.05N*m",
+            "joint-nonlinearity@B3:c=0.2mrad/(N*m),q=30urad/(N*m)^2",
+            "base-compliance@x:c=0.2urad/(N*m)",
+            "base-compliance@z:c=0.1urad/(N*m)",
+        ];
+        let effects: Vec<Effect> = effects.iter().map(|text| text.parse().unwrap()).collect();
+        let physics = ActingPhysics::new(&robot, mechanism, effects).unwrap();
+        let poses = std::slice::from_ref(pose);
+        let mechanics = Mechanics::new(&robot, mechanism, &factors, poses).unwrap();
+        for direction in Direction::ALL {
+            let mut force_n = [0.0; 3];
+            force_n[direction.index()] = -60.0;
+            let joints = physics
+                .joints_under(&robot, &factors, pose, force_n)
+                .unwrap();
+            let theory = Theory::EulerBernoulli;
+            let mut predictor =
+                Predictor::with(&robot, mechanism, &joints, theory, &factors).unwrap();
+            predictor.place(pose).unwrap();
+            let compliance = physics.with_base(&predictor.compliance(), predictor.model());
+            let loads = [LoadPoint {
+                force_n: -60.0,
+                ..LoadPoint::default()
+            }];
+            let run = RunLoads {
+                pose: &"P2".into(),
+                direction,
+                repeat: 1,
+                release_n: None,
+                loads: &loads,
+            };
+            let mut moved = [0.0];
+            let laws = &physics.laws;
+            laws.displacements_m(mechanics.pose(0), &run, &mut Twists::default(), &mut moved);
+            let secant = compliance.direct(direction.index());
+            assert!(
+                (moved[0] / -60.0 / secant - 1.0).abs() < 1e-7,
+                "{direction}: {moved:?} {secant}"
+            );
+        }
     }
 
     #[test]

@@ -17,6 +17,26 @@ pub(super) enum JointLaw {
 }
 
 impl JointLaw {
+    /// Moment per twist in a state, N·m/rad; infinite where the joint does not turn, zero where it turns freely.
+    ///
+    /// # Arguments
+    /// - `twist_rad`, `moment_nm`: the state; without a moment the stiffness is that under the smallest one.
+    pub(super) fn secant_nm_per_rad(self, twist_rad: f64, moment_nm: f64) -> f64 {
+        if moment_nm != 0.0 {
+            return if twist_rad == 0.0 {
+                f64::INFINITY
+            } else {
+                moment_nm / twist_rad
+            };
+        }
+        match self {
+            Self::Compliance { c } | Self::Nonlinearity { c, .. } => 1.0 / c,
+            Self::Backlash { play, seat_moment } if seat_moment == 0.0 && play > 0.0 => 0.0,
+            Self::Friction { c, friction_moment } if friction_moment == 0.0 => 1.0 / c,
+            Self::Backlash { .. } | Self::Friction { .. } => f64::INFINITY,
+        }
+    }
+
     /// The twist, rad.
     ///
     /// # Arguments

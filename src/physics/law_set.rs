@@ -293,6 +293,40 @@ impl LawSet {
         displacement
     }
 
+    /// Joints with laws, by their levers, and what each sets against its twist under a force at the end, N·m/rad: the secant of its law
+    /// from the unloaded state, infinite where it does not turn.
+    ///
+    /// Laws of one joint act in series. The laws of the bench (gauges, misalignment) have no part in it.
+    #[must_use]
+    pub fn secants_nm_per_rad(&self, pose: &PoseMechanics, force_n: [f64; 3]) -> Vec<(usize, f64)> {
+        let influence = &pose.influence;
+        let mut twists = Twists::default();
+        twists.begin(self.joints.len());
+        self.turn_joints(pose, force_n, &mut twists);
+        let mut secants: Vec<(usize, f64)> = Vec::new();
+        for (&(joint, law), &twist) in self.joints.iter().zip(&twists.now) {
+            let back: f64 = self
+                .joints
+                .iter()
+                .zip(&twists.now)
+                .map(|(&(other, _), twist)| influence.stiffness(joint, other) * twist)
+                .sum();
+            let moment = dot(influence.levers_m[joint], force_n) - back;
+            let stiffness = law.secant_nm_per_rad(twist, moment);
+            match secants.iter_mut().find(|(known, _)| *known == joint) {
+                Some((_, known)) => *known = 1.0 / (1.0 / *known + 1.0 / stiffness),
+                None => secants.push((joint, stiffness)),
+            }
+        }
+        secants
+    }
+
+    /// Compliance of the base about x, y, z, rad/(N·m).
+    #[must_use]
+    pub fn base_rad_per_nm(&self) -> [f64; 3] {
+        self.base
+    }
+
     /// Moves the twists to their values under a force.
     fn turn_joints(&self, pose: &PoseMechanics, force: [f64; 3], twists: &mut Twists) {
         let influence = &pose.influence;

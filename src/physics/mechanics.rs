@@ -168,7 +168,7 @@ impl Posed<'_> {
 }
 
 /// Displacement of the end per rocking about each axis through the first support: axis × (end - support).
-fn base_levers(model: &MechanismModel<'_>) -> [[f64; 3]; 3] {
+pub(super) fn base_levers(model: &MechanismModel<'_>) -> [[f64; 3]; 3] {
     let structure = model.structure();
     let end = structure.nodes[structure.end.node].position_m;
     let support = structure

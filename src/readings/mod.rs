@@ -21,6 +21,7 @@ mod row;
 mod rows;
 mod session_file;
 mod session_toml;
+mod since_zero;
 mod table;
 mod toml_section;
 mod toml_values;
@@ -40,6 +41,7 @@ pub use session_file::{
     RepeatOrder, SESSION_SCHEMA, SessionFileError, SessionHeader, SettleRecord, UnknownKey,
     ZeroScope,
 };
+pub use since_zero::SinceZero;
 pub use table::{ReadingTable, RunKey, RunNumbers, check_poses};
 pub use write::{ReadingsWriter, write_readings};
 

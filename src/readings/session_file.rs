@@ -38,6 +38,16 @@ pub struct SessionHeader {
     pub instruments: Instruments,
 }
 
+impl SessionHeader {
+    /// The force to which each load was released before the next, N; `None` where the loads followed each other or nothing is known.
+    #[must_use]
+    pub fn release_n(&self) -> Option<f64> {
+        let procedure = self.procedure.as_ref()?;
+        let at_load = procedure.repeat_order == Some(RepeatOrder::AtLoad);
+        at_load.then(|| procedure.preload_n.unwrap_or(0.0))
+    }
+}
+
 /// The surroundings of a session.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Environment {

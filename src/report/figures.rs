@@ -1,6 +1,8 @@
 //! Results as the inputs of figures.
 
-use crate::fit::{CellModel, FactorStatus, FitOutcome};
+use std::collections::HashMap;
+
+use crate::fit::{CellModel, FactorStatus, FitError, FitOutcome};
 use crate::plot::{
     Bar, ComparedCell, Correlation, DrawnFactor, DrawnMember, DrawnNode, FactorFate,
     FactorIntervals, Figure, FittedLine, LoadCurvePoints, LoadDisplacement, LoadPoint, NamedPoint,
@@ -9,7 +11,7 @@ use crate::plot::{
     stiffness_comparison, workspace,
 };
 use crate::readings::ReadingTable;
-use crate::robot::{ElementClass, Predictor, RobotError};
+use crate::robot::{ElementClass, Predictor};
 use crate::stiffness::{CellStiffness, Flag, StiffnessTable};
 use crate::structure::Attachment;
 
@@ -130,14 +132,18 @@ pub fn correlation_figure(outcome: &FitOutcome) -> Option<Figure> {
 /// Residuals of the readings from the fitted model, each run with its own zero.
 ///
 /// # Errors
-/// Those of [`CellModel::new`].
+/// Those of [`CellModel::evaluate`].
 pub fn residuals_figure(
     model: &mut CellModel<'_>,
     outcome: &FitOutcome,
     readings: &ReadingTable,
     table: &StiffnessTable,
-) -> Result<Figure, RobotError> {
+) -> Result<Figure, FitError> {
     let stiffness = model.stiffness(&outcome.factors)?;
+    let with_physics: HashMap<u32, f64> = model
+        .displacements_m(&outcome.factors)?
+        .into_iter()
+        .collect();
     let mut points = Vec::new();
     for (sequence, reading) in readings
         .readings
@@ -149,11 +155,13 @@ pub fn residuals_figure(
         let Some(place) = model.cells().iter().position(|known| *known == cell) else {
             continue;
         };
+        let predicted_m = with_physics.get(&reading.seq).copied();
+        let predicted_m = predicted_m.unwrap_or_else(|| reading.force_n / stiffness[place]);
         points.push((
             sequence,
             reading,
             cell,
-            reading.displacement_m - reading.force_n / stiffness[place],
+            reading.displacement_m - predicted_m,
         ));
     }
     // A run's zero is not the model's business: the mean residual of each gauge zero is taken off.

@@ -9,6 +9,7 @@ use crate::fit::{
     PoseFit, WeightBasis,
 };
 use crate::least_squares::SigmaMode;
+use crate::physics::Effect;
 use crate::quantity::{NEWTON_PER_METRE_PER_NEWTON_PER_MICROMETRE as N_PER_UM, Reported};
 use crate::robot::FittingFactors;
 
@@ -35,6 +36,7 @@ pub fn fit_json(outcome: &FitOutcome) -> Value {
     json!({
         "method": outcome.method,
         "mechanism": outcome.mechanism,
+        "physics": outcome.physics.iter().map(Effect::to_json).collect::<Vec<_>>(),
         "factors": { "beam": class(0), "link": class(4) },
         "correlation": outcome.correlation,
         "sigma": outcome.agreement.as_ref().map(|a| sigma_word(a.sigma)),
@@ -91,6 +93,13 @@ pub fn fit_text(outcome: &FitOutcome) -> String {
         method_words(outcome.method),
         outcome.termination
     );
+    if !outcome.physics.is_empty() {
+        text.push_str("Physics beside the beams, held fixed:\n");
+        for effect in &outcome.physics {
+            let _ = writeln!(text, "  {effect}");
+        }
+        text.push('\n');
+    }
     let bootstrap = outcome
         .estimates
         .iter()

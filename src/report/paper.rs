@@ -112,7 +112,7 @@ pub fn paper_report(robot: &Robot) -> Result<PaperReport, FitError> {
         source: PaperSource::Given("s_fsd".to_owned(), robot.factor_set("s_fsd")?),
         trials: MonteCarloSettings::default(),
     };
-    let procedure = follow_paper(robot, mechanism, &measured, &options)?.outcome;
+    let procedure = follow_paper(robot, mechanism, &measured, None, &options)?.outcome;
     let train = FitOptions {
         train: Some(poses.to_vec()),
         ..FitOptions::default()
@@ -123,6 +123,7 @@ pub fn paper_report(robot: &Robot) -> Result<PaperReport, FitError> {
             mechanism,
             measured: &measured,
             start: &robot.factor_set("m_fsd")?,
+            physics: None,
         },
         &train,
     )?;

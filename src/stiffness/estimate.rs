@@ -264,6 +264,18 @@ fn paper_type_a(
     }
 }
 
+/// The stiffness of a curve by a method, N/m, without its uncertainty.
+///
+/// # Errors
+/// [`NoStiffness`].
+pub fn stiffness_value(curve: &LoadCurve, method: Method) -> Result<f64, NoStiffness> {
+    let bare = match method {
+        Method::PaperMean => paper_stiffness(curve, None)?,
+        Method::Regression => regression_stiffness(curve, &LineFit::new(curve)?)?,
+    };
+    Ok(bare.value_n_per_m)
+}
+
 /// 1/slope of displacement on force, with u(K) = K² u(slope).
 pub(super) fn regression_stiffness(
     curve: &LoadCurve,

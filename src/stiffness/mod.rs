@@ -39,7 +39,7 @@ pub use compare::{
 };
 pub use covariance::{LnParts, LnStiffnessCovariance};
 pub use curve::{Branches, LoadCurve, LoadMean, Point, Run, Spread};
-pub use estimate::{Method, NoStiffness, ScatterBasis, StiffnessEstimate, TypeA};
+pub use estimate::{Method, NoStiffness, ScatterBasis, StiffnessEstimate, TypeA, stiffness_value};
 pub use flags::{Flag, ReadingPlace, ZeroEvidence};
 pub use gauges::{GaugeTerms, Gauges, StiffnessError};
 pub use grouping::LeftOut;

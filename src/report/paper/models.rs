@@ -1,7 +1,7 @@
 //! The rules by which each printed cell is worked out again: which factors, which load, which quantity.
 
-use crate::fit::{CellModel, Scope, significance};
-use crate::robot::{ChainMobility, Mechanism, Robot, RobotError, chain_mobility};
+use crate::fit::{CellModel, FitError, Scope, significance};
+use crate::robot::{ChainMobility, Mechanism, Robot, chain_mobility};
 use crate::structure::Property;
 use crate::test_point::{Cell, Direction, PoseId};
 
@@ -24,7 +24,7 @@ pub(super) struct Models {
 }
 
 impl Models {
-    pub(super) fn new(robot: &Robot, mechanism: &Mechanism) -> Result<Self, RobotError> {
+    pub(super) fn new(robot: &Robot, mechanism: &Mechanism) -> Result<Self, FitError> {
         let p1 = PoseId::new("P1");
         let unit = significance(
             robot,
@@ -32,6 +32,7 @@ impl Models {
             &p1,
             &robot.factor_set("unit")?,
             Scope::All,
+            None,
         )?;
         let cells = |poses: &[&str]| -> Vec<Cell> {
             let of_pose = |pose: &&str| {
@@ -42,7 +43,7 @@ impl Models {
             };
             poses.iter().flat_map(of_pose).collect()
         };
-        let stiffness = |poses: &[&str], set: &str| -> Result<Vec<(Cell, f64)>, RobotError> {
+        let stiffness = |poses: &[&str], set: &str| -> Result<Vec<(Cell, f64)>, FitError> {
             let cells = cells(poses);
             let values =
                 CellModel::new(robot, mechanism, &cells)?.stiffness(&robot.factor_set(set)?)?;
