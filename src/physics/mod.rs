@@ -5,6 +5,8 @@
 //! that [`LawSet::displacements_m`] states.
 
 mod acting;
+#[cfg(test)]
+mod documentation_tests;
 mod effect;
 mod effect_text;
 mod joint_law;

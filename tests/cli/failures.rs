@@ -6,7 +6,7 @@ use super::{Desk, Ran, five_columns};
 
 impl Desk {
     /// Runs what must fail, in both forms; returns the JSON error after comparing the exit codes.
-    fn refusal(&self, arguments: &str, exit: i32, code: &str) -> Value {
+    pub(super) fn refusal(&self, arguments: &str, exit: i32, code: &str) -> Value {
         let text = self.run(arguments).exits_with(exit);
         assert_eq!(text.stdout, "", "{arguments}");
         assert!(!text.stderr.is_empty(), "{arguments}");
@@ -28,7 +28,7 @@ impl Desk {
     }
 }
 
-fn assert_says(error: &Value, words: &[&str]) {
+pub(super) fn assert_says(error: &Value, words: &[&str]) {
     let text = format!("{} {}", error["message"], error["help"]);
     for word in words {
         assert!(text.contains(word), "`{word}` is not in {text}");

@@ -8,6 +8,7 @@ use stiffbench::robot::{Robot, shipped_robot};
 use stiffbench::test_point::PoseId;
 
 use super::Desk;
+use super::failures::assert_says;
 
 /// One effect of every law, and what the clock's hundredths and the tenths of a hold leave open in its readings, m.
 const EFFECTS: [(&str, f64); 15] = [
@@ -116,4 +117,288 @@ fn a_simulation_without_noise_is_the_prediction_of_the_laws() {
         }
         assert!(largest > 1e-5, "{text}");
     }
+}
+
+/// Columns of a readings file as text, without the header.
+fn column(desk: &Desk, session: &str, name: &str) -> Vec<String> {
+    let text = desk.read(&format!("{session}/readings.csv"));
+    let mut reader = csv::Reader::from_reader(text.as_bytes());
+    let place = reader
+        .headers()
+        .unwrap()
+        .iter()
+        .position(|head| head == name);
+    let place = place.unwrap();
+    let rows = reader.records();
+    rows.map(|row| row.unwrap()[place].to_owned()).collect()
+}
+
+#[test]
+fn the_force_that_acts_moves_the_robot_and_the_force_that_is_read_is_rounded() {
+    let desk = Desk::new();
+    let quiet = "--reading-sd-um 0 --zero-sd-um 0 --run-slope-sd 0 --displacement-step-um 0.001";
+    let effect = "--effect joint-friction@A3:c=0.1urad/(N*m),friction_moment=26N*m";
+    for (session, step) in [("fine", "0.001"), ("coarse", "5")] {
+        desk.run(&format!(
+            "simulate {session} {quiet} --poses P2 {effect} --force-step-n {step}"
+        ))
+        .succeeds();
+    }
+    let displacements = |session: &str| column(&desk, session, "displacement_um");
+    assert_eq!(displacements("fine"), displacements("coarse"));
+    let forces = column(&desk, "coarse", "force_N");
+    assert!(
+        forces
+            .iter()
+            .all(|force| force.parse::<f64>().unwrap() % 5.0 == 0.0)
+    );
+    assert_ne!(forces, column(&desk, "fine", "force_N"));
+}
+
+#[test]
+fn a_slider_may_stay_where_a_run_left_it() {
+    let desk = Desk::new();
+    let plan = "--noise-free --poses P2 --directions y --repeats 2 --procedure load-unload";
+    let effect = "--effect joint-friction@A4B:c=0.19mrad/(N*m),friction_moment=0.4N*m";
+    desk.run(&format!("simulate virgin {plan} {effect}"))
+        .succeeds();
+    desk.run(&format!("simulate kept {plan} {effect} --keep-history"))
+        .succeeds();
+    let displacement = |session: &str| -> Vec<f64> {
+        let column = column(&desk, session, "displacement_um");
+        column.iter().map(|text| text.parse().unwrap()).collect()
+    };
+    let (virgin, kept) = (displacement("virgin"), displacement("kept"));
+    assert_eq!(virgin[..15], kept[..15]);
+    // A run that begins virgin has not moved before its first load; one that goes on begins where the last one ended.
+    assert_eq!(virgin[15], 0.0);
+    assert_eq!(kept[15], kept[14]);
+    assert!(kept[15] < -0.5, "{kept:?}");
+    assert!(
+        desk.read("kept/simulation.toml")
+            .contains("keep_history = true")
+    );
+}
+
+#[test]
+fn the_truth_is_recorded_as_effects_that_make_the_same_session_again() {
+    let desk = Desk::new();
+    let effects = "--effect slip@P3.z.2.5:jump=-30um --effect creep:k=1%/decade,t0=1s";
+    let data = desk.data(&format!("simulate first --seed 3 {effects}"));
+    assert_eq!(data["physics"][0]["physics"], "slip");
+    assert_eq!(data["physics"][1]["parameters"]["k"]["unit"], "1/decade");
+    let truth: toml::Table = desk.read("first/simulation.toml").parse().unwrap();
+    let mut again = desk.command("simulate second --seed 3");
+    for effect in truth["effects"].as_array().unwrap() {
+        again.args(["--effect", effect.as_str().unwrap()]);
+    }
+    again.assert().success();
+    assert_eq!(
+        desk.read("first/readings.csv"),
+        desk.read("second/readings.csv")
+    );
+    // What is not among the readings is said.
+    let late = desk.run("simulate third --poses P1 --effect slip@P3.z.2.5:jump=-30um");
+    assert!(late.succeeds().stderr.contains("does not act"));
+}
+
+/// A model with three laws, two of them with a history or a curve.
+const MODEL: &str = r#"
+schema = "stiffbench/model/1"
+robot = "arms/robot.toml"
+mechanism = "F"
+[provenance]
+session = "s"
+[factors]
+beam = { A = 1.0, Iy = 1.0, Iz = 1.0, J = 1.0 }
+link = { A = 1.0, Iy = 1.0, Iz = 1.0, J = 1.0 }
+[[effects]]
+physics = "joint-compliance"
+place = { joint = "A4" }
+parameters.c = { value = 4e-6, unit = "rad/(N*m)", u = 1e-7, dof = 300.0 }
+[[effects]]
+physics = "joint-nonlinearity"
+place = { joint = "B3" }
+parameters = { c = { value = 2e-4, unit = "rad/(N*m)" }, q = { value = 3e-5, unit = "rad/(N*m)^2" } }
+[[effects]]
+physics = "base-compliance"
+place = { axis = "x" }
+parameters.c = { value = 2e-7, unit = "rad/(N*m)" }
+"#;
+
+/// A desk with the model, its robot beside it, and a session measured on it.
+fn desk_with_model() -> Desk {
+    let desk = Desk::new();
+    desk.write("model.toml", MODEL);
+    desk.write("arms/robot.toml", &shipped_robot("hp-robot").unwrap().text);
+    desk.run("simulate session --noise-free --model model.toml")
+        .succeeds();
+    desk
+}
+
+#[test]
+fn a_fit_with_the_model_finds_the_factors_behind_it_and_one_without_does_not() {
+    let desk = desk_with_model();
+    let largest_error = |model: &str| -> f64 {
+        let fit = desk.data(&format!("fit session {model} --factors unit"));
+        let factors = fit["factors"]["beam"].as_object().unwrap();
+        let values = factors
+            .values()
+            .map(|factor| factor["value"].as_f64().unwrap());
+        values.map(|value| value.ln().abs()).fold(0.0, f64::max)
+    };
+    assert!(largest_error("--model model.toml") < 1e-4);
+    assert!(largest_error("--mechanism F") > 0.02);
+    let text = desk.run("fit session --model model.toml --figures figures");
+    let text = text.succeeds().stdout;
+    assert!(text.contains("Physics beside the beams, held fixed:\n  joint-compliance at joint A4"));
+    let fit = desk.data("fit session --model model.toml");
+    assert_eq!(fit["physics"].as_array().unwrap().len(), 3);
+    assert!(fit["max_error_percent"].as_f64().unwrap() < 0.01);
+    // The paper's procedure compares means of F/d of the predicted readings, and its reference knows of beams alone.
+    desk.run("fit session --model model.toml --method paper --train P1,P3")
+        .succeeds();
+    let list = desk
+        .run("fit paper-experiment --model model.toml")
+        .succeeds();
+    assert!(list.stderr.contains("10 to 70 N"), "{}", list.stderr);
+    desk.run("significance --model model.toml --pose P1")
+        .succeeds();
+    for figure in ["residuals", "stiffness"] {
+        desk.run(&format!("plot {figure} --data session --model model.toml"))
+            .succeeds();
+    }
+    let drawn = desk.run("plot robot --model model.toml").succeeds();
+    assert!(drawn.stderr.contains("base-compliance"), "{}", drawn.stderr);
+}
+
+#[test]
+fn the_options_beside_a_model_win() {
+    let desk = desk_with_model();
+    let compliance = |arguments: &str| -> f64 {
+        let data = desk.data(&format!("robot compliance --pose P1 {arguments}"));
+        data["compliance"][1][1].as_f64().unwrap()
+    };
+    let bare = compliance("--mechanism F --factors unit");
+    let model = compliance("--model model.toml");
+    assert!(model > 1.01 * bare);
+    assert!(compliance("--model model.toml --factors m_fsd") > 2.0 * model);
+    assert_ne!(compliance("--model model.toml --mechanism B"), model);
+    // A joint that softens gives more under load.
+    assert!(compliance("--model model.toml --force 0,-70,0") > model);
+    let more = compliance("--model model.toml --effect joint-compliance@A5B:c=0.1mrad/(N*m)");
+    assert!(more > model);
+    let data = desk.data("robot compliance --model model.toml --effect creep:k=1%/decade,t0=1s");
+    assert_eq!(data["physics"].as_array().unwrap().len(), 4);
+}
+
+#[test]
+fn of_the_bench_is_not_of_the_robot() {
+    let desk = Desk::new();
+    let effect = "--effect gauge-stand-compliance@y:c=1um/N";
+    let with = desk
+        .run(&format!("robot compliance --json --pose P1 {effect}"))
+        .succeeds();
+    let without = desk.data("robot compliance --pose P1");
+    assert_eq!(with.json()["data"]["compliance"], without["compliance"]);
+    assert!(
+        with.json()["warnings"][0]
+            .as_str()
+            .unwrap()
+            .contains("of the bench")
+    );
+}
+
+#[test]
+fn models_and_effects_that_are_wrong_are_refused_in_words() {
+    let desk = desk_with_model();
+    let effect = |effect: &str, code: &str, exit: i32, words: &[&str]| {
+        let error = desk.refusal(&format!("simulate s --effect {effect}"), exit, code);
+        assert_says(&error, words);
+    };
+    let usage = "stiffbench::usage::effect";
+    effect(
+        "joint-backlsh@A3",
+        usage,
+        2,
+        &["did you mean joint-backlash?"],
+    );
+    effect(
+        "joint-backlash@A3:play=1mm,seat_moment=1N*m",
+        usage,
+        2,
+        &["play", "mrad"],
+    );
+    effect(
+        "joint-backlash@A3:play=1mrad",
+        usage,
+        2,
+        &["needs seat_moment, in N*m"],
+    );
+    effect("slip@P3.z.2:jump=1um", usage, 2, &["slip@P3.z.2.5"]);
+    effect(
+        "joint-compliance@A3:c=-1urad/(N*m)",
+        usage,
+        2,
+        &["not below zero"],
+    );
+    let unknown = "stiffbench::physics::unknown_place";
+    effect(
+        "joint-compliance@Z9:c=1urad/(N*m)",
+        unknown,
+        10,
+        &["joint Z9", "A5B"],
+    );
+    effect("loose-member@Z9", unknown, 10, &["element Z9", "A3B1"]);
+    effect("slip@P9.z.2.5:jump=1um", unknown, 10, &["P9", "P4"]);
+    let apart = "simulate s --mechanism A --effect loose-member@A3A4";
+    let error = desk.refusal(apart, 10, "stiffbench::physics::falls_apart");
+    assert_says(&error, &["A3A4", "closed loop"]);
+    assert!(!desk.path("s").exists());
+
+    let model = |change: (&str, &str), words: &[&str]| {
+        desk.write("wrong.toml", &MODEL.replacen(change.0, change.1, 1));
+        let code = "stiffbench::physics::model_file";
+        let error = desk.refusal("fit session --model wrong.toml", 10, code);
+        assert_says(&error, words);
+    };
+    model(
+        ("4e-6, unit = \"rad/(N*m)\"", "4e-6, unit = \"rad\""),
+        &["wrong.toml:13:16", "urad/(N*m)"],
+    );
+    model(
+        ("\"joint-compliance\"", "\"joint-complience\""),
+        &["wrong.toml:11:11", "joint-compliance"],
+    );
+    model(
+        ("[[effects]]", "[[efects]]"),
+        &["wrong.toml:10:3", "`effects`"],
+    );
+    desk.write(
+        "wrong.toml",
+        &MODEL.replace("arms/robot.toml", "arms/other.toml"),
+    );
+    let error = desk.refusal(
+        "fit session --model wrong.toml",
+        10,
+        "stiffbench::session_file::robot",
+    );
+    assert_says(&error, &["wrong.toml", "arms/other.toml", "--robot"]);
+    desk.refusal(
+        "fit session --model nowhere.toml",
+        11,
+        "stiffbench::input::read",
+    );
+    let pinned = "robot compliance --model model.toml --pinned";
+    assert_says(
+        &desk.refusal(pinned, 2, "stiffbench::usage::argument"),
+        &["joint A4"],
+    );
+    // Another robot file than the model's own.
+    desk.write(
+        "model.toml",
+        &MODEL.replace("mechanism =", "robot_sha256 = \"00\"\nmechanism ="),
+    );
+    let other = desk.run("fit session --model model.toml").succeeds();
+    assert!(other.stderr.contains("SHA-256 differs"), "{}", other.stderr);
 }
