@@ -19,6 +19,7 @@
 //! - [`least_squares`]: parameters, minima and what they are worth. Has never heard of stiffness.
 //! - [`fit`]: fitting factors from measured or reference stiffness, jointly or by the paper's steps.
 //! - [`mismatch`]: what the fitted structure cannot explain, and which physics would.
+//! - [`prove`]: whether a diagnosis can be trusted: blind verdicts scored against sealed answers, error rates, recordings by others.
 //! - [`distribution`]: what a robot does over its workspace.
 //! - [`plot`]: plain numbers to SVG and PNG. Opens no files.
 //! - [`report`]: results as tables, JSON and inputs of figures.
@@ -34,6 +35,7 @@ pub mod nearest;
 pub mod physics;
 pub mod plot;
 pub mod procedure;
+pub mod prove;
 pub mod quantity;
 pub mod readings;
 pub mod report;

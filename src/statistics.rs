@@ -2,7 +2,7 @@
 //!
 //! Leaf module: it knows numbers, not experiments.
 
-use statrs::distribution::{ChiSquared, ContinuousCDF, FisherSnedecor, Normal, StudentsT};
+use statrs::distribution::{Beta, ChiSquared, ContinuousCDF, FisherSnedecor, Normal, StudentsT};
 
 /// A value with its standard uncertainty and the degrees of freedom behind it.
 ///
@@ -97,6 +97,38 @@ pub fn f_upper_tail(value: f64, dof_numerator: f64, dof_denominator: f64) -> Opt
         .map(|d| d.sf(value))
 }
 
+/// 95 % interval of a share from hits among trials (Clopper and Pearson, Biometrika 26 (1934)): never too narrow.
+///
+/// `None` without trials.
+#[must_use]
+pub fn binomial_interval_95(hits: usize, trials: usize) -> Option<[f64; 2]> {
+    Some([
+        binomial_lower(hits, trials, 0.025)?,
+        binomial_upper(hits, trials, 0.025)?,
+    ])
+}
+
+/// Upper bound that a share exceeds with a chance of 5 % at most, from hits among trials; `None` without trials.
+#[must_use]
+pub fn binomial_upper_95(hits: usize, trials: usize) -> Option<f64> {
+    binomial_upper(hits, trials, 0.05)
+}
+
+fn binomial_upper(hits: usize, trials: usize, tail: f64) -> Option<f64> {
+    match (hits, trials) {
+        (_, 0) => None,
+        (hits, trials) if hits >= trials => Some(1.0),
+        (hits, trials) => Beta::new(hits as f64 + 1.0, (trials - hits) as f64)
+            .ok()
+            .map(|beta| beta.inverse_cdf(1.0 - tail)),
+    }
+}
+
+fn binomial_lower(hits: usize, trials: usize, tail: f64) -> Option<f64> {
+    let misses = trials.checked_sub(hits)?;
+    Some(1.0 - binomial_upper(misses, trials, tail)?)
+}
+
 /// Effective degrees of freedom of a sum of independent components (Welch-Satterthwaite, GUM eq. (G.2b)).
 ///
 /// Each component is (standard uncertainty in the unit of the result, degrees of freedom). Components that are zero are
@@ -169,5 +201,23 @@ mod tests {
         let components = [(25.0, 18.0), (9.7, 25.6), (2.9, 50.0), (16.6, 2.0)];
         let dof = welch_satterthwaite(&components);
         assert!((dof - 16.7).abs() < 0.3, "{dof}");
+    }
+
+    #[test]
+    fn shares_have_the_intervals_of_clopper_and_pearson() {
+        // R 4, binom.test(hits, trials)$conf.int.
+        for (hits, trials, low, high) in [
+            (0, 10, 0.0, 0.308_497),
+            (5, 10, 0.187_086, 0.812_914),
+            (10, 10, 0.691_503, 1.0),
+            (40, 1000, 0.028_730, 0.054_059),
+        ] {
+            let [a, b] = binomial_interval_95(hits, trials).unwrap();
+            assert!((a - low).abs() < 1e-4, "{hits}/{trials}: {a}");
+            assert!((b - high).abs() < 1e-4, "{hits}/{trials}: {b}");
+        }
+        // 1 - 0.05^(1/10)
+        assert!((binomial_upper_95(0, 10).unwrap() - 0.258_866).abs() < 1e-5);
+        assert_eq!(binomial_interval_95(0, 0), None);
     }
 }

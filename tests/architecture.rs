@@ -10,7 +10,7 @@ use std::path::{Path, PathBuf};
 
 /// Each module of `src` and the modules it may import; its own paths are always open to it. `cli` may import everything.
 #[rustfmt::skip]
-const MAY_IMPORT: [(&str, &[&str]); 21] = [
+const MAY_IMPORT: [(&str, &[&str]); 22] = [
     ("statistics", &[]),
     ("source_text", &[]),
     ("nearest", &[]),
@@ -28,13 +28,14 @@ const MAY_IMPORT: [(&str, &[&str]); 21] = [
     ("least_squares", &["statistics"]),
     ("fit", &["quantity", "statistics", "test_point", "readings", "stiffness", "structure", "robot", "physics", "least_squares"]),
     ("mismatch", &["statistics", "vector", "test_point", "readings", "specimen", "structure", "robot", "physics", "least_squares"]),
+    ("prove", &["statistics", "source_text", "test_point", "readings", "specimen", "robot", "physics", "mismatch"]),
     ("distribution", &["source_text", "test_point", "structure", "robot"]),
     ("plot", &["quantity", "vector", "test_point"]),
     (
         "report",
         &[
-            "quantity", "test_point", "readings", "stiffness", "structure", "robot", "physics", "least_squares", "fit", "distribution",
-            "plot",
+            "quantity", "test_point", "readings", "stiffness", "structure", "robot", "physics", "least_squares", "fit", "mismatch", "prove",
+            "distribution", "plot",
         ],
     ),
     ("cli", EVERYTHING),
@@ -43,7 +44,7 @@ const MAY_IMPORT: [(&str, &[&str]); 21] = [
 #[rustfmt::skip]
 const EVERYTHING: &[&str] = &[
     "quantity", "statistics", "source_text", "nearest", "vector", "test_point", "readings", "specimen", "procedure", "stiffness",
-    "structure", "robot", "physics", "bench", "least_squares", "fit", "mismatch", "distribution", "plot", "report",
+    "structure", "robot", "physics", "bench", "least_squares", "fit", "mismatch", "prove", "distribution", "plot", "report",
 ];
 
 /// What only `cli` may do: print, read the clock, wait, open files.

@@ -120,6 +120,19 @@ pub(super) enum CliError {
         /// What needs readings.
         needs: &'static str,
     },
+    /// A folder of proof data that is not there.
+    #[error("{path}: there is no such file or folder, and the proof needs it")]
+    #[diagnostic(
+        code(stiffbench::input::proof_data),
+        help(
+            "the concealed sessions and recordings are too large for the program and stand in the folder data of its repository: run \
+             stiffbench prove in a clone of it, or name that folder with --data"
+        )
+    )]
+    ProofData {
+        /// The path.
+        path: PathBuf,
+    },
     /// Overdue calibration under --strict.
     #[error("calibration overdue: {instruments}")]
     #[diagnostic(
@@ -146,7 +159,7 @@ impl Failure {
     /// Exit code by the first part of the error's code that has one.
     fn exit_code(&self) -> u8 {
         // The first that fits counts: single errors stand before their stage.
-        const CODES: [(&str, u8); 19] = [
+        const CODES: [(&str, u8); 22] = [
             ("stiffbench::usage", 2),
             ("stiffbench::calibration", 12),
             ("stiffbench::fit::stiffness_list", 11),
@@ -166,6 +179,9 @@ impl Failure {
             ("stiffbench::distribution", 10),
             ("stiffbench::bench", 10),
             ("stiffbench::physics", 10),
+            ("stiffbench::prove", 11),
+            ("stiffbench::specimen", 11),
+            ("stiffbench::mismatch", 40),
         ];
         let code = self.code();
         CODES

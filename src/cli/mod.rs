@@ -13,6 +13,7 @@ mod paper;
 mod plot;
 mod procedure;
 mod progress;
+mod prove;
 mod robot;
 mod significance;
 mod simulate;
@@ -58,6 +59,7 @@ fn run(cli: Cli) -> Result<Outcome, Failure> {
         Command::Simulate(args) => simulate::run(&args),
         Command::Compare(args) => compare::run(&args, global),
         Command::Paper(args) => paper::run(&args),
+        Command::Prove(args) => prove::run(&args, global),
         Command::Completions { shell } => Ok(outcome::completions(shell)),
         Command::Man => Ok(outcome::man_page()?),
     }

@@ -43,7 +43,7 @@ pub use rank::Impossible;
 pub use restricted_likelihood::EstimatedNoise;
 pub use search::SearchOptions;
 pub use specimen::{NEED_A_ROBOT, SPECIMEN_JOINT, SpecimenBaseline, SpecimenScale, specimen_bench};
-pub use trial::{TrialNoise, Truth, scale_to, simulate, standard_errors};
+pub use trial::{TrialNoise, Truth, scale_to, simulate, standard_errors, standard_errors_between};
 pub use verdict::first_of_alternatives;
 
 /// Finds what a baseline cannot explain, and which physics would.

@@ -4,7 +4,7 @@ use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, Gamma, StandardNormal};
 
-use crate::physics::{Effect, Law};
+use crate::physics::{Effect, Law, Sign};
 
 use super::baseline::Baseline;
 use super::error::MismatchError;
@@ -114,15 +114,74 @@ pub fn standard_errors(
     plan: &Observations,
     truth: &Truth,
 ) -> Result<f64, MismatchError> {
+    let Some(last) = truth.effects.len().checked_sub(1) else {
+        return Ok(0.0);
+    };
     let bench = Bench {
         baseline,
         observations: plan,
     };
+    let space = true_space(&bench, truth, &[])?;
     let mut predictor = bench.predictor();
-    let model = Model {
-        parameters: truth.parameters.clone(),
-        effects: Vec::new(),
+    let with = model_of(truth, &truth.effects);
+    let (white, _) = bench.effect_vector(&mut predictor, &with, last, &space)?;
+    Ok(dot(&white, &white).sqrt())
+}
+
+/// What a rival leaves of the last effect of a truth, in standard errors: how far apart the two are.
+///
+/// The rival has its best size, which physics may forbid to be below zero; the baseline and the other effects are projected out.
+///
+/// # Errors
+/// [`MismatchError`] if the structure cannot be solved.
+pub fn standard_errors_between(
+    baseline: &dyn Baseline,
+    plan: &Observations,
+    truth: &Truth,
+    rival: &Effect,
+) -> Result<f64, MismatchError> {
+    let Some(last) = truth.effects.len().checked_sub(1) else {
+        return Ok(0.0);
     };
+    let bench = Bench {
+        baseline,
+        observations: plan,
+    };
+    let others = &truth.effects[..last];
+    let space = true_space(&bench, truth, others)?;
+    let mut with_rival = others.to_vec();
+    with_rival.push(rival.clone());
+    let mut predictor = bench.predictor();
+    let mut vector = |effects: &[Effect]| {
+        let model = model_of(truth, effects);
+        bench.effect_vector(&mut predictor, &model, last, &space)
+    };
+    let (own, _) = vector(&truth.effects)?;
+    let (other, _) = vector(&with_rival)?;
+    let (square, product) = (dot(&own, &own), dot(&own, &other));
+    let positive = rival
+        .law
+        .parameters()
+        .first()
+        .is_none_or(|parameter| parameter.sign == Sign::Positive);
+    if product == 0.0 || (positive && product < 0.0) {
+        return Ok(square.sqrt());
+    }
+    Ok((square - product * product / dot(&other, &other))
+        .max(0.0)
+        .sqrt())
+}
+
+fn model_of(truth: &Truth, effects: &[Effect]) -> Model {
+    Model {
+        parameters: truth.parameters.clone(),
+        effects: effects.to_vec(),
+    }
+}
+
+/// The space that is white under the true noise, with the baseline and some effects projected out.
+fn true_space(bench: &Bench<'_>, truth: &Truth, beside: &[Effect]) -> Result<Space, MismatchError> {
+    let mut predictor = bench.predictor();
     let step = truth.noise.displacement_step_m;
     let reading_sd_m = (truth.noise.noise.reading_sd_m.powi(2) + step * step / 12.0).sqrt();
     let noise = EstimatedNoise {
@@ -133,18 +192,15 @@ pub fn standard_errors(
         covariance: [[0.0; 3]; 3],
         from_repeats: true,
     };
-    let whitening: Whitening = bench.whitening(&mut predictor, &model, &noise)?;
-    let columns = bench.columns(&mut predictor, &model)?;
-    let space = Space::new(plan, whitening, baseline.parameters(), &columns);
-    let with = Model {
-        parameters: truth.parameters.clone(),
-        effects: truth.effects.clone(),
-    };
-    let Some(last) = truth.effects.len().checked_sub(1) else {
-        return Ok(0.0);
-    };
-    let (white, _) = bench.effect_vector(&mut predictor, &with, last, &space)?;
-    Ok(dot(&white, &white).sqrt())
+    let whitening: Whitening = bench.whitening(&mut predictor, &model_of(truth, &[]), &noise)?;
+    let columns = bench.columns(&mut predictor, &model_of(truth, beside))?;
+    let parameters = bench.baseline.parameters();
+    Ok(Space::new(
+        bench.observations,
+        whitening,
+        parameters,
+        &columns,
+    ))
 }
 
 /// Scales the last effect of a truth to a length in standard errors; `None` if no size reaches it.

@@ -6,6 +6,7 @@ mod compare;
 mod figures;
 mod fit;
 mod paper;
+mod prove;
 mod robot;
 mod significance;
 mod stiffness;
@@ -18,6 +19,10 @@ pub use figures::{
 };
 pub use fit::{factors_toml, fit_json, fit_text, paper_steps_json, paper_steps_text};
 pub use paper::{PaperCell, PaperReport, paper_report};
+pub use prove::{
+    calibration_json, calibration_text, concealed_json, concealed_text, power_figure, power_json,
+    power_text, verdicts_json,
+};
 pub use robot::{
     compliance_json, compliance_text, mobility_json, mobility_text, robot_json, robot_text,
 };

@@ -1,0 +1,251 @@
+//! `stiffbench prove`.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::time::Instant;
+
+use serde_json::{Map, Value, json};
+
+use crate::mismatch::SearchOptions;
+use crate::physics::Law;
+use crate::prove::{
+    Answers, PowerOptions, Session, SessionTexts, Set, Sets, calibrate, calibration_plans,
+    diagnose_all, power, score, unseal,
+};
+use crate::readings::SessionHeader;
+use crate::report::{
+    calibration_json, calibration_text, concealed_json, concealed_text, power_figure, power_json,
+    power_text, verdicts_json,
+};
+use crate::source_text::SourceText;
+
+use super::args::{Global, ProveArgs, ProvePart, SetChoice};
+use super::data::robot_source;
+use super::failure::{CliError, Failure};
+use super::figure_files::{write, write_figure};
+use super::outcome::Outcome;
+use super::progress::progress;
+
+/// Concealed sessions of each list under `--quick`.
+const QUICK_SESSIONS: usize = 12;
+
+/// Benches with nothing missing.
+const TRIALS: usize = 1000;
+
+/// The same under `--quick`.
+const QUICK_TRIALS: usize = 60;
+
+/// Each point of a power curve has the trials of the calibration over this many, and no fewer than the least.
+const TRIALS_PER_POINT: usize = 25;
+const LEAST_TRIALS: usize = 6;
+
+/// Sizes of power curves, standard errors.
+const SIZES: [f64; 5] = [2.0, 3.25, 4.5, 6.0, 8.0];
+
+/// Laws under `--quick`: one of a joint that is smooth, one with a history, one of the structure, one of the gauge.
+const QUICK_LAWS: [Law; 4] = [
+    Law::JointCompliance,
+    Law::JointFriction,
+    Law::SettingIn,
+    Law::GaugePeriodic,
+];
+
+/// Runs the parts of the proof and writes them to a folder.
+pub(super) fn run(args: &ProveArgs, global: &Global) -> Result<Outcome, Failure> {
+    let started = Instant::now();
+    let wanted = |part: ProvePart| args.only.is_empty() || args.only.contains(&part);
+    let mut done = Done::default();
+    if wanted(ProvePart::Concealed) {
+        concealed(args, global, &mut done)?;
+    }
+    if wanted(ProvePart::Calibration) {
+        calibration(args, global, &mut done)?;
+    }
+    if wanted(ProvePart::Power) {
+        power_part(args, global, &mut done)?;
+    }
+    let seconds = started.elapsed().as_secs_f64();
+    let data = json!({
+        "quick": args.quick,
+        "seed": args.seed,
+        "seconds": seconds.round(),
+        "threads": rayon::current_num_threads(),
+        "parts": done.json,
+    });
+    let text = format!(
+        "stiffbench {} prove{}, seed {}, {:.0} s on {} threads\n\n{}",
+        env!("CARGO_PKG_VERSION"),
+        if args.quick { " --quick" } else { "" },
+        args.seed,
+        seconds,
+        rayon::current_num_threads(),
+        done.text
+    );
+    let mut stored = super::outcome::envelope("prove", true);
+    stored["data"] = data.clone();
+    write(
+        &args.out.join("prove.json"),
+        format!("{stored:#}\n").as_bytes(),
+    )?;
+    write(&args.out.join("tables.txt"), text.as_bytes())?;
+    let text = format!("{text}\nWritten to {}\n", args.out.display());
+    Ok(Outcome::new("prove", text, data))
+}
+
+/// What the parts give.
+#[derive(Debug, Default)]
+struct Done {
+    text: String,
+    json: Map<String, Value>,
+}
+
+impl Done {
+    fn add(&mut self, name: &str, text: &str, json: Value) {
+        self.text.push_str(text);
+        self.json.insert(name.to_owned(), json);
+    }
+}
+
+/// Blind verdicts first, in a file; then the answers.
+fn concealed(args: &ProveArgs, global: &Global, done: &mut Done) -> Result<(), Failure> {
+    let folder = args.data.join("concealed");
+    let chosen = chosen_sessions(args, &folder)?;
+    let sessions: Vec<Session> = chosen
+        .iter()
+        .map(|(id, _)| Ok(Session::read(&session_texts(&folder, id)?)?))
+        .collect::<Result<_, Failure>>()?;
+    let bar = progress(global, "concealed sessions", sessions.len() as u64);
+    let options = SearchOptions {
+        seed: args.seed,
+        ..SearchOptions::default()
+    };
+    let verdicts = diagnose_all(&sessions, &options, &|| bar.inc(1));
+    bar.finish_and_clear();
+    let written = format!("{:#}\n", verdicts_json(&verdicts, args.seed));
+    write(&args.out.join("verdicts.json"), written.as_bytes())?;
+
+    let sealed = folder.join("answers.sealed");
+    let answers = Answers::parse(&sealed.display().to_string(), &unseal(&read(&sealed)?)?)?;
+    let scores = verdicts
+        .iter()
+        .zip(&chosen)
+        .map(|(verdict, (id, set))| Ok(score(verdict, answers.get(id)?, *set)))
+        .collect::<Result<Vec<_>, Failure>>()?;
+    done.add(
+        "concealed",
+        &concealed_text(&scores),
+        concealed_json(&scores),
+    );
+    Ok(())
+}
+
+/// Null benches on the plans of the concealed sessions.
+fn calibration(args: &ProveArgs, global: &Global, done: &mut Done) -> Result<(), Failure> {
+    let texts = plan_texts(args)?;
+    let plans = calibration_plans(&texts, args.quick.then_some(1))?;
+    let trials = trials(args);
+    let bar = progress(global, "benches with nothing missing", trials as u64);
+    let rows = calibrate(&plans, trials, args.seed, &|| bar.inc(1))?;
+    bar.finish_and_clear();
+    done.add(
+        "calibration",
+        &calibration_text(&rows),
+        calibration_json(&rows),
+    );
+    Ok(())
+}
+
+/// Power and right names on the plans of the concealed sessions.
+fn power_part(args: &ProveArgs, global: &Global, done: &mut Done) -> Result<(), Failure> {
+    let sessions: Vec<Session> = plan_texts(args)?
+        .iter()
+        .map(|texts| Ok(Session::read(texts)?))
+        .collect::<Result<_, Failure>>()?;
+    let trials = (trials(args) / TRIALS_PER_POINT).max(LEAST_TRIALS);
+    let options = if args.quick {
+        PowerOptions {
+            laws: QUICK_LAWS.to_vec(),
+            sizes: vec![6.0],
+            trials,
+            closed_benches: 1,
+            pairs: false,
+            seed: args.seed,
+        }
+    } else {
+        PowerOptions {
+            laws: Law::ALL.to_vec(),
+            sizes: SIZES.to_vec(),
+            trials,
+            closed_benches: 2,
+            pairs: true,
+            seed: args.seed,
+        }
+    };
+    // The number of places is known only when they have been tried: the bar counts trials.
+    let bar = progress(global, "power", 0);
+    let cases = power(&sessions, &options, &|| bar.inc(1))?;
+    bar.finish_and_clear();
+    write_figure(
+        &args.out.join("figures").join("power"),
+        &power_figure(&cases),
+    )?;
+    done.add("power", &power_text(&cases), power_json(&cases));
+    Ok(())
+}
+
+fn trials(args: &ProveArgs) -> usize {
+    let usual = if args.quick { QUICK_TRIALS } else { TRIALS };
+    args.trials.unwrap_or(usual)
+}
+
+/// All concealed sessions, for their plans.
+fn plan_texts(args: &ProveArgs) -> Result<Vec<SessionTexts>, Failure> {
+    let folder = args.data.join("concealed");
+    let file = folder.join("sets.toml");
+    let sets = Sets::parse(&file.display().to_string(), &read(&file)?)?;
+    sets.chosen(None)
+        .iter()
+        .map(|(id, _)| session_texts(&folder, id))
+        .collect()
+}
+
+/// The sessions that are asked for, by name, with their lists.
+fn chosen_sessions(args: &ProveArgs, folder: &Path) -> Result<Vec<(String, Set)>, Failure> {
+    let file = folder.join("sets.toml");
+    let sets = Sets::parse(&file.display().to_string(), &read(&file)?)?;
+    let most = args.sessions.or(args.quick.then_some(QUICK_SESSIONS));
+    let mut chosen = sets.chosen(most);
+    chosen.retain(|(_, set)| match args.set {
+        SetChoice::Both => true,
+        SetChoice::Development => *set == Set::Development,
+        SetChoice::Proof => *set == Set::Proof,
+    });
+    Ok(chosen)
+}
+
+/// The texts of a concealed session.
+fn session_texts(folder: &Path, id: &str) -> Result<SessionTexts, Failure> {
+    let folder = folder.join("sessions").join(id);
+    let path = folder.join("session.toml");
+    let header = SourceText::new(path.display().to_string(), read(&path)?);
+    let named = SessionHeader::from_toml(&header.name, &header.text)?.header;
+    let robot = robot_source(named.robot.as_deref().unwrap_or("hp-robot"), Some(&folder))?;
+    Ok(SessionTexts {
+        id: id.to_owned(),
+        readings: read(&folder.join("readings.csv"))?,
+        header,
+        robot,
+    })
+}
+
+/// A file of the proof's data.
+fn read(path: &Path) -> Result<String, CliError> {
+    let path_buf = || PathBuf::from(path);
+    fs::read_to_string(path).map_err(|source| match source.kind() {
+        std::io::ErrorKind::NotFound => CliError::ProofData { path: path_buf() },
+        _ => CliError::Read {
+            path: path_buf(),
+            source,
+        },
+    })
+}

@@ -1,0 +1,33 @@
+//! The proof that a diagnosis can be trusted: blind verdicts on concealed sessions, error rates counted on benches with a known
+//! answer, recordings by others, and the paper's own twelve stiffness values.
+//!
+//! Opens no file: sessions, answers and recordings are passed in as texts, and the sealed answers only after every verdict is there.
+
+mod answers;
+mod blind;
+mod calibration;
+mod cases;
+mod error;
+mod power;
+mod promises;
+mod score;
+mod sealed;
+mod session;
+mod share;
+mod trial_bench;
+mod words;
+
+pub use answers::{Answer, Answers, Expected, KnownRival, Set, Sets, TrueEffect, TrueParameter};
+pub use blind::{BlindVerdict, diagnose_all};
+pub use calibration::{CalibrationPlan, CalibrationRow, Variant, calibrate, calibration_plans};
+pub use error::ProveError;
+pub use power::{PowerCase, PowerOptions, PowerPoint, power};
+pub use promises::promises;
+pub use score::{
+    APART, APART_SHARE, INSEPARABLE, Named, Outcome, Score, TruthScore, UNKNOWN_FROM, score,
+};
+pub use sealed::unseal;
+pub use session::{Session, SessionTexts, fewer_readings};
+pub use share::{Promise, Share, Target};
+pub use trial_bench::{NoiseKind, seed_of};
+pub use words::{answer_words, diagnosis_words};

@@ -1,0 +1,286 @@
+//! How often an effect is found, and under its right name, against its size.
+
+use rayon::prelude::*;
+
+use crate::mismatch::{SearchOptions, Truth};
+use crate::physics::{Effect, Law};
+
+use super::calibration::{is_full, places_of_benches};
+use super::cases::{loose, reaching, scaled, testable};
+use super::error::ProveError;
+use super::session::Session;
+use super::share::Share;
+use super::trial_bench::{Judged, NoiseKind, TrialBench, seed_of};
+
+/// Trials that share their factors: scaling an effect to its size costs as much as several trials.
+const SHARE_FACTORS: usize = 8;
+
+/// Quantiles of the normal distribution for 80 and 95 %: slip is judged at its own limit and so much more.
+const SLIP_BEYOND_LIMIT: [f64; 2] = [0.84, 1.64];
+
+/// Sizes of both effects of a pair, standard errors.
+const PAIR_SIZE: f64 = 12.0;
+
+/// Pairs of laws, in a joint of a closed loop where they sit in one.
+const PAIRS: [[Law; 2]; 4] = [
+    [Law::JointBacklash, Law::DriftPerSecond],
+    [Law::JointCompliance, Law::SettingIn],
+    [Law::JointFriction, Law::GaugePeriodic],
+    [Law::BaseCompliance, Law::ForceGaugeNonlinearity],
+];
+
+/// What is to be counted.
+#[derive(Debug, Clone, PartialEq)]
+pub struct PowerOptions {
+    /// Laws.
+    pub laws: Vec<Law>,
+    /// Sizes, standard errors.
+    pub sizes: Vec<f64>,
+    /// Trials of each size.
+    pub trials: usize,
+    /// Benches with closed loops that the laws of joints are tried on.
+    pub closed_benches: usize,
+    /// Whether pairs are tried.
+    pub pairs: bool,
+    /// Seed.
+    pub seed: u64,
+}
+
+/// Trials of one effect at one size.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct PowerPoint {
+    /// Its size, standard errors.
+    pub size: f64,
+    /// Something was found.
+    pub found: Share,
+    /// Each true effect named, alone or among those that cannot be told apart from it, and nothing else.
+    pub right: Share,
+    /// Each true effect named by itself.
+    pub alone: Share,
+    /// Something named that is not there.
+    pub wrong: Share,
+    /// Sizes of named effects inside their 95 % intervals.
+    pub sizes: Share,
+    /// Identified factors inside their 95 % intervals.
+    pub factors: Share,
+}
+
+/// Trials of one effect, or of a pair.
+#[derive(Debug, Clone, PartialEq)]
+pub struct PowerCase {
+    /// The laws: one, or two.
+    pub laws: Vec<Law>,
+    /// Laws and places in words.
+    pub title: String,
+    /// Robot and mechanism.
+    pub bench: String,
+    /// Whether its joint lies in a closed loop; `None` for other laws.
+    pub in_closed_loop: Option<bool>,
+    /// The sizes.
+    pub points: Vec<PowerPoint>,
+}
+
+/// Counts power and right names; the same for any number of threads.
+///
+/// # Arguments
+/// - `sessions`: plans to choose from: the first of each robot and mechanism with unloading, five repeats and four poses; for creep one with holds.
+/// - `done`: called after each trial.
+///
+/// # Errors
+/// [`ProveError`] if a trial cannot be worked out.
+pub fn power(
+    sessions: &[Session],
+    options: &PowerOptions,
+    done: &(dyn Fn() + Sync),
+) -> Result<Vec<PowerCase>, ProveError> {
+    let search = SearchOptions {
+        seed: options.seed,
+        ..SearchOptions::default()
+    };
+    let full = places_of_benches(sessions, is_full);
+    let held = places_of_benches(sessions, has_holds);
+    let bench = |place: usize| {
+        let seed = seed_of(&[options.seed, 200, place as u64]);
+        TrialBench::new(&sessions[place], NoiseKind::Normal, &search, seed)
+    };
+    let mut cases: Vec<PowerCase> = Vec::new();
+    let (mut closed, mut open) = (0, 0);
+    for &place in &full {
+        if closed >= options.closed_benches && open >= 1 {
+            break;
+        }
+        let bench = bench(place)?;
+        let is_closed = !testable(&bench, Law::JointCompliance, false)?.is_empty();
+        let count = if is_closed { &mut closed } else { &mut open };
+        let wanted = if is_closed { options.closed_benches } else { 1 };
+        if *count >= wanted {
+            continue;
+        }
+        *count += 1;
+        let first_closed = is_closed && *count == 1;
+        for &law in &options.laws {
+            let here = law.is_of_a_joint() || (first_closed && law != Law::Creep);
+            if here {
+                cases.extend(law_case(&bench, law, !is_closed, options, done)?);
+            }
+        }
+        if first_closed && options.pairs {
+            for laws in PAIRS {
+                cases.extend(pair_case(&bench, laws, options, done)?);
+            }
+        }
+    }
+    if let Some(&place) = held.first().filter(|_| options.laws.contains(&Law::Creep)) {
+        cases.extend(law_case(&bench(place)?, Law::Creep, false, options, done)?);
+    }
+    Ok(cases)
+}
+
+fn has_holds(session: &Session) -> bool {
+    let mut readings = session.observations.readings.iter();
+    session.observations.poses.len() >= 4 && readings.any(|reading| reading.hold_number > 0)
+}
+
+fn law_case(
+    bench: &TrialBench<'_>,
+    law: Law,
+    open: bool,
+    options: &PowerOptions,
+    done: &(dyn Fn() + Sync),
+) -> Result<Option<PowerCase>, ProveError> {
+    let (effect, sizes) = if law == Law::LooseMember {
+        let Some((effect, size)) = loose(bench)? else {
+            return Ok(None);
+        };
+        (effect, vec![size])
+    } else {
+        let Some(effect) = reaching(bench, &testable(bench, law, open)?)? else {
+            return Ok(None);
+        };
+        (effect, sizes_of(bench, law, options))
+    };
+    let points = sizes
+        .into_iter()
+        .enumerate()
+        .map(|(number, size)| {
+            let seed = seed_of(&[
+                options.seed,
+                300,
+                law as u64,
+                u64::from(open),
+                number as u64,
+            ]);
+            let truth_at = |factors_seed: u64| -> Result<Option<Truth>, ProveError> {
+                let mut truth = bench.truth(factors_seed);
+                if law == Law::LooseMember {
+                    truth.effects.push(effect.clone());
+                    return Ok(Some(truth));
+                }
+                scaled(bench, std::slice::from_ref(&effect), &truth, size)
+            };
+            point(bench, size, seed, options.trials, &truth_at, done)
+        })
+        .collect::<Result<_, _>>()?;
+    Ok(Some(PowerCase {
+        laws: vec![law],
+        title: effect.title(),
+        bench: bench.session.bench(),
+        in_closed_loop: law.is_of_a_joint().then_some(!open),
+        points,
+    }))
+}
+
+/// The sizes of a power curve; slip is judged at its own limit.
+fn sizes_of(bench: &TrialBench<'_>, law: Law, options: &PowerOptions) -> Vec<f64> {
+    let limit = bench.limits.laws.get(&(law, false));
+    match limit.filter(|_| law == Law::Slip) {
+        Some(limit) => SLIP_BEYOND_LIMIT
+            .iter()
+            .map(|beyond| limit.sqrt() + beyond)
+            .collect(),
+        None => options.sizes.clone(),
+    }
+}
+
+fn pair_case(
+    bench: &TrialBench<'_>,
+    laws: [Law; 2],
+    options: &PowerOptions,
+    done: &(dyn Fn() + Sync),
+) -> Result<Option<PowerCase>, ProveError> {
+    let mut effects: Vec<Effect> = Vec::new();
+    for law in laws {
+        let Some(effect) = reaching(bench, &testable(bench, law, false)?)? else {
+            return Ok(None);
+        };
+        effects.push(effect);
+    }
+    let seed = seed_of(&[options.seed, 400, laws[0] as u64, laws[1] as u64]);
+    let truth_at = |factors_seed: u64| -> Result<Option<Truth>, ProveError> {
+        let mut truth = Some(bench.truth(factors_seed));
+        for effect in &effects {
+            let Some(beside) = truth else {
+                return Ok(None);
+            };
+            truth = scaled(bench, std::slice::from_ref(effect), &beside, PAIR_SIZE)?;
+        }
+        Ok(truth)
+    };
+    let found = point(bench, PAIR_SIZE, seed, options.trials, &truth_at, done)?;
+    Ok(Some(PowerCase {
+        laws: laws.to_vec(),
+        title: effects
+            .iter()
+            .map(Effect::title)
+            .collect::<Vec<_>>()
+            .join(" and "),
+        bench: bench.session.bench(),
+        in_closed_loop: laws.iter().any(|law| law.is_of_a_joint()).then_some(true),
+        points: vec![found],
+    }))
+}
+
+/// Trials of one size.
+fn point(
+    bench: &TrialBench<'_>,
+    size: f64,
+    seed: u64,
+    trials: usize,
+    truth_at: &(dyn Fn(u64) -> Result<Option<Truth>, ProveError> + Sync),
+    done: &(dyn Fn() + Sync),
+) -> Result<PowerPoint, ProveError> {
+    let blocks = trials.div_ceil(SHARE_FACTORS);
+    let judged: Vec<Vec<Judged>> = (0..blocks)
+        .into_par_iter()
+        .map(|block| {
+            // Other factors may not let the effect grow to its size; then the trial is made without.
+            let Some(truth) = truth_at(seed_of(&[seed, 1, block as u64]))? else {
+                return Ok(Vec::new());
+            };
+            let last = trials.min((block + 1) * SHARE_FACTORS);
+            (block * SHARE_FACTORS..last)
+                .into_par_iter()
+                .map(|trial| {
+                    let diagnosis = bench.diagnose(&truth, seed_of(&[seed, 2, trial as u64]))?;
+                    done();
+                    bench.judge(&truth, &diagnosis)
+                })
+                .collect()
+        })
+        .collect::<Result<_, ProveError>>()?;
+    let judged: Vec<Judged> = judged.into_iter().flatten().collect();
+    let sum = |share: fn(&Judged) -> Share| {
+        judged
+            .iter()
+            .fold(Share::default(), |sum, judged| sum.with(share(judged)))
+    };
+    Ok(PowerPoint {
+        size,
+        found: Share::of(&judged, |judged| judged.found),
+        right: Share::of(&judged, |judged| judged.right),
+        alone: Share::of(&judged, |judged| judged.alone),
+        wrong: Share::of(&judged, |judged| judged.wrong),
+        sizes: sum(|judged| judged.sizes),
+        factors: sum(|judged| judged.factors),
+    })
+}

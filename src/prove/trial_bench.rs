@@ -1,0 +1,292 @@
+//! Benches with a known answer, made by the tool's own simulator on the plan of a real session.
+
+use rand::{RngExt, SeedableRng};
+use rand_chacha::ChaCha8Rng;
+
+use crate::mismatch::{
+    Baseline, Diagnosis, Limits, Observations, ReadingNoise, RobotBaseline, SearchOptions,
+    TrialNoise, Truth, Verdict, diagnose, simulate, standard_errors, standard_errors_between,
+};
+use crate::physics::Effect;
+
+use super::error::ProveError;
+use super::score::{APART, APART_SHARE, groups};
+use super::session::Session;
+use super::share::Share;
+
+/// How far the beam factors of a trial lie from their start, as in the concealed sessions.
+const FACTORS: [f64; 2] = [0.55, 1.8];
+
+/// Range of the noise of a trial: reading and zero, µm; slope of a run, 1. As in the concealed sessions.
+const READING_UM: [f64; 2] = [0.9, 2.2];
+const ZERO_UM: [f64; 2] = [1.2, 3.0];
+const SLOPE: [f64; 2] = [0.0012, 0.003];
+
+/// What is special about the noise.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum NoiseKind {
+    /// Normal errors, gauges of 1 µm and 0.1 N.
+    Normal,
+    /// Errors with a skewness of 1.4.
+    Skewed,
+    /// A gauge of 10 µm, normal errors of 6 µm.
+    Coarse,
+    /// A gauge of 10 µm, errors of a micrometre or two: the steps are all that scatters.
+    CoarseQuiet,
+}
+
+/// A plan with its noise, and the limits that belong to them.
+pub struct TrialBench<'a> {
+    /// Robot, mechanism and plan.
+    pub session: &'a Session,
+    /// The beam model.
+    pub baseline: RobotBaseline<'a>,
+    /// The plan: the session's loads, the gauge steps of the trials.
+    pub plan: Observations,
+    /// The noise of the trials.
+    pub noise: TrialNoise,
+    /// Limits, from the first trial.
+    pub limits: Limits,
+    /// The first trial's truth, without an effect, and its diagnosis.
+    pub first: (Truth, Diagnosis),
+    options: SearchOptions,
+}
+
+impl<'a> TrialBench<'a> {
+    /// A plan with noise drawn by a seed, its limits worked out on a first trial with nothing missing.
+    ///
+    /// # Errors
+    /// [`ProveError`].
+    pub fn new(
+        session: &'a Session,
+        kind: NoiseKind,
+        options: &SearchOptions,
+        seed: u64,
+    ) -> Result<Self, ProveError> {
+        let baseline = session.baseline()?;
+        let noise = noise(kind, seed);
+        let mut plan = session.observations.clone();
+        plan.steps.displacement_m = Some(noise.displacement_step_m);
+        plan.steps.force_n = Some(noise.force_step_n);
+        let truth = Truth {
+            parameters: drawn_parameters(&baseline, seed),
+            effects: Vec::new(),
+            noise,
+        };
+        let readings = simulate(&baseline, &plan, &truth, seed)?;
+        let (diagnosis, limits) = diagnose(&baseline, &readings, options, None)?;
+        Ok(Self {
+            session,
+            baseline,
+            plan,
+            noise,
+            limits,
+            first: (truth, diagnosis),
+            options: options.clone(),
+        })
+    }
+
+    /// A truth without effects, its factors drawn by a seed.
+    #[must_use]
+    pub fn truth(&self, seed: u64) -> Truth {
+        Truth {
+            parameters: drawn_parameters(&self.baseline, seed),
+            effects: Vec::new(),
+            noise: self.noise,
+        }
+    }
+
+    /// Makes the readings of a truth and diagnoses them.
+    ///
+    /// # Errors
+    /// [`ProveError::Mismatch`].
+    pub fn diagnose(&self, truth: &Truth, seed: u64) -> Result<Diagnosis, ProveError> {
+        let readings = simulate(&self.baseline, &self.plan, truth, seed)?;
+        let known = Some(&self.limits);
+        let (diagnosis, _) = diagnose(&self.baseline, &readings, &self.options, known)?;
+        Ok(diagnosis)
+    }
+
+    /// Holds a diagnosis against the truth.
+    ///
+    /// # Errors
+    /// [`ProveError::Mismatch`].
+    pub fn judge(&self, truth: &Truth, diagnosis: &Diagnosis) -> Result<Judged, ProveError> {
+        let groups = groups(&diagnosis.findings);
+        let mut named = 0;
+        let mut alone = 0;
+        let mut padded = false;
+        let mut sizes = Share::default();
+        for (place, effect) in truth.effects.iter().enumerate() {
+            let is = |found: &Effect| found.law == effect.law && found.place == effect.place;
+            let Some(group) = groups
+                .iter()
+                .find(|group| group.iter().any(|finding| is(&finding.effect)))
+            else {
+                continue;
+            };
+            named += 1;
+            alone += usize::from(group.len() == 1);
+            let mut as_last = truth.clone();
+            let own = as_last.effects.remove(place);
+            as_last.effects.push(own);
+            for finding in group {
+                if !is(&finding.effect) {
+                    padded |= self.is_padding(&as_last, &finding.effect)?;
+                } else if let (Some(value), Some(truth)) =
+                    (finding.values.first(), effect.values.first())
+                    && let Some([low, high]) = value.interval_95()
+                {
+                    sizes.add((low..=high).contains(truth));
+                }
+            }
+        }
+        let all = named == truth.effects.len();
+        let decided = matches!(diagnosis.verdict, Verdict::Explained | Verdict::Ambiguous);
+        Ok(Judged {
+            found: is_alarm(diagnosis),
+            named: named > 0,
+            alone: all && decided && groups.len() == alone,
+            right: all && decided && groups.len() == named && !padded,
+            wrong: decided && groups.len() > named,
+            sizes,
+            factors: factors_covered(truth, diagnosis),
+        })
+    }
+
+    /// Whether a member of a set can be told apart from the last effect of a truth.
+    fn is_padding(&self, truth: &Truth, member: &Effect) -> Result<bool, ProveError> {
+        let last = truth.effects.last();
+        if last.is_some_and(|own| member.law.contains(own.law) && member.place == own.place) {
+            return Ok(false);
+        }
+        // A loose member needs a model of its own, which the search made and this comparison has not.
+        if member.values.is_empty() {
+            return Ok(true);
+        }
+        let own = standard_errors(&self.baseline, &self.plan, truth)?;
+        let between = standard_errors_between(&self.baseline, &self.plan, truth, member)?;
+        Ok(between >= APART && between >= APART_SHARE * own)
+    }
+}
+
+/// A diagnosis held against the truth.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Judged {
+    /// Something is said to be missing.
+    pub found: bool,
+    /// At least one true effect is named.
+    pub named: bool,
+    /// Each true effect is named by itself, and nothing else.
+    pub alone: bool,
+    /// Each true effect is named, by itself or among those that cannot be told apart from it, and nothing else.
+    pub right: bool,
+    /// Something is named that is not there.
+    pub wrong: bool,
+    /// Sizes of named effects inside their intervals.
+    pub sizes: Share,
+    /// Identified factors inside their intervals.
+    pub factors: Share,
+}
+
+/// Whether a diagnosis says that something is missing.
+#[must_use]
+pub fn is_alarm(diagnosis: &Diagnosis) -> bool {
+    !matches!(
+        diagnosis.verdict,
+        Verdict::NothingMissing | Verdict::InsufficientData
+    )
+}
+
+/// Identified factors of a diagnosis whose intervals hold the truth.
+#[must_use]
+pub fn factors_covered(truth: &Truth, diagnosis: &Diagnosis) -> Share {
+    let mut share = Share::default();
+    for (factor, truth) in diagnosis.factors.iter().zip(&truth.parameters) {
+        if let Some([low, high]) = factor
+            .identified
+            .then(|| factor.after.interval_95())
+            .flatten()
+        {
+            share.add((low..=high).contains(truth));
+        }
+    }
+    share
+}
+
+/// One seed from several numbers (the finaliser of SplitMix64), so that no two trials share theirs.
+#[must_use]
+pub fn seed_of(parts: &[u64]) -> u64 {
+    let mut state = 0_u64;
+    for part in parts {
+        state = state
+            .wrapping_add(*part)
+            .wrapping_add(0x9e37_79b9_7f4a_7c15);
+        state = (state ^ (state >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+        state = (state ^ (state >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
+        state ^= state >> 31;
+    }
+    state
+}
+
+fn between(rng: &mut ChaCha8Rng, [low, high]: [f64; 2]) -> f64 {
+    low + (high - low) * rng.random::<f64>()
+}
+
+fn drawn_parameters(baseline: &RobotBaseline<'_>, seed: u64) -> Vec<f64> {
+    let mut rng = ChaCha8Rng::seed_from_u64(seed_of(&[seed, 1]));
+    baseline
+        .parameters()
+        .iter()
+        .map(|parameter| parameter.start + between(&mut rng, FACTORS.map(f64::ln)))
+        .collect()
+}
+
+fn noise(kind: NoiseKind, seed: u64) -> TrialNoise {
+    let mut rng = ChaCha8Rng::seed_from_u64(seed_of(&[seed, 2]));
+    let mut noise = TrialNoise {
+        noise: ReadingNoise {
+            reading_sd_m: 1e-6 * between(&mut rng, READING_UM),
+            zero_sd_m: 1e-6 * between(&mut rng, ZERO_UM),
+            run_slope_sd: between(&mut rng, SLOPE),
+        },
+        displacement_step_m: 1e-6,
+        force_step_n: 0.1,
+        skewed: kind == NoiseKind::Skewed,
+    };
+    if matches!(kind, NoiseKind::Coarse | NoiseKind::CoarseQuiet) {
+        noise.displacement_step_m = 1e-5;
+    }
+    if kind == NoiseKind::Coarse {
+        noise.noise.reading_sd_m = 6e-6;
+    }
+    noise
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn seeds_depend_on_every_part_and_their_order() {
+        let seeds = [[1, 2, 3], [1, 3, 2], [3, 2, 1], [1, 2, 4], [0, 2, 3]].map(|p| seed_of(&p));
+        for (place, seed) in seeds.iter().enumerate() {
+            assert!(!seeds[..place].contains(seed));
+        }
+        assert_eq!(seed_of(&[1, 2]), seed_of(&[1, 2]));
+    }
+
+    #[test]
+    fn noise_lies_in_its_range_and_follows_its_kind() {
+        for seed in 0..20 {
+            let normal = noise(NoiseKind::Normal, seed);
+            assert!((0.9e-6..2.2e-6).contains(&normal.noise.reading_sd_m));
+            assert_eq!(normal.displacement_step_m, 1e-6);
+            assert!(noise(NoiseKind::Skewed, seed).skewed && !normal.skewed);
+            assert_eq!(noise(NoiseKind::Coarse, seed).noise.reading_sd_m, 6e-6);
+            let quiet = noise(NoiseKind::CoarseQuiet, seed);
+            assert_eq!(quiet.noise, normal.noise);
+            assert_eq!(quiet.displacement_step_m, 1e-5);
+        }
+    }
+}
