@@ -104,7 +104,7 @@ fn compliant(rivals: &[(&str, &str, f64)]) -> Json {
     })
 }
 
-fn answer(expected: &str, may_be_missed: bool, truth: Vec<Json>) -> Answer {
+fn answer(expected: &str, may_be_missed: bool, truth: &[Json]) -> Answer {
     serde_json::from_value(json!({
         "mode": "law", "expected": expected, "may_be_missed": may_be_missed, "truth": truth,
         "published_validation_passes": true, "floor_rms_um": 1.6,
@@ -123,7 +123,7 @@ fn outcome(verdict: Verdict, findings: Vec<Finding>, answer: &Answer) -> Outcome
 
 #[test]
 fn a_right_name_at_the_right_place_is_right() {
-    let answer = answer("named", false, vec![compliant(&[])]);
+    let answer = answer("named", false, &[compliant(&[])]);
     let truth = || finding(joint(Law::JointCompliance, "A3", 1.1e-6), None);
     let score = scored(&said(Verdict::Explained, vec![truth()]), &answer);
     assert_eq!(score.outcome, Outcome::Right);
@@ -145,7 +145,7 @@ fn a_right_name_at_the_right_place_is_right() {
 
 #[test]
 fn another_place_or_another_law_is_a_wrong_name() {
-    let answer = answer("named", false, vec![compliant(&[])]);
+    let answer = answer("named", false, &[compliant(&[])]);
     for wrong in [
         joint(Law::JointCompliance, "A2", 1e-6),
         joint(Law::JointFriction, "A3", 1e-6),
@@ -177,7 +177,7 @@ fn sets_may_hold_what_is_near_and_nothing_else() {
         ("joint-backlash", "A3", 4.0),
         ("joint-backlash", "A2", 5.0),
     ];
-    let ambiguous = answer("ambiguous", false, vec![compliant(&rivals)]);
+    let ambiguous = answer("ambiguous", false, &[compliant(&rivals)]);
     let set = |effects: &[(Law, &str)]| -> Score {
         let members = effects
             .iter()
@@ -218,7 +218,7 @@ fn a_full_list_of_rivals_says_nothing_about_others() {
         .iter()
         .map(|name| ("joint-compliance", *name, 1.0))
         .collect();
-    let answer = answer("ambiguous", false, vec![compliant(&near)]);
+    let answer = answer("ambiguous", false, &[compliant(&near)]);
     let members = names
         .iter()
         .chain(&["A3", "B9"])
@@ -235,7 +235,7 @@ fn of_two_effects_each_needs_its_own_finding() {
         "standard_errors": 12.0, "standard_errors_beside_the_others": 11.9,
         "end_effect_um": 3.0, "absorbed_share": 0.1, "rivals": [],
     });
-    let both = answer("named", false, vec![compliant(&[]), drift]);
+    let both = answer("named", false, &[compliant(&[]), drift]);
     let compliance = || finding(joint(Law::JointCompliance, "A3", 1e-6), None);
     let drifting = |law| finding(Effect::new(law, Place::Clock, vec![1e-8]).unwrap(), None);
     let right = vec![compliance(), drifting(Law::DriftPerSecond)];
@@ -260,7 +260,7 @@ fn of_two_effects_each_needs_its_own_finding() {
 
 #[test]
 fn nothing_small_and_unknown() {
-    let nothing = answer("nothing-missing", false, vec![]);
+    let nothing = answer("nothing-missing", false, &[]);
     assert_eq!(
         outcome(Verdict::NothingMissing, vec![], &nothing),
         Outcome::Right
@@ -273,12 +273,12 @@ fn nothing_small_and_unknown() {
         outcome(Verdict::InsufficientData, vec![], &nothing),
         Outcome::Undecided
     );
-    let small = answer("named", true, vec![compliant(&[])]);
+    let small = answer("named", true, &[compliant(&[])]);
     assert_eq!(
         outcome(Verdict::NothingMissing, vec![], &small),
         Outcome::MayBeMissed
     );
-    let mut outside = answer("unknown", false, vec![]);
+    let mut outside = answer("unknown", false, &[]);
     for (left, missed) in [(9.0, Outcome::NotFound), (4.5, Outcome::MayBeMissed)] {
         outside.left_by_library = Some(left);
         let found = finding(joint(Law::JointFriction, "A3", 1e-6), None);
@@ -291,9 +291,9 @@ fn nothing_small_and_unknown() {
 
 #[test]
 fn promises_count_the_sessions_they_are_about() {
-    let named = answer("named", false, vec![compliant(&[])]);
+    let named = answer("named", false, &[compliant(&[])]);
     let truth = vec![finding(joint(Law::JointCompliance, "A3", 1e-6), None)];
-    let nothing = answer("nothing-missing", false, vec![]);
+    let nothing = answer("nothing-missing", false, &[]);
     let scores = [
         scored(&said(Verdict::Explained, truth), &named),
         scored(&said(Verdict::NothingMissing, vec![]), &named),

@@ -33,7 +33,11 @@ struct JointView {
 ///
 /// # Errors
 /// [`ProveError`].
-pub fn testable(bench: &TrialBench<'_>, law: Law, open: bool) -> Result<Vec<Effect>, ProveError> {
+pub(super) fn testable(
+    bench: &TrialBench<'_>,
+    law: Law,
+    open: bool,
+) -> Result<Vec<Effect>, ProveError> {
     if law == Law::Slip {
         return Ok(slip(bench).into_iter().collect());
     }
@@ -78,7 +82,7 @@ pub fn testable(bench: &TrialBench<'_>, law: Law, open: bool) -> Result<Vec<Effe
 ///
 /// # Errors
 /// [`ProveError`].
-pub fn scaled(
+pub(super) fn scaled(
     bench: &TrialBench<'_>,
     effects: &[Effect],
     beside: &Truth,
@@ -98,7 +102,10 @@ pub fn scaled(
 ///
 /// # Errors
 /// [`ProveError`].
-pub fn reaching(bench: &TrialBench<'_>, effects: &[Effect]) -> Result<Option<Effect>, ProveError> {
+pub(super) fn reaching(
+    bench: &TrialBench<'_>,
+    effects: &[Effect],
+) -> Result<Option<Effect>, ProveError> {
     for effect in effects {
         let one = std::slice::from_ref(effect);
         if let Some(truth) = scaled(bench, one, &bench.first.0, LARGEST_SIZE)? {
@@ -112,7 +119,7 @@ pub fn reaching(bench: &TrialBench<'_>, effects: &[Effect]) -> Result<Option<Eff
 ///
 /// # Errors
 /// [`ProveError`].
-pub fn loose(bench: &TrialBench<'_>) -> Result<Option<(Effect, f64)>, ProveError> {
+pub(super) fn loose(bench: &TrialBench<'_>) -> Result<Option<(Effect, f64)>, ProveError> {
     let mut best: Option<(Effect, f64)> = None;
     for effect in bench.baseline.loose_effects() {
         let mut truth = bench.first.0.clone();

@@ -29,5 +29,4 @@ pub use score::{
 pub use sealed::unseal;
 pub use session::{Session, SessionTexts, fewer_readings};
 pub use share::{Promise, Share, Target};
-pub use trial_bench::{NoiseKind, seed_of};
 pub use words::{answer_words, diagnosis_words};

@@ -53,6 +53,8 @@ pub struct PowerPoint {
     pub size: f64,
     /// Something was found.
     pub found: Share,
+    /// A true effect named, alone or in whatever set.
+    pub named: Share,
     /// Each true effect named, alone or among those that cannot be told apart from it, and nothing else.
     pub right: Share,
     /// Each true effect named by itself.
@@ -277,6 +279,7 @@ fn point(
     Ok(PowerPoint {
         size,
         found: Share::of(&judged, |judged| judged.found),
+        named: Share::of(&judged, |judged| judged.named),
         right: Share::of(&judged, |judged| judged.right),
         alone: Share::of(&judged, |judged| judged.alone),
         wrong: Share::of(&judged, |judged| judged.wrong),

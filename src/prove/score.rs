@@ -318,17 +318,12 @@ fn is_padding(truth: &TrueEffect, member: &Effect) -> bool {
     let between = own
         .chain(simpler.as_ref().and_then(listed))
         .min_by(f64::total_cmp);
-    match between {
-        Some(between) => !near(between),
-        None => {
-            let full = truth.rivals.len() >= LISTED;
-            let last = truth
-                .rivals
-                .last()
-                .map(|rival| rival.standard_errors_between);
-            !(full && last.is_some_and(near))
-        }
+    if let Some(between) = between {
+        return !near(between);
     }
+    let full = truth.rivals.len() >= LISTED;
+    let last = truth.rivals.last();
+    !(full && last.is_some_and(|rival| near(rival.standard_errors_between)))
 }
 
 /// The law that another contains, at the same place.

@@ -24,7 +24,7 @@ const SLOPE: [f64; 2] = [0.0012, 0.003];
 
 /// What is special about the noise.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum NoiseKind {
+pub(super) enum NoiseKind {
     /// Normal errors, gauges of 1 µm and 0.1 N.
     Normal,
     /// Errors with a skewness of 1.4.
@@ -36,19 +36,19 @@ pub enum NoiseKind {
 }
 
 /// A plan with its noise, and the limits that belong to them.
-pub struct TrialBench<'a> {
+pub(super) struct TrialBench<'a> {
     /// Robot, mechanism and plan.
-    pub session: &'a Session,
+    pub(super) session: &'a Session,
     /// The beam model.
-    pub baseline: RobotBaseline<'a>,
+    pub(super) baseline: RobotBaseline<'a>,
     /// The plan: the session's loads, the gauge steps of the trials.
-    pub plan: Observations,
+    pub(super) plan: Observations,
     /// The noise of the trials.
-    pub noise: TrialNoise,
+    pub(super) noise: TrialNoise,
     /// Limits, from the first trial.
-    pub limits: Limits,
+    pub(super) limits: Limits,
     /// The first trial's truth, without an effect, and its diagnosis.
-    pub first: (Truth, Diagnosis),
+    pub(super) first: (Truth, Diagnosis),
     options: SearchOptions,
 }
 
@@ -57,7 +57,7 @@ impl<'a> TrialBench<'a> {
     ///
     /// # Errors
     /// [`ProveError`].
-    pub fn new(
+    pub(super) fn new(
         session: &'a Session,
         kind: NoiseKind,
         options: &SearchOptions,
@@ -87,8 +87,7 @@ impl<'a> TrialBench<'a> {
     }
 
     /// A truth without effects, its factors drawn by a seed.
-    #[must_use]
-    pub fn truth(&self, seed: u64) -> Truth {
+    pub(super) fn truth(&self, seed: u64) -> Truth {
         Truth {
             parameters: drawn_parameters(&self.baseline, seed),
             effects: Vec::new(),
@@ -100,7 +99,7 @@ impl<'a> TrialBench<'a> {
     ///
     /// # Errors
     /// [`ProveError::Mismatch`].
-    pub fn diagnose(&self, truth: &Truth, seed: u64) -> Result<Diagnosis, ProveError> {
+    pub(super) fn diagnose(&self, truth: &Truth, seed: u64) -> Result<Diagnosis, ProveError> {
         let readings = simulate(&self.baseline, &self.plan, truth, seed)?;
         let known = Some(&self.limits);
         let (diagnosis, _) = diagnose(&self.baseline, &readings, &self.options, known)?;
@@ -111,7 +110,7 @@ impl<'a> TrialBench<'a> {
     ///
     /// # Errors
     /// [`ProveError::Mismatch`].
-    pub fn judge(&self, truth: &Truth, diagnosis: &Diagnosis) -> Result<Judged, ProveError> {
+    pub(super) fn judge(&self, truth: &Truth, diagnosis: &Diagnosis) -> Result<Judged, ProveError> {
         let groups = groups(&diagnosis.findings);
         let mut named = 0;
         let mut alone = 0;
@@ -171,27 +170,30 @@ impl<'a> TrialBench<'a> {
 }
 
 /// A diagnosis held against the truth.
+#[expect(
+    clippy::struct_excessive_bools,
+    reason = "each is counted by itself; they are no states"
+)]
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Judged {
+pub(super) struct Judged {
     /// Something is said to be missing.
-    pub found: bool,
+    pub(super) found: bool,
     /// At least one true effect is named.
-    pub named: bool,
+    pub(super) named: bool,
     /// Each true effect is named by itself, and nothing else.
-    pub alone: bool,
+    pub(super) alone: bool,
     /// Each true effect is named, by itself or among those that cannot be told apart from it, and nothing else.
-    pub right: bool,
+    pub(super) right: bool,
     /// Something is named that is not there.
-    pub wrong: bool,
+    pub(super) wrong: bool,
     /// Sizes of named effects inside their intervals.
-    pub sizes: Share,
+    pub(super) sizes: Share,
     /// Identified factors inside their intervals.
-    pub factors: Share,
+    pub(super) factors: Share,
 }
 
 /// Whether a diagnosis says that something is missing.
-#[must_use]
-pub fn is_alarm(diagnosis: &Diagnosis) -> bool {
+pub(super) fn is_alarm(diagnosis: &Diagnosis) -> bool {
     !matches!(
         diagnosis.verdict,
         Verdict::NothingMissing | Verdict::InsufficientData
@@ -199,8 +201,7 @@ pub fn is_alarm(diagnosis: &Diagnosis) -> bool {
 }
 
 /// Identified factors of a diagnosis whose intervals hold the truth.
-#[must_use]
-pub fn factors_covered(truth: &Truth, diagnosis: &Diagnosis) -> Share {
+pub(super) fn factors_covered(truth: &Truth, diagnosis: &Diagnosis) -> Share {
     let mut share = Share::default();
     for (factor, truth) in diagnosis.factors.iter().zip(&truth.parameters) {
         if let Some([low, high]) = factor
@@ -215,8 +216,7 @@ pub fn factors_covered(truth: &Truth, diagnosis: &Diagnosis) -> Share {
 }
 
 /// One seed from several numbers (the finaliser of SplitMix64), so that no two trials share theirs.
-#[must_use]
-pub fn seed_of(parts: &[u64]) -> u64 {
+pub(super) fn seed_of(parts: &[u64]) -> u64 {
     let mut state = 0_u64;
     for part in parts {
         state = state

@@ -1,5 +1,7 @@
 //! Verdicts and answers in one line each.
 
+use std::fmt::Write;
+
 use crate::mismatch::{Diagnosis, Finding, Verdict};
 
 use super::answers::Answer;
@@ -56,10 +58,8 @@ pub fn answer_words(answer: &Answer) -> String {
             truth.standard_errors_beside_the_others
         );
         if let Some(rival) = truth.rivals.first() {
-            words.push_str(&format!(
-                ", next {} {:.1} away",
-                rival.physics, rival.standard_errors_between
-            ));
+            let between = rival.standard_errors_between;
+            let _ = write!(words, ", next {} {between:.1} away", rival.physics);
         }
         words.push(')');
         parts.push(words);

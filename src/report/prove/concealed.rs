@@ -5,6 +5,7 @@ use std::fmt::Write;
 
 use serde_json::{Value, json};
 
+use crate::mismatch::Verdict;
 use crate::prove::{Named, Outcome, Score, Set, Share, TruthScore, promises};
 
 use super::{promise_table, promises_json, share_json, share_words};
@@ -143,7 +144,7 @@ fn score_json(score: &Score) -> Value {
         "bench": score.bench,
         "mode": score.mode,
         "expected": score.expected.name(),
-        "verdict": score.verdict.map(|verdict| verdict.name()),
+        "verdict": score.verdict.map(Verdict::name),
         "outcome": score.outcome.name(),
         "answer": score.answer_words,
         "said": score.verdict_words,

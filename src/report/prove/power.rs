@@ -21,6 +21,7 @@ pub fn power_text(cases: &[PowerCase]) -> String {
         "loop",
         "size",
         "found, %",
+        "truth in the set, %",
         "right name, %",
         "95 % interval",
         "named alone, %",
@@ -42,6 +43,7 @@ pub fn power_text(cases: &[PowerCase]) -> String {
                 .to_owned(),
                 format!("{:.1}", point.size),
                 percent(&point.found),
+                percent(&point.named),
                 right,
                 interval,
                 percent(&point.alone),
@@ -179,6 +181,7 @@ pub fn power_json(cases: &[PowerCase]) -> Value {
             "points": case.points.iter().map(|point| json!({
                 "standard_errors": point.size,
                 "found": share_json(&point.found),
+                "named": share_json(&point.named),
                 "right": share_json(&point.right),
                 "alone": share_json(&point.alone),
                 "wrong": share_json(&point.wrong),
