@@ -1,7 +1,7 @@
 //! What is fitted again with every candidate: the beam factors of a robot, or the slopes of specimens.
 
 use crate::physics::{Effect, Law, Mechanics, Place, PoseMechanics, without_elements};
-use crate::robot::{FittingFactors, Mechanism, Pose, Robot, RobotError};
+use crate::robot::{FittingFactors, Mechanism, Pose, Predictor, Robot, RobotError};
 
 use super::error::MismatchError;
 
@@ -48,6 +48,26 @@ pub trait Baseline: Sync {
 
     /// Names of the joints, in the order of the levers.
     fn joints(&self) -> &[String];
+
+    /// What each element adds to the compliance of the full structure.
+    ///
+    /// # Errors
+    /// [`MismatchError::Robot`] if a pose cannot be solved.
+    fn elements(&self, _parameters: &[f64]) -> Result<Vec<ElementCompliance>, MismatchError> {
+        Ok(Vec::new())
+    }
+}
+
+/// Names of the section properties, in the order of derivatives to them.
+pub const PROPERTIES: [&str; 4] = ["A", "Iy", "Iz", "J"];
+
+/// What an element adds to the compliance at the end.
+#[derive(Debug, Clone, PartialEq)]
+pub struct ElementCompliance {
+    /// The element.
+    pub element: String,
+    /// For each pose and each of [`PROPERTIES`]: derivative of the compliance along x, y, z to the logarithm of the property, m/N.
+    pub gradient_m_per_n: Vec<[[f64; 3]; 4]>,
 }
 
 /// Solves all poses for values of the baseline's parameters.
@@ -90,7 +110,7 @@ impl<'a> RobotBaseline<'a> {
         poses: Vec<Pose>,
         range: [f64; 2],
     ) -> Self {
-        let parameters = ["A", "Iy", "Iz", "J"]
+        let parameters = PROPERTIES
             .iter()
             .zip(factors.beam)
             .map(|(name, value)| BaselineParameter {
@@ -207,6 +227,39 @@ impl Baseline for RobotBaseline<'_> {
 
     fn joints(&self) -> &[String] {
         &self.joints
+    }
+
+    fn elements(&self, parameters: &[f64]) -> Result<Vec<ElementCompliance>, MismatchError> {
+        let mechanism = &self.mechanisms[0].1;
+        let mut predictor = Predictor::new(self.robot, mechanism, &self.factors(parameters))?;
+        let mut elements: Vec<ElementCompliance> = mechanism
+            .members
+            .iter()
+            .map(|&member| ElementCompliance {
+                element: self.robot.members[member].name.clone(),
+                gradient_m_per_n: Vec::new(),
+            })
+            .collect();
+        let mut gradient = vec![[0.0; 4]; elements.len()];
+        for pose in &self.poses {
+            predictor.place(pose)?;
+            // The derivatives are those of the compliance solved last.
+            let _ = predictor.translation_compliance();
+            for element in &mut elements {
+                element.gradient_m_per_n.push([[0.0; 3]; 4]);
+            }
+            for axis in 0..3 {
+                predictor.compliance_gradient(axis, &mut gradient);
+                for (element, gradient) in elements.iter_mut().zip(&gradient) {
+                    if let Some(pose) = element.gradient_m_per_n.last_mut() {
+                        for (property, value) in pose.iter_mut().zip(gradient) {
+                            property[axis] = *value;
+                        }
+                    }
+                }
+            }
+        }
+        Ok(elements)
     }
 }
 

@@ -16,6 +16,7 @@ mod limits;
 mod loose;
 mod noise;
 mod observations;
+mod plan;
 mod predictor;
 mod rank;
 mod refit;
@@ -25,10 +26,13 @@ mod search;
 mod space;
 mod specimen;
 mod state;
+mod strata;
 mod trial;
 mod verdict;
 
-pub use baseline::{Baseline, BaselineParameter, PoseSolver, RobotBaseline};
+pub use baseline::{
+    Baseline, BaselineParameter, ElementCompliance, PROPERTIES, PoseSolver, RobotBaseline,
+};
 pub use diagnosis::{
     DetectionLimit, Diagnosis, FactorShift, Finding, Location, Quality, Rival, Value, Verdict,
 };
@@ -39,10 +43,15 @@ pub use noise::ReadingNoise;
 pub use observations::{
     GaugeSteps, Observations, ObservedCell, ObservedReading, ObservedRun, Recorded,
 };
+pub use plan::{PlannedCell, PlannedLoad};
 pub use rank::Impossible;
 pub use restricted_likelihood::EstimatedNoise;
 pub use search::SearchOptions;
 pub use specimen::{NEED_A_ROBOT, SPECIMEN_JOINT, SpecimenBaseline, SpecimenScale, specimen_bench};
+pub use strata::{
+    Carrier, Carrying, Contrast, Located, MapEntry, STRATUM_LEVEL, Spot, StratumTest, Untested,
+    locate,
+};
 pub use trial::{TrialNoise, Truth, scale_to, simulate, standard_errors, standard_errors_between};
 pub use verdict::first_of_alternatives;
 

@@ -115,6 +115,28 @@ impl Whitening {
         }
     }
 
+    /// W⁻¹ times a white vector, in place: readings, m.
+    pub(super) fn apply_inverse(&self, vector: &mut [f64]) {
+        Self::symmetric(self.groups.iter(), vector);
+        // (I + C Cᵀ)^(1/2) = (I + C Cᵀ) (I + C Cᵀ)^(-1/2)
+        for group in &self.groups {
+            let part = &mut vector[group.readings.clone()];
+            let products: Vec<f64> = group
+                .columns
+                .chunks(part.len())
+                .map(|column| column.iter().zip(part.iter()).map(|(c, x)| c * x).sum())
+                .collect();
+            for (product, column) in products.iter().zip(group.columns.chunks(part.len())) {
+                for (value, c) in part.iter_mut().zip(column) {
+                    *value += c * product;
+                }
+            }
+        }
+        for (value, weight) in vector.iter_mut().zip(&self.weights) {
+            *value /= weight;
+        }
+    }
+
     /// W times the part of a vector of readings that lies in `range`, a union of cells; the rest is left alone.
     pub(super) fn apply_range(&self, vector: &mut [f64], range: &Range<usize>) {
         for (value, weight) in vector[range.clone()]

@@ -132,7 +132,7 @@ impl<'a> Bench<'a> {
     }
 
     /// Prediction and compliance of the linear structure.
-    fn slope(
+    pub(super) fn slope(
         &self,
         predictor: &mut ReadingPredictor<'a>,
         model: &Model,

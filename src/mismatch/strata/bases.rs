@@ -1,0 +1,193 @@
+//! Nested spaces of readings: columns that live in one cell each, and few that run through all cells.
+//!
+//! A stratum of the decomposition is what one fit explains beyond another. Almost all columns (zeros, slopes, levels of load) belong to
+//! one cell, and whitening does not mix cells: they are made orthonormal cell by cell. The factors and the clock run through all cells;
+//! they are few.
+
+use std::ops::Range;
+
+use crate::mismatch::noise::Whitening;
+use crate::mismatch::observations::Observations;
+use crate::mismatch::space::{dot, norm};
+
+/// Columns of one cell, as long as the cell.
+pub(super) type CellColumns = Vec<Vec<f64>>;
+
+/// A stage of a nested basis.
+pub(super) struct Stage<'a> {
+    /// Columns of a cell, m.
+    pub(super) columns: &'a dyn Fn(usize) -> CellColumns,
+    /// Columns shorter than this share of their length once the stages before are taken out count as spanned by them.
+    pub(super) least: f64,
+}
+
+/// What may be told from rounding, as a share of a column's length; for columns that have to be taken out.
+pub(super) const ROUNDING: f64 = 1e-9;
+
+/// Orthonormal columns of each cell, stage by stage.
+#[derive(Debug, Clone)]
+pub(super) struct LocalBasis {
+    cells: Vec<CellBasis>,
+}
+
+#[derive(Debug, Clone)]
+struct CellBasis {
+    readings: Range<usize>,
+    columns: CellColumns,
+    /// Number of columns up to each stage.
+    ends: Vec<usize>,
+}
+
+impl LocalBasis {
+    /// Makes the columns of all stages white and orthonormal, each stage to those before it.
+    pub(super) fn new(
+        observations: &Observations,
+        whitening: &Whitening,
+        stages: &[Stage<'_>],
+    ) -> Self {
+        let mut scratch = vec![0.0; observations.len()];
+        let cells = observations
+            .cells
+            .iter()
+            .enumerate()
+            .map(|(index, cell)| {
+                let mut basis = CellBasis {
+                    readings: cell.readings.clone(),
+                    columns: Vec::new(),
+                    ends: Vec::new(),
+                };
+                for stage in stages {
+                    for column in (stage.columns)(index) {
+                        scratch[basis.readings.clone()].copy_from_slice(&column);
+                        whitening.apply_range(&mut scratch, &basis.readings);
+                        let white = scratch[basis.readings.clone()].to_vec();
+                        push_orthonormal(&mut basis.columns, white, stage.least, 0.0);
+                    }
+                    basis.ends.push(basis.columns.len());
+                }
+                basis
+            })
+            .collect();
+        Self { cells }
+    }
+
+    /// Takes out of a white vector the columns of each cell up to its stage.
+    fn take_out(&self, stages: &[usize], vector: &mut [f64]) {
+        for (cell, &stage) in self.cells.iter().zip(stages) {
+            let part = &mut vector[cell.readings.clone()];
+            for column in &cell.columns[..cell.ends[stage]] {
+                remove(part, column);
+            }
+        }
+    }
+
+    fn rank(&self, stages: &[usize]) -> usize {
+        let ranks = self.cells.iter().zip(stages);
+        ranks.map(|(cell, &stage)| cell.ends[stage]).sum()
+    }
+}
+
+/// A column that runs through all cells.
+#[derive(Debug, Clone)]
+pub(super) struct GlobalColumn {
+    /// White.
+    pub(super) white: Vec<f64>,
+    /// Share of its length below which it counts as spanned.
+    pub(super) least_share: f64,
+    /// White length below which it counts as spanned.
+    pub(super) least: f64,
+}
+
+/// The space of local columns up to a stage (which may differ between cells) and of global columns.
+#[derive(Debug, Clone)]
+pub(super) struct Fit {
+    stages: Vec<usize>,
+    /// Global columns, orthonormal to each other and to the local ones.
+    extra: Vec<Vec<f64>>,
+    pub(super) rank: usize,
+}
+
+impl Fit {
+    pub(super) fn new(basis: &LocalBasis, stages: Vec<usize>, globals: &[&GlobalColumn]) -> Self {
+        let mut fit = Self {
+            rank: basis.rank(&stages),
+            stages,
+            extra: Vec::new(),
+        };
+        for column in globals {
+            fit.extra
+                .extend(fit.beyond(basis, std::slice::from_ref(column)));
+        }
+        fit.rank += fit.extra.len();
+        fit
+    }
+
+    /// Orthonormal columns that other global columns add to this space.
+    pub(super) fn beyond(&self, basis: &LocalBasis, columns: &[GlobalColumn]) -> CellColumns {
+        let mut all = self.extra.clone();
+        for column in columns {
+            let whole = norm(&column.white);
+            let mut white = column.white.clone();
+            basis.take_out(&self.stages, &mut white);
+            basis.take_out(&self.stages, &mut white);
+            let least = column.least.max(column.least_share * whole);
+            push_orthonormal(&mut all, white, 0.0, least);
+        }
+        all.split_off(self.extra.len())
+    }
+
+    /// What a white vector has outside this space.
+    pub(super) fn left(&self, basis: &LocalBasis, white: &[f64]) -> Vec<f64> {
+        let mut left = white.to_vec();
+        basis.take_out(&self.stages, &mut left);
+        for column in &self.extra {
+            remove(&mut left, column);
+        }
+        left
+    }
+
+    /// For each reading, the share of its own error that this space leaves: the diagonal of I - P.
+    pub(super) fn leverage_left(&self, basis: &LocalBasis, readings: usize) -> Vec<f64> {
+        let mut out = vec![1.0; readings];
+        for (cell, &stage) in basis.cells.iter().zip(&self.stages) {
+            for column in &cell.columns[..cell.ends[stage]] {
+                for (value, c) in out[cell.readings.clone()].iter_mut().zip(column) {
+                    *value -= c * c;
+                }
+            }
+        }
+        for column in &self.extra {
+            for (value, c) in out.iter_mut().zip(column) {
+                *value -= c * c;
+            }
+        }
+        out
+    }
+}
+
+/// Adds a column to orthonormal ones, unless what is new in it is too short.
+fn push_orthonormal(columns: &mut CellColumns, mut column: Vec<f64>, share: f64, least: f64) {
+    let before = norm(&column);
+    // Twice: once leaves rounding errors of the size of the columns before.
+    for _ in 0..2 {
+        for other in columns.iter() {
+            remove(&mut column, other);
+        }
+    }
+    let after = norm(&column);
+    if after > 0.0 && after > share * before && after > least {
+        for value in &mut column {
+            *value /= after;
+        }
+        columns.push(column);
+    }
+}
+
+fn remove(vector: &mut [f64], unit: &[f64]) {
+    let product = dot(unit, vector);
+    if product != 0.0 {
+        for (value, unit) in vector.iter_mut().zip(unit) {
+            *value -= product * unit;
+        }
+    }
+}

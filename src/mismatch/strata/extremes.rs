@@ -1,0 +1,190 @@
+//! What the strata leave: the size of the noise, the largest single departure, a period in the reading.
+
+use crate::mismatch::candidate::NOMINAL_PERIODS_M;
+use crate::mismatch::restricted_likelihood::EstimatedNoise;
+use crate::mismatch::space::dot;
+
+use super::bases::GlobalColumn;
+use super::contrasts::ErrorTerm;
+use super::decomposition::{Decomposition, squares};
+use super::results::{Contrast, Spot, StratumTest};
+use super::testing::tail;
+
+/// Readings of which less than this share of their own error is left say nothing of themselves.
+const SAYS_NOTHING: f64 = 0.05;
+
+/// Degrees of freedom above which a variance counts as known.
+const KNOWN: f64 = 1e5;
+
+/// A period longer than this share of the displacement is a curve over the load.
+const LONGEST_SHARE: f64 = 0.5;
+
+/// A column of a period of which less is left is spanned by the load.
+const SPANNED: f64 = 1e-2;
+
+impl Decomposition<'_> {
+    /// The scatter within runs and levels against a noise that was known beforehand; both too much and too little count.
+    pub(super) fn noise_size(
+        &self,
+        white: &[f64],
+        known: Option<&EstimatedNoise>,
+    ) -> Option<StratumTest> {
+        let known = known?;
+        let (error, dof) = self.error(ErrorTerm::Pure, white);
+        if dof < 1.0 {
+            return None;
+        }
+        let of_known = known.degrees_of_freedom([1.0, 0.0, 0.0]);
+        let d2 = if of_known > KNOWN {
+            f64::INFINITY
+        } else {
+            of_known
+        };
+        let statistic = error / dof;
+        let more = tail(statistic, dof, d2);
+        Some(StratumTest {
+            stratum: Contrast::NoiseSize.stratum(),
+            contrast: Contrast::NoiseSize,
+            statistic,
+            dof: [dof, d2],
+            p: (2.0 * more.min(1.0 - more)).min(1.0),
+            p_family: 1.0,
+            size_m: known.noise.reading_sd_m * (statistic.sqrt() - 1.0).abs(),
+            share: 0.0,
+            spots: Vec::new(),
+        })
+    }
+
+    /// The largest departure of one reading, each against the scatter without itself: t², at most as likely as the number of readings
+    /// times its tail.
+    pub(super) fn outlier(&self, white: &[f64]) -> Option<StratumTest> {
+        let left = self.pure(white);
+        let (error, dof) = self.error(ErrorTerm::Pure, white);
+        if dof < 2.0 {
+            return None;
+        }
+        let shares = self.leverage_left();
+        let (mut count, mut largest) = (0.0, None);
+        for (place, (value, share)) in left.iter().zip(&shares).enumerate() {
+            if *share < SAYS_NOTHING {
+                continue;
+            }
+            count += 1.0;
+            let own = value * value / share;
+            let others = (error - own).max(0.0) / (dof - 1.0);
+            let statistic = own / others.max(f64::MIN_POSITIVE);
+            if largest.is_none_or(|(most, _)| statistic > most) {
+                largest = Some((statistic, place));
+            }
+        }
+        let (statistic, place) = largest?;
+        let p = (count * tail(statistic, 1.0, dof - 1.0)).min(1.0);
+        let mut alone = vec![0.0; white.len()];
+        alone[place] = left[place] / shares[place];
+        let size_m = self.size_m(alone);
+        let reading = &self.observations.readings[place];
+        let run = &self.observations.runs[reading.run];
+        let cell = &self.observations.cells[run.cell];
+        Some(StratumTest {
+            stratum: Contrast::Outlier.stratum(),
+            contrast: Contrast::Outlier,
+            statistic,
+            dof: [1.0, dof - 1.0],
+            p,
+            p_family: 1.0,
+            size_m,
+            share: 0.0,
+            spots: vec![Spot {
+                pose: Some(self.observations.poses[cell.pose].clone()),
+                direction: Some(cell.direction),
+                reading: Some((run.repeat, self.observations.loads[place].step)),
+                statistic,
+                dof: [1.0, dof - 1.0],
+                p_family: p,
+                size_m,
+                share: 1.0,
+            }],
+        })
+    }
+
+    /// Sines and cosines of the model's displacement with the usual periods of gauges, beyond smooth curves over the load.
+    ///
+    /// The model's and not the measured displacement: else the columns would move with the noise that they are tested against.
+    pub(super) fn periods(&self, predicted_m: &[f64]) -> Vec<Period> {
+        let range_m = predicted_m
+            .iter()
+            .fold(0.0_f64, |most, d| most.max(d.abs()));
+        NOMINAL_PERIODS_M
+            .into_iter()
+            .filter(|period| *period < LONGEST_SHARE * range_m)
+            .map(|period| {
+                let columns = [0.0, std::f64::consts::FRAC_PI_2].map(|phase| {
+                    let turns = |d: &f64| std::f64::consts::TAU * d / period + phase;
+                    let values: Vec<f64> = predicted_m.iter().map(|d| turns(d).sin()).collect();
+                    GlobalColumn {
+                        white: self.white(&values),
+                        least_share: SPANNED,
+                        least: 0.0,
+                    }
+                });
+                let [tested, spanned] = self.beyond_curves(&columns);
+                Period {
+                    tested,
+                    spanned,
+                    length: squares(&columns[0].white).sqrt(),
+                }
+            })
+            .collect()
+    }
+
+    /// The largest period, at most as likely as the number of periods times its tail.
+    pub(super) fn period(&self, white: &[f64], periods: &[Period]) -> Option<StratumTest> {
+        let (error, dof) = self.error(ErrorTerm::Pure, white);
+        let along = |columns: &[Vec<f64>]| -> f64 {
+            columns.iter().map(|unit| dot(unit, white).powi(2)).sum()
+        };
+        let mut count = 0.0;
+        let mut best: Option<(f64, f64, [f64; 2], f64)> = None;
+        for period in periods {
+            let explained = along(&period.tested);
+            let d1 = period.tested.len() as f64;
+            let d2 = dof - period.spanned.len() as f64;
+            if d1 < 1.0 || d2 < 1.0 {
+                continue;
+            }
+            count += 1.0;
+            let rest = (error - along(&period.spanned)).max(f64::MIN_POSITIVE);
+            let statistic = (explained / d1) / (rest / d2);
+            let p = tail(statistic, d1, d2);
+            let better = best
+                .as_ref()
+                .is_none_or(|(least, most, ..)| (p, -statistic) < (*least, -*most));
+            if better {
+                let amplitude_m = explained.sqrt() / period.length;
+                best = Some((p, statistic, [d1, d2], amplitude_m));
+            }
+        }
+        let (p, statistic, dof, size_m) = best?;
+        Some(StratumTest {
+            stratum: Contrast::Period.stratum(),
+            contrast: Contrast::Period,
+            statistic,
+            dof,
+            p: (count * p).min(1.0),
+            p_family: 1.0,
+            size_m,
+            share: 0.0,
+            spots: Vec::new(),
+        })
+    }
+}
+
+/// One period of the gauge.
+pub(super) struct Period {
+    /// Orthonormal columns beyond smooth curves.
+    tested: Vec<Vec<f64>>,
+    /// Orthonormal columns beyond everything that repeats itself.
+    spanned: Vec<Vec<f64>>,
+    /// White length of a sine of one metre.
+    length: f64,
+}

@@ -1,0 +1,139 @@
+//! Where a model fails: the residuals split into strata, each tested against the scatter that belongs to it.
+//!
+//! ```text
+//!   contrast        beyond                      against
+//!   cell-slope      factors                     slopes of runs within their cell
+//!   repeat          cell slopes                 slopes of runs
+//!   cell-offset     slopes of runs              zeros of runs within their cell
+//!   clock           zeros and slopes of runs    readings within their run, level, branch and hold
+//!   sign            the same, clock, holds      the same; slopes of runs, if no run has both signs
+//!   curve           the same, sign              the same
+//!   load-step       the same, curves            the same
+//!   loop            the same, levels of load    the same
+//!   branch          the same, loops             the same
+//!   hold            all but holds               the same
+//! ```
+//!
+//! Everything is worked out on white readings with the derivatives to the model's parameters taken out. The contrasts are orthogonal to
+//! what they are tested against, so with normal noise each ratio is exactly F, whatever the size of the noise; within runs also whatever
+//! the scatter of zeros and slopes, which are taken out whole. The family is all tests together, by Holm's step-down (Scand. J. Statist. 6
+//! (1979) 65), which needs no independence.
+
+mod bases;
+mod carriers;
+mod columns;
+mod contrasts;
+mod decomposition;
+mod extremes;
+mod levels;
+mod map;
+mod results;
+mod testing;
+#[cfg(test)]
+mod tests;
+
+use super::baseline::{Baseline, BaselineParameter};
+use super::error::MismatchError;
+use super::observations::Observations;
+use super::restricted_likelihood::EstimatedNoise;
+use super::search::SearchOptions;
+use super::state::{Bench, State};
+
+pub use carriers::{Carrier, Carrying};
+pub use map::MapEntry;
+pub use results::{Contrast, Located, STRATUM_LEVEL, Spot, StratumTest, Untested};
+
+use columns::Setting;
+use decomposition::Decomposition;
+
+/// Says where a baseline without effects fails.
+///
+/// # Errors
+/// [`MismatchError`].
+pub fn locate(
+    baseline: &dyn Baseline,
+    observations: &Observations,
+    options: &SearchOptions,
+) -> Result<Located, MismatchError> {
+    if observations.is_empty() {
+        return Err(MismatchError::Empty);
+    }
+    let bench = Bench {
+        baseline,
+        observations,
+    };
+    let state = bench
+        .settle(bench.start(), options.noise)?
+        .ok_or(MismatchError::Empty)?;
+    bench.located(&state, options.noise.as_ref())
+}
+
+impl Bench<'_> {
+    /// Says where a state fails.
+    ///
+    /// # Arguments
+    /// - `known`: the noise, if it was known beforehand.
+    pub(super) fn located(
+        &self,
+        state: &State,
+        known: Option<&EstimatedNoise>,
+    ) -> Result<Located, MismatchError> {
+        let mut predictor = self.predictor();
+        let model = &state.fitted.model;
+        let columns = self.columns(&mut predictor, model)?;
+        let (slope_m, _) = self.slope(&mut predictor, model)?;
+        let prior_sd = prior_sd(self.baseline.parameters());
+        let decomposition = Decomposition::new(&Setting {
+            observations: self.observations,
+            whitening: &state.whitening,
+            columns: &columns,
+            prior_sd: &prior_sd,
+            slope_m: &slope_m,
+        });
+        let predicted = self.predicted(model)?;
+        let residual_m = self.raw_residuals(model)?;
+        let white = decomposition.white(&residual_m);
+        let periods = decomposition.periods(&predicted);
+        let (tests, untested) = decomposition.tests(&white, &periods, known);
+        let slopes = passes(&tests, &[Contrast::CellSlope]);
+        let shapes = passes(
+            &tests,
+            &[
+                Contrast::Curve,
+                Contrast::LoadStep,
+                Contrast::Loop,
+                Contrast::Branch,
+            ],
+        );
+        let parts = if slopes || shapes {
+            self.parts(state)?
+        } else {
+            carriers::Parts::default()
+        };
+        Ok(Located {
+            slope_carriers: if slopes {
+                decomposition.slope_carriers(&parts, &white)
+            } else {
+                Vec::new()
+            },
+            shape_carriers: if shapes {
+                decomposition.shape_carriers(&parts, &white)
+            } else {
+                Vec::new()
+            },
+            map: map::entries(self.observations, &residual_m, &white),
+            tests,
+            untested,
+        })
+    }
+}
+
+fn prior_sd(parameters: &[BaselineParameter]) -> Vec<f64> {
+    parameters.iter().map(|p| p.prior_sd).collect()
+}
+
+fn passes(tests: &[StratumTest], contrasts: &[Contrast]) -> bool {
+    tests
+        .iter()
+        .any(|test| contrasts.contains(&test.contrast) && test.p_family <= STRATUM_LEVEL)
+}
