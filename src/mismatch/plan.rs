@@ -76,6 +76,7 @@ impl Observations {
                 temperature: all().all(|load| load.temperature_deg_c.is_some())
                     && all().next().is_some(),
             },
+            free_zeros: false,
             poses: Vec::new(),
         };
         let mut zeros = 0;
@@ -134,6 +135,7 @@ impl Observations {
                 force_n: load.force_n,
                 step: load.step,
                 hold_s: load.hold_s,
+                position_m: None,
                 since_zero_s: load.time_s - zero_load.time_s,
                 warming_k: match (load.temperature_deg_c, zero_load.temperature_deg_c) {
                     (Some(now), Some(then)) => now - then,

@@ -88,7 +88,9 @@ impl<'a> Decomposition<'a> {
                 ErrorTerm::RunZero => run_zero[1].rank - run_zero[0].rank,
                 ErrorTerm::Pure => observations.len().saturating_sub(pure.rank),
             };
-            let why = if with.rank == without.rank {
+            let why = if observations.free_zeros && plan.contrast == Contrast::CellOffset {
+                Some("the zeros may be anything")
+            } else if with.rank == without.rank {
                 Some(plan.contrast.when_absent(observations))
             } else if dof == 0 {
                 Some(plan.error.when_absent())

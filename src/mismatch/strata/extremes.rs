@@ -107,11 +107,12 @@ impl Decomposition<'_> {
         })
     }
 
-    /// Sines and cosines of the model's displacement with the usual periods of gauges, beyond smooth curves over the load.
+    /// Sines and cosines of the displacement with the usual periods of gauges, beyond smooth curves over the load.
     ///
-    /// The model's and not the measured displacement: else the columns would move with the noise that they are tested against.
-    pub(super) fn periods(&self, predicted_m: &[f64]) -> Vec<Period> {
-        let range_m = predicted_m
+    /// # Arguments
+    /// - `positions_m`: where the gauge stood, not what it showed: else the columns would move with the noise they are tested against.
+    pub(super) fn periods(&self, positions_m: &[f64]) -> Vec<Period> {
+        let range_m = positions_m
             .iter()
             .fold(0.0_f64, |most, d| most.max(d.abs()));
         NOMINAL_PERIODS_M
@@ -120,7 +121,7 @@ impl Decomposition<'_> {
             .map(|period| {
                 let columns = [0.0, std::f64::consts::FRAC_PI_2].map(|phase| {
                     let turns = |d: &f64| std::f64::consts::TAU * d / period + phase;
-                    let values: Vec<f64> = predicted_m.iter().map(|d| turns(d).sin()).collect();
+                    let values: Vec<f64> = positions_m.iter().map(|d| turns(d).sin()).collect();
                     GlobalColumn {
                         white: self.white(&values),
                         least_share: SPANNED,

@@ -93,7 +93,15 @@ impl Bench<'_> {
         let predicted = self.predicted(model)?;
         let residual_m = self.raw_residuals(model)?;
         let white = decomposition.white(&residual_m);
-        let periods = decomposition.periods(&predicted);
+        // Where the gauge stood, if that is known, else where the model says.
+        let positions_m: Vec<f64> = self
+            .observations
+            .loads
+            .iter()
+            .zip(predicted)
+            .map(|(load, predicted)| load.position_m.unwrap_or(predicted))
+            .collect();
+        let periods = decomposition.periods(&positions_m);
         let (tests, untested) = decomposition.tests(&white, &periods, known);
         let slopes = passes(&tests, &[Contrast::CellSlope]);
         let shapes = passes(
