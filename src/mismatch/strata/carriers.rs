@@ -7,7 +7,7 @@ use crate::mismatch::error::MismatchError;
 use crate::mismatch::observations::{Observations, ObservedCell};
 use crate::mismatch::space::{dot, norm};
 use crate::mismatch::state::{Bench, State};
-use crate::physics::Place;
+use crate::physics::{Place, PoseMechanics};
 use crate::test_point::{Branch, Direction};
 
 use super::contrasts::ErrorTerm;
@@ -18,6 +18,16 @@ use super::testing::tail;
 
 /// Parts whose effects are as alike as this (cosine) cannot be told apart.
 const INSEPARABLE: f64 = 0.98;
+
+/// Compliance of a joint times the stiffness of its loop, as linearised, beyond which even a pin does not do; above 1 for the poses
+/// in which the loop is stiffer.
+const A_PIN: f64 = 1.5;
+
+/// A joint or base that turns by more than this under a newton metre does not hold a pose, rad/(N·m).
+const SOFTEST: f64 = 1e-2;
+
+/// Factor by which no property of an element is wrong.
+const MOST_WRONG: f64 = 10.0;
 
 /// A part of whose effect the factors leave less than this share is not seen.
 const HIDDEN: f64 = 1e-3;
@@ -55,9 +65,10 @@ pub struct Carrying {
     /// Chance that noise alone leaves what this part does not explain; above 0.05 it suffices.
     pub p_left: f64,
     /// What it would take: compliance beyond the model's, rad/(N·m) of a joint or the base, m/N of a stand, 1 of an element (relative).
-    /// `None` for shapes over the load, which have no one size.
+    /// `None` for shapes over the load, which have no one size, and where no size would do.
     pub size: Option<f64>,
-    /// Whether the part can have that size: no joint, base or stand is stiffer than rigid, no element has less than no compliance.
+    /// Whether the part can have that size: no joint, base or stand is stiffer than rigid, a joint in a closed loop gives way no more
+    /// than a pin, and no property of an element is wrong by more than a factor of ten.
     pub possible: bool,
 }
 
@@ -70,6 +81,8 @@ struct Part {
     carrier: Carrier,
     /// Compliance along each cell's direction for a unit of compliance in the part, m/N.
     compliance: Vec<f64>,
+    /// Stiffness of the structure against a twist in a joint, N·m/rad: the smallest of all poses; zero for other parts.
+    stiffness: f64,
     /// Displacement of each cell's end per twist in the part, m/rad, for parts in which play, friction or a curve may sit.
     lever: Option<Vec<f64>>,
 }
@@ -80,38 +93,42 @@ impl Bench<'_> {
         let parameters = &state.fitted.model.parameters;
         let frozen = self.predictor().frozen(parameters, &[])?;
         let cells = &self.observations.cells;
-        let mut parts = Vec::new();
-        let mut push = |place, property, compliance: Vec<f64>, lever: Option<Vec<f64>>| {
-            if compliance.iter().any(|value| *value != 0.0) {
-                parts.push(Part {
-                    carrier: Carrier { place, property },
-                    compliance,
-                    lever,
-                });
-            }
-        };
-        let turning = |levers: Vec<f64>| (levers.iter().map(|m| m * m).collect(), Some(levers));
+        let mut parts: Vec<Part> = Vec::new();
+        let squared = |levers: &[f64]| levers.iter().map(|m| m * m).collect::<Vec<f64>>();
         for (joint, name) in frozen.joints.iter().enumerate() {
             let lever = |cell: &ObservedCell| {
                 let levers = &frozen.poses[cell.pose].influence.levers_m;
                 levers[joint][cell.direction.index()].abs()
             };
-            let (compliance, levers) = turning(cells.iter().map(lever).collect());
-            push(Place::Joint(name.clone()), None, compliance, levers);
+            let levers: Vec<f64> = cells.iter().map(lever).collect();
+            let stiffness = |pose: &PoseMechanics| pose.influence.stiffness(joint, joint);
+            parts.push(Part {
+                stiffness: frozen
+                    .poses
+                    .iter()
+                    .map(stiffness)
+                    .fold(f64::INFINITY, f64::min),
+                ..Part::new(Place::Joint(name.clone()), squared(&levers), Some(levers))
+            });
         }
         for axis in [Direction::X, Direction::Z] {
             let lever = |cell: &ObservedCell| {
                 frozen.poses[cell.pose].base_levers_m[axis.index()][cell.direction.index()].abs()
             };
-            let (compliance, levers) = turning(cells.iter().map(lever).collect());
-            push(Place::Axis(axis), None, compliance, levers);
+            let levers: Vec<f64> = cells.iter().map(lever).collect();
+            let compliance = squared(&levers);
+            parts.push(Part::new(Place::Axis(axis), compliance, Some(levers)));
         }
         for direction in Direction::ALL {
             let own = cells
                 .iter()
                 .map(|cell| f64::from(u8::from(cell.direction == direction)));
             let own: Vec<f64> = own.collect();
-            push(Place::Direction(direction), None, own.clone(), Some(own));
+            parts.push(Part::new(
+                Place::Direction(direction),
+                own.clone(),
+                Some(own),
+            ));
         }
         for element in self.baseline.elements(parameters)? {
             for (property, name) in PROPERTIES.into_iter().enumerate() {
@@ -120,9 +137,11 @@ impl Bench<'_> {
                     -element.gradient_m_per_n[cell.pose][property][cell.direction.index()]
                 });
                 let place = Place::Element(element.element.clone());
-                push(place, Some(name), compliance.collect(), None);
+                let part = Part::new(place, compliance.collect(), None);
+                parts.push(part.of_property(name));
             }
         }
+        parts.retain(|part| part.compliance.iter().any(|value| *value != 0.0));
         Ok(Parts(parts))
     }
 }
@@ -239,15 +258,41 @@ impl Misfit {
             } else {
                 1.0
             },
-            size,
-            possible: size.is_none_or(|size| {
-                let least = if part.carrier.property.is_some() {
-                    -1.0
-                } else {
-                    0.0
-                };
-                size > least
-            }),
+            size: size.and_then(|size| part.size(size)),
+            possible: size.is_none_or(|size| part.possible(size)),
+        }
+    }
+}
+
+impl Part {
+    fn new(place: Place, compliance: Vec<f64>, lever: Option<Vec<f64>>) -> Self {
+        Self {
+            carrier: Carrier {
+                place,
+                property: None,
+            },
+            compliance,
+            stiffness: 0.0,
+            lever,
+        }
+    }
+
+    fn of_property(mut self, property: &'static str) -> Self {
+        self.carrier.property = Some(property);
+        self
+    }
+
+    /// Size of a part of which the end sees a compliance: in a closed loop c/(1 + c k).
+    fn size(&self, seen: f64) -> Option<f64> {
+        let left = 1.0 - seen * self.stiffness.max(0.0);
+        (left > 0.0).then(|| seen / left)
+    }
+
+    fn possible(&self, seen: f64) -> bool {
+        if self.carrier.property.is_some() {
+            seen > 1.0 / MOST_WRONG - 1.0 && seen < MOST_WRONG - 1.0
+        } else {
+            seen > 0.0 && seen * self.stiffness < A_PIN && seen < SOFTEST
         }
     }
 }
@@ -260,9 +305,10 @@ fn grouped(mut ranked: Vec<(Carrying, Vec<f64>)>) -> Vec<Carrying> {
     });
     let mut out: Vec<(Carrying, Vec<f64>)> = Vec::new();
     for (carrying, seen) in ranked {
-        let same = out
-            .iter_mut()
-            .find(|(_, other)| dot(other, &seen).abs() > INSEPARABLE * norm(other) * norm(&seen));
+        let same = out.iter_mut().find(|(first, other)| {
+            first.possible == carrying.possible
+                && dot(other, &seen).abs() > INSEPARABLE * norm(other) * norm(&seen)
+        });
         match same {
             Some((first, _)) => first.alike.push(carrying.carrier),
             None => out.push((carrying, seen)),

@@ -179,7 +179,14 @@ impl Located {
             .iter()
             .filter(|test| test.p_family <= STRATUM_LEVEL)
             .collect();
-        tests.sort_by(|a, b| b.share.total_cmp(&a.share));
+        // A drift leaves no loop beyond itself; where there is one, the clock only shows it too.
+        let is_loop = |test: &StratumTest| test.stratum == Stratum::Branch;
+        let loops = tests.iter().any(|test| is_loop(test));
+        let shown_too = |test: &StratumTest| loops && test.contrast == Contrast::Clock;
+        tests.sort_by(|a, b| {
+            let behind = shown_too(a).cmp(&shown_too(b));
+            behind.then(b.share.total_cmp(&a.share))
+        });
         let mut out: Vec<Location> = Vec::new();
         for test in tests {
             let known = out.iter_mut().find(|known| known.stratum == test.stratum);
