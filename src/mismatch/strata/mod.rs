@@ -90,7 +90,7 @@ impl Bench<'_> {
             prior_sd: &prior_sd,
             slope_m: &slope_m,
         });
-        let predicted = self.predicted(model)?;
+        let predicted = self.predicted(&mut predictor, model)?;
         let residual_m = self.raw_residuals(model)?;
         let white = decomposition.white(&residual_m);
         // Where the gauge stood, if that is known, else where the model says.
