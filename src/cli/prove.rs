@@ -229,7 +229,7 @@ fn session_texts(folder: &Path, id: &str) -> Result<SessionTexts, Failure> {
     let path = folder.join("session.toml");
     let header = SourceText::new(path.display().to_string(), read(&path)?);
     let named = SessionHeader::from_toml(&header.name, &header.text)?.header;
-    let robot = robot_source(named.robot.as_deref().unwrap_or("hp-robot"), Some(&folder))?;
+    let robot = robot_source(named.robot.as_deref().unwrap_or("hp-robot"), Some(&path))?;
     Ok(SessionTexts {
         id: id.to_owned(),
         readings: read(&folder.join("readings.csv"))?,
