@@ -14,6 +14,7 @@ mod plot;
 mod procedure;
 mod progress;
 mod prove;
+mod prove_args;
 mod robot;
 mod significance;
 mod simulate;

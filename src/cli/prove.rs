@@ -19,12 +19,13 @@ use crate::report::{
 };
 use crate::source_text::SourceText;
 
-use super::args::{Global, ProveArgs, ProvePart, SetChoice};
+use super::args::Global;
 use super::data::robot_source;
 use super::failure::{CliError, Failure};
 use super::figure_files::{write, write_figure};
 use super::outcome::Outcome;
 use super::progress::progress;
+use super::prove_args::{ProveArgs, ProvePart, SetChoice};
 
 /// Concealed sessions of each list under `--quick`.
 const QUICK_SESSIONS: usize = 12;

@@ -1,0 +1,65 @@
+//! The arguments of `prove`.
+
+use std::path::PathBuf;
+
+use clap::{Args, ValueEnum};
+
+use super::args::at_least_one;
+
+/// Parts of the proof.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub(super) enum ProvePart {
+    /// Blind verdicts on concealed sessions, scored against sealed answers
+    Concealed,
+    /// False alarms where nothing is missing, and coverage of intervals
+    Calibration,
+    /// Power and right names against size, law by law
+    Power,
+    /// Recordings by others, with their known answers
+    Recordings,
+    /// The paper's twelve stiffness values
+    Paper,
+}
+
+/// Lists of concealed sessions.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub(super) enum SetChoice {
+    /// The list with open answers
+    Development,
+    /// The list that nothing was developed on
+    Proof,
+    /// Both
+    Both,
+}
+
+/// Arguments of `prove`.
+#[derive(Debug, Args)]
+#[command(
+    after_help = "Examples:\n  stiffbench prove --quick\n  stiffbench prove --out data/concealed/results\n  stiffbench prove --only calibration --trials 200 --seed 7"
+)]
+pub(super) struct ProveArgs {
+    /// A few minutes on two cores: fewer sessions, trials and sizes
+    #[arg(long)]
+    pub(super) quick: bool,
+    /// These parts only, comma-separated
+    #[arg(long, value_enum, value_delimiter = ',', value_name = "PART")]
+    pub(super) only: Vec<ProvePart>,
+    /// Lists of concealed sessions
+    #[arg(long, value_enum, default_value_t = SetChoice::Both)]
+    pub(super) set: SetChoice,
+    /// Concealed sessions of each list, chosen evenly by name [default: all; with --quick 12]
+    #[arg(long, value_name = "N", value_parser = at_least_one())]
+    pub(super) sessions: Option<usize>,
+    /// Benches with nothing missing; each point of a power curve has a twenty-fifth of that [default: 1000; with --quick 60]
+    #[arg(long, value_name = "N", value_parser = at_least_one())]
+    pub(super) trials: Option<usize>,
+    /// Seed of everything random
+    #[arg(long, default_value_t = 0)]
+    pub(super) seed: u64,
+    /// Folder with `concealed` and `recordings`, as in the repository
+    #[arg(long, value_name = "FOLDER", default_value = "data")]
+    pub(super) data: PathBuf,
+    /// Folder for verdicts, tables and figures
+    #[arg(long, value_name = "FOLDER", default_value = "stiffbench-prove")]
+    pub(super) out: PathBuf,
+}
