@@ -12,7 +12,7 @@ use stiffbench::mismatch::{
     Diagnosis, Limits, Observations, ReadingNoise, RobotBaseline, SearchOptions, Stratum,
     TrialNoise, Truth, Verdict, diagnose, scale_to, simulate,
 };
-use stiffbench::physics::{Effect, Law, Place};
+use stiffbench::physics::{ActingPhysics, Effect, Law, Place};
 use stiffbench::procedure::{Procedure, shipped_procedure};
 use stiffbench::robot::{FittingFactors, Pose, Robot, shipped_robot};
 use stiffbench::test_point::Direction;
@@ -45,7 +45,7 @@ impl Arm {
         let poses: Vec<_> = robot.poses.iter().take(4).collect();
         let plan = stiffbench::bench::VirtualBench::new(
             robot,
-            mechanism,
+            &ActingPhysics::new(robot, mechanism, Vec::new()).unwrap(),
             &FittingFactors::UNIT,
             stiffbench::bench::NoiseModel::default(),
             stiffbench::bench::Jack::default(),

@@ -268,7 +268,7 @@ pub(super) enum Sigma {
 /// Arguments of `fit`.
 #[derive(Debug, Args)]
 #[command(
-    after_help = "DATA may also be a list of stiffness values (columns pose, direction, stiffness_N_per_um and, if known, u_N_per_um) or of\ncomputed displacements (pose, direction, force_N, displacement_um), and the names paper-experiment (Table VI) and paper-reference\n(Table V, finite elements).\n\nExamples:\n  stiffbench fit my-session --train P1,P3\n  stiffbench fit my-session --method paper --train P1,P3 --reference paper-reference\n  stiffbench fit my-session --fix beam.J --free link.A --bootstrap 1000 --seed 1"
+    after_help = "DATA may also be a list of stiffness values (columns pose, direction, stiffness_N_per_um and, if known, u_N_per_um) or of\ncomputed displacements (pose, direction, force_N, displacement_um), and the names paper-experiment (Table VI) and paper-reference\n(Table V, finite elements).\n\nExamples:\n  stiffbench fit my-session --train P1,P3\n  stiffbench fit my-session --method paper --train P1,P3 --reference paper-reference\n  stiffbench fit my-session --fix beam.J --free link.A --bootstrap 1000 --seed 1\n  stiffbench fit my-session --model my-session/diagnosis/model.toml"
 )]
 pub(super) struct FitArgs {
     /// Session folder, readings file, list of stiffness values, or a shipped name
@@ -403,7 +403,7 @@ pub(super) enum NoiseWord {
 /// Arguments of `simulate`.
 #[derive(Debug, Args)]
 #[command(
-    after_help = "Examples:\n  stiffbench simulate my-session --seed 7\n  stiffbench simulate exact --noise-free\n  stiffbench simulate b --true-factor beam.Iy=0.006 --poses P1,P2 --procedure load-unload\n  stiffbench simulate c --procedure my-procedure.toml --repeats 3 --noise skewed"
+    after_help = "Examples:\n  stiffbench simulate my-session --seed 7\n  stiffbench simulate exact --noise-free\n  stiffbench simulate b --true-factor beam.Iy=0.006 --poses P1,P2 --procedure load-unload\n  stiffbench simulate c --procedure my-procedure.toml --repeats 3 --noise skewed\n  stiffbench simulate sticky --effect 'joint-friction@A3:c=0.1urad/(N*m),friction_moment=26N*m'"
 )]
 pub(super) struct SimulateArgs {
     /// Session folder to make; must not exist

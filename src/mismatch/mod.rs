@@ -9,6 +9,7 @@ mod candidate;
 mod diagnosis;
 mod error;
 mod evidence;
+mod found_model;
 mod held_out;
 mod joint_candidate;
 mod leftover;

@@ -32,7 +32,10 @@ impl JointLaw {
         match self {
             Self::Compliance { c } | Self::Nonlinearity { c, .. } => 1.0 / c,
             Self::Backlash { play, seat_moment } if seat_moment == 0.0 && play > 0.0 => 0.0,
-            Self::Friction { c, friction_moment } if friction_moment == 0.0 => 1.0 / c,
+            Self::Friction {
+                c,
+                friction_moment: 0.0,
+            } => 1.0 / c,
             Self::Backlash { .. } | Self::Friction { .. } => f64::INFINITY,
         }
     }
