@@ -1,5 +1,6 @@
 //! What can keep a proof from being made.
 
+use crate::least_squares::LeastSquaresError;
 use crate::mismatch::MismatchError;
 use crate::physics::EffectError;
 use crate::readings::{ReadingsError, SessionFileError};
@@ -83,6 +84,10 @@ pub enum ProveError {
     #[error(transparent)]
     #[diagnostic(transparent)]
     Mismatch(#[from] MismatchError),
+    /// A fit that cannot be made.
+    #[error(transparent)]
+    #[diagnostic(transparent)]
+    LeastSquares(#[from] LeastSquaresError),
     /// An effect of a trial that cannot be.
     #[error(transparent)]
     #[diagnostic(transparent)]

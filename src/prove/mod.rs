@@ -8,6 +8,7 @@ mod blind;
 mod calibration;
 mod cases;
 mod error;
+mod linear_model;
 mod power;
 mod promises;
 mod score;
@@ -15,6 +16,7 @@ mod sealed;
 mod session;
 mod share;
 mod trial_bench;
+mod twelve_values;
 mod words;
 
 pub use answers::{Answer, Answers, Expected, KnownRival, Set, Sets, TrueEffect, TrueParameter};
@@ -29,4 +31,5 @@ pub use score::{
 pub use sealed::unseal;
 pub use session::{Session, SessionTexts, fewer_readings};
 pub use share::{Promise, Share, Target};
+pub use twelve_values::{FurtherCell, LinearCandidate, TwelveValues, twelve_values};
 pub use words::{answer_words, diagnosis_words};

@@ -76,10 +76,17 @@ fn on_names(scores: &[Score]) -> Vec<Promise> {
             }),
         },
         Promise {
-            what: "one effect of 6 or more, not slip: rightly named",
+            what: "one effect of 6 or more, not slip: rightly named, with all that are within 2",
             target: Some(Target::AtLeast(0.95)),
             share: Share::of(single(false, 6.0, f64::INFINITY), |score| {
                 score.outcome == Outcome::Right
+            }),
+        },
+        Promise {
+            what: "the same, or a set that holds the truth and is not padded",
+            target: Some(Target::AtLeast(0.95)),
+            share: Share::of(single(false, 6.0, f64::INFINITY), |score| {
+                matches!(score.outcome, Outcome::Right | Outcome::Incomplete)
             }),
         },
         Promise {

@@ -41,6 +41,8 @@ pub enum Outcome {
     StructureClaimed,
     /// Structure is said to be left where a law of the library acts that was not named.
     UnknownInstead,
+    /// Something outside the library is named as what explains a part of it, and too little is left to owe "unknown".
+    PartNamed,
     /// Nothing was found where something should have been.
     NotFound,
     /// Something is named that is not there.
@@ -55,7 +57,7 @@ pub enum Outcome {
 
 impl Outcome {
     /// All, in the order of tables.
-    pub const ALL: [Self; 13] = [
+    pub const ALL: [Self; 14] = [
         Self::Right,
         Self::MayBeMissed,
         Self::Incomplete,
@@ -64,6 +66,7 @@ impl Outcome {
         Self::Extra,
         Self::StructureClaimed,
         Self::UnknownInstead,
+        Self::PartNamed,
         Self::NotFound,
         Self::WrongName,
         Self::FalseAlarm,
@@ -83,6 +86,7 @@ impl Outcome {
             Self::Extra => "extra",
             Self::StructureClaimed => "structure claimed",
             Self::UnknownInstead => "unknown instead",
+            Self::PartNamed => "part named",
             Self::NotFound => "not found",
             Self::WrongName => "wrong name",
             Self::FalseAlarm => "false alarm",
@@ -355,17 +359,17 @@ fn outcome(verdict: Verdict, answer: &Answer, truths: &[TruthScore], extra: bool
         (Expected::NothingMissing, Verdict::NothingMissing) => Outcome::Right,
         (Expected::NothingMissing, _) => Outcome::FalseAlarm,
         (Expected::Unknown, Verdict::Unknown) => Outcome::Right,
-        (Expected::Unknown, Verdict::NothingMissing) => {
+        (Expected::Unknown, said) => {
             let owed = answer
                 .left_by_library
                 .is_none_or(|left| left >= UNKNOWN_FROM);
-            if owed && !answer.may_be_missed {
-                Outcome::NotFound
-            } else {
-                Outcome::MayBeMissed
+            match (said, owed && !answer.may_be_missed) {
+                (Verdict::NothingMissing, true) => Outcome::NotFound,
+                (Verdict::NothingMissing, false) => Outcome::MayBeMissed,
+                (_, true) => Outcome::WrongName,
+                (_, false) => Outcome::PartNamed,
             }
         }
-        (Expected::Unknown, _) => Outcome::WrongName,
         (_, Verdict::NothingMissing) if answer.may_be_missed => Outcome::MayBeMissed,
         (_, Verdict::NothingMissing) => Outcome::NotFound,
         _ => named_outcome(verdict, answer, truths, extra),
