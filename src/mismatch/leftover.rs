@@ -383,7 +383,7 @@ fn time_profiles(details: &Details, out: &mut Vec<Profile>) {
     }
 }
 
-/// Sines and cosines of the reading, in all cells together.
+/// Sines and cosines of the reading, in all cells together and in each pose: periods of gauges, and half of them for their harmonics.
 fn period_patterns(observations: &Observations, space: &Space) -> Vec<Pattern> {
     use rayon::prelude::*;
     let range_m = observations
@@ -391,28 +391,44 @@ fn period_patterns(observations: &Observations, space: &Space) -> Vec<Pattern> {
         .iter()
         .map(|d| d.abs())
         .fold(0.0, f64::max);
-    let periods: Vec<f64> = super::candidate::NOMINAL_PERIODS_M
+    let allowed = super::candidate::SHORTEST_PERIOD_M..0.7 * range_m;
+    let nominal = super::candidate::NOMINAL_PERIODS_M;
+    let mut periods: Vec<f64> = nominal
         .into_iter()
-        .filter(|period| *period < 0.7 * range_m && *period >= super::candidate::SHORTEST_PERIOD_M)
+        .chain(nominal.map(|p| 0.5 * p))
         .collect();
-    let all = PatternGroup {
-        pose: None,
+    periods.retain(|period| allowed.contains(period));
+    periods.sort_by(f64::total_cmp);
+    periods.dedup();
+    let group = |pose| PatternGroup {
+        pose,
         direction: None,
     };
-    periods
+    let poses = observations.poses.len();
+    let each = (0..poses).filter(|_| poses > 1).map(Some);
+    let groups: Vec<PatternGroup> = std::iter::once(None).chain(each).map(group).collect();
+    let wanted: Vec<(f64, PatternGroup)> = periods
+        .iter()
+        .flat_map(|period| groups.iter().map(|group| (*period, *group)))
+        .collect();
+    wanted
         .into_par_iter()
-        .filter_map(|period| {
+        .filter_map(|(period, group)| {
             let turn = |phase: f64| -> Vec<f64> {
-                observations
-                    .loads
-                    .iter()
-                    .zip(&observations.displacement_m)
-                    .map(|(load, d)| load.position_m.unwrap_or(*d))
-                    .map(|d| 1e-6 * (std::f64::consts::TAU * d / period + phase).sin())
+                (0..observations.len())
+                    .map(|reading| {
+                        let cell = &observations.cells[observations.cell_of(reading)];
+                        if group.pose.is_some_and(|pose| pose != cell.pose) {
+                            return 0.0;
+                        }
+                        let read = observations.displacement_m[reading];
+                        let at = observations.loads[reading].position_m.unwrap_or(read);
+                        1e-6 * (std::f64::consts::TAU * at / period + phase).sin()
+                    })
                     .collect()
             };
             let values = [turn(0.0), turn(std::f64::consts::FRAC_PI_2)];
-            pattern(space, Stratum::Rest, all, &values)
+            pattern(space, Stratum::Rest, group, &values)
         })
         .collect()
 }

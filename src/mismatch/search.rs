@@ -202,7 +202,7 @@ impl Bench<'_> {
         };
         let rest = &state.fitted.model;
         // The same comparison under the noise that the best candidate leaves, until the one that passes is the one that left it.
-        for _ in 0..MOST_EFFECTS {
+        for round in 1..=MOST_EFFECTS {
             let Some(settled) = self.settle(best.fitted.model.clone(), options.noise)? else {
                 return Ok(None);
             };
@@ -219,7 +219,8 @@ impl Bench<'_> {
             let Some(passing) = passing else {
                 return Ok(None);
             };
-            if same(&passing.effect, &best.effect) {
+            // Two candidates that pass under each other's noise would take turns: the last to pass is taken, the swaps decide.
+            if same(&passing.effect, &best.effect) || round == MOST_EFFECTS {
                 let family = (passing.effect.law, passing.wide);
                 let p = limits.family_p(family, rarefied(passing));
                 let Some(next) = self.settle(passing.fitted.model.clone(), options.noise)? else {
