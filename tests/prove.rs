@@ -56,6 +56,7 @@ fn said(verdict: Verdict, findings: Vec<Finding>) -> BlindVerdict {
     let quality = Quality {
         rms_m: 2e-6,
         held_out_rms_m: Some(2e-6),
+        held_out_noise_units: None,
         held_out: Vec::new(),
         reduced_chi2: 1.0,
     };
@@ -83,6 +84,7 @@ fn said(verdict: Verdict, findings: Vec<Finding>) -> BlindVerdict {
                 zero_sd_m: 1e-6,
                 run_slope_sd: 1e-3,
             },
+            noise_dof: [1e6; 3],
             detection_limits: Vec::new(),
             impossible: Vec::new(),
             parameters: Vec::new(),

@@ -7,6 +7,7 @@ use clap::{Args, Parser, Subcommand, ValueEnum};
 
 use crate::test_point::Direction;
 
+use super::diagnose_args::DiagnoseArgs;
 use super::procedure::ProcedureArgs;
 use super::prove_args::ProveArgs;
 
@@ -17,7 +18,7 @@ use super::prove_args::ProveArgs;
     version,
     about,
     max_term_width = 110,
-    after_help = "Examples:\n  stiffbench demo                                  the main job on shipped data\n  stiffbench stiffness my-session                  stiffness with error bars\n  stiffbench fit my-session --train P1,P3          factors, judged on the other poses\n  stiffbench robot compliance --pose P1            6 x 6 end compliance\n\nExit codes: 0 done; 1 findings under --strict; 2 usage; 10 configuration, robot or session file invalid; 11 input file invalid;\n12 calibration overdue under --strict; 40 fit impossible; 41 factors not identifiable under --strict; 70 internal error."
+    after_help = "Examples:\n  stiffbench demo                                  the main job on shipped data\n  stiffbench stiffness my-session                  stiffness with error bars\n  stiffbench fit my-session --train P1,P3          factors, judged on the other poses\n  stiffbench diagnose my-session                   which physics the model leaves out\n  stiffbench robot compliance --pose P1            6 x 6 end compliance\n\nExit codes: 0 done; 1 findings under --strict; 2 usage; 10 configuration, robot or session file invalid; 11 input file invalid;\n12 calibration overdue under --strict; 40 fit impossible; 41 factors not identifiable under --strict; 70 internal error."
 )]
 pub(super) struct Cli {
     /// What all subcommands share.
@@ -35,7 +36,7 @@ pub(super) struct Global {
     /// One JSON object on standard output instead of text, also on failure
     #[arg(long, global = true)]
     pub(super) json: bool,
-    /// Findings (flags, factors that the data do not determine, overdue calibration) make the exit code other than 0
+    /// Findings (flags, missing physics, factors that the data do not determine, overdue calibration) make the exit code other than 0
     #[arg(long, global = true)]
     pub(super) strict: bool,
     /// No notes and no progress on standard error
@@ -78,6 +79,8 @@ pub(super) enum Command {
     Simulate(SimulateArgs),
     /// The difference of two sessions with its uncertainty
     Compare(CompareArgs),
+    /// What the model leaves out: where model and readings differ, which physics is missing, how large, how sure
+    Diagnose(DiagnoseArgs),
     /// The paper's Tables I and III to VI beside ours, cell by cell
     Paper(PaperArgs),
     /// Whether diagnoses can be trusted: blind verdicts on concealed sessions, error rates, recordings by others

@@ -133,6 +133,20 @@ pub(super) enum CliError {
         /// The path.
         path: PathBuf,
     },
+    /// Records that do not say what the noise of a reading is.
+    #[error(
+        "{data}: --noise records needs the step of the displacement gauge, and no record states it"
+    )]
+    #[diagnostic(
+        code(stiffbench::session_file::no_resolution),
+        help(
+            "put resolution_um under [instruments.displacement] of session.toml, or take the noise from the readings (--noise estimated)"
+        )
+    )]
+    NoResolution {
+        /// The data.
+        data: String,
+    },
     /// Overdue calibration under --strict.
     #[error("calibration overdue: {instruments}")]
     #[diagnostic(
@@ -159,7 +173,7 @@ impl Failure {
     /// Exit code by the first part of the error's code that has one.
     fn exit_code(&self) -> u8 {
         // The first that fits counts: single errors stand before their stage.
-        const CODES: [(&str, u8); 22] = [
+        const CODES: [(&str, u8); 24] = [
             ("stiffbench::usage", 2),
             ("stiffbench::calibration", 12),
             ("stiffbench::fit::stiffness_list", 11),
@@ -181,6 +195,8 @@ impl Failure {
             ("stiffbench::physics", 10),
             ("stiffbench::prove", 11),
             ("stiffbench::specimen", 11),
+            ("stiffbench::mismatch::unknown_law", 2),
+            ("stiffbench::mismatch::empty", 11),
             ("stiffbench::mismatch", 40),
         ];
         let code = self.code();

@@ -4,6 +4,8 @@ mod args;
 mod compare;
 mod data;
 mod demo;
+mod diagnose;
+mod diagnose_args;
 mod failure;
 mod figure_files;
 mod fit;
@@ -59,6 +61,7 @@ fn run(cli: Cli) -> Result<Outcome, Failure> {
         Command::Plot(args) => plot::run(&args, global),
         Command::Simulate(args) => simulate::run(&args),
         Command::Compare(args) => compare::run(&args, global),
+        Command::Diagnose(args) => diagnose::run(&args, global),
         Command::Paper(args) => paper::run(&args),
         Command::Prove(args) => prove::run(&args, global),
         Command::Completions { shell } => Ok(outcome::completions(shell)),

@@ -114,6 +114,8 @@ pub struct Quality {
     pub rms_m: f64,
     /// The same in poses that were left out of the fit; `None` with one pose.
     pub held_out_rms_m: Option<f64>,
+    /// The same with every reading as a multiple of its noise: 1 is noise alone, however soft the direction; `None` with one pose.
+    pub held_out_noise_units: Option<f64>,
     /// For each pose left out: its rms, m.
     pub held_out: Vec<(PoseId, f64)>,
     /// Weighted squares over degrees of freedom.
@@ -169,6 +171,8 @@ pub struct Diagnosis {
     pub factors: Vec<FactorShift>,
     /// The noise of the final model.
     pub noise: ReadingNoise,
+    /// Degrees of freedom of its three standard deviations: reading, zero, run slope; a million and more where one was given.
+    pub noise_dof: [f64; 3],
     /// What each law would have needed.
     pub detection_limits: Vec<DetectionLimit>,
     /// Laws rejected because only an impossible value would serve.

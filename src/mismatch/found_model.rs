@@ -82,6 +82,7 @@ mod tests {
         let quality = Quality {
             rms_m: 1e-6,
             held_out_rms_m: None,
+            held_out_noise_units: None,
             held_out: Vec::new(),
             reduced_chi2: 1.0,
         };
@@ -112,6 +113,7 @@ mod tests {
                 zero_sd_m: 0.0,
                 run_slope_sd: 0.0,
             },
+            noise_dof: [1e6; 3],
             detection_limits: Vec::new(),
             impossible: Vec::new(),
             parameters: vec![0.0; 4],

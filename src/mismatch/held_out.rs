@@ -16,10 +16,12 @@ impl Bench<'_> {
         let free: usize =
             model.parameters.len() + model.effects.iter().map(|e| e.values.len()).sum::<usize>();
         let mut held_out = Vec::new();
+        let mut squares = 0.0;
         let poses = self.observations.poses.len();
         if poses > 1 {
             for pose in 0..poses {
-                let (rms_m, _) = self.without_pose(state, model, pose)?;
+                let (rms_m, white) = self.without_pose(state, model, pose)?;
+                squares += white;
                 held_out.push((self.observations.poses[pose].clone(), rms_m));
             }
         }
@@ -28,6 +30,7 @@ impl Bench<'_> {
         Ok(Quality {
             rms_m: self.rms_about_zeros(&residuals, &all),
             held_out_rms_m: (poses > 1).then(|| mean.sqrt()),
+            held_out_noise_units: (poses > 1).then(|| (squares / residuals.len() as f64).sqrt()),
             held_out,
             reduced_chi2: state.fitted.squares
                 / (residuals.len().saturating_sub(free)).max(1) as f64,

@@ -10,11 +10,13 @@ mod diagnosis;
 mod error;
 mod evidence;
 mod found_model;
+mod given_noise;
 mod held_out;
 mod joint_candidate;
 mod leftover;
 mod limits;
 mod loose;
+mod next_measurement;
 mod noise;
 mod observations;
 mod plan;
@@ -28,6 +30,7 @@ mod space;
 mod specimen;
 mod state;
 mod strata;
+mod trace;
 mod trial;
 mod verdict;
 
@@ -38,8 +41,10 @@ pub use diagnosis::{
     DetectionLimit, Diagnosis, FactorShift, Finding, Location, Quality, Rival, Value, Verdict,
 };
 pub use error::MismatchError;
+pub use given_noise::{GivenNoise, given_noise};
 pub use leftover::Stratum;
 pub use limits::{DRAWS, Family, LAW_LEVEL, LEFT_OVER_LEVEL, Limits, level_share};
+pub use next_measurement::NextMeasurement;
 pub use noise::ReadingNoise;
 pub use observations::{
     GaugeSteps, Observations, ObservedCell, ObservedReading, ObservedRun, Recorded,
@@ -53,6 +58,7 @@ pub use strata::{
     Carrier, Carrying, Contrast, Located, MapEntry, STRATUM_LEVEL, Spot, StratumTest, Untested,
     locate,
 };
+pub use trace::{EffectTrace, ReadingTrace, Trace, trace};
 pub use trial::{TrialNoise, Truth, scale_to, simulate, standard_errors, standard_errors_between};
 pub use verdict::first_of_alternatives;
 

@@ -99,6 +99,11 @@ impl Whitening {
         self.log_determinant
     }
 
+    /// One over the standard deviation of each reading, without zeros and slopes of runs, 1/m.
+    pub(super) fn weights(&self) -> &[f64] {
+        &self.weights
+    }
+
     /// W times a vector of readings, in place.
     pub(super) fn apply(&self, vector: &mut [f64]) {
         for (value, weight) in vector.iter_mut().zip(&self.weights) {

@@ -45,6 +45,10 @@ pub struct ObservedReading {
     pub time_s: Option<f64>,
     /// Line in its file.
     pub line: u32,
+    /// The load that was aimed at, N.
+    pub target_n: f64,
+    /// Whether a rule or a person flagged it.
+    pub flagged: bool,
 }
 
 /// Steps of the gauges, as the instrument records state them.
@@ -286,6 +290,11 @@ impl Layout {
             hold_number,
             time_s: reading.time_s,
             line: reading.line,
+            target_n: reading.target_n,
+            flagged: reading
+                .text
+                .as_ref()
+                .is_some_and(|text| !text.flag.is_empty()),
         });
         self.loads.push(LoadPoint {
             force_n: reading.force_n,

@@ -130,6 +130,8 @@ impl Observations {
                 hold_number,
                 time_s: Some(load.time_s),
                 line: 0,
+                target_n: load.force_n,
+                flagged: false,
             });
             self.loads.push(LoadPoint {
                 force_n: load.force_n,

@@ -158,7 +158,8 @@ impl Problem<'_> {
                 continue;
             };
             let solution = factor.solve(&moment);
-            squares += target.norm_squared() - moment.dot(&solution);
+            // Below zero by rounding where the fixed part takes all there is.
+            squares += (target.norm_squared() - moment.dot(&solution)).max(0.0);
             log_determinant += factor
                 .l_dirty()
                 .diagonal()

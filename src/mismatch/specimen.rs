@@ -206,6 +206,8 @@ fn add_run(table: &SpecimenTable, scale: &SpecimenScale, run: usize, out: &mut O
             hold_number: 0,
             time_s,
             line: reading.line,
+            target_n: table.driver(reading) / scale.load,
+            flagged: false,
         });
         out.loads.push(LoadPoint {
             force_n: table.driver(reading) / scale.load,

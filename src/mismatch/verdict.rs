@@ -80,6 +80,8 @@ impl Bench<'_> {
             after: self.quality(&found.after)?,
             factors: self.factor_shifts(&found)?,
             noise: found.after.noise.noise,
+            noise_dof: [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]]
+                .map(|share| found.after.noise.degrees_of_freedom(share)),
             detection_limits: Self::detection_limits(&found.first, &limits),
             impossible: impossible(&found.first, &limits),
             parameters: found.after.fitted.model.parameters.clone(),

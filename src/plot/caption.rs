@@ -23,7 +23,7 @@ impl Bar {
                 format!("Bars: ± one standard deviation of {n} repeats.")
             }
             Self::StandardUncertainty => {
-                format!("Bars: ± one standard uncertainty of the mean of {n} repeats.")
+                format!("Bars: ± one standard uncertainty of the mean of {n} readings.")
             }
             Self::Interval95 => format!("Bars: 95 % interval, from {n} repeats."),
         }

@@ -22,7 +22,7 @@ pub struct FoundLaw {
     pub driving: DrivingQuantity,
     /// What the bars of all points are.
     pub bar: Bar,
-    /// One panel for a cell, or one for several pooled; those where the law reaches farthest are drawn.
+    /// One panel for a cell, or one for several pooled; those where the law stands out most are drawn.
     pub panels: Vec<LawPanel>,
 }
 
@@ -91,12 +91,12 @@ pub enum CurveShape {
     Steps,
 }
 
-/// The figure: up to six panels, the one where the law reaches farthest first, each with its own scale.
+/// The figure: up to six panels, the one where the law stands out most from the scatter first, each with its own scale.
 #[must_use]
 pub fn found_law(input: &FoundLaw) -> Figure {
     let mut order: Vec<&LawPanel> = input.panels.iter().collect();
-    // The sort is stable: panels of equal reach stay in the given order.
-    order.sort_by(|a, b| reach_m(b).total_cmp(&reach_m(a)));
+    // The sort is stable: panels where it stands out alike stay in the given order.
+    order.sort_by(|a, b| standing_out(b).total_cmp(&standing_out(a)));
     let left_out = order.len().saturating_sub(MOST_PANELS);
     order.truncate(MOST_PANELS);
     let scaled = Across::of(input.driving, &order);
@@ -147,12 +147,25 @@ fn caption(input: &FoundLaw, drawn: &[&LawPanel], left_out: usize, flagged: usiz
         if_any(
             left_out,
             format!(
-                "Where the law reaches less far, {} not drawn.",
+                "Where the law stands out less, {} not drawn.",
                 counted(left_out, "further panel is", "further panels are")
             ),
         ),
         hollow_sentence(flagged),
     ])
+}
+
+/// How far a law reaches compared with the bars of its points; a stiff direction shows a small effect better than a soft one.
+///
+/// Panels without bars are compared by their reach alone.
+fn standing_out(panel: &LawPanel) -> f64 {
+    let bars: Vec<f64> = panel.points.iter().filter_map(|p| p.bar_m).collect();
+    let mean = bars.iter().sum::<f64>() / bars.len() as f64;
+    if mean > 0.0 {
+        reach_m(panel) / mean
+    } else {
+        reach_m(panel)
+    }
 }
 
 /// How far the curves of a panel reach from their lowest to their highest point, m.

@@ -3,6 +3,8 @@
 //! Each result has one function for people and one for programs, side by side, so that the two cannot drift apart.
 
 mod compare;
+mod diagnosis;
+mod diagnosis_figures;
 mod figures;
 mod fit;
 mod paper;
@@ -13,6 +15,8 @@ mod stiffness;
 mod text;
 
 pub use compare::{comparison_json, comparison_text};
+pub use diagnosis::{DiagnosisReport, diagnosis_appendix, diagnosis_json, diagnosis_page};
+pub use diagnosis_figures::diagnosis_figures;
 pub use figures::{
     FitFigures, correlation_figure, fit_figures, load_displacement_figure, residuals_figure,
     robot_figure, workspace_figure,

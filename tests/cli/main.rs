@@ -6,6 +6,7 @@
 )]
 
 mod contract;
+mod diagnose;
 mod failures;
 mod files;
 mod physics;

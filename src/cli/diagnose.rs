@@ -1,0 +1,295 @@
+//! `stiffbench diagnose`.
+
+use std::fmt::Write;
+use std::path::{Path, PathBuf};
+
+use serde_json::{Value, json};
+
+use crate::mismatch::{
+    Baseline, Diagnosis, EstimatedNoise, MismatchError, Observations, RobotBaseline, SearchOptions,
+    Verdict, diagnose, given_noise, locate, trace,
+};
+use crate::nearest::nearest;
+use crate::physics::{Law, ModelFile};
+use crate::report::{
+    DiagnosisReport, diagnosis_appendix, diagnosis_figures, diagnosis_json, diagnosis_page,
+};
+use crate::robot::{FittingFactors, Pose};
+
+use super::args::{Global, LogArgs};
+use super::data::{Chosen, Session, choose, load_session, sha256};
+use super::diagnose_args::{DiagnoseArgs, NoiseSource};
+use super::failure::{CliError, Failure};
+use super::figure_files::{write, write_figure};
+use super::outcome::{Outcome, envelope};
+use super::progress::progress;
+
+/// Multiples of their start between which the beam factors may move.
+const RANGE: [f64; 2] = [0.1, 10.0];
+
+/// The scatter of the readings may exceed what the records state by this much before it is said.
+const RECORD_TOO_GOOD: f64 = 1.5;
+
+/// Finds what the model leaves out.
+pub(super) fn run(args: &DiagnoseArgs, global: &Global) -> Result<Outcome, Failure> {
+    let without = laws(&args.without)?;
+    let bar = progress(global, "diagnosis: read, search, judge, draw", 4);
+    let mut session = load_session(&args.data, &LogArgs::default(), global)?;
+    let chosen = choose(&args.model, Some(&mut session))?;
+    refuse_known_physics(&chosen)?;
+    let mechanism = chosen.robot.mechanism(Some(&chosen.mechanism))?;
+    let observations = Observations::new(&session.table, session.header.as_ref());
+    let poses = observations
+        .poses
+        .iter()
+        .map(|pose| chosen.robot.pose(pose).cloned())
+        .collect::<Result<Vec<Pose>, _>>()?;
+    let baseline = RobotBaseline::new(&chosen.robot, mechanism, chosen.factors, poses, RANGE);
+    bar.inc(1);
+    let options = SearchOptions {
+        noise: noise(args, &baseline, &observations, &mut session)?,
+        seed: args.seed,
+        without,
+    };
+    let (diagnosis, limits) = diagnose(&baseline, &observations, &options, None)?;
+    bar.inc(1);
+    let located = locate(&baseline, &observations, &options)?;
+    let trace = trace(&baseline, &observations, &diagnosis)?;
+    let report = DiagnosisReport {
+        data: &called(&session, &args.data),
+        robot: &chosen.robot.name,
+        mechanism: &chosen.mechanism,
+        factors: &chosen.factors_name,
+        diagnosis: &diagnosis,
+        limits: &limits,
+        parameters: baseline.parameters(),
+        observations: &observations,
+        located: &located,
+        trace: &trace,
+        next: &[],
+        without: &options.without,
+        noise_from_records: args.noise == NoiseSource::Records,
+        seed: args.seed,
+    };
+    let mut text = diagnosis_page(&report);
+    let whole = format!("{text}\n{}", diagnosis_appendix(&report));
+    let mut data = diagnosis_json(&report);
+    bar.inc(1);
+    if let Some(folder) = folder(args) {
+        let factors = baseline.factors(&diagnosis.parameters);
+        let model = model(&report, &chosen, factors, &folder)?;
+        let page = Page {
+            text: &whole,
+            data: &data,
+            model: model.as_ref(),
+            warnings: &session.warnings,
+        };
+        let written = write_all(args, &report, &folder, &page)?;
+        let _ = writeln!(
+            text,
+            "\nThis page with all numbers behind it, the data and the figures: {}",
+            folder.display()
+        );
+        data["files"] = json!(written);
+    } else {
+        text = whole;
+    }
+    bar.finish_and_clear();
+    Ok(Outcome::new("diagnosis", text, data)
+        .with_warnings(session.warnings)
+        .with_strict_exit(strict_exit(&diagnosis)))
+}
+
+/// The search begins with the beams alone; physics that is known already would be found again, or hidden.
+fn refuse_known_physics(chosen: &Chosen) -> Result<(), CliError> {
+    if chosen.physics.effects.is_empty() {
+        return Ok(());
+    }
+    Err(CliError::Argument {
+        argument: "--model and --effect".to_owned(),
+        problem: "diagnose searches from the beams alone, without physics that is known already"
+            .to_owned(),
+        help: Some(
+            "leave them out: known physics is found again, and what is missing beside it too"
+                .to_owned(),
+        ),
+    })
+}
+
+/// The model with what was found in it, for a file in `folder`; where the readings cannot decide there is none to give back.
+fn model(
+    report: &DiagnosisReport<'_>,
+    chosen: &Chosen,
+    factors: FittingFactors,
+    folder: &Path,
+) -> Result<Option<ModelFile>, CliError> {
+    if report.diagnosis.verdict == Verdict::InsufficientData {
+        return Ok(None);
+    }
+    let mut model = report.diagnosis.model_file(Some(factors));
+    model.robot = Some(robot_seen_from(chosen, folder)?);
+    model.robot_sha256 = Some(sha256(&chosen.source.text));
+    model.mechanism = Some(chosen.mechanism.clone());
+    model.provenance.session = Some(report.data.to_owned());
+    model.provenance.software = Some(concat!("stiffbench ", env!("CARGO_PKG_VERSION")).to_owned());
+    Ok(Some(model))
+}
+
+/// The robot as a file in `folder` names it: a shipped robot by its name, a file by its path from there.
+fn robot_seen_from(chosen: &Chosen, folder: &Path) -> Result<String, CliError> {
+    let file = Path::new(&chosen.source.name);
+    if !file.is_file() {
+        return Ok(chosen.source.name.clone());
+    }
+    let whole = |path: &Path| {
+        std::fs::create_dir_all(folder)
+            .and_then(|()| path.canonicalize())
+            .map_err(|source| CliError::Write {
+                path: path.to_owned(),
+                source,
+            })
+    };
+    let (file, folder) = (whole(file)?, whole(folder)?);
+    let common = file
+        .components()
+        .zip(folder.components())
+        .take_while(|(a, b)| a == b)
+        .count();
+    let up = folder.components().skip(common).map(|_| "..".to_owned());
+    let down = file
+        .components()
+        .skip(common)
+        .map(|part| part.as_os_str().to_string_lossy().into_owned());
+    Ok(up.chain(down).collect::<Vec<_>>().join("/"))
+}
+
+/// What the page calls the data: not by a path, so that a session says the same wherever it lies.
+fn called(session: &Session, path: &Path) -> String {
+    let id = session.header.as_ref().and_then(|header| header.id.clone());
+    id.or_else(|| {
+        path.file_name()
+            .map(|name| name.to_string_lossy().into_owned())
+    })
+    .unwrap_or_else(|| session.name.clone())
+}
+
+/// Laws by name; a name may stand for two, as `thermal-drift` does.
+fn laws(names: &[String]) -> Result<Vec<Law>, Failure> {
+    let mut laws = Vec::new();
+    for name in names {
+        let before = laws.len();
+        laws.extend(Law::named(name));
+        if laws.len() == before {
+            return Err(unknown_law(name));
+        }
+    }
+    laws.sort_unstable();
+    laws.dedup();
+    Ok(laws)
+}
+
+fn unknown_law(name: &str) -> Failure {
+    let mut known: Vec<&str> = Law::ALL.into_iter().map(Law::name).collect();
+    known.dedup();
+    let list = known.join(", ");
+    MismatchError::UnknownLaw {
+        name: name.to_owned(),
+        known: match nearest(name, known) {
+            Some(near) => format!("{list}; did you mean {near}?"),
+            None => list,
+        },
+    }
+    .into()
+}
+
+/// The noise, as far as the records of the instruments are to give it.
+fn noise(
+    args: &DiagnoseArgs,
+    baseline: &RobotBaseline<'_>,
+    observations: &Observations,
+    session: &mut Session,
+) -> Result<Option<EstimatedNoise>, Failure> {
+    if args.noise == NoiseSource::Estimated {
+        return Ok(None);
+    }
+    let Some(step_m) = observations.steps.displacement_m else {
+        return Err(CliError::NoResolution {
+            data: session.name.clone(),
+        }
+        .into());
+    };
+    let procedure = session
+        .header
+        .as_ref()
+        .and_then(|header| header.procedure.as_ref());
+    let spread_m = procedure.and_then(|procedure| procedure.settle.spread_m);
+    // A step, and a spread within which readings count as settled, are widths: anything within is as likely.
+    let sd_m = step_m.hypot(spread_m.unwrap_or(0.0)) / 12f64.sqrt();
+    let given = given_noise(baseline, observations, sd_m)?;
+    if given.seen_sd_m > RECORD_TOO_GOOD * sd_m {
+        session.warnings.push(format!(
+            "single readings scatter with {:.2} um, the records of the instruments allow {:.2} um: scatter that the records do not know of \
+             is taken for missing physics; --noise estimated does not do that",
+            given.seen_sd_m * 1e6,
+            sd_m * 1e6
+        ));
+    }
+    Ok(Some(given.noise))
+}
+
+/// Where the results go: where the user says, else into the session folder.
+fn folder(args: &DiagnoseArgs) -> Option<PathBuf> {
+    args.out
+        .clone()
+        .or_else(|| args.data.is_dir().then(|| args.data.join("diagnosis")))
+}
+
+/// What is written besides figures.
+struct Page<'a> {
+    text: &'a str,
+    data: &'a Value,
+    model: Option<&'a ModelFile>,
+    warnings: &'a [String],
+}
+
+/// Writes the page, the data, the model and the figures.
+fn write_all(
+    args: &DiagnoseArgs,
+    report: &DiagnosisReport<'_>,
+    folder: &Path,
+    page: &Page<'_>,
+) -> Result<Vec<PathBuf>, Failure> {
+    let mut object = envelope("diagnosis", true);
+    object["data"] = page.data.clone();
+    object["warnings"] = json!(page.warnings);
+    let mut files = vec![
+        ("verdict.txt", page.text.to_owned()),
+        ("diagnosis.json", format!("{object:#}\n")),
+    ];
+    if let Some(model) = page.model {
+        files.push(("model.toml", model.to_toml()));
+    }
+    let mut written = Vec::new();
+    for (name, text) in files {
+        let path = folder.join(name);
+        write(&path, text.as_bytes())?;
+        written.push(path);
+    }
+    if !args.no_figures {
+        for (name, figure) in diagnosis_figures(report) {
+            written.extend(write_figure(&folder.join(name), &figure)?);
+        }
+    }
+    Ok(written)
+}
+
+/// 1 for something that is missing, or a question that these readings cannot answer; 41 for a factor that they do not determine.
+fn strict_exit(diagnosis: &Diagnosis) -> u8 {
+    if diagnosis.verdict != Verdict::NothingMissing {
+        1
+    } else if diagnosis.factors.iter().any(|factor| !factor.identified) {
+        41
+    } else {
+        0
+    }
+}

@@ -1,0 +1,44 @@
+//! The arguments of `diagnose`.
+
+use std::path::PathBuf;
+
+use clap::{Args, ValueEnum};
+
+use super::args::ModelArgs;
+
+/// Arguments of `diagnose`.
+#[derive(Debug, Args)]
+#[command(
+    after_help = "Writes verdict.txt, diagnosis.json and figures to SESSION/diagnosis. docs/diagnosis.md explains them.\n\nExamples:\n  stiffbench diagnose my-session\n  stiffbench diagnose readings.csv --robot my-robot.toml --out diagnosis --json\n  stiffbench diagnose my-session --without slip,gauge-periodic --no-figures"
+)]
+pub(super) struct DiagnoseArgs {
+    /// Session folder or readings file
+    pub(super) data: PathBuf,
+    /// Robot, mechanism and factors.
+    #[command(flatten)]
+    pub(super) model: ModelArgs,
+    /// Laws that the search leaves out, comma-separated
+    #[arg(long, value_delimiter = ',', value_name = "LAW")]
+    pub(super) without: Vec<String>,
+    /// Seed of the simulated noise from which the limits come
+    #[arg(long, default_value_t = 0)]
+    pub(super) seed: u64,
+    /// Where the scatter of single readings comes from
+    #[arg(long, value_enum, default_value_t = NoiseSource::Estimated)]
+    pub(super) noise: NoiseSource,
+    /// Folder for the results [default: diagnosis in the session folder; for a bare file nothing is written]
+    #[arg(long, value_name = "FOLDER")]
+    pub(super) out: Option<PathBuf>,
+    /// Write no figures
+    #[arg(long)]
+    pub(super) no_figures: bool,
+}
+
+/// Where the scatter of single readings comes from.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub(super) enum NoiseSource {
+    /// The readings: restricted likelihood of the differences between repeats
+    Estimated,
+    /// The instrument records of session.toml: step of the displacement gauge and spread when settled; zeros and runs as the readings show
+    Records,
+}

@@ -1,0 +1,355 @@
+//! A diagnosis for programs, and what its page, appendix and figures are made from.
+
+mod answer;
+mod appendix;
+mod limits_json;
+mod open_questions;
+mod page;
+mod tables;
+mod testable;
+mod where_json;
+mod words;
+
+use serde_json::{Map, Value, json};
+
+use crate::mismatch::{
+    BaselineParameter, DRAWS, Diagnosis, FactorShift, Finding, Impossible, LAW_LEVEL, Limits,
+    Located, Location, NextMeasurement, Observations, Quality, ReadingTrace, Trace,
+};
+use crate::physics::{Law, Sign};
+use crate::quantity::METRES_PER_MICROMETRE;
+use crate::test_point::Direction;
+
+pub(super) use answer::Answer;
+pub use appendix::diagnosis_appendix;
+use limits_json::{detection_limits_json, levels_json, noise_json};
+pub use page::diagnosis_page;
+use where_json::{carriers_json, location_json, strata_json, where_json};
+pub(super) use words::{law_row, listed, short_phrase};
+
+/// A diagnosis with everything that is told beside it.
+#[derive(Debug, Clone, Copy)]
+pub struct DiagnosisReport<'a> {
+    /// What the user called the data.
+    pub data: &'a str,
+    /// Name of the robot.
+    pub robot: &'a str,
+    /// Name of the mechanism.
+    pub mechanism: &'a str,
+    /// Name of the factor set that the search started from.
+    pub factors: &'a str,
+    /// The diagnosis.
+    pub diagnosis: &'a Diagnosis,
+    /// Its limits.
+    pub limits: &'a Limits,
+    /// Factors of the baseline, their values as logarithms.
+    pub parameters: &'a [BaselineParameter],
+    /// The readings.
+    pub observations: &'a Observations,
+    /// Where the model without effects fails, and what carries it.
+    pub located: &'a Located,
+    /// What the models say of every reading.
+    pub trace: &'a Trace,
+    /// Plans that would separate what is open.
+    pub next: &'a [NextMeasurement],
+    /// Laws that the search left out.
+    pub without: &'a [Law],
+    /// Whether the noise of a reading was taken from the records of the instruments.
+    pub noise_from_records: bool,
+    /// Seed of the limits' draws.
+    pub seed: u64,
+}
+
+/// The JSON contract's `data` of a diagnosis.
+#[must_use]
+pub fn diagnosis_json(report: &DiagnosisReport<'_>) -> Value {
+    let diagnosis = report.diagnosis;
+    json!({
+        "verdict": diagnosis.verdict.name(),
+        "lacking": diagnosis.lacking,
+        "where": where_json(report),
+        "findings": diagnosis.findings.iter().map(finding_json).collect::<Vec<_>>(),
+        "left_over": left_over_json(&diagnosis.left_over),
+        "before": quality_json(report, &diagnosis.before, |reading| [reading.before_m, reading.before_within_run_m]),
+        "after": quality_json(report, &diagnosis.after, |reading| [reading.after_m, reading.after_within_run_m]),
+        "factors": report.factor_shifts().map(|(factor, status)| factor_json(factor, status)).collect::<Vec<_>>(),
+        "strata": strata_json(report),
+        "carriers": carriers_json(report),
+        "impossible": report.impossible().map(|one| json!({
+            "physics": one.law.name(),
+            "place": one.place.to_json(),
+            "gain": finite(one.gain),
+            "reason": words::impossible(one.law),
+        })).collect::<Vec<_>>(),
+        "next_measurement": report.next.iter().map(next_json).collect::<Vec<_>>(),
+        "detection_limits": detection_limits_json(report),
+        "noise": noise_json(report),
+        "levels": levels_json(report.limits),
+        "robot": report.robot,
+        "mechanism": report.mechanism,
+        "start_factors": report.factors,
+        "readings": report.observations.len(),
+        "without": names(report.without),
+        "seed": report.seed,
+        "version": env!("CARGO_PKG_VERSION"),
+    })
+}
+
+/// A number, or null for one that JSON cannot hold.
+fn finite(value: f64) -> Value {
+    serde_json::Number::from_f64(value).map_or(Value::Null, Value::Number)
+}
+
+/// A length in µm.
+fn um(value_m: f64) -> Value {
+    finite(value_m / METRES_PER_MICROMETRE)
+}
+
+/// Names of laws, each once: the two drifts share one.
+fn names(laws: &[Law]) -> Vec<&'static str> {
+    let mut names: Vec<&'static str> = laws.iter().map(|law| law.name()).collect();
+    names.dedup();
+    names
+}
+
+fn left_over_json(left: &Location) -> Value {
+    let mut value = location_json(left);
+    value["p"] = value["p_family"].take();
+    if let Some(object) = value.as_object_mut() {
+        object.remove("p_family");
+    }
+    value
+}
+
+/// A quantity with its interval, or the reason why there is none.
+fn quantity_json(value: f64, unit: &str, ci95: Option<[f64; 2]>, why_none: &str) -> Value {
+    let ci95 = ci95.filter(|ends| ends.iter().all(|end| end.is_finite()));
+    let mut quantity = json!({ "value": finite(value), "unit": unit, "ci95": ci95 });
+    if ci95.is_none() {
+        quantity["reason"] = json!(why_none);
+    }
+    quantity
+}
+
+/// Why a parameter has no interval.
+const STEPPED: &str =
+    "the readings change with this parameter by steps, so that no standard error can be given";
+
+/// The 95 % interval of a parameter of a finding; where physics forbids negative values it ends at zero.
+fn parameter_interval(finding: &Finding, place: usize) -> Option<[f64; 2]> {
+    let [low, high] = finding.values.get(place)?.interval_95()?;
+    let sign = finding.effect.law.parameters().get(place)?.sign;
+    Some(match sign {
+        Sign::Positive => [low.max(0.0), high.max(0.0)],
+        Sign::Either => [low, high],
+    })
+}
+
+fn finding_json(finding: &Finding) -> Value {
+    let law = finding.effect.law;
+    let parameters: Map<String, Value> = law
+        .parameters()
+        .iter()
+        .enumerate()
+        .zip(&finding.values)
+        .map(|((place, spec), value)| {
+            let interval = parameter_interval(finding, place);
+            let quantity = quantity_json(value.value, spec.unit, interval, STEPPED);
+            (spec.name.to_owned(), quantity)
+        })
+        .collect();
+    let rivals = finding.rivals.iter().map(|rival| {
+        json!({
+            "physics": rival.effect.law.name(),
+            "place": rival.effect.place.to_json(),
+            "log_bayes_factor_to_winner": finite(rival.log_bayes_to_winner),
+            "cosine": finite(rival.cosine),
+        })
+    });
+    let mut value = json!({
+        "physics": law.name(),
+        "place": finding.effect.place.to_json(),
+        "parameters": parameters,
+        "end_effect_um": um(finding.end_effect_m),
+        "absorbed_share": finite(finding.absorbed_share),
+        "log_bayes_factor": finite(finding.log_bayes),
+        "standard_errors": finite(finding.standard_errors),
+        "p_family": finite(finding.p_family),
+        "rivals": rivals.collect::<Vec<_>>(),
+    });
+    if let Some(group) = finding.alternative_group {
+        value["alternative_group"] = json!(group);
+    }
+    value
+}
+
+fn quality_json(
+    report: &DiagnosisReport<'_>,
+    quality: &Quality,
+    residuals: impl Fn(&ReadingTrace) -> [f64; 2],
+) -> Value {
+    let by_direction: Map<String, Value> = report
+        .directions()
+        .map(|direction| {
+            let [rms_m, _] = report.rms_m(&residuals, Some(direction));
+            (direction.to_string(), um(rms_m))
+        })
+        .collect();
+    let [_, within_runs_m] = report.rms_m(&residuals, None);
+    let percent = |rms_m: f64| finite(100.0 * rms_m / report.trace.displacement_rms_m);
+    json!({
+        "rms_um": um(quality.rms_m),
+        "rms_percent": percent(quality.rms_m),
+        "rms_um_by_direction": by_direction,
+        "within_runs_rms_um": um(within_runs_m),
+        "held_out_rms_um": quality.held_out_rms_m.map(um),
+        "held_out_rms_percent": quality.held_out_rms_m.map(percent),
+        "noise_units": finite(quality.reduced_chi2.sqrt()),
+        "held_out_noise_units": quality.held_out_noise_units.map(finite),
+        "held_out": quality.held_out.iter().map(|(pose, rms_m)| json!({ "pose": pose.as_str(), "rms_um": um(*rms_m) })).collect::<Vec<_>>(),
+        "reduced_chi2": finite(quality.reduced_chi2),
+    })
+}
+
+/// Whether the readings determine a factor.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum FactorStatus {
+    Free,
+    AtBound,
+    NotIdentified,
+}
+
+impl FactorStatus {
+    /// Word in files.
+    fn word(self) -> &'static str {
+        match self {
+            Self::Free => "free",
+            Self::AtBound => "at_bound",
+            Self::NotIdentified => "not_identified",
+        }
+    }
+}
+
+impl<'a> DiagnosisReport<'a> {
+    /// The factors with what became of them.
+    fn factor_shifts(&self) -> impl Iterator<Item = (&'a FactorShift, FactorStatus)> {
+        /// As far from its bound as a factor may stand to count as on it, in logarithms.
+        const ON_BOUND: f64 = 1e-6;
+        let parameters = self.parameters;
+        self.diagnosis.factors.iter().map(move |factor| {
+            let at_bound = parameters
+                .iter()
+                .find(|parameter| parameter.name == factor.name)
+                .is_some_and(|parameter| {
+                    factor.after.value - parameter.lower < ON_BOUND
+                        || parameter.upper - factor.after.value < ON_BOUND
+                });
+            let status = match (at_bound, factor.identified) {
+                (true, _) => FactorStatus::AtBound,
+                (false, true) => FactorStatus::Free,
+                (false, false) => FactorStatus::NotIdentified,
+            };
+            (factor, status)
+        })
+    }
+
+    /// Laws refused for an impossible value; a law that was found there with a possible one is none of them.
+    pub(super) fn impossible(&self) -> impl Iterator<Item = &'a Impossible> {
+        let findings = &self.diagnosis.findings;
+        self.diagnosis.impossible.iter().filter(move |one| {
+            findings
+                .iter()
+                .all(|found| (found.effect.law, &found.effect.place) != (one.law, &one.place))
+        })
+    }
+
+    /// Directions of the readings.
+    fn directions(&self) -> impl Iterator<Item = Direction> {
+        let cells = &self.observations.cells;
+        Direction::ALL
+            .into_iter()
+            .filter(|direction| cells.iter().any(|cell| cell.direction == *direction))
+    }
+
+    /// Root mean squares of two residuals over all readings, or over those of a direction, m.
+    fn rms_m(
+        &self,
+        residuals: impl Fn(&ReadingTrace) -> [f64; 2],
+        direction: Option<Direction>,
+    ) -> [f64; 2] {
+        let (mut squares, mut n) = ([0.0; 2], 0.0);
+        let readings = self.trace.readings.iter();
+        for reading in readings.filter(|r| direction.is_none_or(|d| d == r.cell.direction)) {
+            for (square, residual) in squares.iter_mut().zip(residuals(reading)) {
+                *square += residual * residual;
+            }
+            n += 1.0;
+        }
+        squares.map(|square| (square / f64::max(n, 1.0)).sqrt())
+    }
+
+    /// Root mean square that noise alone would leave, m.
+    pub(super) fn noise_floor_m(&self) -> f64 {
+        let slope_sd = self.diagnosis.noise.run_slope_sd;
+        let readings = &self.trace.readings;
+        let squares = readings
+            .iter()
+            .map(|r| r.reading_sd_m.powi(2) + (slope_sd * r.slope_m).powi(2));
+        (squares.sum::<f64>() / readings.len().max(1) as f64).sqrt()
+    }
+}
+
+/// Value of a factor from its logarithm, with its interval.
+pub(super) fn factor_value(value: &crate::mismatch::Value) -> (f64, Option<[f64; 2]>) {
+    let interval = value.interval_95().map(|ends| ends.map(f64::exp));
+    (value.value.exp(), interval)
+}
+
+fn factor_json(factor: &FactorShift, status: FactorStatus) -> Value {
+    let quantity = |value: &crate::mismatch::Value| {
+        let (value, interval) = factor_value(value);
+        quantity_json(
+            value,
+            "1",
+            interval,
+            "the data do not determine this factor",
+        )
+    };
+    let change = 100.0 * (factor.after.value - factor.before.value).exp_m1();
+    json!({
+        "name": factor.name,
+        "before": quantity(&factor.before),
+        "after": quantity(&factor.after),
+        "change_percent": finite(change),
+        "status": status.word(),
+    })
+}
+
+fn next_json(next: &NextMeasurement) -> Value {
+    let mut value = json!({
+        "plan": next.plan,
+        "separates": next.separates,
+        "expected_log_lr": finite(next.expected_log_lr),
+        "minutes": finite(next.minutes),
+    });
+    if let Some(file) = &next.file {
+        value["file"] = json!(file);
+    }
+    value
+}
+
+/// The smallest chance that the draws of noise can show of a pattern.
+fn least_left_over_p() -> f64 {
+    1.0 / (DRAWS as f64 + 1.0)
+}
+
+/// The smallest chance that the draws of noise can show of a law, its share of the level taken into account.
+fn least_law_p(limits: &Limits, law: Law) -> f64 {
+    let level = limits.levels.get(&(law, false)).copied();
+    least_left_over_p() * LAW_LEVEL / level.unwrap_or(LAW_LEVEL)
+}
+
+/// Whether so many degrees of freedom stand for a standard deviation that was given.
+fn is_known(dof: f64) -> bool {
+    dof >= 1e6
+}

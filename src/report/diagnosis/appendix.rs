@@ -1,0 +1,373 @@
+//! The numbers behind the verdict page, for readers who know statistics.
+
+use std::fmt::Write;
+
+use crate::mismatch::{
+    DRAWS, DetectionLimit, Finding, LAW_LEVEL, LEFT_OVER_LEVEL, Spot, level_share,
+};
+use crate::physics::{Law, Place};
+use crate::report::{TextTable, significant};
+
+use super::words::{law_row, listed, paragraph, printed_unit, um};
+use super::{DiagnosisReport, is_known, parameter_interval};
+
+/// The technical appendix of the verdict page: all tables.
+#[must_use]
+pub fn diagnosis_appendix(report: &DiagnosisReport<'_>) -> String {
+    let diagnosis = report.diagnosis;
+    let mut text = "APPENDIX: THE NUMBERS\n".to_owned();
+    text.push_str(&provenance(report));
+    text.push_str(&noise(report));
+    if !diagnosis.findings.is_empty() {
+        text.push_str("\nFindings. absorbed: share of the whitened effect that the factors take; p: chance that noise alone gives any law as much.\n");
+        text.push_str(&findings(&diagnosis.findings));
+        text.push_str("\nCandidates. log B: natural logarithm of the Bayes factor against the model without the finding they stand in for.\n");
+        text.push_str(&candidates(&diagnosis.findings));
+    }
+    text.push_str("\nStrata of the model without effects, each against its own scatter: F with its degrees of freedom, p family-wise by Holm, share of all\nthat noise does not explain, largest departure of a reading.\n");
+    text.push_str(&strata(report));
+    text.push_str(&carriers(report));
+    text.push_str(&quality(report));
+    if report.impossible().next().is_some() {
+        text.push_str("\nRejected: the fall of the weighted squares that a value with the impossible sign would have brought.\n");
+        let mut rows = TextTable::new(&["law and place", "gain"]);
+        for one in report.impossible() {
+            rows.row([named(one.law, &one.place), significant(one.gain, 3)]);
+        }
+        text.push_str(&rows.text());
+    }
+    text.push_str(&limits(report));
+    text.push_str("\nSmallest effect found in 80 % of such sessions (size and largest change of a reading), upper 95 % limit of the size.\n");
+    text.push_str(&detection_limits(&diagnosis.detection_limits));
+    text
+}
+
+/// A law and its place in one cell of a table.
+fn named(law: Law, place: &Place) -> String {
+    format!("{} at {place}", law_row(law))
+}
+
+fn provenance(report: &DiagnosisReport<'_>) -> String {
+    let without: Vec<String> = report.without.iter().copied().map(law_row).collect();
+    let without = if without.is_empty() {
+        "no law left out".to_owned()
+    } else {
+        format!("without {}", listed(&without, "and"))
+    };
+    let observations = report.observations;
+    let sentence = format!(
+        "stiffbench {}; data {}; robot {}, mechanism {}, factors from {}; {} readings in {} runs of {} cells; {without}; seed {}.",
+        env!("CARGO_PKG_VERSION"),
+        report.data,
+        report.robot,
+        report.mechanism,
+        report.factors,
+        observations.len(),
+        observations.runs.len(),
+        observations.cells.len(),
+        report.seed
+    );
+    paragraph(&sentence, "", "")
+}
+
+fn noise(report: &DiagnosisReport<'_>) -> String {
+    let noise = &report.diagnosis.noise;
+    let [reading, zero, slope] = report.diagnosis.noise_dof.map(|dof| {
+        if is_known(dof) {
+            "given".to_owned()
+        } else {
+            format!("{dof:.0} degrees of freedom")
+        }
+    });
+    let sentence = format!(
+        "Noise, standard deviations: reading {} ({reading}), gauge zero {} ({zero}), slope of a run {} % ({slope}).",
+        um(noise.reading_sd_m),
+        um(noise.zero_sd_m),
+        significant(100.0 * noise.run_slope_sd, 2)
+    );
+    paragraph(&sentence, "", "")
+}
+
+fn findings(findings: &[Finding]) -> String {
+    let mut rows = TextTable::new(&[
+        "law and place",
+        "set",
+        "parameter",
+        "value",
+        "95 % interval",
+        "unit",
+        "end effect",
+        "std errors",
+        "absorbed",
+        "p",
+    ]);
+    for finding in findings {
+        let effect = &finding.effect;
+        let group = finding.alternative_group;
+        let first = [
+            named(effect.law, &effect.place),
+            group.map_or_else(|| "-".to_owned(), |group| group.to_string()),
+        ];
+        let last = [
+            um(finding.end_effect_m),
+            significant(finding.standard_errors, 3),
+            significant(finding.absorbed_share, 2),
+            significant(finding.p_family, 2),
+        ];
+        let mut parameters: Vec<[String; 4]> = effect
+            .law
+            .parameters()
+            .iter()
+            .enumerate()
+            .zip(&finding.values)
+            .map(|((place, spec), value)| {
+                let (factor, unit) = printed_unit(spec.name, spec.unit, value.value);
+                let interval = parameter_interval(finding, place).map(|e| e.map(|x| factor * x));
+                [
+                    spec.name.to_owned(),
+                    significant(factor * value.value, 4),
+                    crate::report::text::interval(interval, 3),
+                    unit.to_owned(),
+                ]
+            })
+            .collect();
+        if parameters.is_empty() {
+            parameters.push(["-", "-", "-", "-"].map(str::to_owned));
+        }
+        for (place, parameter) in parameters.into_iter().enumerate() {
+            let blank = || std::iter::repeat_with(String::new);
+            if place == 0 {
+                rows.row(
+                    first
+                        .clone()
+                        .into_iter()
+                        .chain(parameter)
+                        .chain(last.clone()),
+                );
+            } else {
+                rows.row(blank().take(2).chain(parameter).chain(blank().take(4)));
+            }
+        }
+    }
+    rows.text()
+}
+
+fn candidates(findings: &[Finding]) -> String {
+    let mut rows = TextTable::new(&["law and place", "log B", "behind the winner", "cosine", ""]);
+    let mut seen: Vec<u32> = Vec::new();
+    for finding in findings {
+        let effect = &finding.effect;
+        rows.row([
+            named(effect.law, &effect.place),
+            format!("{:.1}", finding.log_bayes),
+            String::new(),
+            String::new(),
+            "named".to_owned(),
+        ]);
+        // The members of a set share their rivals: these are told once, behind the last member.
+        let is_last = match finding.alternative_group {
+            None => true,
+            Some(group) => {
+                let members = findings
+                    .iter()
+                    .filter(|f| f.alternative_group == Some(group));
+                seen.push(group);
+                seen.iter().filter(|g| **g == group).count() == members.count()
+            }
+        };
+        if !is_last {
+            continue;
+        }
+        for rival in &finding.rivals {
+            rows.row([
+                named(rival.effect.law, &rival.effect.place),
+                format!("{:.1}", finding.log_bayes - rival.log_bayes_to_winner),
+                format!("{:.1}", rival.log_bayes_to_winner),
+                format!("{:.3}", rival.cosine),
+                "rival".to_owned(),
+            ]);
+        }
+    }
+    rows.text()
+}
+
+fn strata(report: &DiagnosisReport<'_>) -> String {
+    let mut rows = TextTable::new(&[
+        "contrast",
+        "stratum",
+        "F",
+        "dof",
+        "p family-wise",
+        "share",
+        "size",
+        "sits in",
+    ]);
+    for test in &report.located.tests {
+        let [above, below] = test.dof;
+        let below = if below.is_finite() {
+            format!("{below:.0}")
+        } else {
+            "known".to_owned()
+        };
+        rows.row([
+            test.contrast.name().to_owned(),
+            test.stratum.name().to_owned(),
+            significant(test.statistic, 3),
+            format!("{above:.0}, {below}"),
+            significant(test.p_family, 2),
+            format!("{:.0} %", 100.0 * test.share),
+            um(test.size_m),
+            test.spots.first().map_or_else(|| "-".to_owned(), spot),
+        ]);
+    }
+    let mut text = rows.text();
+    for one in &report.located.untested {
+        let _ = writeln!(text, "{} was not tested: {}.", one.contrast.name(), one.why);
+    }
+    let left = &report.diagnosis.left_over;
+    let sentence = format!(
+        "The final model leaves, as its largest pattern, {} in {}, {} (p {}).",
+        left.stratum.name(),
+        left.pose
+            .as_ref()
+            .map_or_else(|| "all poses".to_owned(), ToString::to_string),
+        left.direction
+            .map_or_else(|| "all directions".to_owned(), |d| d.to_string()),
+        significant(left.p_family, 2)
+    );
+    text.push_str(&paragraph(&sentence, "", ""));
+    text
+}
+
+/// The part that holds most of a contrast.
+fn spot(spot: &Spot) -> String {
+    let parts = [
+        spot.pose.as_ref().map(ToString::to_string),
+        spot.direction.map(|direction| direction.to_string()),
+        spot.reading
+            .map(|(repeat, step)| format!("repeat {repeat} step {step}")),
+    ];
+    let parts: Vec<String> = parts.into_iter().flatten().collect();
+    let name = if parts.is_empty() {
+        "all".to_owned()
+    } else {
+        parts.join(" ")
+    };
+    format!("{name} ({:.0} %)", 100.0 * spot.share)
+}
+
+/// Parts of the structure that would carry the misfit.
+fn carriers(report: &DiagnosisReport<'_>) -> String {
+    /// Parts that are told.
+    const PARTS: usize = 8;
+    let mut text = String::new();
+    for (what, carrying) in [
+        ("slopes", &report.located.slope_carriers),
+        ("shapes", &report.located.shape_carriers),
+    ] {
+        if carrying.is_empty() {
+            continue;
+        }
+        let _ = writeln!(
+            text,
+            "\nParts of the structure by the share of the misfit of {what} that each explains alone; p left: chance that noise leaves the rest."
+        );
+        let mut rows = TextTable::new(&["part", "share", "p left", "possible", "alike"]);
+        for one in carrying.iter().take(PARTS) {
+            let alike: Vec<String> = one.alike.iter().take(3).map(ToString::to_string).collect();
+            let more = one.alike.len().saturating_sub(alike.len());
+            let more = if more > 0 {
+                format!(" and {more} more")
+            } else {
+                String::new()
+            };
+            rows.row([
+                one.carrier.to_string(),
+                format!("{:.0} %", 100.0 * one.share),
+                significant(one.p_left, 2),
+                if one.possible { "yes" } else { "no" }.to_owned(),
+                format!("{}{more}", alike.join("; ")),
+            ]);
+        }
+        text.push_str(&rows.text());
+    }
+    text
+}
+
+fn quality(report: &DiagnosisReport<'_>) -> String {
+    let (before, after) = (&report.diagnosis.before, &report.diagnosis.after);
+    let mut text = format!(
+        "\nReduced chi-squared {:.3} before, {:.3} after. Error in each pose left out of the fit:\n",
+        before.reduced_chi2, after.reduced_chi2
+    );
+    let mut rows = TextTable::new(&["pose left out", "before", "after"]);
+    for ((pose, before), (_, after)) in before.held_out.iter().zip(&after.held_out) {
+        rows.row([pose.to_string(), um(*before), um(*after)]);
+    }
+    if before.held_out.is_empty() {
+        text.push_str("only one pose was measured\n");
+    } else {
+        text.push_str(&rows.text());
+    }
+    text
+}
+
+fn limits(report: &DiagnosisReport<'_>) -> String {
+    let limits = report.limits;
+    let mut text = String::from("\n");
+    let sentence = format!(
+        "Limits. Noise alone passes for a law in {} % of sessions and for structure left over in {} %, from {DRAWS} draws with seed {}. The \
+         level of the laws is split between them in fixed shares; gain is the fall of the weighted squares that a law must exceed.",
+        significant(100.0 * LAW_LEVEL, 2),
+        significant(100.0 * LEFT_OVER_LEVEL, 2),
+        report.seed
+    );
+    text.push_str(&paragraph(&sentence, "", ""));
+    let mut rows = TextTable::new(&["law", "share", "level, %", "gain limit"]);
+    for (family, limit) in &limits.laws {
+        let (law, wide) = *family;
+        let name = if wide {
+            format!("{} (any period)", law_row(law))
+        } else {
+            law_row(law)
+        };
+        let level = limits.levels.get(family);
+        rows.row([
+            name,
+            format!("{:.2}", level_share(*family)),
+            level.map_or_else(|| "-".to_owned(), |level| significant(100.0 * level, 2)),
+            format!("{limit:.1}"),
+        ]);
+    }
+    rows.row([
+        "structure left over".to_owned(),
+        "-".to_owned(),
+        significant(100.0 * LEFT_OVER_LEVEL, 2),
+        format!("{:.1}", limits.left_over),
+    ]);
+    let _ = write!(text, "{}", rows.text());
+    text
+}
+
+fn detection_limits(limits: &[DetectionLimit]) -> String {
+    let mut rows = TextTable::new(&["law and place", "size", "upper 95 %", "unit", "at the end"]);
+    let mut limits: Vec<&DetectionLimit> = limits.iter().collect();
+    // The sort is stable: places of a law stay in the order of the robot.
+    limits.sort_by_key(|limit| limit.law);
+    for limit in limits {
+        let spec = limit.law.parameters().first();
+        let size = limit.size_80.or(limit.upper_95).unwrap_or(0.0);
+        let (factor, unit) = spec.map_or((1.0, "-"), |s| printed_unit(s.name, s.unit, size));
+        let shown = |value: Option<f64>, none: &str| {
+            value.map_or_else(|| none.to_owned(), |value| significant(factor * value, 3))
+        };
+        rows.row([
+            named(limit.law, &limit.place),
+            shown(limit.size_80, "not testable"),
+            shown(limit.upper_95, "-"),
+            unit.to_owned(),
+            limit.end_effect_m.map_or_else(|| "-".to_owned(), um),
+        ]);
+    }
+    rows.text()
+}

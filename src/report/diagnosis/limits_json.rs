@@ -1,0 +1,86 @@
+//! What programs are told of limits and noise.
+
+use serde_json::{Value, json};
+
+use crate::mismatch::{DRAWS, DetectionLimit, LAW_LEVEL, LEFT_OVER_LEVEL, Limits, level_share};
+use crate::physics::{Law, Place};
+use crate::quantity::METRES_PER_MICROMETRE;
+
+use super::testable::untestable;
+use super::{DiagnosisReport, finite, is_known, um};
+
+/// Size of each law and place that these readings would have shown, or the reason why there is none.
+pub(super) fn detection_limits_json(report: &DiagnosisReport<'_>) -> Vec<Value> {
+    let entry = |law: Law, place: Option<&Place>| {
+        json!({
+            "physics": law.name(),
+            "place": place.map(Place::to_json),
+            "size_80": null,
+            "unit": law.parameters().first().map(|parameter| parameter.unit),
+        })
+    };
+    let add = |value: &mut Value, limit: &DetectionLimit| {
+        value["size_80"] = limit.size_80.map_or(Value::Null, finite);
+        value["end_effect_um"] = limit.end_effect_m.map_or(Value::Null, um);
+        value["upper_95"] = limit.upper_95.map_or(Value::Null, finite);
+    };
+    let known = report.diagnosis.detection_limits.iter();
+    let known = known.filter(|limit| limit.size_80.is_some()).map(|limit| {
+        let mut value = entry(limit.law, Some(&limit.place));
+        add(&mut value, limit);
+        value
+    });
+    let unknown = untestable(report).into_iter().map(|one| {
+        let mut value = entry(one.law, one.place.as_ref());
+        if let Some(limit) = one.limit {
+            add(&mut value, limit);
+        }
+        value["reason"] = json!(one.reason);
+        value["remedy"] = json!(one.remedy);
+        value
+    });
+    known.chain(unknown).collect()
+}
+
+/// The standard deviations of the noise.
+pub(super) fn noise_json(report: &DiagnosisReport<'_>) -> Value {
+    let (noise, dof) = (&report.diagnosis.noise, report.diagnosis.noise_dof);
+    let one = |value: f64, unit: &str, dof: f64| {
+        let mut quantity = json!({ "value": finite(value), "unit": unit, "dof": finite(dof) });
+        if is_known(dof) {
+            quantity["dof"] = Value::Null;
+            quantity["reason"] = json!("given, not estimated");
+        }
+        quantity
+    };
+    let [reading, zero, slope] = dof;
+    json!({
+        "source": if report.noise_from_records { "records" } else { "estimated" },
+        "reading_sd": one(noise.reading_sd_m / METRES_PER_MICROMETRE, "um", reading),
+        "zero_sd": one(noise.zero_sd_m / METRES_PER_MICROMETRE, "um", zero),
+        "run_slope_sd": one(noise.run_slope_sd, "1", slope),
+        "floor_rms_um": um(report.noise_floor_m()),
+    })
+}
+
+/// How the level is split between the laws, and the limits that follow.
+pub(super) fn levels_json(limits: &Limits) -> Value {
+    let laws = limits.laws.iter().map(|(family, limit)| {
+        let (law, wide) = *family;
+        json!({
+            "physics": law.name(),
+            "unit": law.parameters().first().map(|parameter| parameter.unit),
+            "wide_search": wide,
+            "share": level_share(*family),
+            "level": limits.levels.get(family).copied().map_or(Value::Null, finite),
+            "gain_limit": finite(*limit),
+        })
+    });
+    json!({
+        "laws_level": LAW_LEVEL,
+        "laws": laws.collect::<Vec<_>>(),
+        "left_over_level": LEFT_OVER_LEVEL,
+        "left_over_gain_limit": finite(limits.left_over),
+        "draws": DRAWS,
+    })
+}

@@ -1,0 +1,122 @@
+//! What the verdict page says of laws that could not be tested or were refused, and of what to measure next.
+
+use std::fmt::Write;
+
+use crate::physics::{Law, title};
+use crate::test_point::Branch;
+
+use super::DiagnosisReport;
+use super::page::{capital, head};
+use super::testable::{Untestable, untestable};
+use super::words::{impossible, law_row, listed, paragraph};
+
+/// Places that one sentence names; the appendix has all.
+const PLACES: usize = 8;
+
+/// What could not be tested: laws that fail for one reason at the same places share a paragraph.
+pub(super) fn not_tested(report: &DiagnosisReport<'_>) -> String {
+    let all = untestable(report);
+    let readings = &report.observations.readings;
+    let loading_only = readings.iter().all(|r| r.branch == Branch::Loading);
+    if all.is_empty() && !loading_only {
+        return String::new();
+    }
+    let mut text = head("What could not be tested");
+    if loading_only {
+        text.push_str(&paragraph(
+            "No reading was made while the load came off. On loading alone play and friction look alike but for their sign, and creep and an \
+             uneven force gauge hardly differ. To tell them apart: read on the way back too.",
+            "- ",
+            "  ",
+        ));
+    }
+    let mut by_law: Vec<(Vec<Law>, Vec<String>, &Untestable<'_>)> = Vec::new();
+    for law in Law::ALL {
+        let own: Vec<&Untestable<'_>> = all.iter().filter(|one| one.law == law).collect();
+        let Some(first) = own.first() else { continue };
+        let places: Vec<String> = own
+            .iter()
+            .filter_map(|one| one.place.as_ref().map(ToString::to_string))
+            .collect();
+        let same = by_law
+            .iter_mut()
+            .find(|(_, other, one)| *other == places && one.reason == first.reason);
+        match same {
+            Some((laws, ..)) => laws.push(law),
+            None => by_law.push((vec![law], places, first)),
+        }
+    }
+    for (laws, places, one) in by_law {
+        let laws: Vec<String> = laws.into_iter().map(law_row).collect();
+        let at = match places.len() {
+            0 => String::new(),
+            n if n > PLACES => format!(
+                " at {} and {} further places",
+                places[..PLACES].join(", "),
+                n - PLACES
+            ),
+            _ => format!(" at {}", listed(&places, "and")),
+        };
+        let remedy = one
+            .remedy
+            .map_or_else(String::new, |remedy| format!(" To test it: {remedy}."));
+        let sentence = format!(
+            "{}{at}: {}.{remedy}",
+            capital(&listed(&laws, "and")),
+            one.reason
+        );
+        text.push_str(&paragraph(&sentence, "- ", "  "));
+    }
+    text
+}
+
+/// Laws that would serve only with an impossible value.
+pub(super) fn rejected(report: &DiagnosisReport<'_>) -> String {
+    let refused: Vec<_> = report.impossible().collect();
+    if refused.is_empty() {
+        return String::new();
+    }
+    let mut text = head("Rejected as impossible");
+    for one in refused.iter().take(PLACES) {
+        let sentence = format!(
+            "{}: {}.",
+            capital(&title(one.law, &one.place)),
+            impossible(one.law)
+        );
+        text.push_str(&paragraph(&sentence, "- ", "  "));
+    }
+    if refused.len() > PLACES {
+        let _ = writeln!(
+            text,
+            "- and {} more, listed in the appendix.",
+            refused.len() - PLACES
+        );
+    }
+    text
+}
+
+/// Plans that would separate what is open.
+pub(super) fn next(report: &DiagnosisReport<'_>) -> String {
+    if report.next.is_empty() {
+        return String::new();
+    }
+    let mut text = head("What to measure next");
+    for plan in report.next {
+        let [a, b] = &plan.separates;
+        let file = plan
+            .file
+            .as_ref()
+            .map_or_else(String::new, |file| format!(" Procedure: {file}."));
+        let worth = if plan.expected_log_lr < 3.0 {
+            "this will probably not be enough to tell"
+        } else {
+            "this should tell"
+        };
+        let sentence = format!(
+            "{} About {:.0} minutes; {worth} {a} from {b} (expected log likelihood ratio {:.1}).{file}",
+            plan.plan, plan.minutes, plan.expected_log_lr
+        );
+        text.push_str(&paragraph(&sentence, "- ", "  "));
+    }
+    text
+}

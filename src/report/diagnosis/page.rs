@@ -1,0 +1,361 @@
+//! The verdict on one page, for a reader who knows no statistics.
+
+use std::fmt::Write;
+
+use crate::mismatch::{Carrying, Finding, Location, Verdict};
+use crate::physics::Law;
+use crate::report::significant;
+
+use super::answer::{Answer, phrase_of};
+use super::open_questions::{next, not_tested, rejected};
+use super::tables::{errors, factors, upper_limits};
+use super::words::{
+    explanation, listed, location, one_in, paragraph, parameter_word, phrase, printed,
+    printed_unit, strength, times, um,
+};
+use super::{DiagnosisReport, least_law_p, parameter_interval};
+
+/// Parts of the structure that look alike and are named beside the first.
+const ALIKE: usize = 3;
+
+/// Chance of what a part leaves above which the part suffices.
+const ENOUGH: f64 = 0.05;
+
+/// Patterns of the residuals that the page names; the appendix has all.
+const PATTERNS: usize = 3;
+
+/// The verdict page.
+#[must_use]
+pub fn diagnosis_page(report: &DiagnosisReport<'_>) -> String {
+    let diagnosis = report.diagnosis;
+    let answers = Answer::all(&diagnosis.findings);
+    let decided = diagnosis.verdict != Verdict::InsufficientData;
+    let mut text = paragraph(&headline(report, &answers), "", "");
+    let sections = [
+        lacking(report, &answers),
+        if decided {
+            missing(diagnosis.verdict, &answers)
+        } else {
+            String::new()
+        },
+        if decided {
+            sure(report, &answers)
+        } else {
+            String::new()
+        },
+        if decided {
+            else_(&answers)
+        } else {
+            String::new()
+        },
+        if decided {
+            where_(report)
+        } else {
+            String::new()
+        },
+        if decided {
+            factors(report)
+        } else {
+            String::new()
+        },
+        if decided {
+            errors(report)
+        } else {
+            String::new()
+        },
+        if diagnosis.verdict == Verdict::NothingMissing {
+            upper_limits(&diagnosis.detection_limits)
+        } else {
+            String::new()
+        },
+        not_tested(report),
+        if decided {
+            rejected(report)
+        } else {
+            String::new()
+        },
+        next(report),
+    ];
+    for section in sections.iter().filter(|section| !section.is_empty()) {
+        text.push('\n');
+        text.push_str(section);
+    }
+    text
+}
+
+/// Size of a finding at its place, and at the end.
+fn size(finding: &Finding) -> String {
+    let law = finding.effect.law;
+    let at_place = law
+        .parameters()
+        .first()
+        .zip(finding.values.first())
+        // Of a nonlinear joint the linear part alone is no size.
+        .filter(|_| law != Law::JointNonlinearity)
+        .map(|(spec, value)| format!("{}, ", printed(spec.name, spec.unit, value.value)));
+    format!(
+        "{}up to {} at the end",
+        at_place.unwrap_or_default(),
+        um(finding.end_effect_m)
+    )
+}
+
+fn headline(report: &DiagnosisReport<'_>, answers: &[Answer<'_>]) -> String {
+    let diagnosis = report.diagnosis;
+    let sized = |answer: &Answer<'_>| match answer {
+        Answer::Single(one) => format!("{} ({})", phrase_of(one), size(one)),
+        Answer::OneOf(_) => format!("{}; these readings do not tell which", answer.phrase()),
+    };
+    match diagnosis.verdict {
+        Verdict::Explained => {
+            let all: Vec<String> = answers.iter().map(sized).collect();
+            format!("The model leaves out {}.", listed(&all, "and"))
+        }
+        Verdict::Ambiguous => {
+            let (open, known): (Vec<_>, Vec<_>) = answers
+                .iter()
+                .partition(|answer| matches!(answer, Answer::OneOf(_)));
+            let known: Vec<String> = known.into_iter().map(sized).collect();
+            let mut text = String::new();
+            if !known.is_empty() {
+                let _ = write!(text, "The model leaves out {}. ", listed(&known, "and"));
+            }
+            let more = if known.is_empty() { "" } else { "also " };
+            for answer in open {
+                let _ = write!(text, "The model {more}leaves out {}. ", sized(answer));
+            }
+            text
+        }
+        Verdict::Unknown => format!(
+            "Something is missing from the model, and no law of the library explains it: it shows {}.",
+            location(&diagnosis.left_over)
+        ),
+        Verdict::NothingMissing => {
+            "The readings show nothing that the model leaves out.".to_owned()
+        }
+        Verdict::InsufficientData => {
+            "These readings cannot decide whether the model leaves something out.".to_owned()
+        }
+    }
+}
+
+/// The heading of a section.
+pub(super) fn head(title: &str) -> String {
+    format!("{}\n", title.to_uppercase())
+}
+
+fn lacking(report: &DiagnosisReport<'_>, answers: &[Answer<'_>]) -> String {
+    let lacking = &report.diagnosis.lacking;
+    if lacking.is_empty() {
+        return String::new();
+    }
+    let mut text = head("What is lacking");
+    for one in lacking {
+        text.push_str(&paragraph(one, "- ", "  "));
+    }
+    if !answers.is_empty() {
+        let all: Vec<String> = answers.iter().map(Answer::phrase).collect();
+        let hint = format!(
+            "The search pointed at {}. That is no finding: what scatters and what is missing cannot be told apart here.",
+            listed(&all, "and at")
+        );
+        text.push_str(&paragraph(&hint, "", ""));
+    }
+    text
+}
+
+/// Each finding with what it is and how large.
+fn missing(verdict: Verdict, answers: &[Answer<'_>]) -> String {
+    if answers.is_empty() {
+        return String::new();
+    }
+    let mut text = head(match verdict {
+        Verdict::Unknown => "What explains a part of it",
+        _ => "What is missing",
+    });
+    if verdict == Verdict::Unknown {
+        text.push_str(&paragraph(
+            "The following improves the model but does not explain what the readings show. Do not take it for the cause: a cause outside \
+             the library can make laws of the library look right.",
+            "",
+            "",
+        ));
+    }
+    for answer in answers {
+        if let Answer::OneOf(members) = answer {
+            let several = format!(
+                "One of these {}; the readings do not tell which, the first explains them as well as any.",
+                members.len()
+            );
+            text.push_str(&paragraph(&several, "", ""));
+        }
+        let mut explained: Vec<Law> = Vec::new();
+        for finding in answer.members() {
+            let law = finding.effect.law;
+            let sentence = described(finding, !explained.contains(&law));
+            explained.push(law);
+            text.push_str(&paragraph(&sentence, "- ", "  "));
+        }
+    }
+    text
+}
+
+/// A finding with its sizes, and what its law does if that is to be said.
+fn described(finding: &Finding, with_law: bool) -> String {
+    let law = finding.effect.law;
+    let mut text = capital(&format!("{} ({law}).", phrase_of(finding)));
+    if with_law {
+        let _ = write!(text, " {}", explanation(law));
+    }
+    let sizes = law.parameters().iter().enumerate().zip(&finding.values);
+    for ((place, spec), value) in sizes {
+        let (factor, unit) = printed_unit(spec.name, spec.unit, value.value);
+        let interval = parameter_interval(finding, place).map_or_else(
+            || "no interval can be given".to_owned(),
+            |[low, high]| {
+                format!(
+                    "95 % interval {} to {}",
+                    significant(factor * low, 3),
+                    significant(factor * high, 3)
+                )
+            },
+        );
+        let _ = write!(
+            text,
+            " {}: {} {unit} ({interval}).",
+            capital(parameter_word(law, spec.name)),
+            significant(factor * value.value, 3)
+        );
+    }
+    let _ = write!(
+        text,
+        " It changes readings by up to {}; the fitted factors had hidden {:.0} % of it.",
+        um(finding.end_effect_m),
+        100.0 * finding.absorbed_share.clamp(0.0, 1.0)
+    );
+    text
+}
+
+/// A sentence with a capital at its start.
+pub(super) fn capital(text: &str) -> String {
+    let mut letters = text.chars();
+    letters.next().map_or_else(String::new, |first| {
+        first.to_uppercase().chain(letters).collect()
+    })
+}
+
+fn sure(report: &DiagnosisReport<'_>, answers: &[Answer<'_>]) -> String {
+    if answers.is_empty() {
+        return String::new();
+    }
+    let mut text = head("How sure");
+    for answer in answers {
+        let Some(best) = answer.members().first() else {
+            continue;
+        };
+        let name = match answer {
+            Answer::Single(_) => capital(&phrase_of(best)),
+            Answer::OneOf(members) => format!("One of the {}", members.len()),
+        };
+        let sentence = format!(
+            "{name}: the readings are {} likelier with it than without (log Bayes factor {:.1}; {}). Noise alone would pass for \
+             something as strong {} such sessions. It is {:.1} times as large as its standard error.",
+            times(best.log_bayes),
+            best.log_bayes,
+            strength(best.log_bayes),
+            one_in(best.p_family, least_law_p(report.limits, best.effect.law)),
+            best.standard_errors
+        );
+        text.push_str(&paragraph(&sentence, "- ", "  "));
+    }
+    text
+}
+
+/// The nearest rivals.
+fn else_(answers: &[Answer<'_>]) -> String {
+    if answers.is_empty() {
+        return String::new();
+    }
+    let mut text = head("What else it could be");
+    for answer in answers {
+        let Some(best) = answer.members().first() else {
+            continue;
+        };
+        let sentence = match (best.rivals.first(), answer) {
+            (None, Answer::Single(_)) => format!(
+                "{}: no other law at any place comes near.",
+                capital(&phrase_of(best))
+            ),
+            (None, Answer::OneOf(_)) => {
+                "Besides those above no law at any place comes near.".to_owned()
+            }
+            (Some(rival), _) => {
+                let other = phrase(rival.effect.law, &rival.effect.place, &rival.effect.values);
+                let subject = match answer {
+                    Answer::Single(_) => format!("Instead of {}", phrase_of(best)),
+                    Answer::OneOf(_) => "Besides those above".to_owned(),
+                };
+                format!(
+                    "{subject} the next best is {other}; the readings are {} likelier with {} (log Bayes factor {:.1}).",
+                    times(rival.log_bayes_to_winner),
+                    phrase_of(best),
+                    rival.log_bayes_to_winner
+                )
+            }
+        };
+        text.push_str(&paragraph(&sentence, "- ", "  "));
+    }
+    text
+}
+
+fn where_(report: &DiagnosisReport<'_>) -> String {
+    let locations = report.located.locations();
+    if locations.is_empty() {
+        return String::new();
+    }
+    let mut text = head(match report.diagnosis.verdict {
+        Verdict::NothingMissing => "What stands out, no more than chance may",
+        Verdict::Unknown => "Where the model fails",
+        _ => "Where the model without it fails",
+    });
+    let line = |one: &Location| {
+        format!(
+            "{}; noise alone would do as much somewhere {} such sessions.",
+            capital(&location(one)),
+            one_in(one.p_family, 0.0)
+        )
+    };
+    for one in locations.iter().take(PATTERNS) {
+        text.push_str(&paragraph(&line(one), "- ", "  "));
+    }
+    let carriers = [
+        ("the stiffness", &report.located.slope_carriers),
+        ("the shape of the curves", &report.located.shape_carriers),
+    ];
+    for (what, carrying) in carriers {
+        // A part that leaves something unexplained is no pointer for this page; the appendix has it.
+        let enough = |one: &&Carrying| one.possible && one.p_left > ENOUGH;
+        if let Some(best) = carrying.iter().find(enough) {
+            text.push_str(&paragraph(&carried(what, best), "- ", "  "));
+        }
+    }
+    text
+}
+
+/// Which part of the structure would carry a misfit.
+fn carried(what: &str, best: &Carrying) -> String {
+    let alike: Vec<String> = best.alike.iter().map(ToString::to_string).collect();
+    let also = match alike.len() {
+        0 => String::new(),
+        n if n > ALIKE => format!(
+            " (or {}, or {} further parts)",
+            alike[..ALIKE].join(", "),
+            n - ALIKE
+        ),
+        _ => format!(" (or {}, which look alike)", listed(&alike, "or")),
+    };
+    format!(
+        "Of all single parts of the structure {}{also} would alone explain what is odd in {what}, if it gave way.",
+        best.carrier
+    )
+}

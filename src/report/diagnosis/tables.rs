@@ -1,0 +1,154 @@
+//! The tables of the verdict page: factors, errors, and what would have been found.
+
+use crate::mismatch::{DetectionLimit, Quality, ReadingTrace};
+use crate::physics::Law;
+use crate::report::{TextTable, significant};
+
+use super::page::head;
+use super::words::{law_row, paragraph, um};
+use super::{DiagnosisReport, FactorStatus, factor_value};
+
+/// The factors, and how they move back once what was missing is there.
+pub(super) fn factors(report: &DiagnosisReport<'_>) -> String {
+    let found = !report.diagnosis.findings.is_empty();
+    let mut text = head(if found {
+        "How the fitted factors move back"
+    } else {
+        "The fitted factors"
+    });
+    if found {
+        text.push_str(&paragraph(
+            "Without the missing physics the factors stood in for it as well as they could. These are the factors without it and with it.",
+            "",
+            "",
+        ));
+    }
+    let heads: &[&str] = if found {
+        &[
+            "factor",
+            "without",
+            "with",
+            "change",
+            "95 % interval",
+            "determined",
+        ]
+    } else {
+        &["factor", "value", "95 % interval", "determined"]
+    };
+    let mut rows = TextTable::new(heads);
+    for (factor, status) in report.factor_shifts() {
+        let (before, _) = factor_value(&factor.before);
+        let (after, interval) = factor_value(&factor.after);
+        let mut cells = vec![factor.name.clone()];
+        if found {
+            cells.push(significant(before, 4));
+        }
+        cells.push(significant(after, 4));
+        if found {
+            // Adding zero makes a change that rounds to nothing +0.0.
+            let percent = (1000.0 * (after / before - 1.0)).round() / 10.0 + 0.0;
+            cells.push(format!("{percent:+.1} %"));
+        }
+        cells.push(crate::report::text::interval(interval, 3));
+        cells.push(
+            match status {
+                FactorStatus::Free => "yes",
+                FactorStatus::AtBound => "no, at its bound",
+                FactorStatus::NotIdentified => "no",
+            }
+            .to_owned(),
+        );
+        rows.row(cells);
+    }
+    text.push_str(&rows.text());
+    text
+}
+
+/// How far the model misses the readings, without and with what was found.
+pub(super) fn errors(report: &DiagnosisReport<'_>) -> String {
+    let diagnosis = report.diagnosis;
+    let found = !diagnosis.findings.is_empty();
+    let mut text = head("How far the model misses the readings");
+    let shown = |rms_m: f64| {
+        format!(
+            "{} ({} %)",
+            um(rms_m),
+            significant(100.0 * rms_m / report.trace.displacement_rms_m, 2)
+        )
+    };
+    let mut rows = TextTable::new(if found {
+        &["root mean square", "without", "with"]
+    } else {
+        &["root mean square", "model"]
+    });
+    let mut add = |name: &str, before: String, after: String| {
+        let mut cells = vec![name.to_owned(), after];
+        if found {
+            cells.insert(1, before);
+        }
+        rows.row(cells);
+    };
+    let (before, after) = (&diagnosis.before, &diagnosis.after);
+    let mut both = |name: &str, of: &dyn Fn(&Quality) -> String| add(name, of(before), of(after));
+    both("all readings", &|quality| shown(quality.rms_m));
+    both("poses left out of the fit", &|quality| {
+        let rms_m = quality.held_out_rms_m;
+        rms_m.map_or_else(|| "only one pose".to_owned(), &shown)
+    });
+    both("all readings, in units of the noise", &|quality| {
+        format!("{:.2}", quality.reduced_chi2.sqrt())
+    });
+    both("poses left out, in units of the noise", &|quality| {
+        let units = quality.held_out_noise_units;
+        units.map_or_else(|| "only one pose".to_owned(), |units| format!("{units:.2}"))
+    });
+    let old = |r: &ReadingTrace| [r.before_m, r.before_within_run_m];
+    let new = |r: &ReadingTrace| [r.after_m, r.after_within_run_m];
+    for direction in report.directions() {
+        let [_, before_m] = report.rms_m(old, Some(direction));
+        let [_, after_m] = report.rms_m(new, Some(direction));
+        let name = format!("readings along {direction}, zero and slope of each run off");
+        add(&name, um(before_m), um(after_m));
+    }
+    text.push_str(&rows.text());
+    let floor = format!(
+        "Percent are of the root mean square displacement, {}. Noise alone would leave about {} over all readings, or 1.00 in units of \
+         the noise: no model can do better. The softest direction rules the um; the units of the noise count all readings alike.",
+        um(report.trace.displacement_rms_m),
+        um(report.noise_floor_m())
+    );
+    text.push_str(&paragraph(&floor, "", ""));
+    text
+}
+
+/// For each law the effect that would have been found, where it is seen best and worst.
+pub(super) fn upper_limits(limits: &[DetectionLimit]) -> String {
+    let mut text = head("What would have been found");
+    text.push_str(&paragraph(
+        "Smaller effects than these may be there. Four sessions of five would have shown an effect of this size at the end of the robot; \
+         the place is where the law is seen best and worst. Upper limits of every single place stand in the appendix.",
+        "",
+        "",
+    ));
+    let mut rows = TextTable::new(&["law", "seen best", "at", "seen worst", "at"]);
+    for law in Law::ALL {
+        let mut known: Vec<(f64, &DetectionLimit)> = limits
+            .iter()
+            .filter(|limit| limit.law == law)
+            .filter_map(|limit| Some((limit.end_effect_m?, limit)))
+            .collect();
+        known.sort_by(|a, b| a.0.total_cmp(&b.0));
+        let (Some(best), Some(worst)) = (known.first(), known.last()) else {
+            continue;
+        };
+        let mut cells = vec![law_row(law), um(best.0), best.1.place.to_string()];
+        if known.len() > 1 {
+            cells.extend([um(worst.0), worst.1.place.to_string()]);
+        } else {
+            cells.extend([String::new(), String::new()]);
+        }
+        rows.row(cells);
+    }
+    text.push_str(&rows.text());
+    text
+}

@@ -1,0 +1,233 @@
+//! From a diagnosis to the inputs of its figures.
+
+mod law;
+mod map;
+
+use crate::mismatch::{Finding, Impossible};
+use crate::physics::{Effect, title};
+use crate::plot::{
+    BeforeAfterPoint, DetectionLimit, DetectionLimits, EvidenceBars, EvidenceCandidate,
+    FactorShift, FactorValue, Figure, HeldOutError, HeldOutPose, ResidualsAgainst,
+    ResidualsBeforeAfter, ShiftedFactor, Standing, detection_limits, evidence_bars, factor_shift,
+    found_law, held_out_error, mismatch_map, residuals_before_after,
+};
+
+use super::diagnosis::{Answer, DiagnosisReport, factor_value, listed, short_phrase};
+
+/// All figures of a diagnosis with the names of their files; those that compare with a finding only where there is one.
+#[must_use]
+pub fn diagnosis_figures(report: &DiagnosisReport<'_>) -> Vec<(String, Figure)> {
+    /// What was done to the residuals of a figure.
+    const WITHIN_RUNS: &str =
+        " Zero and slope of each run, as the final model finds them, are taken off.";
+    const STEPS_WITHIN_RUNS: &str =
+        " Zero and slope of each run are taken off before the means of load steps.";
+    let noted = |mut figure: Figure, note: &str| {
+        figure.caption.push_str(note);
+        figure
+    };
+    let diagnosis = report.diagnosis;
+    let mut figures = vec![(
+        "mismatch_map".to_owned(),
+        noted(
+            mismatch_map(&map::map(report, map::Model::Before)),
+            STEPS_WITHIN_RUNS,
+        ),
+    )];
+    let effects = &diagnosis.effects;
+    if !effects.is_empty() {
+        let found = found(effects);
+        figures.push((
+            "mismatch_map_after".to_owned(),
+            noted(
+                mismatch_map(&map::map(report, map::Model::After)),
+                STEPS_WITHIN_RUNS,
+            ),
+        ));
+        figures.push((
+            "residuals_before_after".to_owned(),
+            noted(
+                residuals_before_after(&before_after(report, &found)),
+                WITHIN_RUNS,
+            ),
+        ));
+        for (place, effect) in report.trace.effects.iter().enumerate() {
+            let input = law::law(report, effect);
+            figures.push((
+                numbered("found_law", place),
+                noted(found_law(&input), WITHIN_RUNS),
+            ));
+        }
+        for (place, answer) in Answer::all(&diagnosis.findings).iter().enumerate() {
+            // What is impossible was judged against the model without effects, as the first finding was.
+            let impossible: Vec<&Impossible> = if place == 0 {
+                report.impossible().collect()
+            } else {
+                Vec::new()
+            };
+            let figure = evidence_bars(&evidence(answer, &impossible));
+            let note = if impossible.is_empty() {
+                ""
+            } else {
+                " A hatched bar is half the fall of the weighted squares, the most that its evidence could have been."
+            };
+            figures.push((numbered("evidence_bars", place), noted(figure, note)));
+        }
+        figures.push((
+            "factor_shift".to_owned(),
+            factor_shift(&shift(report, &found)),
+        ));
+        if !diagnosis.before.held_out.is_empty() {
+            figures.push((
+                "held_out_error".to_owned(),
+                held_out_error(&held_out(report, &found)),
+            ));
+        }
+    }
+    figures.push((
+        "detection_limits".to_owned(),
+        detection_limits(&limits(report)),
+    ));
+    figures
+}
+
+/// `name`, then `name_2`, `name_3` …
+fn numbered(name: &str, place: usize) -> String {
+    if place == 0 {
+        name.to_owned()
+    } else {
+        format!("{name}_{}", place + 1)
+    }
+}
+
+/// What was found, for headings.
+fn found(effects: &[Effect]) -> String {
+    if effects.len() > 2 {
+        return format!("the {} effects found", effects.len());
+    }
+    let names: Vec<String> = effects.iter().map(short_phrase).collect();
+    listed(&names, "and")
+}
+
+fn before_after(report: &DiagnosisReport<'_>, found: &str) -> ResidualsBeforeAfter {
+    let readings = &report.trace.readings;
+    // Lines of the file stand in the order of the session.
+    let mut order: Vec<usize> = (0..readings.len()).collect();
+    order.sort_by_key(|place| readings[*place].line);
+    let mut sequence = vec![0; readings.len()];
+    for (number, place) in order.into_iter().enumerate() {
+        sequence[place] = number;
+    }
+    let points = readings
+        .iter()
+        .zip(sequence)
+        .map(|(reading, sequence)| BeforeAfterPoint {
+            direction: reading.cell.direction,
+            target_n: reading.target_n,
+            force_n: reading.force_n,
+            sequence,
+            // Zeros and slopes of runs are those that the final model finds, in both: what differs is what was found.
+            before_m: reading.after_within_run_m + reading.model_change_m,
+            after_m: reading.after_within_run_m,
+            noise_sd_m: Some(reading.reading_sd_m),
+            flagged: reading.flagged,
+        });
+    ResidualsBeforeAfter {
+        found: found.to_owned(),
+        against: ResidualsAgainst::Force,
+        points: points.collect(),
+    }
+}
+
+fn evidence(answer: &Answer<'_>, impossible: &[&Impossible]) -> EvidenceBars {
+    let members = answer.members();
+    let named = members.iter().map(|finding| EvidenceCandidate {
+        name: title(finding.effect.law, &finding.effect.place),
+        log_bayes_factor: finding.log_bayes,
+        standing: Standing::Named,
+    });
+    let rivals = members
+        .first()
+        .into_iter()
+        .flat_map(|best: &&Finding| best.rivals.iter().map(move |rival| (*best, rival)))
+        .map(|(best, rival)| EvidenceCandidate {
+            name: title(rival.effect.law, &rival.effect.place),
+            log_bayes_factor: best.log_bayes - rival.log_bayes_to_winner,
+            standing: Standing::Rival,
+        })
+        // What explains nothing is no rival to be drawn.
+        .filter(|rival| rival.log_bayes_factor > 0.5);
+    let refused = impossible.iter().map(|one| {
+        let parameter = one.law.parameters().first();
+        EvidenceCandidate {
+            name: title(one.law, &one.place),
+            // Its prior excludes the value, so that it has no Bayes factor: the best it could have had.
+            log_bayes_factor: 0.5 * one.gain,
+            standing: Standing::Impossible {
+                reason: format!("{} < 0", parameter.map_or("size", |p| p.name)),
+            },
+        }
+    });
+    EvidenceBars {
+        candidates: named.chain(rivals).chain(refused).collect(),
+    }
+}
+
+fn shift(report: &DiagnosisReport<'_>, found: &str) -> FactorShift {
+    let value = |value: &crate::mismatch::Value| {
+        let (value, ci95) = factor_value(value);
+        FactorValue { value, ci95 }
+    };
+    let factors = report.diagnosis.factors.iter().map(|factor| ShiftedFactor {
+        name: factor.name.replace('.', " "),
+        before: value(&factor.before),
+        after: value(&factor.after),
+    });
+    FactorShift {
+        found: found.to_owned(),
+        factors: factors.collect(),
+    }
+}
+
+fn held_out(report: &DiagnosisReport<'_>, found: &str) -> HeldOutError {
+    let diagnosis = report.diagnosis;
+    let slope_sd = diagnosis.noise.run_slope_sd;
+    let pairs = diagnosis
+        .before
+        .held_out
+        .iter()
+        .zip(&diagnosis.after.held_out);
+    let poses = pairs.map(|((pose, before_rms_m), (_, after_rms_m))| {
+        let readings = report.trace.readings.iter();
+        let squares: Vec<f64> = readings
+            .filter(|reading| reading.cell.pose == *pose)
+            .map(|r| r.reading_sd_m.powi(2) + (slope_sd * r.slope_m).powi(2))
+            .collect();
+        let n = squares.len();
+        HeldOutPose {
+            pose: pose.clone(),
+            before_rms_m: *before_rms_m,
+            after_rms_m: *after_rms_m,
+            noise_floor_m: (n > 0).then(|| (squares.iter().sum::<f64>() / n as f64).sqrt()),
+            n,
+        }
+    });
+    HeldOutError {
+        found: found.to_owned(),
+        poses: poses.collect(),
+    }
+}
+
+fn limits(report: &DiagnosisReport<'_>) -> DetectionLimits {
+    let limits = report.diagnosis.detection_limits.iter();
+    DetectionLimits {
+        limits: limits
+            .map(|limit| DetectionLimit {
+                law: super::diagnosis::law_row(limit.law),
+                place: limit.place.to_string(),
+                end_effect_m: limit.end_effect_m,
+            })
+            .collect(),
+        reading_sd_m: Some(report.diagnosis.noise.reading_sd_m),
+    }
+}

@@ -1,0 +1,268 @@
+//! What the readings show of a found law, and its curve, over what drives it.
+
+use crate::mismatch::{EffectTrace, ReadingTrace};
+use crate::physics::{Law, Place};
+use crate::plot::{Bar, CurveShape, DrivingQuantity, FoundLaw, LawCurve, LawPanel, LawPoint};
+use crate::report::DiagnosisReport;
+use crate::report::diagnosis::short_phrase;
+use crate::test_point::{Branch, Cell};
+
+/// Loads of at least this share of the largest count as large: there a law that grows with the displacement shows best.
+const LARGE_LOAD: f64 = 0.9;
+
+/// Points into which a quantity is gathered that has a value of its own for each reading.
+const GATHERED: usize = 24;
+
+/// One reading as the figure sees it.
+struct Seen<'a> {
+    reading: &'a ReadingTrace,
+    /// What drives the law.
+    at: f64,
+    /// What the law does, m.
+    change_m: f64,
+    /// What the reading shows without the law, m.
+    shown_m: f64,
+    variance_m2: f64,
+}
+
+/// The figure's input for one effect.
+pub(super) fn law(report: &DiagnosisReport<'_>, effect: &EffectTrace) -> FoundLaw {
+    let driving = driving(report, effect.effect.law);
+    let seen = seen(report, effect, driving);
+    let panels = if is_pooled(effect.effect.law) {
+        vec![LawPanel {
+            heading: pooled_heading(effect.effect.law).to_owned(),
+            ..gathered(effect, seen)
+        }]
+    } else {
+        let mut cells: Vec<&Cell> = Vec::new();
+        for one in &seen {
+            if !cells.contains(&&one.reading.cell) {
+                cells.push(&one.reading.cell);
+            }
+        }
+        let panel = |cell: &&Cell| {
+            let own = seen.iter().filter(|one| one.reading.cell == **cell);
+            by_step(cell, effect, driving, &own.collect::<Vec<_>>())
+        };
+        cells.iter().map(panel).collect()
+    };
+    FoundLaw {
+        found: short_phrase(&effect.effect),
+        driving,
+        bar: Bar::StandardUncertainty,
+        panels,
+    }
+}
+
+/// What drives a law, as far as it was recorded.
+fn driving(report: &DiagnosisReport<'_>, law: Law) -> DrivingQuantity {
+    let recorded = report.observations.recorded;
+    match law {
+        Law::GaugePeriodic => DrivingQuantity::Displacement,
+        Law::DriftPerSecond | Law::DriftPerKelvin if recorded.time => DrivingQuantity::Clock,
+        Law::Slip if recorded.time => DrivingQuantity::Clock,
+        Law::Creep if recorded.hold => DrivingQuantity::Hold,
+        Law::SettingIn => DrivingQuantity::Repeat,
+        _ => DrivingQuantity::Force,
+    }
+}
+
+/// Laws that act alike in all cells.
+fn is_pooled(law: Law) -> bool {
+    matches!(law, Law::GaugePeriodic | Law::DriftPerSecond)
+}
+
+fn pooled_heading(law: Law) -> &'static str {
+    match law {
+        Law::GaugePeriodic => "all cells, folded to one period",
+        _ => "all cells",
+    }
+}
+
+/// The readings that show a law.
+fn seen<'a>(
+    report: &'a DiagnosisReport<'_>,
+    effect: &'a EffectTrace,
+    driving: DrivingQuantity,
+) -> Vec<Seen<'a>> {
+    let readings = &report.trace.readings;
+    let largest_n = readings.iter().map(|r| r.force_n.abs()).fold(0.0, f64::max);
+    let shows = |reading: &ReadingTrace| match effect.effect.law {
+        Law::Creep | Law::SettingIn => reading.force_n.abs() >= LARGE_LOAD * largest_n,
+        Law::Slip => matches!(&effect.effect.place,
+            Place::Run { pose, direction, repeat, .. }
+                if reading.cell.pose == *pose && reading.cell.direction == *direction && reading.repeat == *repeat),
+        _ => true,
+    };
+    let period_m = effect.effect.values.get(1).copied();
+    readings
+        .iter()
+        .zip(&effect.change_m)
+        .filter(|(reading, _)| shows(reading))
+        .map(|(reading, &change_m)| Seen {
+            reading,
+            at: match driving {
+                DrivingQuantity::Force => reading.force_n,
+                DrivingQuantity::Displacement => match period_m {
+                    Some(period_m) if period_m > 0.0 => reading.displacement_m.rem_euclid(period_m),
+                    _ => reading.displacement_m,
+                },
+                DrivingQuantity::Clock => reading.since_zero_s.unwrap_or(0.0),
+                DrivingQuantity::Hold => reading.hold_s.unwrap_or(0.0),
+                DrivingQuantity::Repeat => f64::from(reading.repeat),
+            },
+            change_m,
+            shown_m: reading.after_within_run_m + change_m,
+            variance_m2: reading.reading_sd_m.powi(2),
+        })
+        .collect()
+}
+
+/// One panel of all readings: gathered along the driving quantity, precise readings counting more.
+fn gathered(effect: &EffectTrace, mut seen: Vec<Seen<'_>>) -> LawPanel {
+    seen.sort_by(|a, b| a.at.total_cmp(&b.at));
+    let (low, high) = match (seen.first(), seen.last()) {
+        (Some(first), Some(last)) => (first.at, last.at),
+        _ => (0.0, 0.0),
+    };
+    let width = ((high - low) / GATHERED as f64).max(f64::MIN_POSITIVE);
+    let bin = |one: &Seen<'_>| (((one.at - low) / width) as usize).min(GATHERED - 1);
+    let groups: Vec<&[Seen<'_>]> = seen.chunk_by(|a, b| bin(a) == bin(b)).collect();
+    let points = groups.iter().map(|group| {
+        let all: Vec<&Seen<'_>> = group.iter().collect();
+        // Cells of different zeros and branches come together here: no branch is told.
+        point(&all, Branch::Loading)
+    });
+    let curve = if effect.effect.law == Law::GaugePeriodic {
+        wave(&effect.effect.values)
+    } else {
+        groups.iter().map(|group| mean_of(group)).collect()
+    };
+    LawPanel {
+        heading: String::new(),
+        points: points.collect(),
+        curves: vec![LawCurve {
+            name: "law as fitted".to_owned(),
+            shape: CurveShape::Line,
+            points: curve,
+        }],
+    }
+}
+
+/// A sine over one period; nothing if the effect is none.
+fn wave(values: &[f64]) -> Vec<[f64; 2]> {
+    let &[amplitude_m, period_m, phase] = values else {
+        return Vec::new();
+    };
+    (0..=60)
+        .map(|place| {
+            let turn = f64::from(place) / 60.0;
+            let angle = std::f64::consts::TAU * turn + phase;
+            [turn * period_m, amplitude_m * angle.sin()]
+        })
+        .collect()
+}
+
+/// Means of where readings stand and of what the law does there.
+fn mean_of(group: &[Seen<'_>]) -> [f64; 2] {
+    let n = group.len().max(1) as f64;
+    let at = group.iter().map(|one| one.at).sum::<f64>() / n;
+    let change_m = group.iter().map(|one| one.change_m).sum::<f64>() / n;
+    [at, change_m]
+}
+
+/// One panel of a cell: the repeats of each load step together.
+fn by_step(
+    cell: &Cell,
+    effect: &EffectTrace,
+    driving: DrivingQuantity,
+    own: &[&Seen<'_>],
+) -> LawPanel {
+    let mut groups: Vec<Vec<&Seen<'_>>> = Vec::new();
+    for one in own {
+        let alike = |other: &Seen<'_>| {
+            let (a, b) = (other.reading, one.reading);
+            if driving == DrivingQuantity::Repeat {
+                a.repeat == b.repeat
+            } else {
+                a.step == b.step && a.hold_number == b.hold_number && a.branch == b.branch
+            }
+        };
+        match groups.iter_mut().find(|group| alike(group[0])) {
+            Some(group) => group.push(one),
+            None => groups.push(vec![one]),
+        }
+    }
+    let key = |group: &[&Seen<'_>]| (group[0].reading.step, group[0].reading.hold_number);
+    match driving {
+        // The path of the load is the order of the steps: a loop is drawn as it was gone through.
+        DrivingQuantity::Force => groups.sort_by_key(|group| key(group)),
+        _ => groups.sort_by(|a, b| mean_at(a).total_cmp(&mean_at(b))),
+    }
+    let branch = |group: &[&Seen<'_>]| match driving {
+        DrivingQuantity::Repeat => Branch::Loading,
+        _ => group[0].reading.branch,
+    };
+    let means = groups.iter().map(|group| {
+        let change_m = group.iter().map(|one| one.change_m).sum::<f64>() / group.len() as f64;
+        [mean_at(group), change_m]
+    });
+    let means: Vec<[f64; 2]> = means.collect();
+    let shape = match effect.effect.law {
+        Law::Slip => CurveShape::Steps,
+        _ => CurveShape::Line,
+    };
+    LawPanel {
+        heading: cell.to_string(),
+        curves: vec![LawCurve {
+            name: "law as fitted".to_owned(),
+            shape,
+            points: match (driving, &effect.effect.values[..]) {
+                (DrivingQuantity::Hold, &[_, t0_s]) => growth(&means, t0_s),
+                _ => means,
+            },
+        }],
+        points: groups.iter().map(|g| point(g, branch(g))).collect(),
+    }
+}
+
+/// A curve of creep between holds, its size that of the law at the holds.
+fn growth(means: &[[f64; 2]], t0_s: f64) -> Vec<[f64; 2]> {
+    let shape = |hold_s: f64| (1.0 + hold_s / t0_s.max(f64::MIN_POSITIVE)).log10();
+    let [mut product, mut square] = [0.0; 2];
+    let (mut low, mut high) = (f64::INFINITY, f64::NEG_INFINITY);
+    for &[hold_s, change_m] in means {
+        product += shape(hold_s) * change_m;
+        square += shape(hold_s) * shape(hold_s);
+        (low, high) = (low.min(hold_s), high.max(hold_s));
+    }
+    if !(square > 0.0 && high > low) {
+        return means.to_vec();
+    }
+    (0..=60)
+        .map(|place| {
+            let hold_s = low + (high - low) * f64::from(place) / 60.0;
+            [hold_s, product / square * shape(hold_s)]
+        })
+        .collect()
+}
+
+fn mean_at(group: &[&Seen<'_>]) -> f64 {
+    group.iter().map(|one| one.at).sum::<f64>() / group.len() as f64
+}
+
+/// The mean of readings, each weighed by its precision.
+fn point(group: &[&Seen<'_>], branch: Branch) -> LawPoint {
+    let weight = |one: &&Seen<'_>| one.variance_m2.max(f64::MIN_POSITIVE).recip();
+    let sum: f64 = group.iter().map(weight).sum();
+    let shown = group.iter().map(|one| weight(one) * one.shown_m);
+    LawPoint {
+        at: mean_at(group),
+        residual_m: shown.sum::<f64>() / sum,
+        bar_m: Some(sum.sqrt().recip()),
+        n: group.len(),
+        branch,
+        flagged: group.iter().any(|one| one.reading.flagged),
+    }
+}

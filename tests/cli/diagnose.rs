@@ -1,0 +1,358 @@
+//! What the model leaves out: verdicts on sessions with known answers, the contract of the JSON, files, and what is refused.
+
+use std::path::Path;
+
+use serde_json::Value;
+
+use super::{Desk, five_columns};
+
+/// Benches in which a joint of a serial arm rubs, nothing is missing, a joint has play while the robot sets in, one of two members that
+/// vanish together is loose, and the gauge has a period; their answers are open (`data/concealed/development-answers.json`).
+const FRICTION: &str = "a06d3026";
+const NOTHING: &str = "3f551cfa";
+const PLAY_AND_SETTING_IN: &str = "862ab930";
+const LOOSE_MEMBER: &str = "831a7500";
+const PERIOD: &str = "094df8da";
+
+fn session(id: &str) -> String {
+    let folder = concat!(env!("CARGO_MANIFEST_DIR"), "/data/concealed/sessions");
+    format!("{folder}/{id}")
+}
+
+/// The open answer of a session.
+fn answer(id: &str) -> Value {
+    let text = include_str!("../../data/concealed/development-answers.json");
+    let mut all: Value = serde_json::from_str(text).unwrap();
+    all["benches"][id].take()
+}
+
+fn assert_valid(object: &Value) {
+    let schema: Value =
+        serde_json::from_str(include_str!("../../docs/diagnosis.schema.json")).unwrap();
+    assert!(jsonschema::meta::is_valid(&schema));
+    let validator = jsonschema::validator_for(&schema).unwrap();
+    let errors: Vec<String> = validator
+        .iter_errors(object)
+        .map(|error| format!("{}: {error}", error.instance_path()))
+        .collect();
+    assert!(errors.is_empty(), "{}", errors.join("\n"));
+}
+
+/// Physics and places of all findings.
+fn found(data: &Value) -> Vec<(&str, &Value)> {
+    let findings = data["findings"].as_array().unwrap();
+    findings
+        .iter()
+        .map(|finding| (finding["physics"].as_str().unwrap(), &finding["place"]))
+        .collect()
+}
+
+#[test]
+fn friction_in_a_joint_is_named_with_its_size() {
+    let desk = Desk::new();
+    let object = desk
+        .run(&format!("diagnose {} --out out --json", session(FRICTION)))
+        .succeeds()
+        .json();
+    assert_valid(&object);
+    let data = &object["data"];
+    let truth = &answer(FRICTION)["truth"][0];
+    assert_eq!(
+        found(data),
+        [(truth["physics"].as_str().unwrap(), &truth["place"])]
+    );
+    assert_eq!(data["verdict"], "explained");
+    let finding = &data["findings"][0];
+    for (name, parameter) in truth["parameters"].as_object().unwrap() {
+        let told = &finding["parameters"][name];
+        assert_eq!(told["unit"], parameter["unit"]);
+        let [low, high] = [0, 1].map(|end| told["ci95"][end].as_f64().unwrap());
+        let (value, width) = (parameter["value"].as_f64().unwrap(), high - low);
+        // Twice the width of a 95 % interval is beyond any chance.
+        assert!(
+            value > low - width && value < high + width,
+            "{name}: {value} is far from {low} to {high}"
+        );
+    }
+    let absorbed = finding["absorbed_share"].as_f64().unwrap();
+    assert!((absorbed - truth["absorbed_share"].as_f64().unwrap()).abs() < 0.1);
+    let [before, after] =
+        ["before", "after"].map(|state| data[state]["noise_units"].as_f64().unwrap());
+    assert!(after < before && after < 1.05, "{before} to {after}");
+    // The page says it in words; the files are what was printed.
+    let page = desk.read("out/verdict.txt");
+    assert!(
+        page.starts_with("The model leaves out friction in joint S1 ("),
+        "{page}"
+    );
+    for words in [
+        "WHAT IS MISSING",
+        "HOW SURE",
+        "WHAT ELSE IT COULD BE",
+        "HOW THE FITTED FACTORS MOVE BACK",
+        "HOW FAR THE MODEL MISSES THE READINGS",
+        "APPENDIX",
+    ] {
+        assert!(page.contains(words), "`{words}` is not in\n{page}");
+    }
+    let written: Value = serde_json::from_str(&desk.read("out/diagnosis.json")).unwrap();
+    assert_valid(&written);
+    assert_eq!(written["data"]["findings"], data["findings"]);
+    // The model with the friction in it is one that the other subcommands take.
+    assert!(desk.read("out/model.toml").contains("joint-friction"));
+    desk.run("simulate again --model out/model.toml --poses P1 --seed 2")
+        .succeeds();
+    let files = data["files"].as_array().unwrap();
+    for figure in [
+        "mismatch_map",
+        "mismatch_map_after",
+        "residuals_before_after",
+        "found_law",
+        "evidence_bars",
+        "factor_shift",
+        "held_out_error",
+        "detection_limits",
+    ] {
+        for end in ["svg", "png"] {
+            let name = format!("out/{figure}.{end}");
+            assert!(files.contains(&Value::from(name.clone())), "{name}");
+            assert!(desk.path(&name).is_file(), "{name}");
+        }
+    }
+}
+
+#[test]
+fn nothing_missing_says_what_would_have_been_found() {
+    let desk = Desk::new();
+    let command = format!("diagnose {} --no-figures --out out", session(NOTHING));
+    // One pose does not determine all factors: without a finding that is what --strict tells.
+    let ran = desk.run(&format!("{command} --strict")).exits_with(41);
+    assert!(
+        ran.stdout
+            .starts_with("The readings show nothing that the model leaves out."),
+        "{}",
+        ran.stdout
+    );
+    assert!(
+        ran.stdout.contains("WHAT WOULD HAVE BEEN FOUND"),
+        "{}",
+        ran.stdout
+    );
+    assert!(!desk.path("out/mismatch_map.svg").exists());
+    let first = desk.read("out/diagnosis.json");
+    let page = desk.read("out/verdict.txt");
+    let data: Value = serde_json::from_str(&first).unwrap();
+    assert_valid(&data);
+    let data = &data["data"];
+    assert_eq!(data["verdict"], "nothing-missing");
+    assert!(found(data).is_empty() && data["next_measurement"].as_array().unwrap().is_empty());
+    // Every law of the library is told of: with a limit, or with the reason why there is none.
+    let limits = data["detection_limits"].as_array().unwrap();
+    for law in stiffbench::physics::Law::ALL {
+        let tested = data["levels"]["laws"].as_array().unwrap();
+        assert!(
+            limits
+                .iter()
+                .chain(tested)
+                .any(|one| one["physics"] == law.name()),
+            "{law}"
+        );
+    }
+    // Same session, same seed: same bytes.
+    desk.run(&command).succeeds();
+    assert_eq!(desk.read("out/diagnosis.json"), first);
+    assert_eq!(desk.read("out/verdict.txt"), page);
+}
+
+#[test]
+fn two_effects_are_told_apart_and_law_by_law_left_out() {
+    let desk = Desk::new();
+    let path = session(PLAY_AND_SETTING_IN);
+    let data = desk.data(&format!("diagnose {path} --out a --no-figures"));
+    for truth in answer(PLAY_AND_SETTING_IN)["truth"].as_array().unwrap() {
+        let name = (truth["physics"].as_str().unwrap(), &truth["place"]);
+        assert!(found(&data).contains(&name), "{name:?}");
+    }
+    let object = desk
+        .run(&format!(
+            "diagnose {path} --out b --no-figures --without joint-backlash,thermal-drift --seed 3 --json"
+        ))
+        .succeeds()
+        .json();
+    assert_valid(&object);
+    let data = &object["data"];
+    assert!(found(data).iter().all(|(law, _)| *law != "joint-backlash"));
+    assert_eq!(
+        data["without"],
+        serde_json::json!(["joint-backlash", "thermal-drift"])
+    );
+    assert_eq!(data["seed"], 3);
+    let limits = data["detection_limits"].as_array().unwrap();
+    assert!(
+        limits
+            .iter()
+            .any(|limit| limit["physics"] == "joint-backlash"
+                && limit["size_80"].is_null()
+                && limit["reason"].as_str().unwrap().contains("left out"))
+    );
+}
+
+#[test]
+fn what_cannot_be_told_apart_is_named_as_a_set() {
+    let desk = Desk::new();
+    let command = format!("diagnose {} --no-figures --out out", session(LOOSE_MEMBER));
+    let data = desk.data(&command);
+    assert_eq!(data["verdict"], "ambiguous");
+    let found = found(&data);
+    let truth = &answer(LOOSE_MEMBER)["truth"][0];
+    let rivals = truth["rivals"].as_array().unwrap();
+    for member in rivals
+        .iter()
+        .filter(|rival| rival["standard_errors_between"].as_f64().unwrap() < 2.0)
+        .chain([truth])
+    {
+        let name = (member["physics"].as_str().unwrap(), &member["place"]);
+        assert!(found.contains(&name), "{name:?} is not in {found:?}");
+    }
+    for finding in data["findings"].as_array().unwrap() {
+        assert_eq!(finding["alternative_group"], 1);
+    }
+    let page = desk.read("out/verdict.txt");
+    assert!(
+        page.starts_with("The model leaves out a loose element ")
+            && page.contains("these readings do not tell"),
+        "{page}"
+    );
+}
+
+#[test]
+fn what_no_law_explains_is_called_unknown() {
+    let desk = Desk::new();
+    let command = format!(
+        "diagnose {} --without gauge-periodic --no-figures --out out",
+        session(PERIOD)
+    );
+    let data = desk.data(&command);
+    assert_eq!(data["verdict"], "unknown");
+    assert_eq!(data["left_over"]["stratum"], "rest");
+    assert!(data["left_over"]["p"].as_f64().unwrap() < 0.01);
+    let page = desk.read("out/verdict.txt");
+    assert!(
+        page.starts_with(
+            "Something is missing from the model, and no law of the library explains it"
+        ),
+        "{page}"
+    );
+    if !found(&data).is_empty() {
+        assert!(page.contains("WHAT EXPLAINS A PART OF IT"), "{page}");
+    }
+    assert!(page.contains("without gauge-periodic"));
+}
+
+#[test]
+fn a_bare_file_is_diagnosed_without_files_and_says_what_it_lacks() {
+    let desk = Desk::new();
+    desk.write("readings.csv", &five_columns(&["P1", "P2"], 1));
+    let before = std::fs::read_dir(desk.folder.path()).unwrap().count();
+    let object = desk
+        .run("diagnose readings.csv --mechanism A --json")
+        .succeeds()
+        .json();
+    assert_valid(&object);
+    assert_eq!(object["data"]["verdict"], "insufficient-data");
+    assert!(object["data"]["files"].is_null());
+    let text = desk
+        .run("diagnose readings.csv --mechanism A")
+        .succeeds()
+        .stdout;
+    assert!(
+        text.starts_with("These readings cannot decide whether the model leaves something out."),
+        "{text}"
+    );
+    assert!(text.contains("WHAT IS LACKING") && text.contains("three repeats"));
+    assert!(text.contains("APPENDIX"));
+    let after = std::fs::read_dir(desk.folder.path()).unwrap().count();
+    assert_eq!(before, after);
+    desk.run("diagnose readings.csv --mechanism A --strict")
+        .exits_with(1);
+}
+
+#[test]
+fn noise_from_the_records_needs_a_record() {
+    let desk = Desk::new();
+    desk.write("session/readings.csv", &five_columns(&["P1", "P2"], 3));
+    let error = desk.run("diagnose session --noise records --json");
+    let error = error.exits_with(10).json();
+    assert_eq!(
+        error["error"]["code"],
+        "stiffbench::session_file::no_resolution"
+    );
+    let path = session(NOTHING);
+    let object = desk
+        .run(&format!(
+            "diagnose {path} --noise records --no-figures --out out --json"
+        ))
+        .succeeds()
+        .json();
+    assert_valid(&object);
+    let noise = &object["data"]["noise"];
+    assert_eq!(noise["source"], "records");
+    assert!(noise["reading_sd"]["dof"].is_null());
+    assert!(noise["zero_sd"]["dof"].as_f64().unwrap() < 1000.0);
+}
+
+#[test]
+fn what_cannot_be_diagnosed_is_refused() {
+    let desk = Desk::new();
+    desk.write("readings.csv", &five_columns(&["P1", "P9"], 3));
+    desk.write("ok.csv", &five_columns(&["P1", "P2"], 3));
+    let refused = |arguments: &str, exit: i32, code: &str| {
+        let object = desk.run(&format!("{arguments} --json"));
+        let error = object.exits_with(exit).json()["error"].clone();
+        assert_eq!(error["code"], code, "{error}");
+        error.to_string()
+    };
+    let error = refused(
+        "diagnose ok.csv --without joint-backlsh",
+        2,
+        "stiffbench::mismatch::unknown_law",
+    );
+    assert!(
+        error.contains("joint-backlash") && error.contains("did you mean"),
+        "{error}"
+    );
+    let error = refused(
+        "diagnose readings.csv",
+        11,
+        "stiffbench::readings::unknown_pose",
+    );
+    assert!(error.contains("P9"), "{error}");
+    refused("diagnose nowhere", 11, "stiffbench::input::not_found");
+    refused(
+        "diagnose paper-experiment",
+        2,
+        "stiffbench::usage::needs_readings",
+    );
+    let lines: Vec<String> = five_columns(&["P1"], 3)
+        .lines()
+        .enumerate()
+        .map(|(line, text)| {
+            let status = if line == 0 { "status" } else { "rejected" };
+            format!("{text},{status}")
+        })
+        .collect();
+    desk.write("rejected.csv", &lines.join("\n"));
+    refused("diagnose rejected.csv", 11, "stiffbench::mismatch::empty");
+    refused(
+        "diagnose ok.csv --effect thermal-drift@clock:rate=36um/h",
+        2,
+        "stiffbench::usage::argument",
+    );
+    desk.write("file", "");
+    assert!(Path::new(&desk.path("file")).is_file());
+    refused(
+        "diagnose ok.csv --no-figures --out file/below",
+        11,
+        "stiffbench::output::write",
+    );
+}
