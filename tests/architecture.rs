@@ -34,7 +34,7 @@ const MAY_IMPORT: [(&str, &[&str]); 22] = [
     (
         "report",
         &[
-            "quantity", "test_point", "readings", "stiffness", "structure", "robot", "physics", "least_squares", "fit", "mismatch", "prove",
+            "quantity", "test_point", "readings", "specimen", "stiffness", "structure", "robot", "physics", "least_squares", "fit", "mismatch", "prove",
             "distribution", "plot",
         ],
     ),

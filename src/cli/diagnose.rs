@@ -19,6 +19,7 @@ use crate::robot::{FittingFactors, Pose};
 use super::args::{Global, LogArgs};
 use super::data::{Chosen, Session, choose, load_session, sha256};
 use super::diagnose_args::{DiagnoseArgs, NoiseSource};
+use super::diagnose_specimen;
 use super::failure::{CliError, Failure};
 use super::figure_files::{write, write_figure};
 use super::outcome::{Outcome, envelope};
@@ -33,6 +34,9 @@ const RECORD_TOO_GOOD: f64 = 1.5;
 /// Finds what the model leaves out.
 pub(super) fn run(args: &DiagnoseArgs, global: &Global) -> Result<Outcome, Failure> {
     let without = laws(&args.without)?;
+    if let Some(options) = args.specimen.options() {
+        return diagnose_specimen::run(args, &options, without);
+    }
     let bar = progress(global, "diagnosis: read, search, judge, draw", 4);
     let mut session = load_session(&args.data, &LogArgs::default(), global)?;
     let chosen = choose(&args.model, Some(&mut session))?;

@@ -5,11 +5,12 @@ use std::path::PathBuf;
 use clap::{Args, ValueEnum};
 
 use super::args::ModelArgs;
+use super::specimen_args::SpecimenArgs;
 
 /// Arguments of `diagnose`.
 #[derive(Debug, Args)]
 #[command(
-    after_help = "Writes verdict.txt, diagnosis.json and figures to SESSION/diagnosis. docs/diagnosis.md explains them.\n\nExamples:\n  stiffbench diagnose my-session\n  stiffbench diagnose readings.csv --robot my-robot.toml --out diagnosis --json\n  stiffbench diagnose my-session --without slip,gauge-periodic --no-figures"
+    after_help = "Writes verdict.txt, diagnosis.json and figures to SESSION/diagnosis. docs/diagnosis.md explains them.\n\nExamples:\n  stiffbench diagnose my-session\n  stiffbench diagnose readings.csv --robot my-robot.toml --out diagnosis --json\n  stiffbench diagnose my-session --without slip,gauge-periodic --no-figures\n  stiffbench diagnose cell.csv --specimen --force-column load --force-unit kN --displacement-column travel --displacement-unit mm"
 )]
 pub(super) struct DiagnoseArgs {
     /// Session folder or readings file
@@ -32,6 +33,9 @@ pub(super) struct DiagnoseArgs {
     /// Write no figures
     #[arg(long)]
     pub(super) no_figures: bool,
+    /// Tables without a robot.
+    #[command(flatten)]
+    pub(super) specimen: SpecimenArgs,
 }
 
 /// Where the scatter of single readings comes from.

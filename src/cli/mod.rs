@@ -6,6 +6,7 @@ mod data;
 mod demo;
 mod diagnose;
 mod diagnose_args;
+mod diagnose_specimen;
 mod failure;
 mod figure_files;
 mod fit;
@@ -20,10 +21,6 @@ mod prove_args;
 mod robot;
 mod significance;
 mod simulate;
-#[cfg_attr(
-    not(test),
-    expect(dead_code, reason = "`diagnose` takes these arguments when it comes")
-)]
 mod specimen_args;
 mod stiffness;
 

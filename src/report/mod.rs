@@ -11,6 +11,7 @@ mod paper;
 mod prove;
 mod robot;
 mod significance;
+mod specimen;
 mod stiffness;
 mod text;
 
@@ -31,5 +32,6 @@ pub use robot::{
     compliance_json, compliance_text, mobility_json, mobility_text, robot_json, robot_text,
 };
 pub use significance::{significance_json, significance_with_sequence};
+pub use specimen::{SpecimenReport, specimen_json, specimen_text};
 pub use stiffness::stiffness_text;
 pub use text::{TextTable, significant};

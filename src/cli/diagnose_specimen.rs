@@ -1,0 +1,56 @@
+//! `stiffbench diagnose --specimen`: a table of force against displacement without a robot.
+
+use std::fs::File;
+
+use crate::mismatch::{NEED_A_ROBOT, SearchOptions, diagnose, specimen_bench};
+use crate::physics::Law;
+use crate::report::{SpecimenReport, specimen_json, specimen_text};
+use crate::specimen::{SpecimenOptions, read_specimen};
+
+use super::diagnose_args::DiagnoseArgs;
+use super::failure::{CliError, Failure};
+use super::figure_files::write;
+use super::outcome::{Outcome, envelope};
+
+/// Reads the table and says what a straight line leaves out.
+pub(super) fn run(
+    args: &DiagnoseArgs,
+    options: &SpecimenOptions,
+    without: Vec<Law>,
+) -> Result<Outcome, Failure> {
+    let file = File::open(&args.data).map_err(|source| CliError::Read {
+        path: args.data.clone(),
+        source,
+    })?;
+    let table = read_specimen(&args.data.display().to_string(), file, options)?;
+    let (observations, baseline, scale) = specimen_bench(&table)?;
+    let search = SearchOptions {
+        without: without.into_iter().chain(NEED_A_ROBOT).collect(),
+        seed: args.seed,
+        ..SearchOptions::default()
+    };
+    let (diagnosis, _) = diagnose(&baseline, &observations, &search, None)?;
+    let report = SpecimenReport {
+        table: &table,
+        scale: &scale,
+        diagnosis: &diagnosis,
+        seed: args.seed,
+    };
+    let text = specimen_text(&report);
+    let data = specimen_json(&report);
+    if let Some(folder) = &args.out {
+        let mut object = envelope("diagnosis", true);
+        object["data"] = data.clone();
+        write(&folder.join("verdict.txt"), text.as_bytes())?;
+        write(
+            &folder.join("diagnosis.json"),
+            format!("{object:#}\n").as_bytes(),
+        )?;
+    }
+    let mut notes: Vec<String> = table.assumptions.iter().map(ToString::to_string).collect();
+    let excluded = table.excluded.to_string();
+    if !excluded.is_empty() {
+        notes.push(excluded);
+    }
+    Ok(Outcome::new("diagnosis", text, data).with_warnings(notes))
+}
