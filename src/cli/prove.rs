@@ -9,15 +9,19 @@ use serde_json::{Map, Value, json};
 use crate::mismatch::SearchOptions;
 use crate::physics::Law;
 use crate::prove::{
-    Answers, PowerOptions, Session, SessionTexts, Set, Sets, calibrate, calibration_plans,
-    diagnose_all, power, score, unseal,
+    Answers, PowerOptions, Recordings, Session, SessionTexts, Set, Sets, calibrate,
+    calibration_plans, diagnose_all, power, score, score_pose_errors, score_recording,
+    twelve_values, unseal,
 };
 use crate::readings::SessionHeader;
 use crate::report::{
     calibration_json, calibration_text, concealed_json, concealed_text, power_figure, power_json,
-    power_text, verdicts_json,
+    power_text, recordings_json, recordings_text, twelve_values_json, twelve_values_text,
+    verdicts_json,
 };
+use crate::robot::Robot;
 use crate::source_text::SourceText;
+use crate::specimen::read_specimen;
 
 use super::args::Global;
 use super::data::robot_source;
@@ -26,6 +30,13 @@ use super::figure_files::{write, write_figure};
 use super::outcome::Outcome;
 use super::progress::progress;
 use super::prove_args::{ProveArgs, ProvePart, SetChoice};
+
+/// Angles of the poses whose errors were recorded, beside the regressors made from them.
+const POSE_ANGLES: &str = "ur5_grid_1000.csv";
+
+/// Stiffness of the paper's bench and fitted model, and displacements of its finite elements.
+const TABLE_VI: &str = include_str!("../../data/paper/experiment-table-vi.csv");
+const TABLE_V: &str = include_str!("../../data/paper/reference.csv");
 
 /// Concealed sessions of each list under `--quick`.
 const QUICK_SESSIONS: usize = 12;
@@ -64,6 +75,12 @@ pub(super) fn run(args: &ProveArgs, global: &Global) -> Result<Outcome, Failure>
     }
     if wanted(ProvePart::Power) {
         power_part(args, global, &mut done)?;
+    }
+    if wanted(ProvePart::Recordings) {
+        recordings(args, global, &mut done)?;
+    }
+    if wanted(ProvePart::Paper) {
+        paper(args, &mut done)?;
     }
     let seconds = started.elapsed().as_secs_f64();
     let data = json!({
@@ -191,6 +208,47 @@ fn power_part(args: &ProveArgs, global: &Global, done: &mut Done) -> Result<(), 
         &power_figure(&cases),
     )?;
     done.add("power", &power_text(&cases), power_json(&cases));
+    Ok(())
+}
+
+/// Recordings by others, each with the verdict that is known for it.
+fn recordings(args: &ProveArgs, global: &Global, done: &mut Done) -> Result<(), Failure> {
+    let folder = args.data.join("recordings");
+    let list = folder.join("recordings.toml");
+    let list = Recordings::parse(&list.display().to_string(), &read(&list)?)?;
+    let bar = progress(global, "recordings", list.recording.len() as u64);
+    let mut scores = Vec::new();
+    for recording in &list.recording {
+        let file = folder.join(&recording.file);
+        let score = if let Some(options) = &recording.specimen {
+            let text = read(&file)?;
+            let table = read_specimen(&recording.file, text.as_bytes(), options)?;
+            score_recording(recording, &table, args.seed)?
+        } else {
+            let grid = read(&file.with_file_name(POSE_ANGLES))?;
+            score_pose_errors(recording, &read(&file)?, &grid, args.seed)?
+        };
+        scores.push(score);
+        bar.inc(1);
+    }
+    bar.finish_and_clear();
+    done.add(
+        "recordings",
+        &recordings_text(&scores),
+        recordings_json(&scores),
+    );
+    Ok(())
+}
+
+/// The paper's twelve stiffness values on the shipped robot.
+fn paper(args: &ProveArgs, done: &mut Done) -> Result<(), Failure> {
+    let robot = Robot::parse(&robot_source("hp-robot", None)?)?;
+    let found = twelve_values(&robot, TABLE_VI, TABLE_V, args.seed)?;
+    done.add(
+        "paper",
+        &twelve_values_text(&found),
+        twelve_values_json(&found),
+    );
     Ok(())
 }
 

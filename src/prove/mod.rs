@@ -9,8 +9,10 @@ mod calibration;
 mod cases;
 mod error;
 mod linear_model;
+mod pose_errors;
 mod power;
 mod promises;
+mod recordings;
 mod score;
 mod sealed;
 mod session;
@@ -23,8 +25,12 @@ pub use answers::{Answer, Answers, Expected, KnownRival, Set, Sets, TrueEffect, 
 pub use blind::{BlindVerdict, diagnose_all};
 pub use calibration::{CalibrationPlan, CalibrationRow, Variant, calibrate, calibration_plans};
 pub use error::ProveError;
+pub use pose_errors::score_pose_errors;
 pub use power::{PowerCase, PowerOptions, PowerPoint, power};
 pub use promises::promises;
+pub use recordings::{
+    ComparedFigure, Recording, RecordingScore, Recordings, judge, score_recording,
+};
 pub use score::{
     APART, APART_SHARE, INSEPARABLE, Named, Outcome, Score, TruthScore, UNKNOWN_FROM, score,
 };

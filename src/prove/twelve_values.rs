@@ -480,7 +480,9 @@ fn unit_beside(mut column: Vec<f64>, basis: &[Vec<f64>]) -> Option<Vec<f64>> {
     if after <= 1e-6 * before || after == 0.0 {
         return None;
     }
-    column.iter_mut().for_each(|x| *x /= after);
+    for x in &mut column {
+        *x /= after;
+    }
     Some(column)
 }
 

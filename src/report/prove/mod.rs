@@ -3,11 +3,15 @@
 mod calibration;
 mod concealed;
 mod power;
+mod recordings;
+mod twelve_values;
 mod verdicts;
 
 pub use calibration::{calibration_json, calibration_text};
 pub use concealed::{concealed_json, concealed_text};
 pub use power::{power_figure, power_json, power_text};
+pub use recordings::{recordings_json, recordings_text};
+pub use twelve_values::{twelve_values_json, twelve_values_text};
 pub use verdicts::verdicts_json;
 
 use serde_json::{Value, json};
