@@ -337,3 +337,41 @@ impl ResidualFunction for Residuals<'_, '_> {
         self.at(parameters, residuals)
     }
 }
+
+/// Values of each variable that are tried for a further measurement.
+const GRID: usize = 5;
+
+/// Poses over the ranges of the variables that differ between the measured poses, within the robot's limits and within reach.
+pub(super) fn grid(robot: &Robot, problem: &StiffnessProblem<'_>) -> Vec<Pose> {
+    let Some(first) = problem.poses.first() else {
+        return Vec::new();
+    };
+    let mut poses = vec![first.clone()];
+    for (place, variable) in robot.variables.iter().enumerate() {
+        let moves = problem
+            .poses
+            .iter()
+            .any(|pose| pose.angles_deg[place] != first.angles_deg[place]);
+        if !moves {
+            continue;
+        }
+        poses = poses
+            .iter()
+            .flat_map(|pose| {
+                (0..GRID).map(|step| {
+                    let share = step as f64 / (GRID - 1) as f64;
+                    let mut pose = pose.clone();
+                    pose.angles_deg[place] =
+                        variable.min_deg + share * (variable.max_deg - variable.min_deg);
+                    pose
+                })
+            })
+            .collect();
+    }
+    poses.retain(|pose| {
+        let one = std::slice::from_ref(pose);
+        robot.violated_limits(pose).is_empty()
+            && Mechanics::new(robot, problem.mechanism, &problem.start, one).is_ok()
+    });
+    poses
+}

@@ -9,6 +9,7 @@ mod calibration;
 mod cases;
 mod error;
 mod linear_model;
+mod orthogonal;
 mod pose_errors;
 mod power;
 mod promises;

@@ -10,6 +10,7 @@ use rand_distr::{Distribution, StandardNormal};
 use rayon::prelude::*;
 
 use super::error::ProveError;
+use super::orthogonal::unit_beside;
 use super::recordings::{ComparedFigure, Recording, RecordingScore};
 
 /// Level of the search.
@@ -416,7 +417,7 @@ fn forward<'c>(
 fn limit(poses: &Poses, candidates: &[Candidate], seed: u64) -> f64 {
     let mut basis: Vec<Vec<f64>> = Vec::new();
     for column in &poses.rigid {
-        basis.extend(unit_beside(column, &basis));
+        basis.extend(unit_beside(column.clone(), &basis));
     }
     let units: Vec<Vec<Vec<f64>>> = candidates
         .iter()
@@ -424,7 +425,7 @@ fn limit(poses: &Poses, candidates: &[Candidate], seed: u64) -> f64 {
             let mut beside = basis.clone();
             let mut own = Vec::new();
             for column in &candidate.columns {
-                if let Some(unit) = unit_beside(column, &beside) {
+                if let Some(unit) = unit_beside(column.clone(), &beside) {
                     beside.push(unit.clone());
                     own.push(unit);
                 }
@@ -458,98 +459,5 @@ fn limit(poses: &Poses, candidates: &[Candidate], seed: u64) -> f64 {
     largest[((1.0 - LEVEL) * DRAWS as f64) as usize]
 }
 
-/// A column of unit length beside others; `None` if they contain it.
-fn unit_beside(column: &[f64], basis: &[Vec<f64>]) -> Option<Vec<f64>> {
-    let length = |v: &[f64]| v.iter().map(|x| x * x).sum::<f64>().sqrt();
-    let before = length(column);
-    let mut own = column.to_vec();
-    for _ in 0..2 {
-        for other in basis {
-            let product: f64 = own.iter().zip(other).map(|(a, b)| a * b).sum();
-            for (value, unit) in own.iter_mut().zip(other) {
-                *value -= product * unit;
-            }
-        }
-    }
-    let after = length(&own);
-    if after <= 1e-9 * before {
-        return None;
-    }
-    for value in &mut own {
-        *value /= after;
-    }
-    Some(own)
-}
-
 #[cfg(test)]
-mod tests {
-    use super::super::recordings::Recordings;
-    use super::*;
-
-    const LIST: &str = include_str!("../../data/recordings/recordings.toml");
-    const DERIVED: &str = include_str!(
-        "../../data/recordings/robot-pose-errors-laser-tracker/derived_ur5_regressors.csv"
-    );
-    const GRID: &str =
-        include_str!("../../data/recordings/robot-pose-errors-laser-tracker/ur5_grid_1000.csv");
-
-    fn ur5() -> Recording {
-        let list = Recordings::parse("recordings.toml", LIST).unwrap();
-        let mut all = list.recording.into_iter();
-        all.find(|recording| recording.name == "ur5-pose-errors")
-            .unwrap()
-    }
-
-    #[test]
-    fn figures_of_the_ur5_are_those_that_are_known_and_compliance_is_rejected() {
-        let score = score_pose_errors(&ur5(), DERIVED, GRID, 0).unwrap();
-        for figure in &score.figures {
-            let (known, ours) = (figure.known.unwrap(), figure.ours.unwrap());
-            // Known with four digits, from another program; the BIC of almost nothing is a difference of thousands.
-            let tolerance = 2e-3 * known.abs() + if known.abs() < 10.0 { 2e-2 } else { 0.0 };
-            let tolerance = if figure.name.starts_with("mean") {
-                2e-3 * known
-            } else {
-                tolerance
-            };
-            assert!(
-                (ours - known).abs() <= tolerance,
-                "{}: {ours} instead of {known}",
-                figure.name
-            );
-        }
-        assert!(score.is_right(), "{}", score.words);
-        assert!(
-            score
-                .words
-                .contains("joint-compliance at joint 3: impossible"),
-            "{}",
-            score.words
-        );
-    }
-
-    #[test]
-    fn incomplete_tables_are_refused() {
-        for (derived, grid) in [
-            ("", GRID),
-            (DERIVED, "step_order\n0\n"),
-            ("pose,error_mm\n0,1\n", GRID),
-        ] {
-            let refused = score_pose_errors(&ur5(), derived, grid, 0);
-            assert!(matches!(refused, Err(ProveError::Form { .. })));
-        }
-    }
-
-    #[test]
-    fn a_line_is_fitted_with_its_standard_errors() {
-        // y = 1 + 2x with residuals 1, -2, 1 over 3.
-        let (one, x) = (vec![1.0; 3], vec![0.0, 1.0, 2.0]);
-        let y = [1.0 + 1.0 / 3.0, 3.0 - 2.0 / 3.0, 5.0 + 1.0 / 3.0];
-        let found = fit(&[&one, &x], &y).unwrap();
-        assert!((found.values[0] - 1.0).abs() < 1e-12 && (found.values[1] - 2.0).abs() < 1e-12);
-        // Variance 6/9 over one degree of freedom; of the slope half of it, of the intercept 5/6 of it.
-        assert!((found.standard_errors[1] - (1.0_f64 / 3.0).sqrt()).abs() < 1e-12);
-        assert!((found.standard_errors[0] - (5.0_f64 / 9.0).sqrt()).abs() < 1e-12);
-        assert!(fit(&[&one, &one], &y).is_none());
-    }
-}
+mod tests;

@@ -15,7 +15,8 @@ use crate::robot::{Pose, Robot};
 use crate::test_point::{Direction, PoseId};
 
 use super::error::ProveError;
-use super::linear_model::{LinearFit, LinearLaw, MeasuredCell, StiffnessProblem, compliance};
+use super::linear_model::{LinearFit, LinearLaw, MeasuredCell, StiffnessProblem, compliance, grid};
+use super::orthogonal::{smallest, take_out, unit_beside};
 
 /// Poses that the paper fits; it judges on the others.
 const TRAIN: [&str; 2] = ["P1", "P3"];
@@ -28,9 +29,6 @@ const LEVEL: f64 = 0.04;
 
 /// Candidates within this log likelihood ratio are not told apart.
 const TELL_APART: f64 = 3.0;
-
-/// Values of each variable that are tried for a further measurement.
-const GRID: usize = 5;
 
 /// Candidates for which a further measurement is looked for.
 const RIVALS: usize = 5;
@@ -467,182 +465,5 @@ impl Study<'_> {
     }
 }
 
-/// A column of unit length beside others; `None` if they contain it.
-fn unit_beside(mut column: Vec<f64>, basis: &[Vec<f64>]) -> Option<Vec<f64>> {
-    let length = |v: &[f64]| v.iter().map(|x| x * x).sum::<f64>().sqrt();
-    let before = length(&column);
-    for _ in 0..2 {
-        for other in basis {
-            take_out(&mut column, other);
-        }
-    }
-    let after = length(&column);
-    if after <= 1e-6 * before || after == 0.0 {
-        return None;
-    }
-    for x in &mut column {
-        *x /= after;
-    }
-    Some(column)
-}
-
-fn take_out(vector: &mut [f64], unit: &[f64]) {
-    let product: f64 = vector.iter().zip(unit).map(|(a, b)| a * b).sum();
-    for (value, unit) in vector.iter_mut().zip(unit) {
-        *value -= product * unit;
-    }
-}
-
-/// Where a function of one size is smallest: a grid (of equal ratios where sizes are positive), then golden sections.
-fn smallest(at: &dyn Fn(f64) -> f64, [low, high]: [f64; 2]) -> f64 {
-    const STEPS: usize = 60;
-    let points: Vec<f64> = (0..=STEPS)
-        .map(|step| {
-            let share = step as f64 / STEPS as f64;
-            if low < 0.0 {
-                low + (high - low) * share
-            } else if step == 0 {
-                0.0
-            } else {
-                high * 1e-5_f64.powf(1.0 - share)
-            }
-        })
-        .collect();
-    let best = (0..points.len())
-        .min_by(|a, b| at(points[*a]).total_cmp(&at(points[*b])))
-        .unwrap_or(0);
-    let (mut a, mut b) = (
-        points[best.saturating_sub(1)],
-        points[(best + 1).min(STEPS)],
-    );
-    let golden = 0.5 * (5.0_f64.sqrt() - 1.0);
-    for _ in 0..60 {
-        let (c, d) = (b - golden * (b - a), a + golden * (b - a));
-        if at(c) < at(d) {
-            b = d;
-        } else {
-            a = c;
-        }
-    }
-    let middle = 0.5 * (a + b);
-    if at(middle) <= at(points[best]) {
-        middle
-    } else {
-        points[best]
-    }
-}
-
-/// Poses over the ranges of the variables that differ between the measured poses, within the robot's limits and within reach.
-fn grid(robot: &Robot, problem: &StiffnessProblem<'_>) -> Vec<Pose> {
-    let Some(first) = problem.poses.first() else {
-        return Vec::new();
-    };
-    let mut poses = vec![first.clone()];
-    for (place, variable) in robot.variables.iter().enumerate() {
-        let moves = problem
-            .poses
-            .iter()
-            .any(|pose| pose.angles_deg[place] != first.angles_deg[place]);
-        if !moves {
-            continue;
-        }
-        poses = poses
-            .iter()
-            .flat_map(|pose| {
-                (0..GRID).map(|step| {
-                    let share = step as f64 / (GRID - 1) as f64;
-                    let mut pose = pose.clone();
-                    pose.angles_deg[place] =
-                        variable.min_deg + share * (variable.max_deg - variable.min_deg);
-                    pose
-                })
-            })
-            .collect();
-    }
-    poses.retain(|pose| {
-        let one = std::slice::from_ref(pose);
-        robot.violated_limits(pose).is_empty()
-            && Mechanics::new(robot, problem.mechanism, &problem.start, one).is_ok()
-    });
-    poses
-}
-
 #[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::robot::shipped_robot;
-
-    const BENCH: &str = include_str!("../../data/paper/experiment-table-vi.csv");
-    const REFERENCE: &str = include_str!("../../data/paper/reference.csv");
-
-    #[test]
-    fn the_smallest_value_of_a_parabola_is_found_on_both_kinds_of_range() {
-        for (middle, range) in [(0.02, [0.0, 50.0]), (-0.1, [-0.3, 0.3]), (0.0, [0.0, 50.0])] {
-            let found = smallest(&|x| (x - middle) * (x - middle), range);
-            assert!((found - middle).abs() < 1e-6, "{found} for {middle}");
-        }
-    }
-
-    #[test]
-    fn a_compliant_joint_is_found_in_stiffness_values_that_hold_one() {
-        let robot = Robot::parse(&shipped_robot("serial-arm").unwrap()).unwrap();
-        let mechanism = robot.mechanism(None).unwrap();
-        let poses: Vec<Pose> = robot.poses.iter().map(|named| named.pose.clone()).collect();
-        let start = robot.factor_set("m_fsd").unwrap();
-        let mut problem = StiffnessProblem {
-            robot: &robot,
-            mechanism,
-            start,
-            cells: (0..poses.len())
-                .flat_map(|pose| {
-                    Direction::ALL.map(|direction| MeasuredCell {
-                        pose,
-                        direction,
-                        ln_stiffness: 0.0,
-                    })
-                })
-                .collect(),
-            poses,
-        };
-        let mechanics = problem.mechanics().unwrap();
-        let laws = LinearLaw::all(&mechanics, &problem.cells);
-        let law = laws
-            .iter()
-            .find(|law| title(law.law, &law.place) == "joint-compliance at joint S2")
-            .unwrap();
-        let truth = LinearFit {
-            ln_factors: start.beam.map(|factor| (1.2 * factor).ln()),
-            size: 0.4,
-            squares: 0.0,
-        };
-        let mut mechanics = problem.mechanics().unwrap();
-        let exact = problem.predict(&mut mechanics, Some(law), &truth).unwrap();
-        drop(mechanics);
-        for (cell, ln) in problem.cells.iter_mut().zip(exact) {
-            cell.ln_stiffness = ln;
-        }
-        let mut mechanics = problem.mechanics().unwrap();
-        let without = problem.fit(&mut mechanics, None, &|_| true).unwrap();
-        let with = problem.fit(&mut mechanics, Some(law), &|_| true).unwrap();
-        assert!(with.squares < 1e-8, "{with:?}");
-        assert!(without.squares > 1e3 * with.squares, "{without:?}");
-        assert!((with.size - 0.4).abs() < 1e-3, "{with:?}");
-    }
-
-    #[test]
-    #[ignore = "a minute in a debug build; the proof runs it whole"]
-    fn twelve_values_decide_little() {
-        let robot = Robot::parse(&shipped_robot("hp-robot").unwrap()).unwrap();
-        let found = twelve_values(&robot, BENCH, REFERENCE, 0).unwrap();
-        assert!((found.paper_worst_percent - 23.66).abs() < 0.02);
-        assert!(found.gap.iter().all(|(_, _, ratio)| *ratio > 0.5));
-        assert!(found.not_told_apart > 1);
-    }
-
-    #[test]
-    fn tables_of_another_form_are_refused() {
-        let robot = Robot::parse(&shipped_robot("hp-robot").unwrap()).unwrap();
-        let refused = twelve_values(&robot, "pose,direction\nP1,x\n", REFERENCE, 0);
-        assert!(matches!(refused, Err(ProveError::Form { .. })));
-    }
-}
+mod tests;

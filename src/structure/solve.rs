@@ -206,7 +206,7 @@ impl Solver {
             Ok(_) => self.has_lost_a_pivot(),
         };
         if failed {
-            let equation = loosest_equation(&self.topology, &self.values);
+            let equation = self.topology.loosest_equation(&self.values);
             return Err(StructureError::Mechanism {
                 freedom: self.topology.freedom(equation, structure),
             });
@@ -467,39 +467,4 @@ fn extended_entry(
         }
     }
     sum
-}
-
-/// The equation that moves most in the softest motion of the matrix scaled to a unit diagonal.
-///
-/// Only called when a factorisation failed, so a dense eigenvalue problem is fast enough.
-fn loosest_equation(topology: &Topology, values: &[f64]) -> usize {
-    let n = topology.equation_count;
-    let diagonal: Vec<f64> = topology
-        .diagonal_slots
-        .iter()
-        .map(|&slot| values[slot])
-        .collect();
-    if let Some(free) = diagonal.iter().position(|d| *d <= 0.0 || !d.is_finite()) {
-        return free;
-    }
-    let mut dense = faer::Mat::<f64>::zeros(n, n);
-    let starts = topology.pattern.col_ptr();
-    for column in 0..n {
-        for slot in starts[column]..starts[column + 1] {
-            let row = topology.pattern.row_idx()[slot];
-            let scaled = values[slot] / (diagonal[row] * diagonal[column]).sqrt();
-            dense[(row, column)] = scaled;
-            dense[(column, row)] = scaled;
-        }
-    }
-    let largest = |column: &dyn Fn(usize) -> f64| {
-        (0..n)
-            .max_by(|a, b| column(*a).abs().total_cmp(&column(*b).abs()))
-            .unwrap_or(0)
-    };
-    match dense.self_adjoint_eigen(Side::Lower) {
-        // Eigenvalues ascend: the first vector is the softest motion.
-        Ok(eigen) => largest(&|i| eigen.U()[(i, 0)]),
-        Err(_) => largest(&|i| -diagonal[i]),
-    }
 }
