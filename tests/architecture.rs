@@ -27,7 +27,7 @@ const MAY_IMPORT: [(&str, &[&str]); 22] = [
     ("bench", &["test_point", "readings", "procedure", "robot", "physics"]),
     ("least_squares", &["statistics"]),
     ("fit", &["quantity", "statistics", "test_point", "readings", "stiffness", "structure", "robot", "physics", "least_squares"]),
-    ("mismatch", &["statistics", "vector", "test_point", "readings", "specimen", "structure", "robot", "physics", "least_squares"]),
+    ("mismatch", &["statistics", "vector", "test_point", "readings", "procedure", "specimen", "structure", "robot", "physics", "least_squares"]),
     ("prove", &["statistics", "source_text", "test_point", "readings", "specimen", "robot", "physics", "least_squares", "mismatch"]),
     ("distribution", &["source_text", "test_point", "structure", "robot"]),
     ("plot", &["quantity", "vector", "test_point"]),

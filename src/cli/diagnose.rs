@@ -18,6 +18,7 @@ use crate::robot::{FittingFactors, Pose};
 
 use super::args::{Global, LogArgs};
 use super::data::{Chosen, Session, choose, load_session, sha256};
+use super::design;
 use super::diagnose_args::{DiagnoseArgs, NoiseSource};
 use super::diagnose_specimen;
 use super::failure::{CliError, Failure};
@@ -34,11 +35,14 @@ const RECORD_TOO_GOOD: f64 = 1.5;
 /// Finds what the model leaves out.
 pub(super) fn run(args: &DiagnoseArgs, global: &Global) -> Result<Outcome, Failure> {
     let without = laws(&args.without)?;
+    if let Some(procedure) = &args.design {
+        return design::run(args, procedure, RANGE);
+    }
     if let Some(options) = args.specimen.options() {
         return diagnose_specimen::run(args, &options, without);
     }
     let bar = progress(global, "diagnosis: read, search, judge, draw", 4);
-    let mut session = load_session(&args.data, &LogArgs::default(), global)?;
+    let mut session = load_session(design::data(args)?, &LogArgs::default(), global)?;
     let chosen = choose(&args.model, Some(&mut session))?;
     refuse_known_physics(&chosen)?;
     let mechanism = chosen.robot.mechanism(Some(&chosen.mechanism))?;
@@ -59,8 +63,15 @@ pub(super) fn run(args: &DiagnoseArgs, global: &Global) -> Result<Outcome, Failu
     bar.inc(1);
     let located = locate(&baseline, &observations, &options)?;
     let trace = trace(&baseline, &observations, &diagnosis)?;
+    let (next, procedures) = design::proposals(
+        &chosen,
+        session.header.as_ref(),
+        &observations,
+        &diagnosis,
+        RANGE,
+    )?;
     let report = DiagnosisReport {
-        data: &called(&session, &args.data),
+        data: &called(&session, design::data(args)?),
         robot: &chosen.robot.name,
         mechanism: &chosen.mechanism,
         factors: &chosen.factors_name,
@@ -70,7 +81,7 @@ pub(super) fn run(args: &DiagnoseArgs, global: &Global) -> Result<Outcome, Failu
         observations: &observations,
         located: &located,
         trace: &trace,
-        next: &[],
+        next: &next,
         without: &options.without,
         noise_from_records: args.noise == NoiseSource::Records,
         seed: args.seed,
@@ -87,6 +98,7 @@ pub(super) fn run(args: &DiagnoseArgs, global: &Global) -> Result<Outcome, Failu
             data: &data,
             model: model.as_ref(),
             warnings: &session.warnings,
+            procedures: &procedures,
         };
         let written = write_all(args, &report, &folder, &page)?;
         let _ = writeln!(
@@ -243,9 +255,10 @@ fn noise(
 
 /// Where the results go: where the user says, else into the session folder.
 fn folder(args: &DiagnoseArgs) -> Option<PathBuf> {
-    args.out
-        .clone()
-        .or_else(|| args.data.is_dir().then(|| args.data.join("diagnosis")))
+    args.out.clone().or_else(|| {
+        let data = args.data.as_ref().filter(|data| data.is_dir())?;
+        Some(data.join("diagnosis"))
+    })
 }
 
 /// What is written besides figures.
@@ -254,6 +267,8 @@ struct Page<'a> {
     data: &'a Value,
     model: Option<&'a ModelFile>,
     warnings: &'a [String],
+    /// File names and texts of the procedures to measure next.
+    procedures: &'a [(String, String)],
 }
 
 /// Writes the page, the data, the model and the figures.
@@ -273,6 +288,8 @@ fn write_all(
     if let Some(model) = page.model {
         files.push(("model.toml", model.to_toml()));
     }
+    let procedures = page.procedures.iter();
+    files.extend(procedures.map(|(name, text)| (name.as_str(), text.clone())));
     let mut written = Vec::new();
     for (name, text) in files {
         let path = folder.join(name);

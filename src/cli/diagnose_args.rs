@@ -14,7 +14,11 @@ use super::specimen_args::SpecimenArgs;
 )]
 pub(super) struct DiagnoseArgs {
     /// Session folder or readings file
-    pub(super) data: PathBuf,
+    #[arg(required_unless_present = "design")]
+    pub(super) data: Option<PathBuf>,
+    /// Instead: what a planned procedure (file or shipped name) can and cannot tell apart, before any session
+    #[arg(long, value_name = "PROCEDURE", conflicts_with_all = ["data", "specimen"])]
+    pub(super) design: Option<String>,
     /// Robot, mechanism and factors.
     #[command(flatten)]
     pub(super) model: ModelArgs,

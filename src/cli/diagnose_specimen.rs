@@ -7,6 +7,7 @@ use crate::physics::Law;
 use crate::report::{SpecimenReport, specimen_json, specimen_text};
 use crate::specimen::{SpecimenOptions, read_specimen};
 
+use super::design;
 use super::diagnose_args::DiagnoseArgs;
 use super::failure::{CliError, Failure};
 use super::figure_files::write;
@@ -18,11 +19,12 @@ pub(super) fn run(
     options: &SpecimenOptions,
     without: Vec<Law>,
 ) -> Result<Outcome, Failure> {
-    let file = File::open(&args.data).map_err(|source| CliError::Read {
-        path: args.data.clone(),
+    let path = design::data(args)?;
+    let file = File::open(path).map_err(|source| CliError::Read {
+        path: path.to_owned(),
         source,
     })?;
-    let table = read_specimen(&args.data.display().to_string(), file, options)?;
+    let table = read_specimen(&path.display().to_string(), file, options)?;
     let (observations, baseline, scale) = specimen_bench(&table)?;
     let search = SearchOptions {
         without: without.into_iter().chain(NEED_A_ROBOT).collect(),

@@ -4,6 +4,7 @@ mod args;
 mod compare;
 mod data;
 mod demo;
+mod design;
 mod diagnose;
 mod diagnose_args;
 mod diagnose_specimen;

@@ -42,10 +42,15 @@ pub(super) struct ProcedureArgs {
     force_tolerance_n: Option<f64>,
 }
 
+/// A procedure by the name of a file or of a shipped one, and what a user should know of its file.
+pub(super) fn named_procedure(name: &str) -> Result<(Procedure, Vec<String>), Failure> {
+    Ok(Procedure::parse(&procedure_source(name)?)?)
+}
+
 /// The procedure that is meant, with the changes of the command line, and what a user should know of its file.
 pub(super) fn choose_procedure(args: &ProcedureArgs) -> Result<(Procedure, Vec<String>), Failure> {
     let name = args.procedure.as_deref().unwrap_or(DEFAULT_PROCEDURE);
-    let (mut procedure, warnings) = Procedure::parse(&procedure_source(name)?)?;
+    let (mut procedure, warnings) = named_procedure(name)?;
     if let Some(poses) = &args.poses {
         procedure.poses = Some(poses.iter().map(|name| PoseId::new(name)).collect());
     }

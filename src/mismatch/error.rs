@@ -21,6 +21,18 @@ pub enum MismatchError {
         help("all readings are superseded or rejected: look at the column `status`")
     )]
     Empty,
+    /// A planned pose for which the structure was not solved.
+    #[error("the procedure measures pose {pose}, which is not among the poses at hand")]
+    #[diagnostic(
+        code(stiffbench::mismatch::unknown_pose),
+        help("the poses are: {}", known.join(", "))
+    )]
+    UnknownPose {
+        /// The pose.
+        pose: String,
+        /// The poses at hand.
+        known: Vec<String>,
+    },
     /// A law that does not exist was to be left out.
     #[error("there is no law `{name}`")]
     #[diagnostic(code(stiffbench::mismatch::unknown_law), help("the laws are: {known}"))]

@@ -6,6 +6,7 @@
 
 mod baseline;
 mod candidate;
+mod design;
 mod diagnosis;
 mod error;
 mod evidence;
@@ -36,6 +37,10 @@ mod verdict;
 
 pub use baseline::{
     Baseline, BaselineParameter, ElementCompliance, PROPERTIES, PoseSolver, RobotBaseline,
+};
+pub use design::{
+    CAN_TELL, CANNOT_TELL, DesignBench, DesignReport, LawDesign, NearRival, ProposedMeasurement,
+    Suspect, USUAL_NOISE, Unseen, design_of_plan, next_measurements, poses_at_hand,
 };
 pub use diagnosis::{
     DetectionLimit, Diagnosis, FactorShift, Finding, Location, Quality, Rival, Value, Verdict,

@@ -7,8 +7,9 @@ pub struct NextMeasurement {
     pub plan: String,
     /// The two explanations that it separates, as [`crate::physics::title`] names them.
     pub separates: [String; 2],
-    /// Expected natural logarithm of the likelihood ratio between them; below 3 the plan does not settle it.
-    pub expected_log_lr: f64,
+    /// Expected natural logarithm of the likelihood ratio between them, below 3 if the plan does not settle it; `None` for a check
+    /// without loads, which decides by itself.
+    pub expected_log_lr: Option<f64>,
     /// Time at the bench, minutes.
     pub minutes: f64,
     /// Procedure file of the plan, where one was written.

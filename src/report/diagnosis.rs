@@ -329,7 +329,7 @@ fn next_json(next: &NextMeasurement) -> Value {
     let mut value = json!({
         "plan": next.plan,
         "separates": next.separates,
-        "expected_log_lr": finite(next.expected_log_lr),
+        "expected_log_lr": next.expected_log_lr.map(finite),
         "minutes": finite(next.minutes),
     });
     if let Some(file) = &next.file {

@@ -107,14 +107,17 @@ pub(super) fn next(report: &DiagnosisReport<'_>) -> String {
             .file
             .as_ref()
             .map_or_else(String::new, |file| format!(" Procedure: {file}."));
-        let worth = if plan.expected_log_lr < 3.0 {
+        let worth = if plan.expected_log_lr.is_some_and(|expected| expected < 3.0) {
             "this will probably not be enough to tell"
         } else {
             "this should tell"
         };
+        let expected = plan.expected_log_lr.map_or_else(String::new, |j| {
+            format!(" (expected log likelihood ratio {j:.1})")
+        });
         let sentence = format!(
-            "{} About {:.0} minutes; {worth} {a} from {b} (expected log likelihood ratio {:.1}).{file}",
-            plan.plan, plan.minutes, plan.expected_log_lr
+            "{} About {:.0} minutes; {worth} {a} from {b}{expected}.{file}",
+            plan.plan, plan.minutes
         );
         text.push_str(&paragraph(&sentence, "- ", "  "));
     }
