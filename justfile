@@ -18,6 +18,10 @@ test *arguments:
 demo:
     cargo run --release --locked -- demo
 
+# The proof that diagnoses can be trusted, whole (an hour or so on two cores); the result is kept in the repository
+prove *arguments:
+    cargo run --release --locked -- prove --out data/concealed/results {{arguments}}
+
 # Benchmarks; arguments go to cargo bench
 bench *arguments:
     cargo bench --locked {{arguments}}

@@ -62,50 +62,32 @@ const QUICK_LAWS: [Law; 4] = [
     Law::GaugePeriodic,
 ];
 
-/// Runs the parts of the proof and writes them to a folder.
+/// A part of the proof, what runs it.
+type Part = (
+    ProvePart,
+    fn(&ProveArgs, &Global, &mut Done) -> Result<(), Failure>,
+);
+
+/// The parts, in order.
+const PARTS: [Part; 5] = [
+    (ProvePart::Concealed, concealed),
+    (ProvePart::Calibration, calibration),
+    (ProvePart::Power, power_part),
+    (ProvePart::Recordings, recordings),
+    (ProvePart::Paper, paper),
+];
+
+/// Runs the parts of the proof and writes them to a folder, after each part what there is.
 pub(super) fn run(args: &ProveArgs, global: &Global) -> Result<Outcome, Failure> {
     let started = Instant::now();
-    let wanted = |part: ProvePart| args.only.is_empty() || args.only.contains(&part);
     let mut done = Done::default();
-    if wanted(ProvePart::Concealed) {
-        concealed(args, global, &mut done)?;
+    let (mut text, mut data) = (String::new(), Value::Null);
+    for (part, run_part) in PARTS {
+        if args.only.is_empty() || args.only.contains(&part) {
+            run_part(args, global, &mut done)?;
+            (text, data) = done.save(args, started.elapsed().as_secs_f64())?;
+        }
     }
-    if wanted(ProvePart::Calibration) {
-        calibration(args, global, &mut done)?;
-    }
-    if wanted(ProvePart::Power) {
-        power_part(args, global, &mut done)?;
-    }
-    if wanted(ProvePart::Recordings) {
-        recordings(args, global, &mut done)?;
-    }
-    if wanted(ProvePart::Paper) {
-        paper(args, &mut done)?;
-    }
-    let seconds = started.elapsed().as_secs_f64();
-    let data = json!({
-        "quick": args.quick,
-        "seed": args.seed,
-        "seconds": seconds.round(),
-        "threads": rayon::current_num_threads(),
-        "parts": done.json,
-    });
-    let text = format!(
-        "stiffbench {} prove{}, seed {}, {:.0} s on {} threads\n\n{}",
-        env!("CARGO_PKG_VERSION"),
-        if args.quick { " --quick" } else { "" },
-        args.seed,
-        seconds,
-        rayon::current_num_threads(),
-        done.text
-    );
-    let mut stored = super::outcome::envelope("prove", true);
-    stored["data"] = data.clone();
-    write(
-        &args.out.join("prove.json"),
-        format!("{stored:#}\n").as_bytes(),
-    )?;
-    write(&args.out.join("tables.txt"), text.as_bytes())?;
     let text = format!("{text}\nWritten to {}\n", args.out.display());
     Ok(Outcome::new("prove", text, data))
 }
@@ -121,6 +103,31 @@ impl Done {
     fn add(&mut self, name: &str, text: &str, json: Value) {
         self.text.push_str(text);
         self.json.insert(name.to_owned(), json);
+    }
+
+    /// Writes what there is; returns it as text and for programs.
+    fn save(&self, args: &ProveArgs, seconds: f64) -> Result<(String, Value), Failure> {
+        let threads = rayon::current_num_threads();
+        let data = json!({
+            "quick": args.quick,
+            "seed": args.seed,
+            "seconds": seconds.round(),
+            "threads": threads,
+            "parts": self.json,
+        });
+        let text = format!(
+            "stiffbench {} prove{}, seed {}, {seconds:.0} s on {threads} threads\n\n{}",
+            env!("CARGO_PKG_VERSION"),
+            if args.quick { " --quick" } else { "" },
+            args.seed,
+            self.text
+        );
+        let mut stored = super::outcome::envelope("prove", true);
+        stored["data"] = data.clone();
+        let stored = format!("{stored:#}\n");
+        write(&args.out.join("prove.json"), stored.as_bytes())?;
+        write(&args.out.join("tables.txt"), text.as_bytes())?;
+        Ok((text, data))
     }
 }
 
@@ -241,9 +248,11 @@ fn recordings(args: &ProveArgs, global: &Global, done: &mut Done) -> Result<(), 
 }
 
 /// The paper's twelve stiffness values on the shipped robot.
-fn paper(args: &ProveArgs, done: &mut Done) -> Result<(), Failure> {
+fn paper(args: &ProveArgs, global: &Global, done: &mut Done) -> Result<(), Failure> {
     let robot = Robot::parse(&robot_source("hp-robot", None)?)?;
+    let bar = progress(global, "the paper's stiffness values", 1);
     let found = twelve_values(&robot, TABLE_VI, TABLE_V, args.seed)?;
+    bar.finish_and_clear();
     done.add(
         "paper",
         &twelve_values_text(&found),

@@ -263,9 +263,12 @@ fn point(
             (block * SHARE_FACTORS..last)
                 .into_par_iter()
                 .map(|trial| {
-                    let diagnosis = bench.diagnose(&truth, seed_of(&[seed, 2, trial as u64]))?;
+                    let diagnosis = bench.diagnose(&truth, seed_of(&[seed, 2, trial as u64]));
                     done();
-                    bench.judge(&truth, &diagnosis)
+                    // A trial without a diagnosis found nothing.
+                    diagnosis.map_or(Ok(Judged::default()), |diagnosis| {
+                        bench.judge(&truth, &diagnosis)
+                    })
                 })
                 .collect()
         })

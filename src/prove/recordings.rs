@@ -4,7 +4,9 @@ use std::collections::BTreeMap;
 
 use serde::Deserialize;
 
-use crate::mismatch::{Diagnosis, NEED_A_ROBOT, SearchOptions, Verdict, diagnose, specimen_bench};
+use crate::mismatch::{
+    Diagnosis, MismatchError, NEED_A_ROBOT, SearchOptions, Verdict, diagnose, specimen_bench,
+};
 use crate::specimen::{SpecimenOptions, SpecimenTable};
 
 use super::error::ProveError;
@@ -129,7 +131,11 @@ pub fn score_recording(
         seed,
         ..SearchOptions::default()
     };
-    let (diagnosis, _) = diagnose(&baseline, &observations, &options, None)?;
+    let readings = table.readings.len();
+    let diagnosis = match diagnose(&baseline, &observations, &options, None) {
+        Ok((diagnosis, _)) => diagnosis,
+        Err(error) => return Ok(failed(recording, readings, &error)),
+    };
     // Each gauge zero and each slope was fitted.
     let count = table.readings.len() as f64;
     let fitted = (table.runs.len() + table.configurations.len()) as f64;
@@ -153,7 +159,7 @@ pub fn score_recording(
         },
     ];
     figures.retain(|figure| figure.known.is_some() || figure.ours.is_some());
-    Ok(judge(recording, table.readings.len(), &diagnosis, figures))
+    Ok(judge(recording, readings, &diagnosis, figures))
 }
 
 /// The known residual standard deviation of the best model that the recording's answer knows.
@@ -164,6 +170,21 @@ fn answer_figure(recording: &Recording) -> Option<(&str, f64)> {
         .filter(|(name, _)| name.contains("residual-sd"))
         .map(|(name, value)| (name.as_str(), *value))
         .min_by(|a, b| a.1.total_cmp(&b.1))
+}
+
+/// The score of a recording without a diagnosis.
+fn failed(recording: &Recording, readings: usize, error: &MismatchError) -> RecordingScore {
+    RecordingScore {
+        name: recording.name.clone(),
+        readings,
+        expected: vec![recording.verdict.clone()],
+        verdict: "no diagnosis".to_owned(),
+        words: error.to_string(),
+        verdict_is_right: false,
+        false_names: Vec::new(),
+        why: recording.why.clone(),
+        figures: Vec::new(),
+    }
 }
 
 /// Holds a diagnosis against the known answer.

@@ -174,7 +174,7 @@ impl<'a> TrialBench<'a> {
     clippy::struct_excessive_bools,
     reason = "each is counted by itself; they are no states"
 )]
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub(super) struct Judged {
     /// Something is said to be missing.
     pub(super) found: bool,
