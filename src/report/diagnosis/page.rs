@@ -10,8 +10,8 @@ use super::answer::{Answer, phrase_of};
 use super::open_questions::{next, not_tested, rejected};
 use super::tables::{errors, factors, upper_limits};
 use super::words::{
-    explanation, listed, location, one_in, paragraph, parameter_word, phrase, printed,
-    printed_unit, strength, times, um,
+    explanation, likelier, listed, location, one_in, paragraph, parameter_word, phrase, printed,
+    printed_unit, strength, um,
 };
 use super::{DiagnosisReport, least_law_p, parameter_interval};
 
@@ -258,9 +258,9 @@ fn sure(report: &DiagnosisReport<'_>, answers: &[Answer<'_>]) -> String {
             Answer::OneOf(members) => format!("One of the {}", members.len()),
         };
         let sentence = format!(
-            "{name}: the readings are {} likelier with it than without (log Bayes factor {:.1}; {}). Noise alone would pass for \
+            "{name}: the readings are {} with it than without (log Bayes factor {:.1}; {}). Noise alone would pass for \
              something as strong {} such sessions. It is {:.1} times as large as its standard error.",
-            times(best.log_bayes),
+            likelier(best.log_bayes),
             best.log_bayes,
             strength(best.log_bayes),
             one_in(best.p_family, least_law_p(report.limits, best.effect.law)),
@@ -296,8 +296,8 @@ fn else_(answers: &[Answer<'_>]) -> String {
                     Answer::OneOf(_) => "Besides those above".to_owned(),
                 };
                 format!(
-                    "{subject} the next best is {other}; the readings are {} likelier with {} (log Bayes factor {:.1}).",
-                    times(rival.log_bayes_to_winner),
+                    "{subject} the next best is {other}; the readings are {} with {} (log Bayes factor {:.1}).",
+                    likelier(rival.log_bayes_to_winner),
                     phrase_of(best),
                     rival.log_bayes_to_winner
                 )

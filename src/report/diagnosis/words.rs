@@ -184,19 +184,19 @@ pub(super) fn um(value_m: f64) -> String {
     }
 }
 
-/// How many times likelier, from the logarithm of a Bayes factor.
-pub(super) fn times(log_bayes: f64) -> String {
+/// How much likelier, from the logarithm of a Bayes factor.
+pub(super) fn likelier(log_bayes: f64) -> String {
     /// Beyond this the noise model itself is less certain than the number.
     const MOST: f64 = 1e6;
     let ratio = log_bayes.exp();
     if ratio >= MOST {
-        "more than a million times".to_owned()
+        "more than a million times likelier".to_owned()
     } else if ratio >= 10.0 {
-        format!("about {} times", rounded(ratio))
+        format!("about {} times likelier", rounded(ratio))
     } else if ratio >= 1.1 {
-        format!("{ratio:.1} times")
+        format!("{ratio:.1} times likelier")
     } else {
-        "not even once".to_owned()
+        "no likelier".to_owned()
     }
 }
 
@@ -302,11 +302,11 @@ mod tests {
 
     #[test]
     fn odds_are_told_without_exponents() {
-        assert_eq!(times(41.0), "more than a million times");
-        assert_eq!(times(8.0), "about 3000 times");
-        assert_eq!(times(3.0), "about 20 times");
-        assert_eq!(times(1.0), "2.7 times");
-        assert_eq!(times(-2.0), "not even once");
+        assert_eq!(likelier(41.0), "more than a million times likelier");
+        assert_eq!(likelier(8.0), "about 3000 times likelier");
+        assert_eq!(likelier(3.0), "about 20 times likelier");
+        assert_eq!(likelier(1.0), "2.7 times likelier");
+        assert_eq!(likelier(-2.0), "no likelier");
         assert_eq!(one_in(0.0003, 1e-4), "in about 1 of 3300");
         assert_eq!(one_in(1e-4, 1e-4), "in fewer than 1 of 10000");
         assert_eq!(one_in(0.41, 1e-4), "in 41 of 100");
