@@ -56,14 +56,17 @@ pub(super) fn run(args: &DiagnoseArgs, name: &str, range: [f64; 2]) -> Result<Ou
     Ok(Outcome::new("design", text(&report), json(&report)).with_warnings(warnings))
 }
 
-/// Plans that separate what a diagnosis left open, with the procedures to be written beside it (file name and text).
+/// Measurements proposed, and the procedures to be written beside them: file name and text.
+type Proposals = (Vec<NextMeasurement>, Vec<(String, String)>);
+
+/// Plans that separate what a diagnosis left open, with the procedures to be written beside it.
 pub(super) fn proposals(
     chosen: &Chosen,
     header: Option<&SessionHeader>,
     done: &Observations,
     diagnosis: &Diagnosis,
     range: [f64; 2],
-) -> Result<(Vec<NextMeasurement>, Vec<(String, String)>), Failure> {
+) -> Result<Proposals, Failure> {
     let open = diagnosis
         .findings
         .iter()
