@@ -47,6 +47,9 @@ const TRIALS: usize = 1000;
 /// The same under `--quick`.
 const QUICK_TRIALS: usize = 60;
 
+/// Recordings with more readings take minutes each and are left out under `--quick`.
+const QUICK_READINGS: usize = 700;
+
 /// Each point of a power curve has the trials of the calibration over this many, and no fewer than the least.
 const TRIALS_PER_POINT: usize = 25;
 const LEAST_TRIALS: usize = 6;
@@ -226,6 +229,13 @@ fn recordings(args: &ProveArgs, global: &Global, done: &mut Done) -> Result<(), 
     let bar = progress(global, "recordings", list.recording.len() as u64);
     let mut scores = Vec::new();
     for recording in &list.recording {
+        if args.quick
+            && recording
+                .readings
+                .is_some_and(|count| count > QUICK_READINGS)
+        {
+            continue;
+        }
         let file = folder.join(&recording.file);
         let score = if let Some(options) = &recording.specimen {
             let text = read(&file)?;

@@ -118,6 +118,7 @@ fn conclusions(found: &TwelveValues) -> String {
         "direction",
         "predictions differ, %",
         "what the fit leaves, %",
+        "decides",
     ]);
     for cell in &found.further {
         rows.row([
@@ -126,6 +127,12 @@ fn conclusions(found: &TwelveValues) -> String {
             cell.direction.to_string(),
             format!("{:.0}", cell.difference_percent),
             format!("{:.1}", cell.rms_percent),
+            if cell.difference_percent > 2.0 * cell.rms_percent {
+                "yes"
+            } else {
+                "no: only a gauge at the place itself"
+            }
+            .to_owned(),
         ]);
     }
     text.push_str(&rows.text());
