@@ -23,8 +23,8 @@ pub(super) fn log_size_prior(candidate: &Candidate, size: f64, length: f64) -> f
     let covered = (std::f64::consts::TAU).sqrt() * standard_error * density * halves;
     let mut log = covered.min(1.0).ln();
     if candidate.law == Law::GaugePeriodic {
-        // Amplitude and phase are two sizes.
-        log *= 2.0;
+        // Any phase is as likely: of the circle with the radius of the amplitude the standard error covers its share.
+        log -= (std::f64::consts::TAU.sqrt() * length).ln().max(0.0);
     }
     log
 }

@@ -215,7 +215,7 @@ impl Bench<'_> {
             let passing = again
                 .ranked
                 .iter()
-                .find(|ranked| rarefied(ranked) > limit(ranked));
+                .find(|ranked| ranked.log_bayes > 0.0 && rarefied(ranked) > limit(ranked));
             let Some(passing) = passing else {
                 return Ok(None);
             };

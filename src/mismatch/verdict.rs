@@ -38,10 +38,17 @@ impl Bench<'_> {
         known: Option<&Limits>,
     ) -> Result<(Diagnosis, Limits), MismatchError> {
         let (found, limits) = self.search(options, known)?;
-        let mut findings = Vec::new();
+        let mut findings: Vec<Finding> = Vec::new();
         let mut group = 0;
         for (place, chosen) in found.chosen.iter().enumerate() {
-            let members = members(chosen);
+            // What explains one part already is not offered again for another.
+            let mut members = members(chosen);
+            members.retain(|&member| {
+                let effect = &chosen.ranked[member].effect;
+                findings
+                    .iter()
+                    .all(|finding| !same(&finding.effect, effect))
+            });
             let alternative = (members.len() > 1).then(|| {
                 group += 1;
                 group
