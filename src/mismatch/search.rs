@@ -154,14 +154,20 @@ impl Bench<'_> {
                 Some(self.rank(&state, &options.without)?)
             };
             let ranking = ranking.as_ref().unwrap_or(&first);
-            let Some((next, p)) = self.accept(&state, ranking, options, &limits)? else {
+            let Some((next, p, asked)) = self.accept(&state, ranking, options, &limits)? else {
                 break;
             };
+            // Swaps come first: one effect found alone may stand for two, and only the two predict a pose left out.
+            let next = if step == 0 {
+                next
+            } else {
+                self.swap(next, options)?
+            };
+            if asked && self.held_out_fall(&next, &state.fitted.model)? <= HELD_OUT_LIMIT {
+                break;
+            }
             state = next;
             families.push(p);
-            if state.fitted.model.effects.len() > 1 {
-                state = self.swap(state, options)?;
-            }
         }
         let chosen = self.rivals(&state, options, &families)?;
         if let Some(best) = chosen.first().filter(|_| chosen.len() == 1) {
@@ -182,14 +188,15 @@ impl Bench<'_> {
         Ok((found, limits))
     }
 
-    /// The best candidate, if it passes its limit under the noise that it leaves.
+    /// The best candidate, if it passes its limit under the noise that it leaves; with its chance on noise alone, and whether poses left
+    /// out have a say in it.
     fn accept(
         &self,
         state: &State,
         ranking: &Ranking,
         options: &SearchOptions,
         limits: &Limits,
-    ) -> Result<Option<(State, f64)>, MismatchError> {
+    ) -> Result<Option<(State, f64, bool)>, MismatchError> {
         // Under the noise of the state an effect that differs between repeats hides part of itself: most of the limit is worth a look.
         const WORTH: f64 = 0.7;
         let limit = |ranked: &Ranked| {
@@ -226,11 +233,8 @@ impl Bench<'_> {
                 let Some(next) = self.settle(passing.fitted.model.clone(), options.noise)? else {
                     return Ok(None);
                 };
-                if self.rests_on_one_pose(&passing.white) {
-                    return Ok(Some((next, p)));
-                }
-                let fall = self.held_out_fall(&next, rest)?;
-                return Ok((fall > HELD_OUT_LIMIT).then_some((next, p)));
+                let asked = !self.rests_on_one_pose(&passing.white);
+                return Ok(Some((next, p, asked)));
             }
             best = passing.clone();
         }
