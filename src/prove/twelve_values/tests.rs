@@ -59,7 +59,7 @@ fn a_compliant_joint_is_found_in_stiffness_values_that_hold_one() {
 }
 
 #[test]
-#[ignore = "a minute in a debug build; the proof runs it whole"]
+#[ignore = "about a minute; `prove --only paper` runs the same study"]
 fn twelve_values_decide_little() {
     let robot = Robot::parse(&shipped_robot("hp-robot").unwrap()).unwrap();
     let found = twelve_values(&robot, BENCH, REFERENCE, 0).unwrap();
