@@ -4,12 +4,14 @@
 //!
 //! In the order in which data flow; what each module may import is held by `tests/architecture.rs`.
 //!
-//! - [`quantity`], [`statistics`], [`source_text`], [`nearest`], [`vector`]: leaves. Units at the edges, estimates with uncertainty, places in
-//!   texts, the name that was meant, vectors of three.
+//! - [`quantity`], [`statistics`], [`source_text`], [`nearest`], [`vector`], [`clock`]: leaves. Units at the edges, estimates with uncertainty,
+//!   places in texts, the name that was meant, vectors of three, time.
 //! - [`test_point`]: where in the experiment a number belongs: pose, direction, branch.
 //! - [`readings`]: what was measured, as stored. The waist: acquisition ends by writing a session folder, analysis begins by reading one.
 //!   Nothing is dropped silently.
 //! - [`specimen`]: force against displacement of anything, without a robot. Knows only the columns that the caller names.
+//! - [`instrument`]: bytes on a serial line to samples. Has never heard of poses.
+//! - [`session`]: what the operator does next, and the journal that loses nothing. Ends by writing a session folder.
 //! - [`stiffness`]: readings to measured stiffness. Knows no model.
 //! - [`structure`]: three-dimensional beams. Has never heard of robots.
 //! - [`robot`]: a robot file, its kinematics, mobility, and the structure it is in a pose. Names come from the file.
@@ -27,8 +29,10 @@
 
 pub mod bench;
 pub mod cli;
+pub mod clock;
 pub mod distribution;
 pub mod fit;
+pub mod instrument;
 pub mod least_squares;
 pub mod mismatch;
 pub mod nearest;
@@ -40,6 +44,7 @@ pub mod quantity;
 pub mod readings;
 pub mod report;
 pub mod robot;
+pub mod session;
 pub mod source_text;
 pub mod specimen;
 pub mod statistics;
