@@ -1,9 +1,10 @@
-//! Where in a text something stands, so that an error can point at it.
+//! Where in a text something stands, so that an error can point at it; TOML texts as the types of a format.
 //!
 //! Leaf module.
 
 use std::ops::Range;
 
+use serde::de::DeserializeOwned;
 use toml::Spanned;
 use toml::de::{DeTable, DeValue};
 
@@ -92,6 +93,34 @@ impl SourceText {
         }
     }
 
+    /// What this TOML text says in the types of a format, and the keys that belong to none of them.
+    ///
+    /// # Errors
+    /// What is wrong, in the words of TOML, and its bytes.
+    pub fn read_toml<T: DeserializeOwned>(&self) -> Result<(T, Vec<UnknownKey>), TomlProblem> {
+        let problem = |error: &toml::de::Error| TomlProblem {
+            message: in_words_of_toml(error.message()),
+            span: error.span().unwrap_or(0..0),
+        };
+        let deserializer =
+            toml::Deserializer::parse(&self.text).map_err(|error| problem(&error))?;
+        let spans = self.toml_spans();
+        let mut unknown = Vec::new();
+        let read = serde_ignored::deserialize(deserializer, |path| {
+            let mut steps = Vec::new();
+            collect_steps(&path, &mut steps);
+            let start = spans.as_ref().map_or(0, |spans| spans.key(&steps).start);
+            let (line, column) = self.line_and_column(start);
+            unknown.push(UnknownKey {
+                key: path.to_string(),
+                line,
+                column,
+            });
+        })
+        .map_err(|error| problem(&error))?;
+        Ok((read, unknown))
+    }
+
     /// All places of this TOML text, for more than one question; `None` if it is not TOML.
     #[must_use]
     pub fn toml_spans(&self) -> Option<TomlSpans<'_>> {
@@ -102,6 +131,94 @@ impl SourceText {
     #[must_use]
     pub fn named_source(&self) -> miette::NamedSource<String> {
         miette::NamedSource::new(&self.name, self.text.clone()).with_language("TOML")
+    }
+}
+
+/// A key that a format does not know.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct UnknownKey {
+    /// Its whole path, for example `line.bauds`.
+    pub key: String,
+    /// Line, from 1.
+    pub line: usize,
+    /// Column in characters, from 1.
+    pub column: usize,
+}
+
+/// Why a text is not TOML, or not of a format.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct TomlProblem {
+    /// What is wrong.
+    pub message: String,
+    /// Its bytes.
+    pub span: Range<usize>,
+}
+
+/// The way to an ignored key.
+fn collect_steps<'a>(path: &'a serde_ignored::Path<'_>, steps: &mut Vec<Step<'a>>) {
+    use serde_ignored::Path;
+    match path {
+        Path::Root => {}
+        Path::Seq { parent, index } => {
+            collect_steps(parent, steps);
+            steps.push(Step::Index(*index));
+        }
+        Path::Map { parent, key } => {
+            collect_steps(parent, steps);
+            steps.push(Step::Key(key));
+        }
+        Path::Some { parent }
+        | Path::NewtypeStruct { parent }
+        | Path::NewtypeVariant { parent } => collect_steps(parent, steps),
+    }
+}
+
+/// A message of the reader in words that the author of a TOML file knows.
+fn in_words_of_toml(message: &str) -> String {
+    let message = match message.split_once("expected struct ") {
+        Some((before, _)) => format!("{before}expected a table"),
+        None => message.to_owned(),
+    };
+    [
+        ("missing field", "missing key"),
+        ("unknown variant", "unknown word"),
+        ("expected f64", "expected a number"),
+        ("expected i64", "expected a whole number"),
+        ("a sequence", "an array"),
+        ("a map", "a table"),
+    ]
+    .into_iter()
+    .fold(message, |text, (from, to)| text.replace(from, to))
+}
+
+/// Takes out of the JSON Schema of a TOML format the `null` that JSON allows for a key that may be absent: TOML has none.
+pub fn remove_null(schema: &mut serde_json::Value) {
+    if let Some(types) = schema.get_mut("type")
+        && let Some([one, null]) = types.as_array().map(Vec::as_slice)
+        && null == "null"
+    {
+        *types = one.clone();
+    }
+    if let Some(choices) = schema
+        .get_mut("anyOf")
+        .and_then(serde_json::Value::as_array_mut)
+    {
+        choices.retain(|choice| choice.get("type").is_none_or(|name| name != "null"));
+        if let [only] = &choices[..]
+            && let Some(reference) = only.get("$ref").cloned()
+            && let Some(object) = schema.as_object_mut()
+        {
+            object.insert("$ref".to_owned(), reference);
+            object.shift_remove("anyOf");
+        }
+    }
+    match schema {
+        serde_json::Value::Object(object) => {
+            object.retain(|key, value| key != "default" || !value.is_null());
+            object.values_mut().for_each(remove_null);
+        }
+        serde_json::Value::Array(entries) => entries.iter_mut().for_each(remove_null),
+        _ => {}
     }
 }
 

@@ -4,8 +4,25 @@
 //! line. Ports and the live engine move bytes and give each its time. [`Gauges`] is what a session sees: live ports, pseudo-terminals,
 //! recorded traces and mock devices all look the same from there.
 
+mod decode;
+pub mod description;
+mod framing;
 mod gauges;
+mod grammar;
+mod number;
+mod registers;
+mod registry;
 mod sample;
+mod units;
 
+pub use decode::{Decoded, Decoder, DecoderError, Meaning, Reply, raw_text};
+pub use description::{
+    Command, DescriptionError, Effect, Expect, Flow, InstrumentDescription, LineSettings,
+    ModemLines, Parity, Role, Status, Timing,
+};
 pub use gauges::{Ask, GaugeEvent, Gauges, LinkState};
+pub use registers::modbus_crc;
+pub use registry::{
+    RegistryError, ShippedInstrument, shipped_instrument, shipped_instruments, unknown_name,
+};
 pub use sample::{Channel, Mark, Rejected, Sample};

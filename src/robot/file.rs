@@ -9,6 +9,8 @@ use std::collections::BTreeMap;
 use schemars::JsonSchema;
 use serde::Deserialize;
 
+use crate::source_text::remove_null;
+
 use super::expression::Expression;
 use super::shapes::{exactly, exactly_if_given};
 
@@ -27,37 +29,6 @@ pub fn json_schema() -> serde_json::Value {
     schema["properties"]["format"]["const"] = FORMAT.into();
     remove_null(&mut schema);
     schema
-}
-
-/// Takes out the `null` that JSON allows for a key that may be absent: TOML has none.
-fn remove_null(schema: &mut serde_json::Value) {
-    if let Some(types) = schema.get_mut("type")
-        && let Some([one, null]) = types.as_array().map(Vec::as_slice)
-        && null == "null"
-    {
-        *types = one.clone();
-    }
-    if let Some(choices) = schema
-        .get_mut("anyOf")
-        .and_then(serde_json::Value::as_array_mut)
-    {
-        choices.retain(|choice| choice.get("type").is_none_or(|name| name != "null"));
-        if let [only] = &choices[..]
-            && let Some(reference) = only.get("$ref").cloned()
-            && let Some(object) = schema.as_object_mut()
-        {
-            object.insert("$ref".to_owned(), reference);
-            object.shift_remove("anyOf");
-        }
-    }
-    match schema {
-        serde_json::Value::Object(object) => {
-            object.retain(|key, value| key != "default" || !value.is_null());
-            object.values_mut().for_each(remove_null);
-        }
-        serde_json::Value::Array(entries) => entries.iter_mut().for_each(remove_null),
-        _ => {}
-    }
 }
 
 /// A table that keeps the order of the file: poses, mechanisms and nodes are listed as the author lists them.

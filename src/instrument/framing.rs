@@ -1,0 +1,338 @@
+//! How packets are told apart in a stream of bytes.
+//!
+//! Works byte by byte, so that what comes out does not depend on how the bytes were cut. Bytes that belong to no packet come out too.
+
+use std::fmt;
+
+use super::registers;
+
+/// How the packets of a gauge are told apart.
+#[derive(Debug, Clone)]
+pub(super) struct Framing {
+    pub(super) kind: FramingKind,
+    /// Silence that ends a packet, or after which its rest does not come any more, s.
+    pub(super) idle_s: f64,
+}
+
+/// What marks a packet.
+#[derive(Debug, Clone)]
+pub(super) enum FramingKind {
+    /// An end mark; some replies come without it and are known by their bytes.
+    Line {
+        ends: Vec<Vec<u8>>,
+        longest: usize,
+        bare: Vec<Vec<u8>>,
+    },
+    /// Its length, and silence.
+    Fixed { length: usize },
+    /// Its first bytes, and its length.
+    Start { mark: Vec<u8>, length: usize },
+    /// Silence.
+    Idle { longest: usize },
+    /// The head of a Modbus reply, and its check sum.
+    Modbus {
+        slave: u8,
+        function: u8,
+        data_bytes: usize,
+    },
+}
+
+impl fmt::Display for Framing {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match &self.kind {
+            FramingKind::Line { ends, .. } => {
+                let ends: Vec<String> = ends
+                    .iter()
+                    .map(|end| end.escape_ascii().to_string())
+                    .collect();
+                write!(f, "lines that end with {}", ends.join(" or "))
+            }
+            FramingKind::Fixed { length } => {
+                write!(f, "packets of {length} bytes without any mark")
+            }
+            FramingKind::Start { length, .. } => {
+                write!(f, "packets of {length} bytes behind a start mark")
+            }
+            FramingKind::Idle { .. } => f.write_str("packets that end by silence"),
+            FramingKind::Modbus { slave, .. } => write!(f, "Modbus RTU, address {slave}"),
+        }
+    }
+}
+
+/// Bytes with the time of the last.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct Piece {
+    pub(super) bytes: Vec<u8>,
+    pub(super) at_s: f64,
+    pub(super) kind: PieceKind,
+}
+
+/// What bytes are.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum PieceKind {
+    /// A packet with known beginning, without its end mark.
+    Packet,
+    /// A line whose beginning may be lost.
+    Tail,
+    /// Bytes before the next packet.
+    Skipped,
+    /// A packet that stopped in the middle.
+    Cut,
+    /// More bytes than any packet has.
+    TooLong,
+    /// A burst whose length is no multiple of a packet's.
+    Uneven,
+}
+
+/// Most packets of fixed length that are taken without a silence between them.
+const BURST_PACKETS: usize = 64;
+
+/// Most skipped bytes that are kept for one report.
+const SKIPPED: usize = 128;
+
+/// Bytes that wait, with the time of each.
+#[derive(Debug, Clone, Default)]
+struct Waiting {
+    bytes: Vec<u8>,
+    times_s: Vec<f64>,
+}
+
+impl Waiting {
+    fn push(&mut self, byte: u8, at_s: f64) {
+        self.bytes.push(byte);
+        self.times_s.push(at_s);
+    }
+
+    fn len(&self) -> usize {
+        self.bytes.len()
+    }
+
+    /// Takes the first `count` bytes out as a piece; the last `without` of them are left out of it.
+    fn take(&mut self, count: usize, without: usize, kind: PieceKind) -> Piece {
+        let mut bytes: Vec<u8> = self.bytes.drain(..count).collect();
+        bytes.truncate(count - without);
+        let at_s = self.times_s.drain(..count).next_back().unwrap_or_default();
+        Piece { bytes, at_s, kind }
+    }
+
+    fn clear(&mut self) {
+        self.bytes.clear();
+        self.times_s.clear();
+    }
+}
+
+/// Tells packets apart.
+#[derive(Debug, Clone)]
+pub(super) struct Framer {
+    framing: FramingKind,
+    waiting: Waiting,
+    skipped: Waiting,
+    /// The next byte begins a packet, or ends up in one whose beginning was seen.
+    in_step: bool,
+}
+
+impl Framer {
+    pub(super) fn new(framing: &Framing) -> Self {
+        Self {
+            framing: framing.kind.clone(),
+            waiting: Waiting::default(),
+            skipped: Waiting::default(),
+            in_step: true,
+        }
+    }
+
+    /// Forgets what waits; the next byte begins a packet.
+    pub(super) fn reset(&mut self) {
+        self.waiting.clear();
+        self.skipped.clear();
+        self.in_step = true;
+    }
+
+    /// Takes one byte; `fits` says of bytes of full length whether they are a packet.
+    pub(super) fn push(
+        &mut self,
+        byte: u8,
+        at_s: f64,
+        fits: &dyn Fn(&[u8]) -> bool,
+        out: &mut Vec<Piece>,
+    ) {
+        self.waiting.push(byte, at_s);
+        match &self.framing {
+            FramingKind::Line { .. } => self.line(out),
+            FramingKind::Fixed { length } => {
+                let length = *length;
+                if self.waiting.len() >= length * BURST_PACKETS {
+                    let whole = self.waiting.bytes.chunks(length).all(fits);
+                    self.burst(length, whole, out);
+                }
+            }
+            FramingKind::Idle { longest } => {
+                if self.waiting.len() > *longest {
+                    let count = self.waiting.len();
+                    out.push(self.waiting.take(count, 0, PieceKind::TooLong));
+                    self.in_step = false;
+                }
+            }
+            FramingKind::Start { .. } | FramingKind::Modbus { .. } => self.scan(fits, false, out),
+        }
+    }
+
+    /// Nothing came for the idle gap.
+    pub(super) fn idle(&mut self, fits: &dyn Fn(&[u8]) -> bool, out: &mut Vec<Piece>) {
+        let count = self.waiting.len();
+        match &self.framing {
+            FramingKind::Line { .. } if count > 0 => {
+                out.push(self.waiting.take(count, 0, PieceKind::Cut));
+                // The rest may still come, and would look like a packet.
+                self.in_step = false;
+            }
+            FramingKind::Fixed { length } => {
+                let length = *length;
+                if count > 0 {
+                    self.burst(length, count.is_multiple_of(length), out);
+                }
+                self.in_step = true;
+            }
+            FramingKind::Idle { .. } => {
+                if count > 0 {
+                    let kind = if self.in_step {
+                        PieceKind::Packet
+                    } else {
+                        PieceKind::TooLong
+                    };
+                    out.push(self.waiting.take(count, 0, kind));
+                }
+                self.in_step = true;
+            }
+            FramingKind::Start { .. } | FramingKind::Modbus { .. } => {
+                self.scan(fits, true, out);
+                self.flush_skipped(out);
+            }
+            FramingKind::Line { .. } => {}
+        }
+    }
+
+    /// A line is complete, a reply without end mark is, or there are more bytes than any line has.
+    fn line(&mut self, out: &mut Vec<Piece>) {
+        let FramingKind::Line {
+            ends,
+            longest,
+            bare,
+        } = &self.framing
+        else {
+            return;
+        };
+        let (longest, count) = (*longest, self.waiting.len());
+        let bytes = &self.waiting.bytes;
+        if self.in_step && bare.contains(bytes) {
+            out.push(self.waiting.take(count, 0, PieceKind::Packet));
+        } else if let Some(end) = ends
+            .iter()
+            .map(Vec::len)
+            .find(|end| count >= *end && ends.iter().any(|mark| mark == &bytes[count - end..]))
+        {
+            let kind = if self.in_step {
+                PieceKind::Packet
+            } else {
+                PieceKind::Tail
+            };
+            let piece = self.waiting.take(count, end, kind);
+            // Nothing between two end marks is no packet.
+            if !piece.bytes.is_empty() {
+                out.push(piece);
+            }
+            self.in_step = true;
+        } else if count > longest + 2 {
+            out.push(self.waiting.take(count, 0, PieceKind::TooLong));
+            self.in_step = false;
+        }
+    }
+
+    /// Packets of one length that came together; after a byte lost or too much there is no telling where the next begins.
+    fn burst(&mut self, length: usize, whole: bool, out: &mut Vec<Piece>) {
+        let count = self.waiting.len();
+        if whole && self.in_step {
+            for _ in 0..count / length {
+                out.push(self.waiting.take(length, 0, PieceKind::Packet));
+            }
+        } else {
+            out.push(self.waiting.take(count, 0, PieceKind::Uneven));
+            self.in_step = false;
+        }
+    }
+
+    /// Packets that are known by their beginning: slides by one byte until one fits.
+    fn scan(&mut self, fits: &dyn Fn(&[u8]) -> bool, at_rest: bool, out: &mut Vec<Piece>) {
+        while self.waiting.len() > 0 {
+            match self.head() {
+                Head::Length(length) if self.waiting.len() >= length => {
+                    if fits(&self.waiting.bytes[..length]) {
+                        self.flush_skipped(out);
+                        out.push(self.waiting.take(length, 0, PieceKind::Packet));
+                        continue;
+                    }
+                }
+                Head::Length(_) | Head::Short if !at_rest => return,
+                _ => {}
+            }
+            let piece = self.waiting.take(1, 0, PieceKind::Skipped);
+            self.skipped.push(piece.bytes[0], piece.at_s);
+            if self.skipped.len() >= SKIPPED {
+                self.flush_skipped(out);
+            }
+        }
+    }
+
+    fn flush_skipped(&mut self, out: &mut Vec<Piece>) {
+        let count = self.skipped.len();
+        if count > 0 {
+            out.push(self.skipped.take(count, 0, PieceKind::Skipped));
+        }
+    }
+
+    /// What the waiting bytes begin with.
+    fn head(&self) -> Head {
+        let bytes = &self.waiting.bytes[..];
+        match &self.framing {
+            FramingKind::Start { mark, length } => {
+                let seen = bytes.len().min(mark.len());
+                match bytes[..seen] == mark[..seen] {
+                    true if seen == mark.len() => Head::Length(*length),
+                    true => Head::Short,
+                    false => Head::None,
+                }
+            }
+            FramingKind::Modbus {
+                slave,
+                function,
+                data_bytes,
+            } => match bytes {
+                [first, ..] if first != slave => Head::None,
+                [_] => Head::Short,
+                [_, second, ..] if *second == function | 0x80 => Head::Length(5),
+                [_, second, ..] if second != function => Head::None,
+                [_, _] => Head::Short,
+                [_, _, count, ..] if usize::from(*count) == *data_bytes => {
+                    Head::Length(data_bytes + 5)
+                }
+                _ => Head::None,
+            },
+            _ => Head::None,
+        }
+    }
+}
+
+/// What bytes begin with.
+enum Head {
+    /// No packet.
+    None,
+    /// Too few bytes to tell.
+    Short,
+    /// A packet of this length.
+    Length(usize),
+}
+
+/// Whether an intact Modbus packet stands here.
+pub(super) fn fits_modbus(packet: &[u8]) -> bool {
+    registers::is_intact(packet)
+}
