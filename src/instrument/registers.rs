@@ -53,6 +53,7 @@ pub(super) struct Registers {
     pub(super) first: usize,
     pub(super) format: RegisterFormat,
     pub(super) low_word_first: bool,
+    pub(super) decimals: u8,
     pub(super) scale: f64,
     pub(super) sign: Option<SignBits>,
     pub(super) require: Vec<RequiredBits>,
@@ -120,9 +121,11 @@ impl Registers {
                 bits => return Err(format!("the sign is {bits:#06x}, neither plus nor minus")),
             },
         };
+        // Divided, not multiplied: the quotient of two exact numbers is the nearest there is.
+        let counts = 10_f64.powi(i32::from(self.decimals));
         Ok(RegisterValue {
-            value: sign * size * self.scale,
-            step: step * self.scale,
+            value: sign * size / counts * self.scale,
+            step: step / counts * self.scale.abs(),
         })
     }
 
@@ -180,6 +183,7 @@ mod tests {
             first: 0,
             format,
             low_word_first,
+            decimals: 0,
             scale: 1.0,
             sign: None,
             require: Vec::new(),

@@ -23,7 +23,25 @@ macro_rules! shipped {
 }
 
 /// In the order in which they are listed: force gauges, then displacement gauges, each with the best known first.
-const SHIPPED: &[ShippedInstrument] = shipped!["mark10-series5",];
+const SHIPPED: &[ShippedInstrument] = shipped![
+    "mark10-series5",
+    "sauter-fh",
+    "imada-ds2",
+    "aikoh-rx",
+    "imada-zts",
+    "nidec-shimpo-fg7000",
+    "lutron-fg",
+    "hp-modbus",
+    "generic-ascii",
+    "mitutoyo-01a",
+    "sylvac-opto-rs",
+    "mahr-dk-u1",
+    "cdi-logic",
+    "heidenhain-nd28x",
+    "magnescale-lt20a",
+    "shahe-modbus",
+    "generic-ascii-displacement",
+];
 
 /// Why a name stands for no description.
 #[derive(Debug, thiserror::Error, miette::Diagnostic)]

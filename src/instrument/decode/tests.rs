@@ -34,3 +34,17 @@ fn a_makers_line_is_a_sample() {
     assert_eq!(&*sample.unit, "N");
     assert_eq!(&*sample.raw, "4.285 N");
 }
+
+#[test]
+fn all_parse() {
+    for shipped in crate::instrument::shipped_instruments() {
+        let parsed = InstrumentDescription::parse(shipped.text, shipped.name);
+        match parsed {
+            Ok((description, warnings)) => {
+                assert_eq!(description.name, shipped.name);
+                assert!(warnings.is_empty(), "{warnings:?}");
+            }
+            Err(e) => panic!("{e}"),
+        }
+    }
+}

@@ -3,7 +3,7 @@
 use indexmap::IndexMap;
 
 use crate::instrument::framing::{Framing, FramingKind};
-use crate::instrument::grammar::{ErrorPacket, Grammar, ReplyPacket, ValuePacket};
+use crate::instrument::grammar::{ErrorPacket, Grammar, Pattern, ReplyPacket, ValuePacket};
 use crate::instrument::registers::{Registers, RequiredBits, SignBits};
 use crate::instrument::units::{Units, usual_codes};
 use crate::quantity::Kind;
@@ -370,8 +370,12 @@ fn grammar(
     let mut grammar = Grammar::default();
     for (index, entry) in file.error.iter().enumerate() {
         let at = within(&path(["error"]), index);
+        let pattern = pattern(&entry.fields, &at, &context)?;
+        if entry.bare {
+            add_bare(&pattern, &at, framing)?;
+        }
         grammar.errors.push(ErrorPacket {
-            pattern: pattern(&entry.fields, &at, &context)?,
+            pattern,
             meaning: entry.meaning,
             text: entry.text.clone(),
         });
@@ -380,17 +384,7 @@ fn grammar(
         let at = within(&path(["reply"]), index);
         let pattern = pattern(&entry.fields, &at, &context)?;
         if entry.bare {
-            let FramingKind::Line { bare, .. } = &mut framing.kind else {
-                return Err(conflict(
-                    at,
-                    "bare",
-                    "framing",
-                    "only lines have an end mark to leave out",
-                ));
-            };
-            let fixed = pattern.fixed_bytes();
-            let why = "fields that are all literal or bytes, for a reply without end mark";
-            bare.push(fixed.ok_or_else(|| value(within(&at, "fields"), "not fixed", why))?);
+            add_bare(&pattern, &at, framing)?;
         }
         grammar.replies.push(ReplyPacket {
             pattern,
@@ -411,6 +405,18 @@ fn grammar(
             .push(value_packet(entry, &at, &context, framing)?);
     }
     Ok(grammar)
+}
+
+/// A packet that comes without the end mark of lines is known by its bytes.
+fn add_bare(pattern: &Pattern, at: &[Place], framing: &mut Framing) -> Result<(), Misplaced> {
+    let FramingKind::Line { bare, .. } = &mut framing.kind else {
+        let why = "only lines have an end mark to leave out";
+        return Err(conflict(at.to_vec(), "bare", "framing", why));
+    };
+    let expected = "literal or bytes only, for a packet without end mark";
+    let bytes = pattern.fixed_bytes();
+    bare.push(bytes.ok_or_else(|| value(within(at, "fields"), "of another kind too", expected))?);
+    Ok(())
 }
 
 fn value_packet(
@@ -488,6 +494,7 @@ fn register_map(
         first: known(entry.first, entry.format.registers(), within(at, "first"))?,
         format: entry.format,
         low_word_first: entry.low_word_first,
+        decimals: entry.decimals,
         scale,
         sign,
         require,

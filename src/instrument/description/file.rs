@@ -44,7 +44,7 @@ pub(super) struct DescriptionFile {
     pub(super) channel: Channel,
     /// How far the description can be trusted.
     pub(super) status: Status,
-    /// Known in part only: needs the same permission as a recalled one.
+    /// Known in part only; the user is told.
     #[serde(default)]
     pub(super) experimental: bool,
     /// Where the facts were read.
@@ -329,6 +329,9 @@ pub(super) struct ErrorEntry {
     pub(super) text: String,
     /// Its fields, in order.
     pub(super) fields: Vec<FieldEntry>,
+    /// It comes without the end mark of other packets; its fields must all be fixed.
+    #[serde(default)]
+    pub(super) bare: bool,
 }
 
 /// A packet that answers a command.
@@ -474,7 +477,10 @@ pub(super) struct RegistersEntry {
     /// Which half of two registers comes first; the high one if absent.
     #[serde(default)]
     pub(super) low_word_first: bool,
-    /// Units a count; 1 if absent.
+    /// Decimals of a whole number; 0 if absent.
+    #[serde(default)]
+    pub(super) decimals: u8,
+    /// Factor by which the number is multiplied besides; 1 if absent.
     pub(super) scale: Option<f64>,
     /// Where the sign stands, if not in the value.
     pub(super) sign: Option<RegisterSign>,

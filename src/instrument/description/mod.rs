@@ -84,10 +84,10 @@ impl InstrumentDescription {
         self.command(Role::StreamStart).is_some() || self.command(Role::Read).is_none()
     }
 
-    /// Whether using it needs the operator's word: recalled, or known in part only.
+    /// Whether using it needs the operator's word (`--allow-unverified`).
     #[must_use]
     pub fn is_unverified(&self) -> bool {
-        self.experimental || self.status == Status::Recalled
+        self.status == Status::Recalled
     }
 
     /// Why there is no serial port on a system (`linux`, `macos`, `windows`), and what to do.
