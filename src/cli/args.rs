@@ -8,6 +8,7 @@ use clap::{Args, Parser, Subcommand, ValueEnum};
 use crate::test_point::Direction;
 
 use super::diagnose_args::DiagnoseArgs;
+use super::instrument_args::InstrumentArgs;
 use super::procedure::ProcedureArgs;
 use super::prove_args::ProveArgs;
 
@@ -85,6 +86,8 @@ pub(super) enum Command {
     Paper(PaperArgs),
     /// Whether diagnoses can be trusted: blind verdicts on concealed sessions, error rates, recordings by others
     Prove(ProveArgs),
+    /// Gauges: which there are, what is known of each, and bytes to samples
+    Instrument(InstrumentArgs),
     /// Shell completions on standard output
     Completions {
         /// The shell

@@ -147,6 +147,20 @@ pub(super) enum CliError {
         /// The data.
         data: String,
     },
+    /// An instrument description from memory.
+    #[error(
+        "the description {instrument} is recalled: no manual and no working program was found for it"
+    )]
+    #[diagnostic(
+        code(stiffbench::instrument::unverified),
+        help(
+            "check it at the bench against the display of the gauge, then name --allow-unverified"
+        )
+    )]
+    Unverified {
+        /// Name of the description.
+        instrument: String,
+    },
     /// Overdue calibration under --strict.
     #[error("calibration overdue: {instruments}")]
     #[diagnostic(
@@ -173,7 +187,7 @@ impl Failure {
     /// Exit code by the first part of the error's code that has one.
     fn exit_code(&self) -> u8 {
         // The first that fits counts: single errors stand before their stage.
-        const CODES: [(&str, u8); 24] = [
+        const CODES: [(&str, u8); 26] = [
             ("stiffbench::usage", 2),
             ("stiffbench::calibration", 12),
             ("stiffbench::fit::stiffness_list", 11),
@@ -194,6 +208,8 @@ impl Failure {
             ("stiffbench::bench", 10),
             ("stiffbench::physics", 10),
             ("stiffbench::prove", 11),
+            ("stiffbench::instrument::description", 10),
+            ("stiffbench::instrument", 2),
             ("stiffbench::specimen", 11),
             ("stiffbench::mismatch::unknown_law", 2),
             ("stiffbench::mismatch::empty", 11),
@@ -213,7 +229,7 @@ impl Failure {
     }
 
     /// What went wrong and why, in one sentence.
-    fn message(&self) -> String {
+    pub(super) fn message(&self) -> String {
         let causes: Vec<String> = self.0.chain().map(ToString::to_string).collect();
         causes.join(": ")
     }

@@ -4,6 +4,7 @@ mod args;
 mod compare;
 mod data;
 mod demo;
+mod descriptions;
 mod design;
 mod diagnose;
 mod diagnose_args;
@@ -11,6 +12,8 @@ mod diagnose_specimen;
 mod failure;
 mod figure_files;
 mod fit;
+mod instrument;
+mod instrument_args;
 mod model;
 mod outcome;
 mod paper;
@@ -62,6 +65,7 @@ fn run(cli: Cli) -> Result<Outcome, Failure> {
         Command::Diagnose(args) => diagnose::run(&args, global),
         Command::Paper(args) => paper::run(&args),
         Command::Prove(args) => prove::run(&args, global),
+        Command::Instrument(args) => instrument::run(&args),
         Command::Completions { shell } => Ok(outcome::completions(shell)),
         Command::Man => Ok(outcome::man_page()?),
     }

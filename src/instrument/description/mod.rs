@@ -5,8 +5,10 @@
 
 mod commands;
 mod compile;
+mod entries;
 mod fields;
 pub(super) mod file;
+mod packets;
 mod parse;
 mod problem;
 mod words;
@@ -43,6 +45,8 @@ pub struct InstrumentDescription {
     pub sources: Vec<String>,
     /// What the operator should know.
     pub notes: Vec<String>,
+    /// What its packets with a value are, in words.
+    pub packets: Vec<String>,
     /// Settings of the serial line.
     pub line: LineSettings,
     /// Levels of the modem lines.

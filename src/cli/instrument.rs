@@ -1,0 +1,300 @@
+//! `stiffbench instrument`.
+
+use std::env::consts::OS;
+use std::fmt::Write;
+use std::io::Read;
+
+use serde_json::{Map, Value, json};
+
+use crate::instrument::description::{Command, SignMeaning, UnitSource, json_schema};
+use crate::instrument::{
+    Decoded, Decoder, InstrumentDescription, Mark, Meaning, Rejected, Reply, Role, Sample, raw_text,
+};
+use crate::report::TextTable;
+
+use super::descriptions::{Found, all_descriptions, find_description, read_description};
+use super::failure::{CliError, Failure};
+use super::instrument_args::{DecodeArgs, InstrumentArgs, InstrumentCommand, ProtocolsArgs};
+use super::outcome::Outcome;
+
+/// Lists, shows, checks descriptions, or decodes bytes by one.
+pub(super) fn run(args: &InstrumentArgs) -> Result<Outcome, Failure> {
+    match &args.what {
+        InstrumentCommand::List { protocols } => list(protocols),
+        InstrumentCommand::Show {
+            name,
+            toml,
+            protocols,
+        } => show(&find_description(name, protocols)?, *toml),
+        InstrumentCommand::Check { file } => Ok(check(read_description(file)?)),
+        InstrumentCommand::Decode(args) => decode(args),
+        InstrumentCommand::Schema => {
+            let schema = json_schema();
+            let text = format!("{schema:#}\n");
+            Ok(Outcome::new("instrument-schema", text, schema))
+        }
+    }
+}
+
+fn list(protocols: &ProtocolsArgs) -> Result<Outcome, Failure> {
+    let (found, mut warnings) = all_descriptions(protocols)?;
+    let mut table = TextTable::new(&["name", "measures", "status", "what it is"]);
+    for one in &found {
+        let description = &one.description;
+        table.row([
+            description.name.clone(),
+            description.channel.to_string(),
+            status_text(description),
+            description.text.clone(),
+        ]);
+        if let Some(note) = description.no_tty(OS) {
+            warnings.push(format!("{}: {note}", description.name));
+        }
+    }
+    let instruments: Vec<Value> = found.iter().map(summary_json).collect();
+    let text = format!(
+        "{}\ndocumented: the maker's manual was read; implemented: seen working in public code; recalled: from memory, runs only with\n--allow-unverified. More of one: stiffbench instrument show NAME\n",
+        table.text()
+    );
+    Ok(Outcome::new(
+        "instrument-list",
+        text,
+        json!({ "instruments": instruments }),
+    )
+    .with_warnings(warnings))
+}
+
+fn status_text(description: &InstrumentDescription) -> String {
+    if description.experimental {
+        format!("{}, in part", description.status)
+    } else {
+        description.status.to_string()
+    }
+}
+
+fn summary_json(found: &Found) -> Value {
+    let description = &found.description;
+    let no_tty: Map<String, Value> = description
+        .no_tty_notes()
+        .map(|(system, note)| (system.to_owned(), note.into()))
+        .collect();
+    json!({
+        "name": description.name,
+        "text": description.text,
+        "channel": description.channel,
+        "status": description.status,
+        "experimental": description.experimental,
+        "needs_allow_unverified": description.is_unverified(),
+        "tty_note": description.no_tty(OS),
+        "no_tty": no_tty,
+        "file": found.path.as_ref().map(|path| path.display().to_string()),
+    })
+}
+
+fn show(found: &Found, toml: bool) -> Result<Outcome, Failure> {
+    let description = &found.description;
+    let mut data = summary_json(found);
+    data["line"] = json!(description.line);
+    data["modem"] = json!(description.modem);
+    data["timing"] = json!(description.timing());
+    data["framing"] = description.framing_text().into();
+    data["packets"] = json!(description.packets);
+    data["sign"] = json!(description.sign);
+    data["unit"] =
+        json!({ "from": description.unit_source(), "choices": description.unit_choices() });
+    data["physical"] = json!(description.physical);
+    let commands: Map<String, Value> = commands(description)
+        .map(|(role, command)| (role.key().to_owned(), command_json(command)))
+        .collect();
+    data["commands"] = commands.into();
+    data["notes"] = json!(description.notes);
+    data["sources"] = json!(description.sources);
+    data["toml"] = found.toml.as_str().into();
+    let text = if toml {
+        found.toml.clone()
+    } else {
+        description_text(description)
+    };
+    Ok(Outcome::new("instrument", text, data).with_warnings(found.warnings.clone()))
+}
+
+fn commands(description: &InstrumentDescription) -> impl Iterator<Item = (Role, &Command)> {
+    let roles = Role::ALL.into_iter();
+    roles.filter_map(|role| Some((role, description.command(role)?)))
+}
+
+fn command_json(command: &Command) -> Value {
+    json!({ "bytes": raw_text(&command.bytes), "expects": command.expects, "effect": command.effect })
+}
+
+fn description_text(description: &InstrumentDescription) -> String {
+    let mut text = String::new();
+    let mut line = |name: &str, value: &str| {
+        // Writing to a String does not fail.
+        let _ = writeln!(text, "{name:<10}{value}");
+    };
+    line("name", &description.name);
+    line("what", &description.text);
+    line("measures", &description.channel.to_string());
+    line("status", &status_text(description));
+    line("line", &description.line.to_string());
+    line("packets", &description.framing_text());
+    for packet in &description.packets {
+        line("", packet);
+    }
+    line("unit", &unit_text(description));
+    line("push", sign_text(description.sign.compression));
+    for (role, command) in commands(description) {
+        line(
+            if role == Role::Read { "commands" } else { "" },
+            &format!("{role:<14}{}", raw_text(&command.bytes)),
+        );
+    }
+    for (system, note) in description.no_tty_notes() {
+        line(system, note);
+    }
+    for (place, note) in description.notes.iter().enumerate() {
+        line(if place == 0 { "notes" } else { "" }, note);
+    }
+    for (place, source) in description.sources.iter().enumerate() {
+        line(if place == 0 { "sources" } else { "" }, source);
+    }
+    text
+}
+
+fn unit_text(description: &InstrumentDescription) -> String {
+    let choices = description.unit_choices().join(", ");
+    match description.unit_source() {
+        UnitSource::Packet => format!("in every packet ({choices})"),
+        UnitSource::Query => format!("the gauge is asked ({choices})"),
+        UnitSource::Configuration => format!("not sent: to be named ({choices})"),
+        UnitSource::Fixed => "always the same".to_owned(),
+    }
+}
+
+fn sign_text(meaning: SignMeaning) -> &'static str {
+    match meaning {
+        SignMeaning::Positive => "arrives as a positive value",
+        SignMeaning::Negative => "arrives as a negative value",
+        SignMeaning::Ask => "sign not known: found out by a push by hand",
+    }
+}
+
+fn check(found: Found) -> Outcome {
+    let mut text = description_text(&found.description);
+    text.push_str("\nno errors\n");
+    let data = summary_json(&found);
+    Outcome::new("instrument-check", text, data)
+        .with_strict_exit(u8::from(!found.warnings.is_empty()))
+        .with_warnings(found.warnings)
+}
+
+fn decode(args: &DecodeArgs) -> Result<Outcome, Failure> {
+    let found = find_description(&args.name, &args.protocols)?;
+    let description = &found.description;
+    require_permission(description, args.allow_unverified)?;
+    let mut decoder = Decoder::new(description, args.unit.as_deref())?;
+    let mut bytes = Vec::new();
+    std::io::stdin()
+        .lock()
+        .read_to_end(&mut bytes)
+        .map_err(|source| CliError::Read {
+            path: "standard input".into(),
+            source,
+        })?;
+    let mut decoded = Vec::new();
+    decoder.push(&bytes, 0.0, &mut decoded);
+    decoder.idle(0.0, &mut decoded);
+    Ok(decoded_outcome(&decoded, description, args.unit.as_deref()).with_warnings(found.warnings))
+}
+
+/// A description from memory is used only on the operator's word.
+pub(super) fn require_permission(
+    description: &InstrumentDescription,
+    allowed: bool,
+) -> Result<(), Failure> {
+    if allowed || !description.is_unverified() {
+        return Ok(());
+    }
+    Err(CliError::Unverified {
+        instrument: description.name.clone(),
+    }
+    .into())
+}
+
+fn decoded_outcome(
+    decoded: &[Decoded],
+    description: &InstrumentDescription,
+    unit: Option<&str>,
+) -> Outcome {
+    let (mut samples, mut rejected) = (Vec::new(), Vec::new());
+    let mut text = String::new();
+    for one in decoded {
+        let line = match one {
+            Decoded::Sample(sample) => {
+                let value = sample_json(sample, description, unit);
+                let line = format!(
+                    "{} {}  <- {}\n",
+                    value["value"],
+                    value["unit"].as_str().unwrap_or_default(),
+                    sample.raw
+                );
+                samples.push(value);
+                line
+            }
+            Decoded::Rejected(Rejected { raw, reason, .. }) => {
+                rejected.push(json!({ "raw": raw, "reason": reason }));
+                format!("rejected: {raw}: {reason}\n")
+            }
+            Decoded::Reply(reply) => {
+                let reason = reply_reason(reply);
+                rejected.push(json!({ "raw": reply.raw, "reason": reason }));
+                format!("no value: {}: {reason}\n", reply.raw)
+            }
+        };
+        text.push_str(&line);
+    }
+    let _ = writeln!(
+        text,
+        "{} samples, {} rejected",
+        samples.len(),
+        rejected.len()
+    );
+    let data = json!({ "instrument": description.name, "samples": samples, "rejected": rejected });
+    Outcome::new("instrument-decode", text, data)
+}
+
+/// A sample in the unit that was asked for. Nobody asks a file, so that a value was not requested says nothing here.
+fn sample_json(sample: &Sample, description: &InstrumentDescription, unit: Option<&str>) -> Value {
+    let own = sample.kind == description.channel.kind();
+    let wanted = unit.filter(|_| own).unwrap_or(&sample.unit);
+    let factor = |unit: &str| sample.kind.si_factor(unit).unwrap_or(1.0);
+    let value = if wanted == &*sample.unit {
+        sample.value
+    } else {
+        without_noise(sample.value * (factor(&sample.unit) / factor(wanted)))
+    };
+    let marks: Vec<Mark> = sample
+        .marks
+        .iter()
+        .copied()
+        .filter(|mark| *mark != Mark::Unrequested)
+        .collect();
+    json!({ "value": value, "unit": wanted, "raw": sample.raw, "marks": marks })
+}
+
+/// To 15 significant digits: what a conversion adds behind them is no information.
+fn without_noise(value: f64) -> f64 {
+    format!("{value:.14e}").parse().unwrap_or(value)
+}
+
+fn reply_reason(reply: &Reply) -> String {
+    match &reply.meaning {
+        Meaning::Acknowledged => "an acknowledgement, not a value".to_owned(),
+        Meaning::Refused(why) => why.clone(),
+        Meaning::Identity(_) => "who the gauge is, not a value".to_owned(),
+        Meaning::Unit(_) => "the gauge's unit, not a value".to_owned(),
+        Meaning::State(_) => "the gauge's mode or settings, not a value".to_owned(),
+        Meaning::Text(_) => "text, not a value".to_owned(),
+    }
+}

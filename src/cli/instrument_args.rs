@@ -1,0 +1,73 @@
+//! The arguments of `instrument`, and where descriptions come from.
+
+use std::path::PathBuf;
+
+use clap::{Args, Subcommand};
+
+/// Where descriptions come from besides the shipped ones.
+#[derive(Debug, Clone, Default, Args)]
+pub(super) struct ProtocolsArgs {
+    /// Folder with descriptions of your own in DIR/instruments/*.toml; they go before shipped ones of the same name
+    #[arg(long, value_name = "DIR")]
+    pub(super) protocols: Option<PathBuf>,
+}
+
+/// Arguments of `instrument`.
+#[derive(Debug, Args)]
+#[command(
+    after_help = "Examples:\n  stiffbench instrument list\n  stiffbench instrument show mitutoyo-01a\n  stiffbench instrument show generic-ascii --toml > protocols/instruments/my-gauge.toml\n  stiffbench instrument check protocols/instruments/my-gauge.toml\n  printf '4.285 N\\r\\n' | stiffbench instrument decode mark10-series5 --unit N"
+)]
+pub(super) struct InstrumentArgs {
+    /// What to do.
+    #[command(subcommand)]
+    pub(super) what: InstrumentCommand,
+}
+
+/// Subcommands of `instrument`.
+#[derive(Debug, Subcommand)]
+pub(super) enum InstrumentCommand {
+    /// The gauges that can be used, and how far each description can be trusted
+    List {
+        /// More descriptions.
+        #[command(flatten)]
+        protocols: ProtocolsArgs,
+    },
+    /// What is known of one gauge: line, commands, packets, sign, notes, sources
+    Show {
+        /// Name of a description, or a file
+        #[arg(value_name = "NAME|FILE")]
+        name: String,
+        /// The description itself, to copy and adapt
+        #[arg(long)]
+        toml: bool,
+        /// More descriptions.
+        #[command(flatten)]
+        protocols: ProtocolsArgs,
+    },
+    /// Read a description of your own and say what is wrong with it
+    Check {
+        /// The file
+        file: PathBuf,
+    },
+    /// The bytes on standard input as samples, and what is none with its reason
+    Decode(DecodeArgs),
+    /// The JSON Schema of instrument descriptions
+    Schema,
+}
+
+/// Arguments of `instrument decode`.
+#[derive(Debug, Args)]
+pub(super) struct DecodeArgs {
+    /// Name of a description, or a file
+    #[arg(value_name = "NAME|FILE")]
+    pub(super) name: String,
+    /// Unit of the values that are printed; where packets carry none, also the unit that the gauge shows [default: as sent]
+    #[arg(long)]
+    pub(super) unit: Option<String>,
+    /// Use a description that is recalled and was never checked
+    #[arg(long)]
+    pub(super) allow_unverified: bool,
+    /// More descriptions.
+    #[command(flatten)]
+    pub(super) protocols: ProtocolsArgs,
+}
