@@ -10,6 +10,7 @@ mod framing;
 mod gauges;
 mod grammar;
 mod number;
+pub mod port;
 mod registers;
 mod registry;
 mod sample;
