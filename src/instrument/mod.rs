@@ -6,6 +6,7 @@
 
 mod decode;
 pub mod description;
+pub mod driver;
 mod framing;
 mod gauges;
 mod grammar;

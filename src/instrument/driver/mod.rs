@@ -1,0 +1,114 @@
+//! The talk with one gauge: what is sent when, which reply belongs to it, and what is done when none comes. No port and no clock.
+//!
+//! A [`Driver`] is told what arrived and when, and answers with [`Deed`]s. The blocking reader, the live engine and unit tests all drive the same
+//! machine, so that deadlines, drains and retries are tested without waiting. It never pairs a reply with a request by order alone once
+//! something went wrong: after a reply that did not come the line is drained until it is quiet, and the next value counts only if no second
+//! one follows it.
+
+mod answers;
+mod exchange;
+mod machine;
+mod sending;
+#[cfg(test)]
+mod tests;
+
+pub use machine::Driver;
+
+use super::{Effect, GaugeEvent, InstrumentDescription, Role};
+
+/// Now, on two clocks.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Moment {
+    /// Real seconds: deadlines of a line run on them, whatever the speed of a session.
+    pub real_s: f64,
+    /// Session time, s: the stamp of values.
+    pub at_s: f64,
+}
+
+/// How a gauge is talked with.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Manner {
+    /// How its values are had.
+    pub acquisition: Acquisition,
+    /// It is told not to switch off by itself, where it can be told.
+    pub keep_awake: bool,
+    /// What it answered to who it is when it was last here, if that is known: another answer is another gauge.
+    pub expected: Option<Box<str>>,
+}
+
+impl Manner {
+    /// A look at a gauge that leaves its settings alone and takes whoever answers.
+    #[must_use]
+    pub fn glance(acquisition: Acquisition) -> Self {
+        Self {
+            acquisition,
+            keep_awake: false,
+            expected: None,
+        }
+    }
+}
+
+/// Requests a second where a description allows more: enough to see a load settle, and no more than adapters pass on that hold short packets
+/// for 16 ms.
+const ENOUGH_PER_S: f64 = 20.0;
+
+/// How values are had from a gauge.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Acquisition {
+    /// One request, one value.
+    Poll {
+        /// Most requests a second; fewer where the description says so.
+        most_per_s: f64,
+    },
+    /// Told once to send, it goes on sending.
+    Stream,
+    /// It sends by itself and takes no command.
+    Listen,
+}
+
+impl Acquisition {
+    /// The way that a description allows and that is surest: a request for each value shows at once when the gauge falls silent.
+    #[must_use]
+    pub fn surest(description: &InstrumentDescription) -> Self {
+        if description.command(Role::Read).is_some() {
+            Self::Poll {
+                most_per_s: ENOUGH_PER_S,
+            }
+        } else if description
+            .command(Role::StreamStart)
+            .is_some_and(|command| command.effect == Effect::Sets)
+        {
+            Self::Stream
+        } else {
+            Self::Listen
+        }
+    }
+}
+
+/// What is to be done, in this order.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Deed {
+    /// To write these bytes to the port, in one piece.
+    Send {
+        /// What they ask for.
+        role: Role,
+        /// The bytes.
+        bytes: Vec<u8>,
+    },
+    /// To tell this.
+    Tell(GaugeEvent),
+    /// To note in the trace that the last `count` values are not used.
+    Unused {
+        /// How many, counted back from the last one decoded.
+        count: usize,
+        /// Why.
+        reason: &'static str,
+    },
+    /// To note in the trace that the decoder begins anew.
+    Reset,
+    /// To close the port: another instrument answers.
+    Refuse {
+        /// What answers, and what was expected.
+        reason: Box<str>,
+    },
+}
