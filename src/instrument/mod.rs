@@ -15,6 +15,7 @@ pub mod port;
 mod registers;
 mod registry;
 mod sample;
+pub mod trace;
 mod units;
 
 pub use decode::{Decoded, Decoder, DecoderError, Meaning, Reply, raw_text};

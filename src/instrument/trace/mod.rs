@@ -1,0 +1,87 @@
+//! Recorded traces: every byte of a line, both directions, with its time (docs/trace-file.md, schema `stiffbench/trace/1`).
+//!
+//! A trace is text that a person can read and a program can trust: each line tells how many bytes it holds, so that a cut or damaged one is
+//! known. What the driver decided (values not used, the decoder begun anew) stands in it too, so that a replay gives the samples of the
+//! live run.
+
+mod decode;
+mod escape;
+mod read;
+mod replay;
+mod sink;
+mod write;
+
+pub use decode::events_of;
+pub use escape::{escaped, unescaped};
+pub use read::{Damage, Trace, TraceError};
+pub use replay::{Pace, Replay};
+pub use sink::{Sink, TraceSink};
+pub use write::TraceWriter;
+
+use super::description::Role;
+use super::gauges::LinkState;
+use super::sample::Channel;
+
+/// Schema of a trace, its first line behind `# `.
+pub const TRACE_SCHEMA: &str = "stiffbench/trace/1";
+
+/// What is known of a trace as a whole.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct Header {
+    /// Name of the instrument description.
+    pub instrument: Option<String>,
+    /// Which gauge of the bench.
+    pub channel: Option<Channel>,
+    /// Unit, where the gauge does not send one.
+    pub unit: Option<String>,
+    /// The port, by what stays of it.
+    pub port: Option<String>,
+    /// Line settings.
+    pub line: Option<String>,
+    /// UTC of time 0, RFC 3339.
+    pub started: Option<String>,
+    /// Seconds of the trace in a real one: other than 1 for a session in fast-forward.
+    pub speed: Option<f64>,
+}
+
+/// One line of a trace.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Entry {
+    /// When, s.
+    pub at_s: f64,
+    /// What.
+    pub what: What,
+}
+
+/// What happened on a line.
+#[derive(Debug, Clone, PartialEq)]
+pub enum What {
+    /// Bytes from the gauge, as one read gave them.
+    Received(Vec<u8>),
+    /// Bytes to the gauge, and what they ask for where that is known.
+    Sent {
+        /// What they ask for.
+        role: Option<Role>,
+        /// The bytes.
+        bytes: Vec<u8>,
+    },
+    /// The last `count` values before this are not used.
+    Unused {
+        /// How many.
+        count: usize,
+        /// Why.
+        reason: String,
+    },
+    /// The decoder began anew: the line was drained.
+    Reset,
+    /// The line went down or came back.
+    Link(LinkState),
+    /// Something worth keeping.
+    Note(String),
+    /// Recording ended here as it should.
+    End,
+}
+
+fn role_of(key: &str) -> Option<Role> {
+    Role::ALL.into_iter().find(|role| role.key() == key)
+}
