@@ -1,0 +1,371 @@
+//! One line of the live bench: found, opened, served, lost, found again.
+
+use std::sync::Arc;
+use std::thread;
+use std::time::Duration;
+
+use miette::Diagnostic;
+use tokio::sync::mpsc::{UnboundedReceiver, unbounded_channel};
+use tokio::time::sleep;
+
+use crate::clock::Clock;
+use crate::instrument::Channel;
+use crate::instrument::Decoder;
+use crate::instrument::driver::{Acquisition, Deed, Driver, Manner, Moment};
+use crate::instrument::port::{
+    OpenPort, Patience, PortError, PortIdentity, PortSettings, list_ports, open,
+};
+use crate::instrument::trace::{Entry, Sink, What};
+use crate::instrument::{Ask, GaugeEvent, LinkState};
+use crate::instrument::{Effect, InstrumentDescription, Role};
+
+use super::LiveGauge;
+use super::back_off::Persistence;
+use super::queue::Queue;
+use super::wire::Wire;
+
+/// Bytes taken at once; a line at full speed gives far fewer between two looks.
+const AT_ONCE: usize = 4096;
+
+/// One line of the live bench.
+pub(super) struct Line {
+    description: Arc<InstrumentDescription>,
+    unit: Option<String>,
+    port: PortIdentity,
+    acquisition: Acquisition,
+    identity: Option<Box<str>>,
+    clock: Clock,
+    real: Clock,
+    patience: Patience,
+    persistence: Persistence,
+    asked: UnboundedReceiver<Ask>,
+    out: Out,
+}
+
+/// Where things go: to the session and into the trace.
+struct Out {
+    channel: Channel,
+    queue: Arc<Queue>,
+    trace: Option<Box<dyn Sink>>,
+}
+
+/// Why a line is not served any more.
+enum Ending {
+    /// Nobody listens.
+    Stopped,
+    /// The port is gone.
+    Lost(PortError),
+    /// Another instrument answers.
+    Refused(Box<str>),
+}
+
+impl Line {
+    pub(super) fn new(
+        gauge: LiveGauge,
+        clock: Clock,
+        patience: Patience,
+        persistence: Persistence,
+        asked: UnboundedReceiver<Ask>,
+        queue: Arc<Queue>,
+    ) -> Self {
+        Self {
+            out: Out {
+                channel: gauge.description.channel,
+                queue,
+                trace: gauge.trace,
+            },
+            description: Arc::new(gauge.description),
+            unit: gauge.unit,
+            port: gauge.port,
+            acquisition: gauge.acquisition,
+            identity: gauge.identity.map(Into::into),
+            clock,
+            real: Clock::default(),
+            patience,
+            persistence,
+            asked,
+        }
+    }
+
+    /// Serves the line until nobody listens any more.
+    pub(super) async fn serve(mut self) {
+        let mut attempt = 0;
+        loop {
+            let ending = match self.connect().await {
+                Ok(wire) => self.talk(wire, &mut attempt).await,
+                Err(ending) => ending,
+            };
+            match ending {
+                Ending::Stopped => return,
+                Ending::Lost(error) if attempt == 0 => {
+                    self.link(LinkState::Lost {
+                        reason: reason(&error).into(),
+                    });
+                }
+                // That it is not there yet has been said.
+                Ending::Lost(PortError::Absent { .. }) => {}
+                Ending::Lost(PortError::WrongDevice { problem, .. }) => {
+                    self.link(LinkState::WrongDevice {
+                        reason: problem.into(),
+                    });
+                }
+                Ending::Lost(error) => self.note(reason(&error)),
+                Ending::Refused(reason) => self.link(LinkState::WrongDevice { reason }),
+            }
+            attempt += 1;
+            if !self.pause(&mut attempt).await {
+                return;
+            }
+        }
+    }
+
+    /// Waits before the next try; questions meanwhile are answered with what is known. `false` if nobody listens any more.
+    async fn pause(&mut self, attempt: &mut u32) -> bool {
+        let Some(pause_s) = self.persistence.pause_s(*attempt) else {
+            self.link(LinkState::GivenUp);
+            *attempt = 1;
+            let Some(ask) = self.asked.recv().await else {
+                return false;
+            };
+            self.out.unanswered(ask);
+            self.link(LinkState::Reconnecting { attempt: 1 });
+            return true;
+        };
+        let over = sleep(Duration::from_secs_f64(pause_s));
+        tokio::pin!(over);
+        loop {
+            tokio::select! {
+                () = &mut over => break,
+                asked = self.asked.recv() => match asked {
+                    Some(ask) => self.out.unanswered(ask),
+                    None => return false,
+                },
+            }
+        }
+        self.link(LinkState::Reconnecting { attempt: *attempt });
+        true
+    }
+
+    /// Finds the port by its identity and opens it on a worker; the other line goes on meanwhile.
+    async fn connect(&mut self) -> Result<Wire, Ending> {
+        let ports = list_ports().map_err(Ending::Lost)?;
+        let resolved = self.port.resolve(&ports).map_err(Ending::Lost)?;
+        if let Some(note) = resolved.note {
+            self.note(note);
+        }
+        let settings = PortSettings::of(&self.description.line, &self.description.modem);
+        let patience = self.patience;
+        let (report, mut reported) = unbounded_channel();
+        thread::spawn(move || {
+            let mut note = |text| {
+                // Nobody listens any more: the port is closed when it goes out of scope.
+                let _ = report.send(Opening::Note(text));
+            };
+            let opened = open(&resolved.path, &settings, &patience, &mut note);
+            let _ = report.send(Opening::Done(opened));
+        });
+        loop {
+            tokio::select! {
+                told = reported.recv() => match told {
+                    Some(Opening::Note(text)) => self.note(text),
+                    Some(Opening::Done(opened)) => {
+                        return opened.and_then(Wire::of).map_err(Ending::Lost);
+                    }
+                    None => return Err(Ending::Stopped),
+                },
+                asked = self.asked.recv() => match asked {
+                    Some(ask) => self.out.unanswered(ask),
+                    None => return Err(Ending::Stopped),
+                },
+            }
+        }
+    }
+
+    /// Talks with the gauge until something ends it.
+    async fn talk(&mut self, mut wire: Wire, attempt: &mut u32) -> Ending {
+        let Ok(decoder) = Decoder::new(&self.description, self.unit.as_deref()) else {
+            // It was checked at the start.
+            return Ending::Stopped;
+        };
+        let mut driver = Driver::new(
+            Arc::clone(&self.description),
+            decoder,
+            Manner {
+                acquisition: self.acquisition,
+                keep_awake: true,
+                expected: self.identity.clone(),
+            },
+            wire.path(),
+            self.now(),
+        );
+        let ending = self.converse(&mut wire, &mut driver, attempt).await;
+        if matches!(ending, Ending::Stopped) && self.acquisition == Acquisition::Stream {
+            self.stop_stream(&mut wire).await;
+        }
+        let mut deeds = Vec::new();
+        driver.abandon(&mut deeds);
+        for deed in deeds {
+            self.out.note_deed(deed, self.now());
+        }
+        ending
+    }
+
+    async fn converse(
+        &mut self,
+        wire: &mut Wire,
+        driver: &mut Driver,
+        attempt: &mut u32,
+    ) -> Ending {
+        let mut buffer = vec![0; AT_ONCE];
+        let mut deeds = Vec::new();
+        loop {
+            driver.wake(self.now(), &mut deeds);
+            for deed in deeds.drain(..) {
+                match deed {
+                    Deed::Send { role, bytes } => {
+                        self.out.record(
+                            self.clock.now_s(),
+                            What::Sent {
+                                role: Some(role),
+                                bytes: bytes.clone(),
+                            },
+                        );
+                        if let Err(error) = wire.write(&bytes).await {
+                            return Ending::Lost(error);
+                        }
+                    }
+                    Deed::Refuse { reason } => return Ending::Refused(reason),
+                    deed => self.out.note_deed(deed, self.now()),
+                }
+            }
+            if driver.is_up() {
+                *attempt = 0;
+                if self.identity.is_none() {
+                    self.identity = driver.identity().map(Into::into);
+                }
+            }
+            let wait_s = (driver.due_s() - self.real.now_s()).max(0.0);
+            tokio::select! {
+                read = wire.read(&mut buffer) => match read {
+                    Ok(count) => {
+                        let now = self.now();
+                        self.out.record(now.at_s, What::Received(buffer[..count].to_vec()));
+                        driver.received(&buffer[..count], now, &mut deeds);
+                    }
+                    Err(error) => return Ending::Lost(error),
+                },
+                () = sleep(Duration::try_from_secs_f64(wait_s).unwrap_or(Duration::MAX)) => {}
+                asked = self.asked.recv() => match asked {
+                    Some(ask) => driver.ask(ask, &mut deeds),
+                    None => return Ending::Stopped,
+                },
+            }
+        }
+    }
+
+    /// Leaves the gauge as it was found.
+    async fn stop_stream(&mut self, wire: &mut Wire) {
+        let Some(command) = self.description.command(Role::StreamStop) else {
+            return;
+        };
+        if command.effect == Effect::Sets {
+            let bytes = command.bytes.clone();
+            self.out.record(
+                self.clock.now_s(),
+                What::Sent {
+                    role: Some(Role::StreamStop),
+                    bytes: bytes.clone(),
+                },
+            );
+            // The line may be gone; then there is nothing to stop.
+            let _ = wire.write(&bytes).await;
+        }
+    }
+
+    fn now(&self) -> Moment {
+        Moment {
+            real_s: self.real.now_s(),
+            at_s: self.clock.now_s(),
+        }
+    }
+
+    fn link(&mut self, state: LinkState) {
+        let at_s = self.clock.now_s();
+        self.out.tell(
+            GaugeEvent::Link {
+                channel: self.out.channel,
+                state,
+                at_s,
+            },
+            at_s,
+        );
+    }
+
+    fn note(&mut self, text: String) {
+        let at_s = self.clock.now_s();
+        self.out.tell(
+            GaugeEvent::Note {
+                channel: self.out.channel,
+                text: text.into(),
+                at_s,
+            },
+            at_s,
+        );
+    }
+}
+
+/// How opening goes.
+enum Opening {
+    Note(String),
+    Done(Result<OpenPort, PortError>),
+}
+
+impl Out {
+    fn record(&mut self, at_s: f64, what: What) {
+        if let Some(trace) = &mut self.trace {
+            trace.take(Entry { at_s, what });
+        }
+    }
+
+    fn tell(&mut self, event: GaugeEvent, at_s: f64) {
+        match &event {
+            GaugeEvent::Link { state, .. } => self.record(at_s, What::Link(state.clone())),
+            GaugeEvent::Note { text, .. } => self.record(at_s, What::Note(text.to_string())),
+            _ => {}
+        }
+        self.queue.push(event);
+    }
+
+    /// A deed that needs no port.
+    fn note_deed(&mut self, deed: Deed, now: Moment) {
+        match deed {
+            Deed::Tell(event) => self.tell(event, now.at_s),
+            Deed::Unused { count, reason } => self.record(
+                now.at_s,
+                What::Unused {
+                    count,
+                    reason: reason.to_owned(),
+                },
+            ),
+            Deed::Reset => self.record(now.at_s, What::Reset),
+            Deed::Send { .. } | Deed::Refuse { .. } => {}
+        }
+    }
+
+    fn unanswered(&mut self, ask: Ask) {
+        let answer = Err("the gauge is not connected".into());
+        self.queue.push(GaugeEvent::Answered {
+            channel: self.channel,
+            ask,
+            answer,
+        });
+    }
+}
+
+/// An error and its remedy in one line.
+fn reason(error: &PortError) -> String {
+    match error.help() {
+        Some(help) => format!("{error}; {help}"),
+        None => error.to_string(),
+    }
+}

@@ -1,0 +1,87 @@
+//! A device behind a pseudo-terminal, under a name of its own.
+
+use std::io::{ErrorKind, Read, Write};
+use std::os::unix::fs::symlink;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::thread::{self, JoinHandle};
+use std::time::Duration;
+
+use serialport::{SerialPort, TTYPort};
+
+/// A device that answers each command with bytes, possibly in several pieces, until it is dropped: then its port is gone.
+pub(crate) struct Device {
+    name: PathBuf,
+    stop: Arc<AtomicBool>,
+    thread: Option<JoinHandle<()>>,
+}
+
+impl Device {
+    /// A device under `name`; `answer` is given a command without its end and tells what is sent back, piece by piece.
+    pub(crate) fn at(
+        name: &Path,
+        mut answer: impl FnMut(&str) -> Vec<Vec<u8>> + Send + 'static,
+    ) -> Self {
+        let (mut master, slave) = TTYPort::pair().unwrap();
+        symlink(slave.name().unwrap(), name).unwrap();
+        master.set_timeout(Duration::from_millis(2)).unwrap();
+        let stop = Arc::new(AtomicBool::new(false));
+        let stopped = Arc::clone(&stop);
+        let thread = thread::spawn(move || {
+            // Held open so that the device does not notice who comes and goes.
+            let _slave = slave;
+            let mut command = Vec::new();
+            let mut buffer = [0; 64];
+            while !stopped.load(Ordering::Relaxed) {
+                let count = match master.read(&mut buffer) {
+                    Ok(count) => count,
+                    Err(error) if error.kind() == ErrorKind::TimedOut => 0,
+                    Err(error) => panic!("{error}"),
+                };
+                for byte in &buffer[..count] {
+                    if *byte != b'\r' {
+                        command.push(*byte);
+                        continue;
+                    }
+                    let text = String::from_utf8_lossy(&command).into_owned();
+                    command.clear();
+                    for piece in answer(&text) {
+                        master.write_all(&piece).unwrap();
+                        master.flush().unwrap();
+                    }
+                }
+            }
+        });
+        Self {
+            name: name.to_owned(),
+            stop,
+            thread: Some(thread),
+        }
+    }
+
+    /// A device that says who it is and counts: the n-th value is n, in `unit`.
+    pub(crate) fn counting(name: &Path, identity: &'static str, unit: &'static str) -> Self {
+        let mut count = 0;
+        Self::at(name, move |command| {
+            if command == "ID" {
+                return vec![format!("{identity}\r").into_bytes()];
+            }
+            count += 1;
+            vec![format!("+{count} {unit}\r").into_bytes()]
+        })
+    }
+}
+
+impl Drop for Device {
+    fn drop(&mut self) {
+        self.stop.store(true, Ordering::Relaxed);
+        if let Some(thread) = self.thread.take()
+            && thread.join().is_err()
+            && !thread::panicking()
+        {
+            panic!("the device of the test failed");
+        }
+        std::fs::remove_file(&self.name).unwrap();
+    }
+}

@@ -1,0 +1,172 @@
+//! Live lines through pseudo-terminals that are opened by name, as real ports are: what comes, what is lost, what is found again.
+
+#![cfg(unix)]
+#![expect(
+    clippy::unwrap_used,
+    reason = "a test stops at what is not as it must be"
+)]
+
+mod device;
+mod faults;
+mod trace;
+mod values;
+
+use std::path::PathBuf;
+use std::time::Duration;
+
+use stiffbench::clock::Clock;
+use stiffbench::instrument::driver::Acquisition;
+use stiffbench::instrument::live::{LiveGauge, LiveGauges, Persistence};
+use stiffbench::instrument::port::{Patience, PortIdentity};
+use stiffbench::instrument::trace::Sink;
+use stiffbench::instrument::{
+    Channel, GaugeEvent, Gauges, InstrumentDescription, LinkState, Sample,
+};
+use tempfile::TempDir;
+
+/// Long enough for anything that should happen; a test that waits so long fails.
+const LONG: Duration = Duration::from_secs(20);
+
+const POLL: Acquisition = Acquisition::Poll { most_per_s: 500.0 };
+
+/// A gauge that is asked for each value and says who it is.
+const GAUGE: &str = r#"
+schema = "stiffbench/instrument/1"
+name = "trial"
+text = "a gauge for tests"
+channel = "force"
+status = "documented"
+[line]
+baud = 9600
+settle_s = 0
+[timing]
+reply_deadline_s = 0.25
+drain_s = 0.03
+retries = 2
+most_per_s = 500
+discard_after_open = 0
+silent_after_s = 0.5
+[commands]
+terminator = "\r"
+read = { send = "R", expects = "value" }
+identify = { send = "ID", expects = "text" }
+[framing.line]
+end = ["\r"]
+[sign]
+compression = "positive"
+[unit]
+from = "packet"
+[unit.codes]
+N = "N"
+[[value]]
+fields = [{ sign = { plus = ["+"], minus = ["-"] } }, { number = { count = [1, 8] } }, { blanks = [1] }, { unit = {} }]
+"#;
+
+/// The description of a gauge for tests, on a channel.
+fn description(channel: Channel) -> InstrumentDescription {
+    let text = match channel {
+        Channel::Force => GAUGE.to_owned(),
+        Channel::Displacement => GAUGE
+            .replace("\"force\"", "\"displacement\"")
+            .replace("compression = \"positive\"", "compression = \"ask\"")
+            .replace("N = \"N\"", "mm = \"mm\""),
+    };
+    let (description, warnings) = InstrumentDescription::parse(&text, "trial").unwrap();
+    assert_eq!(warnings, [""; 0]);
+    description
+}
+
+/// A gauge of the live bench on a port that is named by its path.
+fn gauge(description: InstrumentDescription, path: &str) -> LiveGauge {
+    LiveGauge {
+        description,
+        unit: None,
+        port: PortIdentity::Path(path.to_owned()),
+        acquisition: POLL,
+        identity: None,
+        trace: None,
+    }
+}
+
+/// A live bench that looks for lost gauges without much waiting.
+fn start(gauges: Vec<LiveGauge>) -> LiveGauges {
+    let persistence = Persistence {
+        first_s: 0.01,
+        longest_s: 0.05,
+        tries: 400,
+    };
+    LiveGauges::start(
+        gauges,
+        Clock::default(),
+        Patience::without_waiting(),
+        persistence,
+    )
+    .unwrap()
+}
+
+/// Where devices put the names of their ports.
+struct Desk(TempDir);
+
+impl Desk {
+    fn new() -> Self {
+        Self(TempDir::new().unwrap())
+    }
+
+    fn name(&self, name: &str) -> PathBuf {
+        self.0.path().join(name)
+    }
+
+    fn path(&self, name: &str) -> String {
+        self.name(name).to_str().unwrap().to_owned()
+    }
+}
+
+/// Takes events until one is as wanted; all of them.
+fn until(gauges: &mut LiveGauges, mut wanted: impl FnMut(&GaugeEvent) -> bool) -> Vec<GaugeEvent> {
+    let clock = Clock::default();
+    let mut events = Vec::new();
+    loop {
+        assert!(
+            clock.now_s() < LONG.as_secs_f64(),
+            "it never came; what came: {events:#?}"
+        );
+        let Some(event) = gauges.next(Duration::from_millis(100)) else {
+            continue;
+        };
+        let found = wanted(&event);
+        events.push(event);
+        if found {
+            return events;
+        }
+    }
+}
+
+fn is_link(event: &GaugeEvent, wanted: impl FnOnce(&LinkState) -> bool) -> bool {
+    matches!(event, GaugeEvent::Link { state, .. } if wanted(state))
+}
+
+fn is_connected(event: &GaugeEvent) -> bool {
+    is_link(event, |state| matches!(state, LinkState::Connected { .. }))
+}
+
+fn samples(events: &[GaugeEvent]) -> Vec<&Sample> {
+    let sample = |event| match event {
+        &GaugeEvent::Sample { ref sample, .. } => Some(sample),
+        _ => None,
+    };
+    events.iter().filter_map(sample).collect()
+}
+
+fn is_sample(event: &GaugeEvent) -> bool {
+    matches!(event, GaugeEvent::Sample { .. })
+}
+
+/// A trace in memory, to be looked at while it is written.
+#[derive(Clone, Default)]
+struct Memory(std::sync::Arc<std::sync::Mutex<Vec<stiffbench::instrument::trace::Entry>>>);
+
+impl Sink for Memory {
+    fn take(&mut self, entry: stiffbench::instrument::trace::Entry) {
+        self.0.lock().unwrap().push(entry);
+    }
+}
