@@ -8,6 +8,7 @@ mod decode;
 pub mod description;
 pub mod driver;
 mod framing;
+pub mod emulator;
 mod gauges;
 mod grammar;
 pub mod live;

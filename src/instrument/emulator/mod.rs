@@ -1,0 +1,17 @@
+//! Emulated gauges: devices that speak their makers' bytes, on the lines and with the faults of real ones.
+//!
+//! From the inside out: [`EmulatedGauge`] is a pure state machine of bytes and time, on a truth that it is given ([`GaugeTruth`]). Practice
+//! sessions, `stiffbench demo` and tests open them by name, through the same code that opens a real port.
+//!
+//! The bytes are written by hand from the makers' manuals. Nothing here uses the framing and decoding of this crate, so that one can be
+//! held against the other.
+
+mod digits;
+mod gauge;
+mod makers;
+mod meter;
+mod truth;
+mod wire;
+
+pub use gauge::{EmulatedGauge, EmulatorError, Panel, emulated_gauges};
+pub use truth::{GaugeTruth, SharedTruth};
