@@ -7,11 +7,19 @@
 //! held against the other.
 
 mod digits;
+mod fault;
+mod fault_runner;
+mod fault_script;
 mod gauge;
+mod line;
 mod makers;
 mod meter;
 mod truth;
 mod wire;
 
+pub use fault::{Fault, LineFault};
+pub use fault_runner::FaultRunner;
+pub use fault_script::{FAULT_SCHEMA, FaultScript, FaultScriptError, Lasts, ScriptedFault, When};
 pub use gauge::{EmulatedGauge, EmulatorError, Panel, emulated_gauges};
+pub use line::{Line, Until};
 pub use truth::{GaugeTruth, SharedTruth};

@@ -1,0 +1,67 @@
+//! What can go wrong between a gauge and a program, by name.
+
+use super::gauge::Panel;
+
+/// A fault of a bench.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Fault {
+    /// On the line of a gauge.
+    Line(LineFault),
+    /// At the gauge itself.
+    Gauge(Panel),
+    /// The adapter is pulled out and put back: the port is gone meanwhile.
+    Unplug,
+    /// Both adapters are pulled out and come back under each other's name.
+    Swap,
+    /// The machine sleeps: no line is served meanwhile.
+    Suspend,
+}
+
+/// A fault of a line.
+#[derive(Debug, Clone, PartialEq)]
+pub enum LineFault {
+    /// A packet comes in two halves with a pause between them.
+    PartialPacket {
+        /// The pause, s.
+        pause_s: f64,
+    },
+    /// The second half of a packet is lost.
+    CutPacket,
+    /// Packets are kept back and come at once.
+    MergedPackets {
+        /// How many.
+        packets: usize,
+    },
+    /// Bytes of no packet come before one; the usual ones if none are given.
+    Garbage(Option<Vec<u8>>),
+    /// A NUL byte comes before a packet.
+    NulBefore,
+    /// What the host says comes back to it.
+    Echo,
+    /// A packet comes late.
+    LateReply {
+        /// By how much, s.
+        by_s: f64,
+    },
+    /// Nothing comes and nothing arrives.
+    Silence,
+}
+
+impl Fault {
+    /// What ends a fault at the gauge; `None` for one that is over at once, or that the gauge's user must end.
+    pub(super) fn undone(&self) -> Option<Panel> {
+        let Self::Gauge(panel) = self else {
+            return None;
+        };
+        match panel {
+            Panel::PeakMode(_) => Some(Panel::PeakMode(false)),
+            Panel::Hold(_) => Some(Panel::Hold(false)),
+            Panel::LowBattery(_) => Some(Panel::LowBattery(false)),
+            Panel::Overload(_) => Some(Panel::Overload(false)),
+            Panel::Freeze(_) => Some(Panel::Freeze(false)),
+            Panel::InvertSign(_) => Some(Panel::InvertSign(false)),
+            Panel::ToolOff(_) => Some(Panel::ToolOff(false)),
+            Panel::Zero | Panel::Unit(_) | Panel::DataKey => None,
+        }
+    }
+}
