@@ -11,6 +11,8 @@ mod fault;
 mod fault_runner;
 mod fault_script;
 mod gauge;
+#[cfg(unix)]
+mod host;
 mod line;
 mod makers;
 mod meter;
@@ -21,5 +23,7 @@ pub use fault::{Fault, LineFault};
 pub use fault_runner::FaultRunner;
 pub use fault_script::{FAULT_SCHEMA, FaultScript, FaultScriptError, Lasts, ScriptedFault, When};
 pub use gauge::{EmulatedGauge, EmulatorError, Panel, emulated_gauges};
+#[cfg(unix)]
+pub use host::{HostError, HostOptions, PtyHost};
 pub use line::{Line, Until};
 pub use truth::{GaugeTruth, SharedTruth};
