@@ -1,9 +1,27 @@
 //! Guided sessions: what the operator does next, the one loop that does it, and the journal that loses nothing.
 
+mod event;
+mod feed;
+mod journal;
+mod live;
 mod operator;
+mod plan;
+mod state;
+mod steps;
 mod view;
 
+pub use event::{
+    ClockJump, Ended, Event, Gap, InstrumentSeen, LinkChange, Noted, Outcome, Paused, PoseSet,
+    Resumed, SignChecked, Skipped, Started, Superseded, Surroundings, TakenReading, Warning,
+    ZeroMoment, Zeroed,
+};
+pub use journal::{
+    Damage, Journal, JournalEnd, JournalError, ReadJournal, Record, Store, read_journal, write_line,
+};
 pub use operator::{Answer, Bell, Choice, Operator, OperatorEvent, Prompt, PromptKind, SkipScope};
+pub use plan::{PlannedCell, SessionPlan};
+pub use state::{CurrentZero, KeptReading, SessionState};
+pub use steps::{Action, Input, Machine, Settings};
 pub use view::{
     Band, CellReading, CellView, GaugeView, Message, Place, Progress, Purpose, RepeatSpread,
     SettleView, StiffnessSoFar, Task, View, ZeroView,

@@ -1,0 +1,569 @@
+//! What happens next in a session: state and event to state and actions.
+//!
+//! Pure: no clock, no file, no port. What is to be kept goes out as [`Action::Record`] and counts once [`Machine::recorded`] hands it back,
+//! so a live session and the fold of its journal cannot differ. What is still open is worked out from that state before every step
+//! ([`route`]), so redo, another cell, skips and resuming after a crash need no paths of their own.
+
+mod answers;
+mod capture;
+mod load;
+mod operator_events;
+mod route;
+mod show;
+mod signs;
+#[cfg(test)]
+mod tests;
+mod zeroing;
+
+use std::collections::VecDeque;
+
+use crate::instrument::{Ask, Channel, GaugeEvent};
+use crate::procedure::Pace;
+use crate::stiffness::Gauges as GaugeTerms;
+use crate::test_point::Cell;
+
+use super::event::{Ended, Event, InstrumentSeen, LinkChange, Outcome, PoseSet};
+use super::feed::{Feed, link_text};
+use super::journal::Record;
+use super::live::cell_view;
+use super::operator::{Bell, OperatorEvent, Prompt, PromptKind};
+use super::plan::SessionPlan;
+use super::state::SessionState;
+use super::view::{CellView, Message, Purpose};
+
+use answers::Why;
+use load::Loading;
+use signs::SignWatch;
+
+/// Lines that a view keeps.
+const MESSAGES: usize = 100;
+
+/// What a session is run with, besides its procedure.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Settings {
+    /// Whether a reading is taken as soon as everything has settled; else a key takes it.
+    pub auto_capture: bool,
+    /// What the force gauge sends under compression, if its description says so: 1 for a value above zero, -1 below.
+    pub compression_sign: Option<f64>,
+    /// Drift of the zero beyond which is asked, m.
+    pub drift_limit_m: f64,
+    /// Shortest time without a value after which a gauge counts as stale, s; longer for gauges that send seldom.
+    pub least_stale_s: f64,
+    /// Resolution and calibration of the gauges.
+    pub gauges: GaugeTerms,
+    /// How fast the operator works, for the time left.
+    pub pace: Pace,
+    /// What stays true for the whole session.
+    pub warnings: Vec<String>,
+    /// Names of the gauges.
+    pub names: [String; 2],
+}
+
+impl Default for Settings {
+    /// Automatic capture; 10 µm of drift, five times the spread a reading may have; half a second, some 25 periods of a slow stream.
+    fn default() -> Self {
+        Self {
+            auto_capture: true,
+            compression_sign: None,
+            drift_limit_m: 10e-6,
+            least_stale_s: 0.5,
+            gauges: GaugeTerms::default(),
+            pace: Pace::default(),
+            warnings: Vec::new(),
+            names: ["force gauge".to_owned(), "displacement gauge".to_owned()],
+        }
+    }
+}
+
+/// Something that happened.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Input {
+    /// A gauge.
+    Gauge(GaugeEvent),
+    /// The operator.
+    Operator(OperatorEvent),
+    /// Time has passed without us: what came before does not count towards settling.
+    Gap,
+    /// Nothing but time.
+    Tick,
+}
+
+/// Something to do, in this order; if one cannot be done, those behind it are not to be done.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Action {
+    /// To be kept.
+    Record(Box<Event>),
+    /// To ask a gauge.
+    Ask(Channel, Ask),
+    /// To ask the operator.
+    Prompt(Prompt),
+    /// A sound.
+    Bell(Bell),
+    /// A line for the operator.
+    Say(String),
+    /// The session is over.
+    Finish(Outcome),
+}
+
+/// One thing on the way to the next reading.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) enum Job {
+    /// Ask the gauges who they are, and wait for a value of each.
+    CheckInstruments,
+    /// Ask whether everything is ready.
+    Ready,
+    /// Ask how warm it is.
+    Temperature,
+    /// Ask for a pose and direction.
+    SetUp(usize),
+    /// Watch a push by hand.
+    SignCheck(usize),
+    /// Bring the force somewhere.
+    Load { target_n: f64, purpose: Purpose },
+    /// Set the zero of a gauge.
+    Zero {
+        channel: Channel,
+        cell: usize,
+        index: usize,
+    },
+    /// Take a reading.
+    Read { cell: usize, index: usize },
+    /// End: everything is done.
+    Finish,
+}
+
+/// The load that is on.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) struct Applied {
+    cell: usize,
+    repeat: u32,
+    step: u32,
+}
+
+/// A zero that is being set.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct ZeroDraft {
+    force_offset_n: f64,
+    by_gauge: [bool; 2],
+    /// Since when samples count; `None` until the gauge has answered.
+    since_s: Option<f64>,
+}
+
+/// An open question.
+#[derive(Debug, Clone, PartialEq)]
+struct Pending {
+    prompt: Prompt,
+    why: Why,
+}
+
+/// A session on its way.
+#[derive(Debug, Clone)]
+pub struct Machine {
+    plan: SessionPlan,
+    settings: Settings,
+    state: SessionState,
+    feeds: [Feed; 2],
+    now_s: f64,
+    queue: VecDeque<Job>,
+    job: Option<Job>,
+    load: Option<Loading>,
+    draft: Option<ZeroDraft>,
+    watch: Option<SignWatch>,
+    pending: Option<Pending>,
+    /// The cell that goes before the order of the plan.
+    focus: usize,
+    identities: [Option<String>; 2],
+    checked: bool,
+    signs_checked: bool,
+    mounted: Option<usize>,
+    /// The step whose reading was taken under the load that is on.
+    applied: Option<Applied>,
+    /// Whether more than the preload may be on.
+    loaded: bool,
+    /// Force and displacement as sent at the last capture or zero, and when.
+    before: Option<([f64; 2], f64)>,
+    links: [String; 2],
+    paused: Option<String>,
+    stopping: bool,
+    over: Option<Outcome>,
+    unrecorded: usize,
+    cell: CellView,
+    messages: VecDeque<Message>,
+}
+
+impl Machine {
+    /// A session that stands where its journal says.
+    #[must_use]
+    pub fn new(plan: SessionPlan, settings: Settings, state: SessionState) -> Self {
+        let feed = |channel| Feed::new(channel, settings.least_stale_s);
+        Self {
+            feeds: Channel::ALL.map(feed),
+            focus: 0,
+            now_s: state.last_s,
+            signs_checked: state.signs.iter().all(Option::is_some),
+            plan,
+            settings,
+            state,
+            queue: VecDeque::new(),
+            job: None,
+            load: None,
+            draft: None,
+            watch: None,
+            pending: None,
+            identities: [None, None],
+            checked: false,
+            mounted: None,
+            applied: None,
+            loaded: false,
+            before: None,
+            links: [String::new(), String::new()],
+            paused: None,
+            stopping: false,
+            over: None,
+            unrecorded: 0,
+            cell: CellView::default(),
+            messages: VecDeque::new(),
+        }
+    }
+
+    /// Where the session stands, as its journal says.
+    #[must_use]
+    pub fn state(&self) -> &SessionState {
+        &self.state
+    }
+
+    /// How the session ended; `None` while it runs.
+    #[must_use]
+    pub fn outcome(&self) -> Option<Outcome> {
+        self.over
+    }
+
+    /// Takes in what happened at `now_s` of session time and says what is to be done.
+    pub fn input(&mut self, input: Input, now_s: f64) -> Vec<Action> {
+        let mut out = Vec::new();
+        self.now_s = self.now_s.max(now_s);
+        if self.over.is_some() {
+            return out;
+        }
+        match input {
+            Input::Gauge(event) => self.gauge(event, &mut out),
+            Input::Operator(event) => self.operator(event, &mut out),
+            Input::Gap => self.forget_windows(),
+            Input::Tick => {}
+        }
+        self.advance(&mut out);
+        out
+    }
+
+    /// Takes back an event that is now in the journal.
+    pub fn recorded(&mut self, record: &Record) {
+        self.unrecorded = self.unrecorded.saturating_sub(1);
+        self.state.apply(record);
+        let changed = matches!(record.event, Event::Reading(_) | Event::Superseded(_));
+        if changed || matches!(record.event, Event::PoseSet(_)) {
+            self.look_at_cell();
+        }
+    }
+
+    /// Works out what the cell has given so far.
+    fn look_at_cell(&mut self) {
+        if let Some(planned) = self.mounted.and_then(|cell| self.plan.cells.get(cell)) {
+            let cell = Cell {
+                pose: planned.pose.clone(),
+                direction: planned.direction,
+            };
+            self.cell = cell_view(&self.state, &cell, &self.settings.gauges);
+        }
+    }
+
+    fn record(&mut self, event: Event, out: &mut Vec<Action>) {
+        self.unrecorded += 1;
+        out.push(Action::Record(Box::new(event)));
+    }
+
+    fn say(&mut self, text: impl Into<String>, out: &mut Vec<Action>) {
+        self.message(text.into(), false, out);
+    }
+
+    fn message(&mut self, text: String, urgent: bool, out: &mut Vec<Action>) {
+        if self.messages.len() == MESSAGES {
+            self.messages.pop_front();
+        }
+        self.messages.push_back(Message {
+            text: text.clone(),
+            urgent,
+        });
+        out.push(Action::Say(text));
+    }
+
+    fn ask(&mut self, prompt: Prompt, why: Why, out: &mut Vec<Action>) {
+        out.push(Action::Bell(Bell::Attention));
+        out.push(Action::Prompt(prompt.clone()));
+        self.pending = Some(Pending { prompt, why });
+    }
+
+    fn feed(&self, channel: Channel) -> &Feed {
+        &self.feeds[channel.index()]
+    }
+
+    /// What a value as sent is along the axis from the zero, N or m.
+    fn along(&self, channel: Channel, value_si: f64) -> f64 {
+        let (sign, mut offset) = self.state.axis(channel);
+        if let Some(draft) = self.draft.filter(|_| channel == Channel::Force) {
+            offset = draft.force_offset_n;
+        }
+        sign * (value_si - offset)
+    }
+
+    /// The last value along the axis, if it stands for now.
+    fn value(&self, channel: Channel) -> Option<f64> {
+        let feed = self.feed(channel);
+        let last = feed.last.as_ref().filter(|_| feed.is_good(self.now_s))?;
+        Some(self.along(channel, last.value_si))
+    }
+
+    fn forget_windows(&mut self) {
+        for feed in &mut self.feeds {
+            feed.forget();
+        }
+        if let Some(load) = &mut self.load {
+            load.left_band();
+        }
+    }
+
+    fn gauge(&mut self, event: GaugeEvent, out: &mut Vec<Action>) {
+        match event {
+            GaugeEvent::Sample { channel, sample } => {
+                let was_blocked = self.feed(channel).blocked.is_some();
+                if let Err(reason) = self.feeds[channel.index()].sample(sample) {
+                    self.hold_up(channel, reason, out);
+                } else {
+                    if was_blocked {
+                        self.say(format!("the {channel} gauge is good again"), out);
+                    }
+                    self.watch_load(channel);
+                }
+            }
+            GaugeEvent::Rejected { channel, rejected } => {
+                let text = format!("{} [{}]", rejected.reason, rejected.raw);
+                if self.feed(channel).blocked.is_none() {
+                    self.message(format!("{channel} gauge: {text}"), true, out);
+                }
+                self.feeds[channel.index()].reject(&rejected);
+                self.left_band();
+            }
+            GaugeEvent::Answered {
+                channel,
+                ask,
+                answer,
+            } => self.answered(channel, ask, answer, out),
+            GaugeEvent::Link { channel, state, .. } => {
+                self.feeds[channel.index()].link(&state);
+                self.left_band();
+                let text = link_text(&state);
+                if self.links[channel.index()] != text {
+                    self.links[channel.index()].clone_from(&text);
+                    self.say(format!("{channel} gauge: {text}"), out);
+                    self.record(Event::Link(LinkChange { channel, text }), out);
+                }
+            }
+            GaugeEvent::Note { channel, text, .. } => {
+                self.say(format!("{channel} gauge: {text}"), out);
+            }
+            GaugeEvent::Ended => {
+                self.end(Outcome::Partial, "the gauges have nothing more to say", out);
+            }
+        }
+    }
+
+    /// Nothing of a gauge may be used until it is good again.
+    fn hold_up(&mut self, channel: Channel, reason: String, out: &mut Vec<Action>) {
+        if self.feed(channel).blocked.as_ref() != Some(&reason) {
+            self.message(reason.clone(), true, out);
+            out.push(Action::Bell(Bell::Attention));
+            let text = reason.clone();
+            self.record(Event::Link(LinkChange { channel, text }), out);
+        }
+        self.feeds[channel.index()].block(reason);
+        self.left_band();
+    }
+
+    fn answered(
+        &mut self,
+        channel: Channel,
+        ask: Ask,
+        answer: Result<Box<str>, Box<str>>,
+        out: &mut Vec<Action>,
+    ) {
+        match ask {
+            Ask::Identity => {
+                if let Err(reason) = &answer {
+                    self.say(
+                        format!("{channel} gauge does not say who it is: {reason}"),
+                        out,
+                    );
+                }
+                self.identities[channel.index()] = Some(answer.unwrap_or_default().into());
+            }
+            Ask::Zero => self.zero_answered(channel, answer, out),
+            Ask::State => {}
+        }
+    }
+
+    /// Goes on as far as possible.
+    fn advance(&mut self, out: &mut Vec<Action>) {
+        if self.over.is_some() || self.unrecorded > 0 {
+            return;
+        }
+        if self.stopping && !self.in_the_middle_of_a_reading() {
+            self.end(Outcome::Partial, "the operator stopped it", out);
+            return;
+        }
+        if self.pending.is_some() || self.paused.is_some() {
+            return;
+        }
+        if self.job.is_none() {
+            if self.queue.is_empty() {
+                self.queue = self.route().into();
+            }
+            self.job = self.queue.pop_front();
+            if let Some(job) = self.job {
+                self.begin(job, out);
+            }
+        } else if let Some(job) = self.job {
+            self.work(job, out);
+        }
+    }
+
+    fn begin(&mut self, job: Job, out: &mut Vec<Action>) {
+        match job {
+            Job::CheckInstruments => {
+                for channel in Channel::ALL {
+                    out.push(Action::Ask(channel, Ask::Identity));
+                    out.push(Action::Ask(channel, Ask::State));
+                }
+            }
+            Job::Ready => self.ask_ready(out),
+            Job::Temperature => self.ask_temperature(out),
+            Job::SetUp(cell) => self.ask_set_up(cell, out),
+            Job::SignCheck(cell) => self.begin_sign_check(cell, out),
+            Job::Load { target_n, purpose } => self.begin_load(target_n, purpose, out),
+            Job::Zero { channel, .. } => self.begin_zero(channel, out),
+            Job::Read { cell, index } => {
+                let target_n = self.plan.cells[cell].readings[index].target_n;
+                self.begin_load(target_n, Purpose::Reading, out);
+            }
+            Job::Finish => self.end(Outcome::Complete, "every planned reading is done", out),
+        }
+    }
+
+    fn work(&mut self, job: Job, out: &mut Vec<Action>) {
+        match job {
+            Job::CheckInstruments => self.check_instruments(out),
+            // These wait for an answer, which finishes them.
+            Job::Ready | Job::Temperature | Job::SetUp(_) | Job::Finish => {}
+            Job::SignCheck(cell) => self.work_sign_check(cell, out),
+            Job::Load { purpose, .. } => self.work_load(purpose, out),
+            Job::Zero {
+                channel,
+                cell,
+                index,
+            } => self.work_zero(channel, (cell, index), out),
+            Job::Read { cell, index } => self.work_reading(cell, index, out),
+        }
+    }
+
+    /// The job is done.
+    fn done(&mut self) {
+        self.job = None;
+    }
+
+    /// Everything on the way is dropped and worked out anew.
+    fn reroute(&mut self) {
+        self.queue.clear();
+        self.job = None;
+        self.load = None;
+        self.draft = None;
+        self.watch = None;
+    }
+
+    /// Waits for a value of each gauge and for both answers, then keeps what they are.
+    fn check_instruments(&mut self, out: &mut Vec<Action>) {
+        let good = self.feeds.iter().all(|feed| feed.is_good(self.now_s));
+        if !good || self.identities.iter().any(Option::is_none) {
+            return;
+        }
+        for channel in Channel::ALL {
+            let identity = self.identities[channel.index()].clone().unwrap_or_default();
+            let Some(last) = &self.feed(channel).last else {
+                return;
+            };
+            let seen = InstrumentSeen {
+                channel,
+                identity: identity.clone(),
+                unit: last.unit.to_string(),
+                resolution_si: last.resolution_si,
+            };
+            let known = self.state.instruments[channel.index()].as_ref();
+            if known.is_some_and(|known| !known.identity.is_empty() && known.identity != identity) {
+                self.ask_other_gauge(channel, &identity, out);
+                return;
+            }
+            if known != Some(&seen) {
+                self.record(Event::Instrument(seen), out);
+            }
+        }
+        self.checked = true;
+        self.done();
+    }
+
+    fn ask_ready(&mut self, out: &mut Vec<Action>) {
+        let items = [
+            "the robot stands with its brakes on and nobody in its reach",
+            "jack and force gauge push at the end node, in line with the displacement gauge",
+            "the displacement gauge stands on something that the load does not move",
+        ];
+        let list = PromptKind::Checklist(items.map(str::to_owned).to_vec());
+        self.ask(
+            Prompt::new("ready", "Is the bench ready?", list),
+            Why::Ready,
+            out,
+        );
+    }
+
+    /// The pose stands.
+    fn set_up(&mut self, cell: usize, out: &mut Vec<Action>) {
+        self.mounted = Some(cell);
+        self.applied = None;
+        self.loaded = false;
+        self.before = None;
+        let planned = &self.plan.cells[cell];
+        let event = Event::PoseSet(PoseSet {
+            cell,
+            pose: planned.pose.to_string(),
+            direction: planned.direction,
+        });
+        self.record(event, out);
+        self.done();
+    }
+
+    fn in_the_middle_of_a_reading(&self) -> bool {
+        let reading = matches!(self.job, Some(Job::Read { .. }));
+        let settling = self.load.as_ref().is_some_and(Loading::is_in_band);
+        reading && settling && self.pending.is_none() && self.paused.is_none()
+    }
+
+    fn end(&mut self, outcome: Outcome, reason: &str, out: &mut Vec<Action>) {
+        self.over = Some(outcome);
+        self.pending = None;
+        let event = Event::Ended(Ended {
+            outcome,
+            reason: reason.to_owned(),
+            accepted: self.state.taken.len() as u32,
+            planned: self.plan.len() as u32,
+        });
+        self.record(event, out);
+        out.push(Action::Bell(Bell::Done));
+        out.push(Action::Finish(outcome));
+    }
+}
