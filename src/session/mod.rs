@@ -1,25 +1,36 @@
 //! Guided sessions: what the operator does next, the one loop that does it, and the journal that loses nothing.
 
+mod answers_file;
+mod awake;
 mod event;
 mod feed;
+mod folder;
 mod journal;
 mod live;
 mod operator;
 mod plan;
+mod run;
 mod state;
 mod steps;
 mod view;
 
+pub use answers_file::{ANSWERS_SCHEMA, Answers, AnswersError, PROMPTS};
+pub use awake::KeptAwake;
 pub use event::{
     ClockJump, Ended, Event, Gap, InstrumentSeen, LinkChange, Noted, Outcome, Paused, PoseSet,
     Resumed, SignChecked, Skipped, Started, Superseded, Surroundings, TakenReading, Warning,
     ZeroMoment, Zeroed,
+};
+pub use folder::{
+    FolderError, JournalFile, ReadFolder, SessionFolder, TableFile, host, read_folder, recover,
+    table,
 };
 pub use journal::{
     Damage, Journal, JournalEnd, JournalError, ReadJournal, Record, Store, read_journal, write_line,
 };
 pub use operator::{Answer, Bell, Choice, Operator, OperatorEvent, Prompt, PromptKind, SkipScope};
 pub use plan::{PlannedCell, SessionPlan};
+pub use run::{Bench, RunError, run};
 pub use state::{CurrentZero, KeptReading, SessionState};
 pub use steps::{Action, Input, Machine, Settings};
 pub use view::{

@@ -62,6 +62,8 @@ pub enum Task {
         direction: Direction,
         /// Signed force that is enough, N.
         force_n: f64,
+        /// Whether everything is still to be let go, so that it can be seen what the gauges show without a push.
+        let_go: bool,
     },
     /// Bring the force to a target and keep it there.
     Load {

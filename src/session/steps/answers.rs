@@ -90,7 +90,10 @@ impl Machine {
             Why::Ready => self.done(),
             Why::Temperature => self.temperature(answer, out),
             Why::SetUp(cell) if yes => self.set_up(cell, out),
-            Why::SetUp(_) => self.done(),
+            Why::SetUp(_) => {
+                self.done();
+                self.pause(out);
+            }
             Why::OtherGauge(channel, identity) => self.other_gauge(channel, identity, yes, out),
             Why::Way(way) => self.way(word, way, out),
             Why::SignDiffers { push, way } if word == "use" => {

@@ -11,8 +11,6 @@ mod operator_events;
 mod route;
 mod show;
 mod signs;
-#[cfg(test)]
-mod tests;
 mod zeroing;
 
 use std::collections::VecDeque;
@@ -253,6 +251,22 @@ impl Machine {
         }
         self.advance(&mut out);
         out
+    }
+
+    /// Ends the session as partial for a reason that is not the operator's.
+    pub fn stop(&mut self, reason: &str, now_s: f64) -> Vec<Action> {
+        let mut out = Vec::new();
+        self.now_s = self.now_s.max(now_s);
+        if self.over.is_none() {
+            self.end(Outcome::Partial, reason, &mut out);
+        }
+        out
+    }
+
+    /// Whether the session waits for somebody to say that it goes on.
+    #[must_use]
+    pub fn is_paused(&self) -> bool {
+        self.paused.is_some()
     }
 
     /// Takes back an event that is now in the journal.

@@ -51,7 +51,7 @@ impl Machine {
     }
 
     /// Stops for a while, or goes on: the windows begin anew, and a line that was given up is looked for once more.
-    fn pause(&mut self, out: &mut Vec<Action>) {
+    pub(super) fn pause(&mut self, out: &mut Vec<Action>) {
         if self.paused.take().is_some() {
             self.forget_windows();
             for channel in Channel::ALL {

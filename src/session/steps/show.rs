@@ -58,6 +58,7 @@ impl Machine {
             Some(Job::SignCheck(cell)) => Task::PushByHand {
                 direction: self.plan.cells[cell].direction,
                 force_n: self.push_n(),
+                let_go: self.waits_for_base(),
             },
             Some(Job::Load { target_n, purpose }) => Task::Load { target_n, purpose },
             Some(Job::Read { cell, index }) => self.reading_task(cell, index),

@@ -19,6 +19,9 @@ const DIGITS: f64 = 3.0;
 /// Pushes of the needed size after which a displacement that does not move is remarked on.
 const NO_MOVE: f64 = 3.0;
 
+/// Time without a push that the gauges are looked at before it, s.
+const BASE_S: f64 = 1.0;
+
 /// A push by hand, watched.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub(super) struct SignWatch {
@@ -81,10 +84,21 @@ impl Machine {
         }
     }
 
+    /// Whether it is not known yet what the gauges show without a push.
+    pub(super) fn waits_for_base(&self) -> bool {
+        self.watch.is_some_and(|watch| watch.base.is_none())
+    }
+
     /// What the gauges show before the push.
     fn take_base(&mut self) {
-        let window = |channel: Channel| self.feed(channel).window(f64::NEG_INFINITY);
-        let both = window(Channel::Force).zip(window(Channel::Displacement));
+        let window = |channel: Channel| {
+            let feed = self.feed(channel);
+            feed.window(feed.window_from_s(BASE_S, self.now_s))
+        };
+        let quiet_n = self.plan.procedure.settle.force_tolerance_n;
+        let both = window(Channel::Force)
+            .filter(|force| force.spread <= quiet_n)
+            .zip(window(Channel::Displacement));
         let base = both.map(|(force, moved)| [force.mean, moved.mean, moved.spread]);
         if let Some(watch) = &mut self.watch {
             watch.base = base;
