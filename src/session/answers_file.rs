@@ -13,7 +13,7 @@ use super::operator::{Answer, Prompt};
 pub const ANSWERS_SCHEMA: &str = "stiffbench/answers/1";
 
 /// Every question a session can ask, with what an answer looks like.
-pub const PROMPTS: [(&str, &str); 18] = [
+pub const PROMPTS: [(&str, &str); 16] = [
     ("ready", "true: the bench is ready"),
     ("temperature", "a number, degC"),
     (
@@ -60,8 +60,6 @@ pub const PROMPTS: [(&str, &str); 18] = [
     ("skip-reason", "a text"),
     ("note", "a text"),
     ("redo-cell", "true: measure a complete cell once more"),
-    ("end-note", "a text"),
-    ("resume", "true: go on where the session stopped"),
 ];
 
 /// Answers by the name of the prompt, or by its name and key (`setup.P1.x`).
@@ -195,6 +193,15 @@ impl Answers {
         }
         self.by_name.insert(name.to_owned(), answer);
         Ok(())
+    }
+
+    /// Takes further answers; those that are there already go before them.
+    #[must_use]
+    pub fn or(mut self, others: Self) -> Self {
+        for (name, answer) in others.by_name {
+            self.by_name.entry(name).or_insert(answer);
+        }
+        self
     }
 
     /// The answer to a question, if there is one.

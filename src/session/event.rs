@@ -82,6 +82,8 @@ pub struct InstrumentSeen {
     pub channel: Channel,
     /// What it said it is; empty if it does not tell.
     pub identity: String,
+    /// The port it was found on; empty where that is not known.
+    pub port: String,
     /// The unit it sends.
     pub unit: String,
     /// Step of its last digit, N or m.

@@ -80,6 +80,7 @@ pub fn run<S: Store>(machine: &mut Machine, bench: Bench<'_, S>) -> Result<Outco
         before_utc: bench.clock.utc(),
         shown_s: f64::NEG_INFINITY,
         answered: 0,
+        tasks: 0,
         table_failed: false,
         bench,
         machine,
@@ -100,6 +101,7 @@ struct Session<'a, 'b, S: Store> {
     before_utc: Timestamp,
     shown_s: f64,
     answered: u32,
+    tasks: u64,
     table_failed: bool,
 }
 
@@ -134,7 +136,11 @@ impl<S: Store> Session<'_, '_, S> {
             let now_s = self.bench.clock.now_s();
             let actions = self.machine.input(input, now_s);
             let acted = !actions.is_empty();
+            let tasks = self.machine.tasks();
             let answer = self.act(actions)?;
+            // Another task is shown at once, not at the next turn.
+            let another = std::mem::replace(&mut self.tasks, tasks) != tasks;
+            self.show(another);
             next = match answer {
                 Some(answer) => Some(Input::Operator(answer)),
                 None => acted.then_some(Input::Tick),

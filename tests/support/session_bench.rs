@@ -7,7 +7,7 @@ use stiffbench::instrument::{Ask, Channel, GaugeEvent, Sample};
 use stiffbench::procedure::{Procedure, shipped_procedure};
 use stiffbench::session::{
     Action, Answer, Event, Input, Journal, Machine, OperatorEvent, Outcome, Prompt, Purpose,
-    Record, SessionPlan, SessionState, Settings, Started, Store, Task, read_journal, table,
+    Record, SessionPlan, SessionState, Settings, Started, Store, Task, View, read_journal, table,
 };
 use stiffbench::test_point::{Direction, PoseId};
 
@@ -111,9 +111,7 @@ impl MockBench {
     }
 
     /// Does what the view says.
-    pub fn follow(&mut self, machine: &Machine) {
-        self.now_s += TICK_S;
-        let view = machine.view();
+    pub fn follow(&mut self, view: &View) {
         match view.task {
             Task::SetUp { direction, .. } => {
                 self.direction = direction;
@@ -124,7 +122,7 @@ impl MockBench {
             } => self.aim_n = if let_go { 0.0 } else { 1.5 * force_n },
             Task::Load { target_n, purpose } => {
                 self.aim_n = target_n;
-                if let (Purpose::Reading, Some(place)) = (purpose, view.place)
+                if let (Purpose::Reading, Some(place)) = (purpose, &view.place)
                     && target_n != 0.0
                 {
                     // The operator stops a little off, always alike at one test point.
@@ -134,6 +132,10 @@ impl MockBench {
             }
             _ => {}
         }
+    }
+
+    /// The jack moves for a tick.
+    pub fn turn(&mut self) {
         let left_n = self.aim_n - self.force_n;
         self.force_n += left_n.clamp(-JACK_N, JACK_N);
     }
@@ -172,7 +174,7 @@ impl MockBench {
         })
     }
 
-    fn asked(&mut self, channel: Channel, ask: Ask) -> GaugeEvent {
+    pub fn asked(&mut self, channel: Channel, ask: Ask) -> GaugeEvent {
         let answer = match ask {
             Ask::Zero if self.has_zero[channel.index()] => {
                 self.zero_si[channel.index()] = self.shown_si(channel);
@@ -356,7 +358,9 @@ impl Rig {
     }
 
     pub fn tick(&mut self) {
-        self.bench.follow(&self.machine);
+        self.bench.now_s += TICK_S;
+        self.bench.follow(&self.machine.view());
+        self.bench.turn();
         for channel in Channel::ALL {
             if let Some(event) = self.bench.sample(channel) {
                 self.input(Input::Gauge(event));

@@ -141,6 +141,7 @@ impl Machine {
         let seen = InstrumentSeen {
             channel,
             identity,
+            port: self.ports[channel.index()].clone(),
             unit: last.unit.to_string(),
             resolution_si: last.resolution_si,
         };

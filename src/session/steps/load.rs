@@ -2,6 +2,7 @@
 
 use crate::instrument::Channel;
 use crate::session::event::{Event, Superseded, ZeroMoment};
+use crate::session::feed::Window;
 use crate::session::operator::Prompt;
 use crate::session::view::{Purpose, SettleView};
 
@@ -154,7 +155,7 @@ impl Machine {
         let force_slope_limit = force_spread_limit_n / dwell_needed_s.max(0.1);
         let dwell_s = load.dwell_s(self.now_s);
         let fresh = self.feeds.iter().all(|feed| feed.is_good(self.now_s));
-        let quiet = |window: Option<super::super::feed::Window>, spread: f64, slope: f64| {
+        let quiet = |window: Option<Window>, spread: f64, slope: f64| {
             window.is_some_and(|w| w.spread <= spread && w.slope_per_s.abs() <= slope)
         };
         let settled = fresh

@@ -15,7 +15,7 @@ mod zeroing;
 
 use std::collections::VecDeque;
 
-use crate::instrument::{Ask, Channel, GaugeEvent};
+use crate::instrument::{Ask, Channel, GaugeEvent, LinkState};
 use crate::procedure::Pace;
 use crate::stiffness::Gauges as GaugeTerms;
 use crate::test_point::Cell;
@@ -164,6 +164,8 @@ pub struct Machine {
     now_s: f64,
     queue: VecDeque<Job>,
     job: Option<Job>,
+    /// How many jobs have begun.
+    jobs: u64,
     load: Option<Loading>,
     draft: Option<ZeroDraft>,
     watch: Option<SignWatch>,
@@ -181,6 +183,7 @@ pub struct Machine {
     /// Force and displacement as sent at the last capture or zero, and when.
     before: Option<([f64; 2], f64)>,
     links: [String; 2],
+    ports: [String; 2],
     paused: Option<String>,
     stopping: bool,
     over: Option<Outcome>,
@@ -204,6 +207,7 @@ impl Machine {
             state,
             queue: VecDeque::new(),
             job: None,
+            jobs: 0,
             load: None,
             draft: None,
             watch: None,
@@ -215,6 +219,7 @@ impl Machine {
             loaded: false,
             before: None,
             links: [String::new(), String::new()],
+            ports: [String::new(), String::new()],
             paused: None,
             stopping: false,
             over: None,
@@ -267,6 +272,12 @@ impl Machine {
     #[must_use]
     pub fn is_paused(&self) -> bool {
         self.paused.is_some()
+    }
+
+    /// How many tasks the operator has been given: when it grows, there is another.
+    #[must_use]
+    pub fn tasks(&self) -> u64 {
+        self.jobs
     }
 
     /// Takes back an event that is now in the journal.
@@ -375,6 +386,9 @@ impl Machine {
                 self.feeds[channel.index()].link(&state);
                 self.left_band();
                 let text = link_text(&state);
+                if let LinkState::Connected { port } = &state {
+                    self.ports[channel.index()] = port.to_string();
+                }
                 if self.links[channel.index()] != text {
                     self.links[channel.index()].clone_from(&text);
                     self.say(format!("{channel} gauge: {text}"), out);
@@ -450,6 +464,7 @@ impl Machine {
     }
 
     fn begin(&mut self, job: Job, out: &mut Vec<Action>) {
+        self.jobs += 1;
         match job {
             Job::CheckInstruments => {
                 for channel in Channel::ALL {
@@ -515,6 +530,7 @@ impl Machine {
             let seen = InstrumentSeen {
                 channel,
                 identity: identity.clone(),
+                port: self.ports[channel.index()].clone(),
                 unit: last.unit.to_string(),
                 resolution_si: last.resolution_si,
             };
