@@ -7,8 +7,8 @@
 mod decode;
 pub mod description;
 pub mod driver;
-mod framing;
 pub mod emulator;
+mod framing;
 mod gauges;
 mod grammar;
 pub mod live;

@@ -4,7 +4,7 @@ use crate::instrument::Channel;
 use crate::instrument::grammar::{CharacterSet, ChoiceWord, Count, Field, Pattern, UnitWord};
 use crate::instrument::number::{MOST_DIGITS, NumberShape};
 
-use super::file::{
+use super::entries::{
     BlankPlace, ChoiceField, FieldEntry, NumberField, PointPlace, SignField, UnitField,
 };
 use super::parse::{Misplaced, Place, key_of};
