@@ -9,8 +9,10 @@ use crate::test_point::Direction;
 
 use super::diagnose_args::DiagnoseArgs;
 use super::instrument_args::InstrumentArgs;
+use super::ports::PortsArgs;
 use super::procedure::ProcedureArgs;
 use super::prove_args::ProveArgs;
+use super::trace::TraceArgs;
 
 /// From two gauges on a robot bench to a stiffness model that can be trusted.
 #[derive(Debug, Parser)]
@@ -19,7 +21,7 @@ use super::prove_args::ProveArgs;
     version,
     about,
     max_term_width = 110,
-    after_help = "Examples:\n  stiffbench demo                                  the main job on shipped data\n  stiffbench stiffness my-session                  stiffness with error bars\n  stiffbench fit my-session --train P1,P3          factors, judged on the other poses\n  stiffbench diagnose my-session                   which physics the model leaves out\n  stiffbench robot compliance --pose P1            6 x 6 end compliance\n\nExit codes: 0 done; 1 findings under --strict; 2 usage; 10 configuration, robot or session file invalid; 11 input file invalid;\n12 calibration overdue under --strict; 40 fit impossible; 41 factors not identifiable under --strict; 70 internal error."
+    after_help = "Examples:\n  stiffbench demo                                  the main job on shipped data\n  stiffbench stiffness my-session                  stiffness with error bars\n  stiffbench fit my-session --train P1,P3          factors, judged on the other poses\n  stiffbench diagnose my-session                   which physics the model leaves out\n  stiffbench robot compliance --pose P1            6 x 6 end compliance\n\nExit codes: 0 done; 1 findings under --strict; 2 usage; 10 configuration, robot or session file invalid; 11 input file invalid;\n12 calibration overdue under --strict; 20 instrument not found; 21 instrument busy or not permitted; 22 instrument lost; 40 fit impossible; 41 factors not identifiable under --strict; 70 internal error."
 )]
 pub(super) struct Cli {
     /// What all subcommands share.
@@ -88,6 +90,10 @@ pub(super) enum Command {
     Prove(ProveArgs),
     /// Gauges: which there are, what is known of each, and bytes to samples
     Instrument(InstrumentArgs),
+    /// Serial ports: which there are, what is on them, which gauge is bound to which
+    Ports(PortsArgs),
+    /// Bytes of a gauge's line: recorded, shown, decoded, replayed
+    Trace(TraceArgs),
     /// Shell completions on standard output
     Completions {
         /// The shell

@@ -187,7 +187,7 @@ impl Failure {
     /// Exit code by the first part of the error's code that has one.
     fn exit_code(&self) -> u8 {
         // The first that fits counts: single errors stand before their stage.
-        const CODES: [(&str, u8); 26] = [
+        const CODES: [(&str, u8); 35] = [
             ("stiffbench::usage", 2),
             ("stiffbench::calibration", 12),
             ("stiffbench::fit::stiffness_list", 11),
@@ -214,6 +214,15 @@ impl Failure {
             ("stiffbench::mismatch::unknown_law", 2),
             ("stiffbench::mismatch::empty", 11),
             ("stiffbench::mismatch", 40),
+            ("stiffbench::port::absent", 20),
+            ("stiffbench::port::no_line", 20),
+            ("stiffbench::port::wrong_device", 20),
+            ("stiffbench::port::silent", 20),
+            ("stiffbench::port::lost", 22),
+            ("stiffbench::port", 21),
+            ("stiffbench::bindings", 10),
+            ("stiffbench::live", 10),
+            ("stiffbench::trace", 11),
         ];
         let code = self.code();
         CODES

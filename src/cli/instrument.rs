@@ -12,13 +12,15 @@ use crate::instrument::{
 };
 use crate::report::TextTable;
 
+use super::args::Global;
 use super::descriptions::{Found, all_descriptions, find_description, read_description};
 use super::failure::{CliError, Failure};
 use super::instrument_args::{DecodeArgs, InstrumentArgs, InstrumentCommand, ProtocolsArgs};
+use super::instrument_read;
 use super::outcome::Outcome;
 
-/// Lists, shows, checks descriptions, or decodes bytes by one.
-pub(super) fn run(args: &InstrumentArgs) -> Result<Outcome, Failure> {
+/// Lists, shows, checks descriptions, decodes bytes by one, or reads a gauge.
+pub(super) fn run(args: &InstrumentArgs, global: &Global) -> Result<Outcome, Failure> {
     match &args.what {
         InstrumentCommand::List { protocols } => list(protocols),
         InstrumentCommand::Show {
@@ -28,6 +30,7 @@ pub(super) fn run(args: &InstrumentArgs) -> Result<Outcome, Failure> {
         } => show(&find_description(name, protocols)?, *toml),
         InstrumentCommand::Check { file } => Ok(check(read_description(file)?)),
         InstrumentCommand::Decode(args) => decode(args),
+        InstrumentCommand::Read(args) => instrument_read::run(args, global),
         InstrumentCommand::Schema => {
             let schema = json_schema();
             let text = format!("{schema:#}\n");

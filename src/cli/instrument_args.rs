@@ -4,6 +4,8 @@ use std::path::PathBuf;
 
 use clap::{Args, Subcommand};
 
+use super::instrument_read::ReadArgs;
+
 /// Where descriptions come from besides the shipped ones.
 #[derive(Debug, Clone, Default, Args)]
 pub(super) struct ProtocolsArgs {
@@ -15,7 +17,7 @@ pub(super) struct ProtocolsArgs {
 /// Arguments of `instrument`.
 #[derive(Debug, Args)]
 #[command(
-    after_help = "Examples:\n  stiffbench instrument list\n  stiffbench instrument show mitutoyo-01a\n  stiffbench instrument show generic-ascii --toml > protocols/instruments/my-gauge.toml\n  stiffbench instrument check protocols/instruments/my-gauge.toml\n  printf '4.285 N\\r\\n' | stiffbench instrument decode mark10-series5 --unit N"
+    after_help = "Examples:\n  stiffbench instrument list\n  stiffbench instrument show mitutoyo-01a\n  stiffbench instrument show generic-ascii --toml > protocols/instruments/my-gauge.toml\n  stiffbench instrument check protocols/instruments/my-gauge.toml\n  printf '4.285 N\\r\\n' | stiffbench instrument decode mark10-series5 --unit N\n  stiffbench instrument read mark10-series5 --port /dev/ttyUSB0 --seconds 10"
 )]
 pub(super) struct InstrumentArgs {
     /// What to do.
@@ -51,6 +53,8 @@ pub(super) enum InstrumentCommand {
     },
     /// The bytes on standard input as samples, and what is none with its reason
     Decode(DecodeArgs),
+    /// Values of a gauge on its port, now
+    Read(ReadArgs),
     /// The JSON Schema of instrument descriptions
     Schema,
 }

@@ -12,12 +12,15 @@ mod diagnose_specimen;
 mod failure;
 mod figure_files;
 mod fit;
+mod gauge;
 mod instrument;
 mod instrument_args;
+mod instrument_read;
 mod model;
 mod outcome;
 mod paper;
 mod plot;
+mod ports;
 mod procedure;
 mod progress;
 mod prove;
@@ -27,6 +30,9 @@ mod significance;
 mod simulate;
 mod specimen_args;
 mod stiffness;
+mod trace;
+mod trace_counter;
+mod trace_sustain;
 
 use std::ffi::OsString;
 use std::process::ExitCode;
@@ -65,7 +71,9 @@ fn run(cli: Cli) -> Result<Outcome, Failure> {
         Command::Diagnose(args) => diagnose::run(&args, global),
         Command::Paper(args) => paper::run(&args),
         Command::Prove(args) => prove::run(&args, global),
-        Command::Instrument(args) => instrument::run(&args),
+        Command::Instrument(args) => instrument::run(&args, global),
+        Command::Ports(args) => ports::run(&args, global),
+        Command::Trace(args) => trace::run(&args, global),
         Command::Completions { shell } => Ok(outcome::completions(shell)),
         Command::Man => Ok(outcome::man_page()?),
     }

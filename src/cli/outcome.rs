@@ -87,7 +87,7 @@ pub(super) fn print_json(object: &Value) -> std::io::Result<()> {
 }
 
 /// Text on standard output; a reader that went away (`| head`) is no failure of ours.
-fn print(text: &str) -> std::io::Result<()> {
+pub(super) fn print(text: &str) -> std::io::Result<()> {
     let mut output = std::io::stdout().lock();
     match output
         .write_all(text.as_bytes())

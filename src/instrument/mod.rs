@@ -14,6 +14,7 @@ mod grammar;
 pub mod live;
 mod number;
 pub mod port;
+pub mod probe;
 pub mod reader;
 mod registers;
 mod registry;

@@ -1,0 +1,204 @@
+//! Which instrument on which port.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+
+use clap::Args;
+
+use crate::clock::Clock;
+use crate::instrument::driver::{Acquisition, Manner};
+use crate::instrument::port::{
+    Binding, Bindings, OpenPort, Patience, PortIdentity, PortSettings, list_ports, open,
+};
+use crate::instrument::reader::Reader;
+use crate::instrument::trace::{Header, Sink};
+use crate::instrument::{Channel, Decoder, InstrumentDescription, Role};
+use crate::source_text::SourceText;
+
+use super::descriptions::{Found, find_description};
+use super::failure::{CliError, Failure};
+use super::instrument_args::ProtocolsArgs;
+use super::outcome::print_error;
+
+/// File in which a bench keeps which gauge is on which adapter.
+pub(super) const BINDINGS_FILE: &str = "stiffbench-bench.toml";
+
+/// Where a gauge is and how it is spoken to.
+#[derive(Debug, Clone, Args)]
+#[command(next_help_heading = "Gauge")]
+pub(super) struct PortArgs {
+    /// Port, by any path, also one that is not listed [default: the one bound in the bindings file]
+    #[arg(long, value_name = "PATH")]
+    pub(super) port: Option<String>,
+    /// Unit that its display shows, where it does not send one
+    #[arg(long)]
+    pub(super) unit: Option<String>,
+    /// Speed in bit/s [default: the description's]
+    #[arg(long)]
+    pub(super) baud: Option<u32>,
+    /// Let it send by itself, where it can, instead of asking for each value
+    #[arg(long)]
+    pub(super) stream: bool,
+    /// Use a description that nobody has verified
+    #[arg(long)]
+    pub(super) allow_unverified: bool,
+    /// Bindings file
+    #[arg(long, value_name = "FILE", default_value = BINDINGS_FILE)]
+    pub(super) bindings: PathBuf,
+    /// More descriptions.
+    #[command(flatten)]
+    pub(super) protocols: ProtocolsArgs,
+}
+
+/// The bindings of a bench; none if there is no file.
+pub(super) fn read_bindings(path: &Path) -> Result<(Bindings, Vec<String>), Failure> {
+    if !path.exists() {
+        return Ok((Bindings::default(), Vec::new()));
+    }
+    let text = fs::read_to_string(path).map_err(|source| CliError::Read {
+        path: path.to_owned(),
+        source,
+    })?;
+    Ok(Bindings::parse(&SourceText::new(
+        path.to_string_lossy(),
+        text,
+    ))?)
+}
+
+/// A gauge on an open port, ready to be read.
+pub(super) struct Gauge {
+    pub(super) description: Arc<InstrumentDescription>,
+    pub(super) header: Header,
+    pub(super) warnings: Vec<String>,
+    unit: Option<String>,
+    acquisition: Acquisition,
+    open: OpenPort,
+}
+
+impl Gauge {
+    /// Finds and opens the port of an instrument. What goes on meanwhile is told on standard error.
+    pub(super) fn open(instrument: &str, args: &PortArgs, quiet: bool) -> Result<Self, Failure> {
+        let Found {
+            description,
+            mut warnings,
+            ..
+        } = find_description(instrument, &args.protocols)?;
+        check_permission(&description, args)?;
+        let (bindings, of_bindings) = read_bindings(&args.bindings)?;
+        warnings.extend(of_bindings);
+        let bound = bindings
+            .of(description.channel)
+            .filter(|bound| bound.instrument == instrument);
+        let identity = port_identity(&description, args, bound)?;
+        let unit = args
+            .unit
+            .clone()
+            .or_else(|| bound.and_then(|bound| bound.unit.clone()));
+        // Before the port is touched.
+        Decoder::new(&description, unit.as_deref())?;
+        let resolved = identity.resolve(&list_ports()?)?;
+        warnings.extend(resolved.note);
+        let mut settings = PortSettings::of(&description.line, &description.modem);
+        if let Some(baud) = args.baud {
+            settings = settings.with_baud(baud);
+        }
+        let opened = open(
+            &resolved.path,
+            &settings,
+            &Patience::default(),
+            &mut |note| {
+                if !quiet {
+                    print_error(&format!("note: {note}"));
+                }
+            },
+        )?;
+        Ok(Self {
+            header: Header {
+                instrument: Some(description.name.clone()),
+                channel: Some(description.channel),
+                unit: unit.clone(),
+                port: Some(identity.to_string()),
+                line: Some(settings.to_string()),
+                started: Some(Clock::default().utc().to_string()),
+                speed: None,
+            },
+            acquisition: acquisition(&description, args.stream)?,
+            description: Arc::new(description),
+            warnings,
+            unit,
+            open: opened,
+        })
+    }
+
+    /// Begins to read.
+    pub(super) fn reader(
+        self,
+        clock: Clock,
+        trace: Option<Box<dyn Sink>>,
+    ) -> Result<Reader, Failure> {
+        let decoder = Decoder::new(&self.description, self.unit.as_deref())?;
+        let manner = Manner::glance(self.acquisition);
+        Ok(Reader::new(
+            self.open,
+            self.description,
+            decoder,
+            manner,
+            clock,
+            trace,
+        ))
+    }
+}
+
+fn check_permission(description: &InstrumentDescription, args: &PortArgs) -> Result<(), CliError> {
+    if !description.is_unverified() || args.allow_unverified {
+        return Ok(());
+    }
+    Err(CliError::Argument {
+        argument: description.name.clone(),
+        problem: "nobody has verified this description at a gauge or in a manual".to_owned(),
+        help: Some(
+            "compare its values with the display, and allow it with --allow-unverified".to_owned(),
+        ),
+    })
+}
+
+fn acquisition(description: &InstrumentDescription, stream: bool) -> Result<Acquisition, CliError> {
+    if !stream {
+        return Ok(Acquisition::surest(description));
+    }
+    if description.command(Role::StreamStart).is_some() {
+        return Ok(Acquisition::Stream);
+    }
+    Err(CliError::Argument {
+        argument: "--stream".to_owned(),
+        problem: format!("{} has no command that starts a stream", description.name),
+        help: Some("leave it out".to_owned()),
+    })
+}
+
+fn port_identity(
+    description: &InstrumentDescription,
+    args: &PortArgs,
+    bound: Option<&Binding>,
+) -> Result<PortIdentity, CliError> {
+    if let Some(path) = &args.port {
+        return Ok(PortIdentity::Path(path.clone()));
+    }
+    bound.and_then(Binding::port).ok_or_else(|| CliError::Argument {
+        argument: "--port".to_owned(),
+        problem: format!("no port is named, and {} binds {} to none", args.bindings.display(), description.name),
+        help: Some(match description.no_tty(std::env::consts::OS) {
+            Some(note) => format!("on this system: {note}"),
+            None => "name it with --port, see the ports with stiffbench ports, or bind the gauge once with stiffbench ports --wait".to_owned(),
+        }),
+    })
+}
+
+/// Parses a channel.
+pub(super) fn channel(text: &str) -> Result<Channel, String> {
+    Channel::ALL
+        .into_iter()
+        .find(|channel| channel.to_string() == text)
+        .ok_or_else(|| "it is force or displacement".to_owned())
+}

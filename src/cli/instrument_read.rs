@@ -1,0 +1,180 @@
+//! `instrument read`: values of one gauge, now.
+
+use std::time::Duration;
+
+use clap::Args;
+use serde_json::{Value, json};
+
+use crate::clock::Clock;
+use crate::instrument::port::PortError;
+use crate::instrument::{GaugeEvent, LinkState, Sample};
+
+use super::args::Global;
+use super::failure::Failure;
+use super::gauge::{Gauge, PortArgs};
+use super::outcome::{Outcome, print, print_error};
+
+/// Arguments of `instrument read`.
+#[derive(Debug, Args)]
+#[command(
+    after_help = "Examples:\n  stiffbench instrument read mark10-series5 --port /dev/ttyUSB0\n  stiffbench instrument read sauter-fh --unit N --seconds 10 --json"
+)]
+pub(super) struct ReadArgs {
+    /// Name of an instrument description, or a file
+    instrument: String,
+    /// Port and line.
+    #[command(flatten)]
+    port: PortArgs,
+    /// Values to read [default: 1, or as many as come within --seconds]
+    #[arg(long, value_name = "N")]
+    count: Option<usize>,
+    /// Seconds to read for
+    #[arg(long, value_name = "S", value_parser = seconds)]
+    seconds: Option<f64>,
+}
+
+/// How long nothing at all may come before it is an error, s.
+const PATIENCE_S: f64 = 10.0;
+
+/// Runs `instrument read`.
+pub(super) fn run(args: &ReadArgs, global: &Global) -> Result<Outcome, Failure> {
+    let mut gauge = Gauge::open(&args.instrument, &args.port, global.quiet)?;
+    let warnings = std::mem::take(&mut gauge.warnings);
+    let (name, port) = (gauge.description.name.clone(), gauge.header.port.clone());
+    let clock = Clock::default();
+    let mut reader = gauge.reader(clock, None)?;
+    let wanted = match (args.count, args.seconds) {
+        (Some(count), _) => count,
+        (None, Some(_)) => usize::MAX,
+        (None, None) => 1,
+    };
+    let end_s = args.seconds.unwrap_or(f64::INFINITY);
+    let mut taken = Taken::default();
+    let mut last_s = 0.0;
+    while taken.samples.len() < wanted && clock.now_s() < end_s {
+        let left_s = (end_s - clock.now_s()).clamp(0.0, 1.0);
+        for event in reader.events(Duration::from_secs_f64(left_s))? {
+            if taken.samples.len() < wanted {
+                taken.take(event, global);
+                last_s = clock.now_s();
+            }
+        }
+        if taken.is_empty() && clock.now_s() - last_s > PATIENCE_S {
+            break;
+        }
+        if taken.silent && args.seconds.is_none() {
+            break;
+        }
+    }
+    if taken.is_empty() && args.seconds.is_none() {
+        return Err(PortError::Silent {
+            port: port.unwrap_or_default(),
+            waited_s: clock.now_s(),
+        }
+        .into());
+    }
+    Ok(taken
+        .outcome(&name, reader.identity(), clock.now_s())
+        .with_warnings(warnings))
+}
+
+/// What came.
+#[derive(Debug, Default)]
+struct Taken {
+    samples: Vec<Value>,
+    rejected: Vec<Value>,
+    notes: Vec<String>,
+    silent: bool,
+}
+
+impl Taken {
+    fn is_empty(&self) -> bool {
+        self.samples.is_empty() && self.rejected.is_empty()
+    }
+
+    fn take(&mut self, event: GaugeEvent, global: &Global) {
+        match event {
+            GaugeEvent::Sample { sample, .. } => {
+                if !global.json {
+                    // A reader that went away is found out when the rest is printed.
+                    let _ = print(&format!("{}\n", line(&sample)));
+                }
+                self.samples.push(sample_json(&sample));
+            }
+            GaugeEvent::Rejected { rejected, .. } => {
+                if !global.json && !global.quiet {
+                    print_error(&format!("no value: {} ({})", rejected.raw, rejected.reason));
+                }
+                self.rejected.push(
+                    json!({ "t_s": rejected.at_s, "raw": rejected.raw, "reason": rejected.reason }),
+                );
+            }
+            GaugeEvent::Note { text, .. } => {
+                if !global.json && !global.quiet {
+                    print_error(&format!("note: {text}"));
+                }
+                self.notes.push(text.into());
+            }
+            GaugeEvent::Link {
+                state: LinkState::Silent,
+                ..
+            } => self.silent = true,
+            _ => {}
+        }
+    }
+
+    fn outcome(self, instrument: &str, identity: Option<&str>, seconds: f64) -> Outcome {
+        let text = format!(
+            "{instrument}{}: {} values, {} packets that are none, in {seconds:.1} s\n",
+            identity.map_or_else(String::new, |identity| format!(" ({identity})")),
+            self.samples.len(),
+            self.rejected.len()
+        );
+        let data = json!({
+            "instrument": instrument,
+            "identity": identity,
+            "seconds": seconds,
+            "samples": self.samples,
+            "rejected": self.rejected,
+            "notes": self.notes,
+        });
+        Outcome::new("instrument-read", text, data)
+    }
+}
+
+/// A value for people: time, value as sent, unit, marks.
+pub(super) fn line(sample: &Sample) -> String {
+    let marks: Vec<String> = sample
+        .marks
+        .iter()
+        .map(|mark| format!("{mark:?}"))
+        .collect();
+    format!(
+        "{:10.3} s  {:>12} {}  {}",
+        sample.at_s,
+        sample.value,
+        sample.unit,
+        marks.join(" ")
+    )
+    .trim_end()
+    .to_owned()
+}
+
+/// A value for programs.
+pub(super) fn sample_json(sample: &Sample) -> Value {
+    json!({
+        "t_s": sample.at_s,
+        "value": sample.value,
+        "unit": sample.unit,
+        "raw": sample.raw,
+        "marks": sample.marks,
+    })
+}
+
+/// Parses a positive number of seconds.
+pub(super) fn seconds(text: &str) -> Result<f64, String> {
+    match text.parse::<f64>() {
+        Ok(seconds) if seconds.is_finite() && seconds > 0.0 => Ok(seconds),
+        _ => Err("it must be a positive number of seconds".to_owned()),
+    }
+}

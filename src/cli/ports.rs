@@ -1,0 +1,314 @@
+//! `ports`: which serial ports there are, what is on them, and which gauge is bound to which.
+
+use std::fmt::Write;
+use std::fs;
+use std::thread;
+use std::time::Duration;
+
+use clap::Args;
+use serde_json::{Value, json};
+
+use crate::clock::Clock;
+use crate::instrument::port::{
+    Binding, PortError, PortIdentity, PortInfo, list_ports, newly_plugged,
+};
+use crate::instrument::probe::{Finding, clear_match, probe};
+use crate::instrument::{Channel, InstrumentDescription};
+
+use super::args::Global;
+use super::descriptions::{Found, all_descriptions, find_description};
+use super::failure::{CliError, Failure};
+use super::gauge::{BINDINGS_FILE, channel, read_bindings};
+use super::instrument_args::ProtocolsArgs;
+use super::instrument_read::seconds;
+use super::outcome::{Outcome, print_error};
+
+/// Arguments of `ports`.
+#[derive(Debug, Args)]
+#[command(
+    after_help = "A list opens no port. --probe opens each one, listens, and sends requests for a value; nothing that sets, steps or toggles.\n\nExamples:\n  stiffbench ports\n  stiffbench ports --probe --port /dev/ttyUSB0\n  stiffbench ports --wait --bind force --instrument mark10-series5"
+)]
+pub(super) struct PortsArgs {
+    /// Try which instrument is on each port
+    #[arg(long)]
+    probe: bool,
+    /// Only this port, by any path, also one that is not listed
+    #[arg(long, value_name = "PATH")]
+    port: Option<String>,
+    /// Wait for a port that is plugged in from now on
+    #[arg(long, conflicts_with = "port")]
+    wait: bool,
+    /// Seconds to wait for it
+    #[arg(long, value_name = "S", default_value = "120", value_parser = seconds, requires = "wait")]
+    within: f64,
+    /// Bind the port as that of the force or displacement gauge
+    #[arg(long, value_name = "CHANNEL", value_parser = channel)]
+    bind: Option<Channel>,
+    /// Instrument on it [default: the one that probing finds]
+    #[arg(long, value_name = "NAME|FILE")]
+    instrument: Option<String>,
+    /// Unit that its display shows, where it does not send one
+    #[arg(long)]
+    unit: Option<String>,
+    /// Bindings file
+    #[arg(long, value_name = "FILE", default_value = BINDINGS_FILE)]
+    bindings: std::path::PathBuf,
+    /// More descriptions.
+    #[command(flatten)]
+    protocols: ProtocolsArgs,
+}
+
+/// Runs `ports`.
+pub(super) fn run(args: &PortsArgs, global: &Global) -> Result<Outcome, Failure> {
+    let ports = if args.wait {
+        vec![wait_for_port(args, global)?]
+    } else {
+        named_or_all(args)?
+    };
+    if let Some(bound) = args.bind {
+        return bind(args, bound, &ports, global);
+    }
+    let descriptions = candidates(args)?;
+    let found = ports.into_iter().map(|port| {
+        let result = (args.probe || args.wait).then(|| look(&port, &descriptions, global));
+        (port, result)
+    });
+    let found: Vec<(PortInfo, Option<Look>)> = found.collect();
+    let data: Vec<Value> = found
+        .iter()
+        .map(|(port, look)| port_json(port, look.as_ref()))
+        .collect();
+    Ok(Outcome::new(
+        "ports",
+        text(&found),
+        json!({ "ports": data }),
+    ))
+}
+
+/// What probing a port gave.
+type Look = Result<Vec<Finding>, PortError>;
+
+fn named_or_all(args: &PortsArgs) -> Result<Vec<PortInfo>, Failure> {
+    let ports = list_ports()?;
+    let Some(path) = &args.port else {
+        return Ok(ports);
+    };
+    let known = ports.into_iter().find(|port| port.answers_to(path));
+    Ok(vec![known.unwrap_or_else(|| PortInfo::of_path(path))])
+}
+
+/// The port that is plugged in from now on.
+fn wait_for_port(args: &PortsArgs, global: &Global) -> Result<PortInfo, Failure> {
+    let before = list_ports()?;
+    if !global.quiet {
+        print_error(
+            "plug the gauge in now (if it is plugged in already: pull it out and put it back)",
+        );
+    }
+    let clock = Clock::default();
+    let mut known = before;
+    while clock.now_s() < args.within {
+        thread::sleep(Duration::from_millis(200));
+        let now = list_ports()?;
+        match newly_plugged(&known, &now).as_slice() {
+            [] => {}
+            [port] => {
+                // Its lasting names appear a moment after it.
+                thread::sleep(Duration::from_millis(500));
+                let named = list_ports()?
+                    .into_iter()
+                    .find(|other| other.path == port.path);
+                return Ok(named.unwrap_or_else(|| port.clone()));
+            }
+            several => return Err(several_plugged(several).into()),
+        }
+        // What was pulled out counts as new when it comes back.
+        known.retain(|port| now.contains(port));
+    }
+    Err(PortError::Absent {
+        port: format!("that was to be plugged in within {} s", args.within),
+        near: None,
+    }
+    .into())
+}
+
+fn several_plugged(ports: &[PortInfo]) -> CliError {
+    let paths: Vec<&str> = ports.iter().map(|port| port.path.as_str()).collect();
+    CliError::Argument {
+        argument: "--wait".to_owned(),
+        problem: format!("more than one port came at once: {}", paths.join(", ")),
+        help: Some("plug in one at a time, or name the one that is meant with --port".to_owned()),
+    }
+}
+
+/// The descriptions to try.
+fn candidates(args: &PortsArgs) -> Result<Vec<InstrumentDescription>, Failure> {
+    let found = match &args.instrument {
+        Some(name) => vec![find_description(name, &args.protocols)?],
+        None => all_descriptions(&args.protocols)?.0,
+    };
+    Ok(found.into_iter().map(|found| found.description).collect())
+}
+
+fn look(port: &PortInfo, descriptions: &[InstrumentDescription], global: &Global) -> Look {
+    probe(port.stable_path(), descriptions, &mut |note| {
+        if !global.quiet {
+            print_error(&format!("note: {note}"));
+        }
+    })
+}
+
+/// Writes which gauge is on the one port there is to bind.
+fn bind(
+    args: &PortsArgs,
+    bound: Channel,
+    ports: &[PortInfo],
+    global: &Global,
+) -> Result<Outcome, Failure> {
+    let [port] = ports else {
+        return Err(CliError::Argument {
+            argument: "--bind".to_owned(),
+            problem: format!("{} ports are there, and one has to be meant", ports.len()),
+            help: Some("name it with --port, or plug it in after --wait".to_owned()),
+        }
+        .into());
+    };
+    let findings = look(port, &candidates(args)?, global)?;
+    let (instrument, identity) = match (&args.instrument, clear_match(&findings)) {
+        (Some(name), found) => (name.clone(), found.and_then(|found| found.identity.clone())),
+        (None, Some(found)) => (found.instrument.clone(), found.identity.clone()),
+        (None, None) => return Err(not_clear(port, &findings)),
+    };
+    let Found {
+        description,
+        mut warnings,
+        ..
+    } = find_description(&instrument, &args.protocols)?;
+    check_channel(&description, bound)?;
+    if findings.is_empty() {
+        warnings.push(format!(
+            "{instrument} did not answer on {}; the binding was written all the same",
+            port.path
+        ));
+    }
+    let (old, of_file) = read_bindings(&args.bindings)?;
+    warnings.extend(of_file);
+    let (path, usb) = match PortIdentity::of_path(&port.path, std::slice::from_ref(port)) {
+        PortIdentity::Usb(usb) => (port.stable_path().to_owned(), Some(usb)),
+        PortIdentity::Path(path) => (path, None),
+    };
+    if usb.as_ref().is_some_and(|usb| usb.serial.is_none()) {
+        warnings.push("this adapter has no serial number: it is known by its socket only, and has to stay in it".to_owned());
+    }
+    let binding = Binding {
+        instrument,
+        unit: args.unit.clone(),
+        identity,
+        path: Some(path),
+        usb,
+    };
+    let (new, note) = old.with(bound, binding.clone());
+    warnings.extend(note);
+    fs::write(&args.bindings, new.to_toml()).map_err(|source| CliError::Write {
+        path: args.bindings.clone(),
+        source,
+    })?;
+    let port_name = binding
+        .port()
+        .map_or_else(String::new, |port| port.to_string());
+    let text = format!(
+        "the {bound} gauge is {} on {port_name}; written to {}\n",
+        binding.instrument,
+        args.bindings.display()
+    );
+    let data = json!({ "channel": bound, "binding": binding, "file": args.bindings });
+    Ok(Outcome::new("port-binding", text, data).with_warnings(warnings))
+}
+
+fn not_clear(port: &PortInfo, findings: &[Finding]) -> Failure {
+    let candidates: Vec<&str> = findings
+        .iter()
+        .map(|finding| finding.instrument.as_str())
+        .collect();
+    PortError::WrongDevice {
+        port: port.path.clone(),
+        problem: if candidates.is_empty() {
+            "nothing that is known answers there".to_owned()
+        } else {
+            format!("more than one instrument fits: {}", candidates.join(", "))
+        },
+        help: "name it with --instrument (stiffbench instrument list shows what is known)"
+            .to_owned(),
+    }
+    .into()
+}
+
+fn check_channel(description: &InstrumentDescription, bound: Channel) -> Result<(), CliError> {
+    if description.channel == bound {
+        return Ok(());
+    }
+    Err(CliError::Argument {
+        argument: format!("--bind {bound}"),
+        problem: format!("{} is a {} gauge", description.name, description.channel),
+        help: Some(format!("bind it as {}", description.channel)),
+    })
+}
+
+fn port_json(port: &PortInfo, look: Option<&Look>) -> Value {
+    let mut object = json!(port);
+    match look {
+        Some(Ok(findings)) => {
+            let fits = findings.iter().map(|finding| {
+                json!({
+                    "instrument": finding.instrument,
+                    "points": finding.points,
+                    "evidence": finding.evidence,
+                    "identity": finding.identity,
+                })
+            });
+            object["instruments"] = fits.collect();
+            object["match"] = json!(clear_match(findings).map(|found| &found.instrument));
+        }
+        Some(Err(error)) => object["problem"] = json!(error.to_string()),
+        None => {}
+    }
+    object
+}
+
+fn text(ports: &[(PortInfo, Option<Look>)]) -> String {
+    if ports.is_empty() {
+        return "no serial port; plug an adapter in, or name a port by its path\n".to_owned();
+    }
+    let mut text = String::new();
+    for (port, look) in ports {
+        // Writing to a string cannot fail.
+        let _ = writeln!(text, "{}", port.path);
+        let usb = port.usb.as_ref().map(ToString::to_string);
+        for line in [&port.label, &usb, &port.by_id].into_iter().flatten() {
+            let _ = writeln!(text, "  {line}");
+        }
+        match look {
+            Some(Ok(findings)) if findings.is_empty() => {
+                text.push_str("  nothing that is known answers\n")
+            }
+            Some(Ok(findings)) => {
+                for finding in findings {
+                    let said = finding
+                        .identity
+                        .as_ref()
+                        .map_or_else(String::new, |said| format!(", says it is {said}"));
+                    let _ = writeln!(
+                        text,
+                        "  {:3} points  {}: {}{said}",
+                        finding.points, finding.instrument, finding.evidence
+                    );
+                }
+            }
+            Some(Err(error)) => {
+                let _ = writeln!(text, "  {error}");
+            }
+            None => {}
+        }
+    }
+    text
+}

@@ -1,0 +1,390 @@
+//! `trace`: bytes of a line, recorded, shown, decoded, replayed.
+
+use std::fmt::Write as _;
+use std::fs::{File, OpenOptions};
+use std::io::{self, BufWriter, Write};
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::Duration;
+
+use clap::{Args, Subcommand};
+use serde_json::{Value, json};
+
+use crate::clock::Clock;
+use crate::instrument::trace::{
+    Pace, Replay, Trace, TraceSink, TraceWriter, What, escaped, events_of,
+};
+use crate::instrument::{GaugeEvent, Gauges};
+
+use super::args::Global;
+use super::descriptions::find_description;
+use super::failure::{CliError, Failure};
+use super::gauge::{Gauge, PortArgs};
+use super::instrument_args::ProtocolsArgs;
+use super::instrument_read::{line, sample_json, seconds};
+use super::outcome::{Outcome, print, print_error};
+use super::trace_sustain::{self, SustainArgs};
+
+/// Arguments of `trace`.
+#[derive(Debug, Args)]
+#[command(
+    after_help = "Examples:\n  stiffbench trace record mark10-series5 --port /dev/ttyUSB0 --seconds 30 --out pull.trace\n  stiffbench trace show pull.trace\n  stiffbench trace decode pull.trace --json\n  stiffbench trace replay force.trace dial.trace --speed 10\n  stiffbench trace sustain --seconds 600"
+)]
+pub(super) struct TraceArgs {
+    /// What to do.
+    #[command(subcommand)]
+    what: TraceCommand,
+}
+
+/// Subcommands of `trace`.
+#[derive(Debug, Subcommand)]
+enum TraceCommand {
+    /// Record every byte of a gauge's line, both directions, with times
+    Record(RecordArgs),
+    /// What stands in a trace, and what is damaged
+    Show {
+        /// Trace
+        file: PathBuf,
+    },
+    /// The values in a trace, and the bytes that are none
+    Decode(DecodeArgs),
+    /// Traces as live gauges, at any speed
+    Replay(ReplayArgs),
+    /// Two emulated gauges streaming through pseudo-terminals: what is lost, what it costs
+    Sustain(SustainArgs),
+}
+
+/// Arguments of `trace record`.
+#[derive(Debug, Args)]
+struct RecordArgs {
+    /// Name of an instrument description, or a file
+    instrument: String,
+    /// Port and line.
+    #[command(flatten)]
+    port: PortArgs,
+    /// File to write; it must not exist
+    #[arg(long, value_name = "FILE")]
+    out: PathBuf,
+    /// Seconds to record [default: until the line is lost or the program stopped]
+    #[arg(long, value_name = "S", value_parser = seconds)]
+    seconds: Option<f64>,
+}
+
+/// Which trace, and how its bytes are read.
+#[derive(Debug, Args)]
+struct DecodeArgs {
+    /// Trace
+    file: PathBuf,
+    /// Instrument description [default: the one the trace names]
+    #[arg(long, value_name = "NAME|FILE")]
+    instrument: Option<String>,
+    /// Unit, where the gauge does not send one [default: the one the trace names]
+    #[arg(long)]
+    unit: Option<String>,
+    /// More descriptions.
+    #[command(flatten)]
+    protocols: ProtocolsArgs,
+}
+
+/// Arguments of `trace replay`.
+#[derive(Debug, Args)]
+struct ReplayArgs {
+    /// Traces, one for each gauge
+    #[arg(required = true, num_args = 1..=2)]
+    files: Vec<PathBuf>,
+    /// Times as fast as it was; max for as fast as possible
+    #[arg(long, default_value = "1", value_parser = pace)]
+    speed: Speed,
+    /// More descriptions.
+    #[command(flatten)]
+    protocols: ProtocolsArgs,
+}
+
+/// How fast a trace is replayed.
+#[derive(Debug, Clone, Copy, PartialEq)]
+enum Speed {
+    Times(f64),
+    Fastest,
+}
+
+/// Runs `trace`.
+pub(super) fn run(args: &TraceArgs, global: &Global) -> Result<Outcome, Failure> {
+    match &args.what {
+        TraceCommand::Record(args) => record(args, global),
+        TraceCommand::Show { file } => show(file),
+        TraceCommand::Decode(args) => decode(args),
+        TraceCommand::Replay(args) => replay(args, global),
+        TraceCommand::Sustain(args) => trace_sustain::run(args, global),
+    }
+}
+
+/// A file whose flush reaches the disk.
+struct Durable(BufWriter<File>);
+
+impl Write for Durable {
+    fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
+        self.0.write(bytes)
+    }
+
+    fn flush(&mut self) -> io::Result<()> {
+        self.0.flush()?;
+        self.0.get_ref().sync_data()
+    }
+}
+
+fn record(args: &RecordArgs, global: &Global) -> Result<Outcome, Failure> {
+    let not_written = |source| CliError::Write {
+        path: args.out.clone(),
+        source,
+    };
+    let file = OpenOptions::new()
+        .write(true)
+        .create_new(true)
+        .open(&args.out);
+    let file = file.map_err(|source| match source.kind() {
+        io::ErrorKind::AlreadyExists => CliError::Exists {
+            path: args.out.clone(),
+        },
+        _ => not_written(source),
+    })?;
+    let opened = Gauge::open(&args.instrument, &args.port, global.quiet);
+    let mut gauge = opened.inspect_err(|_| {
+        // An empty trace helps nobody; that the port is not there is the news.
+        let _ = std::fs::remove_file(&args.out);
+    })?;
+    let warnings = std::mem::take(&mut gauge.warnings);
+    let writer =
+        TraceWriter::begin(Durable(BufWriter::new(file)), &gauge.header).map_err(not_written)?;
+    let failed = Arc::new(AtomicBool::new(false));
+    let told = Arc::clone(&failed);
+    let sink = TraceSink::start(writer, move |error| {
+        told.store(true, Ordering::Relaxed);
+        print_error(&format!("the trace cannot be written any more: {error}"));
+    });
+    let clock = Clock::default();
+    let mut reader = gauge.reader(clock, Some(Box::new(sink)))?;
+    let mut values = 0_usize;
+    let mut rejected = 0_usize;
+    let end_s = args.seconds.unwrap_or(f64::INFINITY);
+    while clock.now_s() < end_s && !failed.load(Ordering::Relaxed) {
+        let left_s = (end_s - clock.now_s()).clamp(0.0, 0.5);
+        for event in reader.events(Duration::from_secs_f64(left_s))? {
+            match event {
+                GaugeEvent::Sample { sample, .. } => {
+                    values += 1;
+                    if !global.json {
+                        // A reader that went away is found out when the rest is printed.
+                        let _ = print(&format!("{}\n", line(&sample)));
+                    }
+                }
+                GaugeEvent::Rejected { .. } => rejected += 1,
+                _ => {}
+            }
+        }
+    }
+    drop(reader);
+    let text = format!(
+        "{values} values and {rejected} packets that are none in {}\n",
+        args.out.display()
+    );
+    let data = json!({ "file": args.out, "values": values, "rejected": rejected, "complete": !failed.load(Ordering::Relaxed) });
+    Ok(Outcome::new("trace-record", text, data).with_warnings(warnings))
+}
+
+/// A trace, and what is to be said of its state.
+fn read(file: &Path) -> Result<(Trace, Vec<String>), Failure> {
+    let bytes = std::fs::read(file).map_err(|source| CliError::Read {
+        path: file.to_owned(),
+        source,
+    })?;
+    let name = file.to_string_lossy();
+    let trace = Trace::parse(&bytes, &name)?;
+    let mut warnings: Vec<String> = trace
+        .damage
+        .iter()
+        .take(10)
+        .map(|damage| {
+            format!(
+                "{name}, line {}: {}; it is left out",
+                damage.line, damage.problem
+            )
+        })
+        .collect();
+    if trace.damage.len() > 10 {
+        warnings.push(format!(
+            "{name}: {} more lines are damaged and left out",
+            trace.damage.len() - 10
+        ));
+    }
+    if !trace.complete {
+        warnings.push(format!(
+            "{name} has no end mark: recording was interrupted, or the file was cut"
+        ));
+    }
+    Ok((trace, warnings))
+}
+
+fn show(file: &Path) -> Result<Outcome, Failure> {
+    let (trace, warnings) = read(file)?;
+    let mut text = String::new();
+    let header = &trace.header;
+    let channel = header.channel.map(|channel| channel.to_string());
+    let fields = [
+        ("instrument", &header.instrument),
+        ("channel", &channel),
+        ("unit", &header.unit),
+        ("port", &header.port),
+        ("line", &header.line),
+        ("started", &header.started),
+    ];
+    for (name, value) in fields {
+        if let Some(value) = value {
+            // Writing to a string cannot fail.
+            let _ = writeln!(text, "{name:>12}  {value}");
+        }
+    }
+    let mut entries = Vec::with_capacity(trace.entries.len());
+    for entry in &trace.entries {
+        let (kind, what) = words(&entry.what);
+        let _ = writeln!(text, "{:12.6}  {kind:<8} {what}", entry.at_s);
+        entries.push(json!({ "t_s": entry.at_s, "kind": kind, "what": what }));
+    }
+    let (received, sent) = byte_counts(&trace);
+    let _ = writeln!(text, "{received} bytes received, {sent} sent");
+    let data = json!({
+        "instrument": header.instrument, "channel": channel, "unit": header.unit, "port": header.port, "line": header.line,
+        "started": header.started, "speed": header.speed.unwrap_or(1.0), "complete": trace.complete,
+        "bytes_received": received, "bytes_sent": sent, "entries": entries,
+    });
+    Ok(Outcome::new("trace", text, data).with_warnings(warnings))
+}
+
+fn words(what: &What) -> (&'static str, String) {
+    match what {
+        What::Received(bytes) => ("received", escaped(bytes)),
+        What::Sent { bytes, .. } => ("sent", escaped(bytes)),
+        What::Unused { count, reason } => ("unused", format!("the last {count}: {reason}")),
+        What::Reset => ("reset", String::new()),
+        What::Link(state) => ("link", format!("{state:?}")),
+        What::Note(text) => ("note", text.clone()),
+        What::End => ("end", String::new()),
+    }
+}
+
+fn byte_counts(trace: &Trace) -> (usize, usize) {
+    let mut counts = (0, 0);
+    for entry in &trace.entries {
+        match &entry.what {
+            What::Received(bytes) => counts.0 += bytes.len(),
+            What::Sent { bytes, .. } => counts.1 += bytes.len(),
+            _ => {}
+        }
+    }
+    counts
+}
+
+/// What a trace says, by the description that it names or that is named.
+fn events(
+    file: &Path,
+    instrument: Option<&str>,
+    unit: Option<&str>,
+    protocols: &ProtocolsArgs,
+) -> Result<(Vec<(f64, GaugeEvent)>, Vec<String>), Failure> {
+    let (trace, mut warnings) = read(file)?;
+    let Some(name) = instrument.or(trace.header.instrument.as_deref()) else {
+        return Err(CliError::Argument {
+            argument: "--instrument".to_owned(),
+            problem: format!("{} does not name its instrument", file.display()),
+            help: Some("name it; stiffbench instrument list shows what is known".to_owned()),
+        }
+        .into());
+    };
+    let found = find_description(name, protocols)?;
+    warnings.extend(found.warnings);
+    Ok((events_of(&trace, &found.description, unit)?, warnings))
+}
+
+fn decode(args: &DecodeArgs) -> Result<Outcome, Failure> {
+    let (events, warnings) = events(
+        &args.file,
+        args.instrument.as_deref(),
+        args.unit.as_deref(),
+        &args.protocols,
+    )?;
+    let mut text = String::new();
+    let (mut samples, mut rejected): (Vec<Value>, Vec<Value>) = (Vec::new(), Vec::new());
+    for (_, event) in &events {
+        // Writing to a string cannot fail.
+        match event {
+            GaugeEvent::Sample { sample, .. } => {
+                let _ = writeln!(text, "{}", line(sample));
+                samples.push(sample_json(sample));
+            }
+            GaugeEvent::Rejected {
+                rejected: packet, ..
+            } => {
+                let _ = writeln!(
+                    text,
+                    "{:10.3} s  no value: {} ({})",
+                    packet.at_s, packet.raw, packet.reason
+                );
+                rejected.push(
+                    json!({ "t_s": packet.at_s, "raw": packet.raw, "reason": packet.reason }),
+                );
+            }
+            _ => {}
+        }
+    }
+    let _ = writeln!(
+        text,
+        "{} values, {} packets that are none",
+        samples.len(),
+        rejected.len()
+    );
+    let data = json!({ "samples": samples, "rejected": rejected });
+    Ok(Outcome::new("trace-decode", text, data).with_warnings(warnings))
+}
+
+fn replay(args: &ReplayArgs, global: &Global) -> Result<Outcome, Failure> {
+    let mut traces = Vec::new();
+    let mut warnings = Vec::new();
+    for file in &args.files {
+        let (events, of_file) = events(file, None, None, &args.protocols)?;
+        traces.push(events);
+        warnings.extend(of_file);
+    }
+    let pace = match args.speed {
+        Speed::Times(times) => Pace::By(Clock::starting_at(0.0, times)),
+        Speed::Fastest => Pace::Fastest,
+    };
+    let mut replay = Replay::new(traces, pace);
+    let mut samples = Vec::new();
+    loop {
+        match replay.next(Duration::from_secs(1)) {
+            Some(GaugeEvent::Sample { channel, sample }) => {
+                if !global.json {
+                    // A reader that went away is found out when the rest is printed.
+                    let _ = print(&format!("{channel:<12} {}\n", line(&sample)));
+                }
+                let mut object = sample_json(&sample);
+                object["channel"] = json!(channel);
+                samples.push(object);
+            }
+            Some(GaugeEvent::Ended) => break,
+            _ => {}
+        }
+    }
+    let text = format!("{} values\n", samples.len());
+    Ok(Outcome::new("trace-replay", text, json!({ "samples": samples })).with_warnings(warnings))
+}
+
+fn pace(text: &str) -> Result<Speed, String> {
+    if text == "max" {
+        return Ok(Speed::Fastest);
+    }
+    match text.trim_end_matches(['x', '×']).parse::<f64>() {
+        Ok(times) if times.is_finite() && times > 0.0 => Ok(Speed::Times(times)),
+        _ => Err("it is a positive number, or max".to_owned()),
+    }
+}
