@@ -26,6 +26,7 @@ mod progress;
 mod prove;
 mod prove_args;
 mod robot;
+mod screen;
 mod significance;
 mod simulate;
 mod specimen_args;

@@ -5,8 +5,11 @@
 
 mod big_digits;
 mod draw;
+mod glyphs;
 mod input;
+mod load;
 mod load_bar;
+mod question;
 mod words;
 
 use std::io::{self, Write};
@@ -17,7 +20,8 @@ use ratatui::crossterm::event::{self, Event, KeyEventKind};
 
 use crate::session::{Bell, Operator, OperatorEvent, Prompt, View};
 
-use draw::{Glyphs, draw};
+use draw::draw;
+use glyphs::Glyphs;
 use input::Input;
 
 /// The operator at a terminal, seen on the whole of it.

@@ -2,7 +2,8 @@ use ratatui::Terminal;
 use ratatui::backend::TestBackend;
 use ratatui::crossterm::event::{KeyCode, KeyEvent, KeyModifiers};
 
-use super::draw::{Glyphs, draw};
+use super::draw::draw;
+use super::glyphs::Glyphs;
 use super::input::Input;
 use crate::instrument::Channel;
 use crate::session::{

@@ -65,7 +65,12 @@ pub(super) fn task(task: &Task) -> String {
         Task::SetUp { pose, direction } => {
             format!("Set the robot to {pose}; jack and gauges along {direction}")
         }
-        Task::PushByHand { direction, force_n } => {
+        Task::PushByHand { let_go: true, .. } => {
+            "Let go of robot and gauges: their rest is looked at first".to_owned()
+        }
+        Task::PushByHand {
+            direction, force_n, ..
+        } => {
             let way = if *force_n < 0.0 { "-" } else { "+" };
             format!(
                 "Push by hand along {way}{direction}, {:.0} N or more",

@@ -1,0 +1,176 @@
+//! The hand that does on an emulated bench what a session asks for.
+
+use std::time::Duration;
+
+use crate::bench::EmulatedBench;
+use crate::instrument::emulator::PtyHost;
+use crate::session::{Bell, Operator, OperatorEvent, Prompt, Purpose, Task, View};
+use crate::test_point::{Direction, PoseId};
+
+/// An operator whose jack, robot and gauges are emulated: whoever looks and answers is behind it, the turning is done here.
+///
+/// It acts on what is shown, as a person would, and knows nothing else of the session.
+pub(super) struct HelpingHand<'a> {
+    /// Who looks at the screen and answers.
+    operator: &'a mut dyn Operator,
+    bench: &'a EmulatedBench,
+    host: &'a PtyHost,
+    done: Option<Deed>,
+    phase: &'static str,
+}
+
+/// What a hand can do, told apart as far as it makes a difference to what is to be done.
+#[derive(Debug, Clone, PartialEq)]
+enum Deed {
+    SetUp(PoseId, Direction),
+    LetGo,
+    Push(f64),
+    Free(u32),
+    Preload,
+    Load {
+        target_n: f64,
+        step: u32,
+        repeat: u32,
+        attempt: u32,
+        cell: usize,
+    },
+}
+
+impl<'a> HelpingHand<'a> {
+    /// A hand on a bench.
+    pub(super) fn new(
+        operator: &'a mut dyn Operator,
+        bench: &'a EmulatedBench,
+        host: &'a PtyHost,
+    ) -> Self {
+        Self {
+            operator,
+            bench,
+            host,
+            done: None,
+            phase: "",
+        }
+    }
+
+    /// Tells the faults of a script where the session is.
+    fn tell_phase(&mut self, view: &View) {
+        let phase = phase(view);
+        if std::mem::replace(&mut self.phase, phase) != phase {
+            self.host.phase(phase);
+        }
+    }
+
+    fn act(&mut self, view: &View) {
+        let Some(deed) = deed(view) else { return };
+        if self.done.as_ref() == Some(&deed) {
+            return;
+        }
+        match &deed {
+            Deed::SetUp(pose, direction) => {
+                let moved = self.bench.set_pose(pose);
+                let moved = moved.and_then(|()| self.bench.set_direction(*direction));
+                if let Err(error) = moved {
+                    self.operator.say(&format!("the emulated bench stays: {error}"));
+                }
+            }
+            Deed::LetGo => self.bench.let_go(),
+            Deed::Push(force_n) => self.bench.push_by_hand(*force_n),
+            Deed::Free(repeat) => self.bench.begin_run(*repeat),
+            Deed::Preload => self.bench.preload(),
+            Deed::Load {
+                target_n,
+                step,
+                repeat,
+                ..
+            } => {
+                self.host.reading();
+                self.bench.apply(*target_n, *step, *repeat);
+            }
+        }
+        self.done = Some(deed);
+    }
+}
+
+impl Operator for HelpingHand<'_> {
+    fn show(&mut self, view: &View) {
+        self.tell_phase(view);
+        self.act(view);
+        self.operator.show(view);
+    }
+
+    fn prompt(&mut self, prompt: &Prompt) {
+        self.operator.prompt(prompt);
+    }
+
+    fn poll(&mut self, wait: Duration) -> Option<OperatorEvent> {
+        self.operator.poll(wait)
+    }
+
+    fn bell(&mut self, bell: Bell) {
+        self.operator.bell(bell);
+    }
+
+    fn say(&mut self, line: &str) {
+        self.operator.say(line);
+    }
+}
+
+/// What a view asks the hand to do; `None` if it is to keep still.
+fn deed(view: &View) -> Option<Deed> {
+    let place = view.place.as_ref();
+    let repeat = place.map_or(1, |place| place.repeat);
+    match &view.task {
+        Task::SetUp { pose, direction } => Some(Deed::SetUp(pose.clone(), *direction)),
+        Task::PushByHand { let_go: true, .. } => Some(Deed::LetGo),
+        Task::PushByHand { force_n, .. } => Some(Deed::Push(*force_n)),
+        Task::Load { target_n, purpose } => match purpose {
+            Purpose::Free => Some(Deed::Free(repeat)),
+            Purpose::Preload | Purpose::Release | Purpose::ZeroCheck => Some(Deed::Preload),
+            Purpose::Again | Purpose::Reading => place.map(|place| Deed::Load {
+                target_n: *target_n,
+                step: place.step,
+                repeat,
+                attempt: place.attempt,
+                cell: place.cell,
+            }),
+        },
+        _ => None,
+    }
+}
+
+/// The phases of a session, in the order in which they come first.
+pub(super) const PHASES: [&str; 12] = [
+    "instruments",
+    "set-up",
+    "sign-check",
+    "free",
+    "zero",
+    "preload",
+    "approach",
+    "settle",
+    "hold",
+    "release",
+    "again",
+    "zero-check",
+];
+
+/// The phase that a view belongs to: one of [`PHASES`], or nothing between them.
+fn phase(view: &View) -> &'static str {
+    match &view.task {
+        Task::CheckInstruments => "instruments",
+        Task::SetUp { .. } => "set-up",
+        Task::PushByHand { .. } => "sign-check",
+        Task::Wait => "zero",
+        Task::Hold { .. } => "hold",
+        Task::Load { purpose, .. } => match purpose {
+            Purpose::Free => "free",
+            Purpose::Preload => "preload",
+            Purpose::Release => "release",
+            Purpose::Again => "again",
+            Purpose::ZeroCheck => "zero-check",
+            Purpose::Reading if view.band.is_some_and(|band| band.inside) => "settle",
+            Purpose::Reading => "approach",
+        },
+        Task::Answer | Task::Paused | Task::Done => "",
+    }
+}

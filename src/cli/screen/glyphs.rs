@@ -1,0 +1,65 @@
+//! Characters for bars and borders, by what the terminal can show.
+
+use ratatui::symbols::border;
+use ratatui::widgets::Block;
+
+use super::load_bar::Cell;
+
+/// Characters for bars and borders: those of Unicode, or plain ones where the locale has no UTF-8.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) struct Glyphs {
+    unicode: bool,
+}
+
+impl Glyphs {
+    /// What the locale's variables (`LC_ALL`, `LC_CTYPE`, `LANG`, the first that is set) allow.
+    pub(super) fn of_locale(variable: impl Fn(&str) -> Option<String>) -> Self {
+        let names = ["LC_ALL", "LC_CTYPE", "LANG"];
+        let set = names
+            .into_iter()
+            .filter_map(variable)
+            .find(|value| !value.is_empty());
+        let unicode = set.is_some_and(|value| {
+            let value = value.to_ascii_lowercase();
+            value.contains("utf-8") || value.contains("utf8")
+        });
+        Self { unicode }
+    }
+
+    /// The character of a cell of the bar: told apart without colour too.
+    pub(super) fn cell(self, cell: Cell) -> char {
+        match (self.unicode, cell) {
+            (true, Cell::Empty) => '·',
+            (true, Cell::Load) => '█',
+            (true, Cell::TooMuch) => '▓',
+            (true, Cell::Band) => '░',
+            (true, Cell::BandReached) => '▒',
+            (true, Cell::Zero) => '┃',
+            (false, Cell::Empty) => '.',
+            (false, Cell::Load) => '=',
+            (false, Cell::TooMuch) => '!',
+            (false, Cell::Band) => 'o',
+            (false, Cell::BandReached) => '#',
+            (false, Cell::Zero) => '|',
+        }
+    }
+
+    pub(super) fn ink(self) -> char {
+        if self.unicode { '█' } else { '#' }
+    }
+
+    pub(super) fn block(self, title: String) -> Block<'static> {
+        let plain = border::Set {
+            top_left: "+",
+            top_right: "+",
+            bottom_left: "+",
+            bottom_right: "+",
+            vertical_left: "|",
+            vertical_right: "|",
+            horizontal_top: "-",
+            horizontal_bottom: "-",
+        };
+        let set = if self.unicode { border::PLAIN } else { plain };
+        Block::bordered().border_set(set).title(title)
+    }
+}

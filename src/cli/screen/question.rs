@@ -1,0 +1,101 @@
+//! The open question, how it is answered, and the keys that mean something.
+
+use ratatui::style::{Modifier, Style};
+use ratatui::text::{Line, Span};
+
+use crate::session::{PromptKind, View};
+
+use super::draw::BAD;
+use super::input::{Input, Mode};
+
+/// The open question with the line that is being typed; empty if nothing is asked.
+pub(super) fn question(view: &View, input: &Input) -> Vec<Line<'static>> {
+    let bold = Style::new().add_modifier(Modifier::BOLD);
+    let mut lines = match &input.mode {
+        Mode::Orders => return Vec::new(),
+        Mode::Goto => {
+            let cells = view.place.as_ref().map_or(0, |place| place.cells);
+            vec![
+                Line::styled(format!(" Go on with which cell, 1 to {cells}?"), bold),
+                typed(&input.line, "Enter goes there, Esc stays here"),
+            ]
+        }
+        Mode::Skip => vec![
+            Line::styled(" Skip what?", bold),
+            Line::raw(" r  this reading    c  what is open in this cell    Esc  nothing"),
+        ],
+        Mode::Asked(prompt) => {
+            let mut lines = vec![Line::styled(format!(" {}", prompt.text), bold)];
+            lines.extend(
+                prompt
+                    .details
+                    .iter()
+                    .map(|text| Line::raw(format!(" {text}"))),
+            );
+            lines.extend(answers(&prompt.kind, input));
+            lines
+        }
+    };
+    if let Some(complaint) = &input.complaint {
+        lines.push(Line::styled(
+            format!(" ! {complaint}"),
+            Style::new().fg(BAD),
+        ));
+    }
+    lines
+}
+
+/// How a question is answered.
+fn answers(kind: &PromptKind, input: &Input) -> Vec<Line<'static>> {
+    match kind {
+        PromptKind::Text => vec![typed(&input.line, "Enter")],
+        PromptKind::Number { unit, range } => {
+            vec![typed(
+                &input.line,
+                &format!("{} to {} {unit}, Enter", range[0], range[1]),
+            )]
+        }
+        PromptKind::Confirm => vec![Line::raw(" y  yes    n  no    Enter  as proposed")],
+        PromptKind::Choice(choices) => choices
+            .iter()
+            .map(|choice| {
+                let key = choice.word.chars().next().unwrap_or(' ');
+                Line::raw(format!(" {key}  {}: {}", choice.word, choice.text))
+            })
+            .collect(),
+        PromptKind::Checklist(items) => items
+            .iter()
+            .enumerate()
+            .map(|(place, item)| {
+                let tick = match place.cmp(&input.ticked) {
+                    std::cmp::Ordering::Less => "[x]",
+                    std::cmp::Ordering::Equal => "[ ] <-",
+                    std::cmp::Ordering::Greater => "[ ]",
+                };
+                Line::raw(format!(" {tick} {item}"))
+            })
+            .chain([Line::raw(" Enter, any key or pedal ticks the next")])
+            .collect(),
+    }
+}
+
+fn typed(line: &str, hint: &str) -> Line<'static> {
+    Line::from(vec![
+        Span::raw(format!(" > {line}")),
+        Span::styled(" ", Style::new().add_modifier(Modifier::REVERSED)),
+        Span::styled(
+            format!("  ({hint})"),
+            Style::new().add_modifier(Modifier::DIM),
+        ),
+    ])
+}
+
+/// The keys that mean something now.
+pub(super) fn keys(input: &Input) -> &'static str {
+    match input.mode {
+        Mode::Orders => {
+            " any key: take  r redo  g go to  s skip  n note  p pause  Ctrl-C finish, twice stop"
+        }
+        _ => " Ctrl-C finish, twice stop",
+    }
+}
