@@ -1,8 +1,10 @@
 //! The virtual bench: beam model, physics beside it, jack, two gauges, noise, clock and thermometer, in software.
 //!
-//! It follows a [`crate::procedure::Procedure`] and makes sessions whose truth is known. The noise that makes the data is set here and
+//! It follows a [`crate::procedure::Procedure`] and makes sessions whose truth is known ([`VirtualBench`]), or stands there to be loaded and
+//! read, as emulated gauges do ([`EmulatedBench`]). The noise that makes the data is set here and
 //! nowhere else; an analysis assumes its own.
 
+mod emulated_bench;
 mod jack;
 mod mechanics;
 mod noise;
@@ -10,6 +12,7 @@ mod recorder;
 mod temperature;
 mod virtual_bench;
 
+pub use emulated_bench::{EmulatedBench, EmulatedSetup};
 pub use jack::Jack;
 pub use noise::{NoiseModel, NoiseShape};
 pub use virtual_bench::{BenchError, VirtualBench};

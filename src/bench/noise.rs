@@ -3,6 +3,8 @@
 use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, Gamma, StandardNormal};
 
+use super::virtual_bench::BenchError;
+
 /// Sizes of the errors of a virtual bench.
 ///
 /// displacement = mechanics + slope of the run × F C + zero + reading error, then rounded to the step of the gauge; the force that acts is
@@ -64,6 +66,28 @@ impl NoiseModel {
         force_step_n: 0.0,
         shape: NoiseShape::Normal,
     };
+
+    /// Checks that every size can be.
+    ///
+    /// # Errors
+    /// [`BenchError::Noise`].
+    pub(super) fn check(&self) -> Result<(), BenchError> {
+        for (what, value) in [
+            ("the reading error", self.reading_sd_m),
+            ("the zero error", self.zero_sd_m),
+            ("the run-to-run slope", self.run_slope_sd),
+            (
+                "the step of the displacement gauge",
+                self.displacement_step_m,
+            ),
+            ("the step of the force gauge", self.force_step_n),
+        ] {
+            if !(value.is_finite() && value >= 0.0) {
+                return Err(BenchError::Noise { what, value });
+            }
+        }
+        Ok(())
+    }
 
     /// An error of the given standard deviation.
     pub(super) fn error(&self, sd: f64, rng: &mut ChaCha8Rng) -> f64 {

@@ -39,6 +39,15 @@ pub enum BenchError {
         /// Its value, SI.
         value: f64,
     },
+    /// A pose or direction that the procedure does not have.
+    #[error("the procedure has no {what}")]
+    #[diagnostic(code(stiffbench::bench::not_planned), help("it has {planned}"))]
+    NotPlanned {
+        /// What it does not have.
+        what: String,
+        /// What it has.
+        planned: String,
+    },
 }
 
 /// A robot on a bench, in software.
@@ -101,20 +110,7 @@ impl<'a> VirtualBench<'a> {
         noise: NoiseModel,
         jack: Jack,
     ) -> Result<Self, BenchError> {
-        for (what, value) in [
-            ("the reading error", noise.reading_sd_m),
-            ("the zero error", noise.zero_sd_m),
-            ("the run-to-run slope", noise.run_slope_sd),
-            (
-                "the step of the displacement gauge",
-                noise.displacement_step_m,
-            ),
-            ("the step of the force gauge", noise.force_step_n),
-        ] {
-            if !(value.is_finite() && value >= 0.0) {
-                return Err(BenchError::Noise { what, value });
-            }
-        }
+        noise.check()?;
         Ok(Self {
             robot,
             physics,

@@ -232,7 +232,7 @@ impl Shared {
     /// Serves a gauge to the end.
     fn serve(&self, place: usize, terminal: TTYPort) {
         let mut terminal = Some(terminal);
-        let mut waits: u32 = 0;
+        let mut waits = 0_u32;
         while !self.stop.load(Ordering::SeqCst) {
             let due = lock(&self.runner).at_time(self.session.now_s());
             self.begin(&due);
