@@ -26,6 +26,9 @@ use motion::{Motion, Stand};
 const HAND_N: f64 = 8.0;
 const HAND_M: f64 = 150e-6;
 
+/// How much more than was asked for a hand pushes.
+const FIRMLY: f64 = 1.25;
+
 /// How a bench is set up.
 #[derive(Debug, Clone, Copy)]
 pub struct EmulatedSetup {
@@ -196,6 +199,16 @@ impl EmulatedBench {
     pub fn apply_any(&self, target_n: f64) {
         let (step, repeat) = self.lock().cell().first_of(target_n);
         self.apply(target_n, step, repeat);
+    }
+
+    /// A hand pushes on the force gauge, and the end of the robot with it, until [`EmulatedBench::let_go`].
+    ///
+    /// # Arguments
+    /// - `force_n`: what was asked for, N along the axis; a hand pushes a quarter more.
+    pub fn push_by_hand(&self, force_n: f64) {
+        let mut inner = self.lock();
+        inner.hand_n = FIRMLY * force_n;
+        inner.hand_m = HAND_M.copysign(force_n);
     }
 
     /// A hand pushes the force gauge along the axis or against it, until [`EmulatedBench::let_go`].

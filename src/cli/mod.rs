@@ -21,6 +21,7 @@ mod outcome;
 mod paper;
 mod plot;
 mod ports;
+mod practice;
 mod procedure;
 mod progress;
 mod prove;

@@ -10,7 +10,7 @@ use crate::test_point::{Direction, PoseId};
 /// An operator whose jack, robot and gauges are emulated: whoever looks and answers is behind it, the turning is done here.
 ///
 /// It acts on what is shown, as a person would, and knows nothing else of the session.
-pub(super) struct HelpingHand<'a> {
+pub(in crate::cli) struct HelpingHand<'a> {
     /// Who looks at the screen and answers.
     operator: &'a mut dyn Operator,
     bench: &'a EmulatedBench,
@@ -38,7 +38,7 @@ enum Deed {
 
 impl<'a> HelpingHand<'a> {
     /// A hand on a bench.
-    pub(super) fn new(
+    pub(in crate::cli) fn new(
         operator: &'a mut dyn Operator,
         bench: &'a EmulatedBench,
         host: &'a PtyHost,
@@ -70,7 +70,8 @@ impl<'a> HelpingHand<'a> {
                 let moved = self.bench.set_pose(pose);
                 let moved = moved.and_then(|()| self.bench.set_direction(*direction));
                 if let Err(error) = moved {
-                    self.operator.say(&format!("the emulated bench stays: {error}"));
+                    self.operator
+                        .say(&format!("the emulated bench stays: {error}"));
                 }
             }
             Deed::LetGo => self.bench.let_go(),
@@ -139,7 +140,7 @@ fn deed(view: &View) -> Option<Deed> {
 }
 
 /// The phases of a session, in the order in which they come first.
-pub(super) const PHASES: [&str; 12] = [
+pub(in crate::cli) const PHASES: [&str; 12] = [
     "instruments",
     "set-up",
     "sign-check",

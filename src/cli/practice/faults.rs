@@ -1,0 +1,369 @@
+//! `stiffbench session faults`: every fault of a line or gauge in every phase of a session, and what became of the readings.
+
+use std::fmt::Write;
+use std::sync::Mutex;
+use std::sync::atomic::{AtomicUsize, Ordering};
+
+use serde_json::json;
+
+use crate::bench::NoiseModel;
+use crate::cli::args::{Global, ModelArgs};
+use crate::cli::data::{Chosen, choose};
+use crate::cli::failure::{CliError, Failure};
+use crate::cli::outcome::Outcome;
+use crate::cli::progress::progress;
+use crate::clock::Clock;
+use crate::instrument::emulator::{FaultScript, ScriptedFault};
+use crate::procedure::{Procedure, Settle};
+use crate::readings::{Reading, RepeatOrder, ZeroScope};
+use crate::report::TextTable;
+use crate::source_text::SourceText;
+use crate::test_point::{Direction, PoseId};
+
+use super::rehearsal::{Rehearsal, Rehearsed};
+use super::{PHASES, Practice};
+
+/// Arguments of `session faults`.
+#[derive(Debug, clap::Args)]
+#[command(
+    after_help = "Examples:\n  stiffbench session faults                     every fault in every phase, some minutes\n  stiffbench session faults --phase settle\n  stiffbench session faults --fault unplug --fault swap"
+)]
+pub(in crate::cli) struct FaultsArgs {
+    /// Only this fault; more than once for more
+    #[arg(long = "fault", value_name = "NAME")]
+    faults: Vec<String>,
+    /// Only this phase; more than once for more
+    #[arg(long = "phase", value_name = "NAME")]
+    phases: Vec<String>,
+    /// Description of the force gauge
+    #[arg(long, default_value = "mark10-series5", value_name = "NAME")]
+    force_instrument: String,
+    /// Description of the displacement gauge
+    #[arg(long, default_value = "mahr-dk-u1", value_name = "NAME")]
+    displacement_instrument: String,
+    /// Sessions at a time; they wait most of their time
+    #[arg(long, default_value_t = 8, value_parser = clap::value_parser!(u16).range(1..=64))]
+    at_a_time: u16,
+    /// Seed of the bench
+    #[arg(long, default_value_t = 0)]
+    seed: u64,
+}
+
+/// A fault with its entry in a fault script, without its moment; and what mends it where it does not end by itself.
+struct Case {
+    name: &'static str,
+    entry: &'static str,
+    mend: &'static str,
+}
+
+const fn case(name: &'static str, entry: &'static str) -> Case {
+    Case {
+        name,
+        entry,
+        mend: "",
+    }
+}
+
+/// Every fault, on one gauge or the other.
+const CASES: [Case; 22] = [
+    case("partial packets", "gauge = \"force\"\nwhat = \"partial-packet\"\nby_s = 0.05\nfor_s = 1.0"),
+    case("cut packets", "gauge = \"displacement\"\nwhat = \"cut-packet\"\nfor_packets = 3"),
+    case("merged packets", "gauge = \"force\"\nwhat = \"merged-packets\"\npackets = 3\nfor_s = 1.0"),
+    case("garbage", "gauge = \"displacement\"\nwhat = \"garbage\"\nfor_packets = 5"),
+    case("NUL before a packet", "gauge = \"displacement\"\nwhat = \"nul\"\nfor_packets = 5"),
+    Case {
+        name: "unit switched, force",
+        entry: "gauge = \"force\"\nwhat = \"unit\"\nunit = \"lbF\"",
+        mend: "force unit unit=N",
+    },
+    Case {
+        name: "unit switched, displacement",
+        entry: "gauge = \"displacement\"\nwhat = \"unit\"\nunit = \"inch\"",
+        mend: "displacement unit unit=mm",
+    },
+    case("sign inverted, force", "gauge = \"force\"\nwhat = \"sign-inverted\"\nfor_s = 2.0"),
+    case("sign inverted, displacement", "gauge = \"displacement\"\nwhat = \"sign-inverted\"\nfor_s = 2.0"),
+    case("peak mode", "gauge = \"force\"\nwhat = \"peak-mode\"\nfor_s = 2.0"),
+    case("hold", "gauge = \"displacement\"\nwhat = \"hold\"\nfor_s = 2.0"),
+    case("overload", "gauge = \"force\"\nwhat = \"overload\"\nfor_s = 1.5"),
+    case("low battery", "gauge = \"force\"\nwhat = \"low-battery\"\nfor_s = 1.5"),
+    case("frozen value, force", "gauge = \"force\"\nwhat = \"frozen\"\nfor_s = 2.0"),
+    case("frozen value, displacement", "gauge = \"displacement\"\nwhat = \"frozen\"\nfor_s = 2.0"),
+    case("echo", "gauge = \"displacement\"\nwhat = \"echo\"\nfor_s = 1.5"),
+    case("late reply", "gauge = \"force\"\nwhat = \"late-reply\"\nby_s = 1.2\nfor_packets = 2"),
+    case("silence", "gauge = \"displacement\"\nwhat = \"silence\"\nfor_s = 2.0"),
+    case("key at the gauge", "gauge = \"displacement\"\nwhat = \"data-key\""),
+    case("unplugged", "gauge = \"displacement\"\nwhat = \"unplug\"\nfor_s = 0.7"),
+    Case {
+        name: "adapters swapped",
+        entry: "what = \"swap\"\nfor_s = 0.3",
+        mend: "both swap for_s=0.3",
+    },
+    case("machine suspended", "what = \"suspend\"\nfor_s = 1.5"),
+];
+
+/// How much faster than real a rehearsal is; its lines are real.
+const SPEED: f64 = 4.0;
+
+/// Largest difference of an accepted reading from the one without a fault: what a settled reading may move by, and two steps of the force gauge.
+const SAME_M: f64 = 2e-6;
+const SAME_N: f64 = 0.21;
+
+/// What a fault did.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Effect {
+    /// The session went on by itself.
+    Survived,
+    /// It stopped with its reasons, and went on when it was taken up again.
+    Resumed,
+    /// It never ended.
+    Stuck,
+    /// A reading was accepted that is not what the bench shows.
+    FalseReading,
+}
+
+impl Effect {
+    fn word(self) -> &'static str {
+        match self {
+            Self::Survived => "went on",
+            Self::Resumed => "resumed",
+            Self::Stuck => "STUCK",
+            Self::FalseReading => "FALSE",
+        }
+    }
+}
+
+/// A fault in a phase.
+struct Trial {
+    case: usize,
+    phase: &'static str,
+}
+
+/// Rehearses all that is asked for, and prints what became of it.
+pub(in crate::cli) fn run(args: &FaultsArgs, global: &Global) -> Result<Outcome, Failure> {
+    let cases = chosen_of(&args.faults, CASES.iter().map(|case| case.name), "--fault")?;
+    let phases = chosen_of(&args.phases, phases(), "--phase")?;
+    let phases: Vec<&str> = phases.into_iter().filter_map(|at| self::phases().nth(at)).collect();
+    let model = ModelArgs {
+        robot: Some("hp-robot".to_owned()),
+        mechanism: Some("A".to_owned()),
+        ..ModelArgs::default()
+    };
+    let chosen = choose(&model, None)?;
+    let trials: Vec<Trial> = cases
+        .iter()
+        .flat_map(|&case| phases.iter().map(move |&phase| Trial { case, phase }))
+        .collect();
+    let bar = progress(global, "faults", trials.len() as u64);
+    let truths = [false, true].map(|at_load| rehearse(args, &chosen, at_load, None));
+    let [sweep, at_load] = truths;
+    let truths = [sweep?, at_load?];
+    let next = AtomicUsize::new(0);
+    let done = Mutex::new(Vec::new());
+    std::thread::scope(|scope| {
+        for _ in 0..args.at_a_time {
+            scope.spawn(|| {
+                while let Some(trial) = trials.get(next.fetch_add(1, Ordering::Relaxed)) {
+                    let rehearsed = rehearse(args, &chosen, trial.phase == "release", Some(trial));
+                    let mut done = done.lock().unwrap_or_else(std::sync::PoisonError::into_inner);
+                    done.push((trial, rehearsed));
+                    bar.inc(1);
+                }
+            });
+        }
+    });
+    bar.finish_and_clear();
+    let mut results = Vec::new();
+    for (trial, rehearsed) in done.into_inner().unwrap_or_default() {
+        let rehearsed = rehearsed?;
+        let truth = &truths[usize::from(trial.phase == "release")];
+        results.push((trial, effect(&rehearsed, truth), rehearsed));
+    }
+    Ok(report(&cases, &phases, &results))
+}
+
+/// Phases that a first session has; another load is only applied again after an interruption.
+fn phases() -> impl Iterator<Item = &'static str> {
+    PHASES.into_iter().filter(|phase| *phase != "again")
+}
+
+/// Places of the names that were given, or all.
+fn chosen_of<'a>(
+    given: &[String],
+    known: impl Iterator<Item = &'a str>,
+    argument: &str,
+) -> Result<Vec<usize>, CliError> {
+    let known: Vec<&str> = known.collect();
+    if given.is_empty() {
+        return Ok((0..known.len()).collect());
+    }
+    let mut places = Vec::new();
+    for name in given {
+        let matching: Vec<usize> = (0..known.len()).filter(|&at| known[at].contains(name.as_str())).collect();
+        if matching.is_empty() {
+            return Err(CliError::Argument {
+                argument: format!("{argument} {name}"),
+                problem: "there is none of that name".to_owned(),
+                help: Some(known.join(", ")),
+            });
+        }
+        places.extend(matching);
+    }
+    Ok(places)
+}
+
+/// A short session of all phases: one pose and direction, two runs up and down with a hold, or each load twice with a release in between.
+fn procedure(at_load: bool) -> Procedure {
+    let holds_s = if at_load { vec![] } else { vec![3.0] };
+    Procedure {
+        name: "rehearsal".to_owned(),
+        poses: Some(vec![PoseId::new("P1")]),
+        directions: vec![Direction::Y],
+        loads_n: vec![0.0, -20.0, -40.0],
+        unloading: !at_load,
+        repeats: 2,
+        repeat_order: if at_load { RepeatOrder::AtLoad } else { RepeatOrder::Sweep },
+        zero: if at_load { ZeroScope::Cell } else { ZeroScope::Run },
+        holds_s,
+        settle: Settle {
+            dwell_s: 1.5,
+            ..Settle::default()
+        },
+        ..Procedure::default()
+    }
+}
+
+fn rehearse(
+    args: &FaultsArgs,
+    chosen: &Chosen,
+    at_load: bool,
+    trial: Option<&Trial>,
+) -> Result<Rehearsed, Failure> {
+    let (faults, mend) = match trial {
+        Some(trial) => script(&CASES[trial.case], trial.phase)?,
+        None => (FaultScript::default(), Vec::new()),
+    };
+    let procedure = procedure(at_load);
+    Rehearsal {
+        practice: Practice {
+            robot: &chosen.robot,
+            physics: &chosen.physics,
+            factors: &chosen.factors,
+            procedure: &procedure,
+            gauges: [&args.force_instrument, &args.displacement_instrument],
+            noise: NoiseModel::default(),
+            seed: args.seed,
+            clock: Clock::starting_at(0.0, SPEED),
+            line: Clock::default(),
+            faults,
+        },
+        mend,
+    }
+    .run()
+}
+
+/// The script of a fault in a phase, and what mends it.
+fn script(case: &Case, phase: &str) -> Result<(FaultScript, Vec<ScriptedFault>), Failure> {
+    let text = format!(
+        "schema = \"stiffbench/faults/1\"\n[[fault]]\n{}\nphase = {phase:?}\n",
+        case.entry
+    );
+    let script = FaultScript::parse(&SourceText::new("rehearsal", text))?;
+    let mend = match case.mend {
+        "" => Vec::new(),
+        line => vec![FaultScript::parse_line(line)?],
+    };
+    Ok((script, mend))
+}
+
+/// Compares what was accepted with what the same bench gives without a fault.
+fn effect(rehearsed: &Rehearsed, truth: &Rehearsed) -> Effect {
+    let differs = |reading: &Reading| {
+        let same = truth.readings.iter().find(|other| same_place(other, reading));
+        same.is_none_or(|same| {
+            (same.force_n - reading.force_n).abs() > SAME_N
+                || (same.displacement_m - reading.displacement_m).abs() > SAME_M
+        })
+    };
+    if rehearsed.readings.iter().any(differs) {
+        Effect::FalseReading
+    } else if rehearsed.readings.len() < rehearsed.planned {
+        Effect::Stuck
+    } else if rehearsed.resumes > 0 {
+        Effect::Resumed
+    } else {
+        Effect::Survived
+    }
+}
+
+/// Whether two readings are of the same planned one. Holds share their step: the time under load tells them apart.
+fn same_place(a: &Reading, b: &Reading) -> bool {
+    let held = |reading: &Reading| reading.hold_s.is_some_and(|s| s > 2.9);
+    a.step == b.step && a.repeat == b.repeat && a.branch == b.branch && held(a) == held(b)
+}
+
+fn report(cases: &[usize], phases: &[&str], results: &[(&Trial, Effect, Rehearsed)]) -> Outcome {
+    let of = |case: usize, phase: &str| {
+        results
+            .iter()
+            .find(|(trial, ..)| trial.case == case && trial.phase == phase)
+    };
+    let mut text = String::from("Every fault in every phase, and what became of the session\n\n");
+    let heads: Vec<&str> = ["fault"].iter().chain(phases).copied().collect();
+    let mut table = TextTable::new(&heads);
+    for &case in cases {
+        let effects = phases.iter().map(|phase| {
+            let effect = of(case, phase).map(|(_, effect, _)| effect.word());
+            effect.unwrap_or("").to_owned()
+        });
+        table.row([CASES[case].name.to_owned()].into_iter().chain(effects));
+    }
+    text.push_str(&table.text());
+    text.push_str("\nWhat was said\n");
+    for &case in cases {
+        let _ = writeln!(text, "\n  {}", CASES[case].name);
+        let mut said: Vec<&str> = Vec::new();
+        for (_, _, rehearsed) in results.iter().filter(|(trial, ..)| trial.case == case) {
+            for line in &rehearsed.said {
+                if !said.contains(&line.as_str()) {
+                    said.push(line);
+                }
+            }
+        }
+        if said.is_empty() {
+            text.push_str("    nothing: no reading was touched\n");
+        }
+        for line in said.iter().take(6) {
+            let _ = writeln!(text, "    {line}");
+        }
+    }
+    let count = |wanted: Effect| results.iter().filter(|(_, effect, _)| *effect == wanted).count();
+    let [survived, resumed, stuck, wrong] = [
+        Effect::Survived,
+        Effect::Resumed,
+        Effect::Stuck,
+        Effect::FalseReading,
+    ]
+    .map(count);
+    let _ = writeln!(
+        text,
+        "\n{} sessions: {survived} went on by themselves, {resumed} stopped and were resumed, {stuck} stuck, {wrong} with a false reading",
+        results.len()
+    );
+    let data = json!({
+        "sessions": results.len(),
+        "went_on": survived,
+        "resumed": resumed,
+        "stuck": stuck,
+        "false_readings": wrong,
+        "trials": results.iter().map(|(trial, effect, rehearsed)| json!({
+            "fault": CASES[trial.case].name,
+            "phase": trial.phase,
+            "effect": effect.word(),
+            "resumes": rehearsed.resumes,
+            "said": rehearsed.said,
+        })).collect::<Vec<_>>(),
+    });
+    let exit = u8::from(stuck + wrong > 0);
+    Outcome::new("session-faults", text, data).with_exit(exit)
+}
