@@ -8,6 +8,8 @@ use clap::{Args, Parser, Subcommand, ValueEnum};
 use crate::test_point::Direction;
 
 use super::diagnose_args::DiagnoseArgs;
+#[cfg(unix)]
+use super::emulate::EmulateArgs;
 use super::instrument_args::InstrumentArgs;
 use super::ports::PortsArgs;
 use super::procedure::ProcedureArgs;
@@ -80,6 +82,9 @@ pub(super) enum Command {
     Plot(PlotArgs),
     /// A bench in software: robot, factors and noise to a session folder
     Simulate(SimulateArgs),
+    /// A bench in software behind ports: two emulated gauges on one robot, for practice and for other programs
+    #[cfg(unix)]
+    Emulate(EmulateArgs),
     /// The difference of two sessions with its uncertainty
     Compare(CompareArgs),
     /// What the model leaves out: where model and readings differ, which physics is missing, how large, how sure

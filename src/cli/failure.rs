@@ -187,7 +187,7 @@ impl Failure {
     /// Exit code by the first part of the error's code that has one.
     fn exit_code(&self) -> u8 {
         // The first that fits counts: single errors stand before their stage.
-        const CODES: [(&str, u8); 35] = [
+        const CODES: &[(&str, u8)] = &[
             ("stiffbench::usage", 2),
             ("stiffbench::calibration", 12),
             ("stiffbench::fit::stiffness_list", 11),
@@ -206,6 +206,7 @@ impl Failure {
             ("stiffbench::stiffness", 10),
             ("stiffbench::distribution", 10),
             ("stiffbench::bench", 10),
+            ("stiffbench::emulator", 70),
             ("stiffbench::physics", 10),
             ("stiffbench::prove", 11),
             ("stiffbench::instrument::description", 10),

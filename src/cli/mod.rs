@@ -9,6 +9,10 @@ mod design;
 mod diagnose;
 mod diagnose_args;
 mod diagnose_specimen;
+#[cfg(unix)]
+mod emulate;
+#[cfg(unix)]
+mod emulated;
 mod failure;
 mod figure_files;
 mod fit;
@@ -69,6 +73,8 @@ fn run(cli: Cli) -> Result<Outcome, Failure> {
         Command::Significance(args) => significance::run(&args),
         Command::Plot(args) => plot::run(&args, global),
         Command::Simulate(args) => simulate::run(&args),
+        #[cfg(unix)]
+        Command::Emulate(args) => emulate::run(&args, global),
         Command::Compare(args) => compare::run(&args, global),
         Command::Diagnose(args) => diagnose::run(&args, global),
         Command::Paper(args) => paper::run(&args),

@@ -23,6 +23,13 @@ pub(super) struct Outcome {
     pub(super) warnings: Vec<String>,
     /// Exit code under `--strict`; 0 otherwise.
     pub(super) strict_exit: u8,
+<<<<<<< ours
+    /// Whether all this has been printed already.
+    printed: bool,
+=======
+    /// Exit code in any case: what was printed is whole, and says that something is not.
+    pub(super) exit: u8,
+>>>>>>> theirs
 }
 
 impl Outcome {
@@ -48,26 +55,51 @@ impl Outcome {
         self
     }
 
+<<<<<<< ours
+    /// Prints the result now, of a command that goes on; at its end nothing more is printed.
+    pub(super) fn print_before_the_end(mut self, global: &Global) -> Result<Self, CliError> {
+        self.write(global).map_err(|source| CliError::Write {
+            path: "standard output".into(),
+            source,
+        })?;
+        self.printed = true;
+        Ok(self)
+=======
+    /// With an exit code in any case.
+    pub(super) fn with_exit(mut self, exit: u8) -> Self {
+        self.exit = exit;
+        self
+>>>>>>> theirs
+    }
+
     /// Prints the result: JSON or text on standard output, notes on standard error.
-    pub(super) fn print(self, global: &Global) -> ExitCode {
-        let printed = if global.json {
-            let mut object = envelope(self.kind, true);
-            object["data"] = self.data;
-            object["warnings"] = json!(self.warnings);
-            print_json(&object)
+    pub(super) fn print(mut self, global: &Global) -> ExitCode {
+        let printed = if self.printed {
+            Ok(())
         } else {
-            let printed = print(&self.text);
-            if !global.quiet {
-                for warning in &self.warnings {
-                    print_error(&format!("note: {warning}"));
-                }
-            }
-            printed
+            self.write(global)
         };
         match printed {
+            Ok(()) if self.exit != 0 => ExitCode::from(self.exit),
             Ok(()) => ExitCode::from(if global.strict { self.strict_exit } else { 0 }),
             Err(error) => not_printed(&error),
         }
+    }
+
+    fn write(&mut self, global: &Global) -> std::io::Result<()> {
+        if global.json {
+            let mut object = envelope(self.kind, true);
+            object["data"] = self.data.take();
+            object["warnings"] = json!(self.warnings);
+            return print_json(&object);
+        }
+        print(&self.text)?;
+        if !global.quiet {
+            for warning in &self.warnings {
+                print_error(&format!("note: {warning}"));
+            }
+        }
+        Ok(())
     }
 }
 
@@ -96,6 +128,11 @@ pub(super) fn print(text: &str) -> std::io::Result<()> {
         Err(error) if error.kind() == std::io::ErrorKind::BrokenPipe => Ok(()),
         written => written,
     }
+}
+
+/// Text on standard output of a command that goes on; if nobody can read it, there is nobody left to tell.
+pub(super) fn print_now(text: &str) {
+    let _ = print(text);
 }
 
 /// A line on standard error; if nobody can read that either, there is nobody left to tell.

@@ -6,9 +6,10 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 
 use serde_json::json;
 
-use crate::bench::NoiseModel;
+use crate::bench::EmulatedSetup;
 use crate::cli::args::{Global, ModelArgs};
 use crate::cli::data::{Chosen, choose};
+use crate::cli::emulated::Emulation;
 use crate::cli::failure::{CliError, Failure};
 use crate::cli::outcome::Outcome;
 use crate::cli::progress::progress;
@@ -20,8 +21,8 @@ use crate::report::TextTable;
 use crate::source_text::SourceText;
 use crate::test_point::{Direction, PoseId};
 
+use super::hand::PHASES;
 use super::rehearsal::{Rehearsal, Rehearsed};
-use super::{PHASES, Practice};
 
 /// Arguments of `session faults`.
 #[derive(Debug, clap::Args)]
@@ -66,11 +67,26 @@ const fn case(name: &'static str, entry: &'static str) -> Case {
 
 /// Every fault, on one gauge or the other.
 const CASES: [Case; 22] = [
-    case("partial packets", "gauge = \"force\"\nwhat = \"partial-packet\"\nby_s = 0.05\nfor_s = 1.0"),
-    case("cut packets", "gauge = \"displacement\"\nwhat = \"cut-packet\"\nfor_packets = 3"),
-    case("merged packets", "gauge = \"force\"\nwhat = \"merged-packets\"\npackets = 3\nfor_s = 1.0"),
-    case("garbage", "gauge = \"displacement\"\nwhat = \"garbage\"\nfor_packets = 5"),
-    case("NUL before a packet", "gauge = \"displacement\"\nwhat = \"nul\"\nfor_packets = 5"),
+    case(
+        "partial packets",
+        "gauge = \"force\"\nwhat = \"partial-packet\"\nby_s = 0.2\nfor_s = 4.0",
+    ),
+    case(
+        "cut packets",
+        "gauge = \"displacement\"\nwhat = \"cut-packet\"\nfor_packets = 3",
+    ),
+    case(
+        "merged packets",
+        "gauge = \"force\"\nwhat = \"merged-packets\"\npackets = 3\nfor_s = 4.0",
+    ),
+    case(
+        "garbage",
+        "gauge = \"displacement\"\nwhat = \"garbage\"\nfor_packets = 5",
+    ),
+    case(
+        "NUL before a packet",
+        "gauge = \"displacement\"\nwhat = \"nul\"\nfor_packets = 5",
+    ),
     Case {
         name: "unit switched, force",
         entry: "gauge = \"force\"\nwhat = \"unit\"\nunit = \"lbF\"",
@@ -81,28 +97,67 @@ const CASES: [Case; 22] = [
         entry: "gauge = \"displacement\"\nwhat = \"unit\"\nunit = \"inch\"",
         mend: "displacement unit unit=mm",
     },
-    case("sign inverted, force", "gauge = \"force\"\nwhat = \"sign-inverted\"\nfor_s = 2.0"),
-    case("sign inverted, displacement", "gauge = \"displacement\"\nwhat = \"sign-inverted\"\nfor_s = 2.0"),
-    case("peak mode", "gauge = \"force\"\nwhat = \"peak-mode\"\nfor_s = 2.0"),
-    case("hold", "gauge = \"displacement\"\nwhat = \"hold\"\nfor_s = 2.0"),
-    case("overload", "gauge = \"force\"\nwhat = \"overload\"\nfor_s = 1.5"),
-    case("low battery", "gauge = \"force\"\nwhat = \"low-battery\"\nfor_s = 1.5"),
-    case("frozen value, force", "gauge = \"force\"\nwhat = \"frozen\"\nfor_s = 2.0"),
-    case("frozen value, displacement", "gauge = \"displacement\"\nwhat = \"frozen\"\nfor_s = 2.0"),
-    case("echo", "gauge = \"displacement\"\nwhat = \"echo\"\nfor_s = 1.5"),
-    case("late reply", "gauge = \"force\"\nwhat = \"late-reply\"\nby_s = 1.2\nfor_packets = 2"),
-    case("silence", "gauge = \"displacement\"\nwhat = \"silence\"\nfor_s = 2.0"),
-    case("key at the gauge", "gauge = \"displacement\"\nwhat = \"data-key\""),
-    case("unplugged", "gauge = \"displacement\"\nwhat = \"unplug\"\nfor_s = 0.7"),
+    case(
+        "sign inverted, force",
+        "gauge = \"force\"\nwhat = \"sign-inverted\"\nfor_s = 8.0",
+    ),
+    case(
+        "sign inverted, displacement",
+        "gauge = \"displacement\"\nwhat = \"sign-inverted\"\nfor_s = 8.0",
+    ),
+    case(
+        "peak mode",
+        "gauge = \"force\"\nwhat = \"peak-mode\"\nfor_s = 8.0",
+    ),
+    case(
+        "hold",
+        "gauge = \"displacement\"\nwhat = \"hold\"\nfor_s = 8.0",
+    ),
+    case(
+        "overload",
+        "gauge = \"force\"\nwhat = \"overload\"\nfor_s = 6.0",
+    ),
+    case(
+        "low battery",
+        "gauge = \"force\"\nwhat = \"low-battery\"\nfor_s = 6.0",
+    ),
+    case(
+        "frozen value, force",
+        "gauge = \"force\"\nwhat = \"frozen\"\nfor_s = 8.0",
+    ),
+    case(
+        "frozen value, displacement",
+        "gauge = \"displacement\"\nwhat = \"frozen\"\nfor_s = 8.0",
+    ),
+    case(
+        "echo",
+        "gauge = \"displacement\"\nwhat = \"echo\"\nfor_s = 6.0",
+    ),
+    case(
+        "late reply",
+        "gauge = \"force\"\nwhat = \"late-reply\"\nby_s = 5.0\nfor_packets = 2",
+    ),
+    case(
+        "silence",
+        "gauge = \"displacement\"\nwhat = \"silence\"\nfor_s = 8.0",
+    ),
+    case(
+        "key at the gauge",
+        "gauge = \"displacement\"\nwhat = \"data-key\"",
+    ),
+    case(
+        "unplugged",
+        "gauge = \"displacement\"\nwhat = \"unplug\"\nfor_s = 3.0",
+    ),
     Case {
         name: "adapters swapped",
-        entry: "what = \"swap\"\nfor_s = 0.3",
-        mend: "both swap for_s=0.3",
+        entry: "what = \"swap\"\nfor_s = 1.2",
+        mend: "both swap for_s=1.2",
     },
-    case("machine suspended", "what = \"suspend\"\nfor_s = 1.5"),
+    case("machine suspended", "what = \"suspend\"\nfor_s = 6.0"),
 ];
 
-/// How much faster than real a rehearsal is; its lines are real.
+/// How much faster than real a rehearsal is, its lines too; times in the scripts are of the line.
 const SPEED: f64 = 4.0;
 
 /// Largest difference of an accepted reading from the one without a fault: what a settled reading may move by, and two steps of the force gauge.
@@ -143,7 +198,10 @@ struct Trial {
 pub(in crate::cli) fn run(args: &FaultsArgs, global: &Global) -> Result<Outcome, Failure> {
     let cases = chosen_of(&args.faults, CASES.iter().map(|case| case.name), "--fault")?;
     let phases = chosen_of(&args.phases, phases(), "--phase")?;
-    let phases: Vec<&str> = phases.into_iter().filter_map(|at| self::phases().nth(at)).collect();
+    let phases: Vec<&str> = phases
+        .into_iter()
+        .filter_map(|at| self::phases().nth(at))
+        .collect();
     let model = ModelArgs {
         robot: Some("hp-robot".to_owned()),
         mechanism: Some("A".to_owned()),
@@ -165,7 +223,9 @@ pub(in crate::cli) fn run(args: &FaultsArgs, global: &Global) -> Result<Outcome,
             scope.spawn(|| {
                 while let Some(trial) = trials.get(next.fetch_add(1, Ordering::Relaxed)) {
                     let rehearsed = rehearse(args, &chosen, trial.phase == "release", Some(trial));
-                    let mut done = done.lock().unwrap_or_else(std::sync::PoisonError::into_inner);
+                    let mut done = done
+                        .lock()
+                        .unwrap_or_else(std::sync::PoisonError::into_inner);
                     done.push((trial, rehearsed));
                     bar.inc(1);
                 }
@@ -199,7 +259,9 @@ fn chosen_of<'a>(
     }
     let mut places = Vec::new();
     for name in given {
-        let matching: Vec<usize> = (0..known.len()).filter(|&at| known[at].contains(name.as_str())).collect();
+        let matching: Vec<usize> = (0..known.len())
+            .filter(|&at| known[at].contains(name.as_str()))
+            .collect();
         if matching.is_empty() {
             return Err(CliError::Argument {
                 argument: format!("{argument} {name}"),
@@ -222,8 +284,16 @@ fn procedure(at_load: bool) -> Procedure {
         loads_n: vec![0.0, -20.0, -40.0],
         unloading: !at_load,
         repeats: 2,
-        repeat_order: if at_load { RepeatOrder::AtLoad } else { RepeatOrder::Sweep },
-        zero: if at_load { ZeroScope::Cell } else { ZeroScope::Run },
+        repeat_order: if at_load {
+            RepeatOrder::AtLoad
+        } else {
+            RepeatOrder::Sweep
+        },
+        zero: if at_load {
+            ZeroScope::Cell
+        } else {
+            ZeroScope::Run
+        },
         holds_s,
         settle: Settle {
             dwell_s: 1.5,
@@ -245,17 +315,18 @@ fn rehearse(
     };
     let procedure = procedure(at_load);
     Rehearsal {
-        practice: Practice {
-            robot: &chosen.robot,
-            physics: &chosen.physics,
-            factors: &chosen.factors,
+        emulation: Emulation {
+            chosen,
             procedure: &procedure,
-            gauges: [&args.force_instrument, &args.displacement_instrument],
-            noise: NoiseModel::default(),
-            seed: args.seed,
-            clock: Clock::starting_at(0.0, SPEED),
-            line: Clock::default(),
+            force: &args.force_instrument,
+            displacement: &args.displacement_instrument,
+            setup: EmulatedSetup {
+                seed: args.seed,
+                ..EmulatedSetup::default()
+            },
+            session: Clock::starting_at(0.0, SPEED),
             faults,
+            links: None,
         },
         mend,
     }
@@ -279,7 +350,10 @@ fn script(case: &Case, phase: &str) -> Result<(FaultScript, Vec<ScriptedFault>),
 /// Compares what was accepted with what the same bench gives without a fault.
 fn effect(rehearsed: &Rehearsed, truth: &Rehearsed) -> Effect {
     let differs = |reading: &Reading| {
-        let same = truth.readings.iter().find(|other| same_place(other, reading));
+        let same = truth
+            .readings
+            .iter()
+            .find(|other| same_place(other, reading));
         same.is_none_or(|same| {
             (same.force_n - reading.force_n).abs() > SAME_N
                 || (same.displacement_m - reading.displacement_m).abs() > SAME_M
@@ -337,7 +411,12 @@ fn report(cases: &[usize], phases: &[&str], results: &[(&Trial, Effect, Rehearse
             let _ = writeln!(text, "    {line}");
         }
     }
-    let count = |wanted: Effect| results.iter().filter(|(_, effect, _)| *effect == wanted).count();
+    let count = |wanted: Effect| {
+        results
+            .iter()
+            .filter(|(_, effect, _)| *effect == wanted)
+            .count()
+    };
     let [survived, resumed, stuck, wrong] = [
         Effect::Survived,
         Effect::Resumed,

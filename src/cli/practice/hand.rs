@@ -2,8 +2,7 @@
 
 use std::time::Duration;
 
-use crate::bench::EmulatedBench;
-use crate::instrument::emulator::PtyHost;
+use crate::cli::emulated::Hand;
 use crate::session::{Bell, Operator, OperatorEvent, Prompt, Purpose, Task, View};
 use crate::test_point::{Direction, PoseId};
 
@@ -13,8 +12,7 @@ use crate::test_point::{Direction, PoseId};
 pub(in crate::cli) struct HelpingHand<'a> {
     /// Who looks at the screen and answers.
     operator: &'a mut dyn Operator,
-    bench: &'a EmulatedBench,
-    host: &'a PtyHost,
+    hand: &'a Hand,
     done: Option<Deed>,
     phase: &'static str,
 }
@@ -38,15 +36,10 @@ enum Deed {
 
 impl<'a> HelpingHand<'a> {
     /// A hand on a bench.
-    pub(in crate::cli) fn new(
-        operator: &'a mut dyn Operator,
-        bench: &'a EmulatedBench,
-        host: &'a PtyHost,
-    ) -> Self {
+    pub(in crate::cli) fn new(operator: &'a mut dyn Operator, hand: &'a Hand) -> Self {
         Self {
             operator,
-            bench,
-            host,
+            hand,
             done: None,
             phase: "",
         }
@@ -56,7 +49,7 @@ impl<'a> HelpingHand<'a> {
     fn tell_phase(&mut self, view: &View) {
         let phase = phase(view);
         if std::mem::replace(&mut self.phase, phase) != phase {
-            self.host.phase(phase);
+            self.hand.phase(phase);
         }
     }
 
@@ -67,25 +60,24 @@ impl<'a> HelpingHand<'a> {
         }
         match &deed {
             Deed::SetUp(pose, direction) => {
-                let moved = self.bench.set_pose(pose);
-                let moved = moved.and_then(|()| self.bench.set_direction(*direction));
+                let moved = self.hand.set_pose(pose);
+                let moved = moved.and_then(|()| self.hand.set_direction(*direction));
                 if let Err(error) = moved {
                     self.operator
-                        .say(&format!("the emulated bench stays: {error}"));
+                        .say(&format!("the emulated bench stays: {}", error.message()));
                 }
             }
-            Deed::LetGo => self.bench.let_go(),
-            Deed::Push(force_n) => self.bench.push_by_hand(*force_n),
-            Deed::Free(repeat) => self.bench.begin_run(*repeat),
-            Deed::Preload => self.bench.preload(),
+            Deed::LetGo => self.hand.let_go(),
+            Deed::Push(force_n) => self.hand.push(*force_n),
+            Deed::Free(repeat) => self.hand.begin_run(*repeat),
+            Deed::Preload => self.hand.preload(),
             Deed::Load {
                 target_n,
                 step,
                 repeat,
                 ..
             } => {
-                self.host.reading();
-                self.bench.apply(*target_n, *step, *repeat);
+                self.hand.apply(*target_n, Some((*step, *repeat)));
             }
         }
         self.done = Some(deed);

@@ -3,6 +3,7 @@
 use std::collections::BTreeSet;
 use std::time::{Duration, Instant};
 
+use crate::cli::emulated::{Emulation, Hand};
 use crate::cli::failure::Failure;
 use crate::clock::Clock;
 use crate::instrument::description::SignMeaning;
@@ -18,7 +19,7 @@ use crate::session::{
     Resumed, RunError, SessionPlan, SessionState, Settings, Started, View, run,
 };
 
-use super::{HelpingHand, Practice, PracticeBench};
+use super::{HelpingHand, unit_in_use};
 
 /// Real time after which a session that gets nowhere is ended, so that the fault can be mended.
 const PATIENCE: Duration = Duration::from_secs(8);
@@ -40,8 +41,8 @@ pub(super) struct Rehearsed {
 
 /// A session to be rehearsed.
 pub(super) struct Rehearsal<'a> {
-    /// The bench; its faults and clocks are set here.
-    pub(super) practice: Practice<'a>,
+    /// The bench.
+    pub(super) emulation: Emulation<'a>,
     /// What somebody does at the bench once the session cannot go on by itself.
     pub(super) mend: Vec<ScriptedFault>,
 }
@@ -49,16 +50,16 @@ pub(super) struct Rehearsal<'a> {
 impl Rehearsal<'_> {
     /// Runs the session to its end, taking it up again as an operator would.
     pub(super) fn run(self) -> Result<Rehearsed, Failure> {
-        let (clock, procedure) = (self.practice.clock, self.practice.procedure.clone());
-        let gauges = self.practice.gauges.map(str::to_owned);
-        let bench = PracticeBench::start(self.practice)?;
+        let (clock, procedure) = (self.emulation.session, self.emulation.procedure.clone());
+        let gauges = [self.emulation.force, self.emulation.displacement].map(str::to_owned);
+        let hand = self.emulation.start()?;
         let mut nobody = Nobody::default();
         let mut state = SessionState::default();
         let mut mend = Some(self.mend);
         let mut resumes = 0;
         loop {
             let taken = state.taken.len();
-            let (after, outcome) = one_go(&bench, &gauges, &procedure, clock, state, &mut nobody)?;
+            let (after, outcome) = one_go(&hand, &gauges, &procedure, clock, state, &mut nobody)?;
             state = after;
             if outcome == Some(Outcome::Complete) || resumes == MOST_RESUMES {
                 break;
@@ -68,7 +69,7 @@ impl Rehearsal<'_> {
             let stuck = state.taken.len() == taken || nobody.gave_up;
             if let Some(mend) = mend.take_if(|_| stuck || outcome != Some(Outcome::Complete)) {
                 for fault in mend {
-                    bench.host.fail(fault);
+                    hand.fail(fault);
                 }
             }
         }
@@ -85,14 +86,14 @@ impl Rehearsal<'_> {
 
 /// Runs from where the session stands until it ends or stops.
 fn one_go(
-    bench: &PracticeBench,
+    hand: &Hand,
     gauges: &[String; 2],
     procedure: &Procedure,
     clock: Clock,
     state: SessionState,
     nobody: &mut Nobody,
 ) -> Result<(SessionState, Option<Outcome>), Failure> {
-    let (mut live, compression_sign) = open(bench, gauges, clock)?;
+    let (mut live, compression_sign) = open(hand, gauges, clock)?;
     let plan = SessionPlan::new(procedure, &[]);
     let settings = Settings {
         compression_sign,
@@ -105,12 +106,12 @@ fn one_go(
     machine.recorded(&journal.append(first, clock.utc(), clock.now_s())?);
     nobody.until = Some(Instant::now() + PATIENCE);
     nobody.gave_up = false;
-    let mut hand = HelpingHand::new(nobody, &bench.bench, &bench.host);
+    let mut operator = HelpingHand::new(nobody, hand);
     let ended = run(
         &mut machine,
         Bench {
             gauges: &mut live,
-            operator: &mut hand,
+            operator: &mut operator,
             clock: &clock,
             journal: &mut journal,
             table: None,
@@ -130,7 +131,7 @@ fn one_go(
 
 /// Opens both gauges as a session does.
 fn open(
-    bench: &PracticeBench,
+    hand: &Hand,
     gauges: &[String; 2],
     clock: Clock,
 ) -> Result<(LiveGauges, Option<f64>), Failure> {
@@ -147,8 +148,8 @@ fn open(
         }
         live.push(LiveGauge {
             acquisition: Acquisition::surest(&description).sped_up(clock.speed()),
-            unit: super::default_unit(&description),
-            port: PortIdentity::of_path(&bench.port(channel), &[]),
+            unit: unit_in_use(&description),
+            port: PortIdentity::of_path(&hand.port(channel).to_string_lossy(), &[]),
             identity: None,
             trace: None,
             description,

@@ -1,14 +1,14 @@
-//! A gauge behind a microcontroller that answers a question mark with a line of text: value, blank, unit.
+//! A gauge behind a microcontroller that prints ten lines a second: value, blank, unit. What is no value begins with `#`.
 
 use crate::instrument::Channel;
 use crate::instrument::emulator::gauge::Maker;
 use crate::instrument::emulator::meter::{Meter, Range};
-use crate::instrument::emulator::wire::{CommandLine, Packets};
+use crate::instrument::emulator::wire::{Packets, Stream};
 
 use super::{INCH_M, MILLIMETRE_M, Make, unit};
 
 pub(super) const FORCE: Make = Make {
-    name: "generic-ascii-force",
+    name: "generic-ascii",
     range: Range {
         channel: Channel::Force,
         units: &[unit("N", 1.0, 2), unit("kN", 1000.0, 5)],
@@ -29,15 +29,17 @@ pub(super) const DISPLACEMENT: Make = Make {
     maker: || Box::new(Generic::default()),
 };
 
+const PER_SECOND: f64 = 10.0;
+
 #[derive(Debug, Default)]
 struct Generic {
-    line: CommandLine,
+    stream: Stream,
 }
 
 fn value(meter: &mut Meter) -> Vec<u8> {
     let value_si = meter.displayed_si();
     if meter.overloaded(value_si) {
-        return b"OVERLOAD\r\n".to_vec();
+        return b"# overload\r\n".to_vec();
     }
     let digits = meter.digits(value_si);
     let unit = meter.unit().name;
@@ -45,22 +47,19 @@ fn value(meter: &mut Meter) -> Vec<u8> {
 }
 
 impl Maker for Generic {
-    fn receive(&mut self, meter: &mut Meter, bytes: &[u8], _now_s: f64, out: &mut Packets) {
-        for &byte in bytes {
-            match self.line.push(byte).as_deref() {
-                Some("?") => out.push(value(meter)),
-                Some("Z") => {
-                    meter.zero();
-                    out.push(b"OK\r\n".to_vec());
-                }
-                Some(_) => out.push(b"ERROR\r\n".to_vec()),
-                None => {}
-            }
+    fn receive(&mut self, _: &mut Meter, _: &[u8], _: f64, _: &mut Packets) {}
+
+    fn tick(&mut self, meter: &mut Meter, now_s: f64, out: &mut Packets) {
+        if !self.stream.is_on() {
+            self.stream.start(PER_SECOND, now_s);
+        }
+        for _ in 0..self.stream.due(now_s) {
+            out.push(value(meter));
         }
     }
 
-    fn data_key(&mut self, meter: &mut Meter, _now_s: f64, out: &mut Packets) {
-        out.push(value(meter));
+    fn next_due_s(&self) -> Option<f64> {
+        Some(self.stream.next_due_s().unwrap_or(0.0))
     }
 }
 
@@ -70,13 +69,16 @@ mod tests {
     use crate::instrument::emulator::makers::test_bench::TestBench;
 
     #[test]
-    fn a_question_mark_is_answered_by_value_and_unit() {
+    fn it_prints_value_and_unit_unasked() {
         let mut force = TestBench::of(&FORCE);
-        assert_eq!(force.set(-12.345).ask("?\r"), "-12.35 N\r\n");
-        assert_eq!(force.ask("Z\r\n?\r\n"), "OK\r\n0.00 N\r\n");
-        assert_eq!(force.set(300.0).ask("?\r"), "OVERLOAD\r\n");
+        force.gauge.tick(0.0);
+        force.set(-12.345);
+        assert_eq!(force.gauge.tick(0.1), b"-12.35 N\r\n");
+        force.set(300.0);
+        assert_eq!(force.gauge.tick(0.2), b"# overload\r\n");
         let mut displacement = TestBench::of(&DISPLACEMENT);
-        assert_eq!(displacement.set(0.000_415).ask("?\r"), "0.415 mm\r\n");
-        assert_eq!(displacement.ask("hello\r"), "ERROR\r\n");
+        displacement.set(0.000_415).gauge.tick(0.0);
+        assert_eq!(displacement.gauge.tick(0.1), b"0.415 mm\r\n");
+        assert_eq!(displacement.ask("hello\r"), "");
     }
 }

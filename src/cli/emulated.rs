@@ -1,0 +1,240 @@
+//! A bench in software behind real ports: two emulated gauges coupled to one robot, and the hand of whoever works there.
+
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+use std::sync::atomic::{AtomicU32, Ordering};
+
+use crate::bench::{EmulatedBench, EmulatedSetup};
+use crate::clock::Clock;
+use crate::instrument::Channel;
+use crate::instrument::emulator::{
+    EmulatedGauge, FaultScript, HostOptions, Line, Panel, PtyHost, ScriptedFault, SharedTruth,
+    emulated_gauges,
+};
+use crate::procedure::Procedure;
+use crate::test_point::{Direction, PoseId};
+
+use super::data::Chosen;
+use super::failure::{CliError, Failure};
+
+/// How many times as fast as real lines the emulated ones are run at most; streams and delays of a gauge get shorter, programs do not.
+const FASTEST_LINE: f64 = 10.0;
+
+/// What is emulated.
+pub(super) struct Emulation<'a> {
+    /// Robot, mechanism, true factors, physics.
+    pub(super) chosen: &'a Chosen,
+    /// What is to be measured.
+    pub(super) procedure: &'a Procedure,
+    /// Name of the force gauge.
+    pub(super) force: &'a str,
+    /// Name of the displacement gauge.
+    pub(super) displacement: &'a str,
+    /// Noise, seed, and which way the gauges stand.
+    pub(super) setup: EmulatedSetup,
+    /// Session time.
+    pub(super) session: Clock,
+    /// What goes wrong.
+    pub(super) faults: FaultScript,
+    /// Folder for the links to the ports; one of its own if none is named.
+    pub(super) links: Option<PathBuf>,
+}
+
+/// The hand at an emulated bench; it may be used from any thread. The bench goes when it is dropped.
+pub(super) struct Hand {
+    bench: EmulatedBench,
+    host: PtyHost,
+    /// Last, so that the links go before their folder.
+    _folder: Option<LinkFolder>,
+}
+
+impl Emulation<'_> {
+    /// Starts the two gauges on the robot. Their ports are there when this returns.
+    ///
+    /// # Errors
+    /// For a gauge that is not emulated or measures the other quantity, a procedure that the robot cannot follow, or no ports.
+    pub(super) fn start(self) -> Result<Hand, Failure> {
+        let bench = EmulatedBench::new(
+            &self.chosen.robot,
+            &self.chosen.physics,
+            &self.chosen.factors,
+            self.procedure,
+            self.setup,
+            self.session,
+        )?;
+        let (of_force, of_displacement) = (bench.clone(), bench.clone());
+        let lines = vec![
+            line(
+                self.force,
+                Channel::Force,
+                Arc::new(move || of_force.force_n()),
+            )?,
+            line(
+                self.displacement,
+                Channel::Displacement,
+                Arc::new(move || of_displacement.displacement_m()),
+            )?,
+        ];
+        let own = match &self.links {
+            Some(folder) => {
+                std::fs::create_dir_all(folder).map_err(|source| not_made(folder, source))?;
+                None
+            }
+            None => Some(LinkFolder::new()?),
+        };
+        let links = self.links.or(own.as_ref().map(|own| own.0.clone()));
+        let speed = self.session.speed().clamp(1.0, FASTEST_LINE);
+        let options = HostOptions {
+            session: self.session,
+            line: Clock::starting_at(0.0, speed),
+            links,
+            faults: self.faults,
+        };
+        Ok(Hand {
+            bench,
+            host: PtyHost::start(lines, options)?,
+            _folder: own,
+        })
+    }
+}
+
+/// An emulated gauge, if it measures what it is to measure.
+fn line(name: &str, channel: Channel, truth: SharedTruth) -> Result<Line, Failure> {
+    let gauge = EmulatedGauge::new(name, truth)?;
+    if gauge.channel() == channel {
+        return Ok(Line::new(gauge));
+    }
+    let fitting = emulated_gauges().filter(|(_, of)| *of == channel);
+    let fitting: Vec<&str> = fitting.map(|(name, _)| name).collect();
+    Err(CliError::Argument {
+        argument: format!("--{channel} {name}"),
+        problem: format!("this gauge measures {}", gauge.channel()),
+        help: Some(format!("gauges of {channel} are {}", fitting.join(", "))),
+    }
+    .into())
+}
+
+impl Hand {
+    /// The port of a gauge, the same for as long as the bench is there.
+    pub(super) fn port(&self, channel: Channel) -> PathBuf {
+        self.host.port(channel).unwrap_or_default()
+    }
+
+    /// Moves the robot to a pose, nothing loaded.
+    pub(super) fn set_pose(&self, pose: &PoseId) -> Result<(), Failure> {
+        Ok(self.bench.set_pose(pose)?)
+    }
+
+    /// Moves jack and gauges to a direction, nothing loaded.
+    pub(super) fn set_direction(&self, direction: Direction) -> Result<(), Failure> {
+        Ok(self.bench.set_direction(direction)?)
+    }
+
+    /// Makes ready for a run, before its zero is set.
+    pub(super) fn begin_run(&self, repeat: u32) {
+        self.bench.begin_run(repeat);
+    }
+
+    /// Presses on with the preload.
+    pub(super) fn preload(&self) {
+        self.bench.preload();
+    }
+
+    /// Turns the jack to a load; `which` is its step and repeat, the first of that size if none is given.
+    pub(super) fn apply(&self, target_n: f64, which: Option<(u32, u32)>) {
+        self.host.reading();
+        match which {
+            Some((step, repeat)) => self.bench.apply(target_n, step, repeat),
+            None => self.bench.apply_any(target_n),
+        }
+    }
+
+    /// Takes the load off.
+    pub(super) fn release(&self) {
+        self.bench.release();
+    }
+
+    /// Presses the zero key of a gauge.
+    pub(super) fn zero(&self, channel: Channel) -> Result<(), Failure> {
+        self.press(channel, &Panel::Zero)
+    }
+
+    /// Does something at a gauge.
+    pub(super) fn press(&self, channel: Channel, panel: &Panel) -> Result<(), Failure> {
+        Ok(self.host.press(channel, panel)?)
+    }
+
+    /// Pushes on the force gauge and the robot behind it, firmly, along the axis or against it as the force that was asked for, until
+    /// [`Hand::let_go`].
+    pub(super) fn push(&self, force_n: f64) {
+        self.bench.push_by_hand(force_n);
+    }
+
+    /// Pushes a gauge or the robot at it by hand, along the axis (`sign` above zero) or against it, until [`Hand::let_go`].
+    pub(super) fn push_by_hand(&self, channel: Channel, sign: f64) {
+        match channel {
+            Channel::Force => self.bench.push_force_gauge(sign),
+            Channel::Displacement => self.bench.push_end(sign),
+        }
+    }
+
+    /// Lets go.
+    pub(super) fn let_go(&self) {
+        self.bench.let_go();
+    }
+
+    /// A phase of the session begins, for faults that wait for it.
+    pub(super) fn phase(&self, name: &str) {
+        self.host.phase(name);
+    }
+
+    /// Adds a fault.
+    pub(super) fn fail(&self, fault: ScriptedFault) {
+        self.host.fail(fault);
+    }
+
+    /// Whether jack and robot are at rest.
+    pub(super) fn is_at_rest(&self) -> bool {
+        self.bench.is_at_rest()
+    }
+
+    /// What acts on the gauges now: N, and m from where the tip of the displacement gauge would hang free.
+    pub(super) fn truth(&self) -> (f64, f64) {
+        (self.bench.force_n(), self.bench.displacement_m())
+    }
+
+    /// Packets that a gauge has sent.
+    pub(super) fn packets_sent(&self, channel: Channel) -> u64 {
+        self.host.packets_sent(channel)
+    }
+}
+
+/// A folder for links among the system's temporary ones, removed when it is dropped.
+struct LinkFolder(PathBuf);
+
+impl LinkFolder {
+    fn new() -> Result<Self, Failure> {
+        static NUMBER: AtomicU32 = AtomicU32::new(0);
+        let number = NUMBER.fetch_add(1, Ordering::SeqCst);
+        let name = format!("stiffbench-{}-{number}", std::process::id());
+        let folder = std::env::temp_dir().join(name);
+        // What is left of a process of the same number that was killed.
+        let _ = std::fs::remove_dir_all(&folder);
+        std::fs::create_dir(&folder).map_err(|source| not_made(&folder, source))?;
+        Ok(Self(folder))
+    }
+}
+
+impl Drop for LinkFolder {
+    fn drop(&mut self) {
+        // A temporary folder that stays behind harms nobody.
+        let _ = std::fs::remove_dir_all(&self.0);
+    }
+}
+
+fn not_made(folder: &Path, source: std::io::Error) -> CliError {
+    CliError::Write {
+        path: folder.to_owned(),
+        source,
+    }
+}
