@@ -15,6 +15,7 @@ use super::ports::PortsArgs;
 use super::procedure::ProcedureArgs;
 use super::prove_args::ProveArgs;
 use super::trace::TraceArgs;
+use super::session::SessionArgs;
 
 /// From two gauges on a robot bench to a stiffness model that can be trusted.
 #[derive(Debug, Parser)]
@@ -85,6 +86,8 @@ pub(super) enum Command {
     /// A bench in software behind ports: two emulated gauges on one robot, for practice and for other programs
     #[cfg(unix)]
     Emulate(EmulateArgs),
+    /// Guided sessions at a bench: plan, run, resume, status, verify, recover, log
+    Session(SessionArgs),
     /// The difference of two sessions with its uncertainty
     Compare(CompareArgs),
     /// What the model leaves out: where model and readings differ, which physics is missing, how large, how sure

@@ -32,6 +32,7 @@ mod prove;
 mod prove_args;
 mod robot;
 mod screen;
+mod session;
 mod significance;
 mod simulate;
 mod specimen_args;
@@ -75,6 +76,7 @@ fn run(cli: Cli) -> Result<Outcome, Failure> {
         Command::Simulate(args) => simulate::run(&args),
         #[cfg(unix)]
         Command::Emulate(args) => emulate::run(&args, global),
+        Command::Session(args) => session::run(args, global),
         Command::Compare(args) => compare::run(&args, global),
         Command::Diagnose(args) => diagnose::run(&args, global),
         Command::Paper(args) => paper::run(&args),

@@ -23,13 +23,10 @@ pub(super) struct Outcome {
     pub(super) warnings: Vec<String>,
     /// Exit code under `--strict`; 0 otherwise.
     pub(super) strict_exit: u8,
-<<<<<<< ours
-    /// Whether all this has been printed already.
-    printed: bool,
-=======
     /// Exit code in any case: what was printed is whole, and says that something is not.
     pub(super) exit: u8,
->>>>>>> theirs
+    /// Whether all this has been printed already.
+    printed: bool,
 }
 
 impl Outcome {
@@ -55,7 +52,6 @@ impl Outcome {
         self
     }
 
-<<<<<<< ours
     /// Prints the result now, of a command that goes on; at its end nothing more is printed.
     pub(super) fn print_before_the_end(mut self, global: &Global) -> Result<Self, CliError> {
         self.write(global).map_err(|source| CliError::Write {
@@ -64,12 +60,12 @@ impl Outcome {
         })?;
         self.printed = true;
         Ok(self)
-=======
+    }
+
     /// With an exit code in any case.
     pub(super) fn with_exit(mut self, exit: u8) -> Self {
         self.exit = exit;
         self
->>>>>>> theirs
     }
 
     /// Prints the result: JSON or text on standard output, notes on standard error.

@@ -1,0 +1,159 @@
+//! The arguments of `session`.
+
+use std::path::PathBuf;
+
+use clap::{Args, Subcommand, ValueEnum};
+
+use crate::cli::args::ModelArgs;
+use crate::cli::procedure::ProcedureArgs;
+
+/// Arguments of `session`.
+#[derive(Debug, Args)]
+#[command(
+    after_help = "Examples:\n  stiffbench session plan --procedure paper\n  stiffbench session run monday --procedure sweeps --force-instrument mark10-series5 --force-port /dev/ttyUSB0 \\\n      --displacement-instrument mitutoyo-01a --displacement-port /dev/ttyUSB1\n  stiffbench session resume monday\n  stiffbench session status monday\n  stiffbench session recover monday --out monday-recovered\n\nKeys in a session: any key or a pedal takes the reading, r takes the last once more, g goes to a cell, s skips, n notes, p pauses;\nCtrl-C ends at the next safe point, a second one at once. Everything that was confirmed is on the disk."
+)]
+pub(in crate::cli) struct SessionArgs {
+    /// What to do.
+    #[command(subcommand)]
+    pub(super) what: SessionCommand,
+}
+
+/// Subcommands of `session`.
+#[derive(Debug, Subcommand)]
+pub(super) enum SessionCommand {
+    /// Every step and question of a session, how long it takes, which files it makes; no port is touched
+    Plan(PlanArgs),
+    /// Measure: make a session folder and guide the operator through the procedure
+    Run(Box<RunArgs>),
+    /// Go on with a session that was interrupted, at its first open reading
+    Resume(Box<ResumeArgs>),
+    /// Where a session stands
+    Status(FolderArgs),
+    /// Whether the journal of a session is whole
+    Verify(FolderArgs),
+    /// Keep what is good of a damaged session, in a new folder
+    Recover(RecoverArgs),
+    /// What happened in a session, line by line
+    Log(FolderArgs),
+}
+
+/// A session folder.
+#[derive(Debug, Args)]
+pub(super) struct FolderArgs {
+    /// Session folder
+    pub(super) folder: PathBuf,
+}
+
+/// Arguments of `session plan`.
+#[derive(Debug, Args)]
+pub(super) struct PlanArgs {
+    /// Which robot.
+    #[command(flatten)]
+    pub(super) model: ModelArgs,
+    /// Which procedure.
+    #[command(flatten)]
+    pub(super) procedure: ProcedureArgs,
+}
+
+/// Arguments of `session recover`.
+#[derive(Debug, Args)]
+pub(super) struct RecoverArgs {
+    /// Session folder; it is not touched
+    pub(super) folder: PathBuf,
+    /// Folder to make; must not exist
+    #[arg(long)]
+    pub(super) out: PathBuf,
+}
+
+/// Arguments of `session run`.
+#[derive(Debug, Args)]
+pub(super) struct RunArgs {
+    /// Session folder to make; must not exist
+    pub(super) out: PathBuf,
+    /// Which robot.
+    #[command(flatten)]
+    pub(super) model: ModelArgs,
+    /// Which procedure.
+    #[command(flatten)]
+    pub(super) procedure: ProcedureArgs,
+    /// What it is measured with.
+    #[command(flatten)]
+    pub(super) bench: BenchArgs,
+    /// Instrument records: a file with [instruments.force] and [instruments.displacement] as in session.toml
+    #[arg(long, value_name = "FILE", help_heading = "Record")]
+    pub(super) instruments: Option<PathBuf>,
+    /// Who measures
+    #[arg(long, help_heading = "Record")]
+    pub(super) operator: Option<String>,
+    /// Where
+    #[arg(long, help_heading = "Record")]
+    pub(super) place: Option<String>,
+}
+
+/// Arguments of `session resume`.
+#[derive(Debug, Args)]
+pub(super) struct ResumeArgs {
+    /// Session folder
+    pub(super) folder: PathBuf,
+    /// What it is measured with; what is left out is as it was when the session began.
+    #[command(flatten)]
+    pub(super) bench: BenchArgs,
+}
+
+/// What a session is measured with, and how it asks.
+#[derive(Debug, Clone, Default, Args)]
+#[command(next_help_heading = "Bench")]
+pub(super) struct BenchArgs {
+    /// Description of the force gauge: a name or a file [default: the one bound by stiffbench ports]
+    #[arg(long, value_name = "NAME|FILE")]
+    pub(super) force_instrument: Option<String>,
+    /// Port of the force gauge
+    #[arg(long, value_name = "PORT")]
+    pub(super) force_port: Option<String>,
+    /// Unit that the force gauge is set to, where it does not send one
+    #[arg(long, value_name = "UNIT")]
+    pub(super) force_unit: Option<String>,
+    /// Description of the displacement gauge: a name or a file
+    #[arg(long, value_name = "NAME|FILE")]
+    pub(super) displacement_instrument: Option<String>,
+    /// Port of the displacement gauge
+    #[arg(long, value_name = "PORT")]
+    pub(super) displacement_port: Option<String>,
+    /// Unit that the displacement gauge is set to, where it does not send one
+    #[arg(long, value_name = "UNIT")]
+    pub(super) displacement_unit: Option<String>,
+    /// Which gauge is on which adapter, as stiffbench ports --wait writes it
+    #[arg(long, value_name = "FILE")]
+    pub(super) bindings: Option<PathBuf>,
+    /// Folder with further instrument descriptions, instruments/NAME.toml
+    #[arg(long, value_name = "DIR")]
+    pub(super) protocols: Option<PathBuf>,
+    /// Take descriptions that nobody has verified
+    #[arg(long)]
+    pub(super) allow_unverified: bool,
+    /// When a reading is taken
+    #[arg(long, value_enum, default_value_t = CaptureWord::Settled, help_heading = "Guiding")]
+    pub(super) capture: CaptureWord,
+    /// Answers to questions, beforehand: a TOML file
+    #[arg(long, value_name = "FILE", help_heading = "Guiding")]
+    pub(super) answers: Option<PathBuf>,
+    /// Answer to a question, beforehand; more than once for more
+    #[arg(long = "answer", value_name = "ID=VALUE", help_heading = "Guiding")]
+    pub(super) answer: Vec<String>,
+    /// Never wait for an answer: a question without one ends the session
+    #[arg(long, help_heading = "Guiding")]
+    pub(super) no_input: bool,
+    /// Plain lines instead of the full-screen view
+    #[arg(long, help_heading = "Guiding")]
+    pub(super) line: bool,
+}
+
+/// When a reading is taken.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, ValueEnum)]
+pub(super) enum CaptureWord {
+    /// As soon as everything has settled
+    #[default]
+    Settled,
+    /// When a key or pedal is pressed
+    Key,
+}

@@ -1,0 +1,297 @@
+//! `session run` and `session resume`.
+
+use std::path::Path;
+
+use jiff::{Timestamp, tz::TimeZone};
+use serde_json::json;
+
+use crate::cli::args::Global;
+use crate::cli::data::{choose, sha256};
+use crate::cli::failure::{CliError, Failure};
+use crate::cli::figure_files::write;
+use crate::cli::outcome::Outcome as Printed;
+use crate::cli::procedure::choose_procedure;
+use crate::clock::Clock;
+use crate::readings::{InstrumentRecord, Instruments, SessionHeader};
+use crate::session::{
+    Answers, Bench, Event, Journal, JournalFile, KeptAwake, Machine, Operator, Outcome, Resumed,
+    SessionFolder, SessionPlan, SessionState, Settings, Started, Warning, host, read_folder,
+    run as run_session,
+};
+
+use super::args::{BenchArgs, CaptureWord, ResumeArgs, RunArgs};
+use super::gauges::{ChosenGauge, Connected, choose_gauges, connect};
+use super::line::LineOperator;
+use super::operator::AtBench;
+use super::prepare::{answers, calibration_warnings, gauge_terms, instrument_records, plan_of};
+
+/// Program and version.
+const SOFTWARE: &str = concat!("stiffbench ", env!("CARGO_PKG_VERSION"));
+
+/// Exit code of a session that was interrupted and can be resumed.
+const INTERRUPTED: u8 = 130;
+
+/// A session that is about to run.
+struct Ready {
+    folder: SessionFolder,
+    journal: Journal<JournalFile>,
+    state: SessionState,
+    plan: SessionPlan,
+    instruments: Instruments,
+    first: Event,
+    chosen: Vec<ChosenGauge>,
+    answers: Answers,
+    warnings: Vec<String>,
+}
+
+/// Makes a session and runs it.
+pub(super) fn run(args: &RunArgs, global: &Global) -> Result<Printed, Failure> {
+    let robot = choose(&args.model, None)?;
+    let (mut procedure, mut warnings) = choose_procedure(&args.procedure)?;
+    warnings.extend(robot.warnings.iter().cloned());
+    // The poses are frozen with the procedure.
+    let named = robot.robot.poses.iter();
+    let poses = procedure
+        .poses
+        .get_or_insert_with(|| named.map(|named| named.id.clone()).collect());
+    for pose in poses.iter() {
+        robot.robot.pose(pose)?;
+    }
+    let plan = SessionPlan::new(&procedure, &[]);
+    let (mut instruments, notes) = instrument_records(args.instruments.as_deref())?;
+    warnings.extend(notes);
+    let (chosen, notes) = choose_gauges(&args.bench, [None, None], &SessionState::default())?;
+    warnings.extend(notes);
+    name_models(&mut instruments, &chosen);
+    warnings.extend(overdue(&instruments, global)?);
+    let answers = answers(&args.bench)?;
+    let now = Timestamp::now();
+    let id = session_id(&args.out, now);
+    let header = SessionHeader {
+        id: Some(id.clone()),
+        robot: Some("robot.toml".to_owned()),
+        robot_sha256: Some(sha256(&robot.source.text)),
+        mechanism: Some(robot.mechanism.clone()),
+        factors: robot
+            .robot
+            .factors
+            .contains_key(&robot.factors_name)
+            .then(|| robot.factors_name.clone()),
+        operator: args.operator.clone(),
+        place: args.place.clone(),
+        software: Some(SOFTWARE.to_owned()),
+        procedure: Some(procedure.to_record()),
+        instruments: instruments.clone(),
+        ..SessionHeader::default()
+    };
+    let (folder, journal) = SessionFolder::create(&args.out, &header.to_toml(), now)?;
+    write(&args.out.join("robot.toml"), robot.source.text.as_bytes())?;
+    let first = Event::Started(Started {
+        session: id,
+        procedure: procedure.name.clone(),
+        procedure_sha256: sha256(&procedure.to_toml()),
+        software: SOFTWARE.to_owned(),
+        pid: std::process::id(),
+        host: host(),
+    });
+    let ready = Ready {
+        folder,
+        journal,
+        state: SessionState::default(),
+        plan,
+        instruments,
+        first,
+        chosen,
+        answers,
+        warnings,
+    };
+    drive(ready, &args.bench, global)
+}
+
+/// Goes on with a session.
+pub(super) fn resume(args: &ResumeArgs, global: &Global) -> Result<Printed, Failure> {
+    // A damaged or foreign folder is refused before anything is opened.
+    let (plan, header, hash) = plan_of(&read_folder(&args.folder)?)?;
+    let now = Timestamp::now();
+    let (folder, journal, read, cut_bytes) = SessionFolder::open(&args.folder, now)?;
+    let state = SessionState::fold(&read.records);
+    let began_with = state
+        .started
+        .as_ref()
+        .map(|started| started.procedure_sha256.as_str());
+    if began_with.is_some_and(|began_with| began_with != hash) {
+        return Err(CliError::Argument {
+            argument: args.folder.display().to_string(),
+            problem: "the procedure in session.toml is not the one that the session began with"
+                .to_owned(),
+            help: Some(
+                "put session.toml back as it was; the journal holds the SHA-256 of its procedure"
+                    .to_owned(),
+            ),
+        }
+        .into());
+    }
+    let mut warnings = Vec::new();
+    if cut_bytes > 0 {
+        warnings.push(format!(
+            "{cut_bytes} bytes of a record that was never confirmed were cut off the journal"
+        ));
+    }
+    let records = [&header.instruments.force, &header.instruments.displacement];
+    let models = records.map(|record| record.as_ref().and_then(|record| record.model.as_deref()));
+    let (chosen, notes) = choose_gauges(&args.bench, models, &state)?;
+    warnings.extend(notes);
+    warnings.extend(overdue(&header.instruments, global)?);
+    let first = if state.started.is_some() {
+        Event::Resumed(Resumed {
+            software: SOFTWARE.to_owned(),
+            pid: std::process::id(),
+            host: host(),
+            cut_bytes,
+        })
+    } else {
+        // It stopped before its first event was on the disk.
+        Event::Started(Started {
+            session: header.id.clone().unwrap_or_default(),
+            procedure: plan.procedure.name.clone(),
+            procedure_sha256: hash,
+            software: SOFTWARE.to_owned(),
+            pid: std::process::id(),
+            host: host(),
+        })
+    };
+    let ready = Ready {
+        folder,
+        journal,
+        state,
+        plan,
+        instruments: header.instruments,
+        first,
+        chosen,
+        answers: answers(&args.bench)?,
+        warnings,
+    };
+    drive(ready, &args.bench, global)
+}
+
+/// Runs what is ready, and says how it went.
+fn drive(ready: Ready, args: &BenchArgs, global: &Global) -> Result<Printed, Failure> {
+    let Ready {
+        folder,
+        mut journal,
+        state,
+        plan,
+        instruments,
+        first,
+        chosen,
+        answers,
+        mut warnings,
+    } = ready;
+    let clock = Clock::starting_at(state.last_s, 1.0);
+    let Connected {
+        mut gauges,
+        names,
+        compression_sign,
+        warnings: notes,
+    } = connect(chosen, &folder.raw()?, clock)?;
+    warnings.extend(notes);
+    let awake = KeptAwake::start();
+    warnings.extend(awake.as_ref().err().cloned());
+    let settings = Settings {
+        auto_capture: args.capture == CaptureWord::Settled,
+        compression_sign,
+        gauges: gauge_terms(&instruments)?,
+        warnings: warnings.clone(),
+        names,
+        ..Settings::default()
+    };
+    let planned = plan.len();
+    let mut machine = Machine::new(plan, settings, state);
+    let today = Timestamp::now().to_zoned(TimeZone::UTC).date();
+    let calibration = calibration_warnings(&instruments, today).into_iter();
+    let calibration = calibration.map(|text| Event::CalibrationWarning(Warning { text }));
+    for event in [first].into_iter().chain(calibration) {
+        let record = journal.append(event, clock.utc(), clock.now_s())?;
+        machine.recorded(&record);
+    }
+    let table = folder.table();
+    let mut operator = AtBench::new(operator(global));
+    let ended = run_session(
+        &mut machine,
+        Bench {
+            gauges: gauges.as_mut(),
+            operator: &mut operator,
+            clock: &clock,
+            journal: &mut journal,
+            table: Some(&table),
+            answers: &answers,
+        },
+    );
+    // The terminal is put back and the ports are closed before anything else is said.
+    drop(operator);
+    drop(gauges);
+    drop(awake);
+    let outcome = ended?;
+    table.rewrite(machine.state())?;
+    Ok(report(folder.path(), outcome, machine.state(), planned).with_warnings(warnings))
+}
+
+/// Whoever is there.
+fn operator(global: &Global) -> Box<dyn Operator> {
+    Box::new(LineOperator::new(global.quiet))
+}
+
+/// How it went.
+fn report(folder: &Path, outcome: Outcome, state: &SessionState, planned: usize) -> Printed {
+    let (accepted, skipped) = (state.taken.len(), state.skipped.len());
+    let (word, next, exit) = match outcome {
+        Outcome::Complete => ("complete", "stiffness", 0),
+        Outcome::Partial => ("partial", "session resume", INTERRUPTED),
+        Outcome::Aborted => ("aborted", "session resume", INTERRUPTED),
+    };
+    let text = format!(
+        "{}: {word}, {accepted} of {planned} readings, {skipped} skipped\nNext: stiffbench {next} {}\n",
+        folder.display(),
+        folder.display()
+    );
+    let data = json!({
+        "folder": folder,
+        "outcome": word,
+        "planned": planned,
+        "accepted": accepted,
+        "skipped": skipped,
+        "superseded": state.readings.len() - accepted,
+    });
+    Printed::new("session-run", text, data).with_exit(exit)
+}
+
+/// The records name the descriptions that the gauges are read by.
+fn name_models(instruments: &mut Instruments, chosen: &[ChosenGauge]) {
+    for (record, gauge) in [&mut instruments.force, &mut instruments.displacement]
+        .into_iter()
+        .zip(chosen)
+    {
+        let record = record.get_or_insert_with(InstrumentRecord::default);
+        record.model = Some(gauge.description.name.clone());
+    }
+}
+
+/// Warns of overdue calibration, or refuses under `--strict`.
+fn overdue(instruments: &Instruments, global: &Global) -> Result<Vec<String>, CliError> {
+    let today = Timestamp::now().to_zoned(TimeZone::UTC).date();
+    let warnings = calibration_warnings(instruments, today);
+    if global.strict && !warnings.is_empty() {
+        return Err(CliError::CalibrationOverdue {
+            instruments: warnings.join("; "),
+        });
+    }
+    Ok(warnings)
+}
+
+/// Name of the folder and day.
+fn session_id(folder: &Path, now: Timestamp) -> String {
+    let name = folder
+        .file_name()
+        .map_or("session".into(), |name| name.to_string_lossy());
+    format!("{name}-{}", now.strftime("%Y%m%dT%H%M%SZ"))
+}

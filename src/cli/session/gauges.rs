@@ -1,0 +1,227 @@
+//! The gauges that a session is measured with, from arguments, bindings, and what the session knows of them.
+
+use std::fs::File;
+use std::io::BufWriter;
+use std::path::{Path, PathBuf};
+
+use crate::cli::failure::{CliError, Failure};
+use crate::cli::outcome::print_error;
+use crate::clock::Clock;
+use crate::instrument::description::SignMeaning;
+use crate::instrument::driver::Acquisition;
+use crate::instrument::live::{LiveGauge, LiveGauges, Persistence};
+use crate::instrument::port::{Binding, Bindings, Patience, PortIdentity, list_ports};
+use crate::instrument::trace::{Header, Sink, TraceSink, TraceWriter};
+use crate::instrument::{Channel, Gauges, InstrumentDescription, shipped_instrument};
+use crate::session::SessionState;
+use crate::source_text::SourceText;
+
+use super::args::BenchArgs;
+use super::prepare::read_text;
+
+/// Gauges that are being read, and what is known of them.
+pub(super) struct Connected {
+    pub(super) gauges: Box<dyn Gauges>,
+    pub(super) names: [String; 2],
+    pub(super) compression_sign: Option<f64>,
+    pub(super) warnings: Vec<String>,
+}
+
+/// Which gauge is meant, and where it is.
+pub(super) struct ChosenGauge {
+    pub(super) description: InstrumentDescription,
+    unit: Option<String>,
+    port: PortIdentity,
+    identity: Option<String>,
+}
+
+/// What is meant by the arguments, before any port is touched; and what a user should know.
+///
+/// # Arguments
+/// - `models`: names of the descriptions that the session was begun with, for resuming.
+/// - `state`: where the session stands; knows the ports of before.
+pub(super) fn choose_gauges(
+    args: &BenchArgs,
+    models: [Option<&str>; 2],
+    state: &SessionState,
+) -> Result<(Vec<ChosenGauge>, Vec<String>), Failure> {
+    let (bindings, mut warnings) = match &args.bindings {
+        Some(path) => {
+            let text = read_text(path)?;
+            Bindings::parse(&SourceText::new(path.display().to_string(), text))?
+        }
+        None => (Bindings::default(), Vec::new()),
+    };
+    let mut chosen = Vec::new();
+    for channel in Channel::ALL {
+        let bound = bindings.of(channel);
+        let known = state.instruments[channel.index()].as_ref();
+        let port = known
+            .map(|known| known.port.as_str())
+            .filter(|port| !port.is_empty());
+        let model = models[channel.index()];
+        chosen.push(choose_gauge(
+            args,
+            channel,
+            bound,
+            model,
+            port,
+            &mut warnings,
+        )?);
+    }
+    Ok((chosen, warnings))
+}
+
+fn choose_gauge(
+    args: &BenchArgs,
+    channel: Channel,
+    bound: Option<&Binding>,
+    model: Option<&str>,
+    port: Option<&str>,
+    warnings: &mut Vec<String>,
+) -> Result<ChosenGauge, Failure> {
+    let (instrument, named_port, unit) = match channel {
+        Channel::Force => (&args.force_instrument, &args.force_port, &args.force_unit),
+        Channel::Displacement => (
+            &args.displacement_instrument,
+            &args.displacement_port,
+            &args.displacement_unit,
+        ),
+    };
+    let needed = |what: &str| CliError::Argument {
+        argument: format!("--{channel}-{what}"),
+        problem: format!("which {what} the {channel} gauge has is not said"),
+        help: Some(format!(
+            "name it, or bind the gauge once with stiffbench ports --wait and give the file with --bindings; stiffbench instrument list names the descriptions, stiffbench ports the ports (--{channel}-{what})"
+        )),
+    };
+    let name = instrument
+        .as_deref()
+        .or(bound.map(|bound| bound.instrument.as_str()))
+        .or(model);
+    let name = name.ok_or_else(|| needed("instrument"))?;
+    let description = description(name, args.protocols.as_deref(), warnings)?;
+    if description.channel != channel {
+        return Err(CliError::Argument {
+            argument: format!("--{channel}-instrument {name}"),
+            problem: format!("it measures {}", description.channel),
+            help: Some("stiffbench instrument list says what each measures".to_owned()),
+        }
+        .into());
+    }
+    if description.is_unverified() {
+        if !args.allow_unverified {
+            return Err(CliError::Argument {
+                argument: format!("--{channel}-instrument {name}"),
+                problem: "nobody has verified this description against the gauge".to_owned(),
+                help: Some(
+                    "check its values against the display first, then give --allow-unverified"
+                        .to_owned(),
+                ),
+            }
+            .into());
+        }
+        warnings.push(format!("the description {name} is not verified"));
+    }
+    let ports = list_ports().unwrap_or_default();
+    let port = match (named_port, bound.and_then(Binding::port), port) {
+        (Some(path), ..) => PortIdentity::of_path(path, &ports),
+        (None, Some(port), _) => port,
+        (None, None, Some(path)) => PortIdentity::of_path(path, &ports),
+        (None, None, None) => return Err(needed("port").into()),
+    };
+    let bound_unit = bound.and_then(|bound| bound.unit.clone());
+    Ok(ChosenGauge {
+        unit: unit.clone().or(bound_unit),
+        identity: bound.and_then(|bound| bound.identity.clone()),
+        port,
+        description,
+    })
+}
+
+/// A description by name: in the user's folder, as a file, or shipped.
+fn description(
+    name: &str,
+    protocols: Option<&Path>,
+    warnings: &mut Vec<String>,
+) -> Result<InstrumentDescription, Failure> {
+    let own = protocols.map(|folder| folder.join("instruments").join(format!("{name}.toml")));
+    let file = own
+        .into_iter()
+        .chain([PathBuf::from(name)])
+        .find(|path| path.is_file());
+    let Some(path) = file else {
+        return Ok(shipped_instrument(name)?);
+    };
+    let (description, notes) =
+        InstrumentDescription::parse(&read_text(&path)?, &path.display().to_string())?;
+    warnings.extend(notes);
+    Ok(description)
+}
+
+/// Starts reading.
+pub(super) fn connect(
+    chosen: Vec<ChosenGauge>,
+    raw: &Path,
+    clock: Clock,
+) -> Result<Connected, Failure> {
+    let mut names = [String::new(), String::new()];
+    let mut compression_sign = None;
+    let mut gauges = Vec::new();
+    for gauge in chosen {
+        let description = gauge.description;
+        let channel = description.channel;
+        names[channel.index()].clone_from(&description.name);
+        if channel == Channel::Force {
+            compression_sign = match description.sign.compression {
+                SignMeaning::Positive => Some(1.0),
+                SignMeaning::Negative => Some(-1.0),
+                SignMeaning::Ask => None,
+            };
+        }
+        let header = Header {
+            instrument: Some(description.name.clone()),
+            channel: Some(channel),
+            unit: gauge.unit.clone(),
+            port: Some(gauge.port.to_string()),
+            line: None,
+            started: Some(clock.utc().to_string()),
+            speed: Some(clock.speed()),
+        };
+        gauges.push(LiveGauge {
+            acquisition: Acquisition::surest(&description),
+            trace: Some(trace(raw, channel, &header)?),
+            description,
+            unit: gauge.unit,
+            port: gauge.port,
+            identity: gauge.identity,
+        });
+    }
+    let live = LiveGauges::start(gauges, clock, Patience::default(), Persistence::default())?;
+    Ok(Connected {
+        gauges: Box::new(live),
+        names,
+        compression_sign,
+        warnings: Vec::new(),
+    })
+}
+
+/// A new trace in the folder: `force.trace`, and `force-2.trace` and so on after each interruption.
+fn trace(raw: &Path, channel: Channel, header: &Header) -> Result<Box<dyn Sink>, CliError> {
+    let mut path = raw.join(format!("{channel}.trace"));
+    let mut number = 1;
+    while path.exists() {
+        number += 1;
+        path = raw.join(format!("{channel}-{number}.trace"));
+    }
+    let begun =
+        File::create_new(&path).and_then(|file| TraceWriter::begin(BufWriter::new(file), header));
+    let writer = begun.map_err(|source| CliError::Write {
+        path: path.clone(),
+        source,
+    })?;
+    let failed = move |error| {
+        print_error(&format!("note: {} takes no more: {error}", path.display()));
+    };
+    Ok(Box::new(TraceSink::start(writer, failed)))
+}

@@ -1,0 +1,203 @@
+//! `session status` and `session log`: a session is looked at, never touched.
+
+use std::fmt::Write;
+use std::path::Path;
+
+use jiff::{Timestamp, tz::TimeZone};
+use serde_json::{Value, json};
+
+use crate::cli::failure::Failure;
+use crate::cli::outcome::Outcome;
+use crate::instrument::Channel;
+use crate::procedure::Pace;
+use crate::session::{Event, JournalEnd, Record, SessionState, ZeroMoment, read_folder};
+
+use super::prepare::{calibration_warnings, plan_of};
+
+/// Where a session stands.
+pub(super) fn status(folder: &Path) -> Result<Outcome, Failure> {
+    let read = read_folder(folder)?;
+    let (plan, header, _) = plan_of(&read)?;
+    let state = SessionState::fold(&read.journal.records);
+    let ended = state.ended.as_ref();
+    let outcome = match ended {
+        Some(ended) => json!(ended.outcome),
+        // No event says that it ended: it runs, or it was cut off.
+        None => json!("running-or-crashed"),
+    };
+    let word = outcome.as_str().unwrap_or_default().replace('-', " ");
+    let open = plan.next_open(&state, 0);
+    let left_s = plan.seconds_left(&state, &Pace::default());
+    let superseded = state.readings.len() - state.taken.len();
+    let mut text = format!(
+        "{}: {word}\n{} of {} readings, {} skipped, {superseded} superseded\n",
+        folder.display(),
+        state.taken.len(),
+        plan.len(),
+        state.skipped.len(),
+    );
+    if let Some(ended) = ended {
+        let _ = writeln!(text, "ended: {}", ended.reason);
+    }
+    if let Some((cell, index)) = open {
+        let place = &plan.cells[cell];
+        let reading = &place.readings[index];
+        let _ = writeln!(
+            text,
+            "next: {} {}, {} N, repeat {}; some {:.0} minutes left\nNext: stiffbench session resume {}",
+            place.pose,
+            place.direction,
+            reading.target_n,
+            reading.repeat,
+            left_s / 60.0,
+            folder.display()
+        );
+    } else {
+        let _ = writeln!(text, "Next: stiffbench stiffness {}", folder.display());
+    }
+    let today = Timestamp::now().to_zoned(TimeZone::UTC).date();
+    let mut warnings = calibration_warnings(&header.instruments, today);
+    warnings.extend(end_warning(&read.journal.end));
+    let data = json!({
+        "folder": folder,
+        "session": header.id,
+        "outcome": outcome,
+        "planned": plan.len(),
+        "accepted": state.taken.len(),
+        "skipped": state.skipped.len(),
+        "superseded": superseded,
+        "minutes_left": (left_s / 60.0).round(),
+        "next": open.map(|(cell, index)| json!({
+            "pose": plan.cells[cell].pose,
+            "direction": plan.cells[cell].direction,
+            "target_N": plan.cells[cell].readings[index].target_n,
+            "repeat": plan.cells[cell].readings[index].repeat,
+        })),
+    });
+    Ok(Outcome::new("session-status", text, data).with_warnings(warnings))
+}
+
+/// What a user should know of the end of a journal.
+fn end_warning(end: &JournalEnd) -> Option<String> {
+    match end {
+        JournalEnd::Clean => None,
+        JournalEnd::Cut { bytes } => Some(format!(
+            "the last {bytes} bytes of the journal are a record that was being written; it was never confirmed"
+        )),
+        JournalEnd::Damaged { line, problem, .. } => Some(format!(
+            "line {line} of the journal is damaged ({problem}): stiffbench session recover"
+        )),
+    }
+}
+
+/// What happened, line by line.
+pub(super) fn log(folder: &Path) -> Result<Outcome, Failure> {
+    let read = read_folder(folder)?;
+    let records = &read.journal.records;
+    let mut text = String::new();
+    for record in records {
+        let _ = writeln!(
+            text,
+            "{:>6} {} {:>9.1} s  {}",
+            record.seq,
+            record.utc.strftime("%Y-%m-%d %H:%M:%SZ"),
+            record.t_s,
+            told(&record.event)
+        );
+    }
+    let events: Vec<Value> = records.iter().map(event_json).collect();
+    let warnings = end_warning(&read.journal.end).into_iter().collect();
+    let outcome = Outcome::new("session-log", text, json!({ "events": events }));
+    Ok(outcome.with_warnings(warnings))
+}
+
+fn event_json(record: &Record) -> Value {
+    serde_json::to_value(record).unwrap_or(Value::Null)
+}
+
+/// An event in words.
+fn told(event: &Event) -> String {
+    match event {
+        Event::Started(started) => format!(
+            "session {} began, procedure {}",
+            started.session, started.procedure
+        ),
+        Event::Resumed(resumed) => match resumed.cut_bytes {
+            0 => "taken up again".to_owned(),
+            bytes => format!(
+                "taken up again; {bytes} bytes of a record that was never confirmed were cut off"
+            ),
+        },
+        Event::Instrument(seen) => format!(
+            "{} gauge: {} on {} in {}",
+            seen.channel, seen.identity, seen.port, seen.unit
+        ),
+        Event::SignCheck(check) => format!(
+            "{} gauge counts {} the axis ({})",
+            check.channel,
+            along(check.sign),
+            check.basis
+        ),
+        Event::PoseSet(set) => format!("pose {}, direction {}", set.pose, set.direction),
+        Event::Zero(zero) => {
+            let drift = zero
+                .drift_m
+                .map_or_else(String::new, |m| format!(", moved by {:.1} um", m * 1e6));
+            let how = Channel::ALL.map(|channel| {
+                if zero.by_gauge[channel.index()] {
+                    "gauge"
+                } else {
+                    "subtracted"
+                }
+            });
+            match zero.moment {
+                ZeroMoment::Before => format!(
+                    "zero {} set (force {}, displacement {})",
+                    zero.label, how[0], how[1]
+                ),
+                ZeroMoment::After => format!("zero {} looked at{drift}", zero.label),
+                ZeroMoment::Kept => format!("zero {} still holds{drift}", zero.label),
+            }
+        }
+        Event::Reading(taken) => format!(
+            "reading {}: {} {} step {} repeat {}: {:.2} N, {:.1} um{}",
+            taken.number,
+            taken.pose,
+            taken.direction,
+            taken.step,
+            taken.repeat,
+            taken.force_n,
+            taken.displacement_m * 1e6,
+            if taken.flag.is_empty() {
+                String::new()
+            } else {
+                format!(" [{}]", taken.flag)
+            }
+        ),
+        Event::Superseded(superseded) => format!(
+            "reading {} no longer counts: {}",
+            superseded.number, superseded.reason
+        ),
+        Event::Skipped(skipped) => format!(
+            "cell {} reading {} left out: {}",
+            skipped.cell + 1,
+            skipped.index + 1,
+            skipped.reason
+        ),
+        Event::Note(noted) => format!("note: {}", noted.text),
+        Event::Environment(told) => format!("{} degC", told.temperature_deg_c),
+        Event::Link(link) => format!("{} gauge: {}", link.channel, link.text),
+        Event::Gap(gap) => format!("nothing ran for {:.0} s", gap.seconds),
+        Event::ClockJump(jump) => format!("the clock jumped by {:.0} s", jump.seconds),
+        Event::Paused(paused) => format!("paused {}", paused.reason),
+        Event::CalibrationWarning(warning) => format!("warning: {}", warning.text),
+        Event::Ended(ended) => format!(
+            "ended: {} ({} of {} readings)",
+            ended.reason, ended.accepted, ended.planned
+        ),
+    }
+}
+
+fn along(sign: f64) -> &'static str {
+    if sign > 0.0 { "along" } else { "against" }
+}

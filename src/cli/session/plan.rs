@@ -1,0 +1,139 @@
+//! `session plan`: what a session will ask for, without touching a port.
+
+use std::fmt::Write;
+
+use serde_json::{Value, json};
+
+use crate::cli::data::choose;
+use crate::cli::failure::Failure;
+use crate::cli::outcome::Outcome;
+use crate::cli::procedure::choose_procedure;
+use crate::procedure::{Pace, PlannedReading};
+use crate::session::{PROMPTS, PlannedCell, SessionPlan, SessionState};
+use crate::test_point::PoseId;
+
+use super::args::PlanArgs;
+
+/// Files that a session makes.
+const FILES: [(&str, &str); 6] = [
+    ("session.toml", "robot, procedure and gauges, written once"),
+    ("robot.toml", "the robot file"),
+    ("journal.jsonl", "every event, on the disk before it counts"),
+    ("readings.csv", "the readings, live"),
+    ("session.lock", "which process has the session"),
+    ("raw/*.trace", "every byte of the gauges"),
+];
+
+pub(super) fn run(args: &PlanArgs) -> Result<Outcome, Failure> {
+    let chosen = choose(&args.model, None)?;
+    let (procedure, mut warnings) = choose_procedure(&args.procedure)?;
+    let poses: Vec<PoseId> = chosen
+        .robot
+        .poses
+        .iter()
+        .map(|named| named.id.clone())
+        .collect();
+    let plan = SessionPlan::new(&procedure, &poses);
+    let seconds = plan.seconds_left(&SessionState::default(), &Pace::default());
+    let mut text = format!(
+        "Procedure {}: {} readings in {} cells, some {:.0} minutes\n",
+        procedure.name,
+        plan.len(),
+        plan.cells.len(),
+        seconds / 60.0
+    );
+    text.push_str("\nready, temperature and sign-check are asked once\n");
+    for (place, cell) in plan.cells.iter().enumerate() {
+        describe(&mut text, place, cell, &plan);
+    }
+    text.push_str(
+        "\nQuestions, each answered by --answer ID=VALUE or a line of an answers file:\n",
+    );
+    for (name, form) in PROMPTS {
+        // Writing to a String cannot fail.
+        let _ = writeln!(text, "  {name:<18} {form}");
+    }
+    text.push_str("\nFiles:\n");
+    for (name, what) in FILES {
+        let _ = writeln!(text, "  {name:<18} {what}");
+    }
+    let data = json!({
+        "procedure": procedure.name,
+        "readings": plan.len(),
+        "minutes": (seconds / 60.0).round(),
+        "cells": plan.cells.iter().map(cell_json).collect::<Vec<_>>(),
+        "prompts": PROMPTS.iter().map(|(name, form)| json!({"id": name, "answer": form})).collect::<Vec<_>>(),
+        "files": FILES.iter().map(|(name, _)| *name).collect::<Vec<_>>(),
+    });
+    warnings.extend(chosen.warnings.iter().cloned());
+    Ok(Outcome::new("session-plan", text, data).with_warnings(warnings))
+}
+
+/// The steps of a cell: a line for each gauge zero and each run or load.
+fn describe(text: &mut String, place: usize, cell: &PlannedCell, plan: &SessionPlan) {
+    let _ = writeln!(
+        text,
+        "\nCell {} of {}: setup.{}.{} asks for pose {} and direction {} ({})",
+        place + 1,
+        plan.cells.len(),
+        cell.pose,
+        cell.direction,
+        cell.pose,
+        cell.direction,
+        cell.direction.word()
+    );
+    let mut line = String::new();
+    let mut before: Option<&PlannedReading> = None;
+    for reading in &cell.readings {
+        let at_load = plan.procedure.release_n().is_some();
+        let another = before.is_none_or(|before| match at_load {
+            true => before.step != reading.step,
+            false => before.repeat != reading.repeat,
+        });
+        if another && !line.is_empty() {
+            let _ = writeln!(text, "{line}");
+            line.clear();
+        }
+        if reading.zero_before {
+            let preload_n = plan.procedure.preload_n;
+            let _ = writeln!(text, "  zero: gauge free, then {preload_n} N");
+        }
+        if another {
+            line = match at_load {
+                true => format!("  {} N, released in between:", reading.target_n),
+                false => format!("  run {}:", reading.repeat),
+            };
+        }
+        match reading.extra_hold_s {
+            Some(hold_s) => {
+                let _ = write!(line, " hold to {hold_s} s");
+            }
+            None if at_load => {
+                let _ = write!(line, " {}", reading.repeat);
+            }
+            None => {
+                let _ = write!(line, " {}", reading.target_n);
+            }
+        }
+        before = Some(reading);
+    }
+    let _ = writeln!(text, "{line}\n  zero check under the preload");
+}
+
+fn cell_json(cell: &PlannedCell) -> Value {
+    let readings = cell.readings.iter().map(|reading| {
+        json!({
+            "step": reading.step,
+            "target_N": reading.target_n,
+            "branch": reading.branch,
+            "repeat": reading.repeat,
+            "hold_s": reading.extra_hold_s,
+            "zero_before": reading.zero_before,
+        })
+    });
+    json!({
+        "pose": cell.pose,
+        "direction": cell.direction,
+        "readings": readings.collect::<Vec<_>>(),
+    })
+}

@@ -1,0 +1,90 @@
+//! From arguments or a session folder to plan, header, settings and answers.
+
+use std::fs;
+use std::path::Path;
+
+use jiff::civil::Date;
+
+use crate::cli::data::sha256;
+use crate::cli::failure::{CliError, Failure};
+use crate::procedure::Procedure;
+use crate::readings::{InstrumentRecord, Instruments, SessionHeader};
+use crate::session::{Answers, ReadFolder, SessionPlan};
+use crate::stiffness::{GaugeTerms, Gauges};
+
+use super::args::BenchArgs;
+
+/// The plan of a session folder, its header, and the hash of its procedure.
+pub(super) fn plan_of(read: &ReadFolder) -> Result<(SessionPlan, SessionHeader, String), Failure> {
+    let header = SessionHeader::from_toml(&read.header_name, &read.header)?.header;
+    let record = header.procedure.clone().unwrap_or_default();
+    let procedure = Procedure::from_record(&record)?;
+    let hash = sha256(&procedure.to_toml());
+    Ok((SessionPlan::new(&procedure, &[]), header, hash))
+}
+
+/// Text of a file that a user named.
+pub(super) fn read_text(path: &Path) -> Result<String, CliError> {
+    fs::read_to_string(path).map_err(|source| CliError::Read {
+        path: path.to_owned(),
+        source,
+    })
+}
+
+/// Instrument records from a file, and what a user should know of it.
+pub(super) fn instrument_records(
+    path: Option<&Path>,
+) -> Result<(Instruments, Vec<String>), Failure> {
+    let Some(path) = path else {
+        return Ok((Instruments::default(), Vec::new()));
+    };
+    let name = path.display().to_string();
+    let read = SessionHeader::from_toml(&name, &read_text(path)?)?;
+    let unknown = read.unknown_keys.iter();
+    let warnings = unknown.map(|key| {
+        let (line, key) = (key.line, &key.key);
+        format!("{name}:{line}: key `{key}` is not known and was not used")
+    });
+    Ok((read.header.instruments, warnings.collect()))
+}
+
+/// Calibrations that have run out.
+pub(super) fn calibration_warnings(instruments: &Instruments, today: Date) -> Vec<String> {
+    let records = [
+        ("force gauge", &instruments.force),
+        ("displacement gauge", &instruments.displacement),
+    ];
+    let overdue = records.iter().filter_map(|(what, record)| {
+        let record = record.as_ref()?;
+        let due = record
+            .due
+            .filter(|_| record.calibration_overdue(today) == Some(true))?;
+        Some(format!("calibration of the {what} ran out on {due}"))
+    });
+    overdue.collect()
+}
+
+/// Resolution and calibration of the gauges, as far as they are stated.
+pub(super) fn gauge_terms(instruments: &Instruments) -> Result<Gauges, Failure> {
+    let terms = |record: &Option<InstrumentRecord>| match record {
+        Some(record) => GaugeTerms::new(record.resolution, record.expanded_uncertainty, record.k),
+        None => Ok(GaugeTerms::not_stated()),
+    };
+    Ok(Gauges {
+        force: terms(&instruments.force)?,
+        displacement: terms(&instruments.displacement)?,
+    })
+}
+
+/// The answers that are known beforehand: those of the command line go before those of the file.
+pub(super) fn answers(args: &BenchArgs) -> Result<Answers, Failure> {
+    let mut answers = match &args.answers {
+        Some(path) => Answers::parse(&path.display().to_string(), &read_text(path)?)?,
+        None => Answers::default(),
+    };
+    for answer in &args.answer {
+        answers.take_argument(answer)?;
+    }
+    answers.no_input = args.no_input;
+    Ok(answers)
+}
