@@ -14,8 +14,8 @@ use super::instrument_args::InstrumentArgs;
 use super::ports::PortsArgs;
 use super::procedure::ProcedureArgs;
 use super::prove_args::ProveArgs;
-use super::trace::TraceArgs;
 use super::session::SessionArgs;
+use super::trace::TraceArgs;
 
 /// From two gauges on a robot bench to a stiffness model that can be trusted.
 #[derive(Debug, Parser)]

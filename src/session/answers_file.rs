@@ -65,7 +65,8 @@ pub const PROMPTS: [(&str, &str); 16] = [
 /// Answers by the name of the prompt, or by its name and key (`setup.P1.x`).
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Answers {
-    by_name: BTreeMap<String, Answer>,
+    /// The answers.
+    pub by_name: BTreeMap<String, Answer>,
     /// Whether nobody is there to be asked: a question without an answer ends the session.
     pub no_input: bool,
 }

@@ -10,7 +10,7 @@ use crate::cli::procedure::ProcedureArgs;
 /// Arguments of `session`.
 #[derive(Debug, Args)]
 #[command(
-    after_help = "Examples:\n  stiffbench session plan --procedure paper\n  stiffbench session run monday --procedure sweeps --force-instrument mark10-series5 --force-port /dev/ttyUSB0 \\\n      --displacement-instrument mitutoyo-01a --displacement-port /dev/ttyUSB1\n  stiffbench session resume monday\n  stiffbench session status monday\n  stiffbench session recover monday --out monday-recovered\n\nKeys in a session: any key or a pedal takes the reading, r takes the last once more, g goes to a cell, s skips, n notes, p pauses;\nCtrl-C ends at the next safe point, a second one at once. Everything that was confirmed is on the disk."
+    after_help = "Examples:\n  stiffbench session plan --procedure paper\n  stiffbench session run monday --procedure sweeps --force-instrument mark10-series5 --force-port /dev/ttyUSB0 \\\n      --displacement-instrument mitutoyo-01a --displacement-port /dev/ttyUSB1\n  stiffbench session run trial --emulated --speed 5 --no-input --procedure sweeps --poses P1\n  stiffbench session resume monday\n  stiffbench session status monday\n  stiffbench session recover monday --out monday-recovered\n\nKeys in a session: any key or a pedal takes the reading, r takes the last once more, g goes to a cell, s skips, n notes, p pauses;\nCtrl-C ends at the next safe point, a second one at once. Everything that was confirmed is on the disk."
 )]
 pub(in crate::cli) struct SessionArgs {
     /// What to do.
@@ -131,6 +131,18 @@ pub(super) struct BenchArgs {
     /// Take descriptions that nobody has verified
     #[arg(long)]
     pub(super) allow_unverified: bool,
+    /// Measure an emulated bench: two emulated gauges behind real ports, one robot, and a hand that does what is asked for
+    #[cfg(unix)]
+    #[arg(long)]
+    pub(super) emulated: bool,
+    /// Session seconds in a real one, with --emulated
+    #[cfg(unix)]
+    #[arg(long, default_value_t = 1.0, requires = "emulated", value_parser = speed)]
+    pub(super) speed: f64,
+    /// Seed of the noise, with --emulated
+    #[cfg(unix)]
+    #[arg(long, default_value_t = 0, requires = "emulated")]
+    pub(super) seed: u64,
     /// When a reading is taken
     #[arg(long, value_enum, default_value_t = CaptureWord::Settled, help_heading = "Guiding")]
     pub(super) capture: CaptureWord,
@@ -146,6 +158,14 @@ pub(super) struct BenchArgs {
     /// Plain lines instead of the full-screen view
     #[arg(long, help_heading = "Guiding")]
     pub(super) line: bool,
+}
+
+/// A speed that is one.
+fn speed(text: &str) -> Result<f64, String> {
+    match text.parse::<f64>() {
+        Ok(speed) if speed.is_finite() && (1.0..=1000.0).contains(&speed) => Ok(speed),
+        _ => Err("a number from 1 to 1000 is expected".to_owned()),
+    }
 }
 
 /// When a reading is taken.

@@ -1,5 +1,6 @@
 //! `session run` and `session resume`.
 
+use std::io::IsTerminal;
 use std::path::Path;
 
 use jiff::{Timestamp, tz::TimeZone};
@@ -9,8 +10,9 @@ use crate::cli::args::Global;
 use crate::cli::data::{choose, sha256};
 use crate::cli::failure::{CliError, Failure};
 use crate::cli::figure_files::write;
-use crate::cli::outcome::Outcome as Printed;
+use crate::cli::outcome::{Outcome as Printed, print_error};
 use crate::cli::procedure::choose_procedure;
+use crate::cli::screen::Screen;
 use crate::clock::Clock;
 use crate::readings::{InstrumentRecord, Instruments, SessionHeader};
 use crate::session::{
@@ -20,6 +22,7 @@ use crate::session::{
 };
 
 use super::args::{BenchArgs, CaptureWord, ResumeArgs, RunArgs};
+use super::emulation::{Hand, emulate, emulate_again, of_a_hand, speed, with_hand};
 use super::gauges::{ChosenGauge, Connected, choose_gauges, connect};
 use super::line::LineOperator;
 use super::operator::AtBench;
@@ -42,6 +45,8 @@ struct Ready {
     chosen: Vec<ChosenGauge>,
     answers: Answers,
     warnings: Vec<String>,
+    clock: Clock,
+    hand: Option<Hand>,
 }
 
 /// Makes a session and runs it.
@@ -60,7 +65,10 @@ pub(super) fn run(args: &RunArgs, global: &Global) -> Result<Printed, Failure> {
     let plan = SessionPlan::new(&procedure, &[]);
     let (mut instruments, notes) = instrument_records(args.instruments.as_deref())?;
     warnings.extend(notes);
-    let (chosen, notes) = choose_gauges(&args.bench, [None, None], &SessionState::default())?;
+    let clock = Clock::starting_at(0.0, speed(&args.bench));
+    let mut bench = args.bench.clone();
+    let hand = emulate(&mut bench, &robot, &procedure, clock)?;
+    let (chosen, notes) = choose_gauges(&bench, [None, None], &SessionState::default())?;
     warnings.extend(notes);
     name_models(&mut instruments, &chosen);
     warnings.extend(overdue(&instruments, global)?);
@@ -104,6 +112,8 @@ pub(super) fn run(args: &RunArgs, global: &Global) -> Result<Printed, Failure> {
         chosen,
         answers,
         warnings,
+        clock,
+        hand,
     };
     drive(ready, &args.bench, global)
 }
@@ -139,7 +149,10 @@ pub(super) fn resume(args: &ResumeArgs, global: &Global) -> Result<Printed, Fail
     }
     let records = [&header.instruments.force, &header.instruments.displacement];
     let models = records.map(|record| record.as_ref().and_then(|record| record.model.as_deref()));
-    let (chosen, notes) = choose_gauges(&args.bench, models, &state)?;
+    let clock = Clock::starting_at(state.last_s, speed(&args.bench));
+    let mut bench = args.bench.clone();
+    let hand = emulate_again(&mut bench, &header, &args.folder, &plan, clock)?;
+    let (chosen, notes) = choose_gauges(&bench, models, &state)?;
     warnings.extend(notes);
     warnings.extend(overdue(&header.instruments, global)?);
     let first = if state.started.is_some() {
@@ -170,6 +183,8 @@ pub(super) fn resume(args: &ResumeArgs, global: &Global) -> Result<Printed, Fail
         chosen,
         answers: answers(&args.bench)?,
         warnings,
+        clock,
+        hand,
     };
     drive(ready, &args.bench, global)
 }
@@ -186,17 +201,24 @@ fn drive(ready: Ready, args: &BenchArgs, global: &Global) -> Result<Printed, Fai
         chosen,
         answers,
         mut warnings,
+        clock,
+        hand,
     } = ready;
-    let clock = Clock::starting_at(state.last_s, 1.0);
     let Connected {
         mut gauges,
         names,
         compression_sign,
-        warnings: notes,
     } = connect(chosen, &folder.raw()?, clock)?;
-    warnings.extend(notes);
-    let awake = KeptAwake::start();
-    warnings.extend(awake.as_ref().err().cloned());
+    let awake = hand.is_none().then(KeptAwake::start);
+    warnings.extend(
+        awake
+            .iter()
+            .filter_map(|awake| awake.as_ref().err().cloned()),
+    );
+    let answers = match hand {
+        Some(_) => answers.or(of_a_hand(&plan)?),
+        None => answers,
+    };
     let settings = Settings {
         auto_capture: args.capture == CaptureWord::Settled,
         compression_sign,
@@ -215,20 +237,20 @@ fn drive(ready: Ready, args: &BenchArgs, global: &Global) -> Result<Printed, Fai
         machine.recorded(&record);
     }
     let table = folder.table();
-    let mut operator = AtBench::new(operator(global));
-    let ended = run_session(
-        &mut machine,
-        Bench {
+    let mut at_bench = AtBench::new(operator(args, global));
+    let ended = with_hand(&mut at_bench, hand.as_ref(), |operator| {
+        let bench = Bench {
             gauges: gauges.as_mut(),
-            operator: &mut operator,
+            operator,
             clock: &clock,
             journal: &mut journal,
             table: Some(&table),
             answers: &answers,
-        },
-    );
+        };
+        run_session(&mut machine, bench)
+    });
     // The terminal is put back and the ports are closed before anything else is said.
-    drop(operator);
+    drop(at_bench);
     drop(gauges);
     drop(awake);
     let outcome = ended?;
@@ -236,9 +258,16 @@ fn drive(ready: Ready, args: &BenchArgs, global: &Global) -> Result<Printed, Fai
     Ok(report(folder.path(), outcome, machine.state(), planned).with_warnings(warnings))
 }
 
-/// Whoever is there.
-fn operator(global: &Global) -> Box<dyn Operator> {
-    Box::new(LineOperator::new(global.quiet))
+/// Whoever is there: on the whole of a terminal where there is one, else in lines.
+fn operator(args: &BenchArgs, global: &Global) -> Box<dyn Operator> {
+    let terminal = std::io::stdin().is_terminal() && std::io::stdout().is_terminal();
+    if terminal && !args.line && !args.no_input && !global.json {
+        match Screen::open() {
+            Ok(screen) => return Box::new(screen),
+            Err(error) => print_error(&format!("note: no full-screen view: {error}")),
+        }
+    }
+    Box::new(LineOperator::new(global.quiet, args.no_input))
 }
 
 /// How it went.

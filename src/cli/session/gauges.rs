@@ -24,13 +24,12 @@ pub(super) struct Connected {
     pub(super) gauges: Box<dyn Gauges>,
     pub(super) names: [String; 2],
     pub(super) compression_sign: Option<f64>,
-    pub(super) warnings: Vec<String>,
 }
 
 /// Which gauge is meant, and where it is.
 pub(super) struct ChosenGauge {
     pub(super) description: InstrumentDescription,
-    unit: Option<String>,
+    pub(super) unit: Option<String>,
     port: PortIdentity,
     identity: Option<String>,
 }
@@ -189,9 +188,9 @@ pub(super) fn connect(
             speed: Some(clock.speed()),
         };
         gauges.push(LiveGauge {
-            acquisition: Acquisition::surest(&description),
+            acquisition: Acquisition::surest(&description).sped_up(clock.speed()),
             trace: Some(trace(raw, channel, &header)?),
-            description,
+            description: description.sped_up(clock.speed()),
             unit: gauge.unit,
             port: gauge.port,
             identity: gauge.identity,
@@ -202,7 +201,6 @@ pub(super) fn connect(
         gauges: Box::new(live),
         names,
         compression_sign,
-        warnings: Vec::new(),
     })
 }
 

@@ -30,9 +30,12 @@ pub(super) struct LineOperator {
 
 impl LineOperator {
     /// Reads standard input from now on.
-    pub(super) fn new(quiet: bool) -> Self {
+    ///
+    /// # Arguments
+    /// - `no_input`: nobody types, and standard input is left alone.
+    pub(super) fn new(quiet: bool, no_input: bool) -> Self {
         let (sender, typed) = channel();
-        thread::spawn(move || {
+        let read = move || {
             for line in std::io::stdin().lock().lines() {
                 let Ok(line) = line else {
                     return;
@@ -41,7 +44,10 @@ impl LineOperator {
                     return;
                 }
             }
-        });
+        };
+        if !no_input {
+            thread::spawn(read);
+        }
         Self {
             typed,
             prompt: None,

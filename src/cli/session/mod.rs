@@ -2,6 +2,7 @@
 
 mod args;
 mod drive;
+mod emulation;
 mod gauges;
 mod line;
 mod look;

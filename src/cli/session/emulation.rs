@@ -1,0 +1,161 @@
+//! A session on an emulated bench: its ports, its hand, and what somebody there would answer.
+
+use std::path::Path;
+
+use crate::cli::args::ModelArgs;
+use crate::cli::data::{Chosen, choose};
+use crate::cli::failure::Failure;
+use crate::clock::Clock;
+use crate::procedure::Procedure;
+use crate::readings::SessionHeader;
+use crate::session::{Answers, Operator, SessionPlan};
+
+use super::args::BenchArgs;
+
+#[cfg(unix)]
+pub(super) use crate::cli::emulated::Hand;
+
+/// There are no emulated benches on this system.
+#[cfg(not(unix))]
+pub(super) enum Hand {}
+
+/// Gauges of an emulated bench where none are named: units in every packet, a zero command each.
+#[cfg(unix)]
+const GAUGES: [&str; 2] = ["mark10-series5", "mahr-dk-u1"];
+
+/// Session seconds in a real one.
+pub(super) fn speed(args: &BenchArgs) -> f64 {
+    #[cfg(unix)]
+    let speed = args.speed.max(1.0);
+    #[cfg(not(unix))]
+    let speed = 1.0;
+    speed
+}
+
+/// Starts an emulated bench if one is asked for, and puts its ports in the place of real ones.
+#[cfg(unix)]
+pub(super) fn emulate(
+    args: &mut BenchArgs,
+    chosen: &Chosen,
+    procedure: &Procedure,
+    clock: Clock,
+) -> Result<Option<Hand>, Failure> {
+    use crate::bench::EmulatedSetup;
+    use crate::cli::emulated::Emulation;
+    use crate::cli::practice::unit_in_use;
+    use crate::instrument::emulator::FaultScript;
+    use crate::instrument::{Channel, shipped_instrument};
+
+    if !args.emulated {
+        return Ok(None);
+    }
+    let [force, displacement] = GAUGES.map(str::to_owned);
+    let force = args.force_instrument.get_or_insert(force).clone();
+    let displacement = args
+        .displacement_instrument
+        .get_or_insert(displacement)
+        .clone();
+    let hand = Emulation {
+        chosen,
+        procedure,
+        force: &force,
+        displacement: &displacement,
+        setup: EmulatedSetup {
+            seed: args.seed,
+            ..EmulatedSetup::default()
+        },
+        session: clock,
+        faults: FaultScript::default(),
+        links: None,
+    }
+    .start()?;
+    let port = |channel| Some(hand.port(channel).display().to_string());
+    args.force_port = port(Channel::Force);
+    args.displacement_port = port(Channel::Displacement);
+    args.force_unit = unit_in_use(&shipped_instrument(&force)?);
+    args.displacement_unit = unit_in_use(&shipped_instrument(&displacement)?);
+    // Nothing is measured, so nothing can be measured wrongly.
+    args.allow_unverified = true;
+    Ok(Some(hand))
+}
+
+/// There are no emulated benches on this system.
+#[cfg(not(unix))]
+pub(super) fn emulate(
+    _args: &mut BenchArgs,
+    _chosen: &Chosen,
+    _procedure: &Procedure,
+    _clock: Clock,
+) -> Result<Option<Hand>, Failure> {
+    Ok(None)
+}
+
+/// The emulated bench of a session that goes on: its robot, its mechanism, its gauges.
+pub(super) fn emulate_again(
+    args: &mut BenchArgs,
+    header: &SessionHeader,
+    folder: &Path,
+    plan: &SessionPlan,
+    clock: Clock,
+) -> Result<Option<Hand>, Failure> {
+    if !is_emulated(args) {
+        return Ok(None);
+    }
+    let robot = header.robot.as_ref().map(|robot| folder.join(robot));
+    let model = ModelArgs {
+        robot: robot.map(|robot| robot.display().to_string()),
+        mechanism: header.mechanism.clone(),
+        factors: header.factors.clone(),
+        ..ModelArgs::default()
+    };
+    let model_of = |record: &Option<crate::readings::InstrumentRecord>| {
+        record.as_ref().and_then(|record| record.model.clone())
+    };
+    args.force_instrument = args
+        .force_instrument
+        .take()
+        .or(model_of(&header.instruments.force));
+    args.displacement_instrument = args
+        .displacement_instrument
+        .take()
+        .or(model_of(&header.instruments.displacement));
+    emulate(args, &choose(&model, None)?, &plan.procedure, clock)
+}
+
+fn is_emulated(args: &BenchArgs) -> bool {
+    #[cfg(unix)]
+    let emulated = args.emulated;
+    #[cfg(not(unix))]
+    let emulated = false;
+    emulated
+}
+
+/// What somebody at an emulated bench would answer who does what is asked for.
+pub(super) fn of_a_hand(plan: &SessionPlan) -> Result<Answers, Failure> {
+    let way = if plan.load_sense() < 0.0 {
+        "minus"
+    } else {
+        "plus"
+    };
+    let mut answers = Answers::default();
+    for answer in ["ready=true", "setup=true", &format!("sign-check={way}")] {
+        answers.take_argument(answer)?;
+    }
+    Ok(answers)
+}
+
+/// Runs something with an operator whose hand turns the jack of an emulated bench.
+pub(super) fn with_hand<T>(
+    operator: &mut dyn Operator,
+    hand: Option<&Hand>,
+    run: impl FnOnce(&mut dyn Operator) -> T,
+) -> T {
+    #[cfg(unix)]
+    if let Some(hand) = hand {
+        let mut helping = crate::cli::practice::HelpingHand::new(operator, hand);
+        return run(&mut helping);
+    }
+    #[cfg(not(unix))]
+    let _ = hand;
+    run(operator)
+}
