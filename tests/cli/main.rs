@@ -11,6 +11,7 @@ mod failures;
 mod files;
 mod physics;
 mod results;
+mod session;
 mod strict;
 
 use std::fmt::Write;

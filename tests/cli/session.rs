@@ -1,0 +1,160 @@
+//! `stiffbench session` on an emulated bench: measured, interrupted, gone on with, damaged and recovered.
+
+use crate::Desk;
+
+/// One pose, one direction, four readings.
+const SHORT: &str = "--procedure sweeps --poses P1 --directions x --loads-n 0,-30 --repeats 2";
+
+/// An emulated bench with nobody there.
+const EMULATED: &str = "--emulated --speed 5 --no-input";
+
+#[test]
+fn a_plan_lists_every_step_question_and_file() {
+    let desk = Desk::new();
+    let data = desk.data("session plan --procedure load-hold-unload --poses P1,P3 --directions y");
+    assert_eq!(data["readings"], 2 * 5 * 17);
+    assert_eq!(data["cells"][1]["pose"], "P3");
+    assert_eq!(data["cells"][0]["readings"][8]["hold_s"], 60.0);
+    let text = desk.run(&format!("session plan {SHORT}")).succeeds().stdout;
+    for part in [
+        "setup.P1.x asks",
+        "run 2: 0 -30",
+        "sign-check",
+        "journal.jsonl",
+    ] {
+        assert!(text.contains(part), "{part} in {text}");
+    }
+}
+
+#[cfg(unix)]
+#[test]
+fn a_session_on_an_emulated_bench_gives_readings_that_are_analysed() {
+    let desk = Desk::new();
+    let data = desk.data(&format!("session run s {SHORT} {EMULATED}"));
+    assert_eq!(data["outcome"], "complete");
+    assert_eq!(data["accepted"], 4);
+    let cells = desk.data("stiffness s");
+    assert_eq!(cells["cells"][0]["n_runs"], 2);
+    let status = desk.data("session status s");
+    assert_eq!(status["outcome"], "complete");
+    assert!(status["next"].is_null());
+    let verified = desk.data("session verify s");
+    assert_eq!(verified["whole"], true);
+    let log = desk.run("session log s").succeeds().stdout;
+    for part in [
+        "reading 4: P1 x step 1 repeat 2",
+        "zero 2 set",
+        "gauge counts",
+        "ended: every planned reading is done",
+    ] {
+        assert!(log.contains(part), "{part} in {log}");
+    }
+    // What there is is never written over.
+    assert_eq!(
+        desk.run(&format!("session run s {SHORT} {EMULATED}")).code,
+        11
+    );
+}
+
+#[cfg(unix)]
+#[test]
+fn a_damaged_journal_is_found_and_recovered_and_the_session_goes_on() {
+    let desk = Desk::new();
+    desk.run(&format!("session run s {SHORT} {EMULATED}"))
+        .succeeds();
+    let journal = desk.read("s/journal.jsonl");
+    let third = journal
+        .match_indices("\"kind\":\"reading\"")
+        .nth(2)
+        .unwrap()
+        .0;
+    let mut damaged = journal.clone().into_bytes();
+    damaged[third + 8] ^= 0x01;
+    std::fs::write(desk.path("s/journal.jsonl"), &damaged).unwrap();
+    assert_eq!(desk.run("session verify s").code, 30);
+    assert_eq!(desk.run(&format!("session resume s {EMULATED}")).code, 30);
+    let recovered = desk.run("session recover s --out t --json");
+    assert_eq!(recovered.code, 30);
+    assert_eq!(recovered.json()["data"]["readings"], 2);
+    assert_eq!(
+        std::fs::read(desk.path("s/journal.jsonl")).unwrap(),
+        damaged
+    );
+    let data = desk.data(&format!("session resume t {EMULATED}"));
+    assert_eq!(
+        (&data["outcome"], &data["accepted"]),
+        (&"complete".into(), &4.into())
+    );
+    // A line that was being written is no loss.
+    let text = desk.read("t/journal.jsonl");
+    desk.write("t/journal.jsonl", &text[..text.len() - 7]);
+    assert_eq!(desk.data("session verify t")["whole"], true);
+}
+
+#[cfg(unix)]
+#[test]
+fn a_question_without_an_answer_ends_with_3_and_names_the_flag() {
+    let desk = Desk::new();
+    let ran = desk.run(&format!(
+        "session run s {SHORT} {EMULATED} --answer sign-check=left --json"
+    ));
+    assert_eq!(ran.code, 3);
+    let error = &ran.json()["error"];
+    assert_eq!(error["code"], "stiffbench::input_needed");
+    assert!(
+        error["help"]
+            .as_str()
+            .unwrap()
+            .contains("--answer sign-check.P1.x=VALUE")
+    );
+    assert_eq!(desk.data("session status s")["outcome"], "partial");
+    desk.run(&format!("session resume s {EMULATED}")).succeeds();
+    let unknown = desk.run(&format!(
+        "session run t {SHORT} {EMULATED} --answer sing-check=minus"
+    ));
+    assert_eq!(unknown.code, 10);
+    assert!(
+        unknown.stderr.contains("did you mean sign-check?"),
+        "{}",
+        unknown.stderr
+    );
+    assert!(!desk.path("t").exists());
+}
+
+#[cfg(unix)]
+#[test]
+fn an_overdue_calibration_is_said_and_refused_under_strict() {
+    let desk = Desk::new();
+    let records = "schema = \"stiffbench/session/1\"\n[instruments.force]\nserial = \"7\"\ndue = 2020-01-31\n";
+    desk.write("records.toml", records);
+    let command = format!("session run s {SHORT} {EMULATED} --instruments records.toml");
+    assert_eq!(desk.run(&format!("{command} --strict")).code, 12);
+    let ran = desk.run(&command).succeeds();
+    let said = "calibration of the force gauge ran out on 2020-01-31";
+    assert!(ran.stderr.contains(said), "{}", ran.stderr);
+    assert!(
+        desk.read("s/journal.jsonl")
+            .contains("\"kind\":\"calibration-warning\"")
+    );
+    assert!(
+        desk.read("s/session.toml")
+            .contains("model = \"mark10-series5\"")
+    );
+    let status = desk.run("session status s").succeeds();
+    assert!(status.stderr.contains(said));
+}
+
+#[test]
+fn a_gauge_or_port_that_is_not_named_is_asked_for_before_anything_is_made() {
+    let desk = Desk::new();
+    let ran = desk.run(&format!("session run s {SHORT} --no-input"));
+    assert_eq!(ran.code, 2);
+    assert!(ran.stderr.contains("--force-instrument"), "{}", ran.stderr);
+    let ran = desk.run(&format!(
+        "session run s {SHORT} --force-instrument mark10-series5"
+    ));
+    assert_eq!(ran.code, 2);
+    assert!(ran.stderr.contains("--force-port"), "{}", ran.stderr);
+    assert!(!desk.path("s").exists());
+    assert_eq!(desk.run("session status nowhere").code, 10);
+}
