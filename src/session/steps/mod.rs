@@ -6,22 +6,22 @@
 
 mod answers;
 mod capture;
+mod instruments;
 mod load;
 mod operator_events;
 mod route;
+mod settings;
 mod show;
 mod signs;
 mod zeroing;
 
 use std::collections::VecDeque;
 
-use crate::instrument::{Ask, Channel, GaugeEvent, LinkState};
-use crate::procedure::Pace;
-use crate::stiffness::Gauges as GaugeTerms;
+use crate::instrument::{Ask, Channel, GaugeEvent};
 use crate::test_point::Cell;
 
-use super::event::{Ended, Event, InstrumentSeen, LinkChange, Outcome, PoseSet};
-use super::feed::{Feed, link_text};
+use super::event::{Ended, Event, Outcome, PoseSet};
+use super::feed::Feed;
 use super::journal::Record;
 use super::live::cell_view;
 use super::operator::{Bell, OperatorEvent, Prompt, PromptKind};
@@ -33,45 +33,10 @@ use answers::Why;
 use load::Loading;
 use signs::SignWatch;
 
+pub use settings::Settings;
+
 /// Lines that a view keeps.
 const MESSAGES: usize = 100;
-
-/// What a session is run with, besides its procedure.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Settings {
-    /// Whether a reading is taken as soon as everything has settled; else a key takes it.
-    pub auto_capture: bool,
-    /// What the force gauge sends under compression, if its description says so: 1 for a value above zero, -1 below.
-    pub compression_sign: Option<f64>,
-    /// Drift of the zero beyond which is asked, m.
-    pub drift_limit_m: f64,
-    /// Shortest time without a value after which a gauge counts as stale, s; longer for gauges that send seldom.
-    pub least_stale_s: f64,
-    /// Resolution and calibration of the gauges.
-    pub gauges: GaugeTerms,
-    /// How fast the operator works, for the time left.
-    pub pace: Pace,
-    /// What stays true for the whole session.
-    pub warnings: Vec<String>,
-    /// Names of the gauges.
-    pub names: [String; 2],
-}
-
-impl Default for Settings {
-    /// Automatic capture; 10 µm of drift, five times the spread a reading may have; half a second, some 25 periods of a slow stream.
-    fn default() -> Self {
-        Self {
-            auto_capture: true,
-            compression_sign: None,
-            drift_limit_m: 10e-6,
-            least_stale_s: 0.5,
-            gauges: GaugeTerms::default(),
-            pace: Pace::default(),
-            warnings: Vec::new(),
-            names: ["force gauge".to_owned(), "displacement gauge".to_owned()],
-        }
-    }
-}
 
 /// Something that happened.
 #[derive(Debug, Clone, PartialEq)]
@@ -337,7 +302,8 @@ impl Machine {
         if let Some(draft) = self.draft.filter(|_| channel == Channel::Force) {
             offset = draft.force_offset_n;
         }
-        sign * (value_si - offset)
+        // Without a minus in front of zero.
+        sign * (value_si - offset) + 0.0
     }
 
     /// The last value along the axis, if it stands for now.
@@ -353,88 +319,6 @@ impl Machine {
         }
         if let Some(load) = &mut self.load {
             load.left_band();
-        }
-    }
-
-    fn gauge(&mut self, event: GaugeEvent, out: &mut Vec<Action>) {
-        match event {
-            GaugeEvent::Sample { channel, sample } => {
-                let was_blocked = self.feed(channel).blocked.is_some();
-                if let Err(reason) = self.feeds[channel.index()].sample(sample) {
-                    self.hold_up(channel, reason, out);
-                } else {
-                    if was_blocked {
-                        self.say(format!("the {channel} gauge is good again"), out);
-                    }
-                    self.watch_load(channel);
-                }
-            }
-            GaugeEvent::Rejected { channel, rejected } => {
-                let text = format!("{} [{}]", rejected.reason, rejected.raw);
-                if self.feed(channel).blocked.is_none() {
-                    self.message(format!("{channel} gauge: {text}"), true, out);
-                }
-                self.feeds[channel.index()].reject(&rejected);
-                self.left_band();
-            }
-            GaugeEvent::Answered {
-                channel,
-                ask,
-                answer,
-            } => self.answered(channel, ask, answer, out),
-            GaugeEvent::Link { channel, state, .. } => {
-                self.feeds[channel.index()].link(&state);
-                self.left_band();
-                let text = link_text(&state);
-                if let LinkState::Connected { port } = &state {
-                    self.ports[channel.index()] = port.to_string();
-                }
-                if self.links[channel.index()] != text {
-                    self.links[channel.index()].clone_from(&text);
-                    self.say(format!("{channel} gauge: {text}"), out);
-                    self.record(Event::Link(LinkChange { channel, text }), out);
-                }
-            }
-            GaugeEvent::Note { channel, text, .. } => {
-                self.say(format!("{channel} gauge: {text}"), out);
-            }
-            GaugeEvent::Ended => {
-                self.end(Outcome::Partial, "the gauges have nothing more to say", out);
-            }
-        }
-    }
-
-    /// Nothing of a gauge may be used until it is good again.
-    fn hold_up(&mut self, channel: Channel, reason: String, out: &mut Vec<Action>) {
-        if self.feed(channel).blocked.as_ref() != Some(&reason) {
-            self.message(reason.clone(), true, out);
-            out.push(Action::Bell(Bell::Attention));
-            let text = reason.clone();
-            self.record(Event::Link(LinkChange { channel, text }), out);
-        }
-        self.feeds[channel.index()].block(reason);
-        self.left_band();
-    }
-
-    fn answered(
-        &mut self,
-        channel: Channel,
-        ask: Ask,
-        answer: Result<Box<str>, Box<str>>,
-        out: &mut Vec<Action>,
-    ) {
-        match ask {
-            Ask::Identity => {
-                if let Err(reason) = &answer {
-                    self.say(
-                        format!("{channel} gauge does not say who it is: {reason}"),
-                        out,
-                    );
-                }
-                self.identities[channel.index()] = Some(answer.unwrap_or_default().into());
-            }
-            Ask::Zero => self.zero_answered(channel, answer, out),
-            Ask::State => {}
         }
     }
 
@@ -468,8 +352,7 @@ impl Machine {
         match job {
             Job::CheckInstruments => {
                 for channel in Channel::ALL {
-                    out.push(Action::Ask(channel, Ask::Identity));
-                    out.push(Action::Ask(channel, Ask::State));
+                    self.ask_who(channel, out);
                 }
             }
             Job::Ready => self.ask_ready(out),
@@ -514,37 +397,6 @@ impl Machine {
         self.load = None;
         self.draft = None;
         self.watch = None;
-    }
-
-    /// Waits for a value of each gauge and for both answers, then keeps what they are.
-    fn check_instruments(&mut self, out: &mut Vec<Action>) {
-        let good = self.feeds.iter().all(|feed| feed.is_good(self.now_s));
-        if !good || self.identities.iter().any(Option::is_none) {
-            return;
-        }
-        for channel in Channel::ALL {
-            let identity = self.identities[channel.index()].clone().unwrap_or_default();
-            let Some(last) = &self.feed(channel).last else {
-                return;
-            };
-            let seen = InstrumentSeen {
-                channel,
-                identity: identity.clone(),
-                port: self.ports[channel.index()].clone(),
-                unit: last.unit.to_string(),
-                resolution_si: last.resolution_si,
-            };
-            let known = self.state.instruments[channel.index()].as_ref();
-            if known.is_some_and(|known| !known.identity.is_empty() && known.identity != identity) {
-                self.ask_other_gauge(channel, &identity, out);
-                return;
-            }
-            if known != Some(&seen) {
-                self.record(Event::Instrument(seen), out);
-            }
-        }
-        self.checked = true;
-        self.done();
     }
 
     fn ask_ready(&mut self, out: &mut Vec<Action>) {
