@@ -65,7 +65,7 @@ pub(super) enum Field {
     /// A unit.
     Unit {
         codes: Vec<(Vec<u8>, UnitWord)>,
-        others: Option<Count>,
+        others: Option<(CharacterSet, Count)>,
     },
     /// One of several texts, the longest first.
     Choice(Vec<(Vec<u8>, ChoiceWord)>),
@@ -115,6 +115,14 @@ impl CharacterSet {
     /// Every printable character.
     pub(super) fn printable() -> Self {
         Self(std::array::from_fn(|code| (0x20..0x7f).contains(&code)))
+    }
+
+    /// What units are made of: no digit, sign or point, which belong to a number.
+    pub(super) fn unit_letters() -> Self {
+        Self(std::array::from_fn(|code| {
+            u8::try_from(code)
+                .is_ok_and(|byte| byte.is_ascii_graphic() && !b"0123456789+-.,".contains(&byte))
+        }))
     }
 
     pub(super) fn contains(&self, byte: u8) -> bool {
@@ -227,11 +235,8 @@ impl Field {
             Self::Number(shape) => shape.lengths(rest),
             Self::Unit { codes, others } => {
                 let mut ways = starting(codes, rest);
-                if let Some(count) = others {
-                    let run = rest
-                        .iter()
-                        .take_while(|byte| byte.is_ascii_graphic())
-                        .count();
+                if let Some((set, count)) = others {
+                    let run = rest.iter().take_while(|byte| set.contains(**byte)).count();
                     let unknown = count.down_from(run).into_iter();
                     ways.extend(unknown.map(|(length, _)| (length, codes.len())));
                 }

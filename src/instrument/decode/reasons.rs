@@ -65,7 +65,7 @@ fn seven_bit_even() -> String {
 ///
 /// Of bytes drawn at random one in 2^n passes, so fewer than four tell nothing.
 pub(super) fn is_seven_bit_even(bytes: &[u8]) -> bool {
-    let text = |byte: &u8| matches!(byte & 0x7F, 0x20..=0x7E | b'\r' | b'\n' | b'\t');
+    let text = |byte: &u8| matches!(byte & 0x7F, 0x20..=0x7E | b'\r' | b'\n' | b'\t' | 2 | 3);
     bytes.len() >= 4
         && bytes.iter().any(|byte| byte & 0x80 != 0)
         && bytes

@@ -223,7 +223,16 @@ fn unit_field(
         refuse.map(|(code, why)| (code.clone().into_bytes(), UnitWord::Refuse(why.clone())));
     let others = match unit.others.as_slice() {
         [] => None,
-        others => Some(count(others, within(path, "others"))?),
+        others => {
+            let mut codes = context.codes.iter();
+            let digits = codes.all(|(code, _)| code.bytes().all(|byte| byte.is_ascii_digit()));
+            let set = if digits {
+                CharacterSet::of("0123456789")
+            } else {
+                CharacterSet::unit_letters()
+            };
+            Some((set, count(others, within(path, "others"))?))
+        }
     };
     Ok(Field::Unit {
         codes: longest_first(known.chain(refuse).collect()),
