@@ -69,10 +69,10 @@ const ONLY_CLI: [&str; 16] = [
 
 /// Folders and files that documentation and checks rely on.
 #[rustfmt::skip]
-const TOP_LEVEL: [&str; 18] = [
+const TOP_LEVEL: [&str; 20] = [
     "Cargo.toml", "Cargo.lock", "README.md", "justfile", ".ci/run", "src/lib.rs", "src/main.rs", "tests", "fixtures", "fuzz", "benches",
     "data/robots", "data/paper", "data/sessions", "data/fonts", "data/recordings", "data/concealed",
-    "protocols/procedures",
+    "protocols/procedures", "protocols/instruments", "fixtures/instruments",
 ];
 
 /// Lines above which a file of `src` is to be split.

@@ -320,6 +320,10 @@ fn a_packet_with_a_flipped_top_bit_or_a_nul_is_no_value_and_spoils_no_other() {
             let good = packet.bytes();
             let expected = gauge.decode(&[&good]);
             for place in 0..good.len() {
+                // What is complete before the damage counts: a gauge with several end marks.
+                if !samples(&gauge.decode(&[&good[..place]])).is_empty() {
+                    continue;
+                }
                 for damaged in [good[place] ^ 0x80, 0] {
                     if damaged == good[place] {
                         continue;

@@ -9,6 +9,7 @@ mod contract;
 mod diagnose;
 mod failures;
 mod files;
+mod instruments;
 mod physics;
 mod results;
 mod session;

@@ -1,0 +1,128 @@
+//! `instrument`: what is known of gauges, and bytes to samples.
+
+use serde_json::{Value, json};
+
+use super::failures::assert_says;
+use super::{Desk, Ran};
+
+impl Desk {
+    /// Decodes bytes on standard input.
+    fn decode(&self, arguments: &str, bytes: &[u8]) -> Ran {
+        let mut command = self.command(&format!("instrument decode {arguments}"));
+        Ran::of(command.write_stdin(bytes))
+    }
+
+    fn decoded(&self, arguments: &str, bytes: &[u8]) -> Value {
+        let ran = self.decode(&format!("{arguments} --json"), bytes);
+        ran.succeeds().json()["data"].take()
+    }
+}
+
+#[test]
+fn the_list_names_status_channel_and_where_there_is_no_port() {
+    let data = Desk::new().data("instrument list");
+    let instruments = data["instruments"].as_array().unwrap();
+    assert_eq!(instruments.len(), 17);
+    let of = |name: &str| instruments.iter().find(|one| one["name"] == name).unwrap();
+    assert_eq!(of("mark10-series5")["status"], "documented");
+    assert_eq!(of("mark10-series5")["channel"], "force");
+    assert_eq!(of("imada-ds2")["status"], "implemented");
+    assert_eq!(of("imada-zts")["experimental"], true);
+    assert_eq!(of("mitutoyo-01a")["channel"], "displacement");
+    let note = of("mitutoyo-01a")["no_tty"]["linux"].as_str().unwrap();
+    assert!(note.contains("USB-ITN"), "{note}");
+}
+
+#[test]
+fn bytes_become_samples_in_the_unit_that_is_named_and_the_sign_as_sent() {
+    let desk = Desk::new();
+    let data = desk.decoded(
+        "mark10-series5 --unit N",
+        b"4.285 N\r\n-1.0 lbF\r\n*10\r\n1 lbFin\r\n\x80\r\n",
+    );
+    assert_eq!(
+        data["samples"],
+        json!([
+            { "value": 4.285, "unit": "N", "raw": "4.285 N", "marks": [] },
+            { "value": -4.448_221_615_260_5, "unit": "N", "raw": "-1.0 lbF", "marks": [] },
+        ])
+    );
+    let rejected = data["rejected"].as_array().unwrap();
+    let raw: Vec<&Value> = rejected.iter().map(|one| &one["raw"]).collect();
+    assert_eq!(raw, ["*10", "1 lbFin", "\\x80"]);
+    let data = desk.decoded("imada-ds2 --unit N", b"-056.7NTL\r-056.7NPL\r");
+    assert_eq!(data["samples"][0]["value"], -56.7);
+    assert_eq!(data["samples"][0]["marks"], json!(["below-limit"]));
+    assert!(
+        data["rejected"][0]["reason"]
+            .as_str()
+            .unwrap()
+            .contains("peak mode")
+    );
+}
+
+#[test]
+fn a_name_a_unit_or_a_permission_that_is_wanting_is_told() {
+    let desk = Desk::new();
+    let error = desk.refusal(
+        "instrument show mark10-series",
+        2,
+        "stiffbench::instrument::name",
+    );
+    assert_says(&error, &["did you mean mark10-series5?"]);
+    let error = desk.refusal(
+        "instrument decode mitutoyo-01a",
+        2,
+        "stiffbench::instrument::unit_needed",
+    );
+    assert_says(&error, &["mm, in"]);
+    let error = desk.refusal(
+        "instrument decode sauter-fh --unit mm",
+        2,
+        "stiffbench::instrument::unit_unknown",
+    );
+    assert_says(&error, &["kgf"]);
+    let shown = desk
+        .run("instrument show generic-ascii --toml")
+        .succeeds()
+        .stdout;
+    let recalled = shown.replace("status = \"implemented\"", "status = \"recalled\"");
+    desk.write("recalled.toml", &recalled);
+    let error = desk.refusal(
+        "instrument decode recalled.toml --unit N",
+        2,
+        "stiffbench::instrument::unverified",
+    );
+    assert_says(&error, &["--allow-unverified"]);
+    let data = desk.decoded("recalled.toml --unit N --allow-unverified", b"1.5 N\n");
+    assert_eq!(data["samples"][0]["value"], 1.5);
+}
+
+#[test]
+fn a_description_of_ones_own_is_checked_listed_and_used() {
+    let desk = Desk::new();
+    let shown = desk
+        .run("instrument show generic-ascii --toml")
+        .succeeds()
+        .stdout;
+    let own = shown.replace("name = \"generic-ascii\"", "name = \"my-gauge\"");
+    desk.write("own/instruments/my-gauge.toml", &own);
+    desk.run("instrument check own/instruments/my-gauge.toml")
+        .succeeds();
+    let data = desk.data("instrument list --protocols own");
+    assert_eq!(data["instruments"][0]["name"], "my-gauge");
+    let data = desk.decoded("my-gauge --protocols own --unit N", b"1.5 kgf\n");
+    assert_eq!(data["samples"][0]["value"], 14.709_975);
+    desk.write(
+        "own/instruments/broken.toml",
+        &own.replace("baud = 9600", "baud = 9"),
+    );
+    let error = desk.refusal(
+        "instrument check own/instruments/broken.toml",
+        10,
+        "stiffbench::instrument::description",
+    );
+    assert_says(&error, &["broken.toml:", "`line.baud` is 9"]);
+    let list = desk.run("instrument list --protocols own").succeeds();
+    assert!(list.stderr.contains("left out: "), "{}", list.stderr);
+}
