@@ -27,7 +27,7 @@ pub(super) fn run(args: &InstrumentArgs, global: &Global) -> Result<Outcome, Fai
             name,
             toml,
             protocols,
-        } => show(&find_description(name, protocols)?, *toml),
+        } => Ok(show(&find_description(name, protocols)?, *toml)),
         InstrumentCommand::Check { file } => Ok(check(read_description(file)?)),
         InstrumentCommand::Decode(args) => decode(args),
         InstrumentCommand::Read(args) => instrument_read::run(args, global),
@@ -94,7 +94,7 @@ fn summary_json(found: &Found) -> Value {
     })
 }
 
-fn show(found: &Found, toml: bool) -> Result<Outcome, Failure> {
+fn show(found: &Found, toml: bool) -> Outcome {
     let description = &found.description;
     let mut data = summary_json(found);
     data["line"] = json!(description.line);
@@ -118,7 +118,7 @@ fn show(found: &Found, toml: bool) -> Result<Outcome, Failure> {
     } else {
         description_text(description)
     };
-    Ok(Outcome::new("instrument", text, data).with_warnings(found.warnings.clone()))
+    Outcome::new("instrument", text, data).with_warnings(found.warnings.clone())
 }
 
 fn commands(description: &InstrumentDescription) -> impl Iterator<Item = (Role, &Command)> {
@@ -232,31 +232,28 @@ fn decoded_outcome(
 ) -> Outcome {
     let (mut samples, mut rejected) = (Vec::new(), Vec::new());
     let mut text = String::new();
+    let mut no_value = |raw: &str, reason: &str| {
+        rejected.push(json!({ "raw": raw, "reason": reason }));
+        format!("rejected: {raw}: {reason}\n")
+    };
     for one in decoded {
-        let line = match one {
+        text.push_str(&match one {
             Decoded::Sample(sample) => {
                 let value = sample_json(sample, description, unit);
                 let line = format!(
                     "{} {}  <- {}\n",
                     value["value"],
-                    value["unit"].as_str().unwrap_or_default(),
+                    words(&value["unit"]),
                     sample.raw
                 );
                 samples.push(value);
                 line
             }
-            Decoded::Rejected(Rejected { raw, reason, .. }) => {
-                rejected.push(json!({ "raw": raw, "reason": reason }));
-                format!("rejected: {raw}: {reason}\n")
-            }
-            Decoded::Reply(reply) => {
-                let reason = reply_reason(reply);
-                rejected.push(json!({ "raw": reply.raw, "reason": reason }));
-                format!("no value: {}: {reason}\n", reply.raw)
-            }
-        };
-        text.push_str(&line);
+            Decoded::Rejected(Rejected { raw, reason, .. }) => no_value(raw, reason),
+            Decoded::Reply(reply) => no_value(&reply.raw, &reply_reason(reply)),
+        });
     }
+    // Writing to a String does not fail.
     let _ = writeln!(
         text,
         "{} samples, {} rejected",
@@ -265,6 +262,10 @@ fn decoded_outcome(
     );
     let data = json!({ "instrument": description.name, "samples": samples, "rejected": rejected });
     Outcome::new("instrument-decode", text, data)
+}
+
+fn words(value: &Value) -> &str {
+    value.as_str().unwrap_or_default()
 }
 
 /// A sample in the unit that was asked for. Nobody asks a file, so that a value was not requested says nothing here.

@@ -222,15 +222,13 @@ impl Framer {
         else {
             return;
         };
-        let (longest, count) = (*longest, self.waiting.len());
+        let count = self.waiting.len();
+        let longest = longest + ends.iter().map(Vec::len).max().unwrap_or_default();
         let bytes = &self.waiting.bytes;
         if self.in_step && bare.contains(bytes) {
             out.push(self.waiting.take(count, 0, PieceKind::Packet));
-        } else if let Some(end) = ends
-            .iter()
-            .map(Vec::len)
-            .find(|end| count >= *end && ends.iter().any(|mark| mark == &bytes[count - end..]))
-        {
+        } else if let Some(end) = ends.iter().find(|end| bytes.ends_with(end)) {
+            let end = end.len();
             let kind = if self.in_step {
                 PieceKind::Packet
             } else {
@@ -242,7 +240,7 @@ impl Framer {
                 out.push(piece);
             }
             self.in_step = true;
-        } else if count > longest + 2 {
+        } else if count > longest {
             out.push(self.waiting.take(count, 0, PieceKind::TooLong));
             self.in_step = false;
         }
@@ -265,14 +263,15 @@ impl Framer {
     fn scan(&mut self, fits: &dyn Fn(&[u8]) -> bool, at_rest: bool, out: &mut Vec<Piece>) {
         while self.waiting.len() > 0 {
             match self.head() {
-                Head::Length(length) if self.waiting.len() >= length => {
-                    if fits(&self.waiting.bytes[..length]) {
-                        self.flush_skipped(out);
-                        out.push(self.waiting.take(length, 0, PieceKind::Packet));
-                        continue;
-                    }
+                Head::Length(length)
+                    if self.waiting.len() >= length && fits(&self.waiting.bytes[..length]) =>
+                {
+                    self.flush_skipped(out);
+                    out.push(self.waiting.take(length, 0, PieceKind::Packet));
+                    continue;
                 }
-                Head::Length(_) | Head::Short if !at_rest => return,
+                Head::Length(length) if self.waiting.len() < length && !at_rest => return,
+                Head::Short if !at_rest => return,
                 _ => {}
             }
             let piece = self.waiting.take(1, 0, PieceKind::Skipped);
@@ -335,4 +334,110 @@ enum Head {
 /// Whether an intact Modbus packet stands here.
 pub(super) fn fits_modbus(packet: &[u8]) -> bool {
     registers::is_intact(packet)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// The pieces of bytes, with a silence at each `None`.
+    fn pieces(kind: FramingKind, bytes: &[Option<u8>]) -> Vec<(PieceKind, String)> {
+        let mut framer = Framer::new(&Framing { kind, idle_s: 0.1 });
+        let mut out = Vec::new();
+        let fits = |packet: &[u8]| packet.ends_with(b"!");
+        for (place, byte) in bytes.iter().enumerate() {
+            match byte {
+                Some(byte) => framer.push(*byte, place as f64, &fits, &mut out),
+                None => framer.idle(&fits, &mut out),
+            }
+        }
+        let text = |piece: Piece| (piece.kind, piece.bytes.escape_ascii().to_string());
+        out.into_iter().map(text).collect()
+    }
+
+    /// Text with `|` for silence.
+    fn timed(text: &str) -> Vec<Option<u8>> {
+        text.bytes()
+            .map(|byte| (byte != b'|').then_some(byte))
+            .collect()
+    }
+
+    fn expect(kind: FramingKind, text: &str, expected: &[(PieceKind, &str)]) {
+        let found = pieces(kind, &timed(text));
+        let found: Vec<(PieceKind, &str)> = found
+            .iter()
+            .map(|(kind, text)| (*kind, text.as_str()))
+            .collect();
+        assert_eq!(found, expected, "{text}");
+    }
+
+    use PieceKind::{Cut, Packet, Skipped, Tail, TooLong, Uneven};
+
+    #[test]
+    fn lines_end_where_their_mark_stands_and_are_in_step_from_there() {
+        let lines = || FramingKind::Line {
+            ends: vec![b";;".to_vec()],
+            longest: 5,
+            bare: vec![b"K!".to_vec()],
+        };
+        expect(lines(), "ab;;c;;", &[(Packet, "ab"), (Packet, "c")]);
+        expect(lines(), ";;a;b;;", &[(Packet, "a;b")]);
+        expect(
+            lines(),
+            "ab|c;;d;;",
+            &[(Cut, "ab"), (Tail, "c"), (Packet, "d")],
+        );
+        expect(lines(), "abcde;;", &[(Packet, "abcde")]);
+        expect(
+            lines(),
+            "abcdefgh;;i;;",
+            &[(TooLong, "abcdefgh"), (Packet, "i")],
+        );
+        expect(
+            lines(),
+            "abcdefghi;;j;;",
+            &[(TooLong, "abcdefgh"), (Tail, "i"), (Packet, "j")],
+        );
+        expect(
+            lines(),
+            "K!a;;K;;",
+            &[(Packet, "K!"), (Packet, "a"), (Packet, "K")],
+        );
+    }
+
+    #[test]
+    fn packets_of_one_length_are_whole_between_silences() {
+        let fixed = || FramingKind::Fixed { length: 2 };
+        expect(
+            fixed(),
+            "ab|cdef|",
+            &[(Packet, "ab"), (Packet, "cd"), (Packet, "ef")],
+        );
+        expect(fixed(), "abc|de|", &[(Uneven, "abc"), (Packet, "de")]);
+        expect(fixed(), "|ab", &[]);
+    }
+
+    #[test]
+    fn packets_that_end_by_silence_end_there() {
+        let idle = || FramingKind::Idle { longest: 3 };
+        expect(idle(), "ab|c|", &[(Packet, "ab"), (Packet, "c")]);
+        expect(
+            idle(),
+            "abcdef|g|",
+            &[(TooLong, "abcd"), (TooLong, "ef"), (Packet, "g")],
+        );
+    }
+
+    #[test]
+    fn packets_with_a_start_mark_are_found_by_sliding() {
+        let start = || FramingKind::Start {
+            mark: b"<<".to_vec(),
+            length: 4,
+        };
+        expect(start(), "<<a!<<b!", &[(Packet, "<<a!"), (Packet, "<<b!")]);
+        expect(start(), "<x<<<a!", &[(Skipped, "<x<"), (Packet, "<<a!")]);
+        expect(start(), "<<a<|<<b!", &[(Skipped, "<<a<"), (Packet, "<<b!")]);
+        // The packet stands in what a false start had claimed; silence settles it.
+        expect(start(), "<<<<a!|", &[(Skipped, "<<"), (Packet, "<<a!")]);
+    }
 }

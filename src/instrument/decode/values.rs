@@ -15,34 +15,32 @@ pub(super) fn check_unit(
     description: &InstrumentDescription,
     unit: Option<&str>,
 ) -> Result<(), DecoderError> {
+    let instrument = || description.name.clone();
     let choices = || description.units.choices.join(", ");
+    let source = description.units.source;
     let Some(unit) = unit else {
-        return match description.units.source {
+        return match source {
             UnitSource::Configuration => Err(DecoderError::UnitNeeded {
-                instrument: description.name.clone(),
+                instrument: instrument(),
                 choices: choices(),
             }),
             _ => Ok(()),
         };
     };
     let kind = description.channel.kind();
-    let known = kind.si_factor(unit).is_some();
-    let pinned = matches!(
-        description.units.source,
-        UnitSource::Configuration | UnitSource::Query
-    );
-    let possible = known
-        && (!pinned
-            || description
-                .units
-                .choices
-                .iter()
-                .any(|choice| choice == unit));
-    if possible {
+    let pinned = matches!(source, UnitSource::Configuration | UnitSource::Query);
+    let chosen = || {
+        description
+            .units
+            .choices
+            .iter()
+            .any(|choice| choice == unit)
+    };
+    if kind.si_factor(unit).is_some() && (!pinned || chosen()) {
         return Ok(());
     }
     Err(DecoderError::UnitUnknown {
-        instrument: description.name.clone(),
+        instrument: instrument(),
         quantity: description.channel.to_string(),
         unit: unit.to_owned(),
         choices: if pinned {

@@ -28,19 +28,12 @@ pub(super) fn compile(file: DescriptionFile) -> Result<InstrumentDescription, Mi
     let physical = physical(&file.physical, kind)?;
     let packets = file.value.iter().map(|packet| packet.text.clone());
     Ok(InstrumentDescription {
-        line: LineSettings {
-            baud: file.line.baud,
-            alternatives: file.line.alternatives,
-            data_bits: file.line.data_bits,
-            parity: file.line.parity,
-            stop_bits: file.line.stop_bits,
-            flow: file.line.flow,
-        },
         modem: ModemLines {
             dtr: file.line.dtr,
             rts: file.line.rts,
             settle_s: file.line.settle_s,
         },
+        line: line_settings(file.line),
         sign: Sign {
             compression: file.sign.compression,
             removable: file.sign.removable,
@@ -61,6 +54,17 @@ pub(super) fn compile(file: DescriptionFile) -> Result<InstrumentDescription, Mi
         units,
         grammar,
     })
+}
+
+fn line_settings(line: LineEntry) -> LineSettings {
+    LineSettings {
+        baud: line.baud,
+        alternatives: line.alternatives,
+        data_bits: line.data_bits,
+        parity: line.parity,
+        stop_bits: line.stop_bits,
+        flow: line.flow,
+    }
 }
 
 pub(super) fn path<const N: usize>(keys: [&str; N]) -> Vec<Place> {
@@ -301,32 +305,22 @@ fn modbus_framing(modbus: &ModbusFraming) -> Result<FramingKind, Misplaced> {
 }
 
 fn units(entry: &UnitEntry, kind: Kind) -> Result<Units, Misplaced> {
-    let known = |unit: &str, path: Vec<Place>| match kind.si_factor(unit) {
-        Some(_) => Ok(()),
-        None => Err(value(
-            path,
-            format!("{unit:?}"),
-            &format!("a unit of {}: {}", word(kind), kind.units()),
-        )),
-    };
     for (code, unit) in &entry.codes {
-        known(unit, path(["unit", "codes", code.as_str()]))?;
+        known_unit(unit, kind, path(["unit", "codes", code.as_str()]))?;
     }
     for (index, unit) in entry.choices.iter().enumerate() {
-        known(unit, within(&path(["unit", "choices"]), index))?;
+        known_unit(unit, kind, within(&path(["unit", "choices"]), index))?;
     }
     match (&entry.fixed, entry.from) {
-        (Some(unit), UnitSource::Fixed) => known(unit, path(["unit", "fixed"]))?,
+        (Some(unit), UnitSource::Fixed) => {
+            known_unit(unit, kind, path(["unit", "fixed"]))?;
+        }
         (None, UnitSource::Fixed) => {
             return Err(missing(path(["unit"]), "fixed", "which unit is it"));
         }
         (Some(_), _) => {
-            return Err(conflict(
-                path(["unit"]),
-                "fixed",
-                "unit.from",
-                "only from = \"fixed\" has it",
-            ));
+            let why = "only from = \"fixed\" has it";
+            return Err(conflict(path(["unit"]), "fixed", "unit.from", why));
         }
         (None, _) => {}
     }
@@ -349,6 +343,13 @@ fn units(entry: &UnitEntry, kind: Kind) -> Result<Units, Misplaced> {
     })
 }
 
+/// SI units in a unit of the gauge's quantity.
+fn known_unit(unit: &str, kind: Kind, path: Vec<Place>) -> Result<f64, Misplaced> {
+    let expected = || format!("a unit of {}: {}", word(kind), kind.units());
+    kind.si_factor(unit)
+        .ok_or_else(|| value(path, format!("{unit:?}"), &expected()))
+}
+
 /// What a gauge measures, in a word.
 fn word(kind: Kind) -> &'static str {
     match kind {
@@ -360,36 +361,30 @@ fn word(kind: Kind) -> &'static str {
 }
 
 fn physical(entry: &PhysicalEntry, kind: Kind) -> Result<Physical, Misplaced> {
-    let known = |unit: &str, key: &str| {
-        let expected = format!("a unit of {}: {}", word(kind), kind.units());
-        kind.si_factor(unit)
-            .ok_or_else(|| value(path(["physical", key]), format!("{unit:?}"), &expected))
-    };
-    let largest = |table: &IndexMap<String, f64>, key: &str| {
-        let mut largest_si: Option<f64> = None;
-        for (unit, size) in table {
-            let size_si = size * known(unit, key)?;
-            if !(size_si.is_finite() && size_si > 0.0) {
-                return Err(value(
-                    path(["physical", key, unit.as_str()]),
-                    size,
-                    "more than 0",
-                ));
-            }
-            largest_si = Some(largest_si.map_or(size_si, |before| before.max(size_si)));
-        }
-        Ok(largest_si)
-    };
     for unit in entry.resolution.keys() {
-        known(unit, "resolution")?;
+        known_unit(unit, kind, path(["physical", "resolution", unit.as_str()]))?;
     }
     for unit in entry.decimals.keys() {
-        known(unit, "decimals")?;
+        known_unit(unit, kind, path(["physical", "decimals", unit.as_str()]))?;
     }
     Ok(Physical {
-        capacity_si: largest(&entry.capacity, "capacity")?,
-        plausible_si: largest(&entry.plausible, "plausible")?,
+        capacity_si: largest(&entry.capacity, kind, "capacity")?,
+        plausible_si: largest(&entry.plausible, kind, "plausible")?,
         resolution: entry.resolution.clone().into_iter().collect(),
         decimals: entry.decimals.clone().into_iter().collect(),
     })
+}
+
+/// The largest of sizes given in several units, SI.
+fn largest(table: &IndexMap<String, f64>, kind: Kind, key: &str) -> Result<Option<f64>, Misplaced> {
+    let mut largest_si: Option<f64> = None;
+    for (unit, size) in table {
+        let at = path(["physical", key, unit.as_str()]);
+        let size_si = size * known_unit(unit, kind, at.clone())?;
+        if !(size_si.is_finite() && size_si > 0.0) {
+            return Err(value(at, size, "more than 0"));
+        }
+        largest_si = Some(largest_si.map_or(size_si, |before| before.max(size_si)));
+    }
+    Ok(largest_si)
 }

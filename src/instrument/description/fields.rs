@@ -1,5 +1,7 @@
 //! From the fields of a file to patterns.
 
+use std::fmt::Display;
+
 use crate::instrument::Channel;
 use crate::instrument::grammar::{CharacterSet, ChoiceWord, Count, Field, Pattern, UnitWord};
 use crate::instrument::number::{MOST_DIGITS, NumberShape};
@@ -24,7 +26,11 @@ pub(super) struct FieldContext<'a> {
 }
 
 /// A value that cannot be.
-pub(super) fn value(path: Vec<Place>, found: impl ToString, expected: &str) -> Misplaced {
+#[expect(
+    clippy::needless_pass_by_value,
+    reason = "numbers and texts made for the message"
+)]
+pub(super) fn value(path: Vec<Place>, found: impl Display, expected: &str) -> Misplaced {
     let problem = DescriptionProblem::Value {
         key: key_of(&path),
         value: found.to_string(),

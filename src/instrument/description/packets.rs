@@ -6,7 +6,7 @@ use crate::instrument::registers::{Registers, RequiredBits, SignBits};
 use crate::instrument::units::Units;
 
 use super::compile::{conflict, missing, path};
-use super::entries::RegistersEntry;
+use super::entries::{FieldEntry, RegistersEntry};
 use super::fields::{FieldContext, pattern, value, value_pattern, within};
 use super::file::{DescriptionFile, ValueEntry};
 use super::parse::{Misplaced, Place};
@@ -21,44 +21,47 @@ pub(super) fn grammar(
         channel: file.channel,
         codes: &units.codes,
     };
+    if file.value.is_empty() {
+        let why = "a gauge sends at least one kind of value";
+        return Err(missing(path(["value"]), "fields", why));
+    }
     let mut grammar = Grammar::default();
     for (index, entry) in file.error.iter().enumerate() {
         let at = within(&path(["error"]), index);
-        let pattern = pattern(&entry.fields, &at, &context)?;
-        if entry.bare {
-            add_bare(&pattern, &at, framing)?;
-        }
         grammar.errors.push(ErrorPacket {
-            pattern,
+            pattern: told_packet(&entry.fields, entry.bare, &at, &context, framing)?,
             meaning: entry.meaning,
             text: entry.text.clone(),
         });
     }
     for (index, entry) in file.reply.iter().enumerate() {
         let at = within(&path(["reply"]), index);
-        let pattern = pattern(&entry.fields, &at, &context)?;
-        if entry.bare {
-            add_bare(&pattern, &at, framing)?;
-        }
         grammar.replies.push(ReplyPacket {
-            pattern,
+            pattern: told_packet(&entry.fields, entry.bare, &at, &context, framing)?,
             meaning: entry.meaning,
         });
     }
-    if file.value.is_empty() {
-        return Err(missing(
-            path(["value"]),
-            "fields",
-            "a gauge sends at least one kind of value",
-        ));
-    }
     for (index, entry) in file.value.iter().enumerate() {
         let at = within(&path(["value"]), index);
-        grammar
-            .values
-            .push(value_packet(entry, &at, &context, framing)?);
+        let packet = value_packet(entry, &at, &context, framing)?;
+        grammar.values.push(packet);
     }
     Ok(grammar)
+}
+
+/// The pattern of an error or a reply.
+fn told_packet(
+    fields: &[FieldEntry],
+    bare: bool,
+    at: &[Place],
+    context: &FieldContext<'_>,
+    framing: &mut Framing,
+) -> Result<Pattern, Misplaced> {
+    let pattern = pattern(fields, at, context)?;
+    if bare {
+        add_bare(&pattern, at, framing)?;
+    }
+    Ok(pattern)
 }
 
 /// A packet that comes without the end mark of lines is known by its bytes.
@@ -105,30 +108,18 @@ fn register_map(
     at: &[Place],
     count: usize,
 ) -> Result<Registers, Misplaced> {
-    let known = |register: u8, width: usize, path: Vec<Place>| {
-        let register = usize::from(register);
-        if register + width <= count {
-            Ok(register)
-        } else {
-            Err(value(
-                path,
-                register,
-                &format!("a register within the {count} that are asked for"),
-            ))
-        }
-    };
     let scale = entry.scale.unwrap_or(1.0);
     if !scale.is_finite() || scale == 0.0 {
-        return Err(value(
-            within(at, "scale"),
-            scale,
-            "a finite number other than 0",
-        ));
+        let expected = "a finite number other than 0";
+        return Err(value(within(at, "scale"), scale, expected));
+    }
+    if entry.decimals > 9 {
+        return Err(value(within(at, "decimals"), entry.decimals, "at most 9"));
     }
     let sign = match &entry.sign {
         None => None,
         Some(sign) => Some(SignBits {
-            register: known(sign.register, 1, within(at, "sign"))?,
+            register: register(sign.register, 1, count, within(at, "sign"))?,
             mask: sign.mask,
             plus: sign.plus,
             minus: sign.minus,
@@ -138,14 +129,15 @@ fn register_map(
     for (index, check) in entry.require.iter().enumerate() {
         let path = within(&within(at, "require"), index);
         require.push(RequiredBits {
-            register: known(check.register, 1, path)?,
+            register: register(check.register, 1, count, path)?,
             mask: check.mask,
             equals: check.equals,
             otherwise: check.otherwise.clone(),
         });
     }
+    let width = entry.format.registers();
     Ok(Registers {
-        first: known(entry.first, entry.format.registers(), within(at, "first"))?,
+        first: register(entry.first, width, count, within(at, "first"))?,
         format: entry.format,
         low_word_first: entry.low_word_first,
         decimals: entry.decimals,
@@ -153,4 +145,14 @@ fn register_map(
         sign,
         require,
     })
+}
+
+/// A register, or the first of several, among those that are asked for.
+fn register(first: u8, width: usize, count: usize, path: Vec<Place>) -> Result<usize, Misplaced> {
+    let first = usize::from(first);
+    if first + width <= count {
+        return Ok(first);
+    }
+    let expected = format!("a register within the {count} that are asked for");
+    Err(value(path, first, &expected))
 }

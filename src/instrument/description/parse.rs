@@ -1,11 +1,13 @@
 //! From the text of an instrument description to the description.
 
+use serde_json::Value;
+
 use crate::nearest::nearest;
 use crate::source_text::{SourceText, Step, UnknownKey};
 
 use super::InstrumentDescription;
 use super::compile::compile;
-use super::file::{DescriptionFile, SCHEMA};
+use super::file::{DescriptionFile, SCHEMA, json_schema};
 use super::problem::{DescriptionError, DescriptionProblem};
 
 /// A step into a file that is kept.
@@ -46,7 +48,11 @@ pub(super) fn key_of(path: &[Place]) -> String {
                 key.push('.');
                 key.push_str(name);
             }
-            Place::Index(index) => key.push_str(&format!("[{index}]")),
+            Place::Index(index) => {
+                key.push('[');
+                key.push_str(&index.to_string());
+                key.push(']');
+            }
         }
     }
     key
@@ -109,74 +115,24 @@ fn schema_problem(source: &SourceText, read: Option<&str>) -> Option<Description
 
 fn unknown_key(file: &str, unknown: &UnknownKey) -> String {
     let last = unknown.key.rsplit('.').next().unwrap_or(&unknown.key);
-    let advice =
-        nearest(last, KEYS).map_or_else(String::new, |near| format!("; is `{near}` meant?"));
+    let mut keys = Vec::new();
+    collect_keys(&json_schema(), &mut keys);
+    let advice = nearest(last, keys.iter().map(String::as_str))
+        .map_or_else(String::new, |near| format!("; is `{near}` meant?"));
     format!(
         "{file}:{}:{}: key `{}` is not known and was not used{advice}",
         unknown.line, unknown.column, unknown.key
     )
 }
 
-/// Keys that a mistyped one may have meant.
-const KEYS: [&str; 60] = [
-    "schema",
-    "name",
-    "text",
-    "channel",
-    "status",
-    "experimental",
-    "sources",
-    "notes",
-    "no_tty",
-    "line",
-    "timing",
-    "commands",
-    "framing",
-    "sign",
-    "unit",
-    "physical",
-    "value",
-    "error",
-    "reply",
-    "baud",
-    "alternatives",
-    "data_bits",
-    "parity",
-    "stop_bits",
-    "flow",
-    "dtr",
-    "rts",
-    "settle_s",
-    "reply_deadline_s",
-    "drain_s",
-    "retries",
-    "gap_s",
-    "most_per_s",
-    "discard_after_open",
-    "silent_after_s",
-    "terminator",
-    "send",
-    "bytes",
-    "expects",
-    "effect",
-    "separator",
-    "refuse",
-    "end",
-    "longest",
-    "idle_s",
-    "compression",
-    "removable",
-    "from",
-    "fixed",
-    "codes",
-    "choices",
-    "capacity",
-    "plausible",
-    "resolution",
-    "decimals",
-    "fields",
-    "registers",
-    "meaning",
-    "bare",
-    "measures",
-];
+/// All keys of a schema.
+fn collect_keys(schema: &Value, keys: &mut Vec<String>) {
+    if let Some(properties) = schema.get("properties").and_then(Value::as_object) {
+        keys.extend(properties.keys().cloned());
+    }
+    match schema {
+        Value::Object(object) => object.values().for_each(|part| collect_keys(part, keys)),
+        Value::Array(parts) => parts.iter().for_each(|part| collect_keys(part, keys)),
+        _ => {}
+    }
+}
