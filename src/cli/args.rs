@@ -7,6 +7,7 @@ use clap::{Args, Parser, Subcommand, ValueEnum};
 
 use crate::test_point::Direction;
 
+use super::compare::CompareArgs;
 use super::diagnose_args::DiagnoseArgs;
 #[cfg(unix)]
 use super::emulate::EmulateArgs;
@@ -464,19 +465,6 @@ pub(super) struct SimulateArgs {
     /// What is measured in which order; last, as its heading would go on.
     #[command(flatten)]
     pub(super) procedure: ProcedureArgs,
-}
-
-/// Arguments of `compare`.
-#[derive(Debug, Args)]
-#[command(after_help = "Example:\n  stiffbench compare monday friday")]
-pub(super) struct CompareArgs {
-    /// First session
-    pub(super) a: PathBuf,
-    /// Second session
-    pub(super) b: PathBuf,
-    /// Write the load-displacement overlay as FILE.svg and FILE.png
-    #[arg(long, value_name = "FILE")]
-    pub(super) figure: Option<PathBuf>,
 }
 
 /// Arguments of `paper`.

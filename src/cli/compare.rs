@@ -1,14 +1,31 @@
 //! `stiffbench compare`.
 
+use std::path::PathBuf;
+
+use clap::Args;
+
 use crate::readings::InstrumentRecord;
 use crate::report::{comparison_json, comparison_text, load_displacement_figure};
 use crate::stiffness::{Agreement, Branches, SameGauges, compare};
 
-use super::args::{CompareArgs, Global, LogArgs};
+use super::args::{Global, LogArgs};
 use super::data::{Session, load_session};
 use super::failure::Failure;
 use super::figure_files::write_figure;
 use super::outcome::Outcome;
+
+/// Arguments of `compare`.
+#[derive(Debug, Args)]
+#[command(after_help = "Example:\n  stiffbench compare monday friday")]
+pub(super) struct CompareArgs {
+    /// First session
+    a: PathBuf,
+    /// Second session
+    b: PathBuf,
+    /// Write the load-displacement overlay as FILE.svg and FILE.png
+    #[arg(long, value_name = "FILE")]
+    figure: Option<PathBuf>,
+}
 
 /// The difference of two sessions.
 pub(super) fn run(args: &CompareArgs, global: &Global) -> Result<Outcome, Failure> {

@@ -73,6 +73,7 @@ pub(super) struct Gauge {
     pub(super) warnings: Vec<String>,
     unit: Option<String>,
     acquisition: Acquisition,
+    expected: Option<Box<str>>,
     open: OpenPort,
 }
 
@@ -95,24 +96,23 @@ impl Gauge {
             .unit
             .clone()
             .or_else(|| bound.and_then(|bound| bound.unit.clone()));
+        // A port that is named may have any gauge of this kind on it; a bound one has the one that was bound.
+        let expected = bound
+            .filter(|_| args.port.is_none())
+            .and_then(|bound| bound.identity.as_deref());
+        let expected = expected.map(Into::into);
         // Before the port is touched.
         Decoder::new(&description, unit.as_deref())?;
         let resolved = identity.resolve(&list_ports()?)?;
         warnings.extend(resolved.note);
-        let mut settings = PortSettings::of(&description.line, &description.modem);
-        if let Some(baud) = args.baud {
-            settings = settings.with_baud(baud);
-        }
-        let opened = open(
-            &resolved.path,
-            &settings,
-            &Patience::default(),
-            &mut |note| {
-                if !quiet {
-                    print_error(&format!("note: {note}"));
-                }
-            },
-        )?;
+        let settings = PortSettings::of(&description.line, &description.modem);
+        let settings = settings.with_baud(args.baud.unwrap_or(description.line.baud));
+        let mut note = |note| {
+            if !quiet {
+                print_error(&format!("note: {note}"));
+            }
+        };
+        let opened = open(&resolved.path, &settings, &Patience::default(), &mut note)?;
         Ok(Self {
             header: Header {
                 instrument: Some(description.name.clone()),
@@ -127,6 +127,7 @@ impl Gauge {
             description: Arc::new(description),
             warnings,
             unit,
+            expected,
             open: opened,
         })
     }
@@ -138,7 +139,10 @@ impl Gauge {
         trace: Option<Box<dyn Sink>>,
     ) -> Result<Reader, Failure> {
         let decoder = Decoder::new(&self.description, self.unit.as_deref())?;
-        let manner = Manner::glance(self.acquisition);
+        let manner = Manner {
+            expected: self.expected,
+            ..Manner::glance(self.acquisition)
+        };
         Ok(Reader::new(
             self.open,
             self.description,

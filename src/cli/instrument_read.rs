@@ -33,7 +33,7 @@ pub(super) struct ReadArgs {
     seconds: Option<f64>,
 }
 
-/// How long nothing at all may come before it is an error, s.
+/// Without a value for so long none comes any more, s.
 const PATIENCE_S: f64 = 10.0;
 
 /// Runs `instrument read`.
@@ -50,28 +50,22 @@ pub(super) fn run(args: &ReadArgs, global: &Global) -> Result<Outcome, Failure> 
     };
     let end_s = args.seconds.unwrap_or(f64::INFINITY);
     let mut taken = Taken::default();
-    let mut last_s = 0.0;
     while taken.samples.len() < wanted && clock.now_s() < end_s {
         let left_s = (end_s - clock.now_s()).clamp(0.0, 1.0);
         for event in reader.events(Duration::from_secs_f64(left_s))? {
             if taken.samples.len() < wanted {
-                taken.take(event, global);
-                last_s = clock.now_s();
+                taken.take(event, clock.now_s(), global);
             }
         }
-        if taken.is_empty() && clock.now_s() - last_s > PATIENCE_S {
-            break;
-        }
-        if taken.silent && args.seconds.is_none() {
+        let is_hopeless = taken.silent || clock.now_s() - taken.last_s > PATIENCE_S;
+        if args.seconds.is_none() && is_hopeless {
             break;
         }
     }
-    if taken.is_empty() && args.seconds.is_none() {
-        return Err(PortError::Silent {
-            port: port.unwrap_or_default(),
-            waited_s: clock.now_s(),
-        }
-        .into());
+    if taken.samples.is_empty() && args.seconds.is_none() {
+        return Err(taken
+            .nothing(port.unwrap_or_default(), clock.now_s())
+            .into());
     }
     Ok(taken
         .outcome(&name, reader.identity(), clock.now_s())
@@ -85,14 +79,24 @@ struct Taken {
     rejected: Vec<Value>,
     notes: Vec<String>,
     silent: bool,
+    /// When the last value came, s.
+    last_s: f64,
 }
 
 impl Taken {
-    fn is_empty(&self) -> bool {
-        self.samples.is_empty() && self.rejected.is_empty()
+    /// Why there is no value.
+    fn nothing(&self, port: String, waited_s: f64) -> PortError {
+        match self.rejected.last() {
+            None => PortError::Silent { port, waited_s },
+            Some(last) => PortError::WrongDevice {
+                port,
+                problem: format!("no value came, but {} ({})", last["raw"], last["reason"]),
+                help: "compare instrument, unit and mode with what the gauge shows".to_owned(),
+            },
+        }
     }
 
-    fn take(&mut self, event: GaugeEvent, global: &Global) {
+    fn take(&mut self, event: GaugeEvent, now_s: f64, global: &Global) {
         match event {
             GaugeEvent::Sample { sample, .. } => {
                 if !global.json {
@@ -100,6 +104,8 @@ impl Taken {
                     let _ = print(&format!("{}\n", line(&sample)));
                 }
                 self.samples.push(sample_json(&sample));
+                self.last_s = now_s;
+                self.silent = false;
             }
             GaugeEvent::Rejected { rejected, .. } => {
                 if !global.json && !global.quiet {

@@ -16,7 +16,7 @@ use crate::instrument::probe::{Finding, clear_match, probe};
 use crate::instrument::{Channel, InstrumentDescription};
 
 use super::args::Global;
-use super::descriptions::{Found, all_descriptions, find_description};
+use super::descriptions::{all_descriptions, find_description};
 use super::failure::{CliError, Failure};
 use super::gauge::{BINDINGS_FILE, channel, read_bindings};
 use super::instrument_args::ProtocolsArgs;
@@ -166,12 +166,7 @@ fn bind(
     global: &Global,
 ) -> Result<Outcome, Failure> {
     let [port] = ports else {
-        return Err(CliError::Argument {
-            argument: "--bind".to_owned(),
-            problem: format!("{} ports are there, and one has to be meant", ports.len()),
-            help: Some("name it with --port, or plug it in after --wait".to_owned()),
-        }
-        .into());
+        return Err(not_one(ports).into());
     };
     let findings = look(port, &candidates(args)?, global)?;
     let (instrument, identity) = match (&args.instrument, clear_match(&findings)) {
@@ -179,40 +174,20 @@ fn bind(
         (None, Some(found)) => (found.instrument.clone(), found.identity.clone()),
         (None, None) => return Err(not_clear(port, &findings)),
     };
-    let Found {
-        description,
-        mut warnings,
-        ..
-    } = find_description(&instrument, &args.protocols)?;
-    check_channel(&description, bound)?;
+    let found = find_description(&instrument, &args.protocols)?;
+    check_channel(&found.description, bound)?;
+    let mut warnings = found.warnings;
     if findings.is_empty() {
         warnings.push(format!(
             "{instrument} did not answer on {}; the binding was written all the same",
             port.path
         ));
     }
-    let (old, of_file) = read_bindings(&args.bindings)?;
-    warnings.extend(of_file);
-    let (path, usb) = match PortIdentity::of_path(&port.path, std::slice::from_ref(port)) {
-        PortIdentity::Usb(usb) => (port.stable_path().to_owned(), Some(usb)),
-        PortIdentity::Path(path) => (path, None),
-    };
-    if usb.as_ref().is_some_and(|usb| usb.serial.is_none()) {
+    let binding = binding_of(port, instrument, args.unit.clone(), identity);
+    if binding.usb.as_ref().is_some_and(|usb| usb.serial.is_none()) {
         warnings.push("this adapter has no serial number: it is known by its socket only, and has to stay in it".to_owned());
     }
-    let binding = Binding {
-        instrument,
-        unit: args.unit.clone(),
-        identity,
-        path: Some(path),
-        usb,
-    };
-    let (new, note) = old.with(bound, binding.clone());
-    warnings.extend(note);
-    fs::write(&args.bindings, new.to_toml()).map_err(|source| CliError::Write {
-        path: args.bindings.clone(),
-        source,
-    })?;
+    warnings.extend(write_binding(args, bound, &binding)?);
     let port_name = binding
         .port()
         .map_or_else(String::new, |port| port.to_string());
@@ -223,6 +198,49 @@ fn bind(
     );
     let data = json!({ "channel": bound, "binding": binding, "file": args.bindings });
     Ok(Outcome::new("port-binding", text, data).with_warnings(warnings))
+}
+
+fn binding_of(
+    port: &PortInfo,
+    instrument: String,
+    unit: Option<String>,
+    identity: Option<String>,
+) -> Binding {
+    let (path, usb) = match PortIdentity::of_path(&port.path, std::slice::from_ref(port)) {
+        PortIdentity::Usb(usb) => (port.stable_path().to_owned(), Some(usb)),
+        PortIdentity::Path(path) => (path, None),
+    };
+    Binding {
+        instrument,
+        unit,
+        identity,
+        path: Some(path),
+        usb,
+    }
+}
+
+/// Puts a binding into the file; what a user should know of it.
+fn write_binding(
+    args: &PortsArgs,
+    bound: Channel,
+    binding: &Binding,
+) -> Result<Vec<String>, Failure> {
+    let (old, mut warnings) = read_bindings(&args.bindings)?;
+    let (new, note) = old.with(bound, binding.clone());
+    warnings.extend(note);
+    fs::write(&args.bindings, new.to_toml()).map_err(|source| CliError::Write {
+        path: args.bindings.clone(),
+        source,
+    })?;
+    Ok(warnings)
+}
+
+fn not_one(ports: &[PortInfo]) -> CliError {
+    CliError::Argument {
+        argument: "--bind".to_owned(),
+        problem: format!("{} ports are there, and one has to be meant", ports.len()),
+        help: Some("name it with --port, or plug it in after --wait".to_owned()),
+    }
 }
 
 fn not_clear(port: &PortInfo, findings: &[Finding]) -> Failure {
@@ -289,7 +307,7 @@ fn text(ports: &[(PortInfo, Option<Look>)]) -> String {
         }
         match look {
             Some(Ok(findings)) if findings.is_empty() => {
-                text.push_str("  nothing that is known answers\n")
+                text.push_str("  nothing that is known answers\n");
             }
             Some(Ok(findings)) => {
                 for finding in findings {

@@ -134,20 +134,7 @@ impl Write for Durable {
 }
 
 fn record(args: &RecordArgs, global: &Global) -> Result<Outcome, Failure> {
-    let not_written = |source| CliError::Write {
-        path: args.out.clone(),
-        source,
-    };
-    let file = OpenOptions::new()
-        .write(true)
-        .create_new(true)
-        .open(&args.out);
-    let file = file.map_err(|source| match source.kind() {
-        io::ErrorKind::AlreadyExists => CliError::Exists {
-            path: args.out.clone(),
-        },
-        _ => not_written(source),
-    })?;
+    let file = new_file(&args.out)?;
     let opened = Gauge::open(&args.instrument, &args.port, global.quiet);
     let mut gauge = opened.inspect_err(|_| {
         // An empty trace helps nobody; that the port is not there is the news.
@@ -155,7 +142,12 @@ fn record(args: &RecordArgs, global: &Global) -> Result<Outcome, Failure> {
     })?;
     let warnings = std::mem::take(&mut gauge.warnings);
     let writer =
-        TraceWriter::begin(Durable(BufWriter::new(file)), &gauge.header).map_err(not_written)?;
+        TraceWriter::begin(Durable(BufWriter::new(file)), &gauge.header).map_err(|source| {
+            CliError::Write {
+                path: args.out.clone(),
+                source,
+            }
+        })?;
     let failed = Arc::new(AtomicBool::new(false));
     let told = Arc::clone(&failed);
     let sink = TraceSink::start(writer, move |error| {
@@ -164,8 +156,7 @@ fn record(args: &RecordArgs, global: &Global) -> Result<Outcome, Failure> {
     });
     let clock = Clock::default();
     let mut reader = gauge.reader(clock, Some(Box::new(sink)))?;
-    let mut values = 0_usize;
-    let mut rejected = 0_usize;
+    let (mut values, mut rejected) = (0_usize, 0_usize);
     let end_s = args.seconds.unwrap_or(f64::INFINITY);
     while clock.now_s() < end_s && !failed.load(Ordering::Relaxed) {
         let left_s = (end_s - clock.now_s()).clamp(0.0, 0.5);
@@ -173,12 +164,12 @@ fn record(args: &RecordArgs, global: &Global) -> Result<Outcome, Failure> {
             match event {
                 GaugeEvent::Sample { sample, .. } => {
                     values += 1;
-                    if !global.json {
-                        // A reader that went away is found out when the rest is printed.
-                        let _ = print(&format!("{}\n", line(&sample)));
-                    }
+                    show_value(&line(&sample), global);
                 }
                 GaugeEvent::Rejected { .. } => rejected += 1,
+                GaugeEvent::Note { text, .. } if !global.quiet => {
+                    print_error(&format!("note: {text}"))
+                }
                 _ => {}
             }
         }
@@ -190,6 +181,28 @@ fn record(args: &RecordArgs, global: &Global) -> Result<Outcome, Failure> {
     );
     let data = json!({ "file": args.out, "values": values, "rejected": rejected, "complete": !failed.load(Ordering::Relaxed) });
     Ok(Outcome::new("trace-record", text, data).with_warnings(warnings))
+}
+
+/// A file that was not there before.
+fn new_file(path: &Path) -> Result<File, CliError> {
+    let file = OpenOptions::new().write(true).create_new(true).open(path);
+    file.map_err(|source| match source.kind() {
+        io::ErrorKind::AlreadyExists => CliError::Exists {
+            path: path.to_owned(),
+        },
+        _ => CliError::Write {
+            path: path.to_owned(),
+            source,
+        },
+    })
+}
+
+/// Shows a value as it comes.
+fn show_value(line: &str, global: &Global) {
+    if !global.json {
+        // A reader that went away is found out when the rest is printed.
+        let _ = print(&format!("{line}\n"));
+    }
 }
 
 /// A trace, and what is to be said of its state.
@@ -284,13 +297,16 @@ fn byte_counts(trace: &Trace) -> (usize, usize) {
     counts
 }
 
+/// Events with their times, s.
+type Events = Vec<(f64, GaugeEvent)>;
+
 /// What a trace says, by the description that it names or that is named.
 fn events(
     file: &Path,
     instrument: Option<&str>,
     unit: Option<&str>,
     protocols: &ProtocolsArgs,
-) -> Result<(Vec<(f64, GaugeEvent)>, Vec<String>), Failure> {
+) -> Result<(Events, Vec<String>), Failure> {
     let (trace, mut warnings) = read(file)?;
     let Some(name) = instrument.or(trace.header.instrument.as_deref()) else {
         return Err(CliError::Argument {
@@ -363,10 +379,7 @@ fn replay(args: &ReplayArgs, global: &Global) -> Result<Outcome, Failure> {
     loop {
         match replay.next(Duration::from_secs(1)) {
             Some(GaugeEvent::Sample { channel, sample }) => {
-                if !global.json {
-                    // A reader that went away is found out when the rest is printed.
-                    let _ = print(&format!("{channel:<12} {}\n", line(&sample)));
-                }
+                show_value(&format!("{channel:<12} {}", line(&sample)), global);
                 let mut object = sample_json(&sample);
                 object["channel"] = json!(channel);
                 samples.push(object);

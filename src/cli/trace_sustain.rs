@@ -96,58 +96,78 @@ impl Tally {
 pub(super) fn run(args: &SustainArgs, global: &Global) -> Result<Outcome, Failure> {
     let rates = [args.force_per_s, args.displacement_per_s];
     let totals = rates.map(|rate| (f64::from(rate) * args.seconds).round() as u64);
-    let mut counters = Vec::new();
-    let mut gauges = Vec::new();
-    for channel in Channel::ALL {
-        let counter = Counter::start(
-            unit(channel),
-            rates[channel.index()],
-            totals[channel.index()],
-        )?;
+    let (mut counters, mut gauges) = (Vec::new(), Vec::new());
+    for (channel, (rate, total)) in Channel::ALL.into_iter().zip(rates.into_iter().zip(totals)) {
+        let counter = Counter::start(unit(channel), rate, total)?;
         gauges.push(live_gauge(channel, &counter.path)?);
         counters.push(counter);
     }
     let clock = Clock::default();
     let mut live = LiveGauges::start(gauges, clock, Patience::default(), Persistence::default())?;
+    let mut held = Held::default();
     let bar = progress(global, "streaming", args.seconds as u64);
-    let mut tallies = [Tally::default(); 2];
-    let mut at_start = None;
-    let mut faults = Vec::new();
-    let mut quiet_since_s = 0.0;
-    while tallies
-        .iter()
-        .zip(totals)
-        .any(|(tally, total)| tally.last < total)
-        && clock.now_s() - quiet_since_s < 10.0
-    {
-        match live.next(Duration::from_millis(500)) {
-            Some(GaugeEvent::Sample { channel, sample }) => {
-                tallies[channel.index()].take(sample.value);
-                quiet_since_s = clock.now_s();
-                // Measured when everything is running.
-                if at_start.is_none() && clock.now_s() > 1.0_f64.min(args.seconds / 4.0) {
-                    at_start = Some(usage(clock.now_s()));
-                }
-                bar.set_position(clock.now_s() as u64);
-            }
-            Some(GaugeEvent::Rejected { channel, rejected }) => {
-                tallies[channel.index()].rejected += 1;
-                faults.push(format!("{channel}: {} ({})", rejected.raw, rejected.reason));
-            }
-            Some(GaugeEvent::Note { channel, text, .. }) => {
-                faults.push(format!("{channel}: {text}"))
-            }
-            _ => {}
+    while held.is_going_on(totals, clock.now_s()) {
+        if let Some(event) = live.next(Duration::from_millis(500)) {
+            held.take(event, clock.now_s(), args.seconds);
+            bar.set_position(clock.now_s() as u64);
         }
     }
     bar.finish_and_clear();
     let at_end = usage(clock.now_s());
     drop(live);
-    for (tally, counter) in tallies.iter_mut().zip(counters) {
+    for (tally, counter) in held.tallies.iter_mut().zip(counters) {
         tally.sent = counter.sent();
     }
-    faults.truncate(20);
-    Ok(report(tallies, at_start.flatten(), at_end, clock.now_s()).with_warnings(faults))
+    let outcome = report(&held.tallies, held.at_start, at_end, clock.now_s());
+    Ok(outcome.with_warnings(held.faults))
+}
+
+/// What came so far.
+#[derive(Debug, Default)]
+struct Held {
+    tallies: [Tally; 2],
+    at_start: Option<Usage>,
+    faults: Vec<String>,
+    last_s: f64,
+}
+
+/// Faults that are told one by one; all are counted.
+const MOST_FAULTS: usize = 20;
+/// Without any value for so long, nothing more comes, s.
+const SILENCE_S: f64 = 10.0;
+
+impl Held {
+    fn is_going_on(&self, totals: [u64; 2], now_s: f64) -> bool {
+        let is_short = self
+            .tallies
+            .iter()
+            .zip(totals)
+            .any(|(tally, total)| tally.last < total);
+        is_short && now_s - self.last_s < SILENCE_S
+    }
+
+    fn take(&mut self, event: GaugeEvent, now_s: f64, seconds: f64) {
+        let fault = match event {
+            GaugeEvent::Sample { channel, sample } => {
+                self.tallies[channel.index()].take(sample.value);
+                self.last_s = now_s;
+                // Measured when everything is running.
+                if self.at_start.is_none() && now_s > 1.0_f64.min(seconds / 4.0) {
+                    self.at_start = usage(now_s);
+                }
+                return;
+            }
+            GaugeEvent::Rejected { channel, rejected } => {
+                self.tallies[channel.index()].rejected += 1;
+                format!("{channel}: {} ({})", rejected.raw, rejected.reason)
+            }
+            GaugeEvent::Note { channel, text, .. } => format!("{channel}: {text}"),
+            _ => return,
+        };
+        if self.faults.len() < MOST_FAULTS {
+            self.faults.push(fault);
+        }
+    }
 }
 
 fn unit(channel: Channel) -> &'static str {
@@ -200,9 +220,9 @@ fn usage(at_s: f64) -> Option<Usage> {
     })
 }
 
-fn report(tallies: [Tally; 2], start: Option<Usage>, end: Option<Usage>, seconds: f64) -> Outcome {
+fn report(tallies: &[Tally; 2], start: Option<Usage>, end: Option<Usage>, seconds: f64) -> Outcome {
     let mut text = String::new();
-    for (channel, tally) in Channel::ALL.into_iter().zip(&tallies) {
+    for (channel, tally) in Channel::ALL.into_iter().zip(tallies) {
         // Writing to a string cannot fail.
         let _ = writeln!(
             text,

@@ -31,7 +31,7 @@ pub struct Finding {
 /// Tries descriptions on a port; those that something speaks for, the best first.
 ///
 /// For each setting of the line the port is opened and listened to. Only if nothing comes, each description's request for a value is sent, and
-/// its question for identity if a value came; commands that set, step or toggle are never sent.
+/// its question for identity if a value came; commands that set, step or toggle are never sent. It ends as soon as one says who it is.
 ///
 /// # Errors
 /// [`PortError`] if the port cannot be opened, or is lost.
@@ -54,8 +54,11 @@ pub fn probe(
         let opened = open(path, &settings, &Patience::without_waiting(), note)?;
         findings.extend(Probe::new(opened).try_all(&alike)?);
         settings_done.push(settings);
+        if is_settled(&findings) {
+            break;
+        }
     }
-    findings.sort_by(|a, b| b.points.cmp(&a.points));
+    findings.sort_by_key(|finding| -finding.points);
     Ok(findings)
 }
 
@@ -67,6 +70,11 @@ pub fn clear_match(findings: &[Finding]) -> Option<&Finding> {
         [best, ..] if best.points >= 3 => Some(best),
         _ => None,
     }
+}
+
+/// Whether one has said who it is: then nothing more is sent that is meant for others.
+fn is_settled(findings: &[Finding]) -> bool {
+    findings.iter().any(|finding| finding.identity.is_some())
 }
 
 struct Probe {
@@ -95,6 +103,9 @@ impl Probe {
                 judge(description, None, &heard)
             };
             findings.extend(finding.filter(|finding| finding.points > 0));
+            if is_settled(&findings) {
+                break;
+            }
         }
         Ok(findings)
     }

@@ -100,42 +100,18 @@ impl Reader {
     }
 
     fn carry_out(&mut self, events: &mut Vec<GaugeEvent>) -> Result<(), PortError> {
-        let now = self.now();
+        let at_s = self.clock.now_s();
         for deed in std::mem::take(&mut self.deeds) {
+            if let Some(what) = deed.traced() {
+                self.record(at_s, what);
+            }
             match deed {
-                Deed::Send { role, bytes } => {
-                    self.record(
-                        now.at_s,
-                        What::Sent {
-                            role: Some(role),
-                            bytes: bytes.clone(),
-                        },
-                    );
-                    self.open
-                        .port
-                        .write_all(&bytes)
-                        .map_err(|error| self.lost(&error.to_string()))?;
+                Deed::Send { bytes, .. } => {
+                    let written = self.open.port.write_all(&bytes);
+                    written.map_err(|error| self.lost(&error.to_string()))?;
                 }
-                Deed::Tell(event) => {
-                    match &event {
-                        GaugeEvent::Link { state, .. } => {
-                            self.record(now.at_s, What::Link(state.clone()))
-                        }
-                        GaugeEvent::Note { text, .. } => {
-                            self.record(now.at_s, What::Note(text.to_string()))
-                        }
-                        _ => {}
-                    }
-                    events.push(event);
-                }
-                Deed::Unused { count, reason } => self.record(
-                    now.at_s,
-                    What::Unused {
-                        count,
-                        reason: reason.to_owned(),
-                    },
-                ),
-                Deed::Reset => self.record(now.at_s, What::Reset),
+                Deed::Tell(event) => events.push(event),
+                Deed::Unused { .. } | Deed::Reset => {}
                 Deed::Refuse { reason } => {
                     return Err(PortError::WrongDevice {
                         port: self.open.path.clone(),

@@ -10,6 +10,8 @@ mod diagnose;
 mod failures;
 mod files;
 mod instruments;
+#[cfg(unix)]
+mod lines;
 mod physics;
 mod results;
 mod session;

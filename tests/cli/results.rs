@@ -169,6 +169,8 @@ fn help_has_examples_and_exit_codes() {
         "simulate",
         "compare",
         "paper",
+        "ports",
+        "trace",
     ] {
         let help = desk.run(&format!("{subcommand} --help")).succeeds().stdout;
         assert!(

@@ -59,18 +59,6 @@ impl Device {
             thread: Some(thread),
         }
     }
-
-    /// A device that says who it is and counts: the n-th value is n, in `unit`.
-    pub(crate) fn counting(name: &Path, identity: &'static str, unit: &'static str) -> Self {
-        let mut count = 0;
-        Self::at(name, move |command| {
-            if command == "ID" {
-                return vec![format!("{identity}\r").into_bytes()];
-            }
-            count += 1;
-            vec![format!("+{count} {unit}\r").into_bytes()]
-        })
-    }
 }
 
 impl Drop for Device {

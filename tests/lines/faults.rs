@@ -6,7 +6,6 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use stiffbench::instrument::Ask;
 use stiffbench::instrument::trace::What;
 
-use super::device::Device;
 use super::*;
 
 fn one(desk: &Desk) -> LiveGauges {
@@ -151,9 +150,10 @@ fn a_gauge_that_falls_silent_is_noticed_and_noticed_again_when_it_speaks() {
     let asleep = Arc::new(AtomicBool::new(false));
     let is_asleep = Arc::clone(&asleep);
     let _device = Device::at(&desk.name("force"), move |_| {
-        match is_asleep.load(Ordering::Relaxed) {
-            true => Vec::new(),
-            false => vec![b"+1 N\r".to_vec()],
+        if is_asleep.load(Ordering::Relaxed) {
+            Vec::new()
+        } else {
+            vec![b"+1 N\r".to_vec()]
         }
     });
     let text = GAUGE

@@ -11,7 +11,7 @@ mod faults;
 mod trace;
 mod values;
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::time::Duration;
 
 use stiffbench::clock::Clock;
@@ -23,6 +23,8 @@ use stiffbench::instrument::{
     Channel, GaugeEvent, Gauges, InstrumentDescription, LinkState, Sample,
 };
 use tempfile::TempDir;
+
+use device::Device;
 
 /// Long enough for anything that should happen; a test that waits so long fails.
 const LONG: Duration = Duration::from_secs(20);
@@ -104,6 +106,20 @@ fn start(gauges: Vec<LiveGauge>) -> LiveGauges {
     .unwrap()
 }
 
+impl Device {
+    /// A device that says who it is and counts: the n-th value is n, in `unit`.
+    pub(crate) fn counting(name: &Path, identity: &'static str, unit: &'static str) -> Self {
+        let mut count = 0;
+        Self::at(name, move |command| {
+            if command == "ID" {
+                return vec![format!("{identity}\r").into_bytes()];
+            }
+            count += 1;
+            vec![format!("+{count} {unit}\r").into_bytes()]
+        })
+    }
+}
+
 /// Where devices put the names of their ports.
 struct Desk(TempDir);
 
@@ -150,11 +166,13 @@ fn is_connected(event: &GaugeEvent) -> bool {
 }
 
 fn samples(events: &[GaugeEvent]) -> Vec<&Sample> {
-    let sample = |event| match event {
-        &GaugeEvent::Sample { ref sample, .. } => Some(sample),
-        _ => None,
-    };
-    events.iter().filter_map(sample).collect()
+    let mut samples = Vec::new();
+    for event in events {
+        if let GaugeEvent::Sample { sample, .. } = event {
+            samples.push(sample);
+        }
+    }
+    samples
 }
 
 fn is_sample(event: &GaugeEvent) -> bool {

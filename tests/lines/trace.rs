@@ -4,7 +4,6 @@ use stiffbench::instrument::trace::{
     Header, Pace, Replay, Trace, TraceSink, TraceWriter, events_of,
 };
 
-use super::device::Device;
 use super::*;
 
 /// Bytes that are written to and looked at.
@@ -133,4 +132,36 @@ fn a_trace_without_marks_is_decoded_by_its_bytes_alone() {
         matches!(events.last(), Some((_, GaugeEvent::Rejected { .. }))),
         "{events:?}"
     );
+}
+
+/// The first block of a kind in a document.
+fn block<'a>(document: &'a str, kind: &str) -> &'a str {
+    let (_, rest) = document.split_once(&format!("```{kind}\n")).unwrap();
+    rest.split_once("```").unwrap().0
+}
+
+#[test]
+fn the_documented_example_is_a_trace() {
+    let text = block(include_str!("../../docs/trace-file.md"), "text");
+    let trace = Trace::parse(text.as_bytes(), "docs/trace-file.md").unwrap();
+    assert!(
+        trace.complete && trace.damage.is_empty(),
+        "{:?}",
+        trace.damage
+    );
+    let description = stiffbench::instrument::shipped_instrument("mark10-series5").unwrap();
+    let events = events_of(&trace, &description, None).unwrap();
+    let events: Vec<GaugeEvent> = events.into_iter().map(|(_, event)| event).collect();
+    let values = samples(&events);
+    assert_eq!(values.len(), 1, "one of the two is not used: {events:#?}");
+    assert_eq!((values[0].value, values[0].at_s), (-0.02, 0.261_488));
+}
+
+#[test]
+fn the_documented_bindings_are_bindings() {
+    let text = block(include_str!("../../docs/bindings-file.md"), "toml");
+    let source = stiffbench::source_text::SourceText::new("docs/bindings-file.md", text);
+    let (bindings, warnings) = stiffbench::instrument::port::Bindings::parse(&source).unwrap();
+    assert_eq!(warnings, [""; 0]);
+    assert!(bindings.force.is_some() && bindings.displacement.is_some());
 }

@@ -3,7 +3,6 @@
 use stiffbench::instrument::{Channel, GaugeEvent};
 use stiffbench::quantity::Kind;
 
-use super::device::Device;
 use super::*;
 
 #[test]

@@ -1,12 +1,34 @@
 //! What comes from the gauge, and what it answers.
 
-use crate::instrument::{GaugeEvent, LinkState, Meaning, Reply, Role, Sample};
+use crate::instrument::{GaugeEvent, LinkState, Meaning, Rejected, Reply, Role, Sample};
 
 use super::exchange::{Job, Phase, Standing, unanswered};
 use super::machine::{Driver, SILENT_PAUSE_S};
 use super::{Deed, Moment};
 
+/// Packets in a row that are no value, before there was any, after which another gauge is likelier than noise at the start.
+const STRANGE_PACKETS: u32 = 5;
+
 impl Driver {
+    /// Bytes that are no value.
+    pub(super) fn rejected(&mut self, rejected: Rejected, now: Moment, deeds: &mut Vec<Deed>) {
+        self.strange += 1;
+        if self.standing != Standing::Up && self.strange == STRANGE_PACKETS {
+            let reason = format!(
+                "nothing that came is a value of {}, but {} ({}): is another gauge on this port, or is it not ready?",
+                self.description.name, rejected.raw, rejected.reason
+            );
+            let reason = reason.into();
+            self.link(LinkState::WrongDevice { reason }, now, deeds);
+        }
+        let channel = self.description.channel;
+        deeds.push(Deed::Tell(GaugeEvent::Rejected { channel, rejected }));
+        // It may be the answer, or the wreck of it: nothing else is believed before the line is quiet.
+        if matches!(&self.phase, Phase::Waiting { job, .. } if job.role == Role::Read) {
+            self.drain("bytes that are no value", None, now);
+        }
+    }
+
     pub(super) fn value(&mut self, sample: Sample, now: Moment, deeds: &mut Vec<Deed>) {
         self.last_value_s = now.real_s;
         let is_answer = matches!(&self.phase, Phase::Waiting { job, .. } if job.role == Role::Read);
@@ -51,6 +73,7 @@ impl Driver {
 
     pub(super) fn tell_value(&mut self, sample: Sample, now: Moment, deeds: &mut Vec<Deed>) {
         self.restarts = 0;
+        self.strange = 0;
         self.pause_s = SILENT_PAUSE_S[0];
         if self.standing != Standing::Up {
             self.standing = Standing::Up;
@@ -94,12 +117,12 @@ impl Driver {
             }
         };
         let said = match reply.meaning {
-            Meaning::Refused(why) => Err(why.to_string()),
+            Meaning::Refused(why) => Err(why),
             Meaning::Acknowledged => Ok(String::new()),
             Meaning::Identity(text)
             | Meaning::Unit(text)
             | Meaning::State(text)
-            | Meaning::Text(text) => Ok(text.to_string()),
+            | Meaning::Text(text) => Ok(text),
         };
         self.doubtful = false;
         self.next_poll_s = self.next_poll_s.min(now.real_s);
@@ -120,13 +143,13 @@ impl Driver {
         let Some(ask) = job.ask else {
             match said {
                 Ok(text) if !text.is_empty() => {
-                    self.note(now, deeds, &format!("the gauge says {text}"))
+                    self.note(now, deeds, &format!("the gauge says {text}"));
                 }
                 Ok(_) => {}
                 Err(why) => self.note(
                     now,
                     deeds,
-                    &format!("the gauge refuses {:?}: {why}", job.role),
+                    &format!("the gauge refuses {}: {why}", job.role),
                 ),
             }
             return;

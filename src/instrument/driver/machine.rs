@@ -38,6 +38,8 @@ pub struct Driver {
     pub(super) interval_s: f64,
     pub(super) pause_s: f64,
     pub(super) restarts: u32,
+    /// Packets that are no value, before the first that is one.
+    pub(super) strange: u32,
     pub(super) decoded: Vec<Decoded>,
 }
 
@@ -84,6 +86,7 @@ impl Driver {
             next_poll_s: now.real_s,
             pause_s: SILENT_PAUSE_S[0],
             restarts: 0,
+            strange: 0,
             decoded: Vec::new(),
             description,
         }
@@ -230,19 +233,7 @@ impl Driver {
             match item {
                 Decoded::Sample(sample) => self.value(sample, now, deeds),
                 Decoded::Reply(reply) => self.reply(reply, now, deeds),
-                Decoded::Rejected(rejected) => {
-                    if matches!(self.phase, Phase::Draining { .. }) {
-                        continue;
-                    }
-                    deeds.push(Deed::Tell(GaugeEvent::Rejected {
-                        channel: self.description.channel,
-                        rejected,
-                    }));
-                    // It may be the answer, or the wreck of it: nothing else is believed before the line is quiet.
-                    if matches!(&self.phase, Phase::Waiting { job, .. } if job.role == Role::Read) {
-                        self.drain("bytes that are no value", None, now);
-                    }
-                }
+                Decoded::Rejected(rejected) => self.rejected(rejected, now, deeds),
             }
         }
     }

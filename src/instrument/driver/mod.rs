@@ -14,6 +14,7 @@ mod tests;
 
 pub use machine::Driver;
 
+use super::trace::What;
 use super::{Effect, GaugeEvent, InstrumentDescription, Role};
 
 /// Now, on two clocks.
@@ -122,4 +123,25 @@ pub enum Deed {
         /// What answers, and what was expected.
         reason: Box<str>,
     },
+}
+
+impl Deed {
+    /// What of it stands in a trace.
+    #[must_use]
+    pub fn traced(&self) -> Option<What> {
+        Some(match self {
+            Self::Send { role, bytes } => What::Sent {
+                role: Some(*role),
+                bytes: bytes.clone(),
+            },
+            Self::Tell(GaugeEvent::Link { state, .. }) => What::Link(state.clone()),
+            Self::Tell(GaugeEvent::Note { text, .. }) => What::Note(text.to_string()),
+            Self::Tell(_) | Self::Refuse { .. } => return None,
+            Self::Unused { count, reason } => What::Unused {
+                count: *count,
+                reason: (*reason).to_owned(),
+            },
+            Self::Reset => What::Reset,
+        })
+    }
 }

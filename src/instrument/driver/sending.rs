@@ -58,7 +58,7 @@ impl Driver {
             .is_some_and(|command| matches!(command.effect, Effect::Reads | Effect::Sets));
         if repeatable && job.tries <= timing.retries {
             let text = format!(
-                "{reason} to {:?} (try {} of {}): line drained, asked again",
+                "{reason} to {} (try {} of {}): line drained, asked again",
                 job.role,
                 job.tries,
                 timing.retries + 1
@@ -67,28 +67,27 @@ impl Driver {
             self.drain(reason, Some(job), now);
             return;
         }
+        self.give_up(&job, now, deeds);
+        self.drain(reason, None, now);
+    }
+
+    /// A command was sent as often as it may be.
+    fn give_up(&mut self, job: &Job, now: Moment, deeds: &mut Vec<Deed>) {
         if job.role == Role::Read {
             self.fall_silent(now, deeds);
         } else if let Some(ask) = job.ask {
             self.said.clear();
             self.jobs.retain(|other| other.ask != Some(ask));
-            self.answer(
-                ask,
-                Err(format!("no answer after {} tries; {}", job.tries, unanswered(ask)).into()),
-                deeds,
-            );
+            let why = format!("no answer after {} tries; {}", job.tries, unanswered(ask));
+            self.answer(ask, Err(why.into()), deeds);
         } else if job.role == Role::Identify && self.manner.expected.is_some() {
             // Nothing counts before it is known who answers.
             self.fall_silent(now, deeds);
             self.jobs.push_front(Job::own(Role::Identify));
         } else {
-            self.note(
-                now,
-                deeds,
-                &format!("no answer to {:?}; going on without", job.role),
-            );
+            let text = format!("no answer to {}; going on without", job.role);
+            self.note(now, deeds, &text);
         }
-        self.drain(reason, None, now);
     }
 
     pub(super) fn fall_silent(&mut self, now: Moment, deeds: &mut Vec<Deed>) {

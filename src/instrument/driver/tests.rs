@@ -134,15 +134,13 @@ impl Talk {
     }
 
     fn links(&self) -> Vec<&LinkState> {
-        let link = |event: &GaugeEvent| matches!(event, GaugeEvent::Link { .. });
-        self.told
-            .iter()
-            .filter(|event| link(event))
-            .map(|event| match event {
-                GaugeEvent::Link { state, .. } => state,
-                _ => unreachable!(),
-            })
-            .collect()
+        let mut links = Vec::new();
+        for event in &self.told {
+            if let GaugeEvent::Link { state, .. } = event {
+                links.push(state);
+            }
+        }
+        links
     }
 
     fn notes(&self) -> usize {
@@ -151,11 +149,13 @@ impl Talk {
     }
 
     fn answers(&self) -> Vec<&Result<Box<str>, Box<str>>> {
-        let answer = |event| match event {
-            &GaugeEvent::Answered { ref answer, .. } => Some(answer),
-            _ => None,
-        };
-        self.told.iter().filter_map(answer).collect()
+        let mut answers = Vec::new();
+        for event in &self.told {
+            if let GaugeEvent::Answered { answer, .. } = event {
+                answers.push(answer);
+            }
+        }
+        answers
     }
 }
 
@@ -384,4 +384,30 @@ fn what_toggles_is_never_sent_at_opening() {
     talk.wait(0.11);
     assert_eq!((talk.values(), talk.unused), (vec![], 1));
     assert_eq!(talk.sent, [Role::StreamStop, Role::Identify]);
+}
+
+#[test]
+fn a_gauge_of_another_language_is_told_once_and_a_value_makes_it_right() {
+    let mut talk = Talk::with(GAUGE, Manner::glance(POLL));
+    talk.hears("trial 7\r");
+    for _ in 0..20 {
+        talk.hears("+1.5 mm\r");
+        talk.wait(0.2);
+    }
+    let [LinkState::WrongDevice { reason }] = talk.links()[..] else {
+        panic!("{:?}", talk.links())
+    };
+    assert!(
+        reason.contains("+1.5 mm") && reason.contains("trial"),
+        "{reason}"
+    );
+    assert_eq!(talk.values(), [0.0; 0]);
+    talk.hears("+2 N\r");
+    assert!(matches!(talk.links()[..], [_, LinkState::Connected { .. }]));
+    // What is no value later on says nothing about who is there.
+    for _ in 0..20 {
+        talk.wait(0.2);
+        talk.hears("+1.5 mm\r");
+    }
+    assert_eq!(talk.links().len(), 2);
 }

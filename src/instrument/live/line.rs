@@ -205,7 +205,9 @@ impl Line {
         let mut deeds = Vec::new();
         driver.abandon(&mut deeds);
         for deed in deeds {
-            self.out.note_deed(deed, self.now());
+            if let Deed::Tell(event) = deed {
+                self.out.queue.push(event);
+            }
         }
         ending
     }
@@ -220,23 +222,8 @@ impl Line {
         let mut deeds = Vec::new();
         loop {
             driver.wake(self.now(), &mut deeds);
-            for deed in deeds.drain(..) {
-                match deed {
-                    Deed::Send { role, bytes } => {
-                        self.out.record(
-                            self.clock.now_s(),
-                            What::Sent {
-                                role: Some(role),
-                                bytes: bytes.clone(),
-                            },
-                        );
-                        if let Err(error) = wire.write(&bytes).await {
-                            return Ending::Lost(error);
-                        }
-                    }
-                    Deed::Refuse { reason } => return Ending::Refused(reason),
-                    deed => self.out.note_deed(deed, self.now()),
-                }
+            if let Err(ending) = self.carry_out(&mut deeds, wire).await {
+                return ending;
             }
             if driver.is_up() {
                 *attempt = 0;
@@ -261,6 +248,22 @@ impl Line {
                 },
             }
         }
+    }
+
+    async fn carry_out(&mut self, deeds: &mut Vec<Deed>, wire: &mut Wire) -> Result<(), Ending> {
+        for deed in deeds.drain(..) {
+            let at_s = self.clock.now_s();
+            if let Some(what) = deed.traced() {
+                self.out.record(at_s, what);
+            }
+            match deed {
+                Deed::Send { bytes, .. } => wire.write(&bytes).await.map_err(Ending::Lost)?,
+                Deed::Refuse { reason } => return Err(Ending::Refused(reason)),
+                Deed::Tell(event) => self.out.queue.push(event),
+                Deed::Unused { .. } | Deed::Reset => {}
+            }
+        }
+        Ok(())
     }
 
     /// Leaves the gauge as it was found.
@@ -334,22 +337,6 @@ impl Out {
             _ => {}
         }
         self.queue.push(event);
-    }
-
-    /// A deed that needs no port.
-    fn note_deed(&mut self, deed: Deed, now: Moment) {
-        match deed {
-            Deed::Tell(event) => self.tell(event, now.at_s),
-            Deed::Unused { count, reason } => self.record(
-                now.at_s,
-                What::Unused {
-                    count,
-                    reason: reason.to_owned(),
-                },
-            ),
-            Deed::Reset => self.record(now.at_s, What::Reset),
-            Deed::Send { .. } | Deed::Refuse { .. } => {}
-        }
     }
 
     fn unanswered(&mut self, ask: Ask) {

@@ -107,7 +107,7 @@ mod tests {
         for i in 0..LONGEST + 3 {
             queue.push(sample(i as f64));
         }
-        let mut next = || queue.pop(Duration::ZERO).unwrap();
+        let next = || queue.pop(Duration::ZERO).unwrap();
         assert_eq!([next(), next()], [answered, silent]);
         let GaugeEvent::Note { text, .. } = next() else {
             panic!("the loss is not told")

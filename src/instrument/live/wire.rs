@@ -37,6 +37,38 @@ impl Wire {
         })
     }
 
+    /// Takes a port that was opened and prepared. The event loop of Windows needs a handle that was opened for it: the port is opened once more,
+    /// with the same settings.
+    #[cfg(windows)]
+    pub(super) fn of(open: OpenPort) -> Result<Self, PortError> {
+        use tokio_serial::SerialPort;
+        let OpenPort {
+            port,
+            path,
+            settings,
+        } = open;
+        drop(port);
+        let again = || {
+            let mut stream = SerialStream::open(&settings.builder(&path))?;
+            if let Some(level) = settings.dtr {
+                stream.write_data_terminal_ready(level)?;
+            }
+            if let Some(level) = settings.rts {
+                stream.write_request_to_send(level)?;
+            }
+            Ok(stream)
+        };
+        let stream = again().map_err(|error: tokio_serial::Error| PortError::Lost {
+            port: path.clone(),
+            problem: error.to_string(),
+        })?;
+        Ok(Self {
+            stream,
+            path,
+            zero_reads: 0,
+        })
+    }
+
     /// The path that was opened.
     pub(super) fn path(&self) -> &str {
         &self.path

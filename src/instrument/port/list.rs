@@ -70,7 +70,7 @@ pub fn list_ports() -> Result<Vec<PortInfo>, PortError> {
                 problem: error.to_string(),
             })?,
         );
-    ports.sort_by(|a, b| natural(&a.path).cmp(&natural(&b.path)));
+    ports.sort_by_key(|port| natural(&port.path));
     Ok(ports)
 }
 
@@ -177,10 +177,8 @@ mod tests {
     #[test]
     fn what_was_plugged_in_is_what_was_not_there() {
         let [a, b] = ["/dev/ttyUSB0", "/dev/ttyUSB1"].map(PortInfo::of_path);
-        assert_eq!(
-            newly_plugged(std::slice::from_ref(&a), &[a.clone(), b.clone()]),
-            [b.clone()]
-        );
+        let both = [a.clone(), b.clone()];
+        assert_eq!(newly_plugged(&both[..1], &both), both[1..]);
         assert!(newly_plugged(&[a, b.clone()], &[b]).is_empty());
     }
 

@@ -30,6 +30,8 @@ pub struct OpenPort {
     pub port: NativePort,
     /// The path that was opened.
     pub path: String,
+    /// What was set.
+    pub settings: PortSettings,
 }
 
 /// How long is waited for a port.
@@ -172,33 +174,17 @@ fn prepare(
     settings: &PortSettings,
     note: &mut dyn FnMut(String),
 ) -> Result<OpenPort, PortError> {
+    let faults = set_modem_lines(&mut port, settings);
     // A pseudo-terminal has no modem lines and keeps no parity: neither is a fault there.
-    let is_pseudo = is_pseudo_terminal(path);
-    let lines = [
-        (
-            "DTR",
-            settings
-                .dtr
-                .map(|level| port.write_data_terminal_ready(level)),
-        ),
-        (
-            "RTS",
-            settings.rts.map(|level| port.write_request_to_send(level)),
-        ),
-    ];
-    for (name, set) in lines {
-        if let Some(Err(error)) = set
-            && !is_pseudo
-        {
+    if !is_pseudo_terminal(path) {
+        for fault in faults {
+            note(format!("port {path}: {fault}"));
+        }
+        if let Some(difference) = not_taken(&port, settings) {
             note(format!(
-                "port {path} does not let {name} be set ({error}); a cable that is powered by it stays dead"
+                "port {path} was set to {settings} and has {difference}: bytes may come garbled"
             ));
         }
-    }
-    if !is_pseudo && let Some(difference) = not_taken(&port, settings) {
-        note(format!(
-            "port {path} was set to {settings} and has {difference}: bytes may come garbled"
-        ));
     }
     thread::sleep(settings.settle);
     port.clear(ClearBuffer::Input)
@@ -209,7 +195,26 @@ fn prepare(
     Ok(OpenPort {
         port,
         path: path.to_owned(),
+        settings: settings.clone(),
     })
+}
+
+/// Sets the modem lines that the settings name; what could not be set.
+fn set_modem_lines(port: &mut NativePort, settings: &PortSettings) -> Vec<String> {
+    let dtr = settings
+        .dtr
+        .map(|level| port.write_data_terminal_ready(level));
+    let rts = settings.rts.map(|level| port.write_request_to_send(level));
+    let fault = |(name, set): (&str, Option<serialport::Result<()>>)| {
+        let error = set?.err()?;
+        Some(format!(
+            "{name} cannot be set ({error}); a cable that is powered by it stays dead"
+        ))
+    };
+    [("DTR", dtr), ("RTS", rts)]
+        .into_iter()
+        .filter_map(fault)
+        .collect()
 }
 
 /// Settings that read back differently: adapters that cannot do a speed or seven bits do not always say so.
@@ -327,7 +332,8 @@ fn group_name(text: &str, gid: u32) -> Option<String> {
     text.lines().find_map(of_line)
 }
 
-#[cfg(all(test, unix))]
+#[cfg(test)]
+#[cfg(unix)]
 mod tests {
     use std::io::Write;
 

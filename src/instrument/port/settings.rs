@@ -71,7 +71,8 @@ impl PortSettings {
     }
 
     /// What the serial library is told. The port is opened exclusively; modem lines are set after opening, both at once.
-    pub(super) fn builder(&self, path: &str) -> SerialPortBuilder {
+    #[must_use]
+    pub fn builder(&self, path: &str) -> SerialPortBuilder {
         serialport::new(path, self.baud)
             .data_bits(self.data_bits)
             .parity(self.parity)
@@ -103,5 +104,41 @@ impl fmt::Display for PortSettings {
             }
         }
         Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use crate::instrument::shipped_instrument;
+
+    use super::*;
+
+    fn settings(instrument: &str) -> PortSettings {
+        let description = shipped_instrument(instrument).unwrap();
+        PortSettings::of(&description.line, &description.modem)
+    }
+
+    #[test]
+    fn everything_that_a_description_states_is_set() {
+        // Sylvac's duplex cable is powered by the port: DTR on, RTS off.
+        let sylvac = settings("sylvac-opto-rs");
+        assert_eq!((sylvac.dtr, sylvac.rts), (Some(true), Some(false)));
+        let expected = serialport::new("/dev/ttyUSB0", 4800)
+            .data_bits(DataBits::Seven)
+            .parity(Parity::Even)
+            .stop_bits(StopBits::Two)
+            .flow_control(FlowControl::None)
+            .exclusive(true)
+            .timeout(Duration::from_millis(100));
+        assert_eq!(sylvac.builder("/dev/ttyUSB0"), expected);
+        assert_eq!(sylvac.to_string(), "4800 7E2 DTR on RTS off");
+    }
+
+    #[test]
+    fn another_speed_changes_nothing_else() {
+        let mark10 = settings("mark10-series5");
+        let slower = mark10.clone().with_baud(9600);
+        assert_eq!((mark10.baud, slower.baud), (115_200, 9600));
+        assert_eq!(slower.with_baud(115_200), mark10);
     }
 }

@@ -16,9 +16,11 @@ pub fn events_of(
     unit: Option<&str>,
 ) -> Result<Vec<(f64, GaugeEvent)>, DecoderError> {
     let unit = unit.or(trace.header.unit.as_deref());
+    let fresh = Decoder::new(description, unit)?;
     let mut replayed = Replayed {
         description,
-        decoder: Decoder::new(description, unit)?,
+        decoder: fresh.clone(),
+        fresh,
         // Silence is judged in real seconds.
         idle_s: description.idle_gap_s() * trace.header.speed.unwrap_or(1.0),
         last_byte_s: None,
@@ -36,6 +38,8 @@ pub fn events_of(
 struct Replayed<'a> {
     description: &'a InstrumentDescription,
     decoder: Decoder,
+    /// The decoder that a line begins with whenever its port is opened.
+    fresh: Decoder,
     idle_s: f64,
     last_byte_s: Option<f64>,
     asked: Option<Ask>,
@@ -67,24 +71,26 @@ impl Replayed<'_> {
             }
             What::Link(state) => {
                 if matches!(state, LinkState::Lost { .. }) {
-                    self.decoder.reset();
+                    self.decoder = self.fresh.clone();
                     self.last_byte_s = None;
                 }
+                let state = state.clone();
                 self.events.push((
                     at_s,
                     GaugeEvent::Link {
                         channel,
-                        state: state.clone(),
+                        state,
                         at_s,
                     },
                 ));
             }
             What::Note(text) => {
+                let text = text.as_str().into();
                 self.events.push((
                     at_s,
                     GaugeEvent::Note {
                         channel,
-                        text: text.as_str().into(),
+                        text,
                         at_s,
                     },
                 ));

@@ -149,7 +149,7 @@ impl Header {
                 self.speed = value
                     .parse()
                     .ok()
-                    .filter(|speed: &f64| speed.is_finite() && *speed > 0.0)
+                    .filter(|speed: &f64| speed.is_finite() && *speed > 0.0);
             }
             // A comment.
             _ => {}
@@ -341,10 +341,7 @@ mod tests {
                 usize::from(!is_between_lines),
                 "cut at {cut}"
             );
-            let lines = whole[head..cut]
-                .iter()
-                .filter(|byte| **byte == b'\n')
-                .count();
+            let lines = whole[head..cut].split(|byte| *byte == b'\n').count() - 1;
             assert_eq!(trace.entries.len(), lines, "cut at {cut}");
         }
     }

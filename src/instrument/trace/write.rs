@@ -1,5 +1,6 @@
 //! Writing a trace.
 
+use std::fmt::Write as _;
 use std::io::{self, Write};
 
 use crate::instrument::{LinkState, Role};
@@ -36,7 +37,8 @@ impl<W: Write> TraceWriter<W> {
         ];
         for (key, value) in fields {
             if let Some(value) = value {
-                text.push_str(&format!("# {key} {}\n", one_line(value)));
+                // Writing to a string cannot fail.
+                let _ = writeln!(text, "# {key} {}", one_line(value));
             }
         }
         to.write_all(text.as_bytes())?;

@@ -1,0 +1,160 @@
+//! Gauges on pseudo-terminals, as a user reads, finds, binds and records them.
+
+use super::failures::assert_says;
+use super::{Desk, Ran};
+
+#[path = "../lines/device.rs"]
+mod device;
+
+use device::Device;
+
+/// A force gauge that answers as the maker prints it: the n-th value is n.5 N.
+fn mark10(desk: &Desk) -> Device {
+    let mut count = 0;
+    Device::at(&desk.path("gauge"), move |command| match command {
+        "?C" => {
+            count += 1;
+            vec![format!("-{count}.5 N\r\n").into_bytes()]
+        }
+        "RS" => vec![b"3791204\r\n".to_vec()],
+        "LIST" => vec![b"V1.00;N;CUR;FLTC8;FLTP1;AOUT00;AOFF5;FULL;MIT;POL;B0\r\n".to_vec()],
+        "AOUT0" => Vec::new(),
+        _ => vec![b"*10\r\n".to_vec()],
+    })
+}
+
+#[test]
+fn values_are_read_one_by_one() {
+    let desk = Desk::new();
+    let _gauge = mark10(&desk);
+    let data = desk.data("instrument read mark10-series5 --port gauge --count 3");
+    assert_eq!(data["identity"], "3791204");
+    let values: Vec<f64> = data["samples"]
+        .as_array()
+        .unwrap()
+        .iter()
+        .map(|sample| sample["value"].as_f64().unwrap())
+        .collect();
+    // The first after opening is left out.
+    assert_eq!(values, [-2.5, -3.5, -4.5]);
+    assert_eq!(data["samples"][0]["unit"], "N");
+    assert_eq!(data["samples"][0]["raw"], "-2.5 N");
+    let text = desk
+        .run("instrument read mark10-series5 --port gauge")
+        .succeeds()
+        .stdout;
+    assert!(text.contains("N\n") && text.contains("1 values"), "{text}");
+}
+
+#[test]
+fn absent_busy_silent_and_wrong_are_told_apart() {
+    let desk = Desk::new();
+    let error = desk.refusal(
+        "instrument read mark10-series5 --port gauge",
+        20,
+        "stiffbench::port::absent",
+    );
+    assert_says(&error, &["gauge is not there", "stiffbench ports"]);
+    desk.write("file", "");
+    let error = desk.refusal(
+        "instrument read mark10-series5 --port file",
+        20,
+        "stiffbench::port::no_line",
+    );
+    assert_says(&error, &["it is a file"]);
+    let error = desk.refusal(
+        "instrument read mark10-series5",
+        2,
+        "stiffbench::usage::argument",
+    );
+    assert_says(&error, &["--port", "stiffbench ports --wait"]);
+    let _gauge = Device::at(&desk.path("gauge"), |_| Vec::new());
+    let error = desk.refusal(
+        "instrument read mark10-series5 --port gauge",
+        20,
+        "stiffbench::port::silent",
+    );
+    assert_says(&error, &["nothing answers", "switch the gauge on"]);
+    desk.write("stiffbench-bench.toml", "schema = \"stiffbench/bindings/1\"\n[force]\ninstrument = \"mark10-series5\"\nidentity = \"1\"\npath = \"other\"\n");
+    let _other = Device::at(&desk.path("other"), |_| vec![b"3791204\r\n".to_vec()]);
+    let error = desk.refusal(
+        "instrument read mark10-series5",
+        20,
+        "stiffbench::port::wrong_device",
+    );
+    assert_says(&error, &["expected 1", "3791204"]);
+}
+
+#[test]
+fn what_is_on_a_port_is_found_and_bound() {
+    let desk = Desk::new();
+    let _gauge = mark10(&desk);
+    let data = desk.data("ports --probe --port gauge --instrument mark10-series5");
+    assert_eq!(data["ports"][0]["match"], "mark10-series5", "{data}");
+    assert_eq!(data["ports"][0]["instruments"][0]["identity"], "3791204");
+    let data = desk.data("ports --port gauge --bind force --instrument mark10-series5");
+    assert_eq!(data["binding"]["identity"], "3791204");
+    let data = desk.data("instrument read mark10-series5");
+    assert_eq!(data["samples"].as_array().unwrap().len(), 1);
+    let error = desk.refusal(
+        "ports --port gauge --bind displacement --instrument mark10-series5",
+        2,
+        "stiffbench::usage::argument",
+    );
+    assert_says(&error, &["is a force gauge"]);
+    desk.refusal("ports --wait --within 0.2", 20, "stiffbench::port::absent");
+    assert!(desk.data("ports")["ports"].is_array());
+}
+
+#[test]
+fn what_is_recorded_is_shown_decoded_and_replayed() {
+    let desk = Desk::new();
+    let gauge = mark10(&desk);
+    let recorded = desk.data("trace record mark10-series5 --port gauge --seconds 1 --out a.trace");
+    let values = recorded["values"].as_u64().unwrap();
+    assert!(values >= 2, "{recorded}");
+    drop(gauge);
+    desk.refusal(
+        "trace record mark10-series5 --port gauge --seconds 1 --out a.trace",
+        11,
+        "stiffbench::output::exists",
+    );
+    let shown = desk.data("trace show a.trace");
+    assert_eq!(shown["complete"], true);
+    assert_eq!(shown["instrument"], "mark10-series5");
+    let count = |data: &serde_json::Value| data["samples"].as_array().unwrap().len() as u64;
+    let decoded = desk.data("trace decode a.trace");
+    assert_eq!(count(&decoded), values);
+    let replayed = desk.data("trace replay a.trace --speed max");
+    assert_eq!(count(&replayed), values);
+    assert_eq!(replayed["samples"][0]["raw"], decoded["samples"][0]["raw"]);
+    assert_eq!(count(&desk.data("trace replay a.trace --speed 50")), values);
+    // Cut in the middle of a line: what stands before counts, and that it was cut is said.
+    let whole = desk.read("a.trace");
+    desk.write("cut.trace", &whole[..whole.len() / 2]);
+    let Ran { stderr, .. } = desk.run("trace decode cut.trace").succeeds();
+    assert!(stderr.contains("no end mark"), "{stderr}");
+    let cut = count(&desk.data("trace decode cut.trace"));
+    assert!(0 < cut && cut < values, "{cut} of {values}");
+    desk.write("none.trace", "force\n");
+    desk.refusal("trace show none.trace", 11, "stiffbench::trace::schema");
+}
+
+#[test]
+fn two_streams_are_held_without_a_loss() {
+    let desk = Desk::new();
+    let data = desk.data("trace sustain --seconds 2");
+    for (gauge, sent) in [("force", 500), ("displacement", 100)] {
+        let tally = &data[gauge];
+        assert_eq!(
+            (tally["sent"].as_u64(), tally["received"].as_u64()),
+            (Some(sent), Some(sent)),
+            "{data}"
+        );
+        assert_eq!(
+            (&tally["lost"], &tally["out_of_order"]),
+            (&0.into(), &0.into())
+        );
+    }
+    assert!(data["processor_percent"].is_number() || data["reason"].is_string());
+}
