@@ -10,14 +10,14 @@
 //! - [`readings`]: what was measured, as stored. The waist: acquisition ends by writing a session folder, analysis begins by reading one.
 //!   Nothing is dropped silently.
 //! - [`specimen`]: force against displacement of anything, without a robot. Knows only the columns that the caller names.
-//! - [`instrument`]: bytes on a serial line to samples. Has never heard of poses.
+//! - [`instrument`]: bytes on a serial line to samples, and emulated gauges that send them. Has never heard of poses.
 //! - [`session`]: what the operator does next, and the journal that loses nothing. Ends by writing a session folder.
 //! - [`stiffness`]: readings to measured stiffness. Knows no model.
 //! - [`structure`]: three-dimensional beams. Has never heard of robots.
 //! - [`robot`]: a robot file, its kinematics, mobility, and the structure it is in a pose. Names come from the file.
 //! - [`physics`]: the laws that a beam model leaves out, solved with the structure.
 //! - [`procedure`]: which loads are applied where and in which order, as data. Guided sessions and the virtual bench follow the same steps.
-//! - [`mod@bench`]: the virtual bench: it follows a procedure. The noise that makes data lives here, never the noise an analysis assumes.
+//! - [`mod@bench`]: the virtual bench: it follows a procedure, or stands there for emulated gauges to measure. The noise that makes data lives here, never the noise an analysis assumes.
 //! - [`least_squares`]: parameters, minima and what they are worth. Has never heard of stiffness.
 //! - [`fit`]: fitting factors from measured or reference stiffness, jointly or by the paper's steps.
 //! - [`mismatch`]: what the fitted structure cannot explain, and which physics would.

@@ -238,3 +238,18 @@ fn lines_and_links_go_with_the_host() {
     wait_for_the_end(&mut force);
     assert_eq!(folder.path().read_dir().unwrap().count(), 0);
 }
+
+#[test]
+fn the_documented_script_is_one() {
+    let text = include_str!("../docs/fault-script.md");
+    let example = text.split("```toml\n").nth(1).unwrap();
+    let example = example.split("```").next().unwrap();
+    let source = stiffbench::source_text::SourceText::new("docs", example);
+    assert_eq!(FaultScript::parse(&source).unwrap().faults.len(), 4);
+    // Every fault has its line in the table.
+    let words = text.lines().filter_map(|line| line.strip_prefix("| `"));
+    let words = words.filter_map(|line| line.split('`').next());
+    let known = words.filter(|word| FaultScript::parse_line(&format!("both {word} ")).is_ok());
+    // `unit` needs to know which.
+    assert_eq!(known.count(), 19);
+}

@@ -187,7 +187,7 @@ fn obey(hand: &Hand, command: &str) -> Result<String, String> {
         ["push", gauge, "-"] => hand.push_by_hand(channel(gauge)?, -1.0),
         ["let-go"] => hand.let_go(),
         ["fault", ..] => {
-            let fault = FaultScript::parse_line(command.trim_start_matches("fault"));
+            let fault = FaultScript::parse_line(command.trim_start_matches("fault").trim());
             hand.fail(fault.map_err(|error| error.to_string())?);
         }
         ["phase", name] => hand.phase(name),

@@ -7,6 +7,8 @@
 
 mod contract;
 mod diagnose;
+#[cfg(unix)]
+mod emulate;
 mod failures;
 mod files;
 mod instruments;

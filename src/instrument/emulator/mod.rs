@@ -16,6 +16,8 @@ mod host;
 mod line;
 mod makers;
 mod meter;
+#[cfg(test)]
+mod property_tests;
 mod truth;
 mod wire;
 
