@@ -4,7 +4,7 @@ use std::io::BufRead;
 use std::path::PathBuf;
 use std::time::Duration;
 
-use clap::Args;
+use clap::{Args, ValueEnum};
 use serde_json::json;
 
 use crate::bench::{EmulatedSetup, NoiseModel};
@@ -52,18 +52,24 @@ pub(super) struct EmulateArgs {
     /// No noise
     #[arg(long)]
     pub(super) noise_free: bool,
-    /// The force gauge stands on the other side: a force along the axis is compression
-    #[arg(long)]
-    pub(super) force_turned: bool,
-    /// The displacement gauge stands on the other side: it counts along the negative axis
-    #[arg(long)]
-    pub(super) displacement_turned: bool,
+    /// Gauges that stand on the other side: a force along the axis is compression, the displacement counts along the negative axis
+    #[arg(long, value_enum, value_delimiter = ',', value_name = "GAUGE")]
+    turned: Vec<GaugeWord>,
     /// Go on when standard input ends, until the process is stopped
     #[arg(long)]
     pub(super) stay: bool,
     /// What is to be measured; last, as its heading would go on.
     #[command(flatten)]
     pub(super) procedure: ProcedureArgs,
+}
+
+/// A gauge of the bench.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+enum GaugeWord {
+    /// The force gauge
+    Force,
+    /// The displacement gauge
+    Displacement,
 }
 
 /// How often `wait` looks.
@@ -106,8 +112,10 @@ pub(super) fn run(args: &EmulateArgs, global: &Global) -> Result<Outcome, Failur
     let ready = Outcome::new("emulate", text, data).with_warnings(warnings);
     let ended = ready.print_before_the_end(global)?;
     obey_all(&hand, global)?;
-    while args.stay {
-        std::thread::park();
+    if args.stay {
+        loop {
+            std::thread::park();
+        }
     }
     if !global.quiet {
         let [force, displacement] = Channel::ALL.map(|channel| hand.packets_sent(channel));
@@ -127,8 +135,8 @@ fn setup(args: &EmulateArgs) -> EmulatedSetup {
             default.noise
         },
         seed: args.seed,
-        force_turned: args.force_turned,
-        displacement_turned: args.displacement_turned,
+        force_turned: args.turned.contains(&GaugeWord::Force),
+        displacement_turned: args.turned.contains(&GaugeWord::Displacement),
         ..default
     }
 }

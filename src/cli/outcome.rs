@@ -53,6 +53,7 @@ impl Outcome {
     }
 
     /// Prints the result now, of a command that goes on; at its end nothing more is printed.
+    #[cfg(unix)]
     pub(super) fn print_before_the_end(mut self, global: &Global) -> Result<Self, CliError> {
         self.write(global).map_err(|source| CliError::Write {
             path: "standard output".into(),
@@ -127,6 +128,7 @@ pub(super) fn print(text: &str) -> std::io::Result<()> {
 }
 
 /// Text on standard output of a command that goes on; if nobody can read it, there is nobody left to tell.
+#[cfg(unix)]
 pub(super) fn print_now(text: &str) {
     let _ = print(text);
 }

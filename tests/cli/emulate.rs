@@ -171,6 +171,17 @@ fn lines_that_mean_nothing_are_answered_and_the_bench_goes_on() {
 }
 
 #[test]
+fn a_gauge_that_is_turned_round_counts_the_other_way() {
+    let desk = Desk::new();
+    let mut bench = Bench::new(&desk, "--noise-free --turned force,displacement");
+    bench.tell("zero displacement");
+    bench.tell("push force -");
+    assert_eq!(bench.shown(), (-8.0, 0.0));
+    bench.tell("push displacement -");
+    assert_eq!(bench.shown(), (-8.0, 0.15));
+}
+
+#[test]
 fn it_ends_with_its_input_and_takes_its_ports_along() {
     let desk = Desk::new();
     desk.write("faults.toml", "schema = \"stiffbench/faults/1\"\n");

@@ -47,6 +47,7 @@ pub enum LineFault {
     Silence,
 }
 
+#[cfg(unix)]
 impl Fault {
     /// What ends a fault at the gauge; `None` for one that is over at once, or that the gauge's user must end.
     pub(super) fn undone(&self) -> Option<Panel> {

@@ -41,6 +41,10 @@ const OVERLOAD_SHARE: f64 = 1.1;
 const FORCED_OVERLOAD_SHARE: f64 = 1.15;
 
 /// The state of a measuring part.
+#[expect(
+    clippy::struct_excessive_bools,
+    reason = "each is a switch of its own, and any may be on with any other"
+)]
 pub(super) struct Meter {
     truth: SharedTruth,
     pub(super) range: Range,

@@ -8,6 +8,7 @@
 
 mod digits;
 mod fault;
+mod fault_entry;
 mod fault_runner;
 mod fault_script;
 mod gauge;
@@ -18,6 +19,8 @@ mod makers;
 mod meter;
 #[cfg(test)]
 mod property_tests;
+#[cfg(unix)]
+mod served;
 mod truth;
 mod wire;
 
