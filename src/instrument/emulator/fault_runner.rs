@@ -84,11 +84,11 @@ mod tests {
     use crate::source_text::SourceText;
 
     fn runner(moments: &[&str]) -> FaultRunner {
-        let entries: String = moments
+        let entries: Vec<String> = moments
             .iter()
             .map(|moment| format!("[[fault]]\nwhat = \"nul\"\ngauge = \"force\"\n{moment}\n"))
             .collect();
-        let text = format!("schema = \"stiffbench/faults/1\"\n{entries}");
+        let text = format!("schema = \"stiffbench/faults/1\"\n{}", entries.concat());
         FaultRunner::new(FaultScript::parse(&SourceText::new("f", text)).unwrap())
     }
 

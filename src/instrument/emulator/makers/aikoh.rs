@@ -103,7 +103,7 @@ mod tests {
     fn peaks_are_there_in_peak_mode_only() {
         let mut bench = TestBench::of(&MAKE);
         assert_eq!(bench.ask("RDMD\rRDF3\r"), "TRACK\r\nNO\r\n");
-        bench.press(Panel::PeakMode(true));
+        bench.press(&Panel::PeakMode(true));
         bench.set(-20.0).ask("RDF1\r");
         assert_eq!(bench.set(0.0).ask("RDMD\rRDF0\r"), "PEAK\r\n +0020.0 N\r\n");
         assert_eq!(bench.ask("RDF1\r"), " +0000.0 N\r\n");

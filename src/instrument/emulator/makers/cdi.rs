@@ -160,7 +160,7 @@ mod tests {
         assert_eq!(bench.set(0.001).ask("R\r"), "+   0.000, MM\r\n");
         bench.ask("H\r");
         assert_eq!(bench.ask("R\r"), "+   1.000, MM\r\n");
-        bench.press(Panel::Hold(true));
+        bench.press(&Panel::Hold(true));
         assert_eq!(bench.ask("?p021\r"), "1\r\n");
     }
 

@@ -76,16 +76,16 @@ mod tests {
         let mut bench = TestBench::of(&MAKE);
         let value = bench.set(0.012_345).ask("\x02");
         assert_eq!((value.as_str(), value.len()), ("+    12.345    \r\n", 17));
-        bench.press(Panel::Unit("inch".into()));
+        bench.press(&Panel::Unit("inch".into()));
         assert_eq!(bench.set(-0.0254).ask("\x02"), "-   1.00000 \"  \r\n");
     }
 
     #[test]
     fn a_fault_stands_in_the_column_of_the_unit_behind_a_number() {
         let mut bench = TestBench::of(&MAKE);
-        bench.press(Panel::ToolOff(true));
+        bench.press(&Panel::ToolOff(true));
         assert_eq!(bench.ask("\x02"), "+     0.000 ?  \r\n");
-        bench.press(Panel::ToolOff(false));
+        bench.press(&Panel::ToolOff(false));
         assert_eq!(bench.set(0.2).ask("\x02"), "+   200.000 ?  \r\n");
     }
 
@@ -94,7 +94,7 @@ mod tests {
         let mut bench = TestBench::of(&MAKE);
         assert_eq!(bench.ask("\x13\x02"), "");
         assert_eq!(bench.ask("\x11\x02").len(), 17);
-        bench.press(Panel::PeakMode(true));
+        bench.press(&Panel::PeakMode(true));
         assert_eq!(bench.ask("\x02"), "+     0.000   G\r\n");
     }
 }

@@ -133,7 +133,7 @@ mod tests {
     fn overload_is_a_letter_behind_a_number() {
         let mut bench = TestBench::of(&MAKE);
         assert_eq!(bench.set(-550.1).ask("D\r"), "+550.1NTE\r");
-        bench.set(-5.0).press(Panel::Overload(true));
+        bench.set(-5.0).press(&Panel::Overload(true));
         assert_eq!(bench.ask("D\r"), "+575.0NTE\r");
     }
 

@@ -78,7 +78,7 @@ mod tests {
         let value = bench.set(-56.7).ask("XAR\r");
         assert_eq!(value.len(), 17);
         assert_eq!((&value[1..7], &value[15..16]), ("+056.7", "0"));
-        bench.press(Panel::Unit("lbf".into()));
+        bench.press(&Panel::Unit("lbf".into()));
         let value = bench.ask("XAR\r");
         assert_eq!((&value[1..7], &value[15..16]), ("+012.7", "2"));
         assert_eq!(bench.ask("XFC\r"), "XFC020811020811\r");

@@ -94,7 +94,7 @@ mod tests {
         assert_eq!(bench.ask("?"), "");
         bench.set(12.34);
         assert_eq!(next(&mut bench, 0.75), "\x0241591200001234\r");
-        bench.press(Panel::Unit("g".into()));
+        bench.press(&Panel::Unit("g".into()));
         assert_eq!(next(&mut bench, 1.0), "\x0241571000001258\r");
     }
 }

@@ -74,9 +74,9 @@ mod tests {
         assert_eq!(bench.gauge.tick(0.1), b"A+12.3456\r\n");
         bench.set(-0.000_05);
         assert_eq!(bench.gauge.tick(0.2), b"A-00.0500\r\n");
-        bench.press(Panel::Overload(true));
+        bench.press(&Panel::Overload(true));
         assert_eq!(bench.gauge.tick(0.3), b"A-F690000\r\n");
-        bench.press(Panel::ToolOff(true));
+        bench.press(&Panel::ToolOff(true));
         assert_eq!(bench.gauge.tick(0.4), b"AE\r\n");
     }
 }

@@ -311,7 +311,7 @@ mod tests {
         assert_eq!(bench.set(-10.0).ask("?\r?C\r"), "60.0 N\r\n10.0 N\r\n");
         assert_eq!(bench.ask("CLR\r?\r"), "10.0 N\r\n");
         bench.ask("CUR\r");
-        bench.press(Panel::PeakMode(true));
+        bench.press(&Panel::PeakMode(true));
         bench.set(-80.0).ask("?\r");
         assert_eq!(bench.set(0.0).ask("?\r"), "80.0 N\r\n");
         assert!(bench.ask("LIST\r").contains(";PC;"));
@@ -323,9 +323,9 @@ mod tests {
         bench.set(-3.0).ask("Z\r");
         assert_eq!(bench.ask("?\r"), "0.0 N\r\n");
         assert_eq!(bench.set(-13.0).ask("?\r"), "10.0 N\r\n");
-        bench.press(Panel::LowBattery(true));
+        bench.press(&Panel::LowBattery(true));
         assert!(bench.ask("LIST\r").ends_with(";B3\r\n"));
-        bench.press(Panel::Overload(true));
+        bench.press(&Panel::Overload(true));
         assert_eq!(bench.ask("?\r"), "575.0 N\r\n");
     }
 }

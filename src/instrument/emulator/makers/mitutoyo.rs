@@ -64,24 +64,24 @@ mod tests {
     fn it_sends_the_makers_literal_packets() {
         let mut bench = TestBench::of(&MAKE);
         assert_eq!(bench.set(0.000_123).ask("1\r"), "01A+0000.123\r");
-        bench.press(Panel::Unit("in".into()));
+        bench.press(&Panel::Unit("in".into()));
         assert_eq!(bench.set(0.12345 * 0.0254).ask("1\r"), "01A+00.12345\r");
     }
 
     #[test]
     fn a_tool_that_is_off_is_three_digits_without_a_sign() {
         let mut bench = TestBench::of(&MAKE);
-        bench.press(Panel::ToolOff(true));
+        bench.press(&Panel::ToolOff(true));
         assert_eq!(bench.ask("1\r"), "911\r");
-        bench.press(Panel::ToolOff(false));
+        bench.press(&Panel::ToolOff(false));
         assert_eq!(bench.set(-0.0007).ask("1\r"), "01A-0000.700\r");
     }
 
     #[test]
     fn the_data_key_sends_and_the_zero_is_set_at_the_tool() {
         let mut bench = TestBench::of(&MAKE);
-        assert_eq!(bench.set(0.002).press(Panel::DataKey), "01A+0002.000\r");
-        bench.press(Panel::Zero);
+        assert_eq!(bench.set(0.002).press(&Panel::DataKey), "01A+0002.000\r");
+        bench.press(&Panel::Zero);
         assert_eq!(bench.ask("1\r"), "01A+0000.000\r");
         assert_eq!(bench.ask("Z\r"), "");
     }

@@ -160,14 +160,14 @@ mod tests {
         let mut bench = TestBench::of(&MAKE);
         assert_eq!(bench.set(0.0254).ask("IN\r?\r"), "IN\r+01.00000\r");
         assert_eq!(bench.ask("SET\r?\r"), "SET\r+00.00000\r");
-        bench.press(Panel::LowBattery(true));
+        bench.press(&Panel::LowBattery(true));
         assert_eq!(bench.ask("BAT?\r"), "BAT0\r");
     }
 
     #[test]
     fn the_first_value_after_its_button_is_stale() {
         let mut bench = TestBench::of(&MAKE);
-        assert_eq!(bench.set(0.001).press(Panel::DataKey), "+001.000\r");
+        assert_eq!(bench.set(0.001).press(&Panel::DataKey), "+001.000\r");
         assert_eq!(bench.set(0.002).ask("?\r"), "+001.000\r");
         assert_eq!(bench.ask("?\r"), "+002.000\r");
     }

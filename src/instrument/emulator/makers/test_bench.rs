@@ -53,8 +53,8 @@ impl TestBench {
         String::from_utf8_lossy(&self.gauge.receive(command, 0.0)).into_owned()
     }
 
-    pub(super) fn press(&mut self, panel: Panel) -> String {
-        let packets = self.gauge.press(&panel, 0.0).unwrap();
+    pub(super) fn press(&mut self, panel: &Panel) -> String {
+        let packets = self.gauge.press(panel, 0.0).unwrap();
         String::from_utf8_lossy(&packets.concat()).into_owned()
     }
 
