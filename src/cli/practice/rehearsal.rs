@@ -8,7 +8,7 @@ use crate::cli::failure::Failure;
 use crate::clock::Clock;
 use crate::instrument::description::SignMeaning;
 use crate::instrument::driver::Acquisition;
-use crate::instrument::emulator::{FaultScript, ScriptedFault};
+use crate::instrument::emulator::ScriptedFault;
 use crate::instrument::live::{LiveGauge, LiveGauges, Persistence};
 use crate::instrument::port::{Patience, PortIdentity};
 use crate::instrument::{Channel, shipped_instrument};

@@ -35,6 +35,9 @@ pub(super) enum SessionCommand {
     Recover(RecoverArgs),
     /// What happened in a session, line by line
     Log(FolderArgs),
+    /// Every fault of a gauge or line in every phase of a session on an emulated bench, and what became of the readings
+    #[cfg(unix)]
+    Faults(crate::cli::practice::FaultsArgs),
 }
 
 /// A session folder.
