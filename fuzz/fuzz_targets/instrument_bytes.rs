@@ -1,8 +1,17 @@
 //! Any bytes from a gauge, whose description and whose cuts the first bytes choose: no panic, and the same samples however the bytes are cut.
 #![no_main]
 
+use std::sync::LazyLock;
+
 use libfuzzer_sys::fuzz_target;
 use stiffbench::instrument::{Decoded, Decoder, InstrumentDescription, Role, shipped_instruments};
+
+/// The shipped descriptions, read once.
+static DESCRIPTIONS: LazyLock<Vec<InstrumentDescription>> = LazyLock::new(|| {
+    let shipped = shipped_instruments().iter();
+    let parsed = shipped.map(|shipped| InstrumentDescription::parse(shipped.text, shipped.name));
+    parsed.map(|parsed| parsed.expect("shipped").0).collect()
+});
 
 /// What comes of bytes in pieces of one length, followed by silence.
 fn decode(
@@ -26,13 +35,11 @@ fuzz_target!(|bytes: &[u8]| {
     let [which, role, length, bytes @ ..] = bytes else {
         return;
     };
-    let shipped = shipped_instruments()[usize::from(*which) % shipped_instruments().len()];
-    let (description, _) =
-        InstrumentDescription::parse(shipped.text, shipped.name).expect("shipped");
+    let description = &DESCRIPTIONS[usize::from(*which) % DESCRIPTIONS.len()];
     let role = Role::ALL[usize::from(*role) % Role::ALL.len()];
-    let whole = decode(&description, role, bytes, bytes.len().max(1));
+    let whole = decode(description, role, bytes, bytes.len().max(1));
     assert_eq!(
-        decode(&description, role, bytes, usize::from(*length).max(1)),
+        decode(description, role, bytes, usize::from(*length).max(1)),
         whole
     );
     for one in whole {
