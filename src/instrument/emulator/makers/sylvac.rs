@@ -40,6 +40,7 @@ struct Sylvac {
     /// `MAX` or `MIN`, if not the value itself is shown.
     extreme: Option<&'static str>,
     reversed: bool,
+    held_by_button: bool,
     off: bool,
 }
 
@@ -63,8 +64,10 @@ impl Sylvac {
         match command {
             "?" | "PRI" => {
                 let value = self.value(meter);
-                // A value sent by the button's own key holds the display; the next request shows it once more and lets it go.
-                meter.hold(false);
+                // A value sent by its own button holds the display; the next request shows it once more and lets it go.
+                if std::mem::take(&mut self.held_by_button) {
+                    meter.hold(false);
+                }
                 return value;
             }
             "UNI?" => return meter.unit().name.to_owned(),
@@ -136,6 +139,7 @@ impl Maker for Sylvac {
     fn data_key(&mut self, meter: &mut Meter, _now_s: f64, out: &mut Packets) {
         out.push(format!("{}\r", self.value(meter)).into_bytes());
         meter.hold(true);
+        self.held_by_button = true;
     }
 }
 
@@ -170,6 +174,10 @@ mod tests {
         assert_eq!(bench.set(0.001).press(&Panel::DataKey), "+001.000\r");
         assert_eq!(bench.set(0.002).ask("?\r"), "+001.000\r");
         assert_eq!(bench.ask("?\r"), "+002.000\r");
+        // A hold that was set as such stays.
+        bench.press(&Panel::Hold(true));
+        assert_eq!(bench.set(0.003).ask("?\r?\r"), "+002.000\r+002.000\r");
+        assert_eq!(bench.ask("STO0\r?\r"), "STO0\r+003.000\r");
     }
 
     #[test]
