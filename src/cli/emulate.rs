@@ -25,7 +25,7 @@ use super::procedure::{ProcedureArgs, choose_procedure};
 /// Arguments of `emulate`.
 #[derive(Debug, Args)]
 #[command(
-    after_help = "Commands on standard input, each answered by ok or by what is wrong:\n  pose P1 | direction y | run N                 where and for which run; the jack is off\n  preload | apply -10 [STEP REPEAT] | release   the jack; a load is the first planned one of its size unless told otherwise\n  zero GAUGE | unit GAUGE WORD | key GAUGE      at the gauge; GAUGE is force or displacement\n  push GAUGE - | push GAUGE + | let-go          by hand\n  fault GAUGE WHAT [KEY=VALUE ...] | phase NAME what goes wrong (docs/fault-script.md)\n  wait | state | quit                           until all is at rest; what acts on the gauges; the end\n\nExamples:\n  stiffbench emulate\n  stiffbench emulate --force sauter-fh --displacement mahr-dk-u1 --link /tmp/bench --faults faults.toml"
+    after_help = "Commands on standard input, each answered by ok or by what is wrong:\n  pose P1 | direction y | run N                 where and for which run; the jack is off\n  preload | apply -10 [STEP REPEAT] | release   the jack; a load is the first planned one of its size unless told otherwise\n  zero GAUGE | unit GAUGE WORD | key GAUGE      at the gauge; GAUGE is force or displacement\n  push -8 | push GAUGE - | let-go               by hand: both gauges as by a force in N, or one alone (- or +)\n  fault GAUGE WHAT [KEY=VALUE ...] | phase NAME what goes wrong (docs/fault-script.md)\n  wait | state | quit                           until all is at rest; what acts on the gauges; the end\n\nExamples:\n  stiffbench emulate\n  stiffbench emulate --force sauter-fh --displacement mahr-dk-u1 --link /tmp/bench --faults faults.toml"
 )]
 pub(super) struct EmulateArgs {
     /// Robot, mechanism and true factors.
@@ -191,6 +191,7 @@ fn obey(hand: &Hand, command: &str) -> Result<String, String> {
         ["zero", gauge] => done(hand.zero(channel(gauge)?))?,
         ["unit", gauge, unit] => done(hand.press(channel(gauge)?, &Panel::Unit(unit.into())))?,
         ["key", gauge] => done(hand.press(channel(gauge)?, &Panel::DataKey))?,
+        ["push", force_n] => hand.push(finite(force_n)?),
         ["push", gauge, "+"] => hand.push_by_hand(channel(gauge)?, 1.0),
         ["push", gauge, "-"] => hand.push_by_hand(channel(gauge)?, -1.0),
         ["let-go"] => hand.let_go(),

@@ -179,6 +179,10 @@ fn a_gauge_that_is_turned_round_counts_the_other_way() {
     assert_eq!(bench.shown(), (-8.0, 0.0));
     bench.tell("push displacement -");
     assert_eq!(bench.shown(), (-8.0, 0.15));
+    bench.tell("let-go");
+    bench.tell("push -10");
+    // A hand pushes a quarter more than it is asked for.
+    assert_eq!(bench.shown(), (-12.5, 0.15));
 }
 
 #[test]
