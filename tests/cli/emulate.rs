@@ -111,6 +111,7 @@ fn the_gauges_show_the_compliance_of_the_robot() {
     bench.tell("pose P3");
     for (i, direction) in ["x", "y", "z"].into_iter().enumerate() {
         bench.tell(&format!("direction {direction}"));
+        bench.tell("wait");
         bench.tell("zero displacement");
         bench.tell("apply -70 7 2");
         bench.tell("wait");
@@ -135,6 +136,8 @@ fn the_same_seed_shows_the_same_in_another_process() {
         let mut bench = Bench::new(&desk, "--seed 11 --poses P2,P4");
         bench.tell("pose P4");
         bench.tell("run 2");
+        // A zero belongs to a gauge at rest.
+        bench.tell("wait");
         bench.tell("zero displacement");
         bench.tell("apply -40 4 2");
         bench.tell("wait");
