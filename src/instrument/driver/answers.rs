@@ -163,7 +163,7 @@ impl Driver {
             }
             Err(why) => {
                 self.said.clear();
-                self.jobs.retain(|job| job.ask != Some(ask));
+                self.drop_rest(job);
                 self.answer(
                     ask,
                     Err(format!("the gauge refuses: {why}; {}", unanswered(ask)).into()),

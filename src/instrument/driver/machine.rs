@@ -140,7 +140,7 @@ impl Driver {
             }
         }
         self.watch_silence(now, deeds);
-        if self.phase == Phase::Resting {
+        while self.phase == Phase::Resting && now.real_s >= self.next_job_s() {
             self.next_job(now, deeds);
         }
     }

@@ -77,7 +77,7 @@ impl Driver {
             self.fall_silent(now, deeds);
         } else if let Some(ask) = job.ask {
             self.said.clear();
-            self.jobs.retain(|other| other.ask != Some(ask));
+            self.drop_rest(job);
             let why = format!("no answer after {} tries; {}", job.tries, unanswered(ask));
             self.answer(ask, Err(why.into()), deeds);
         } else if job.role == Role::Identify && self.manner.expected.is_some() {
@@ -87,6 +87,14 @@ impl Driver {
         } else {
             let text = format!("no answer to {}; going on without", job.role);
             self.note(now, deeds, &text);
+        }
+    }
+
+    /// Takes the commands back that belong to the same question as one that failed; the same question asked again stays.
+    pub(super) fn drop_rest(&mut self, failed: &Job) {
+        let mut more = failed.more;
+        while more && let Some(place) = self.jobs.iter().position(|job| job.ask == failed.ask) {
+            more = self.jobs.remove(place).is_some_and(|job| job.more);
         }
     }
 
@@ -119,9 +127,6 @@ impl Driver {
     }
 
     pub(super) fn next_job(&mut self, now: Moment, deeds: &mut Vec<Deed>) {
-        if now.real_s < self.next_job_s() {
-            return;
-        }
         if let Some(job) = self.jobs.pop_front() {
             self.send(job, now, deeds);
             return;

@@ -2,6 +2,8 @@
 
 use std::sync::Arc;
 
+use proptest::prelude::*;
+
 use crate::instrument::{Ask, Decoder, GaugeEvent, InstrumentDescription, LinkState, Role};
 
 use super::{Acquisition, Deed, Driver, Manner, Moment};
@@ -410,4 +412,41 @@ fn a_gauge_of_another_language_is_told_once_and_a_value_makes_it_right() {
         talk.hears("+1.5 mm\r");
     }
     assert_eq!(talk.links().len(), 2);
+}
+
+proptest! {
+    /// Whatever comes and whenever, the driver is never woken without end, asks no more often than it may, and every value was asked for.
+    #[test]
+    fn no_traffic_upsets_the_talk(
+        traffic in prop::collection::vec(
+            (
+                prop::sample::select(vec!["+1 N\r", "+2", ".5 N\r", "OK\r", "ERR\r", "trial 7\r", "\0\r", "R\r", "\r"]),
+                0.0..0.7_f64,
+                prop::option::weighted(0.1, prop::sample::select(vec![Ask::Zero, Ask::Identity, Ask::State])),
+            ),
+            0..60,
+        ),
+        streams: bool,
+    ) {
+        let acquisition = if streams { Acquisition::Stream } else { POLL };
+        let mut talk = Talk::with(GAUGE, Manner::glance(acquisition));
+        let mut asked = 0;
+        for (bytes, wait_s, ask) in traffic {
+            if let Some(ask) = ask {
+                asked += 1;
+                talk.turn(|driver, _, deeds| driver.ask(ask, deeds));
+            }
+            talk.hears(bytes);
+            talk.wait(wait_s);
+        }
+        talk.wait(0.01);
+        let seconds = talk.now_s;
+        talk.turn(|driver, _, deeds| driver.abandon(deeds));
+        prop_assert_eq!(talk.answers().len(), asked);
+        if !streams {
+            let reads = talk.sent.iter().filter(|role| **role == Role::Read).count();
+            prop_assert!(talk.values().len() <= reads + 2 * 60);
+            prop_assert!(reads as f64 <= 20.0 * seconds + 2.0 + 60.0, "{} in {} s", reads, seconds);
+        }
+    }
 }
