@@ -222,3 +222,24 @@ fn a_late_reply_never_answers_the_next_request() {
         .filter(|event| matches!(event, GaugeEvent::Note { .. }));
     assert!(notes.count() >= 5, "{events:#?}");
 }
+
+#[test]
+fn a_port_that_stays_busy_is_told_once() {
+    let desk = Desk::new();
+    let _device = Device::counting(&desk.name("force"), "trial 1", "N");
+    let _other = serialport::new(desk.path("force"), 9600)
+        .open_native()
+        .unwrap();
+    let mut gauges = one(&desk);
+    let events = until(&mut gauges, |event| {
+        is_link(event, |state| {
+            matches!(state, LinkState::Reconnecting { attempt: 10 })
+        })
+    });
+    let told = events.iter().filter(|event| {
+        !is_link(event, |state| {
+            matches!(state, LinkState::Reconnecting { .. })
+        })
+    });
+    assert_eq!(told.count(), 1, "{events:#?}");
+}

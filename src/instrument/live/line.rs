@@ -39,6 +39,8 @@ pub(super) struct Line {
     patience: Patience,
     persistence: Persistence,
     asked: UnboundedReceiver<Ask>,
+    /// The last trouble that was told.
+    trouble: String,
     out: Out,
 }
 
@@ -81,6 +83,7 @@ impl Line {
             identity: gauge.identity.map(Into::into),
             clock,
             real: Clock::default(),
+            trouble: String::new(),
             patience,
             persistence,
             asked,
@@ -95,27 +98,38 @@ impl Line {
                 Ok(wire) => self.talk(wire, &mut attempt).await,
                 Err(ending) => ending,
             };
-            match ending {
-                Ending::Stopped => return,
-                Ending::Lost(error) if attempt == 0 => {
-                    self.link(LinkState::Lost {
-                        reason: reason(&error).into(),
-                    });
-                }
-                // That it is not there yet has been said.
-                Ending::Lost(PortError::Absent { .. }) => {}
-                Ending::Lost(PortError::WrongDevice { problem, .. }) => {
-                    self.link(LinkState::WrongDevice {
-                        reason: problem.into(),
-                    });
-                }
-                Ending::Lost(error) => self.note(reason(&error)),
-                Ending::Refused(reason) => self.link(LinkState::WrongDevice { reason }),
+            if matches!(ending, Ending::Stopped) {
+                return;
             }
+            self.tell_trouble(ending, attempt);
             attempt += 1;
             if !self.pause(&mut attempt).await {
                 return;
             }
+        }
+    }
+
+    /// Tells why the line is not served; while it is looked for, each reason once.
+    fn tell_trouble(&mut self, ending: Ending, attempt: u32) {
+        let (text, is_wrong) = match ending {
+            Ending::Stopped => return,
+            // That it is not there yet has been said.
+            Ending::Lost(PortError::Absent { .. }) if attempt > 0 => return,
+            Ending::Lost(error) => (
+                reason(&error),
+                matches!(error, PortError::WrongDevice { .. }),
+            ),
+            Ending::Refused(reason) => (reason.into_string(), true),
+        };
+        if attempt > 0 && self.trouble == text {
+            return;
+        }
+        self.trouble.clone_from(&text);
+        let reason = text.into();
+        match (is_wrong, attempt) {
+            (true, _) => self.link(LinkState::WrongDevice { reason }),
+            (false, 0) => self.link(LinkState::Lost { reason }),
+            (false, _) => self.note(reason.into()),
         }
     }
 
@@ -167,7 +181,12 @@ impl Line {
         loop {
             tokio::select! {
                 told = reported.recv() => match told {
-                    Some(Opening::Note(text)) => self.note(text),
+                    Some(Opening::Note(text)) => {
+                        if self.trouble != text {
+                            self.trouble.clone_from(&text);
+                            self.note(text);
+                        }
+                    }
                     Some(Opening::Done(opened)) => {
                         return opened.and_then(Wire::of).map_err(Ending::Lost);
                     }
