@@ -92,18 +92,16 @@ fn gauge(description: InstrumentDescription, path: &str) -> LiveGauge {
 
 /// A live bench that looks for lost gauges without much waiting.
 fn start(gauges: Vec<LiveGauge>) -> LiveGauges {
+    start_by(Clock::default(), gauges)
+}
+
+fn start_by(clock: Clock, gauges: Vec<LiveGauge>) -> LiveGauges {
     let persistence = Persistence {
         first_s: 0.01,
         longest_s: 0.05,
         tries: 400,
     };
-    LiveGauges::start(
-        gauges,
-        Clock::default(),
-        Patience::without_waiting(),
-        persistence,
-    )
-    .unwrap()
+    LiveGauges::start(gauges, clock, Patience::without_waiting(), persistence).unwrap()
 }
 
 impl Device {

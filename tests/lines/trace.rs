@@ -21,8 +21,8 @@ impl std::io::Write for Shared {
     }
 }
 
-/// A live run with everything that can be wrong with packets, its samples and its trace.
-fn lived() -> (Vec<Sample>, Vec<u8>) {
+/// A live run with everything that can be wrong with packets, by a clock of some speed; its samples and its trace.
+fn lived(speed: f64) -> (Vec<Sample>, Vec<u8>) {
     let desk = Desk::new();
     let mut count = 0;
     let device = Device::at(&desk.name("force"), move |command| {
@@ -50,6 +50,7 @@ fn lived() -> (Vec<Sample>, Vec<u8>) {
     let file = Shared::default();
     let header = Header {
         instrument: Some("trial".to_owned()),
+        speed: Some(speed),
         ..Header::default()
     };
     let writer = TraceWriter::begin(file.clone(), &header).unwrap();
@@ -57,7 +58,7 @@ fn lived() -> (Vec<Sample>, Vec<u8>) {
     live.trace = Some(Box::new(TraceSink::start(writer, |error| {
         panic!("{error}")
     })));
-    let mut gauges = start(vec![live]);
+    let mut gauges = start_by(Clock::starting_at(0.0, speed), vec![live]);
     let mut values = 0;
     let mut events = until(&mut gauges, |event| {
         values += u32::from(is_sample(event));
@@ -80,7 +81,17 @@ fn lived() -> (Vec<Sample>, Vec<u8>) {
 
 #[test]
 fn a_replay_gives_the_samples_of_the_live_run() {
-    let (mut samples, bytes) = lived();
+    replays(1.0);
+}
+
+#[test]
+fn a_session_in_fast_forward_is_replayed_as_well() {
+    replays(200.0);
+}
+
+/// Whether the replay of a run gives its samples.
+fn replays(speed: f64) {
+    let (mut samples, bytes) = lived(speed);
     let trace = Trace::parse(&bytes, "t").unwrap();
     assert!(
         trace.complete && trace.damage.is_empty(),
