@@ -305,6 +305,13 @@ fn text(ports: &[(PortInfo, Option<Look>)]) -> String {
         for line in [&port.label, &usb, &port.by_id].into_iter().flatten() {
             let _ = writeln!(text, "  {line}");
         }
+        if let Some(latency_ms) = port.latency_ms.filter(|latency_ms| *latency_ms > 2) {
+            let _ = writeln!(
+                text,
+                "  holds short packets for {latency_ms} ms: at most {} requests a second (latency_timer in sysfs, 1 is best)",
+                1000 / latency_ms
+            );
+        }
         match look {
             Some(Ok(findings)) if findings.is_empty() => {
                 text.push_str("  nothing that is known answers\n");

@@ -19,6 +19,8 @@ pub struct PortInfo {
     pub usb: Option<UsbIdentity>,
     /// What the adapter calls itself.
     pub label: Option<String>,
+    /// How long the adapter holds short packets, ms, where its driver tells.
+    pub latency_ms: Option<u32>,
 }
 
 impl PortInfo {
@@ -31,6 +33,7 @@ impl PortInfo {
             by_path: None,
             usb: None,
             label: None,
+            latency_ms: None,
         }
     }
 

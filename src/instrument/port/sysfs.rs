@@ -35,6 +35,7 @@ pub(super) fn list(class: &Path, dev: &Path) -> Vec<PortInfo> {
                 by_path: by_path.get(&real).cloned(),
                 usb,
                 label,
+                latency_ms: read(&device, "latency_timer").and_then(|text| text.parse().ok()),
             })
         })
         .collect()
@@ -124,6 +125,7 @@ mod tests {
             link(&format!("{tty}/tty/{name}"), &format!("class/tty/{name}"));
             file(&format!("dev/{name}"), "");
         }
+        file("devices/usb1/1-2/1-2:1.0/ttyUSB1/latency_timer", "16\n");
         file("devices/usb1/1-2/serial", "A50285BI\n");
         link(
             "dev/ttyUSB1",
@@ -171,6 +173,7 @@ mod tests {
                 .ends_with("usb-FTDI_A50285BI-if00-port0")
         );
         assert_eq!(ports[1].stable_path(), ports[1].path);
+        assert_eq!((ports[1].latency_ms, ports[2].latency_ms), (None, Some(16)));
     }
 
     #[test]
