@@ -168,7 +168,7 @@ fn record(args: &RecordArgs, global: &Global) -> Result<Outcome, Failure> {
                 }
                 GaugeEvent::Rejected { .. } => rejected += 1,
                 GaugeEvent::Note { text, .. } if !global.quiet => {
-                    print_error(&format!("note: {text}"))
+                    print_error(&format!("note: {text}"));
                 }
                 _ => {}
             }
