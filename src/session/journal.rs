@@ -112,7 +112,7 @@ pub fn read_journal(bytes: &[u8]) -> ReadJournal {
             Ok(record) => records.push(record),
             Err(problem) => {
                 let rest = &bytes[good_bytes..];
-                let breaks = rest.iter().filter(|&&byte| byte == b'\n').count();
+                let breaks = rest.split(|byte| *byte == b'\n').count() - 1;
                 let end = JournalEnd::Damaged {
                     line: records.len() + 1,
                     problem,

@@ -104,6 +104,10 @@ pub(super) struct ResumeArgs {
 }
 
 /// What a session is measured with, and how it asks.
+#[expect(
+    clippy::struct_excessive_bools,
+    reason = "each is a flag of its own on the command line"
+)]
 #[derive(Debug, Clone, Default, Args)]
 #[command(next_help_heading = "Bench")]
 pub(super) struct BenchArgs {

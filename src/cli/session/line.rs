@@ -1,5 +1,6 @@
 //! A session in plain lines: for pipes, logs, and terminals that can do no more.
 
+use std::fmt::Write;
 use std::io::BufRead;
 use std::sync::mpsc::{Receiver, RecvTimeoutError, channel};
 use std::thread;
@@ -16,7 +17,7 @@ const BETWEEN_LINES_S: f64 = 5.0;
 /// What the keys do.
 const KEYS: &str = "enter or any other line: take the reading; r: once more; g N: go to cell N; s, S: skip reading, cell; n TEXT: note; p: pause; q: end";
 
-/// An operator who reads lines on standard error and writes them on standard input.
+/// An operator who reads lines on standard error and types them on standard input.
 pub(super) struct LineOperator {
     typed: Receiver<String>,
     prompt: Option<Prompt>,
@@ -83,13 +84,14 @@ fn command(line: &str) -> Option<OperatorEvent> {
     let text = (!rest.is_empty()).then(|| rest.to_owned());
     Some(match word {
         "r" => OperatorEvent::Redo,
-        "g" => match rest.parse::<usize>().ok().and_then(|n| n.checked_sub(1)) {
-            Some(cell) => OperatorEvent::Goto { cell },
-            None => {
+        "g" => {
+            let number = rest.parse::<usize>().ok();
+            let Some(cell) = number.and_then(|n| n.checked_sub(1)) else {
                 print_error("g needs the number of a cell, for example g 3");
                 return None;
-            }
-        },
+            };
+            OperatorEvent::Goto { cell }
+        }
         "s" => OperatorEvent::Skip {
             what: SkipScope::Reading,
             reason: text,
@@ -180,8 +182,8 @@ fn choices(prompt: &Prompt) -> String {
             lines.collect()
         }
         PromptKind::Checklist(items) => {
-            let lines: String = items.iter().map(|item| format!("\n  [ ] {item}")).collect();
-            format!("{lines}\n  [yes when all of it is so]")
+            let items = items.join("\n  [ ] ");
+            format!("\n  [ ] {items}\n  [yes when all of it is so]")
         }
     }
 }
@@ -230,21 +232,21 @@ fn live_line(view: &View) -> String {
         value(&view.force, 1.0, "N"),
         value(&view.displacement, 1e6, "um")
     );
+    // Writing to a String cannot fail.
     if let Some(settle) = &view.settle {
-        text.push_str(&format!(
-            "  settled {:.1} of {:.1} s",
-            settle.dwell_s.min(settle.dwell_needed_s),
+        let dwell_s = settle.dwell_s.min(settle.dwell_needed_s);
+        let _ = write!(
+            text,
+            "  settled {dwell_s:.1} of {:.1} s",
             settle.dwell_needed_s
-        ));
+        );
     }
-    text.push_str(&format!(
-        "  {}/{}, {:.0} min left",
-        view.progress.accepted + view.progress.skipped,
-        view.progress.planned,
-        view.progress.left_s / 60.0
-    ));
+    let progress = &view.progress;
+    let done = progress.accepted + progress.skipped;
+    let minutes = progress.left_s / 60.0;
+    let _ = write!(text, "  {done}/{}, {minutes:.0} min left", progress.planned);
     for line in &view.held_up {
-        text.push_str(&format!("\n  held up: {line}"));
+        let _ = write!(text, "\n  held up: {line}");
     }
     text
 }

@@ -86,9 +86,12 @@ fn describe(text: &mut String, place: usize, cell: &PlannedCell, plan: &SessionP
     let mut before: Option<&PlannedReading> = None;
     for reading in &cell.readings {
         let at_load = plan.procedure.release_n().is_some();
-        let another = before.is_none_or(|before| match at_load {
-            true => before.step != reading.step,
-            false => before.repeat != reading.repeat,
+        let another = before.is_none_or(|before| {
+            if at_load {
+                before.step != reading.step
+            } else {
+                before.repeat != reading.repeat
+            }
         });
         if another && !line.is_empty() {
             let _ = writeln!(text, "{line}");
@@ -99,9 +102,10 @@ fn describe(text: &mut String, place: usize, cell: &PlannedCell, plan: &SessionP
             let _ = writeln!(text, "  zero: gauge free, then {preload_n} N");
         }
         if another {
-            line = match at_load {
-                true => format!("  {} N, released in between:", reading.target_n),
-                false => format!("  run {}:", reading.repeat),
+            line = if at_load {
+                format!("  {} N, released in between:", reading.target_n)
+            } else {
+                format!("  run {}:", reading.repeat)
             };
         }
         match reading.extra_hold_s {

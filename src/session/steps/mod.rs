@@ -120,6 +120,10 @@ struct Pending {
 }
 
 /// A session on its way.
+#[expect(
+    clippy::struct_excessive_bools,
+    reason = "what has been done at the bench is independent of each other"
+)]
 #[derive(Debug, Clone)]
 pub struct Machine {
     plan: SessionPlan,

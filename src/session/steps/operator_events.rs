@@ -20,7 +20,7 @@ impl Machine {
                 );
             }
             OperatorEvent::Abort => {
-                self.end(Outcome::Aborted, "the operator stopped it at once", out)
+                self.end(Outcome::Aborted, "the operator stopped it at once", out);
             }
             OperatorEvent::Pause => self.pause(out),
             _ if self.pending.is_some() => {
