@@ -125,7 +125,8 @@ fn session(
         (folder, journal, SessionState::fold(&read.records))
     } else {
         let (folder, journal) =
-            SessionFolder::create(folder, "schema = \"stiffbench/session/1\"\n", now).unwrap();
+            SessionFolder::create(folder, "schema = \"stiffbench/session/1\"\n", None, now)
+                .unwrap();
         (folder, journal, SessionState::default())
     };
     let clock = Clock::starting_at(state.last_s, SPEED);
@@ -252,7 +253,7 @@ fn a_second_process_is_told_who_has_the_session() {
     let path = desk.path().join("s");
     let now = Timestamp::UNIX_EPOCH;
     let (held, _journal) =
-        SessionFolder::create(&path, "schema = \"stiffbench/session/1\"\n", now).unwrap();
+        SessionFolder::create(&path, "schema = \"stiffbench/session/1\"\n", None, now).unwrap();
     let error = SessionFolder::open(&path, now).unwrap_err();
     let FolderError::InUse { holder, .. } = error else {
         panic!("{error}");
@@ -264,7 +265,7 @@ fn a_second_process_is_told_who_has_the_session() {
     assert!(holder.contains("1970-01-01 00:00:00 UTC"), "{holder}");
     drop(held);
     assert!(SessionFolder::open(&path, now).is_ok());
-    let error = SessionFolder::create(&path, "", now).unwrap_err();
+    let error = SessionFolder::create(&path, "", None, now).unwrap_err();
     assert!(matches!(error, FolderError::Exists { .. }));
 }
 
@@ -311,7 +312,8 @@ fn a_folder_that_cannot_be_written_is_an_error_that_says_so() {
     // A file where a folder has to be: no user may write there, root included.
     let file = desk.path().join("file");
     std::fs::write(&file, "").unwrap();
-    let error = SessionFolder::create(&file.join("s"), "", Timestamp::UNIX_EPOCH).unwrap_err();
+    let error =
+        SessionFolder::create(&file.join("s"), "", None, Timestamp::UNIX_EPOCH).unwrap_err();
     let FolderError::System { path, .. } = &error else {
         panic!("{error}");
     };

@@ -15,6 +15,7 @@ use super::state::SessionState;
 
 /// Names of the files of a session.
 const HEADER: &str = "session.toml";
+const ROBOT: &str = "robot.toml";
 const JOURNAL: &str = "journal.jsonl";
 const READINGS: &str = "readings.csv";
 const LOCK: &str = "session.lock";
@@ -134,13 +135,14 @@ impl Store for JournalFile {
 }
 
 impl SessionFolder {
-    /// Makes a new folder with its `session.toml` and an empty journal.
+    /// Makes a new folder with an empty journal, the robot file, and its `session.toml`; that comes last, so that a folder that has it is whole.
     ///
     /// # Errors
     /// [`FolderError::Exists`] if there is something of that name, whatever it is; [`FolderError::System`].
     pub fn create(
         path: &Path,
         header: &str,
+        robot: Option<&str>,
         now: Timestamp,
     ) -> Result<(Self, Journal<JournalFile>), FolderError> {
         let parent = path
@@ -156,14 +158,12 @@ impl SessionFolder {
             _ => system(path)(source),
         })?;
         let lock = lock(path, now)?;
-        let header_path = path.join(HEADER);
-        let written = File::create_new(&header_path).and_then(|mut file| {
-            file.write_all(header.as_bytes())?;
-            file.sync_all()
-        });
-        written.map_err(system(&header_path))?;
         let journal_path = path.join(JOURNAL);
         let file = File::create_new(&journal_path).map_err(system(&journal_path))?;
+        if let Some(robot) = robot {
+            write_whole(&path.join(ROBOT), robot.as_bytes())?;
+        }
+        write_whole(&path.join(HEADER), header.as_bytes())?;
         // The names of the new files are on the disk only once the folder is.
         sync_folder(path)?;
         let folder = Self {
@@ -289,7 +289,8 @@ pub fn recover(from: &Path, to: &Path, now: Timestamp) -> Result<ReadJournal, Fo
     let source = from.join(JOURNAL);
     let bytes = fs::read(&source).map_err(system(&source))?;
     let good = &bytes[..read.journal.good_bytes.min(bytes.len())];
-    let (folder, journal) = SessionFolder::create(to, &read.header, now)?;
+    let robot = fs::read_to_string(from.join(ROBOT)).ok();
+    let (folder, journal) = SessionFolder::create(to, &read.header, robot.as_deref(), now)?;
     let mut store = journal.into_store();
     let written = store.write_all(good).and_then(|()| store.sync());
     let target = to.join(JOURNAL);
@@ -351,13 +352,7 @@ impl TableFile {
     pub fn rewrite(&self, state: &SessionState) -> Result<(), FolderError> {
         let mut text = Vec::new();
         table(state, &mut text).map_err(|error| self.failed(error))?;
-        let beside = self.path.with_extension("csv.new");
-        let written = File::create(&beside).and_then(|mut file| {
-            file.write_all(&text)?;
-            file.sync_all()
-        });
-        written.map_err(system(&beside))?;
-        fs::rename(&beside, &self.path).map_err(system(&self.path))
+        write_whole(&self.path, &text)
     }
 
     fn failed(&self, error: ReadingsError) -> FolderError {
@@ -382,6 +377,19 @@ fn session(state: &SessionState) -> Option<&str> {
         .started
         .as_ref()
         .map(|started| started.session.as_str())
+}
+
+/// Writes a file whole or not at all: beside its place, then into it.
+fn write_whole(path: &Path, bytes: &[u8]) -> Result<(), FolderError> {
+    let mut beside = path.as_os_str().to_owned();
+    beside.push(".new");
+    let beside = PathBuf::from(beside);
+    let written = File::create(&beside).and_then(|mut file| {
+        file.write_all(bytes)?;
+        file.sync_all()
+    });
+    written.map_err(system(&beside))?;
+    fs::rename(&beside, path).map_err(system(path))
 }
 
 /// Takes the lock of a folder and writes into it who has it.

@@ -9,7 +9,6 @@ use serde_json::json;
 use crate::cli::args::Global;
 use crate::cli::data::{choose, sha256};
 use crate::cli::failure::{CliError, Failure};
-use crate::cli::figure_files::write;
 use crate::cli::outcome::{Outcome as Printed, print_error};
 use crate::cli::procedure::choose_procedure;
 use crate::cli::screen::Screen;
@@ -92,8 +91,8 @@ pub(super) fn run(args: &RunArgs, global: &Global) -> Result<Printed, Failure> {
         instruments: instruments.clone(),
         ..SessionHeader::default()
     };
-    let (folder, journal) = SessionFolder::create(&args.out, &header.to_toml(), now)?;
-    write(&args.out.join("robot.toml"), robot.source.text.as_bytes())?;
+    let text = &robot.source.text;
+    let (folder, journal) = SessionFolder::create(&args.out, &header.to_toml(), Some(text), now)?;
     let first = Event::Started(Started {
         session: id,
         procedure: procedure.name.clone(),
@@ -237,6 +236,8 @@ fn drive(ready: Ready, args: &BenchArgs, global: &Global) -> Result<Printed, Fai
         machine.recorded(&record);
     }
     let table = folder.table();
+    // After an interruption its last row may be cut or missing.
+    table.rewrite(machine.state())?;
     let mut at_bench = AtBench::new(operator(args, global));
     let ended = with_hand(&mut at_bench, hand.as_ref(), |operator| {
         let bench = Bench {

@@ -41,14 +41,6 @@ pub(super) fn verify(folder: &Path) -> Result<Outcome, Failure> {
 /// Keeps what is good in a new folder.
 pub(super) fn recover_into(folder: &Path, out: &Path) -> Result<Outcome, Failure> {
     let journal = recover(folder, out, Timestamp::now())?;
-    let robot = folder.join("robot.toml");
-    if robot.is_file() {
-        let target = out.join("robot.toml");
-        std::fs::copy(&robot, &target).map_err(|source| crate::cli::failure::CliError::Write {
-            path: target.clone(),
-            source,
-        })?;
-    }
     let state = SessionState::fold(&journal.records);
     let (found, exit) = finding(&journal);
     let text = format!(
