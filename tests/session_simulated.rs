@@ -490,3 +490,41 @@ fn an_interrupt_ends_at_a_safe_point_and_a_second_at_once() {
         Outcome::Aborted
     );
 }
+
+proptest! {
+    #![proptest_config(ProptestConfig { cases: 300, ..ProptestConfig::default() })]
+
+    /// The checksum keeps changed bytes out; here they get one, as from a program that writes nonsense.
+    #[test]
+    fn nonsense_with_a_right_checksum_is_refused_or_gives_a_state(
+        changes in prop::collection::vec((any::<prop::sample::Index>(), any::<u8>()), 1..4),
+        line in any::<prop::sample::Index>(),
+    ) {
+        static JOURNAL: std::sync::LazyLock<Vec<u8>> = std::sync::LazyLock::new(|| {
+            let mut rig = Rig::start(&short(true));
+            rig.run();
+            rig.journal_bytes()
+        });
+        let mut lines: Vec<Vec<u8>> = JOURNAL.split(|byte| *byte == b'\n').map(<[u8]>::to_vec).collect();
+        lines.pop();
+        let chosen = line.index(lines.len());
+        let body_length = lines[chosen].len() - 18;
+        let body = &mut lines[chosen][..body_length];
+        for (place, byte) in changes {
+            body[place.index(body_length)] = byte.max(0x20);
+        }
+        let seal = format!(",\"crc\":\"{:08x}\"}}", crc32c::crc32c(body));
+        lines[chosen][body_length..].copy_from_slice(seal.as_bytes());
+        let bytes: Vec<u8> = lines.iter().flat_map(|line| [&line[..], b"\n"].concat()).collect();
+        let read = read_journal(&bytes);
+        prop_assert!(read.records.len() >= chosen);
+        let state = SessionState::fold(&read.records);
+        csv_without_times(&state);
+        let mut machine = Machine::new(plan(&short(true)), Settings::default(), state);
+        machine.input(Input::Tick, 0.0);
+        machine.view();
+        for record in &read.records {
+            prop_assert!(write_line(record).is_ok());
+        }
+    }
+}

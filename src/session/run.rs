@@ -263,20 +263,19 @@ impl<S: Store> Session<'_, '_, S> {
         let passed_s = now_s - self.before_s;
         let utc_s = utc.duration_since(self.before_utc).as_secs_f64();
         (self.before_s, self.before_utc) = (now_s, utc);
-        let jump_s = utc_s - passed_s;
-        let mut lost = false;
-        if passed_s / speed > GAP_S {
-            self.record(Event::Gap(Gap { seconds: passed_s }))?;
-            lost = true;
+        let lost = lost_time(passed_s, utc_s, speed);
+        let any = !lost.is_empty();
+        for event in lost {
+            if let Event::ClockJump(jump) = &event {
+                let text = format!(
+                    "the clock jumped by {:.0} s: suspended, or set?",
+                    jump.seconds
+                );
+                self.bench.operator.say(&text);
+            }
+            self.record(event)?;
         }
-        // In fast-forward UTC is made from session time.
-        if speed == 1.0 && jump_s.abs() > JUMP_S {
-            self.record(Event::ClockJump(ClockJump { seconds: jump_s }))?;
-            let text = format!("the clock jumped by {jump_s:.0} s: suspended, or set?");
-            self.bench.operator.say(&text);
-            lost = true;
-        }
-        if lost {
+        if any {
             self.input(Input::Gap)?;
         }
         Ok(())
@@ -289,5 +288,37 @@ impl<S: Store> Session<'_, '_, S> {
             self.shown_s = now_s;
             self.bench.operator.show(&self.machine.view());
         }
+    }
+}
+
+/// What the clocks say of the time between two turns of the loop: `passed_s` of session time, `utc_s` of UTC.
+fn lost_time(passed_s: f64, utc_s: f64, speed: f64) -> Vec<Event> {
+    let mut lost = Vec::new();
+    if passed_s / speed > GAP_S {
+        lost.push(Event::Gap(Gap { seconds: passed_s }));
+    }
+    let seconds = utc_s - passed_s;
+    // In fast-forward UTC is made from session time.
+    if speed == 1.0 && seconds.abs() > JUMP_S {
+        lost.push(Event::ClockJump(ClockJump { seconds }));
+    }
+    lost
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_suspended_machine_and_a_clock_that_was_set_are_told() {
+        let gap = |seconds| Event::Gap(Gap { seconds });
+        let jump = |seconds| Event::ClockJump(ClockJump { seconds });
+        assert_eq!(lost_time(0.02, 0.02, 1.0), []);
+        // Some systems count sleep in their monotonic clock, others only in UTC.
+        assert_eq!(lost_time(600.0, 600.0, 1.0), [gap(600.0)]);
+        assert_eq!(lost_time(0.0, 600.0, 1.0), [jump(600.0)]);
+        assert_eq!(lost_time(1.0, -3599.0, 1.0), [jump(-3600.0)]);
+        assert_eq!(lost_time(60.0, 0.0, 20.0), []);
+        assert_eq!(lost_time(600.0, 600.0, 20.0), [gap(600.0)]);
     }
 }
