@@ -265,8 +265,8 @@ fn row(
         target_n: taken.target_n,
         force_n: taken.force_n,
         displacement_m: taken.displacement_m,
-        time_s: Some(kept.t_s),
-        hold_s: Some(taken.hold_s),
+        time_s: Some(milliseconds(kept.t_s)),
+        hold_s: Some(milliseconds(taken.hold_s)),
         temperature_deg_c: taken.temperature_deg_c,
         text: Some(Box::new(ReadingText {
             utc: kept.utc.to_string().into(),
@@ -277,4 +277,9 @@ fn row(
         })),
     };
     (reading, run, zero)
+}
+
+/// A time to the millisecond; no reading is timed better.
+fn milliseconds(seconds: f64) -> f64 {
+    (seconds * 1000.0).round() / 1000.0
 }

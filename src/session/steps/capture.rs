@@ -88,12 +88,13 @@ impl Machine {
         let planned = &place.readings[index];
         let load = self.load.as_ref()?;
         let zero = &self.state.zero.as_ref()?.set;
-        let (force_n, displacement_m) = (
-            self.value(Channel::Force)?,
-            self.value(Channel::Displacement)?,
-        );
         let last = |channel: Channel| self.feed(channel).last.as_ref();
         let (force, displacement) = (last(Channel::Force)?, last(Channel::Displacement)?);
+        let force_n = tidy(self.value(Channel::Force)?, force.resolution_si);
+        let displacement_m = tidy(
+            self.value(Channel::Displacement)?,
+            displacement.resolution_si,
+        );
         let flags: Vec<String> = load
             .accepted
             .iter()
@@ -234,6 +235,16 @@ impl Machine {
                 && kept.taken.zero == zero.set.label
                 && kept.taken.target_n.abs() > tolerance_n
         })
+    }
+}
+
+/// A value without what taking off the zero left behind its last digits; a mean zero may stand between two of them.
+fn tidy(value: f64, resolution: f64) -> f64 {
+    let step = resolution / 1000.0;
+    if step > 0.0 {
+        (value / step).round() * step + 0.0
+    } else {
+        value
     }
 }
 
