@@ -71,12 +71,20 @@ pub struct ElementCompliance {
 }
 
 /// Solves all poses for values of the baseline's parameters.
-pub trait PoseSolver {
+pub trait PoseSolver: Send {
     /// Solves all poses.
     ///
     /// # Errors
     /// [`MismatchError::Robot`] if the structure carries nothing.
     fn solve(&mut self, parameters: &[f64]) -> Result<(), MismatchError>;
+
+    /// Solves all poses; of the influence of twists only that of some joints is needed, by their places among the levers.
+    ///
+    /// # Errors
+    /// As [`PoseSolver::solve`].
+    fn solve_for(&mut self, parameters: &[f64], _joints: &[usize]) -> Result<(), MismatchError> {
+        self.solve(parameters)
+    }
 
     /// What is known of a pose.
     fn pose(&self, pose: usize) -> &PoseMechanics;
@@ -201,6 +209,7 @@ impl Baseline for RobotBaseline<'_> {
             mechanics,
             factors: self.factors,
             solved: Vec::new(),
+            joints: JointsSolved::None,
         }))
     }
 
@@ -268,21 +277,56 @@ struct RobotSolver<'a> {
     mechanics: Mechanics<'a>,
     factors: FittingFactors,
     solved: Vec<f64>,
+    joints: JointsSolved,
 }
 
-impl PoseSolver for RobotSolver<'_> {
-    fn solve(&mut self, parameters: &[f64]) -> Result<(), MismatchError> {
+/// Joints whose twists were worked out for the parameters solved last.
+#[derive(Debug, PartialEq)]
+enum JointsSolved {
+    None,
+    Some(Vec<usize>),
+    All,
+}
+
+impl RobotSolver<'_> {
+    fn solve_rigid(&mut self, parameters: &[f64]) -> Result<(), MismatchError> {
         if self.solved == parameters {
             return Ok(());
         }
         self.solved.clear();
+        self.joints = JointsSolved::None;
         for (factor, parameter) in self.factors.beam.iter_mut().zip(parameters) {
             *factor = parameter.exp();
         }
         self.mechanics
-            .set_factors(&self.factors)
+            .set_factors_rigid(&self.factors)
             .map_err(|error: RobotError| MismatchError::Robot(error))?;
         self.solved.extend_from_slice(parameters);
+        Ok(())
+    }
+}
+
+impl PoseSolver for RobotSolver<'_> {
+    fn solve(&mut self, parameters: &[f64]) -> Result<(), MismatchError> {
+        self.solve_rigid(parameters)?;
+        if self.joints != JointsSolved::All {
+            self.mechanics.solve_joints(|_| true);
+            self.joints = JointsSolved::All;
+        }
+        Ok(())
+    }
+
+    fn solve_for(&mut self, parameters: &[f64], joints: &[usize]) -> Result<(), MismatchError> {
+        self.solve_rigid(parameters)?;
+        let known = match &self.joints {
+            JointsSolved::None => joints.is_empty(),
+            JointsSolved::Some(known) => joints.iter().all(|joint| known.contains(joint)),
+            JointsSolved::All => true,
+        };
+        if !known {
+            self.mechanics.solve_joints(|joint| joints.contains(&joint));
+            self.joints = JointsSolved::Some(joints.to_vec());
+        }
         Ok(())
     }
 

@@ -27,10 +27,7 @@ pub fn given_noise(
     observations: &Observations,
     reading_sd_m: f64,
 ) -> Result<GivenNoise, MismatchError> {
-    let bench = Bench {
-        baseline,
-        observations,
-    };
+    let bench = Bench::new(baseline, observations);
     let seen = bench
         .settle(bench.start(), None)?
         .ok_or(MismatchError::Empty)?

@@ -7,7 +7,7 @@ use crate::physics::{Effect, Law};
 use super::candidate::{Candidate, Shape};
 use super::error::MismatchError;
 use super::rank::Ranked;
-use super::refit::Model;
+use super::refit::{Model, Refit};
 use super::screen::{WhiteCandidate, WhiteShape};
 use super::space::{Space, dot};
 use super::state::{Bench, State};
@@ -26,10 +26,6 @@ impl Bench<'_> {
         let exact = self
             .observations
             .with_displacements(self.predicted(&mut self.predictor(), &base)?);
-        let bench = Bench {
-            baseline: self.baseline,
-            observations: &exact,
-        };
         self.baseline
             .loose_effects()
             .into_par_iter()
@@ -38,12 +34,15 @@ impl Bench<'_> {
                     parameters: base.parameters.clone(),
                     effects: vec![effect.clone()],
                 };
-                let mut predictor = bench.predictor();
-                let refit = bench.refit(&state.whitening);
+                let mut predictor = self.predictor();
+                let refit = Refit {
+                    observations: &exact,
+                    ..self.refit(&state.whitening)
+                };
                 let Some(fitted) = refit.fit(&mut predictor, &start, true) else {
                     return Ok(None);
                 };
-                let difference: Vec<f64> = bench
+                let difference: Vec<f64> = self
                     .predicted(&mut predictor, &fitted.model)?
                     .iter()
                     .zip(&exact.displacement_m)

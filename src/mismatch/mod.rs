@@ -86,14 +86,7 @@ pub fn diagnose(
     if observations.is_empty() {
         return Err(MismatchError::Empty);
     }
-    let rough = state::Bench {
-        baseline,
-        observations,
-    };
+    let rough = state::Bench::new(baseline, observations);
     let observations = rough.with_positions(options)?;
-    state::Bench {
-        baseline,
-        observations: &observations,
-    }
-    .diagnose(options, known)
+    state::Bench::new(baseline, &observations).diagnose(options, known)
 }

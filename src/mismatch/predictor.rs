@@ -1,5 +1,7 @@
 //! Readings predicted by the baseline and effects.
 
+use std::sync::{Arc, Mutex, PoisonError};
+
 use crate::physics::{Effect, Law, LawSet, Place, PoseMechanics, Twists};
 
 use super::baseline::{Baseline, PoseSolver};
@@ -7,39 +9,86 @@ use super::error::MismatchError;
 use super::observations::Observations;
 use super::screen::Frozen;
 
+/// Solvers that no predictor uses at the moment, of each variant: to lay out a structure costs as much as several solutions.
+#[derive(Default)]
+pub(super) struct IdleSolvers<'a>(Mutex<Vec<Vec<Box<dyn PoseSolver + 'a>>>>);
+
+impl<'a> IdleSolvers<'a> {
+    fn take(&self, variant: usize) -> Option<Box<dyn PoseSolver + 'a>> {
+        let mut idle = self.0.lock().unwrap_or_else(PoisonError::into_inner);
+        idle.get_mut(variant)?.pop()
+    }
+
+    fn give_back(&self, solvers: &mut [Option<Box<dyn PoseSolver + 'a>>]) {
+        let mut idle = self.0.lock().unwrap_or_else(PoisonError::into_inner);
+        if idle.len() < solvers.len() {
+            idle.resize_with(solvers.len(), Vec::new);
+        }
+        for (idle, solver) in idle.iter_mut().zip(solvers) {
+            idle.extend(solver.take());
+        }
+    }
+}
+
 /// Predicts all readings for parameters and effects; one for each thread.
 pub(super) struct ReadingPredictor<'a> {
     baseline: &'a dyn Baseline,
     observations: &'a Observations,
     solvers: Vec<Option<Box<dyn PoseSolver + 'a>>>,
+    /// Where its solvers come from and go to.
+    idle: Arc<IdleSolvers<'a>>,
     twists: Twists,
 }
 
+impl Drop for ReadingPredictor<'_> {
+    fn drop(&mut self) {
+        self.idle.give_back(&mut self.solvers);
+    }
+}
+
 impl<'a> ReadingPredictor<'a> {
-    pub(super) fn new(baseline: &'a dyn Baseline, observations: &'a Observations) -> Self {
+    pub(super) fn new(
+        baseline: &'a dyn Baseline,
+        observations: &'a Observations,
+        idle: Arc<IdleSolvers<'a>>,
+    ) -> Self {
         Self {
             baseline,
             observations,
             solvers: (0..baseline.variants()).map(|_| None).collect(),
+            idle,
             twists: Twists::default(),
         }
     }
 
-    /// The solver of the variant that the effects ask for, solved.
+    /// The solver of the variant that the effects ask for.
+    fn solver(
+        &mut self,
+        effects: &[Effect],
+    ) -> Result<Option<(usize, &mut Box<dyn PoseSolver + 'a>)>, MismatchError> {
+        let Some(variant) = self.baseline.variant(effects) else {
+            return Ok(None);
+        };
+        let place = &mut self.solvers[variant];
+        if place.is_none() {
+            *place = self.idle.take(variant);
+        }
+        if place.is_none() {
+            *place = Some(self.baseline.solver(variant)?);
+        }
+        Ok(place.as_mut().map(|solver| (variant, solver)))
+    }
+
+    /// The same, solved as far as displacements and derivatives of the linear structure need it.
     fn solved(
         &mut self,
         parameters: &[f64],
         effects: &[Effect],
     ) -> Result<Option<usize>, MismatchError> {
-        let Some(variant) = self.baseline.variant(effects) else {
+        let Some((variant, solver)) = self.solver(effects)? else {
             return Ok(None);
         };
-        if self.solvers[variant].is_none() {
-            self.solvers[variant] = Some(self.baseline.solver(variant)?);
-        }
-        if let Some(solver) = &mut self.solvers[variant] {
-            solver.solve(parameters)?;
-        }
+        solver.solve_for(parameters, &[])?;
         Ok(Some(variant))
     }
 
@@ -50,20 +99,22 @@ impl<'a> ReadingPredictor<'a> {
         effects: &[Effect],
         out: &mut [f64],
     ) -> Result<bool, MismatchError> {
-        let Some(variant) = self.solved(parameters, effects)? else {
-            return Ok(false);
-        };
-        let Some(solver) = &self.solvers[variant] else {
+        let baseline = self.baseline;
+        let Some((variant, solver)) = self.solver(effects)? else {
             return Ok(false);
         };
         let names;
         let joints: &[String] = if variant == 0 {
-            self.baseline.joints()
+            baseline.joints()
         } else {
             names = solver.joint_names();
             &names
         };
-        let Some(laws) = law_set(joints, effects) else {
+        let Some((laws, turning)) = law_set(joints, effects) else {
+            return Ok(false);
+        };
+        solver.solve_for(parameters, &turning)?;
+        let Some(solver) = &self.solvers[variant] else {
             return Ok(false);
         };
         for (index, run) in self.observations.runs.iter().enumerate() {
@@ -131,11 +182,14 @@ impl<'a> ReadingPredictor<'a> {
         parameters: &[f64],
         effects: &[Effect],
     ) -> Result<Frozen, MismatchError> {
-        let variant = self.solved(parameters, effects)?.unwrap_or(0);
-        let solver = self.solvers[variant].as_ref().ok_or(MismatchError::Empty)?;
-        let poses = (0..self.observations.poses.len())
-            .map(|pose| solver.pose(pose).clone())
-            .collect();
+        let known: &[Effect] = match self.baseline.variant(effects) {
+            Some(_) => effects,
+            None => &[],
+        };
+        let count = self.observations.poses.len();
+        let (_, solver) = self.solver(known)?.ok_or(MismatchError::Empty)?;
+        solver.solve(parameters)?;
+        let poses = (0..count).map(|pose| solver.pose(pose).clone()).collect();
         Ok(Frozen {
             poses,
             joints: solver.joint_names(),
@@ -143,9 +197,10 @@ impl<'a> ReadingPredictor<'a> {
     }
 }
 
-/// The laws of effects; `None` if one sits in a joint that is not there.
-fn law_set(joints: &[String], effects: &[Effect]) -> Option<LawSet> {
+/// The laws of effects and the joints they turn; `None` if one sits in a joint that is not there.
+fn law_set(joints: &[String], effects: &[Effect]) -> Option<(LawSet, Vec<usize>)> {
     let mut set = LawSet::default();
+    let mut turning = Vec::new();
     for effect in effects
         .iter()
         .filter(|effect| effect.law != Law::LooseMember)
@@ -154,7 +209,8 @@ fn law_set(joints: &[String], effects: &[Effect]) -> Option<LawSet> {
             Place::Joint(name) => Some(joints.iter().position(|joint| joint == name)?),
             _ => None,
         };
+        turning.extend(joint);
         set.push(effect, joint);
     }
-    Some(set)
+    Some((set, turning))
 }

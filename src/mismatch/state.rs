@@ -1,12 +1,14 @@
 //! A model as it stands during the search: fitted, with its noise, and the space in which the next candidates are compared.
 
+use std::sync::Arc;
+
 use crate::physics::{Effect, Twists};
 
 use super::baseline::Baseline;
 use super::error::MismatchError;
 use super::noise::Whitening;
 use super::observations::Observations;
-use super::predictor::ReadingPredictor;
+use super::predictor::{IdleSolvers, ReadingPredictor};
 use super::refit::{Fitted, Model, Refit, step_of};
 use super::restricted_likelihood::{EstimatedNoise, estimate_noise};
 use super::screen::Frozen;
@@ -21,16 +23,26 @@ pub(super) struct State {
 }
 
 /// The problem: what was observed, and the baseline it is fitted with.
-#[derive(Clone, Copy)]
+#[derive(Clone)]
 pub(super) struct Bench<'a> {
     pub(super) baseline: &'a dyn Baseline,
     pub(super) observations: &'a Observations,
+    idle: Arc<IdleSolvers<'a>>,
 }
 
 impl<'a> Bench<'a> {
+    /// The problem of these observations.
+    pub(super) fn new(baseline: &'a dyn Baseline, observations: &'a Observations) -> Self {
+        Self {
+            baseline,
+            observations,
+            idle: Arc::default(),
+        }
+    }
+
     /// A predictor of readings.
     pub(super) fn predictor(&self) -> ReadingPredictor<'a> {
-        ReadingPredictor::new(self.baseline, self.observations)
+        ReadingPredictor::new(self.baseline, self.observations, Arc::clone(&self.idle))
     }
 
     /// A refit under a whitening.

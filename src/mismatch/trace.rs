@@ -86,10 +86,7 @@ pub fn trace(
     observations: &Observations,
     diagnosis: &Diagnosis,
 ) -> Result<Trace, MismatchError> {
-    let bench = Bench {
-        baseline,
-        observations,
-    };
+    let bench = Bench::new(baseline, observations);
     let mut predictor = bench.predictor();
     let first: Vec<f64> = diagnosis.factors.iter().map(|f| f.before.value).collect();
     let before = prediction(&mut predictor, observations, &first, &[])?;

@@ -1,5 +1,7 @@
 //! Sessions with a known answer, on the poses and forces of a real one: what the error rates of a diagnosis are counted on.
 
+use std::sync::Arc;
+
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, Gamma, StandardNormal};
@@ -8,7 +10,7 @@ use crate::physics::{Effect, Law, Sign};
 
 use super::baseline::Baseline;
 use super::error::MismatchError;
-use super::noise::{ReadingNoise, Whitening};
+use super::noise::ReadingNoise;
 use super::observations::Observations;
 use super::predictor::ReadingPredictor;
 use super::refit::Model;
@@ -62,7 +64,7 @@ pub fn simulate(
             load.force_n += truth.noise.force_step_n * (rng.random::<f64>() - 0.5);
         }
     }
-    let mut predictor = ReadingPredictor::new(baseline, &acting);
+    let mut predictor = ReadingPredictor::new(baseline, &acting, Arc::default());
     let mut displacement_m = vec![0.0; acting.len()];
     predictor.predict(&truth.parameters, &truth.effects, &mut displacement_m)?;
     let mut mechanics_m = vec![0.0; acting.len()];
@@ -117,15 +119,7 @@ pub fn standard_errors(
     let Some(last) = truth.effects.len().checked_sub(1) else {
         return Ok(0.0);
     };
-    let bench = Bench {
-        baseline,
-        observations: plan,
-    };
-    let space = true_space(&bench, truth, &[])?;
-    let mut predictor = bench.predictor();
-    let with = model_of(truth, &truth.effects);
-    let (white, _) = bench.effect_vector(&mut predictor, &with, last, &space)?;
-    Ok(dot(&white, &white).sqrt())
+    TrueSpace::new(baseline, plan, truth, &[])?.length(&truth.effects, last)
 }
 
 /// What a rival leaves of the last effect of a truth, in standard errors: how far apart the two are.
@@ -143,21 +137,12 @@ pub fn standard_errors_between(
     let Some(last) = truth.effects.len().checked_sub(1) else {
         return Ok(0.0);
     };
-    let bench = Bench {
-        baseline,
-        observations: plan,
-    };
     let others = &truth.effects[..last];
-    let space = true_space(&bench, truth, others)?;
+    let mut space = TrueSpace::new(baseline, plan, truth, others)?;
     let mut with_rival = others.to_vec();
     with_rival.push(rival.clone());
-    let mut predictor = bench.predictor();
-    let mut vector = |effects: &[Effect]| {
-        let model = model_of(truth, effects);
-        bench.effect_vector(&mut predictor, &model, last, &space)
-    };
-    let (own, _) = vector(&truth.effects)?;
-    let (other, _) = vector(&with_rival)?;
+    let own = space.vector(&truth.effects, last)?;
+    let other = space.vector(&with_rival, last)?;
     let (square, product) = (dot(&own, &own), dot(&own, &other));
     let positive = rival
         .law
@@ -172,35 +157,67 @@ pub fn standard_errors_between(
         .sqrt())
 }
 
-fn model_of(truth: &Truth, effects: &[Effect]) -> Model {
-    Model {
-        parameters: truth.parameters.clone(),
-        effects: effects.to_vec(),
+/// The space that is white under the true noise of a truth, with the baseline and some of its effects projected out.
+struct TrueSpace<'a> {
+    bench: Bench<'a>,
+    predictor: ReadingPredictor<'a>,
+    parameters: &'a [f64],
+    space: Space,
+}
+
+impl<'a> TrueSpace<'a> {
+    fn new(
+        baseline: &'a dyn Baseline,
+        plan: &'a Observations,
+        truth: &'a Truth,
+        beside: &[Effect],
+    ) -> Result<Self, MismatchError> {
+        let bench = Bench::new(baseline, plan);
+        let mut predictor = bench.predictor();
+        let model = |effects: &[Effect]| Model {
+            parameters: truth.parameters.clone(),
+            effects: effects.to_vec(),
+        };
+        let whitening = bench.whitening(&mut predictor, &model(&[]), &known_noise(truth))?;
+        let columns = bench.columns(&mut predictor, &model(beside))?;
+        let space = Space::new(plan, whitening, baseline.parameters(), &columns);
+        Ok(Self {
+            bench,
+            predictor,
+            parameters: &truth.parameters,
+            space,
+        })
+    }
+
+    /// An effect beside others, white and projected.
+    fn vector(&mut self, effects: &[Effect], effect: usize) -> Result<Vec<f64>, MismatchError> {
+        let model = Model {
+            parameters: self.parameters.to_vec(),
+            effects: effects.to_vec(),
+        };
+        let (bench, space) = (&self.bench, &self.space);
+        let (white, _) = bench.effect_vector(&mut self.predictor, &model, effect, space)?;
+        Ok(white)
+    }
+
+    /// Its length, standard errors.
+    fn length(&mut self, effects: &[Effect], effect: usize) -> Result<f64, MismatchError> {
+        let white = self.vector(effects, effect)?;
+        Ok(dot(&white, &white).sqrt())
     }
 }
 
-/// The space that is white under the true noise, with the baseline and some effects projected out.
-fn true_space(bench: &Bench<'_>, truth: &Truth, beside: &[Effect]) -> Result<Space, MismatchError> {
-    let mut predictor = bench.predictor();
+/// The noise of a truth, the step of its gauge included.
+fn known_noise(truth: &Truth) -> EstimatedNoise {
     let step = truth.noise.displacement_step_m;
-    let reading_sd_m = (truth.noise.noise.reading_sd_m.powi(2) + step * step / 12.0).sqrt();
-    let noise = EstimatedNoise {
+    EstimatedNoise {
         noise: ReadingNoise {
-            reading_sd_m,
+            reading_sd_m: (truth.noise.noise.reading_sd_m.powi(2) + step * step / 12.0).sqrt(),
             ..truth.noise.noise
         },
         covariance: [[0.0; 3]; 3],
         from_repeats: true,
-    };
-    let whitening: Whitening = bench.whitening(&mut predictor, &model_of(truth, &[]), &noise)?;
-    let columns = bench.columns(&mut predictor, &model_of(truth, beside))?;
-    let parameters = bench.baseline.parameters();
-    Ok(Space::new(
-        bench.observations,
-        whitening,
-        parameters,
-        &columns,
-    ))
+    }
 }
 
 /// Scales the last effect of a truth to a length in standard errors; `None` if no size reaches it.
@@ -213,21 +230,14 @@ pub fn scale_to(
     truth: &Truth,
     wanted: f64,
 ) -> Result<Option<Truth>, MismatchError> {
-    let scaled = |factor: f64| {
-        let mut scaled = truth.clone();
-        if let Some(effect) = scaled.effects.last_mut() {
-            for (place, value) in effect.values.iter_mut().enumerate() {
-                // The quadratic term grows with the linear one; all else is shape.
-                if place == 0 || effect.law == Law::JointNonlinearity {
-                    *value *= factor;
-                }
-            }
-        }
-        scaled
+    let Some(last) = truth.effects.len().checked_sub(1) else {
+        return Ok(None);
     };
+    let mut space = TrueSpace::new(baseline, plan, truth, &[])?;
+    let mut length = |factor: f64| space.length(&scaled(truth, factor).effects, last);
     let (mut low, mut high) = (0.0, 1.0);
     let mut grown = 0;
-    while standard_errors(baseline, plan, &scaled(high))? < wanted {
+    while length(high)? < wanted {
         low = high;
         high *= 4.0;
         grown += 1;
@@ -237,11 +247,25 @@ pub fn scale_to(
     }
     for _ in 0..30 {
         let middle = 0.5 * (low + high);
-        if standard_errors(baseline, plan, &scaled(middle))? < wanted {
+        if length(middle)? < wanted {
             low = middle;
         } else {
             high = middle;
         }
     }
-    Ok(Some(scaled(high)))
+    Ok(Some(scaled(truth, high)))
+}
+
+/// A truth whose last effect is a multiple of itself.
+fn scaled(truth: &Truth, factor: f64) -> Truth {
+    let mut scaled = truth.clone();
+    if let Some(effect) = scaled.effects.last_mut() {
+        for (place, value) in effect.values.iter_mut().enumerate() {
+            // The quadratic term grows with the linear one; all else is shape.
+            if place == 0 || effect.law == Law::JointNonlinearity {
+                *value *= factor;
+            }
+        }
+    }
+    scaled
 }

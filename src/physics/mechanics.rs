@@ -82,7 +82,8 @@ impl<'a> Mechanics<'a> {
                     },
                     gradient: vec![[0.0; 4]; mechanism.members.len()],
                 };
-                posed.solve();
+                posed.solve_rigid();
+                posed.solve_joints(|_| true);
                 Ok(posed)
             })
             .collect::<Result<_, RobotError>>()?;
@@ -99,6 +100,16 @@ impl<'a> Mechanics<'a> {
     /// # Errors
     /// [`RobotError::Structure`].
     pub fn set_factors(&mut self, factors: &FittingFactors) -> Result<(), RobotError> {
+        self.set_factors_rigid(factors)?;
+        self.solve_joints(|_| true);
+        Ok(())
+    }
+
+    /// Solves all poses with other factors and rigid joints: what twists do is stale until [`Mechanics::solve_joints`].
+    ///
+    /// # Errors
+    /// [`RobotError::Structure`].
+    pub fn set_factors_rigid(&mut self, factors: &FittingFactors) -> Result<(), RobotError> {
         for posed in &mut self.poses {
             posed.rigid.set_factors(factors);
             posed
@@ -108,9 +119,19 @@ impl<'a> Mechanics<'a> {
                     mechanism: self.mechanism.name.clone(),
                     source,
                 })?;
-            posed.solve();
+            posed.solve_rigid();
         }
         Ok(())
+    }
+
+    /// Works out what twists in some joints do under the factors set last; of the others nothing is known then.
+    ///
+    /// # Arguments
+    /// - `is_asked_for`: of a joint, by its place among the levers.
+    pub fn solve_joints(&mut self, is_asked_for: impl Fn(usize) -> bool) {
+        for posed in &mut self.poses {
+            posed.solve_joints(&is_asked_for);
+        }
     }
 
     /// What is known of pose number `pose`.
@@ -140,7 +161,7 @@ impl<'a> Mechanics<'a> {
 }
 
 impl Posed<'_> {
-    fn solve(&mut self) {
+    fn solve_rigid(&mut self) {
         let structure = self.rigid.structure();
         self.mechanics.influence.compliance_m_per_n =
             self.solver.end_translation_compliance(structure);
@@ -159,9 +180,13 @@ impl Posed<'_> {
                 row[axis] = sum;
             }
         }
-        self.solver.twist_influence(
+    }
+
+    fn solve_joints(&mut self, is_asked_for: impl Fn(usize) -> bool) {
+        self.solver.twist_influence_of(
             self.rigid.structure(),
             self.hinged.structure(),
+            is_asked_for,
             &mut self.mechanics.influence,
         );
     }

@@ -72,11 +72,25 @@ impl Solver {
         hinged: &Structure,
         out: &mut TwistInfluence,
     ) {
+        self.twist_influence_of(rigid, hinged, |_| true, out);
+    }
+
+    /// The same of some hinges only; levers and stiffness of the others are zero, or as if they were asked for too.
+    ///
+    /// What is worked out has the same bytes, whichever others are.
+    pub fn twist_influence_of(
+        &mut self,
+        rigid: &Structure,
+        hinged: &Structure,
+        is_asked_for: impl Fn(usize) -> bool,
+        out: &mut TwistInfluence,
+    ) {
         let equations = self.topology.equation_count;
         let hinges = hinged.hinges.len();
         out.displacements.clear();
         out.displacements.resize(equations * hinges, 0.0);
         out.levers_m.clear();
+        out.levers_m.resize(hinges, [0.0; 3]);
         self.distortion_loads(hinged, &mut out.displacements);
         for (chunk, first) in out
             .displacements
@@ -84,17 +98,19 @@ impl Solver {
             .zip((0..hinges).step_by(AT_ONCE))
         {
             let count = chunk.len() / equations;
+            if !(first..first + count).any(&is_asked_for) {
+                continue;
+            }
             self.solution[..chunk.len()].copy_from_slice(chunk);
             self.solve_in_place(count);
             chunk.copy_from_slice(&self.solution[..chunk.len()]);
             for column in 0..count {
-                debug_assert!(first + column < hinges);
                 let end = &self.topology.end;
-                out.levers_m
-                    .push(std::array::from_fn(|i| self.read(rigid, end, i, column)));
+                out.levers_m[first + column] =
+                    std::array::from_fn(|i| self.read(rigid, end, i, column));
             }
         }
-        self.twist_stiffness(hinged, out);
+        self.twist_stiffness(hinged, is_asked_for, out);
     }
 
     /// Loads that hold the nodes' freedoms against a unit twist in each hinge: -Σ Kₑ (axis at the ends behind it).
@@ -127,7 +143,12 @@ impl Solver {
     }
 
     /// Moments against the twists: ends behind each hinge, in the displaced structure.
-    fn twist_stiffness(&self, hinged: &Structure, out: &mut TwistInfluence) {
+    fn twist_stiffness(
+        &self,
+        hinged: &Structure,
+        is_asked_for: impl Fn(usize) -> bool,
+        out: &mut TwistInfluence,
+    ) {
         let equations = self.topology.equation_count;
         let hinges = hinged.hinges.len();
         out.stiffness_nm_per_rad.clear();
@@ -141,7 +162,7 @@ impl Solver {
                 self.lengths_m[index],
                 &self.natural[index],
             );
-            for imposed in 0..hinges {
+            for imposed in (0..hinges).filter(|hinge| is_asked_for(*hinge)) {
                 let column = &out.displacements[imposed * equations..(imposed + 1) * equations];
                 let mut ends = [0.0; 12];
                 for (value, &equation) in ends

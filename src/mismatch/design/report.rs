@@ -156,20 +156,14 @@ impl DesignBench<'_> {
         if observations.is_empty() {
             return Err(MismatchError::Empty);
         }
-        let rough = Bench {
-            baseline: self.baseline,
-            observations,
-        };
+        let rough = Bench::new(self.baseline, observations);
         let mut model = rough.start();
         if let Some(parameters) = self.parameters {
             model.parameters = parameters.to_vec();
         }
         let predicted = rough.predicted(&mut rough.predictor(), &model)?;
         let observations = observations.with_displacements(predicted);
-        let bench = Bench {
-            baseline: self.baseline,
-            observations: &observations,
-        };
+        let bench = Bench::new(self.baseline, &observations);
         let mut predictor = bench.predictor();
         let noise = self.known_noise();
         let whitening = bench.whitening(&mut predictor, &model, &noise)?;

@@ -123,10 +123,7 @@ impl<'a> DesignBench<'a> {
     where
         'a: 'b,
     {
-        Bench {
-            baseline: self.baseline,
-            observations,
-        }
+        Bench::new(self.baseline, observations)
     }
 
     /// The model without effects.

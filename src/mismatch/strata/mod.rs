@@ -58,10 +58,7 @@ pub fn locate(
     if observations.is_empty() {
         return Err(MismatchError::Empty);
     }
-    let bench = Bench {
-        baseline,
-        observations,
-    };
+    let bench = Bench::new(baseline, observations);
     let state = bench
         .settle(bench.start(), options.noise)?
         .ok_or(MismatchError::Empty)?;

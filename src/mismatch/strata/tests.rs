@@ -184,10 +184,7 @@ fn on_noise_every_chance_is_uniform() {
     let robot = robot();
     let fixture = fixture(&UP_AND_DOWN, true);
     let baseline = baseline(&robot, "F");
-    let bench = Bench {
-        baseline: &baseline,
-        observations: &fixture.observations,
-    };
+    let bench = Bench::new(&baseline, &fixture.observations);
     let ready = ready(&bench, &fixture.noise);
     let decomposition = ready.decomposition(&fixture.observations);
     let periods = decomposition.periods(&ready.predicted_m);
@@ -239,10 +236,7 @@ fn within_runs_the_scatter_of_zeros_and_slopes_need_not_be_known() {
     let robot = robot();
     let fixture = fixture(&UP_AND_DOWN, true);
     let baseline = baseline(&robot, "F");
-    let bench = Bench {
-        baseline: &baseline,
-        observations: &fixture.observations,
-    };
+    let bench = Bench::new(&baseline, &fixture.observations);
     let truth = ReadingNoise {
         zero_sd_m: 9e-6,
         run_slope_sd: 0.02,
@@ -281,10 +275,7 @@ fn whitening_undone_gives_back_the_readings() {
     let robot = robot();
     let fixture = fixture(&UP_AND_DOWN, true);
     let baseline = baseline(&robot, "A");
-    let bench = Bench {
-        baseline: &baseline,
-        observations: &fixture.observations,
-    };
+    let bench = Bench::new(&baseline, &fixture.observations);
     let ready = ready(&bench, &fixture.noise);
     let white = white_noise(fixture.observations.len(), 1);
     let mut there_and_back = white.clone();
@@ -299,10 +290,7 @@ fn whitening_undone_gives_back_the_readings() {
 fn located(fixture: &Fixture, mechanism: &str, mut effect: Effect, length: f64) -> Located {
     let robot = robot();
     let baseline = baseline(&robot, mechanism);
-    let bench = Bench {
-        baseline: &baseline,
-        observations: &fixture.observations,
-    };
+    let bench = Bench::new(&baseline, &fixture.observations);
     let mut model = bench.start();
     let ready = ready(&bench, &fixture.noise);
     let decomposition = ready.decomposition(&fixture.observations);
