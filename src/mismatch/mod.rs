@@ -87,6 +87,17 @@ pub fn diagnose(
         return Err(MismatchError::Empty);
     }
     let rough = state::Bench::new(baseline, observations);
-    let observations = rough.with_positions(options)?;
-    state::Bench::new(baseline, &observations).diagnose(options, known)
+    let positions = rough.positions_at_start(options)?;
+    let at_start = observations.with_positions(&positions);
+    let bench = state::Bench::new(baseline, &at_start);
+    let (found, limits) = bench.search(options, known)?;
+    // What was found moved the gauge too: where it stood is worked out again, and with it what its period would explain.
+    let moved = bench.positions(&found.after)?;
+    if !search::shifts_a_period(&positions, &moved) {
+        return Ok((bench.conclude(&found, &limits)?, limits));
+    }
+    let observations = observations.with_positions(&moved);
+    let bench = state::Bench::new(baseline, &observations);
+    let (found, limits) = bench.search(options, Some(&limits))?;
+    Ok((bench.conclude(&found, &limits)?, limits))
 }

@@ -3,10 +3,10 @@
 use crate::physics::{Effect, Law};
 use crate::statistics::{chi_squared_quantile, f_upper_tail};
 
+use super::candidate::SHORTEST_PERIOD_M;
 use super::error::MismatchError;
 use super::leftover::{Pattern, autocorrelation_p, patterns};
 use super::limits::{Limits, limits};
-use super::observations::Observations;
 use super::rank::{Ranked, Ranking};
 use super::refit::Model;
 use super::restricted_likelihood::EstimatedNoise;
@@ -89,17 +89,25 @@ impl Bench<'_> {
         }
     }
 
-    /// The observations with where the gauge stood at each reading, from the model without effects.
-    pub(super) fn with_positions(
+    /// Where the gauge stood at each reading, by the model without effects, m.
+    pub(super) fn positions_at_start(
         &self,
         options: &SearchOptions,
-    ) -> Result<Observations, MismatchError> {
+    ) -> Result<Vec<f64>, MismatchError> {
         let state = self
             .settle(self.start(), options.noise)?
             .ok_or(MismatchError::Empty)?;
-        let residuals = self.raw_residuals(&state.fitted.model)?;
-        let positions = state.whitening.positions(self.observations, &residuals);
-        Ok(self.observations.with_positions(&positions))
+        self.positions(&state)
+    }
+
+    /// Where the gauge stood at each reading, m: a state's effects moved it, but for those of the gauge itself.
+    pub(super) fn positions(&self, state: &State) -> Result<Vec<f64>, MismatchError> {
+        let mut model = state.fitted.model.clone();
+        model
+            .effects
+            .retain(|effect| effect.law != Law::GaugePeriodic);
+        let residuals = self.raw_residuals(&model)?;
+        Ok(state.whitening.positions(self.observations, &residuals))
     }
 
     /// Limits for these observations: from the candidates and patterns against the baseline.
@@ -163,6 +171,10 @@ impl Bench<'_> {
             } else {
                 self.swap(next, options)?
             };
+            // Each further name is one more chance to be wrong: it is told apart from no further name as from another.
+            if step > 0 && self.weakest(&next, options)? <= TELL_APART {
+                break;
+            }
             if asked && self.held_out_fall(&next, &state.fitted.model)? <= HELD_OUT_LIMIT {
                 break;
             }
@@ -285,6 +297,18 @@ impl Bench<'_> {
         Ok(state)
     }
 
+    /// Log Bayes factor of that effect of a state which the readings need least, beside the others.
+    fn weakest(&self, state: &State, options: &SearchOptions) -> Result<f64, MismatchError> {
+        let mut weakest = f64::INFINITY;
+        for (place, effect) in state.fitted.model.effects.iter().enumerate() {
+            let ranking = self.rank_without(state, place, options)?;
+            let mut ranked = ranking.ranked.iter();
+            let own = ranked.find(|ranked| same(&ranked.effect, effect));
+            weakest = weakest.min(own.map_or(f64::NEG_INFINITY, |own| own.log_bayes));
+        }
+        Ok(weakest)
+    }
+
     /// Ranking of all candidates in the place of one effect, the others kept, under the noise of the state.
     fn rank_without(
         &self,
@@ -341,6 +365,12 @@ impl Bench<'_> {
         }
         Ok(LeftOver { pattern, gain, p })
     }
+}
+
+/// Whether positions differ by so much, m, that the shortest period looked for is in another phase: by 0.3 rad.
+pub(super) fn shifts_a_period(before: &[f64], after: &[f64]) -> bool {
+    let shifts = before.iter().zip(after).map(|(a, b)| (a - b).abs());
+    shifts.fold(0.0, f64::max) > 0.05 * SHORTEST_PERIOD_M
 }
 
 /// Puts a simpler law before the one that contains it, if the data do not exclude it.

@@ -11,7 +11,7 @@ use super::error::MismatchError;
 use super::leftover::Stratum;
 use super::limits::{LEFT_OVER_LEVEL, Limits};
 use super::rank::{Ranked, Ranking};
-use super::search::{Chosen, Found, LeftOver, SearchOptions, TELL_APART, same};
+use super::search::{Chosen, Found, LeftOver, TELL_APART, same};
 use super::space::dot;
 use super::state::{Bench, State, end_effect_m};
 
@@ -31,13 +31,12 @@ const IDENTIFIED: f64 = 0.5;
 const POWER_80: f64 = 0.84;
 
 impl Bench<'_> {
-    /// Diagnoses the observations.
-    pub(super) fn diagnose(
+    /// What a search found, as it is to be said.
+    pub(super) fn conclude(
         &self,
-        options: &SearchOptions,
-        known: Option<&Limits>,
-    ) -> Result<(Diagnosis, Limits), MismatchError> {
-        let (found, limits) = self.search(options, known)?;
+        found: &Found,
+        limits: &Limits,
+    ) -> Result<Diagnosis, MismatchError> {
         let mut findings: Vec<Finding> = Vec::new();
         let mut group = 0;
         for (place, chosen) in found.chosen.iter().enumerate() {
@@ -54,14 +53,7 @@ impl Bench<'_> {
                 group
             });
             for &member in &members {
-                findings.push(self.finding(
-                    &found,
-                    chosen,
-                    place,
-                    member,
-                    &members,
-                    alternative,
-                )?);
+                findings.push(self.finding(found, chosen, place, member, &members, alternative)?);
             }
         }
         let unknown = found.left.p <= LEFT_OVER_LEVEL;
@@ -77,24 +69,23 @@ impl Bench<'_> {
         } else {
             Verdict::Explained
         };
-        let diagnosis = Diagnosis {
+        Ok(Diagnosis {
             verdict,
             lacking,
-            locations: self.locations(&found, &limits)?,
+            locations: self.locations(found, limits)?,
             findings,
             left_over: self.location_of(&found.left),
             before: self.quality(&found.before)?,
             after: self.quality(&found.after)?,
-            factors: self.factor_shifts(&found)?,
+            factors: self.factor_shifts(found)?,
             noise: found.after.noise.noise,
             noise_dof: [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]]
                 .map(|share| found.after.noise.degrees_of_freedom(share)),
-            detection_limits: Self::detection_limits(&found.first, &limits),
-            impossible: impossible(&found.first, &limits),
+            detection_limits: Self::detection_limits(&found.first, limits),
+            impossible: impossible(&found.first, limits),
             parameters: found.after.fitted.model.parameters.clone(),
             effects: found.after.fitted.model.effects.clone(),
-        };
-        Ok((diagnosis, limits))
+        })
     }
 
     /// What must be there before anything can be decided.
