@@ -327,7 +327,8 @@ fn choose(
     screened: &[Option<Screened>],
     existing: &[Effect],
 ) -> Vec<(usize, Screened)> {
-    const SLIPS: usize = 2;
+    // A jump of a few micrometres may as well have come a step or two earlier or later.
+    const SLIPS: usize = 6;
     let there = |candidate: &Candidate| {
         existing
             .iter()
