@@ -1,0 +1,61 @@
+//! The search for what is missing in a full session of mechanism F: four poses, three directions, five repeats, loading and unloading,
+//! every law at every place.
+//!
+//! *The search alone* has its limits from an earlier session of the same plan; *with its limits* works them out from ten thousand
+//! simulated sessions of noise. Once with nothing missing, once with play in a joint, where all further steps follow.
+
+#![expect(
+    clippy::unwrap_used,
+    reason = "a benchmark stops at the first thing that is not as it must be"
+)]
+
+use std::hint::black_box;
+
+use criterion::{Criterion, criterion_group, criterion_main};
+
+use stiffbench::bench::{Jack, NoiseModel, VirtualBench};
+use stiffbench::mismatch::{Observations, RobotBaseline, SearchOptions, Verdict, diagnose};
+use stiffbench::physics::{ActingPhysics, Effect};
+use stiffbench::procedure::{Procedure, shipped_procedure};
+use stiffbench::robot::{Pose, Robot, shipped_robot};
+
+/// Bounds of the beam factors as multiples of their start, as `stiffbench diagnose` has them.
+const RANGE: [f64; 2] = [0.1, 10.0];
+
+fn search(criterion: &mut Criterion) {
+    let robot = Robot::parse(&shipped_robot("hp-robot").unwrap()).unwrap();
+    let mechanism = robot.mechanism(Some("F")).unwrap();
+    let factors = robot.factor_set("m_fsd").unwrap();
+    let (mut procedure, _) = Procedure::parse(&shipped_procedure("load-unload").unwrap()).unwrap();
+    procedure.poses = Some(robot.poses.iter().map(|named| named.id.clone()).collect());
+    let poses: Vec<Pose> = robot.poses.iter().map(|named| named.pose.clone()).collect();
+    let baseline = RobotBaseline::new(&robot, mechanism, factors, poses, RANGE);
+    let session = |effects: Vec<Effect>| {
+        let physics = ActingPhysics::new(&robot, mechanism, effects).unwrap();
+        let noise = NoiseModel::default();
+        let bench = VirtualBench::new(&robot, &physics, &factors, noise, Jack::default()).unwrap();
+        Observations::new(&bench.run(&procedure, "bench", 7).unwrap(), None)
+    };
+    let play = "joint-backlash@A3:play=30urad,seat_moment=9N*m";
+    let nothing = session(Vec::new());
+    let play = session(vec![play.parse().unwrap()]);
+    let options = SearchOptions::default();
+    let (_, limits) = diagnose(&baseline, &nothing, &options, None).unwrap();
+    let (found, _) = diagnose(&baseline, &play, &options, Some(&limits)).unwrap();
+    assert_eq!(found.verdict, Verdict::Explained);
+
+    let mut group = criterion.benchmark_group("diagnose");
+    group.sample_size(10);
+    for (name, observations) in [("nothing missing", &nothing), ("play in a joint", &play)] {
+        group.bench_function(format!("{name}, the search alone"), |bencher| {
+            bencher.iter(|| black_box(diagnose(&baseline, observations, &options, Some(&limits))));
+        });
+        group.bench_function(format!("{name}, with its limits"), |bencher| {
+            bencher.iter(|| black_box(diagnose(&baseline, observations, &options, None)));
+        });
+    }
+    group.finish();
+}
+
+criterion_group!(benches, search);
+criterion_main!(benches);
