@@ -15,11 +15,14 @@ use super::search::{Chosen, Found, LeftOver, TELL_APART, same};
 use super::space::dot;
 use super::state::{Bench, State, end_effect_m};
 
-/// A rival as alike as this to the winner (cosine) must be further behind to be told apart.
+/// A rival as alike as this to the winner (cosine) must be further behind to be told apart:
 const ALIKE: f64 = 0.8;
 
-/// How much further.
-const TELL_ALIKE_APART: f64 = 4.0;
+/// How far: by half of the gain that is three standard errors.
+const TELL_ALIKE_APART: f64 = 0.5 * THREE_STANDARD_ERRORS;
+
+/// Gain by which a rival three standard errors away falls short.
+const THREE_STANDARD_ERRORS: f64 = 9.0;
 
 /// Rivals that are printed.
 const RIVALS: usize = 8;
@@ -412,7 +415,7 @@ fn members(chosen: &Chosen) -> Vec<usize> {
         let apart = if alike { TELL_ALIKE_APART } else { TELL_APART };
         let name = (ranked.effect.law.name(), &ranked.effect.place);
         // A rival three standard errors away is told apart, however little evidence the winner has.
-        let near = most - ranked.gain <= 9.0;
+        let near = most - ranked.gain <= THREE_STANDARD_ERRORS;
         if behind <= apart && near && !seen.contains(&name) {
             seen.push(name);
             out.push(place);
