@@ -7,16 +7,9 @@ use indicatif::{ProgressBar, ProgressStyle};
 use super::args::{Global, ProgressMode};
 use super::outcome::print_error;
 
-/// A bar, a line, or nothing, as the user wants it.
+/// A bar, lines, or nothing, as the user wants it.
 pub(super) fn progress(global: &Global, what: &str, steps: u64) -> ProgressBar {
-    let terminal = std::io::stderr().is_terminal();
-    let mode = match global.progress {
-        _ if global.quiet => ProgressMode::None,
-        ProgressMode::Auto if terminal => ProgressMode::Bar,
-        ProgressMode::Auto => ProgressMode::None,
-        mode => mode,
-    };
-    match mode {
+    match mode(global) {
         ProgressMode::Bar => {
             let bar = ProgressBar::new(steps);
             if let Ok(style) = ProgressStyle::with_template("{msg} [{bar:40}] {pos}/{len} {eta}") {
@@ -26,9 +19,33 @@ pub(super) fn progress(global: &Global, what: &str, steps: u64) -> ProgressBar {
             bar
         }
         ProgressMode::Text => {
-            print_error(&format!("{what}: {steps} steps"));
+            let steps = if steps == 0 {
+                String::new()
+            } else {
+                format!(": {steps} steps")
+            };
+            print_error(&format!("{what}{steps}"));
             ProgressBar::hidden()
         }
         ProgressMode::Auto | ProgressMode::None => ProgressBar::hidden(),
+    }
+}
+
+/// One step of a long row; as text every hundredth is a line.
+pub(super) fn step_on(global: &Global, bar: &ProgressBar, what: &str) {
+    bar.inc(1);
+    let done = bar.position();
+    if mode(global) == ProgressMode::Text && done.is_multiple_of(100) {
+        print_error(&format!("{what}: {done} done"));
+    }
+}
+
+fn mode(global: &Global) -> ProgressMode {
+    let terminal = std::io::stderr().is_terminal();
+    match global.progress {
+        _ if global.quiet => ProgressMode::None,
+        ProgressMode::Auto if terminal => ProgressMode::Bar,
+        ProgressMode::Auto => ProgressMode::None,
+        mode => mode,
     }
 }

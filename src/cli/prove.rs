@@ -28,7 +28,7 @@ use super::data::robot_source;
 use super::failure::{CliError, Failure};
 use super::figure_files::{write, write_figure};
 use super::outcome::Outcome;
-use super::progress::progress;
+use super::progress::{progress, step_on};
 use super::prove_args::{ProveArgs, ProvePart, SetChoice};
 
 /// Angles of the poses whose errors were recorded, beside the regressors made from them.
@@ -55,7 +55,7 @@ const TRIALS_PER_POINT: usize = 25;
 const LEAST_TRIALS: usize = 6;
 
 /// Sizes of power curves, standard errors.
-const SIZES: [f64; 5] = [2.0, 3.25, 4.5, 6.0, 8.0];
+const SIZES: [f64; 4] = [3.0, 4.5, 6.0, 8.0];
 
 /// Laws under `--quick`: one of a joint that is smooth, one with a history, one of the structure, one of the gauge.
 const QUICK_LAWS: [Law; 4] = [
@@ -173,7 +173,8 @@ fn calibration(args: &ProveArgs, global: &Global, done: &mut Done) -> Result<(),
     let plans = calibration_plans(&texts, args.quick.then_some(1))?;
     let trials = trials(args);
     let bar = progress(global, "benches with nothing missing", trials as u64);
-    let rows = calibrate(&plans, trials, args.seed, &|| bar.inc(1))?;
+    let done_one = || step_on(global, &bar, "benches with nothing missing");
+    let rows = calibrate(&plans, trials, args.seed, &done_one)?;
     bar.finish_and_clear();
     done.add(
         "calibration",
@@ -211,7 +212,7 @@ fn power_part(args: &ProveArgs, global: &Global, done: &mut Done) -> Result<(), 
     };
     // The number of places is known only when they have been tried: the bar counts trials.
     let bar = progress(global, "power", 0);
-    let cases = power(&sessions, &options, &|| bar.inc(1))?;
+    let cases = power(&sessions, &options, &|| step_on(global, &bar, "power"))?;
     bar.finish_and_clear();
     write_figure(
         &args.out.join("figures").join("power"),

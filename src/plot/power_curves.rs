@@ -6,8 +6,12 @@ use super::palette::{Colour, Marker, qualitative};
 
 /// Shares that are marked, percent.
 const MARKS_PERCENT: [f64; 2] = [80.0, 95.0];
-/// Half the distance between the two points at one size, so that their bars do not hide each other, standard errors.
-const ASIDE: f64 = 0.07;
+/// Distance between the points at one size, so that their bars do not hide each other, standard errors.
+const ASIDE: f64 = 0.15;
+/// Sizes that the axis shows at least, standard errors: where chance and certainty begin.
+const SHOWN: [f64; 2] = [2.0, 9.0];
+/// Room beside the outermost size, standard errors.
+const ROOM: f64 = 0.7;
 
 /// What the figure shows.
 #[derive(Debug, Clone, PartialEq)]
@@ -36,6 +40,8 @@ pub struct PowerAtSize {
     pub detected: Rate,
     /// Share of trials in which it was found under its right name; `None` where there is no right name.
     pub named: Option<Rate>,
+    /// Share of named effects whose size lies in its 95 % interval; `None` where none was named or it has no size.
+    pub covered: Option<Rate>,
 }
 
 /// A share of trials.
@@ -60,7 +66,11 @@ pub fn power_curves(input: &PowerCurves) -> Figure {
         panel_px,
         share_x: Sharing::All,
         share_y: Sharing::All,
-        panels: input.laws.iter().map(panel).collect(),
+        panels: input
+            .laws
+            .iter()
+            .map(|law| panel(law, shown(input)))
+            .collect(),
         ..Figure::new(
             "How often an effect is found and rightly named",
             caption(input),
@@ -68,10 +78,22 @@ pub fn power_curves(input: &PowerCurves) -> Figure {
     }
 }
 
-fn panel(law: &LawPower) -> Panel {
+/// Sizes that all panels show.
+fn shown(input: &PowerCurves) -> [f64; 2] {
+    let sizes = input.laws.iter().flat_map(|law| &law.sizes);
+    sizes.fold(SHOWN, |[low, high], size| {
+        let size = size.size_standard_errors;
+        [low.min(size - ROOM), high.max(size + ROOM)]
+    })
+}
+
+fn panel(law: &LawPower, shown: [f64; 2]) -> Panel {
     let mut panel = Panel::new(
         law.name.clone(),
-        Axis::linear("size in standard errors", ""),
+        Axis {
+            range: Some(shown),
+            ..Axis::linear("size in standard errors", "")
+        },
         Axis {
             range: Some([-4.0, 104.0]),
             grid: false,
@@ -98,12 +120,21 @@ fn panel(law: &LawPower) -> Panel {
     );
     let named = sizes
         .iter()
-        .filter_map(|size| Some(point(size, size.named.as_ref()?, ASIDE)));
+        .filter_map(|size| Some(point(size, size.named.as_ref()?, 0.0)));
     push_curve(
         &mut panel,
         "found under its right name",
         Style::new(qualitative(4), Marker::Square),
         named.collect(),
+    );
+    let covered = sizes
+        .iter()
+        .filter_map(|size| Some(point(size, size.covered.as_ref()?, ASIDE)));
+    push_curve(
+        &mut panel,
+        "of these the size in its 95 % interval",
+        Style::new(qualitative(2), Marker::Triangle),
+        covered.collect(),
     );
     panel
 }
@@ -135,15 +166,25 @@ fn push_curve(panel: &mut Panel, label: &str, style: Style, points: Vec<Point>) 
 
 fn caption(input: &PowerCurves) -> String {
     let sizes = || input.laws.iter().flat_map(|law| &law.sizes);
-    let rates = || sizes().flat_map(|size| std::iter::once(size.detected).chain(size.named));
+    let rates = || {
+        sizes().flat_map(|size| {
+            let further = size.named.into_iter().chain(size.covered);
+            std::iter::once(size.detected).chain(further)
+        })
+    };
     let without = rates().filter(|rate| rate.ci95.is_none()).count();
     let empty = input.laws.iter().filter(|law| law.sizes.is_empty()).count();
     joined([
         Some(format!(
-            "Bars: 95 % binomial intervals of {} trials a point; the two points of a size stand a little apart.",
+            "Bars: 95 % binomial intervals of {} trials a point, for intervals of those named; the points of a size stand a little apart.",
             count_range(sizes().map(|size| size.trials))
         )),
-        Some("At size 0 nothing is there, and what is found is a false alarm.".to_owned()),
+        if_any(
+            sizes()
+                .filter(|size| size.size_standard_errors == 0.0)
+                .count(),
+            "At size 0 nothing is there, and what is found is a false alarm.".to_owned(),
+        ),
         if_any(
             without,
             format!(
@@ -173,6 +214,7 @@ mod tests {
             trials: 200,
             detected: rate(detected),
             named: named.map(rate),
+            covered: None,
         }
     }
 
@@ -198,9 +240,10 @@ mod tests {
             .collect();
         let expected = [
             vec![[-ASIDE, 4.0], [2.25 - ASIDE, 50.0], [4.5 - ASIDE, 100.0]],
-            vec![[2.25 + ASIDE, 40.0], [4.5 + ASIDE, 80.0]],
+            vec![[2.25, 40.0], [4.5, 80.0]],
         ];
         assert_eq!(curves, expected);
+        assert_eq!(figure.panels[0].x.range, Some([-ROOM, 9.0]));
         let Marks::Points(points) = &figure.panels[0].series[3].marks else {
             panic!("points stand on their line");
         };

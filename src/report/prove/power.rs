@@ -161,6 +161,7 @@ pub fn power_figure(cases: &[PowerCase]) -> Figure {
                     trials: point.found.trials,
                     detected: rate(&point.found),
                     named: Some(rate(&point.right)),
+                    covered: (point.sizes.trials > 0).then(|| rate(&point.sizes)),
                 })
                 .collect(),
         })
