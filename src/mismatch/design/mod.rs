@@ -19,6 +19,7 @@ mod schedule;
 mod separation;
 #[cfg(test)]
 mod tests;
+mod unexplained;
 mod views;
 
 use std::fmt;

@@ -1,6 +1,6 @@
 //! The measurement to make next: for each pair that is still open the quickest plan that tells it apart.
 
-use crate::mismatch::diagnosis::{Diagnosis, Finding};
+use crate::mismatch::diagnosis::{Diagnosis, Finding, Verdict};
 use crate::mismatch::error::MismatchError;
 use crate::mismatch::observations::Observations;
 use crate::physics::Effect;
@@ -10,6 +10,7 @@ use crate::test_point::Direction;
 use super::advice::advice;
 use super::plans::{Loading, loadings};
 use super::separation::{CellGram, Effects};
+use super::unexplained::look_closer;
 use super::{CAN_TELL, CANNOT_TELL, DesignBench, Suspect};
 
 /// Pairs that are planned for, those with the largest posterior.
@@ -22,7 +23,8 @@ pub struct ProposedMeasurement {
     pub plan: String,
     /// The two that it tells apart.
     pub separates: [String; 2],
-    /// Expected log-likelihood ratio of all readings then, old and planned; `None` for a check without loads, which decides by itself.
+    /// Expected log-likelihood ratio of all readings then, old and planned; `None` for a check without loads, which decides by itself,
+    /// and where one of the two is no law.
     pub expected_log_lr: Option<f64>,
     /// The same of the readings already made.
     pub log_lr_now: f64,
@@ -54,7 +56,8 @@ pub(super) struct OpenPair {
 /// Plans the next measurement after a diagnosis: one entry a pair, the most probable pair first.
 ///
 /// Where no load plan reaches an expected log-likelihood ratio of 3, the entry is the check without loads that does; where one reaches 3
-/// but not 5, both are given. One plan stands for several pairs if it is quicker than one for each.
+/// but not 5, both are given. One plan stands for several pairs if it is quicker than one for each. Before them, where structure is left
+/// that no law explains, stands the plan that shows more of it.
 ///
 /// # Arguments
 /// - `done`: the readings already made.
@@ -69,7 +72,14 @@ pub fn next_measurements(
     base: &Procedure,
 ) -> Result<Vec<ProposedMeasurement>, MismatchError> {
     let (fitted, pairs) = open_pairs(&diagnosis.findings);
-    plan_for(bench, done, fitted, &pairs, base)
+    let closer = if diagnosis.verdict == Verdict::Unknown {
+        look_closer(bench, done, &diagnosis.left_over, base)
+    } else {
+        None
+    };
+    let mut out: Vec<ProposedMeasurement> = closer.into_iter().collect();
+    out.extend(plan_for(bench, done, fitted, &pairs, base)?);
+    Ok(out)
 }
 
 /// Effects that are open, and which of them are rivals.
