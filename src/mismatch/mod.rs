@@ -7,6 +7,7 @@
 mod baseline;
 mod candidate;
 mod design;
+mod detection;
 mod diagnosis;
 mod error;
 mod evidence;

@@ -4,9 +4,7 @@ use nalgebra::DMatrix;
 
 use crate::physics::{Effect, Law};
 
-use super::diagnosis::{
-    DetectionLimit, Diagnosis, FactorShift, Finding, Location, Rival, Value, Verdict,
-};
+use super::diagnosis::{Diagnosis, FactorShift, Finding, Location, Rival, Value, Verdict};
 use super::error::MismatchError;
 use super::leftover::Stratum;
 use super::limits::{LEFT_OVER_LEVEL, Limits};
@@ -29,9 +27,6 @@ const RIVALS: usize = 8;
 
 /// A factor whose interval spans more than this share of what was allowed beforehand is not identified by the data.
 const IDENTIFIED: f64 = 0.5;
-
-/// Quantile of the normal distribution for a power of 80 %.
-const POWER_80: f64 = 0.84;
 
 impl Bench<'_> {
     /// What a search found, as it is to be said.
@@ -84,7 +79,7 @@ impl Bench<'_> {
             noise: found.after.noise.noise,
             noise_dof: [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]]
                 .map(|share| found.after.noise.degrees_of_freedom(share)),
-            detection_limits: Self::detection_limits(&found.first, limits),
+            detection_limits: self.detection_limits(found, limits)?,
             impossible: impossible(&found.first, limits),
             parameters: found.after.fitted.model.parameters.clone(),
             effects: found.after.fitted.model.effects.clone(),
@@ -327,52 +322,6 @@ impl Bench<'_> {
             p_family: left.p,
             size_m: pattern.map_or(0.0, |p| p.size_m * left.gain.sqrt()),
         }
-    }
-
-    /// For each law and place the size that 80 % of such sessions would show.
-    fn detection_limits(first: &Ranking, limits: &Limits) -> Vec<DetectionLimit> {
-        let mut out: Vec<DetectionLimit> = Vec::new();
-        for white in &first.white {
-            let candidate = &white.candidate;
-            if candidate.wide || candidate.law == Law::Slip {
-                continue;
-            }
-            let family = (candidate.law, candidate.wide);
-            let root = limits.laws.get(&family).map_or(f64::INFINITY, |l| l.sqrt());
-            let wanted = root + POWER_80;
-            let smallest = white
-                .shapes
-                .iter()
-                .filter_map(|shape| {
-                    let scale = wanted / shape.square.sqrt();
-                    (scale <= shape.shape.scale[1]).then_some((scale, shape))
-                })
-                .min_by(|a, b| a.0.total_cmp(&b.0));
-            let upper = white
-                .shapes
-                .iter()
-                .map(|shape| {
-                    let product = dot(&shape.vectors[0], &first.residuals);
-                    let estimate = product / shape.square;
-                    (estimate.abs().max(0.0) + 1.96 / shape.square.sqrt())
-                        * shape.shape.values.first().copied().unwrap_or(0.0)
-                })
-                .fold(0.0, f64::max);
-            let values = smallest.map(|(scale, shape)| {
-                (
-                    scale * shape.shape.values.first().copied().unwrap_or(0.0),
-                    scale * shape.peak_m,
-                )
-            });
-            out.push(DetectionLimit {
-                law: candidate.law,
-                place: candidate.place.clone(),
-                size_80: values.map(|(size, _)| size),
-                end_effect_m: values.map(|(_, peak_m)| peak_m),
-                upper_95: (upper > 0.0).then_some(upper),
-            });
-        }
-        out
     }
 }
 

@@ -80,6 +80,10 @@ fn at_a_place(law: Law) -> (&'static str, &'static str) {
             "a force turned that way moves this robot along the direction of reading only to second order",
             "read the displacement along all three axes at each load",
         ),
+        Law::LooseMember => (
+            "without it the readings would hardly change, or the factors take what changes",
+            "measure further poses, or look at both of its ends",
+        ),
         law if law.is_of_a_joint() => (
             "even if the joint turned freely the readings would hardly change, or the factors take what changes",
             "measure poses in which the load turns the joint more, or load and read the linkage next to it",
