@@ -138,6 +138,17 @@ pub fn twelve_values(
     reference: &str,
     seed: u64,
 ) -> Result<TwelveValues, ProveError> {
+    values_under(robot, bench, reference, seed, &|_| true)
+}
+
+/// The same with some of the laws.
+fn values_under(
+    robot: &Robot,
+    bench: &str,
+    reference: &str,
+    seed: u64,
+    is_asked_for: &dyn Fn(&LinearLaw) -> bool,
+) -> Result<TwelveValues, ProveError> {
     let bench: Vec<BenchRow> = rows("experiment-table-vi.csv", bench)?;
     let reference: Vec<ReferenceRow> = rows("reference.csv", reference)?;
     let mut names: Vec<PoseId> = Vec::new();
@@ -185,7 +196,7 @@ pub fn twelve_values(
         elements_m_per_n: &elements,
         judged: &judged,
     };
-    let mut found = study.run(seed)?;
+    let mut found = study.run(seed, is_asked_for)?;
     found.gap = problem
         .cells
         .iter()
@@ -210,9 +221,14 @@ struct Study<'a> {
 }
 
 impl Study<'_> {
-    fn run(&self, seed: u64) -> Result<TwelveValues, ProveError> {
+    fn run(
+        &self,
+        seed: u64,
+        is_asked_for: &dyn Fn(&LinearLaw) -> bool,
+    ) -> Result<TwelveValues, ProveError> {
         let mut mechanics = self.problem.mechanics()?;
-        let laws = LinearLaw::all(&mechanics, &self.problem.cells);
+        let mut laws = LinearLaw::all(&mechanics, &self.problem.cells);
+        laws.retain(is_asked_for);
         let (baseline_fit, mut baseline) = self.candidate(None)?;
         let null = self.null_draws(&mut mechanics, &laws, &baseline_fit, seed)?;
         let alone: Vec<(f64, f64)> = self.alone(&mut mechanics, &laws)?;
