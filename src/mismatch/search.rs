@@ -6,7 +6,7 @@ use crate::statistics::{chi_squared_quantile, f_upper_tail};
 use super::candidate::SHORTEST_PERIOD_M;
 use super::error::MismatchError;
 use super::leftover::{Pattern, autocorrelation_p, patterns};
-use super::limits::{Limits, limits};
+use super::limits::{LEFT_OVER_LEVEL, Limits, limits};
 use super::rank::{Ranked, Ranking};
 use super::refit::Model;
 use super::restricted_likelihood::EstimatedNoise;
@@ -190,14 +190,50 @@ impl Bench<'_> {
             }
         }
         let left = self.left_over(&state, &limits)?;
-        let found = Found {
+        let mut found = Found {
             before,
             after: state,
             chosen,
             first,
             left,
         };
+        self.drop_stand_ins(&mut found, options, &limits)?;
         Ok((found, limits))
+    }
+
+    /// Takes back, where structure is left that no law explains, what explains less than the largest pattern that is left: it stands for the
+    /// unknown cause as well as it can, and its name says nothing.
+    fn drop_stand_ins(
+        &self,
+        found: &mut Found,
+        options: &SearchOptions,
+        limits: &Limits,
+    ) -> Result<(), MismatchError> {
+        let kept: Vec<bool> = found
+            .chosen
+            .iter()
+            .map(|chosen| chosen.ranked.iter().any(|best| best.gain > found.left.gain))
+            .collect();
+        if found.left.p > LEFT_OVER_LEVEL || kept.iter().all(|kept| *kept) {
+            return Ok(());
+        }
+        let mut keep = kept.iter();
+        let mut model = found.after.fitted.model.clone();
+        model.effects.retain(|_| *keep.next().unwrap_or(&true));
+        let Some(state) = self.settle(model, options.noise)? else {
+            return Ok(());
+        };
+        let families: Vec<f64> = found
+            .chosen
+            .iter()
+            .zip(&kept)
+            .filter(|(_, kept)| **kept)
+            .map(|(chosen, _)| chosen.family_p)
+            .collect();
+        found.chosen = self.rivals(&state, options, &families)?;
+        found.left = self.left_over(&state, limits)?;
+        found.after = state;
+        Ok(())
     }
 
     /// The best candidate, if it passes its limit under the noise that it leaves; with its chance on noise alone, and whether poses left
