@@ -174,6 +174,16 @@ fn distance_from_uniform(values: &mut [f64]) -> f64 {
         .fold(0.0, f64::max)
 }
 
+/// A mechanism under loading and unloading with holds.
+fn up_and_down(mechanism: &str, check: impl FnOnce(&Fixture, &Bench<'_>, &Ready)) {
+    let robot = robot();
+    let fixture = fixture(&UP_AND_DOWN, true);
+    let baseline = baseline(&robot, mechanism);
+    let bench = Bench::new(&baseline, &fixture.observations);
+    let ready = ready(&bench, &fixture.noise);
+    check(&fixture, &bench, &ready);
+}
+
 const DRAWS: usize = 2000;
 
 /// Distance that 2000 uniform values exceed once in ten thousand (Kolmogorov's limit law: 2 exp(-2 n d²)).
@@ -181,109 +191,101 @@ const FARTHEST: f64 = 0.0497;
 
 #[test]
 fn on_noise_every_chance_is_uniform() {
-    let robot = robot();
-    let fixture = fixture(&UP_AND_DOWN, true);
-    let baseline = baseline(&robot, "F");
-    let bench = Bench::new(&baseline, &fixture.observations);
-    let ready = ready(&bench, &fixture.noise);
-    let decomposition = ready.decomposition(&fixture.observations);
-    let periods = decomposition.periods(&ready.predicted_m);
-    let known = known(fixture.noise);
-    let mut chances: std::collections::BTreeMap<Contrast, Vec<f64>> =
-        std::collections::BTreeMap::new();
-    let mut families = 0;
-    for seed in 0..DRAWS as u64 {
-        let white = white_noise(fixture.observations.len(), seed);
-        let (tests, _) = decomposition.tests(&white, &periods, Some(&known));
-        families += usize::from(tests.iter().any(|test| test.p_family <= 0.05));
-        for test in tests {
-            chances.entry(test.contrast).or_default().push(test.p);
+    up_and_down("F", |fixture, _, ready| {
+        let decomposition = ready.decomposition(&fixture.observations);
+        let periods = decomposition.periods(&ready.predicted_m);
+        let known = known(fixture.noise);
+        let mut chances: std::collections::BTreeMap<Contrast, Vec<f64>> =
+            std::collections::BTreeMap::new();
+        let mut families = 0;
+        for seed in 0..DRAWS as u64 {
+            let white = white_noise(fixture.observations.len(), seed);
+            let (tests, _) = decomposition.tests(&white, &periods, Some(&known));
+            families += usize::from(tests.iter().any(|test| test.p_family <= 0.05));
+            for test in tests {
+                chances.entry(test.contrast).or_default().push(test.p);
+            }
         }
-    }
-    let tested: Vec<Contrast> = chances.keys().copied().collect();
-    let expected = [
-        Contrast::CellSlope,
-        Contrast::Repeat,
-        Contrast::CellOffset,
-        Contrast::Clock,
-        Contrast::Curve,
-        Contrast::LoadStep,
-        Contrast::Loop,
-        Contrast::Branch,
-        Contrast::Hold,
-        Contrast::NoiseSize,
-        Contrast::Outlier,
-        Contrast::Period,
-    ];
-    assert_eq!(tested, expected);
-    for (contrast, mut values) in chances {
-        if matches!(contrast, Contrast::Outlier | Contrast::Period) {
-            // Bonferroni's bound: not uniform, never too small.
-            let small = values.iter().filter(|p| **p <= 0.05).count();
-            assert!(small <= 130, "{contrast:?}: {small} of {DRAWS}");
-            assert!(small >= 20, "{contrast:?}: {small} of {DRAWS}");
-            continue;
+        let tested: Vec<Contrast> = chances.keys().copied().collect();
+        let expected = [
+            Contrast::CellSlope,
+            Contrast::Repeat,
+            Contrast::CellOffset,
+            Contrast::Clock,
+            Contrast::Curve,
+            Contrast::LoadStep,
+            Contrast::Loop,
+            Contrast::Branch,
+            Contrast::Hold,
+            Contrast::NoiseSize,
+            Contrast::Outlier,
+            Contrast::Period,
+        ];
+        assert_eq!(tested, expected);
+        for (contrast, mut values) in chances {
+            if matches!(contrast, Contrast::Outlier | Contrast::Period) {
+                // Bonferroni's bound: not uniform, never too small.
+                let small = values.iter().filter(|p| **p <= 0.05).count();
+                assert!(small <= 130, "{contrast:?}: {small} of {DRAWS}");
+                assert!(small >= 20, "{contrast:?}: {small} of {DRAWS}");
+                continue;
+            }
+            let distance = distance_from_uniform(&mut values);
+            assert!(distance < FARTHEST, "{contrast:?}: {distance}");
         }
-        let distance = distance_from_uniform(&mut values);
-        assert!(distance < FARTHEST, "{contrast:?}: {distance}");
-    }
-    // Holm: at most 5 %; 130 of 2000 is three standard deviations above.
-    assert!((50..=130).contains(&families), "{families} of {DRAWS}");
+        // Holm: at most 5 %; 130 of 2000 is three standard deviations above.
+        assert!((50..=130).contains(&families), "{families} of {DRAWS}");
+    });
 }
 
 #[test]
 fn within_runs_the_scatter_of_zeros_and_slopes_need_not_be_known() {
-    let robot = robot();
-    let fixture = fixture(&UP_AND_DOWN, true);
-    let baseline = baseline(&robot, "F");
-    let bench = Bench::new(&baseline, &fixture.observations);
-    let truth = ReadingNoise {
-        zero_sd_m: 9e-6,
-        run_slope_sd: 0.02,
-        ..fixture.noise
-    };
-    let (ready, real) = (ready(&bench, &fixture.noise), ready(&bench, &truth));
-    let decomposition = ready.decomposition(&fixture.observations);
-    let mut chances = vec![Vec::new(); 4];
-    for seed in 0..DRAWS as u64 {
-        let mut readings_m = white_noise(fixture.observations.len(), seed);
-        real.whitening.apply_inverse(&mut readings_m);
-        let white = decomposition.white(&readings_m);
-        let within = [
-            Contrast::Clock,
-            Contrast::LoadStep,
-            Contrast::Loop,
-            Contrast::Hold,
-        ];
-        for (values, contrast) in chances.iter_mut().zip(within) {
-            let comparison = decomposition
-                .comparisons
-                .iter()
-                .find(|comparison| comparison.contrast == contrast)
-                .unwrap();
-            values.push(decomposition.test(comparison, &white).p);
+    up_and_down("F", |fixture, bench, assumed| {
+        let truth = ReadingNoise {
+            zero_sd_m: 9e-6,
+            run_slope_sd: 0.02,
+            ..fixture.noise
+        };
+        let real = ready(bench, &truth);
+        let decomposition = assumed.decomposition(&fixture.observations);
+        let mut chances = vec![Vec::new(); 4];
+        for seed in 0..DRAWS as u64 {
+            let mut readings_m = white_noise(fixture.observations.len(), seed);
+            real.whitening.apply_inverse(&mut readings_m);
+            let white = decomposition.white(&readings_m);
+            let within = [
+                Contrast::Clock,
+                Contrast::LoadStep,
+                Contrast::Loop,
+                Contrast::Hold,
+            ];
+            for (values, contrast) in chances.iter_mut().zip(within) {
+                let comparison = decomposition
+                    .comparisons
+                    .iter()
+                    .find(|comparison| comparison.contrast == contrast)
+                    .unwrap();
+                values.push(decomposition.test(comparison, &white).p);
+            }
         }
-    }
-    for values in &mut chances {
-        let distance = distance_from_uniform(values);
-        assert!(distance < FARTHEST, "{distance}");
-    }
+        for values in &mut chances {
+            let distance = distance_from_uniform(values);
+            assert!(distance < FARTHEST, "{distance}");
+        }
+    });
 }
 
 #[test]
 fn whitening_undone_gives_back_the_readings() {
-    let robot = robot();
-    let fixture = fixture(&UP_AND_DOWN, true);
-    let baseline = baseline(&robot, "A");
-    let bench = Bench::new(&baseline, &fixture.observations);
-    let ready = ready(&bench, &fixture.noise);
-    let white = white_noise(fixture.observations.len(), 1);
-    let mut there_and_back = white.clone();
-    ready.whitening.apply_inverse(&mut there_and_back);
-    ready.whitening.apply(&mut there_and_back);
-    for (a, b) in white.iter().zip(&there_and_back) {
-        assert!((a - b).abs() < 1e-9, "{a} {b}");
-    }
+    up_and_down("A", |fixture, _, ready| {
+        let white = white_noise(fixture.observations.len(), 1);
+        let mut there_and_back = white.clone();
+        ready.whitening.apply_inverse(&mut there_and_back);
+        ready.whitening.apply(&mut there_and_back);
+        for (a, b) in white.iter().zip(&there_and_back) {
+            assert!((a - b).abs() < 1e-9, "{a} {b}");
+        }
+    });
 }
 
 /// A session with an effect of `length` standard errors, as it is located.
