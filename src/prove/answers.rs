@@ -181,6 +181,11 @@ impl Answers {
         Ok(answers)
     }
 
+    /// Takes in the answers of further sessions.
+    pub fn add(&mut self, others: Self) {
+        self.benches.extend(others.benches);
+    }
+
     /// The answer to a session.
     ///
     /// # Errors
@@ -199,7 +204,7 @@ impl Answers {
     }
 }
 
-/// The two lists of sessions.
+/// The lists of sessions.
 #[derive(Debug, Clone, PartialEq, Eq, Deserialize)]
 pub struct Sets {
     schema: String,
@@ -207,6 +212,9 @@ pub struct Sets {
     pub development: Vec<String>,
     /// Sessions that are looked at by the scorer only.
     pub proof: Vec<String>,
+    /// The same, made after the proof list had been scored.
+    #[serde(default)]
+    pub second: Vec<String>,
 }
 
 /// Which list a session is of.
@@ -216,6 +224,8 @@ pub enum Set {
     Development,
     /// The sealed one.
     Proof,
+    /// The sealed one that was made after the first had been scored.
+    Second,
 }
 
 impl Set {
@@ -225,6 +235,7 @@ impl Set {
         match self {
             Self::Development => "development",
             Self::Proof => "proof",
+            Self::Second => "second proof",
         }
     }
 }
@@ -246,7 +257,7 @@ impl Sets {
         Ok(sets)
     }
 
-    /// Sessions of both lists in the order of their names, at most so many of each list.
+    /// Sessions of all lists in the order of their names, at most so many of each list.
     ///
     /// A list is thinned evenly, so that its names are still a random choice.
     #[must_use]
@@ -255,6 +266,7 @@ impl Sets {
         for (list, set) in [
             (&self.development, Set::Development),
             (&self.proof, Set::Proof),
+            (&self.second, Set::Second),
         ] {
             let mut names = list.clone();
             names.sort();

@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """Make the concealed benches anew: sessions, sealed answers, development answers, list of both sets.
 
-    python data/concealed/generate/generate.py [--only K ...] [--out FOLDER]
+    python data/concealed/generate/generate.py [--second] [--only K ...] [--out FOLDER]
 
 README.md describes what comes out.  Same seed, same files.
 """
@@ -22,6 +22,7 @@ import numpy as np
 
 import catalogue
 import more_poses
+import sets
 import validation
 from bench import Bench
 from catalogue import Entry
@@ -34,20 +35,21 @@ from rivals import Library, left_by_library, rivals_of
 from structures import PROPERTIES, ROOT, Robot
 
 SEED = 20260611
+SECOND_SEED = 20261120
 HERE = ROOT / "data" / "concealed"
 OUTSIDE = ("joint-plasticity", "joint-asymmetric-cubic", "quadratic-drift", "load-dependent-creep", "gauge-two-harmonics", "brace")
 COLUMNS = "pose,direction,branch,step,target_N,repeat,force_N,displacement_um,hold_s,t_s,temp_degC"
 
 
-def identity(index: int) -> str:
-    return hashlib.sha256(f"bench {SEED} {index}".encode()).hexdigest()[:8]
+def identity(index: int, seed: int = SEED) -> str:
+    return hashlib.sha256(f"bench {seed} {index}".encode()).hexdigest()[:8]
 
 
-def make(entry: Entry, index: int) -> tuple[Bench, Noise, Plan, list, Information, np.ndarray, Robot]:
+def make(entry: Entry, index: int, seed: int = SEED) -> tuple[Bench, Noise, Plan, list, Information, np.ndarray, Robot]:
     """One bench with its effects sized, and its readings in µm; other factors are drawn until sizes can be reached."""
     robot = Robot(str((HERE / "sessions" / "any" / catalogue.ROBOTS[entry.robot]).resolve()))
     for attempt in range(8):
-        rng = np.random.default_rng([SEED, index, attempt])
+        rng = np.random.default_rng([seed, index, attempt])
         plan, noise = catalogue.plan_of(entry), catalogue.noise_of(entry, rng)
         start = robot.data["factors"]["m_fsd"]
         beam = {name: float(f"{start['beam'][name] * np.exp(rng.uniform(np.log(0.55), np.log(1.8))):.5g}") for name in PROPERTIES}
@@ -185,32 +187,34 @@ resolution_um = {noise.res_um}
 
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--second", action="store_true", help="make the second proof list beside the others: a third of the benches, from another seed")
     parser.add_argument("--only", type=int, nargs="*", help="make these benches only, and print their answers")
     parser.add_argument("--out", type=Path, default=HERE, help="folder to write to")
     arguments = parser.parse_args()
     more_poses.write()
     entries = catalogue.all_entries()
-    if arguments.only is None:
+    seed = SECOND_SEED if arguments.second else SEED
+    third = sets.every_third([entry.mode for entry in entries])
+    if arguments.only is None and not arguments.second:
         shutil.rmtree(arguments.out / "sessions", ignore_errors=True)
     answers = {}
     for index, entry in enumerate(entries):
-        if arguments.only is not None and index not in arguments.only:
+        if arguments.only is not None and index not in arguments.only or arguments.second and index not in third:
             continue
         began = time.perf_counter()
         try:
-            made = make(entry, index)
+            made = make(entry, index, seed)
         except NotReachable as error:
             print(error, file=sys.stderr)
             continue
-        answers[identity(index)] = answer_of(entry, index, made)
-        progress(index, entry, answers[identity(index)], time.perf_counter() - began)
+        name = identity(index, seed)
+        answers[name] = answer_of(entry, index, made)
+        progress(index, entry, answers[name], time.perf_counter() - began)
         if arguments.only is None:
             bench, noise, plan, _, _, readings, _ = made
-            write_session(arguments.out / "sessions" / identity(index), identity(index), entry, plan, noise, bench.table, readings)
+            write_session(arguments.out / "sessions" / name, name, entry, plan, noise, bench.table, readings)
     if arguments.only is None:
-        import sets
-
-        sets.write(arguments.out, answers)
+        (sets.write_second if arguments.second else sets.write)(arguments.out, answers)
     else:
         print(json.dumps(answers, indent=1))
 

@@ -29,7 +29,7 @@ const MODES: [(&str, &str); 10] = [
 #[must_use]
 pub fn concealed_text(scores: &[Score]) -> String {
     let mut text = String::new();
-    for set in [Set::Development, Set::Proof] {
+    for set in [Set::Development, Set::Proof, Set::Second] {
         let of_set: Vec<Score> = scores.iter().filter(|s| s.set == set).cloned().collect();
         if of_set.is_empty() {
             continue;
@@ -135,7 +135,7 @@ pub fn concealed_json(scores: &[Score]) -> Value {
             "scores": of_set.iter().map(score_json).collect::<Vec<_>>(),
         })
     };
-    json!({ "development": of(Set::Development), "proof": of(Set::Proof) })
+    json!({ "development": of(Set::Development), "proof": of(Set::Proof), "second": of(Set::Second) })
 }
 
 fn score_json(score: &Score) -> Value {
