@@ -7,16 +7,17 @@ use serde_json::{Value, json};
 
 use crate::mismatch::{
     DesignBench, DesignReport, Diagnosis, GaugeSteps, NextMeasurement, Observations,
-    ProposedMeasurement, RobotBaseline, USUAL_NOISE, design_of_plan, next_measurements,
+    ProposedMeasurement, RobotBaseline, USUAL_NOISE, Verdict, design_of_plan, next_measurements,
     poses_at_hand,
 };
 use crate::physics::title;
 use crate::procedure::{Pace, Procedure};
 use crate::readings::SessionHeader;
-use crate::robot::{Mechanism, Pose};
+use crate::robot::{Mechanism, Pose, Robot};
 use crate::test_point::PoseId;
 
 use super::data::{Chosen, choose};
+use super::diagnose::RANGE;
 use super::diagnose_args::DiagnoseArgs;
 use super::failure::{CliError, Failure};
 use super::outcome::Outcome;
@@ -56,6 +57,34 @@ pub(super) fn run(args: &DiagnoseArgs, name: &str, range: [f64; 2]) -> Result<Ou
     Ok(Outcome::new("design", text(&report), json(&report)).with_warnings(warnings))
 }
 
+/// What a shipped procedure can show on a mechanism in its named poses, on a bench of which nothing is known yet.
+pub(super) fn usual_plan(
+    robot: &Robot,
+    mechanism: &str,
+    procedure: &str,
+    seed: u64,
+) -> Result<DesignReport, Failure> {
+    let (procedure, _) = named_procedure(procedure)?;
+    let poses: Vec<PoseId> = robot.poses.iter().map(|named| named.id.clone()).collect();
+    let placed: Vec<Pose> = robot.poses.iter().map(|named| named.pose.clone()).collect();
+    let (_, factors) = robot.default_factors();
+    let mechanism = robot.mechanism(Some(mechanism))?;
+    let baseline = RobotBaseline::new(robot, mechanism, factors, placed, RANGE);
+    let bench = DesignBench {
+        baseline: &baseline,
+        poses: &poses,
+        parameters: None,
+        noise: USUAL_NOISE,
+        steps: USUAL_STEPS,
+        pace: Pace::default(),
+    };
+    let procedure = Procedure {
+        poses: Some(poses.clone()),
+        ..procedure
+    };
+    Ok(design_of_plan(&bench, &procedure, None, seed)?)
+}
+
 /// Measurements proposed, and the procedures to be written beside them: file name and text.
 type Proposals = (Vec<NextMeasurement>, Vec<(String, String)>);
 
@@ -71,7 +100,7 @@ pub(super) fn proposals(
         .findings
         .iter()
         .any(|f| f.alternative_group.is_some());
-    if !open {
+    if !open && diagnosis.verdict != Verdict::Unknown {
         return Ok((Vec::new(), Vec::new()));
     }
     let mechanism = chosen.robot.mechanism(Some(&chosen.mechanism))?;

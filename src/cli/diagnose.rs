@@ -27,7 +27,7 @@ use super::outcome::{Outcome, envelope};
 use super::progress::progress;
 
 /// Multiples of their start between which the beam factors may move.
-const RANGE: [f64; 2] = [0.1, 10.0];
+pub(super) const RANGE: [f64; 2] = [0.1, 10.0];
 
 /// The scatter of the readings may exceed what the records state by this much before it is said.
 const RECORD_TOO_GOOD: f64 = 1.5;

@@ -9,15 +9,15 @@ use serde_json::{Map, Value, json};
 use crate::mismatch::SearchOptions;
 use crate::physics::Law;
 use crate::prove::{
-    Answers, PowerOptions, Recordings, Session, SessionTexts, Set, Sets, calibrate,
-    calibration_plans, diagnose_all, power, score, score_pose_errors, score_recording,
+    Answers, PowerOptions, Recordings, Session, SessionTexts, Set, Sets, beside_idealised,
+    calibrate, calibration_plans, diagnose_all, power, score, score_pose_errors, score_recording,
     twelve_values, unseal,
 };
 use crate::readings::SessionHeader;
 use crate::report::{
-    calibration_json, calibration_text, concealed_json, concealed_text, power_figure, power_json,
-    power_text, recordings_json, recordings_text, twelve_values_json, twelve_values_text,
-    verdicts_json,
+    calibration_json, calibration_text, concealed_json, concealed_text, idealised_json,
+    idealised_text, power_figure, power_json, power_text, recordings_json, recordings_text,
+    twelve_values_json, twelve_values_text, verdicts_json,
 };
 use crate::robot::Robot;
 use crate::source_text::SourceText;
@@ -25,6 +25,7 @@ use crate::specimen::read_specimen;
 
 use super::args::Global;
 use super::data::robot_source;
+use super::design;
 use super::failure::{CliError, Failure};
 use super::figure_files::{write, write_figure};
 use super::outcome::Outcome;
@@ -37,6 +38,13 @@ const POSE_ANGLES: &str = "ur5_grid_1000.csv";
 /// Stiffness of the paper's bench and fitted model, and displacements of its finite elements.
 const TABLE_VI: &str = include_str!("../../data/paper/experiment-table-vi.csv");
 const TABLE_V: &str = include_str!("../../data/paper/reference.csv");
+
+/// Mechanisms whose standard errors are worked out: one arm, and all chains.
+const ERROR_MECHANISMS: [&str; 2] = ["A", "F"];
+
+/// Sealed answers of the first two lists, and of the second proof list.
+const ANSWERS: &str = "answers.sealed";
+const SECOND_ANSWERS: &str = "answers-second.sealed";
 
 /// Concealed sessions of each list under `--quick`.
 const QUICK_SESSIONS: usize = 12;
@@ -72,23 +80,28 @@ type Part = (
 );
 
 /// The parts, in order.
-const PARTS: [Part; 5] = [
+const PARTS: [Part; 6] = [
     (ProvePart::Concealed, concealed),
     (ProvePart::Calibration, calibration),
     (ProvePart::Power, power_part),
     (ProvePart::Recordings, recordings),
     (ProvePart::Paper, paper),
+    (ProvePart::Errors, errors),
 ];
 
 /// Runs the parts of the proof and writes them to a folder, after each part what there is.
 pub(super) fn run(args: &ProveArgs, global: &Global) -> Result<Outcome, Failure> {
     let started = Instant::now();
-    let mut done = Done::default();
+    let mut done = Done {
+        started,
+        text: String::new(),
+        json: Map::new(),
+    };
     let (mut text, mut data) = (String::new(), Value::Null);
     for (part, run_part) in PARTS {
         if args.only.is_empty() || args.only.contains(&part) {
             run_part(args, global, &mut done)?;
-            (text, data) = done.save(args, started.elapsed().as_secs_f64())?;
+            (text, data) = done.save(args)?;
         }
     }
     let text = format!("{text}\nWritten to {}\n", args.out.display());
@@ -96,8 +109,9 @@ pub(super) fn run(args: &ProveArgs, global: &Global) -> Result<Outcome, Failure>
 }
 
 /// What the parts give.
-#[derive(Debug, Default)]
+#[derive(Debug)]
 struct Done {
+    started: Instant,
     text: String,
     json: Map<String, Value>,
 }
@@ -109,7 +123,8 @@ impl Done {
     }
 
     /// Writes what there is; returns it as text and for programs.
-    fn save(&self, args: &ProveArgs, seconds: f64) -> Result<(String, Value), Failure> {
+    fn save(&self, args: &ProveArgs) -> Result<(String, Value), Failure> {
+        let seconds = self.started.elapsed().as_secs_f64();
         let threads = rayon::current_num_threads();
         let data = json!({
             "quick": args.quick,
@@ -152,8 +167,10 @@ fn concealed(args: &ProveArgs, global: &Global, done: &mut Done) -> Result<(), F
     let written = format!("{:#}\n", verdicts_json(&verdicts, args.seed));
     write(&args.out.join("verdicts.json"), written.as_bytes())?;
 
-    let sealed = folder.join("answers.sealed");
-    let answers = Answers::parse(&sealed.display().to_string(), &unseal(&read(&sealed)?)?)?;
+    let mut answers = unsealed(&folder.join(ANSWERS))?;
+    if chosen.iter().any(|(_, set)| *set == Set::Second) {
+        answers.add(unsealed(&folder.join(SECOND_ANSWERS))?);
+    }
     let scores = verdicts
         .iter()
         .zip(&chosen)
@@ -165,6 +182,12 @@ fn concealed(args: &ProveArgs, global: &Global, done: &mut Done) -> Result<(), F
         concealed_json(&scores),
     );
     Ok(())
+}
+
+/// Answers, opened.
+fn unsealed(sealed: &Path) -> Result<Answers, Failure> {
+    let plain = unseal(&read(sealed)?)?;
+    Ok(Answers::parse(&sealed.display().to_string(), &plain)?)
 }
 
 /// Null benches on the plans of the concealed sessions.
@@ -212,13 +235,18 @@ fn power_part(args: &ProveArgs, global: &Global, done: &mut Done) -> Result<(), 
     };
     // The number of places is known only when they have been tried: the bar counts trials.
     let bar = progress(global, "power", 0);
-    let cases = power(&sessions, &options, &|| step_on(global, &bar, "power"))?;
+    let step = || step_on(global, &bar, "power");
+    let before = done.text.clone();
+    // What is done is kept, if the rest is not waited for.
+    power(&sessions, &options, &step, &mut |cases| {
+        done.text.clone_from(&before);
+        done.add("power", &power_text(cases), power_json(cases));
+        done.save(args)?;
+        let figure = args.out.join("figures").join("power");
+        write_figure(&figure, &power_figure(cases))?;
+        Ok::<(), Failure>(())
+    })?;
     bar.finish_and_clear();
-    write_figure(
-        &args.out.join("figures").join("power"),
-        &power_figure(&cases),
-    )?;
-    done.add("power", &power_text(&cases), power_json(&cases));
     Ok(())
 }
 
@@ -272,18 +300,44 @@ fn paper(args: &ProveArgs, global: &Global, done: &mut Done) -> Result<(), Failu
     Ok(())
 }
 
+/// What the paper's plan, with unloading, can show on the shipped robot.
+fn errors(args: &ProveArgs, global: &Global, done: &mut Done) -> Result<(), Failure> {
+    let robot = Robot::parse(&robot_source("hp-robot", None)?)?;
+    let bar = progress(global, "standard errors", ERROR_MECHANISMS.len() as u64);
+    let mut plans = Vec::new();
+    for mechanism in ERROR_MECHANISMS {
+        plans.push(design::usual_plan(
+            &robot,
+            mechanism,
+            "load-unload",
+            args.seed,
+        )?);
+        bar.inc(1);
+    }
+    bar.finish_and_clear();
+    let benches = ERROR_MECHANISMS.map(|mechanism| format!("mechanism {mechanism}"));
+    let rows = beside_idealised(&plans);
+    done.add(
+        "errors",
+        &idealised_text(&benches, &plans, &rows),
+        idealised_json(&benches, &rows),
+    );
+    Ok(())
+}
+
 fn trials(args: &ProveArgs) -> usize {
     let usual = if args.quick { QUICK_TRIALS } else { TRIALS };
     args.trials.unwrap_or(usual)
 }
 
-/// All concealed sessions, for their plans.
+/// The concealed sessions of the first two lists, for their plans.
 fn plan_texts(args: &ProveArgs) -> Result<Vec<SessionTexts>, Failure> {
     let folder = args.data.join("concealed");
     let file = folder.join("sets.toml");
     let sets = Sets::parse(&file.display().to_string(), &read(&file)?)?;
     sets.chosen(None)
         .iter()
+        .filter(|(_, set)| *set != Set::Second)
         .map(|(id, _)| session_texts(&folder, id))
         .collect()
 }
@@ -295,9 +349,10 @@ fn chosen_sessions(args: &ProveArgs, folder: &Path) -> Result<Vec<(String, Set)>
     let most = args.sessions.or(args.quick.then_some(QUICK_SESSIONS));
     let mut chosen = sets.chosen(most);
     chosen.retain(|(_, set)| match args.set {
-        SetChoice::Both => true,
+        SetChoice::All => true,
         SetChoice::Development => *set == Set::Development,
         SetChoice::Proof => *set == Set::Proof,
+        SetChoice::Second => *set == Set::Second,
     });
     Ok(chosen)
 }

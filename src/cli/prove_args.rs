@@ -19,6 +19,8 @@ pub(super) enum ProvePart {
     Recordings,
     /// The paper's twelve stiffness values
     Paper,
+    /// Standard errors of the laws on the paper's robot, beside those of an idealised bench
+    Errors,
 }
 
 /// Lists of concealed sessions.
@@ -28,8 +30,10 @@ pub(super) enum SetChoice {
     Development,
     /// The list that nothing was developed on
     Proof,
-    /// Both
-    Both,
+    /// The list that was made after that had been scored
+    Second,
+    /// All
+    All,
 }
 
 /// Arguments of `prove`.
@@ -45,7 +49,7 @@ pub(super) struct ProveArgs {
     #[arg(long, value_enum, value_delimiter = ',', value_name = "PART")]
     pub(super) only: Vec<ProvePart>,
     /// Lists of concealed sessions
-    #[arg(long, value_enum, default_value_t = SetChoice::Both)]
+    #[arg(long, value_enum, default_value_t = SetChoice::All)]
     pub(super) set: SetChoice,
     /// Concealed sessions of each list, chosen evenly by name [default: all; with --quick 12]
     #[arg(long, value_name = "N", value_parser = at_least_one())]

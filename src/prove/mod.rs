@@ -1,5 +1,5 @@
 //! The proof that a diagnosis can be trusted: blind verdicts on concealed sessions, error rates counted on benches with a known
-//! answer, recordings by others, and the paper's own twelve stiffness values.
+//! answer, recordings by others, the paper's own twelve stiffness values, and standard errors beside those of an idealised bench.
 //!
 //! Opens no file: sessions, answers and recordings are passed in as texts, and the sealed answers only after every verdict is there.
 
@@ -8,6 +8,7 @@ mod blind;
 mod calibration;
 mod cases;
 mod error;
+mod idealised;
 mod linear_model;
 mod orthogonal;
 mod pose_errors;
@@ -26,6 +27,7 @@ pub use answers::{Answer, Answers, Expected, KnownRival, Set, Sets, TrueEffect, 
 pub use blind::{BlindVerdict, diagnose_all};
 pub use calibration::{CalibrationPlan, CalibrationRow, Variant, calibrate, calibration_plans};
 pub use error::ProveError;
+pub use idealised::{ErrorRow, IDEALISED_UM, PlaceErrors, beside_idealised};
 pub use pose_errors::score_pose_errors;
 pub use power::{PowerCase, PowerOptions, PowerPoint, power};
 pub use promises::promises;

@@ -87,14 +87,16 @@ pub struct PowerCase {
 /// # Arguments
 /// - `sessions`: plans to choose from: the first of each robot and mechanism with unloading, five repeats and four poses; for creep one with holds.
 /// - `done`: called after each trial.
+/// - `so_far`: called after each law of a bench with all cases until then.
 ///
 /// # Errors
-/// [`ProveError`] if a trial cannot be worked out.
-pub fn power(
+/// [`ProveError`] if a trial cannot be worked out, and those of `so_far`.
+pub fn power<E: From<ProveError>>(
     sessions: &[Session],
     options: &PowerOptions,
     done: &(dyn Fn() + Sync),
-) -> Result<Vec<PowerCase>, ProveError> {
+    so_far: &mut dyn FnMut(&[PowerCase]) -> Result<(), E>,
+) -> Result<Vec<PowerCase>, E> {
     let search = SearchOptions {
         seed: options.seed,
         ..SearchOptions::default()
@@ -124,16 +126,19 @@ pub fn power(
             let here = law.is_of_a_joint() || (first_closed && law != Law::Creep);
             if here {
                 cases.extend(law_case(&bench, law, !is_closed, options, done)?);
+                so_far(&cases)?;
             }
         }
         if first_closed && options.pairs {
             for laws in PAIRS {
                 cases.extend(pair_case(&bench, laws, options, done)?);
+                so_far(&cases)?;
             }
         }
     }
     if let Some(&place) = held.first().filter(|_| options.laws.contains(&Law::Creep)) {
         cases.extend(law_case(&bench(place)?, Law::Creep, false, options, done)?);
+        so_far(&cases)?;
     }
     Ok(cases)
 }

@@ -25,9 +25,9 @@ pub use figures::{
 pub use fit::{factors_toml, fit_json, fit_text, paper_steps_json, paper_steps_text};
 pub use paper::{PaperCell, PaperReport, paper_report};
 pub use prove::{
-    calibration_json, calibration_text, concealed_json, concealed_text, power_figure, power_json,
-    power_text, recordings_json, recordings_text, twelve_values_json, twelve_values_text,
-    verdicts_json,
+    calibration_json, calibration_text, concealed_json, concealed_text, idealised_json,
+    idealised_text, power_figure, power_json, power_text, recordings_json, recordings_text,
+    twelve_values_json, twelve_values_text, verdicts_json,
 };
 pub use robot::{
     compliance_json, compliance_text, mobility_json, mobility_text, robot_json, robot_text,

@@ -54,6 +54,8 @@ pub struct LawDesign {
     pub size_80: Option<f64>,
     /// Its largest change of a reading, m.
     pub end_effect_80_m: f64,
+    /// Its standard error as the largest change of a reading, m.
+    pub standard_error_m: f64,
     /// The hardest to tell from it, the hardest first.
     pub nearest: Vec<NearRival>,
 }
@@ -139,6 +141,7 @@ pub fn design_of_plan(
                 LawDesign {
                     suspect: suspect(view.candidate),
                     size_80: view.size(view.scale_80),
+                    standard_error_m: view.shape.peak_m / view.shape.square.sqrt(),
                     end_effect_80_m: view.scale_80.min(view.largest) * view.shape.peak_m,
                     nearest: rivals,
                 }

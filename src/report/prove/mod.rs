@@ -2,6 +2,7 @@
 
 mod calibration;
 mod concealed;
+mod idealised;
 mod power;
 mod recordings;
 mod twelve_values;
@@ -9,6 +10,7 @@ mod verdicts;
 
 pub use calibration::{calibration_json, calibration_text};
 pub use concealed::{concealed_json, concealed_text};
+pub use idealised::{idealised_json, idealised_text};
 pub use power::{power_figure, power_json, power_text};
 pub use recordings::{recordings_json, recordings_text};
 pub use twelve_values::{twelve_values_json, twelve_values_text};
