@@ -2,7 +2,7 @@
 
 use std::fmt::Write;
 use std::fs;
-use std::io::{Cursor, Read};
+use std::io::Read;
 use std::path::{Path, PathBuf};
 
 use sha2::{Digest, Sha256};
@@ -11,8 +11,8 @@ use crate::fit::{MeasuredStiffness, is_stiffness_list, read_stiffness_list};
 use crate::nearest::nearest;
 use crate::physics::ActingPhysics;
 use crate::readings::{
-    GaugeLogOptions, InstrumentRecord, LoadSign, ReadOptions, ReadingTable, ReadingsError,
-    SessionHeader, check_poses, read_gauge_log, read_readings,
+    GaugeLogOptions, InstrumentRecord, LoadSign, ReadOptions, ReadingTable, SessionHeader,
+    check_poses, read_gauge_log, read_readings,
 };
 use crate::robot::{FittingFactors, Robot, shipped_robot, shipped_robots};
 use crate::source_text::SourceText;
@@ -454,22 +454,4 @@ fn factor_set(robot: &Robot, name: &str, folder: &Path) -> Result<FittingFactors
         return Err(wrong("every factor must be a number above zero".to_owned()).into());
     }
     Ok(factors)
-}
-
-/// Readings from shipped text.
-pub(super) fn shipped_session(
-    name: &str,
-    readings: &str,
-    header: &str,
-) -> Result<Session, Failure> {
-    let table = read_readings(name, Cursor::new(readings), &ReadOptions::default())
-        .map_err(|error: ReadingsError| error)?;
-    let header = SessionHeader::from_toml(name, header)?.header;
-    Ok(Session {
-        name: name.to_owned(),
-        table,
-        header: Some(header),
-        folder: PathBuf::new(),
-        warnings: Vec::new(),
-    })
 }

@@ -68,6 +68,16 @@ pub(super) enum CliError {
         /// The folder.
         path: PathBuf,
     },
+    /// A session that did not come to its end.
+    #[error("{folder}: the session is not complete")]
+    #[diagnostic(
+        code(stiffbench::session::incomplete),
+        help("stiffbench session log FOLDER says why; stiffbench session resume FOLDER goes on")
+    )]
+    Incomplete {
+        /// The session.
+        folder: PathBuf,
+    },
     /// An argument with a meaning that cannot be.
     #[error("{argument}: {problem}")]
     #[diagnostic(code(stiffbench::usage::argument))]

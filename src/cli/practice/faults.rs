@@ -16,6 +16,7 @@ use crate::cli::progress::progress;
 use crate::clock::Clock;
 use crate::instrument::emulator::{FaultScript, ScriptedFault};
 use crate::procedure::{Procedure, Settle};
+use crate::quantity::METRES_PER_MICROMETRE;
 use crate::readings::{Reading, RepeatOrder, ZeroScope};
 use crate::report::TextTable;
 use crate::source_text::SourceText;
@@ -235,9 +236,9 @@ pub(in crate::cli) fn run(args: &FaultsArgs, global: &Global) -> Result<Outcome,
     bar.finish_and_clear();
     let mut results = Vec::new();
     for (trial, rehearsed) in done.into_inner().unwrap_or_default() {
-        let rehearsed = rehearsed?;
+        let mut rehearsed = rehearsed?;
         let truth = &truths[usize::from(trial.phase == "release")];
-        results.push((trial, effect(&rehearsed, truth), rehearsed));
+        results.push((trial, effect(&mut rehearsed, truth), rehearsed));
     }
     Ok(report(&cases, &phases, &results))
 }
@@ -347,8 +348,8 @@ fn script(case: &Case, phase: &str) -> Result<(FaultScript, Vec<ScriptedFault>),
     Ok((script, mend))
 }
 
-/// Compares what was accepted with what the same bench gives without a fault.
-fn effect(rehearsed: &Rehearsed, truth: &Rehearsed) -> Effect {
+/// Compares what was accepted with what the same bench gives without a fault; readings that differ are said.
+fn effect(rehearsed: &mut Rehearsed, truth: &Rehearsed) -> Effect {
     let differs = |reading: &Reading| {
         let same = truth
             .readings
@@ -359,7 +360,21 @@ fn effect(rehearsed: &Rehearsed, truth: &Rehearsed) -> Effect {
                 || (same.displacement_m - reading.displacement_m).abs() > SAME_M
         })
     };
-    if rehearsed.readings.iter().any(differs) {
+    let wrong: Vec<String> = rehearsed
+        .readings
+        .iter()
+        .filter(|reading| differs(reading))
+        .map(|reading| {
+            let (step, repeat, branch) = (reading.step, reading.repeat, reading.branch);
+            let um = reading.displacement_m / METRES_PER_MICROMETRE;
+            format!(
+                "FALSE: step {step}, repeat {repeat}, {branch}: {:.1} N, {um:.1} um",
+                reading.force_n
+            )
+        })
+        .collect();
+    if !wrong.is_empty() {
+        rehearsed.said.splice(0..0, wrong);
         Effect::FalseReading
     } else if rehearsed.readings.len() < rehearsed.planned {
         Effect::Stuck

@@ -48,8 +48,12 @@ struct Ready {
     hand: Option<Hand>,
 }
 
-/// Makes a session and runs it.
-pub(super) fn run(args: &RunArgs, global: &Global) -> Result<Printed, Failure> {
+/// Makes a session and runs it; with another operator than the arguments say, if one is given.
+pub(super) fn run(
+    args: &RunArgs,
+    global: &Global,
+    other: Option<Box<dyn Operator>>,
+) -> Result<Printed, Failure> {
     let robot = choose(&args.model, None)?;
     let (mut procedure, mut warnings) = choose_procedure(&args.procedure)?;
     warnings.extend(robot.warnings.iter().cloned());
@@ -114,7 +118,8 @@ pub(super) fn run(args: &RunArgs, global: &Global) -> Result<Printed, Failure> {
         clock,
         hand,
     };
-    drive(ready, &args.bench, global)
+    let operator = other.unwrap_or_else(|| operator(&args.bench, global));
+    drive(ready, &args.bench, operator)
 }
 
 /// Goes on with a session.
@@ -185,11 +190,12 @@ pub(super) fn resume(args: &ResumeArgs, global: &Global) -> Result<Printed, Fail
         clock,
         hand,
     };
-    drive(ready, &args.bench, global)
+    let operator = operator(&args.bench, global);
+    drive(ready, &args.bench, operator)
 }
 
 /// Runs what is ready, and says how it went.
-fn drive(ready: Ready, args: &BenchArgs, global: &Global) -> Result<Printed, Failure> {
+fn drive(ready: Ready, args: &BenchArgs, operator: Box<dyn Operator>) -> Result<Printed, Failure> {
     let Ready {
         folder,
         mut journal,
@@ -238,7 +244,7 @@ fn drive(ready: Ready, args: &BenchArgs, global: &Global) -> Result<Printed, Fai
     let table = folder.table();
     // After an interruption its last row may be cut or missing.
     table.rewrite(machine.state())?;
-    let mut at_bench = AtBench::new(operator(args, global));
+    let mut at_bench = AtBench::new(operator);
     let ended = with_hand(&mut at_bench, hand.as_ref(), |operator| {
         let bench = Bench {
             gauges: gauges.as_mut(),

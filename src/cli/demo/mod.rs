@@ -1,4 +1,6 @@
-//! `stiffbench demo`: the main job on shipped data, from readings to a judged model with figures.
+//! `stiffbench demo`: the main job without hardware, from two emulated gauges to a judged model with figures.
+
+mod measure;
 
 use std::path::PathBuf;
 
@@ -13,8 +15,8 @@ use crate::robot::Predictor;
 use crate::stiffness::{Branches, Method};
 use crate::test_point::PoseId;
 
-use super::args::{DemoArgs, Global, ModelArgs};
-use super::data::{Data, shipped_session};
+use super::args::{DemoArgs, Global, LogArgs, ModelArgs};
+use super::data::{Data, load_session};
 use super::failure::{CliError, Failure};
 use super::figure_files::{write, write_figure};
 use super::fit::prepare;
@@ -23,21 +25,20 @@ use super::plot::residuals;
 use super::progress::progress;
 use super::robot::workspace_projection;
 
-/// The shipped session: `stiffbench simulate` wrote it, its true factors stand in `simulation.toml` beside it.
-const READINGS: &str = include_str!("../../data/sessions/demo/readings.csv");
-const HEADER: &str = include_str!("../../data/sessions/demo/session.toml");
-
 /// Poses the demonstration fits; the others are held out, as in the paper.
 const TRAIN: [&str; 2] = ["P1", "P3"];
 
 /// Runs everything and writes it to a folder.
 pub(super) fn run(args: &DemoArgs, global: &Global) -> Result<Outcome, Failure> {
-    let bar = progress(global, "demo", 6);
     std::fs::create_dir_all(&args.out).map_err(|source| CliError::Write {
         path: args.out.clone(),
         source,
     })?;
-    let session = shipped_session("demo session", READINGS, HEADER)?;
+    let folder = measure::free_folder(&args.out);
+    measure::measure(&folder, global)?;
+    let bar = progress(global, "analysing", 6);
+    let session = load_session(&folder, &LogArgs::default(), global)?;
+    let readings = session.table.readings.len();
     let table = session.stiffness(Branches::LoadingOnly)?;
     let model = ModelArgs {
         robot: Some("hp-robot".to_owned()),
@@ -99,20 +100,18 @@ pub(super) fn run(args: &DemoArgs, global: &Global) -> Result<Outcome, Failure> 
     )?;
 
     let text = format!(
-        "A session of 480 readings (simulated, `data/sessions/demo`): stiffness of each pose and direction\n\n{}\n\
+        "A session of {readings} readings by emulated gauges on a robot with the factors m_fsd ({}): stiffness of each pose and direction\n\n{}\n\
          Factors of the beams fitted to P1 and P3, judged on P2 and P4\n\n{}\n\
          The paper's own measured stiffness (Table VI)\n\n{}",
+        folder.display(),
         stiffness_text(&table, false),
         fit_text(&outcome),
         paper.fits_text()
     );
     write(&args.out.join("tables.txt"), text.as_bytes())?;
     files.push(args.out.join("tables.txt"));
-    for (name, content) in [("readings.csv", READINGS), ("session.toml", HEADER)] {
-        let folder = args.out.join("session");
-        write(&folder.join(name), content.as_bytes())?;
-        files.push(folder.join(name));
-    }
+    files.push(folder.join("session.toml"));
+    files.push(folder.join("readings.csv"));
     bar.finish_and_clear();
     let listing: Vec<String> = files
         .iter()
@@ -121,7 +120,7 @@ pub(super) fn run(args: &DemoArgs, global: &Global) -> Result<Outcome, Failure> 
     let listing = listing.join("\n");
     let text = format!(
         "{text}\nWritten:\n{listing}\n\nNext: stiffbench fit {} --train P1,P3 --bootstrap 1000\n",
-        args.out.join("session").display()
+        folder.display()
     );
     let data = json!({
         "stiffness": table,

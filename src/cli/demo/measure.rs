@@ -1,0 +1,113 @@
+//! The session of the demonstration: measured with emulated gauges, through the very command that measures with real ones.
+
+use std::path::{Path, PathBuf};
+
+use crate::cli::args::Global;
+use crate::cli::failure::Failure;
+
+/// Measures a session in a folder that did not exist, and shows how far it is.
+#[cfg(unix)]
+pub(super) fn measure(folder: &Path, global: &Global) -> Result<(), Failure> {
+    use crate::cli::session::run_command;
+
+    let name = folder.display().to_string();
+    let command = [COMMAND_BEGINS, &[name.as_str()], COMMAND_GOES_ON].concat();
+    run_command(&command, watch::Watcher::boxed(global), global)
+}
+
+/// How the session is run: the paper's procedure, at a speed at which a line still has time for a dozen values while a load settles.
+#[cfg(unix)]
+const COMMAND_BEGINS: &[&str] = &["stiffbench", "session", "run"];
+#[cfg(unix)]
+const COMMAND_GOES_ON: &[&str] = &[
+    "--emulated",
+    "--robot",
+    "hp-robot",
+    "--procedure",
+    "paper",
+    "--speed",
+    "200",
+    "--seed",
+    "7",
+    "--no-input",
+    "--operator",
+    "stiffbench demo",
+    "--answer",
+    "temperature=21",
+    "--answer",
+    "drift=keep",
+    "--answer",
+    "implausible=accept",
+];
+
+/// There are no pseudo-terminals on this system: the shipped session, which was simulated, takes their place.
+#[cfg(not(unix))]
+pub(super) fn measure(folder: &Path, _global: &Global) -> Result<(), Failure> {
+    use crate::cli::figure_files::write;
+
+    const READINGS: &str = include_str!("../../../data/sessions/demo/readings.csv");
+    const HEADER: &str = include_str!("../../../data/sessions/demo/session.toml");
+    write(&folder.join("readings.csv"), READINGS.as_bytes())?;
+    write(&folder.join("session.toml"), HEADER.as_bytes())?;
+    Ok(())
+}
+
+/// `session` in a folder, or the first of `session-2`, `session-3` … that is not there: no session is ever written over.
+pub(super) fn free_folder(out: &Path) -> PathBuf {
+    let numbered = (2..).map(|number| out.join(format!("session-{number}")));
+    let mut folders = std::iter::once(out.join("session")).chain(numbered);
+    folders
+        .find(|folder| !folder.exists())
+        .unwrap_or_else(|| out.join("session"))
+}
+
+#[cfg(unix)]
+mod watch {
+    use std::time::Duration;
+
+    use indicatif::ProgressBar;
+
+    use crate::cli::args::Global;
+    use crate::cli::progress::progress;
+    use crate::session::{Bell, Operator, OperatorEvent, Prompt, View};
+
+    /// An operator who only looks how far the session is.
+    pub(super) struct Watcher {
+        bar: ProgressBar,
+    }
+
+    impl Watcher {
+        pub(super) fn boxed(global: &Global) -> Box<dyn Operator> {
+            Box::new(Self {
+                bar: progress(global, "measuring", 0),
+            })
+        }
+    }
+
+    impl Operator for Watcher {
+        fn show(&mut self, view: &View) {
+            self.bar.set_length(view.progress.planned as u64);
+            self.bar.set_position(view.progress.accepted as u64);
+            if let Some(place) = &view.place {
+                self.bar
+                    .set_message(format!("measuring {} {}", place.pose, place.direction));
+            }
+        }
+
+        fn prompt(&mut self, _prompt: &Prompt) {}
+
+        fn poll(&mut self, _wait: Duration) -> Option<OperatorEvent> {
+            None
+        }
+
+        fn bell(&mut self, _bell: Bell) {}
+
+        fn say(&mut self, _line: &str) {}
+    }
+
+    impl Drop for Watcher {
+        fn drop(&mut self) {
+            self.bar.finish_and_clear();
+        }
+    }
+}
