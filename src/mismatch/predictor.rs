@@ -9,17 +9,20 @@ use super::error::MismatchError;
 use super::observations::Observations;
 use super::screen::Frozen;
 
+/// A solver of whatever baseline.
+type AnySolver<'a> = Box<dyn PoseSolver + 'a>;
+
 /// Solvers that no predictor uses at the moment, of each variant: to lay out a structure costs as much as several solutions.
 #[derive(Default)]
-pub(super) struct IdleSolvers<'a>(Mutex<Vec<Vec<Box<dyn PoseSolver + 'a>>>>);
+pub(super) struct IdleSolvers<'a>(Mutex<Vec<Vec<AnySolver<'a>>>>);
 
 impl<'a> IdleSolvers<'a> {
-    fn take(&self, variant: usize) -> Option<Box<dyn PoseSolver + 'a>> {
+    fn take(&self, variant: usize) -> Option<AnySolver<'a>> {
         let mut idle = self.0.lock().unwrap_or_else(PoisonError::into_inner);
         idle.get_mut(variant)?.pop()
     }
 
-    fn give_back(&self, solvers: &mut [Option<Box<dyn PoseSolver + 'a>>]) {
+    fn give_back(&self, solvers: &mut [Option<AnySolver<'a>>]) {
         let mut idle = self.0.lock().unwrap_or_else(PoisonError::into_inner);
         if idle.len() < solvers.len() {
             idle.resize_with(solvers.len(), Vec::new);
@@ -34,7 +37,7 @@ impl<'a> IdleSolvers<'a> {
 pub(super) struct ReadingPredictor<'a> {
     baseline: &'a dyn Baseline,
     observations: &'a Observations,
-    solvers: Vec<Option<Box<dyn PoseSolver + 'a>>>,
+    solvers: Vec<Option<AnySolver<'a>>>,
     /// Where its solvers come from and go to.
     idle: Arc<IdleSolvers<'a>>,
     twists: Twists,
@@ -65,7 +68,7 @@ impl<'a> ReadingPredictor<'a> {
     fn solver(
         &mut self,
         effects: &[Effect],
-    ) -> Result<Option<(usize, &mut Box<dyn PoseSolver + 'a>)>, MismatchError> {
+    ) -> Result<Option<(usize, &mut AnySolver<'a>)>, MismatchError> {
         let Some(variant) = self.baseline.variant(effects) else {
             return Ok(None);
         };
