@@ -134,107 +134,109 @@ fn unknown_keys_are_named_with_the_one_that_is_meant() {
     assert!(words.iter().all(|word| warning.contains(word)), "{warning}");
 }
 
+/// What is written for what in the example, and the words of the error.
+const MISTAKES: [(&str, &str, &[&str]); 20] = [
+    (
+        "instrument/1",
+        "instrument/2",
+        &[":1:", "stiffbench/instrument/2", "version of this program"],
+    ),
+    (
+        "schema = \"stiffbench/instrument/1\"\n",
+        "",
+        &["missing key `schema`"],
+    ),
+    (
+        "my-gauge",
+        "My Gauge",
+        &[":2:", "`name`", "My Gauge", "lower-case"],
+    ),
+    (
+        "baud = 9600",
+        "baud = 7",
+        &[":9:", "`line.baud` is 7", "50 to 4000000"],
+    ),
+    (
+        "baud = 9600",
+        "baud = 9600\ndata_bits = 9",
+        &["`line.data_bits` is 9", "7 or 8"],
+    ),
+    (
+        "baud = 9600",
+        "baud = 9600\nparity = \"evn\"",
+        &["unknown word `evn`", "even"],
+    ),
+    (
+        "baud = 9600",
+        "baud = 9600\nsettle_s = -1",
+        &["`line.settle_s` is -1"],
+    ),
+    (
+        "[commands]",
+        "[timing]\nmost_per_s = 0\n[commands]",
+        &["`timing.most_per_s` is 0"],
+    ),
+    ("send = \"?\", ", "", &["`commands.read.send` is missing"]),
+    (
+        "send = \"?\"",
+        "send = \"?\", bytes = [63]",
+        &["commands.read.send", "exclude"],
+    ),
+    (
+        "expects = \"value\"",
+        "expects = \"text\"",
+        &["`commands.read.expects` is text"],
+    ),
+    (
+        "end = [\"\\r\\n\"]",
+        "end = []",
+        &["`framing.line.end` is []"],
+    ),
+    (
+        "[framing.line]\nend = [\"\\r\\n\"]",
+        "[framing.fixed]\nlength = 0",
+        &["`framing.fixed.length` is 0"],
+    ),
+    (
+        "from = \"packet\"",
+        "from = \"fixed\"",
+        &["`unit.fixed` is missing"],
+    ),
+    (
+        "from = \"packet\"",
+        "from = \"packet\"\ncodes = { kgm = \"Nm\" }",
+        &["`unit.codes.kgm` is \"Nm\"", "kgf"],
+    ),
+    (
+        "count = [7]",
+        "count = [7, 3]",
+        &[":31:", "value[0].fields[3].number.count", "[7, 3]"],
+    ),
+    (
+        "count = [7]",
+        "count = []",
+        &["[how many] or [least, most]"],
+    ),
+    (
+        "minus = [\"-\"]",
+        "minus = [\"+\"]",
+        &["value[0].fields[2].sign", "different texts"],
+    ),
+    (
+        "{ literal = \"ER\" }",
+        "{ literal = \"\" }",
+        &["error[0].fields[0].literal", "at least one character"],
+    ),
+    (
+        "{ number = { count = [7], point = \"in-place\" } },\n",
+        "",
+        &["fields with 0 numbers", "one number"],
+    ),
+];
+
 #[test]
 fn errors_say_where_what_and_what_to_do() {
-    let cases: [(&str, &str, &[&str]); 20] = [
-        (
-            "instrument/1",
-            "instrument/2",
-            &[":1:", "stiffbench/instrument/2", "version of this program"],
-        ),
-        (
-            "schema = \"stiffbench/instrument/1\"\n",
-            "",
-            &["missing key `schema`"],
-        ),
-        (
-            "my-gauge",
-            "My Gauge",
-            &[":2:", "`name`", "My Gauge", "lower-case"],
-        ),
-        (
-            "baud = 9600",
-            "baud = 7",
-            &[":9:", "`line.baud` is 7", "50 to 4000000"],
-        ),
-        (
-            "baud = 9600",
-            "baud = 9600\ndata_bits = 9",
-            &["`line.data_bits` is 9", "7 or 8"],
-        ),
-        (
-            "baud = 9600",
-            "baud = 9600\nparity = \"evn\"",
-            &["unknown word `evn`", "even"],
-        ),
-        (
-            "baud = 9600",
-            "baud = 9600\nsettle_s = -1",
-            &["`line.settle_s` is -1"],
-        ),
-        (
-            "[commands]",
-            "[timing]\nmost_per_s = 0\n[commands]",
-            &["`timing.most_per_s` is 0"],
-        ),
-        ("send = \"?\", ", "", &["`commands.read.send` is missing"]),
-        (
-            "send = \"?\"",
-            "send = \"?\", bytes = [63]",
-            &["commands.read.send", "exclude"],
-        ),
-        (
-            "expects = \"value\"",
-            "expects = \"text\"",
-            &["`commands.read.expects` is text"],
-        ),
-        (
-            "end = [\"\\r\\n\"]",
-            "end = []",
-            &["`framing.line.end` is []"],
-        ),
-        (
-            "[framing.line]\nend = [\"\\r\\n\"]",
-            "[framing.fixed]\nlength = 0",
-            &["`framing.fixed.length` is 0"],
-        ),
-        (
-            "from = \"packet\"",
-            "from = \"fixed\"",
-            &["`unit.fixed` is missing"],
-        ),
-        (
-            "from = \"packet\"",
-            "from = \"packet\"\ncodes = { kgm = \"Nm\" }",
-            &["`unit.codes.kgm` is \"Nm\"", "kgf"],
-        ),
-        (
-            "count = [7]",
-            "count = [7, 3]",
-            &[":31:", "value[0].fields[3].number.count", "[7, 3]"],
-        ),
-        (
-            "count = [7]",
-            "count = []",
-            &["[how many] or [least, most]"],
-        ),
-        (
-            "minus = [\"-\"]",
-            "minus = [\"+\"]",
-            &["value[0].fields[2].sign", "different texts"],
-        ),
-        (
-            "{ literal = \"ER\" }",
-            "{ literal = \"\" }",
-            &["error[0].fields[0].literal", "at least one character"],
-        ),
-        (
-            "{ number = { count = [7], point = \"in-place\" } },\n",
-            "",
-            &["fields with 0 numbers", "one number"],
-        ),
-    ];
-    for (find, replacement, words) in cases {
+    for (find, replacement, words) in MISTAKES {
         let error =
             InstrumentDescription::parse(&with(find, replacement), "my-gauge.toml").unwrap_err();
         let text = format!("{error} {}", error.help);

@@ -26,10 +26,6 @@ pub(super) struct FieldContext<'a> {
 }
 
 /// A value that cannot be.
-#[expect(
-    clippy::needless_pass_by_value,
-    reason = "numbers and texts made for the message"
-)]
 pub(super) fn value(path: Vec<Place>, found: impl Display, expected: &str) -> Misplaced {
     let problem = DescriptionProblem::Value {
         key: key_of(&path),
