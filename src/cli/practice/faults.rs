@@ -205,7 +205,6 @@ pub(in crate::cli) fn run(args: &FaultsArgs, global: &Global) -> Result<Outcome,
         .collect();
     let model = ModelArgs {
         robot: Some("hp-robot".to_owned()),
-        mechanism: Some("A".to_owned()),
         ..ModelArgs::default()
     };
     let chosen = choose(&model, None)?;
