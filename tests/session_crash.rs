@@ -82,7 +82,7 @@ fn confirmed(log: &Path) -> BTreeMap<u32, String> {
 fn what_was_confirmed_before_a_kill_is_there_once() {
     let kills: u32 = std::env::var("STIFFBENCH_KILLS").map_or(6, |n| n.parse().unwrap());
     let mut rng = ChaCha8Rng::seed_from_u64(20_261_120);
-    let (mut killed, mut sessions) = (0, 0);
+    let mut killed = 0;
     while killed < kills {
         let desk = tempfile::tempdir().unwrap();
         let log = desk.path().join("log");
@@ -99,7 +99,6 @@ fn what_was_confirmed_before_a_kill_is_there_once() {
                 break;
             }
         }
-        sessions += 1;
         let read = read_folder(&desk.path().join("s")).unwrap();
         assert_eq!(read.journal.end, JournalEnd::Clean);
         let state = SessionState::fold(&read.journal.records);
@@ -126,5 +125,4 @@ fn what_was_confirmed_before_a_kill_is_there_once() {
         let live = fs::read(desk.path().join("s/readings.csv")).unwrap();
         assert!(live == rows, "readings.csv is that of the journal");
     }
-    println!("{killed} kills in {sessions} sessions");
 }

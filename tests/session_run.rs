@@ -96,8 +96,10 @@ impl Operator for Follower {
 }
 
 fn answers(lines: &[&str]) -> Answers {
-    let mut answers = Answers::default();
-    answers.no_input = true;
+    let mut answers = Answers {
+        no_input: true,
+        ..Answers::default()
+    };
     for line in lines {
         answers.take_argument(line).unwrap();
     }

@@ -522,7 +522,7 @@ proptest! {
         csv_without_times(&state);
         let mut machine = Machine::new(plan(&short(true)), Settings::default(), state);
         machine.input(Input::Tick, 0.0);
-        machine.view();
+        prop_assert_eq!(machine.view().progress.planned, plan(&short(true)).len());
         for record in &read.records {
             prop_assert!(write_line(record).is_ok());
         }

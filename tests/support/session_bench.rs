@@ -296,17 +296,13 @@ impl Rig {
 
     pub fn record(&mut self, event: Event) -> bool {
         let utc = Timestamp::UNIX_EPOCH + SignedDuration::from_secs_f64(self.bench.now_s);
-        match self.journal.append(event, utc, self.bench.now_s) {
-            Ok(record) => {
-                self.machine.recorded(&record);
-                self.snapshots.push(self.bench.clone());
-                true
-            }
-            Err(_) => {
-                self.failed = true;
-                false
-            }
-        }
+        let Ok(record) = self.journal.append(event, utc, self.bench.now_s) else {
+            self.failed = true;
+            return false;
+        };
+        self.machine.recorded(&record);
+        self.snapshots.push(self.bench.clone());
+        true
     }
 
     fn usual(&self, prompt: &Prompt) -> Answer {
