@@ -349,26 +349,26 @@ fn script(case: &Case, phase: &str) -> Result<(FaultScript, Vec<ScriptedFault>),
 
 /// Compares what was accepted with what the same bench gives without a fault; readings that differ are said.
 fn effect(rehearsed: &mut Rehearsed, truth: &Rehearsed) -> Effect {
-    let differs = |reading: &Reading| {
-        let same = truth
+    let same = |reading: &Reading| {
+        truth
             .readings
             .iter()
-            .find(|other| same_place(other, reading));
-        same.is_none_or(|same| {
+            .find(|other| same_place(other, reading))
+    };
+    let differs = |reading: &Reading| {
+        same(reading).is_none_or(|same| {
             (same.force_n - reading.force_n).abs() > SAME_N
                 || (same.displacement_m - reading.displacement_m).abs() > SAME_M
         })
     };
-    let wrong: Vec<String> = rehearsed
-        .readings
-        .iter()
-        .filter(|reading| differs(reading))
+    let wrong = rehearsed.readings.iter().filter(|reading| differs(reading));
+    let wrong: Vec<String> = wrong
         .map(|reading| {
             let (step, repeat, branch) = (reading.step, reading.repeat, reading.branch);
-            let um = reading.displacement_m / METRES_PER_MICROMETRE;
+            let right = same(reading).map_or("no such reading".to_owned(), shown);
             format!(
-                "FALSE: step {step}, repeat {repeat}, {branch}: {:.1} N, {um:.1} um",
-                reading.force_n
+                "FALSE: step {step}, repeat {repeat}, {branch}: {}, not {right}",
+                shown(reading)
             )
         })
         .collect();
@@ -382,6 +382,12 @@ fn effect(rehearsed: &mut Rehearsed, truth: &Rehearsed) -> Effect {
     } else {
         Effect::Survived
     }
+}
+
+/// Both values of a reading.
+fn shown(reading: &Reading) -> String {
+    let um = reading.displacement_m / METRES_PER_MICROMETRE;
+    format!("{:.1} N and {um:.1} um", reading.force_n)
 }
 
 /// Whether two readings are of the same planned one. Holds share their step: the time under load tells them apart.

@@ -156,9 +156,11 @@ impl Machine {
 
     fn wrong_way(&self, taken: &TakenReading) -> Option<Doubt> {
         let settle = &self.plan.procedure.settle;
-        let clear = taken.force_n.abs() > FROZEN_TOLERANCES * settle.force_tolerance_n
+        // The displacement counts from the preload: without load the end has moved back.
+        let moved_n = taken.force_n - self.plan.procedure.preload_n;
+        let clear = moved_n.abs() > settle.force_tolerance_n
             && taken.displacement_m.abs() > FAR_FROM_REPEATS.0 * settle.spread_m;
-        let against = taken.force_n * taken.displacement_m < 0.0;
+        let against = moved_n * taken.displacement_m < 0.0;
         (clear && against).then(|| Doubt {
             rule: "displacement-sign",
             text: format!(
