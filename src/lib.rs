@@ -6,6 +6,7 @@
 //!
 //! - [`quantity`], [`statistics`], [`source_text`], [`nearest`], [`vector`], [`clock`]: leaves. Units at the edges, estimates with uncertainty,
 //!   places in texts, the name that was meant, vectors of three, time.
+//! - `lanes`: one number for several poses at once, in the registers of the machine at hand. Leaf.
 //! - [`test_point`]: where in the experiment a number belongs: pose, direction, branch.
 //! - [`readings`]: what was measured, as stored. The waist: acquisition ends by writing a session folder, analysis begins by reading one.
 //!   Nothing is dropped silently.
@@ -33,6 +34,7 @@ pub mod clock;
 pub mod distribution;
 pub mod fit;
 pub mod instrument;
+mod lanes;
 pub mod least_squares;
 pub mod mismatch;
 pub mod nearest;

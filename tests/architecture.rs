@@ -10,7 +10,7 @@ use std::path::{Path, PathBuf};
 
 /// Each module of `src` and the modules it may import; its own paths are always open to it. `cli` may import everything.
 #[rustfmt::skip]
-const MAY_IMPORT: [(&str, &[&str]); 25] = [
+const MAY_IMPORT: [(&str, &[&str]); 26] = [
     ("statistics", &[]),
     ("source_text", &[]),
     ("nearest", &[]),
@@ -24,8 +24,9 @@ const MAY_IMPORT: [(&str, &[&str]); 25] = [
     ("instrument", &["clock", "source_text", "nearest", "quantity"]),
     ("stiffness", &["quantity", "statistics", "test_point", "readings"]),
     ("session", &["clock", "nearest", "quantity", "test_point", "readings", "procedure", "instrument", "stiffness"]),
-    ("structure", &["vector"]),
-    ("robot", &["source_text", "nearest", "vector", "test_point", "structure"]),
+    ("lanes", &[]),
+    ("structure", &["lanes", "vector"]),
+    ("robot", &["source_text", "nearest", "lanes", "vector", "test_point", "structure"]),
     ("physics", &["source_text", "nearest", "vector", "test_point", "structure", "robot"]),
     ("bench", &["clock", "test_point", "readings", "procedure", "robot", "physics"]),
     ("least_squares", &["statistics"]),
@@ -46,7 +47,7 @@ const MAY_IMPORT: [(&str, &[&str]); 25] = [
 
 #[rustfmt::skip]
 const EVERYTHING: &[&str] = &[
-    "quantity", "statistics", "source_text", "nearest", "vector", "clock", "test_point", "readings", "specimen", "procedure", "instrument",
+    "quantity", "statistics", "source_text", "nearest", "lanes", "vector", "clock", "test_point", "readings", "specimen", "procedure", "instrument",
     "session", "stiffness",
     "structure", "robot", "physics", "bench", "least_squares", "fit", "mismatch", "prove", "distribution", "plot", "report",
 ];

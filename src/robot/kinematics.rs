@@ -12,7 +12,7 @@ use super::model::{BodyPlace, NodePlace, Pose, RadiusOf};
 
 /// Two nodes lie in one plane if their distance leaves it by no more than this share: rounding of a chain of rotations is at
 /// 1e-15, and a link of a metre whose length is wrong by half the square of this is right to any digit.
-const OUT_OF_PLANE: f64 = 1e-9;
+pub(super) const OUT_OF_PLANE: f64 = 1e-9;
 
 /// Origin and axes of a body; `axes[i]` is its i-th axis in global components.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -80,7 +80,7 @@ pub(super) struct Circular {
 
 /// The order in which bodies and nodes follow from one another.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub(super) struct Order(Vec<Item>);
+pub(super) struct Order(pub(super) Vec<Item>);
 
 /// Finds whether every body and node of a robot can be placed.
 pub(super) fn check_order(robot: &Robot) -> Result<(), Circular> {

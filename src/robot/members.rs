@@ -194,6 +194,16 @@ impl<'a> MechanismModel<'a> {
         }
     }
 
+    /// Robot node of each node of the structure.
+    pub(super) fn nodes(&self) -> &[usize] {
+        &self.nodes
+    }
+
+    /// The order in which its bodies and nodes follow from one another.
+    pub(super) fn order(&self) -> &Order {
+        &self.order
+    }
+
     /// The structure as it stands.
     #[must_use]
     pub fn structure(&self) -> &Structure {

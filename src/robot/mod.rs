@@ -14,10 +14,13 @@ mod members;
 mod mobility;
 mod model;
 mod parameters;
+mod place_many;
 mod predict;
 mod predict_many;
 mod shapes;
 mod shipped;
+mod sweep;
+mod sweep_lanes;
 
 use indexmap::IndexMap;
 
@@ -39,6 +42,7 @@ pub use model::{
 pub use predict::Predictor;
 pub use predict_many::{BatchPredictor, ClassGradient};
 pub use shipped::{shipped_robot, shipped_robots};
+pub use sweep::{Keep, PoseBundles, PoseSweep, Swept, SweptPose};
 
 /// A robot, checked and ready to be posed.
 #[derive(Debug, Clone)]

@@ -2,8 +2,8 @@
 
 use pulp::Simd;
 
-use super::lane::{Kernel, Lane, cross, dot, multiply_add, multiply_subtract, scale, subtract};
 use super::plan::Plan;
+use crate::lanes::{Kernel, Lane, across, cross, dot, frame_on, multiply_add, scale, subtract};
 use crate::structure::parts::Structure;
 
 /// An element lies in the plane of the frame where its local y strays from the normal by no more than this, rad: far above
@@ -200,40 +200,8 @@ fn local_axes<S: Simd>(
     ([x, y, z], inverse_length, no_length + no_plane)
 }
 
-/// What is left of a vector at right angles to a unit vector.
-#[inline(always)]
-fn across<S: Simd>(v: &[Lane<S>; 3], unit: &[Lane<S>; 3]) -> [Lane<S>; 3] {
-    let along = dot(v, unit);
-    [
-        multiply_subtract(along, unit[0], v[0]),
-        multiply_subtract(along, unit[1], v[1]),
-        multiply_subtract(along, unit[2], v[2]),
-    ]
-}
-
 /// Components of a global vector in a frame.
 #[inline(always)]
 fn components<S: Simd>(frame: &[[Lane<S>; 3]; 3], v: &[Lane<S>; 3]) -> [Lane<S>; 3] {
     [dot(&frame[0], v), dot(&frame[1], v), dot(&frame[2], v)]
-}
-
-/// A right-handed frame on a normal: the normal, and two unit vectors at right angles to it.
-#[inline(always)]
-fn frame_on<S: Simd>(normal: &[Lane<S>; 3]) -> [[Lane<S>; 3]; 3] {
-    // The global axis farthest from the normal fixes the second axis: its part across the normal is at least √(2/3) long.
-    let mut hint = [normal[0].of(0.0); 3];
-    for lane in 0..Lane::<S>::COUNT {
-        let [x, y, z] = [0, 1, 2].map(|i| normal[i].get(lane).abs());
-        let farthest = if y <= x && y <= z {
-            1
-        } else if x <= z {
-            0
-        } else {
-            2
-        };
-        hint[farthest].set(lane, 1.0);
-    }
-    let first = across(&hint, normal);
-    let first = scale(&first, dot(&first, &first).sqrt().inverse());
-    [*normal, first, cross(normal, &first)]
 }

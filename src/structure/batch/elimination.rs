@@ -2,8 +2,8 @@
 
 use pulp::Simd;
 
-use super::lane::{Lane, dot, multiply_add, multiply_subtract};
 use super::plan::{PanelPlace, Plan, Target};
+use crate::lanes::{Lane, dot, multiply_add, multiply_subtract};
 use crate::structure::solve::LOST_PIVOT;
 
 /// A block, row by row. Three freedoms a block: nine sums and the six numbers they need stay in the registers of every machine.

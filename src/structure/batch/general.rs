@@ -4,8 +4,8 @@ use pulp::Simd;
 
 use super::bundle::ElementGeometry;
 use super::elimination::Block;
-use super::lane::{Lane, dot, multiply_add, multiply_subtract, subtract};
 use super::rigidity::Rigidity;
+use crate::lanes::{Lane, dot, multiply_add, multiply_subtract, subtract};
 
 /// Freedoms of the halves among un, up, uq, rn, rp, rq.
 pub(super) const FREEDOMS: [[usize; 3]; 2] = [[1, 2, 3], [0, 4, 5]];

@@ -7,8 +7,8 @@ use pulp::Simd;
 
 use super::bundle::ElementGeometry;
 use super::elimination::Block;
-use super::lane::{Lane, multiply_add, multiply_subtract};
 use super::rigidity::Rigidity;
+use crate::lanes::{Lane, multiply_add, multiply_subtract};
 
 /// The blocks of one half of the motion: of the first end, of the second, and between them.
 pub(super) struct HalfBlocks<S: Simd> {

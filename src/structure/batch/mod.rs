@@ -18,16 +18,14 @@ mod bundle;
 mod elimination;
 mod general;
 mod in_plane;
-mod lane;
 mod plan;
 mod poses;
 mod rigidity;
-mod simd;
 mod solve;
 
+use crate::lanes::InstructionSet;
 use plan::serves;
 use poses::{Batch, Lanes};
-use simd::InstructionSet;
 
 use super::compliance::Compliance6;
 use super::parts::{Structure, StructureError};

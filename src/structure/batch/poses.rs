@@ -4,10 +4,10 @@ use pulp::Simd;
 
 use super::ElementRole;
 use super::bundle::{Bundle, Prepare, Results};
-use super::lane::{Lane, run};
 use super::plan::Plan;
 use super::rigidity::{NominalElement, Rigidity};
 use super::solve::{Differentiate, Factorise, System};
+use crate::lanes::{Lane, run};
 use crate::structure::compliance::Compliance6;
 use crate::structure::parts::Structure;
 

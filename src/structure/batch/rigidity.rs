@@ -2,7 +2,7 @@
 
 use pulp::Simd;
 
-use super::lane::{Lane, multiply_add};
+use crate::lanes::{Lane, multiply_add};
 use crate::structure::element::Element;
 
 /// Section and material of an element, multiplied, and the group it belongs to.

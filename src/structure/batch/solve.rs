@@ -4,10 +4,10 @@ use pulp::Simd;
 
 use super::bundle::{Bundle, ElementGeometry};
 use super::elimination::{Block, Elimination, zero};
-use super::lane::{Kernel, Lane, dot};
 use super::plan::{ACROSS, ElementPlaces, IN_PLANE, Plan};
 use super::rigidity::Rigidity;
 use super::{general, in_plane};
+use crate::lanes::{Kernel, Lane, dot};
 use general::Of;
 
 /// Order of elimination and the memory for it.

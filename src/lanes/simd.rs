@@ -8,7 +8,7 @@ use pulp::x86::{V3, V4};
 
 /// An instruction set that this machine has: the tokens inside exist nowhere else.
 #[derive(Debug, Clone, Copy)]
-pub(super) enum InstructionSet {
+pub(crate) enum InstructionSet {
     /// One pose at a time.
     Plain(Scalar),
     /// Two poses: 64-bit ARM.
@@ -24,7 +24,7 @@ pub(super) enum InstructionSet {
 
 impl InstructionSet {
     /// Those this machine has, the plainest first.
-    pub(super) fn all() -> Vec<Self> {
+    pub(crate) fn all() -> Vec<Self> {
         let mut sets = vec![Self::Plain(Scalar)];
         #[cfg(target_arch = "aarch64")]
         sets.extend(Neon::try_new().map(Self::Neon));
@@ -39,15 +39,28 @@ impl InstructionSet {
     /// The one for a number of poses: the widest, but not AVX-512 if half its lanes would stay empty.
     ///
     /// AVX2 and AVX-512 round alike, so the choice does not show in the results.
-    pub(super) fn for_poses(poses: usize) -> Self {
+    pub(crate) fn for_poses(poses: usize) -> Self {
         let sets = Self::all();
         let fits = |set: &&Self| set.lanes() <= 4 || poses > set.lanes() / 2;
         let widest = sets.iter().rev().find(fits);
         widest.copied().unwrap_or(Self::Plain(Scalar))
     }
 
+    /// What its makers call it.
+    pub(crate) fn name(self) -> &'static str {
+        match self {
+            Self::Plain(_) => "none",
+            #[cfg(target_arch = "aarch64")]
+            Self::Neon(_) => "NEON",
+            #[cfg(target_arch = "x86_64")]
+            Self::Avx2(_) => "AVX2",
+            #[cfg(target_arch = "x86_64")]
+            Self::Avx512(_) => "AVX-512",
+        }
+    }
+
     /// Number of poses in a lane.
-    fn lanes(self) -> usize {
+    pub(crate) fn lanes(self) -> usize {
         match self {
             Self::Plain(_) => 1,
             #[cfg(target_arch = "aarch64")]

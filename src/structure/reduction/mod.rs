@@ -1,0 +1,39 @@
+//! End compliance of one structure in very many poses, by the shortest exact way.
+//!
+//! [`BatchSolver`](super::BatchSolver) eliminates every node. This one looks first at how the elements hang together:
+//!
+//! 1. What hangs on the way from the ground to the end by one node carries nothing, and is left out.
+//! 2. Where every path from the ground to the end passes one node, the structure is cut in two: the compliance of the end is the
+//!    sum of both, each carried rigidly to the end. A part that stands as it stood in the poses before is not worked out again: in a
+//!    robot, all that lies below the waist while the waist does not turn.
+//! 3. Within a part, elements in series become one by adding compliances, and elements side by side by adding stiffnesses. Both
+//!    are told at one point common to the part, so nothing but these sums is needed. Only nodes that then still have three
+//!    neighbours or more are eliminated, in order of least degree.
+//! 4. A part whose elements lie in one plane moves in that plane and across it without mixing: two problems of three freedoms a
+//!    node for one of six. Whether they do lie in it is looked at pose by pose; where not, the part is solved in space.
+//!
+//! Rounding costs no more than in [`Solver`](super::Solver), in the plane a third of it: `tests/pose_sweep.rs` holds both against
+//! extended precision.
+//!
+//! Decision: no derivatives, no loads but on the end, no structure with a hinge. Fits have [`BatchSolver`](super::BatchSolver).
+
+#![expect(
+    clippy::inline_always,
+    reason = "what is not inlined into a kernel is compiled for another instruction set, and calls its instructions one by one"
+)]
+
+mod block;
+mod compound;
+mod execute;
+mod graph;
+mod member;
+mod part;
+mod program;
+mod solve;
+
+pub(crate) use part::Reduction;
+pub use part::{PartMethod, SolutionPath};
+pub(crate) use solve::{Placed, Reducer};
+
+#[cfg(test)]
+mod tests;

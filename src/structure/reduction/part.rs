@@ -1,0 +1,184 @@
+//! The parts of a structure, each with its program.
+
+use std::collections::BTreeSet;
+use std::fmt;
+
+use super::compound::Builder;
+use super::graph::{Graph, Segment};
+use super::member::Constants;
+use super::program::{Op, Program};
+use crate::structure::parts::Structure;
+
+/// Which ways of solving a part are open.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum SolutionPath {
+    /// In its plane and across it where that is exact, in space elsewhere.
+    #[default]
+    Fastest,
+    /// In space always.
+    Spatial,
+}
+
+/// How a part of a structure is solved, for those who want to know what was done.
+#[derive(Debug, Clone, PartialEq, Eq, serde::Serialize)]
+pub struct PartMethod {
+    /// Node towards the ground; `None` where it begins at the supports.
+    pub from: Option<String>,
+    /// Node towards the end.
+    pub to: String,
+    /// Elements that carry load on the end.
+    pub elements: usize,
+    /// Nodes that series and parallels did not make superfluous.
+    pub eliminated_nodes: usize,
+    /// Whether motion in its plane and across it are solved apart, in poses that leave it in its plane.
+    pub planar: bool,
+    /// Floating-point operations of one pose that is not worked out before, a fused product counted as two.
+    pub operations: u64,
+}
+
+impl fmt::Display for PartMethod {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let from = self.from.as_deref().unwrap_or("supports");
+        let way = if self.planar {
+            "in its plane and across it apart"
+        } else {
+            "in space"
+        };
+        write!(
+            f,
+            "{from} to {}: {} elements, {} nodes eliminated, {way}",
+            self.to, self.elements, self.eliminated_nodes
+        )
+    }
+}
+
+/// Operations of a part, counted in the functions that do them: those of an element, and of a node seen from the end of the part.
+fn operations(part: &Part) -> u64 {
+    let nodes = part.nodes.len() as u64;
+    if part.plane.is_some() {
+        part.program.operations(3, 2, 59) + 24 * nodes
+    } else {
+        part.program.operations(6, 1, 204) + 3 * nodes
+    }
+}
+
+/// What the connections of a structure fix for all poses.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) struct Reduction {
+    pub(super) parts: Vec<Part>,
+    /// Nodes of each element.
+    pub(super) ends: Vec<[usize; 2]>,
+    /// Plane of each element.
+    pub(super) planes: Vec<usize>,
+    pub(super) node_count: usize,
+    pub(super) end: usize,
+    /// Elements that carry nothing, but must have a length.
+    pub(super) idle: Vec<usize>,
+    pub(super) constants: Vec<Constants>,
+    methods: Vec<PartMethod>,
+}
+
+/// A part that hangs on the rest by its two terminals.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub(super) struct Part {
+    /// The plane that all its elements share, if they are to be solved in it.
+    pub(super) plane: Option<usize>,
+    /// Node towards the end, at which its compliance is told.
+    pub(super) far: usize,
+    /// Its nodes, held ones included.
+    pub(super) nodes: Vec<usize>,
+    /// Planes of its elements.
+    pub(super) planes: Vec<usize>,
+    pub(super) program: Program,
+}
+
+impl Reduction {
+    /// Reduces a structure.
+    ///
+    /// # Arguments
+    /// - `planes`: for each element the plane whose normal is its local y.
+    ///
+    /// # Returns
+    /// `None` for a structure with a hinge, a node held in part, a held end, or something that hangs on no support.
+    pub(crate) fn of(structure: &Structure, planes: &[usize], path: SolutionPath) -> Option<Self> {
+        let graph = Graph::of(structure)?;
+        let segments = graph.segments();
+        let plane_of = |segment: &Segment| {
+            let mut planes = segment.edges.iter().map(|edge| planes[edge.element]);
+            let first = planes.next()?;
+            planes.all(|plane| plane == first).then_some(first)
+        };
+        // Neighbours in one plane are one part: adding them up is cheaper than carrying them one by one.
+        let runs = segments.chunk_by(|a, b| plane_of(a).is_some() && plane_of(a) == plane_of(b));
+        let ends: Vec<[usize; 2]> = structure
+            .elements
+            .iter()
+            .map(|element| [0, 1].map(|end| element.ends[end].node))
+            .collect();
+        let mut parts = Vec::new();
+        let mut methods = Vec::new();
+        let mut idle: BTreeSet<usize> = (0..ends.len()).collect();
+        for run in runs {
+            let (near, far) = (run[0].terminals[0], run[run.len() - 1].terminals[1]);
+            let elements: Vec<usize> = run
+                .iter()
+                .flat_map(|segment| segment.edges.iter().map(|edge| edge.element))
+                .collect();
+            for element in &elements {
+                idle.remove(element);
+            }
+            let distinct = |all: &mut dyn Iterator<Item = usize>| -> Vec<usize> {
+                all.collect::<BTreeSet<usize>>().into_iter().collect()
+            };
+            let part = Part {
+                plane: plane_of(&run[0]).filter(|_| path == SolutionPath::Fastest),
+                far: graph.node(far)?,
+                nodes: distinct(&mut elements.iter().flat_map(|&element| ends[element])),
+                planes: distinct(&mut elements.iter().map(|&element| planes[element])),
+                program: Builder::build(run.iter()),
+            };
+            let name = |node: usize| structure.nodes[node].name.to_string();
+            let eliminated = |op: &&Op| matches!(op, Op::Eliminate { .. });
+            methods.push(PartMethod {
+                from: graph.node(near).map(name),
+                to: name(part.far),
+                elements: elements.len(),
+                eliminated_nodes: part.program.ops.iter().filter(eliminated).count(),
+                planar: part.plane.is_some(),
+                operations: operations(&part),
+            });
+            parts.push(part);
+        }
+        Some(Self {
+            parts,
+            constants: Vec::with_capacity(ends.len()),
+            ends,
+            planes: planes.to_vec(),
+            node_count: structure.nodes.len(),
+            end: structure.end.node,
+            idle: idle.into_iter().collect(),
+            methods,
+        })
+    }
+
+    /// Takes the sections and materials of a structure, multiplied element by element; tells whether all can be used.
+    ///
+    /// A constant of zero cannot: what carries nothing has no compliance to add.
+    pub(crate) fn rate(
+        &mut self,
+        structure: &Structure,
+        multipliers: impl Fn(usize) -> [f64; 4],
+    ) -> bool {
+        self.constants.clear();
+        let elements = structure.elements.iter().enumerate();
+        self.constants.extend(
+            elements.map_while(|(index, element)| Constants::of(element, multipliers(index))),
+        );
+        self.constants.len() == self.ends.len()
+    }
+
+    /// How each part is solved, from the ground to the end.
+    pub(crate) fn methods(&self) -> &[PartMethod] {
+        &self.methods
+    }
+}

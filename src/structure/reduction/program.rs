@@ -1,0 +1,94 @@
+//! The steps from elements to the compliance of the end, fixed once for all poses.
+
+/// A matrix in memory.
+pub(super) type Slot = usize;
+
+/// In which way a two-ended part is written down: what adds up in series, or what adds up side by side.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Form {
+    /// Motion of one end against the other per force.
+    Compliance,
+    /// Its inverse.
+    Stiffness,
+}
+
+/// A step. Where it is `fresh`, what it adds to holds nothing yet and is set.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub(super) enum Op {
+    /// Adds an element; of the matrix only the upper triangle is kept.
+    Element {
+        element: usize,
+        form: Form,
+        into: Slot,
+        fresh: bool,
+    },
+    /// Adds the inverse of a matrix, which is destroyed.
+    Invert { from: Slot, into: Slot, fresh: bool },
+    /// Adds the upper triangle of a matrix.
+    Add { from: Slot, into: Slot, fresh: bool },
+    /// Fills the lower triangle.
+    Mirror { slot: Slot },
+    /// Eliminates a node.
+    Eliminate {
+        diagonal: Slot,
+        panels: Vec<Slot>,
+        updates: Vec<Update>,
+    },
+}
+
+/// What the elimination of a node does to the coupling of two of its neighbours, counted among its panels.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) struct Update {
+    pub(super) rows: usize,
+    pub(super) columns: usize,
+    pub(super) target: Slot,
+    /// A diagonal loses what a panel gains: panels hold minus the block of the matrix.
+    pub(super) on_diagonal: bool,
+    pub(super) fresh: bool,
+}
+
+/// Steps, with the memory that they need; the result is slot 0.
+#[derive(Debug, Clone, PartialEq, Eq, Default)]
+pub(super) struct Program {
+    pub(super) ops: Vec<Op>,
+    pub(super) slot_count: usize,
+    /// Most panels at one elimination.
+    pub(super) widest: usize,
+}
+
+impl Program {
+    /// Floating-point operations of one pose, a fused product counted as two: `halves` problems of `n` freedoms a node, `of_element`
+    /// operations for what an element gives to all of them.
+    pub(super) fn operations(&self, n: u64, halves: u64, of_element: u64) -> u64 {
+        let triangle = n * (n + 1) / 2;
+        // Inverses and ratios of n pivots; factor and update of what is right of and below each.
+        let factorise = 2 * n + (0..n).map(|left| left + left * (left + 1)).sum::<u64>();
+        let unit_inverse: u64 = (0..n).map(|width| width * width.saturating_sub(1)).sum();
+        let product: u64 = (0..n)
+            .map(|column| (column + 1) * (1 + 3 * (n - 1 - column)))
+            .sum();
+        let invert = factorise + unit_inverse + product;
+        let reduce = n * n + n * n * (n - 1);
+        let sum = |fresh: bool, entries: u64| if fresh { 0 } else { entries };
+        let of_update = |update: &Update| {
+            if update.on_diagonal {
+                2 * n * triangle
+            } else {
+                2 * n * n * n - n * n + sum(update.fresh, n * n)
+            }
+        };
+        let of_op = |op: &Op| match op {
+            Op::Element { fresh, .. } => of_element + halves * sum(*fresh, triangle),
+            Op::Invert { fresh, .. } => halves * (invert + sum(*fresh, triangle)),
+            Op::Add { fresh, .. } => halves * sum(*fresh, triangle),
+            Op::Mirror { .. } => 0,
+            Op::Eliminate {
+                panels, updates, ..
+            } => {
+                let updates: u64 = updates.iter().map(of_update).sum();
+                halves * (factorise + panels.len() as u64 * reduce + updates)
+            }
+        };
+        self.ops.iter().map(of_op).sum()
+    }
+}
