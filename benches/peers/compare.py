@@ -18,7 +18,10 @@ from pathlib import Path
 
 HERE = Path(__file__).resolve().parent
 ROOT = HERE.parents[1]
-BENCHES = ("pose_solve", "refit", "read_readings")
+BENCHES = ("pose_solve", "sweep", "refit", "read_readings")
+# Prints its own figures; the others are criterion's.
+OWN_FIGURES = "sweep"
+SWEEPS = ("solve", "solve in space", "place", "both, one core", "both, all cores")
 # Names of benchmarks, as their files give them; poses in a batch as in pose_solve.rs.
 POSES = 64
 POSE_SOLVES = ("batch/given", "batch/placed", "single/given", "single/placed")
@@ -43,7 +46,9 @@ def build() -> dict[str, str]:
 
 def peer(script: str, *arguments: str) -> dict:
     command = [sys.executable, str(HERE / script), "--json", *arguments]
-    return json.loads(subprocess.run(command, check=True, stdout=subprocess.PIPE, text=True).stdout)
+    output = subprocess.run(command, check=True, stdout=subprocess.PIPE, text=True).stdout
+    # OpenSees takes leave on standard output.
+    return json.JSONDecoder().raw_decode(output)[0]
 
 
 def criterion(program: str, seconds: float) -> None:
@@ -52,21 +57,33 @@ def criterion(program: str, seconds: float) -> None:
     subprocess.run(command, cwd=ROOT, check=True, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
 
 
+def sweep(program: str, seconds: float, cores: set[int]) -> dict:
+    """Figures of the sweep, which may use all cores."""
+    command = [program, "--bench", "--seconds", str(seconds / 2)]
+    output = subprocess.run(command, check=True, stdout=subprocess.PIPE, text=True,
+                            preexec_fn=lambda: os.sched_setaffinity(0, cores))
+    return json.loads(output.stdout)
+
+
 def median_us(group: str, name: str) -> float:
     folder = ROOT / "target" / "criterion" / group / name.replace("/", "_")
     with open(folder / "new" / "estimates.json", encoding="utf-8") as file:
         return json.load(file)["median"]["point_estimate"] / 1e3
 
 
-def one_round(programs: dict[str, str], core: int, seconds: float) -> dict[str, float]:
-    """Microseconds: of a pose for the solves, of a refit for the refits, of a million rows for the reads."""
+def one_round(programs: dict[str, str], core: int, cores: set[int], seconds: float) -> tuple[dict[str, float], dict]:
+    """Microseconds: of a pose for the solves, of a refit for the refits, of a million rows for the reads; and all of the sweep."""
     pinned = ("--core", str(core))
     poses = peer("pose_solve.py", "--rounds", "1", "--seconds", str(seconds), *pinned)
+    compiled = peer("pose_compiled.py", "--rounds", "1", "--seconds", str(seconds), *pinned)
+    swept = sweep(programs.pop(OWN_FIGURES), seconds, cores)
     refits = peer("refit.py", "--rounds", "1", *pinned)
     reads = peer("read_csv.py", "--rounds", "1", *pinned)
     for program in programs.values():
         criterion(program, seconds)
     figures = {f"python {name}": row["us_per_pose"]["median"] for name, row in poses["peers"].items()}
+    figures |= {name: row["us_per_pose"]["median"] for name, row in compiled["peers"].items()}
+    figures |= {f"sweep {name}": swept["us_per_pose"][name] for name in SWEEPS}
     figures["scipy refit"] = 1e3 * refits["ms_per_refit"]["median"]
     figures["scipy refit, cold"] = 1e3 * refits["cold_single_refit_ms"]
     for name in POSE_SOLVES:
@@ -75,7 +92,7 @@ def one_round(programs: dict[str, str], core: int, seconds: float) -> dict[str, 
     figures["rust read"] = median_us("read_readings", "one_million_rows")
     figures["rust refit"] = median_us("refit", REFITS) / 1000
     figures["rust refit, cold"] = median_us("refit", ONE_REFIT)
-    return figures
+    return figures, swept
 
 
 def spread(values: list[float]) -> dict[str, float]:
@@ -91,14 +108,28 @@ def main() -> None:
     arguments = parser.parse_args()
 
     programs = build()
-    core = min(os.sched_getaffinity(0)) if arguments.core is None else arguments.core
+    cores = os.sched_getaffinity(0)
+    core = min(cores) if arguments.core is None else arguments.core
     os.sched_setaffinity(0, {core})
-    rounds = [one_round(programs, core, arguments.seconds) for _ in range(arguments.rounds)]
+    done = [one_round(dict(programs), core, cores, arguments.seconds) for _ in range(arguments.rounds)]
+    rounds, sweeps = [figures for figures, _ in done], [swept for _, swept in done]
     figures = {name: spread([figure[name] for figure in rounds]) for name in rounds[0]}
     pairs = [
         (f"python {peer}", f"rust {ours}")
         for peer in ("dense", "band", "fronts")
         for ours in ("batch/given", "batch/placed", "single/given")
+    ]
+    pairs += [
+        ("python dense", "sweep solve"),
+        ("python dense", "sweep solve in space"),
+        ("python dense", "sweep both, one core"),
+        ("python band", "sweep solve"),
+        ("python fronts", "sweep solve"),
+        ("python fronts", "sweep solve in space"),
+        ("numba plane", "sweep solve"),
+        ("numba space", "sweep solve in space"),
+        ("opensees", "sweep solve"),
+        ("sweep both, one core", "sweep both, all cores"),
     ]
     pairs += [("scipy refit", "rust refit"), ("scipy refit, cold", "rust refit, cold")]
     pairs += [(f"python read {reader}", "rust read") for reader in READERS]
@@ -109,14 +140,22 @@ def main() -> None:
     load = os.getloadavg()
     if arguments.json:
         print(json.dumps({"rounds": arguments.rounds, "core": core, "load": load,
-                          "microseconds": figures, "ratios": ratios}, indent=2))
+                          "microseconds": figures, "ratios": ratios, "sweeps": sweeps}, indent=2))
         return
     print(f"median of {arguments.rounds} rounds (extremes), core {core}, load average {load[0]:.1f}\n")
     for name, row in figures.items():
-        print(f"{name:28} {row['median']:10.2f} us  ({row['min']:.2f} to {row['max']:.2f})")
+        print(f"{name:28} {row['median']:10.3f} us  ({row['min']:.3f} to {row['max']:.3f})")
     print()
     for name, row in ratios.items():
         print(f"{name:44} {row['median']:8.1f}  ({row['min']:.1f} to {row['max']:.1f})")
+    print()
+    last = sweeps[-1]
+    for how in last["how"]:
+        print(how)
+    print(f"{last['instructions']}, {last['lanes']} poses at once; {last['peak_gflops']:.0f} GFLOP/s is the peak of a core, share reached: "
+          + ", ".join(f"{name} {100 * share:.0f} %" for name, share in last["share of peak"].items()))
+    print("study of six mechanisms: " + ", ".join(f"{name[:-3]} {value:.3f} s" for name, value in last["study"].items()))
+    print("exponents of cost: " + ", ".join(f"{name} {value:.2f}" for name, value in last["exponents"].items()))
 
 
 if __name__ == "__main__":

@@ -178,9 +178,9 @@ def dense_matrices(layout: Layout, blocks: tuple[np.ndarray, np.ndarray, np.ndar
 
 @dataclass(frozen=True)
 class Timing:
-    """Seconds per call, one entry per round, and the share of the wall time spent on the processor.
+    """Processor seconds per call, one entry per round, and the share of the wall time spent on the processor.
 
-    A share well below 1 means that something else wanted the core: measure again.
+    A share well below 1 means that something else wanted the core: its caches were shared, so measure again.
     """
 
     rounds: list[float]
@@ -197,8 +197,8 @@ def measure(work: Callable[[], object], rounds: int, seconds: float) -> Timing:
     results = []
     wall, cpu = time.perf_counter(), time.process_time()
     for _ in range(rounds):
-        calls, start = 0, time.perf_counter()
-        while (elapsed := time.perf_counter() - start) < seconds or calls == 0:
+        calls, start = 0, time.process_time()
+        while (elapsed := time.process_time() - start) < seconds or calls == 0:
             work()
             calls += 1
         results.append(elapsed / calls)
