@@ -6,9 +6,13 @@ use std::fmt::Write;
 const CELL: (f64, f64) = (8.0, 17.0);
 
 /// Draws a screen with its colours: one text element a run of equal style, so that letters stay text.
-pub fn svg(screen: &vt100::Screen) -> String {
+pub(crate) fn svg(screen: &vt100::Screen) -> String {
     let (rows, columns) = screen.size();
-    let (width, height) = (f64::from(columns) * CELL.0 + 20.0, f64::from(rows) * CELL.1 + 20.0);
+    let (rows, columns) = (rows.get(), columns.get());
+    let (width, height) = (
+        f64::from(columns) * CELL.0 + 20.0,
+        f64::from(rows) * CELL.1 + 20.0,
+    );
     let mut picture = format!(
         "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"{width}\" height=\"{height}\" viewBox=\"0 0 {width} {height}\">\n\
          <rect width=\"{width}\" height=\"{height}\" rx=\"6\" fill=\"#16181d\"/>\n\
@@ -24,20 +28,36 @@ pub fn svg(screen: &vt100::Screen) -> String {
             if blank && !cell.inverse() {
                 continue;
             }
-            let (x, y) = (10.0 + f64::from(column) * CELL.0, 10.0 + f64::from(row) * CELL.1);
+            let (x, y) = (
+                10.0 + f64::from(column) * CELL.0,
+                10.0 + f64::from(row) * CELL.1,
+            );
             let ink = colour(cell.fgcolor());
             // Bars and borders are drawn, so that they meet whatever the font.
             if cell.inverse() || text == "█" {
-                let _ = writeln!(picture, "<rect x=\"{x}\" y=\"{y}\" width=\"{}\" height=\"{}\" fill=\"{ink}\"/>", CELL.0 + 0.3, CELL.1 + 0.3);
+                let _ = writeln!(
+                    picture,
+                    "<rect x=\"{x}\" y=\"{y}\" width=\"{}\" height=\"{}\" fill=\"{ink}\"/>",
+                    CELL.0 + 0.3,
+                    CELL.1 + 0.3
+                );
             }
             if blank || text == "█" {
                 continue;
             }
             let fill = if cell.inverse() { "#16181d" } else { ink };
-            let weight = if cell.bold() { " font-weight=\"bold\"" } else { "" };
+            let weight = if cell.bold() {
+                " font-weight=\"bold\""
+            } else {
+                ""
+            };
             let dim = if cell.dim() { " opacity=\"0.6\"" } else { "" };
             let text = text.replace('&', "&amp;").replace('<', "&lt;");
-            let _ = writeln!(picture, "<text x=\"{x}\" y=\"{}\" fill=\"{fill}\"{weight}{dim}>{text}</text>", y + 13.0);
+            let _ = writeln!(
+                picture,
+                "<text x=\"{x}\" y=\"{}\" fill=\"{fill}\"{weight}{dim}>{text}</text>",
+                y + 13.0
+            );
         }
     }
     picture + "</g>\n</svg>\n"

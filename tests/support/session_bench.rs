@@ -22,9 +22,9 @@ const MOST_TICKS: usize = 2_000_000;
 
 /// A journal in memory whose disk may be full: bytes beyond `room` are not taken.
 #[derive(Debug, Clone)]
-pub struct Disk {
-    pub bytes: Vec<u8>,
-    pub room: usize,
+pub(crate) struct Disk {
+    pub(crate) bytes: Vec<u8>,
+    pub(crate) room: usize,
 }
 
 impl Write for Disk {
@@ -50,27 +50,27 @@ impl Store for Disk {
 
 /// The gauges, the robot and the jack.
 #[derive(Debug, Clone)]
-pub struct MockBench {
-    pub now_s: f64,
+pub(crate) struct MockBench {
+    pub(crate) now_s: f64,
     /// Force along the axis, N.
-    pub force_n: f64,
+    pub(crate) force_n: f64,
     aim_n: f64,
     direction: Direction,
     /// What the gauges take off themselves, in the sign as sent.
     zero_si: [f64; 2],
     /// Whether a gauge has a zero command.
-    pub has_zero: [bool; 2],
+    pub(crate) has_zero: [bool; 2],
     /// Sign of each gauge along the axis.
-    pub signs: [f64; 2],
+    pub(crate) signs: [f64; 2],
     /// Displacement that does not come from the force, m.
-    pub drift_m: f64,
+    pub(crate) drift_m: f64,
     /// What the gauges send instead of what they should.
-    pub fault: Option<Fault>,
+    pub(crate) fault: Option<Fault>,
 }
 
 /// Something wrong with a gauge.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub enum Fault {
+pub(crate) enum Fault {
     /// It sends nothing.
     Silent(Channel),
     /// It sends the same text for ever.
@@ -111,7 +111,7 @@ impl MockBench {
     }
 
     /// Does what the view says.
-    pub fn follow(&mut self, view: &View) {
+    pub(crate) fn follow(&mut self, view: &View) {
         match view.task {
             Task::SetUp { direction, .. } => {
                 self.direction = direction;
@@ -135,12 +135,12 @@ impl MockBench {
     }
 
     /// The jack moves for a tick.
-    pub fn turn(&mut self) {
+    pub(crate) fn turn(&mut self) {
         let left_n = self.aim_n - self.force_n;
         self.force_n += left_n.clamp(-JACK_N, JACK_N);
     }
 
-    pub fn sample(&self, channel: Channel) -> Option<GaugeEvent> {
+    pub(crate) fn sample(&self, channel: Channel) -> Option<GaugeEvent> {
         if self.fault == Some(Fault::Silent(channel)) {
             return None;
         }
@@ -174,7 +174,7 @@ impl MockBench {
         })
     }
 
-    pub fn asked(&mut self, channel: Channel, ask: Ask) -> GaugeEvent {
+    pub(crate) fn asked(&mut self, channel: Channel, ask: Ask) -> GaugeEvent {
         let answer = match ask {
             Ask::Zero if self.has_zero[channel.index()] => {
                 self.zero_si[channel.index()] = self.shown_si(channel);
@@ -193,31 +193,31 @@ impl MockBench {
 }
 
 /// A session on a mock bench, its journal in memory.
-pub struct Rig {
-    pub bench: MockBench,
-    pub machine: Machine,
-    pub journal: Journal<Disk>,
+pub(crate) struct Rig {
+    pub(crate) bench: MockBench,
+    pub(crate) machine: Machine,
+    pub(crate) journal: Journal<Disk>,
     /// What is answered where another answer than the usual is wanted.
-    pub answers: Vec<(&'static str, Answer)>,
+    pub(crate) answers: Vec<(&'static str, Answer)>,
     /// Prompts as they came.
-    pub asked: Vec<Prompt>,
-    pub said: Vec<String>,
+    pub(crate) asked: Vec<Prompt>,
+    pub(crate) said: Vec<String>,
     /// The bench as it stood at each event.
-    pub snapshots: Vec<MockBench>,
-    pub failed: bool,
+    pub(crate) snapshots: Vec<MockBench>,
+    pub(crate) failed: bool,
 }
 
-pub fn plan(procedure: &Procedure) -> SessionPlan {
+pub(crate) fn plan(procedure: &Procedure) -> SessionPlan {
     SessionPlan::new(procedure, &[PoseId::new("P1"), PoseId::new("P2")])
 }
 
-pub fn shipped(name: &str) -> Procedure {
+pub(crate) fn shipped(name: &str) -> Procedure {
     let source = shipped_procedure(name).expect("it is shipped");
     Procedure::parse(&source).expect("it can be followed").0
 }
 
 /// A procedure of few readings: sweeps of three loads with settling that is quick in ticks.
-pub fn short(unloading: bool) -> Procedure {
+pub(crate) fn short(unloading: bool) -> Procedure {
     let mut procedure = Procedure {
         loads_n: vec![0.0, -10.0, -20.0],
         directions: vec![Direction::X],
@@ -232,7 +232,7 @@ pub fn short(unloading: bool) -> Procedure {
 
 impl Rig {
     /// A new session.
-    pub fn start(procedure: &Procedure) -> Self {
+    pub(crate) fn start(procedure: &Procedure) -> Self {
         let disk = Disk {
             bytes: Vec::new(),
             room: usize::MAX,
@@ -273,7 +273,7 @@ impl Rig {
     }
 
     /// The session taken up again from these bytes of its journal, a record that was cut taken off.
-    pub fn resume(procedure: &Procedure, bytes: &[u8], bench: MockBench) -> Self {
+    pub(crate) fn resume(procedure: &Procedure, bytes: &[u8], bench: MockBench) -> Self {
         let read = read_journal(bytes);
         let disk = Disk {
             bytes: bytes[..read.good_bytes].to_vec(),
@@ -294,7 +294,7 @@ impl Rig {
         rig
     }
 
-    pub fn record(&mut self, event: Event) -> bool {
+    pub(crate) fn record(&mut self, event: Event) -> bool {
         let utc = Timestamp::UNIX_EPOCH + SignedDuration::from_secs_f64(self.bench.now_s);
         let Ok(record) = self.journal.append(event, utc, self.bench.now_s) else {
             self.failed = true;
@@ -321,7 +321,7 @@ impl Rig {
         }
     }
 
-    pub fn input(&mut self, input: Input) {
+    pub(crate) fn input(&mut self, input: Input) {
         let mut next = Some(input);
         while let Some(input) = next.take() {
             let actions = self.machine.input(input, self.bench.now_s);
@@ -353,7 +353,7 @@ impl Rig {
         }
     }
 
-    pub fn tick(&mut self) {
+    pub(crate) fn tick(&mut self) {
         self.bench.now_s += TICK_S;
         self.bench.follow(&self.machine.view());
         self.bench.turn();
@@ -366,7 +366,7 @@ impl Rig {
     }
 
     /// Runs to the end, or to where it can be written no more.
-    pub fn run(&mut self) -> Option<Outcome> {
+    pub(crate) fn run(&mut self) -> Option<Outcome> {
         for _ in 0..MOST_TICKS {
             if self.machine.outcome().is_some() || self.failed {
                 return self.machine.outcome();
@@ -382,7 +382,7 @@ impl Rig {
     }
 
     /// Runs until something holds, at most so many ticks.
-    pub fn until(&mut self, ticks: usize, holds: impl Fn(&Self) -> bool) {
+    pub(crate) fn until(&mut self, ticks: usize, holds: impl Fn(&Self) -> bool) {
         for _ in 0..ticks {
             if holds(self) {
                 return;
@@ -392,20 +392,20 @@ impl Rig {
         panic!("it did not come to that: {:?}", self.machine.view().task);
     }
 
-    pub fn journal_bytes(self) -> Vec<u8> {
+    pub(crate) fn journal_bytes(self) -> Vec<u8> {
         self.journal.into_store().bytes
     }
 }
 
 /// The records of a journal that has no fault.
-pub fn records(bytes: &[u8]) -> Vec<Record> {
+pub(crate) fn records(bytes: &[u8]) -> Vec<Record> {
     let read = read_journal(bytes);
     assert_eq!(read.end, stiffbench::session::JournalEnd::Clean);
     read.records
 }
 
 /// `readings.csv` without its times.
-pub fn csv_without_times(state: &SessionState) -> String {
+pub(crate) fn csv_without_times(state: &SessionState) -> String {
     let mut text = Vec::new();
     table(state, &mut text).expect("every number is finite");
     let text = String::from_utf8(text).expect("it is text");

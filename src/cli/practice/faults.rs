@@ -20,7 +20,7 @@ use crate::quantity::METRES_PER_MICROMETRE;
 use crate::readings::{Reading, RepeatOrder, ZeroScope};
 use crate::report::TextTable;
 use crate::source_text::SourceText;
-use crate::test_point::{Direction, PoseId};
+use crate::test_point::{Branch, Direction, PoseId};
 
 use super::hand::PHASES;
 use super::rehearsal::{Rehearsal, Rehearsed};
@@ -349,29 +349,24 @@ fn script(case: &Case, phase: &str) -> Result<(FaultScript, Vec<ScriptedFault>),
 
 /// Compares what was accepted with what the same bench gives without a fault; readings that differ are said.
 fn effect(rehearsed: &mut Rehearsed, truth: &Rehearsed) -> Effect {
-    let same = |reading: &Reading| {
-        truth
-            .readings
-            .iter()
-            .find(|other| same_place(other, reading))
-    };
-    let differs = |reading: &Reading| {
-        same(reading).is_none_or(|same| {
+    let right = places(&truth.readings);
+    let same = |place: &Place| right.iter().find(|(known, _)| known == place);
+    let differs = |(place, reading): &&(Place, &Reading)| {
+        same(place).is_none_or(|(_, same)| {
             (same.force_n - reading.force_n).abs() > SAME_N
                 || (same.displacement_m - reading.displacement_m).abs() > SAME_M
         })
     };
-    let wrong = rehearsed.readings.iter().filter(|reading| differs(reading));
-    let wrong: Vec<String> = wrong
-        .map(|reading| {
-            let (step, repeat, branch) = (reading.step, reading.repeat, reading.branch);
-            let right = same(reading).map_or("no such reading".to_owned(), shown);
-            format!(
-                "FALSE: step {step}, repeat {repeat}, {branch}: {}, not {right}",
-                shown(reading)
-            )
-        })
-        .collect();
+    let taken = places(&rehearsed.readings);
+    let wrong = taken.iter().filter(differs).map(|(place, reading)| {
+        let (step, repeat, branch) = (reading.step, reading.repeat, reading.branch);
+        let right = same(place).map_or("no such reading".to_owned(), |(_, right)| shown(right));
+        let reading = shown(reading);
+        format!("FALSE: step {step}, repeat {repeat}, {branch}: {reading}, not {right}")
+    });
+    let wrong: Vec<String> = wrong.collect();
+    // What a session says without a fault is nothing that the fault made it say.
+    rehearsed.said.retain(|line| !truth.said.contains(line));
     if !wrong.is_empty() {
         rehearsed.said.splice(0..0, wrong);
         Effect::FalseReading
@@ -390,10 +385,20 @@ fn shown(reading: &Reading) -> String {
     format!("{:.1} N and {um:.1} um", reading.force_n)
 }
 
-/// Whether two readings are of the same planned one. Holds share their step: the time under load tells them apart.
-fn same_place(a: &Reading, b: &Reading) -> bool {
-    let held = |reading: &Reading| reading.hold_s.is_some_and(|s| s > 2.9);
-    a.step == b.step && a.repeat == b.repeat && a.branch == b.branch && held(a) == held(b)
+/// Which planned reading it is: step, repeat, branch, and which of those that share them, as holds do.
+type Place = (u32, u32, Branch, usize);
+
+fn places(readings: &[Reading]) -> Vec<(Place, &Reading)> {
+    let mut places: Vec<(Place, &Reading)> = Vec::new();
+    for reading in readings {
+        let of = (reading.step, reading.repeat, reading.branch);
+        let same = places
+            .iter()
+            .filter(|(place, _)| (place.0, place.1, place.2) == of);
+        let nth = same.count();
+        places.push(((of.0, of.1, of.2, nth), reading));
+    }
+    places
 }
 
 fn report(cases: &[usize], phases: &[&str], results: &[(&Trial, Effect, Rehearsed)]) -> Outcome {
@@ -425,7 +430,7 @@ fn report(cases: &[usize], phases: &[&str], results: &[(&Trial, Effect, Rehearse
             }
         }
         if said.is_empty() {
-            text.push_str("    nothing: no reading was touched\n");
+            text.push_str("    nothing\n");
         }
         for line in said.iter().take(6) {
             let _ = writeln!(text, "    {line}");

@@ -29,6 +29,32 @@ fn gauge(channel: Channel, name: &str, value_si: f64, step: f64, raw: &str) -> G
     }
 }
 
+/// Five repeats of the first loads, one of them off.
+fn cell() -> CellView {
+    CellView {
+        readings: Vec::new(),
+        spreads: (0..3)
+            .map(|step| RepeatSpread {
+                target_n: -10.0 * f64::from(step),
+                branch: Branch::Loading,
+                n: 5,
+                mean_m: -47.3e-6 * f64::from(step),
+                range_m: 2.1e-6,
+            })
+            .collect(),
+        stiffness: Some(StiffnessSoFar {
+            stiffness_n_per_m: 0.2114e6,
+            expanded_n_per_m: Some(0.0031e6),
+            k: Some(2.31),
+            dof: 8.0,
+            runs: 5,
+            with_one_more_n_per_m: Some(0.0027e6),
+        }),
+        no_stiffness: None,
+        flags: vec!["repeat 4 at -20 N is 6 um off the others".to_owned()],
+    }
+}
+
 /// A load being brought on in the middle of a session.
 fn view() -> View {
     View {
@@ -88,28 +114,7 @@ fn view() -> View {
             slope_limit_m_per_s: 0.5e-6,
             settled: false,
         }),
-        cell: CellView {
-            readings: Vec::new(),
-            spreads: (0..3)
-                .map(|step| RepeatSpread {
-                    target_n: -10.0 * f64::from(step),
-                    branch: Branch::Loading,
-                    n: 5,
-                    mean_m: -47.3e-6 * f64::from(step),
-                    range_m: 2.1e-6,
-                })
-                .collect(),
-            stiffness: Some(StiffnessSoFar {
-                stiffness_n_per_m: 0.2114e6,
-                expanded_n_per_m: Some(0.0031e6),
-                k: Some(2.31),
-                dof: 8.0,
-                runs: 5,
-                with_one_more_n_per_m: Some(0.0027e6),
-            }),
-            no_stiffness: None,
-            flags: vec!["repeat 4 at -20 N is 6 um off the others".to_owned()],
-        },
+        cell: cell(),
         zero: Some(ZeroView {
             label: "P2-y".to_owned(),
             at_s: 700.0,
