@@ -1,28 +1,7 @@
 //! Any bytes as a journal: no panic, the fold of what is read is a state, and what is read survives being written.
 #![no_main]
 
-use libfuzzer_sys::fuzz_target;
-use stiffbench::session::{JournalEnd, SessionState, read_journal, table, write_line};
+#[path = "../bodies/journal.rs"]
+mod body;
 
-fuzz_target!(|bytes: &[u8]| {
-    // The checksum would keep a fuzzer out: each line gets the one that belongs to it.
-    let mut sealed = Vec::new();
-    for line in bytes.split(|byte| *byte == b'\n') {
-        sealed.extend_from_slice(line);
-        sealed.extend_from_slice(format!(",\"crc\":\"{:08x}\"}}\n", crc32c::crc32c(line)).as_bytes());
-    }
-    for bytes in [bytes, &sealed] {
-        let read = read_journal(bytes);
-        assert!(read.good_bytes <= bytes.len());
-        let state = SessionState::fold(&read.records);
-        let mut rows = Vec::new();
-        table(&state, &mut rows).expect("JSON has only finite numbers");
-        let mut again = Vec::new();
-        for record in &read.records {
-            again.extend(write_line(record).expect("what was read is finite"));
-        }
-        let back = read_journal(&again);
-        assert_eq!(back.end, JournalEnd::Clean);
-        assert_eq!(back.records, read.records);
-    }
-});
+libfuzzer_sys::fuzz_target!(|bytes: &[u8]| body::run(bytes));

@@ -1,0 +1,32 @@
+//! Any bytes as a table of readings: no panic, errors with a line, and what is read survives being written.
+use stiffbench::readings::{
+    GaugeLogOptions, LoadSign, ReadOptions, ReadingsError, read_gauge_log, read_readings,
+    write_readings,
+};
+use stiffbench::test_point::{Direction, PoseId};
+
+/// Tries some bytes.
+pub(crate) fn run(bytes: &[u8]) {
+    match read_readings("fuzz.csv", bytes, &ReadOptions::default()) {
+        Ok(table) => {
+            let mut written = Vec::new();
+            write_readings(&table, &mut written).expect("what was read is finite");
+            let again = read_readings("again.csv", &written[..], &ReadOptions::default())
+                .expect("what was written can be read");
+            assert_eq!(again.readings.len(), table.readings.len());
+            assert_eq!(again.runs, table.runs);
+            assert_eq!(again.zeros, table.zeros);
+        }
+        Err(ReadingsError::Empty { .. }) => {}
+        Err(error) => assert!(error.line().is_some_and(|line| line > 0)),
+    }
+    let log = GaugeLogOptions {
+        pose: PoseId::new("P1"),
+        direction: Direction::X,
+        repeat: 1,
+        sign: LoadSign::Negative,
+        text: ReadOptions::default(),
+    };
+    // Either answer will do.
+    let _ = read_gauge_log("fuzz.log", bytes, &log);
+}
