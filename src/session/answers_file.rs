@@ -13,7 +13,7 @@ use super::operator::{Answer, Prompt};
 pub const ANSWERS_SCHEMA: &str = "stiffbench/answers/1";
 
 /// Every question a session can ask, with what an answer looks like.
-pub const PROMPTS: [(&str, &str); 16] = [
+pub const PROMPTS: [(&str, &str); 17] = [
     ("ready", "true: the bench is ready"),
     ("temperature", "a number, degC"),
     (
@@ -31,6 +31,10 @@ pub const PROMPTS: [(&str, &str); 16] = [
     (
         "sign-differs",
         "\"use\" the sign that was seen, or \"again\"",
+    ),
+    (
+        "zero-not-shown",
+        "zero a gauge \"again\" that does not show its zero, or \"subtract\" what it shows",
     ),
     (
         "force-offset",

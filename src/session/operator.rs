@@ -3,6 +3,7 @@
 //! A session never prints and never reads a key: it hands a [`View`] to an [`Operator`], asks [`Prompt`]s of it, and takes
 //! [`OperatorEvent`]s from it. Full-screen view, line mode, answers file, emulated and scripted operators are implementations.
 
+use std::fmt;
 use std::time::Duration;
 
 use serde::{Deserialize, Serialize};
@@ -144,6 +145,18 @@ pub enum Answer {
     Number(f64),
     /// A text, or the word of a choice.
     Text(String),
+}
+
+impl fmt::Display for Answer {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Yes(true) => f.pad("yes"),
+            Self::Yes(false) => f.pad("no"),
+            Self::Number(number) => write!(f, "{number}"),
+            Self::Text(text) if text.is_empty() => f.pad("nothing"),
+            Self::Text(text) => f.pad(text),
+        }
+    }
 }
 
 impl Prompt {

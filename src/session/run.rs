@@ -217,6 +217,8 @@ impl<S: Store> Session<'_, '_, S> {
             return Err(self.needs_input(prompt, &problem));
         }
         let answer = known.cloned().unwrap_or(Answer::Yes(false));
+        let text = format!("{} Answered beforehand: {answer}.", prompt.text);
+        self.bench.operator.say(&text);
         let id = prompt.id.clone();
         Ok(Some(OperatorEvent::Answer { id, answer }))
     }

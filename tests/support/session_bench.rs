@@ -316,7 +316,9 @@ impl Rig {
             "force-offset" => Answer::Text("zero".to_owned()),
             "drift" => Answer::Text("keep".to_owned()),
             "not-settled" => Answer::Text("wait".to_owned()),
-            "frozen" | "implausible" | "displacement-sign" => Answer::Text("again".to_owned()),
+            "frozen" | "implausible" | "displacement-sign" | "zero-not-shown" => {
+                Answer::Text("again".to_owned())
+            }
             _ => Answer::Yes(true),
         }
     }

@@ -100,6 +100,7 @@ fn one_go(
         names: gauges.clone(),
         ..Settings::default()
     };
+    let resumed = state.started.is_some();
     let first = beginning(&state, procedure);
     let mut journal = Journal::behind(Vec::new(), state.events);
     let mut machine = Machine::new(plan, settings, state);
@@ -115,7 +116,7 @@ fn one_go(
             clock: &clock,
             journal: &mut journal,
             table: None,
-            answers: &answers(),
+            answers: &answers(resumed),
         },
     );
     let outcome = match ended {
@@ -185,8 +186,9 @@ fn beginning(state: &SessionState, procedure: &Procedure) -> Event {
     })
 }
 
-/// What a careful operator would answer: nothing doubtful is accepted.
-fn answers() -> Answers {
+/// What a careful operator would answer: nothing doubtful is accepted. Who comes back to a session that stopped has looked which way the gauge
+/// counts, and turns its sign where it is asked for.
+fn answers(resumed: bool) -> Answers {
     let mut answers = Answers {
         no_input: true,
         ..Answers::default()
@@ -195,16 +197,20 @@ fn answers() -> Answers {
         // They are names of questions with answers of their kind; a test says so.
         let _ = answers.take_argument(answer);
     }
+    if resumed {
+        let _ = answers.take_argument("displacement-sign=flip");
+    }
     answers
 }
 
 /// See [`answers`].
-const CAREFUL: [&str; 12] = [
+const CAREFUL: [&str; 13] = [
     "ready=true",
     "temperature=21",
     "setup=true",
     "sign-check=minus",
     "sign-differs=again",
+    "zero-not-shown=again",
     "force-offset=wait",
     "force-sign=wait",
     "frozen=again",
@@ -259,7 +265,11 @@ impl Operator for Nobody {
 
     fn bell(&mut self, _bell: Bell) {}
 
-    fn say(&mut self, _line: &str) {}
+    fn say(&mut self, line: &str) {
+        if line.contains("Answered beforehand") {
+            self.hear(line);
+        }
+    }
 }
 
 #[cfg(test)]

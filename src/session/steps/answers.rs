@@ -19,6 +19,7 @@ pub(super) enum Why {
         push: f64,
         way: [f64; 2],
     },
+    ZeroNotShown(Channel),
     ForceOffset,
     ForceSign,
     Doubt(&'static str),
@@ -100,6 +101,7 @@ impl Machine {
                 self.keep_signs(push, way, "hand push, other than described", out);
             }
             Why::SignDiffers { .. } => self.reroute(),
+            Why::ZeroNotShown(channel) => self.zero_not_shown(channel, word, out),
             Why::ForceOffset if word == "zero" => self.done(),
             Why::ForceSign if word == "flip" => {
                 self.flip(Channel::Force, "loads went the other way", out);

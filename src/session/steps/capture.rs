@@ -11,6 +11,9 @@ use super::{Action, Applied, Machine};
 /// A displacement text that stays the same while the force moves by this many tolerances is asked about.
 const FROZEN_TOLERANCES: f64 = 4.0;
 
+/// Or while the end must have moved by this many steps of the last digit.
+const FROZEN_DIGITS: f64 = 5.0;
+
 /// A displacement is far from its repeats beyond this many settling spreads and this share of their mean.
 const FAR_FROM_REPEATS: (f64, f64) = (10.0, 0.25);
 
@@ -142,8 +145,16 @@ impl Machine {
         let settle = &self.plan.procedure.settle;
         let force = self.feed(Channel::Force).last.as_ref()?;
         let moved_n = (force.value_si - force_before).abs();
-        let since_s = self.feed(Channel::Displacement).same_since_s;
-        let frozen = since_s <= at_s && moved_n > FROZEN_TOLERANCES * settle.force_tolerance_n;
+        let displacement = self.feed(Channel::Displacement);
+        let since_s = displacement.same_since_s;
+        let digit_m = displacement.last.as_ref()?.resolution_si;
+        let seen = self
+            .compliance_m_per_n(taken.cell)
+            .is_some_and(|compliance| {
+                moved_n > settle.force_tolerance_n && compliance * moved_n > FROZEN_DIGITS * digit_m
+            });
+        let much = moved_n > FROZEN_TOLERANCES * settle.force_tolerance_n;
+        let frozen = since_s <= at_s && (much || seen);
         frozen.then(|| Doubt {
             rule: "frozen",
             text: format!(
@@ -152,6 +163,20 @@ impl Machine {
                 self.now_s - since_s
             ),
         })
+    }
+
+    /// About how far the end of a cell gives way, as far as its readings or the push by hand told, m/N.
+    fn compliance_m_per_n(&self, cell: usize) -> Option<f64> {
+        let tolerance_n = self.plan.procedure.settle.force_tolerance_n;
+        let kept = self.state.readings.iter().rev();
+        let mut loaded = kept
+            .filter(|kept| kept.superseded.is_none() && kept.taken.cell == cell)
+            .filter(|kept| kept.taken.force_n.abs() > FROZEN_TOLERANCES * tolerance_n);
+        let measured = loaded
+            .next()
+            .map(|kept| (kept.taken.displacement_m / kept.taken.force_n).abs());
+        let pushed = self.pushed.filter(|(pushed, _)| *pushed == cell);
+        measured.or(pushed.map(|(_, compliance)| compliance))
     }
 
     fn wrong_way(&self, taken: &TakenReading) -> Option<Doubt> {

@@ -144,6 +144,8 @@ pub struct Machine {
     identities: [Option<String>; 2],
     checked: bool,
     signs_checked: bool,
+    /// Cell of the push by hand and how far the end gave way, m/N.
+    pushed: Option<(usize, f64)>,
     mounted: Option<usize>,
     /// The step whose reading was taken under the load that is on.
     applied: Option<Applied>,
@@ -171,6 +173,7 @@ impl Machine {
             focus: 0,
             now_s: state.last_s,
             signs_checked: state.signs.iter().all(Option::is_some),
+            pushed: None,
             plan,
             settings,
             state,

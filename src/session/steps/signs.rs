@@ -73,6 +73,7 @@ impl Machine {
         }
         if moved_m.abs() >= least_m {
             let way = [force_n.signum(), moved_m.signum()];
+            self.pushed = Some((cell, (moved_m / force_n).abs()));
             self.ask_which_way(cell, way, out);
         } else if force_n.abs() > NO_MOVE * push_n && !watch.remarked {
             self.watch = Some(SignWatch {

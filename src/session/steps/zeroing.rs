@@ -2,7 +2,9 @@
 
 use crate::instrument::{Ask, Channel};
 use crate::session::event::{Event, ZeroMoment, Zeroed};
+use crate::session::operator::Prompt;
 
+use super::answers::Why;
 use super::{Action, Machine, ZeroDraft};
 
 /// Steps of the last digit that a gauge may show right after it was zeroed.
@@ -68,13 +70,12 @@ impl Machine {
             return;
         }
         let digit = feed.last.as_ref().map_or(0.0, |last| last.resolution_si);
-        let mut by_gauge = draft.by_gauge;
+        let by_gauge = draft.by_gauge;
         let near_zero = window.mean.abs() <= (ZERO_DIGITS * digit).max(limit);
         if by_gauge[channel.index()] && !near_zero {
-            let text = format!("the {channel} gauge said that it was zeroed, and shows no zero");
-            self.say(format!("{text}: what it shows is taken off"), out);
+            self.ask_zero_not_shown(channel, out);
+            return;
         }
-        by_gauge[channel.index()] &= near_zero;
         let offset = if by_gauge[channel.index()] {
             0.0
         } else {
@@ -94,6 +95,30 @@ impl Machine {
             }
         }
         self.done();
+    }
+
+    /// A gauge that says it was zeroed and shows something else holds its display, or its keys are locked.
+    fn ask_zero_not_shown(&mut self, channel: Channel, out: &mut Vec<Action>) {
+        let shown = self.feed(channel).last.as_ref();
+        let shown = shown.map_or_else(String::new, |last| last.raw.trim().to_owned());
+        let text = format!(
+            "The {channel} gauge said that it was zeroed, and shows {shown}: hold, or locked?"
+        );
+        let choices = [
+            ("again", "it is put right: zero it again"),
+            ("subtract", "it is right: take off what it shows"),
+        ];
+        let prompt = Prompt::choice("zero-not-shown", text, &choices);
+        self.ask(prompt, Why::ZeroNotShown(channel), out);
+    }
+
+    /// The operator said what to do with a zero that is not shown.
+    pub(super) fn zero_not_shown(&mut self, channel: Channel, word: &str, out: &mut Vec<Action>) {
+        if word == "again" {
+            self.begin_zero(channel, out);
+        } else if let Some(draft) = &mut self.draft {
+            draft.by_gauge[channel.index()] = false;
+        }
     }
 
     fn keep_zero(
