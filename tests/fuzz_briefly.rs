@@ -1,6 +1,7 @@
 //! The bodies of the fuzz targets for a moment: files and packets of this repository, changed at random.
 //!
-//! `just fuzz TARGET` runs them for as long as one likes, led by coverage; here they run the same few thousand inputs every time.
+//! `just fuzz TARGET` runs them for as long as one likes, led by coverage; here they run the same few thousand inputs every time, or as many as
+//! `STIFFBENCH_FUZZ_INPUTS` says.
 
 #![expect(
     clippy::unwrap_used,
@@ -25,8 +26,8 @@ mod readings_csv;
 #[path = "../fuzz/bodies/session_toml.rs"]
 mod session_toml;
 
-/// Inputs of each target: some seconds in a release build.
-const INPUTS: usize = 3000;
+/// Inputs of each target, where nothing else is said: some seconds in a release build.
+const INPUTS: u64 = 3000;
 
 /// Longest input, bytes.
 const LONGEST: usize = 6000;
@@ -56,7 +57,9 @@ fn change(bytes: &mut Vec<u8>, random: &mut ChaCha8Rng) {
 fn briefly(seed: u64, files: &[Vec<u8>], prefix: usize, run: fn(&[u8])) {
     assert!(!files.is_empty(), "there is nothing to begin with");
     let mut random = ChaCha8Rng::seed_from_u64(seed);
-    for _ in 0..INPUTS {
+    let wanted = std::env::var("STIFFBENCH_FUZZ_INPUTS");
+    let inputs = wanted.map_or(INPUTS, |inputs| inputs.parse().unwrap());
+    for _ in 0..inputs {
         let mut bytes = files[random.random_range(0..files.len())].clone();
         bytes.truncate(LONGEST);
         for _ in 0..random.random_range(1..6) {

@@ -417,6 +417,33 @@ fn a_frozen_displacement_is_asked_about() {
 }
 
 #[test]
+fn a_zero_that_is_not_shown_is_asked_about_and_set_again() {
+    let procedure = short(false);
+    let mut whole = Rig::start(&procedure);
+    whole.run();
+    let mut rig = Rig::start(&procedure);
+    rig.until(2000, |rig| {
+        rig.machine.state().signs.iter().all(Option::is_some)
+    });
+    rig.bench.fault = Some(Fault::Frozen);
+    rig.until(4000, |rig| {
+        rig.asked.iter().any(|prompt| prompt.id == "zero-not-shown")
+    });
+    assert!(
+        rig.machine.state().zero.is_none(),
+        "a zero was set at a display that stands still"
+    );
+    rig.bench.fault = None;
+    assert_eq!(rig.run(), Some(Outcome::Complete));
+    let displacements = |rig: &Rig| {
+        let kept = rig.machine.state().readings.iter();
+        kept.map(|kept| kept.taken.displacement_m)
+            .collect::<Vec<_>>()
+    };
+    assert_eq!(displacements(&rig), displacements(&whole));
+}
+
+#[test]
 fn a_disk_that_is_full_confirms_nothing_it_has_not_kept() {
     let procedure = short(false);
     let mut whole = Rig::start(&procedure);
