@@ -1,10 +1,9 @@
 //! A gauge behind a microcontroller that prints ten lines a second: value, blank, unit. What is no value begins with `#`.
 
 use crate::instrument::Channel;
-use crate::instrument::emulator::gauge::Maker;
 use crate::instrument::emulator::meter::{Meter, Range};
-use crate::instrument::emulator::wire::{Packets, Stream};
 
+use super::unasked::Unasked;
 use super::{INCH_M, MILLIMETRE_M, Make, unit};
 
 pub(super) const FORCE: Make = Make {
@@ -15,7 +14,7 @@ pub(super) const FORCE: Make = Make {
         capacity_si: 200.0,
         plus_as_truth: true,
     },
-    maker: || Box::new(Generic::default()),
+    maker: || Unasked::boxed(PER_SECOND, value),
 };
 
 pub(super) const DISPLACEMENT: Make = Make {
@@ -26,15 +25,10 @@ pub(super) const DISPLACEMENT: Make = Make {
         capacity_si: 0.05,
         plus_as_truth: true,
     },
-    maker: || Box::new(Generic::default()),
+    maker: || Unasked::boxed(PER_SECOND, value),
 };
 
 const PER_SECOND: f64 = 10.0;
-
-#[derive(Debug, Default)]
-struct Generic {
-    stream: Stream,
-}
 
 fn value(meter: &mut Meter) -> Vec<u8> {
     let value_si = meter.displayed_si();
@@ -44,23 +38,6 @@ fn value(meter: &mut Meter) -> Vec<u8> {
     let digits = meter.digits(value_si);
     let unit = meter.unit().name;
     format!("{}{} {unit}\r\n", digits.sign_or(""), digits.plain()).into_bytes()
-}
-
-impl Maker for Generic {
-    fn receive(&mut self, _: &mut Meter, _: &[u8], _: f64, _: &mut Packets) {}
-
-    fn tick(&mut self, meter: &mut Meter, now_s: f64, out: &mut Packets) {
-        if !self.stream.is_on() {
-            self.stream.start(PER_SECOND, now_s);
-        }
-        for _ in 0..self.stream.due(now_s) {
-            out.push(value(meter));
-        }
-    }
-
-    fn next_due_s(&self) -> Option<f64> {
-        Some(self.stream.next_due_s().unwrap_or(0.0))
-    }
 }
 
 #[cfg(test)]

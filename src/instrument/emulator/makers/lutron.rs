@@ -5,12 +5,11 @@
 //! direction is plus neither (here compression). Nothing is said of overload, and the value goes on.
 
 use crate::instrument::Channel;
-use crate::instrument::emulator::gauge::Maker;
 use crate::instrument::emulator::meter::{
     KILOGRAM_FORCE_N, Meter, OUNCE_FORCE_N, POUND_FORCE_N, Range,
 };
-use crate::instrument::emulator::wire::{Packets, Stream};
 
+use super::unasked::Unasked;
 use super::{Make, unit};
 
 pub(super) const MAKE: Make = Make {
@@ -27,16 +26,11 @@ pub(super) const MAKE: Make = Make {
         capacity_si: 196.1,
         plus_as_truth: false,
     },
-    maker: || Box::new(Lutron::default()),
+    maker: || Unasked::boxed(PER_SECOND, value),
 };
 
 /// Packets a second.
 const PER_SECOND: f64 = 4.0;
-
-#[derive(Debug, Default)]
-struct Lutron {
-    stream: Stream,
-}
 
 fn value(meter: &mut Meter) -> Vec<u8> {
     let digits = meter.shown();
@@ -53,24 +47,6 @@ fn value(meter: &mut Meter) -> Vec<u8> {
         digits.decimals, digits.steps
     )
     .into_bytes()
-}
-
-impl Maker for Lutron {
-    /// It knows no commands.
-    fn receive(&mut self, _: &mut Meter, _: &[u8], _: f64, _: &mut Packets) {}
-
-    fn tick(&mut self, meter: &mut Meter, now_s: f64, out: &mut Packets) {
-        if !self.stream.is_on() {
-            self.stream.start(PER_SECOND, now_s);
-        }
-        for _ in 0..self.stream.due(now_s) {
-            out.push(value(meter));
-        }
-    }
-
-    fn next_due_s(&self) -> Option<f64> {
-        Some(self.stream.next_due_s().unwrap_or(0.0))
-    }
 }
 
 #[cfg(test)]

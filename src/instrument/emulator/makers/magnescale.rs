@@ -5,10 +5,9 @@
 //! ended by `<CR><LF>`.
 
 use crate::instrument::Channel;
-use crate::instrument::emulator::gauge::Maker;
 use crate::instrument::emulator::meter::{Meter, Range};
-use crate::instrument::emulator::wire::{Packets, Stream};
 
+use super::unasked::Unasked;
 use super::{MILLIMETRE_M, Make, unit};
 
 pub(super) const MAKE: Make = Make {
@@ -19,15 +18,10 @@ pub(super) const MAKE: Make = Make {
         capacity_si: 0.06,
         plus_as_truth: true,
     },
-    maker: || Box::new(Magnescale::default()),
+    maker: || Unasked::boxed(PER_SECOND, value),
 };
 
 const PER_SECOND: f64 = 10.0;
-
-#[derive(Debug, Default)]
-struct Magnescale {
-    stream: Stream,
-}
 
 /// Channel, sign, seven characters with a point; in overflow an `F` and digits that are none of a value.
 fn value(meter: &mut Meter) -> Vec<u8> {
@@ -41,23 +35,6 @@ fn value(meter: &mut Meter) -> Vec<u8> {
         return format!("A{sign}F{:06}\r\n", digits.steps).into_bytes();
     }
     format!("A{sign}{}\r\n", digits.zero_filled(7)).into_bytes()
-}
-
-impl Maker for Magnescale {
-    fn receive(&mut self, _: &mut Meter, _: &[u8], _: f64, _: &mut Packets) {}
-
-    fn tick(&mut self, meter: &mut Meter, now_s: f64, out: &mut Packets) {
-        if !self.stream.is_on() {
-            self.stream.start(PER_SECOND, now_s);
-        }
-        for _ in 0..self.stream.due(now_s) {
-            out.push(value(meter));
-        }
-    }
-
-    fn next_due_s(&self) -> Option<f64> {
-        Some(self.stream.next_due_s().unwrap_or(0.0))
-    }
 }
 
 #[cfg(test)]

@@ -20,6 +20,7 @@ mod shimpo;
 mod sylvac;
 #[cfg(test)]
 mod test_bench;
+mod unasked;
 
 use super::gauge::Maker;
 use super::meter::{Range, Unit};
