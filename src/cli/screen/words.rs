@@ -113,12 +113,19 @@ pub(super) fn to_go(force_n: f64, target_n: f64, tolerance_n: f64) -> String {
     format!("{:.1} N {word}", short_n.abs())
 }
 
+/// Share of the stiffness below which an uncertainty is owed to the gauges' last digits and says nothing.
+const NEGLIGIBLE: f64 = 1e-5;
+
 /// Stiffness so far with what its uncertainty holds, and what one more repeat would buy.
 pub(super) fn stiffness(so_far: &StiffnessSoFar) -> Vec<String> {
     let si = crate::quantity::NEWTON_PER_METRE_PER_NEWTON_PER_MICROMETRE;
     let k = so_far.stiffness_n_per_m / si;
     let mut lines = Vec::new();
     match (so_far.expanded_n_per_m, so_far.k) {
+        (Some(u), Some(_)) if u < NEGLIGIBLE * so_far.stiffness_n_per_m.abs() => {
+            lines.push(format!("K = {k:.4} N/um"));
+            lines.push("all on one line to the last digit: U needs more readings".to_owned());
+        }
         (Some(u), Some(coverage)) => {
             let digits = decimals_of_uncertainty(u / si);
             lines.push(format!(
