@@ -92,7 +92,7 @@ fn a_session_is_guided_on_the_whole_of_a_terminal() {
     let session = desk.path().join("s");
     assert_eq!(readings(&session).len(), 9);
     let table = fs::read_to_string(session.join("readings.csv")).unwrap();
-    assert_eq!(table.matches("superseded").count(), 1);
+    assert_eq!(table.matches(",superseded,").count(), 1);
     let journal = fs::read_to_string(session.join("journal.jsonl")).unwrap();
     assert!(journal.contains("the lamp was switched on"));
 }
