@@ -17,6 +17,9 @@ use super::share::Share;
 /// How far the beam factors of a trial lie from their start, as in the concealed sessions.
 const FACTORS: [f64; 2] = [0.55, 1.8];
 
+/// Displacements nearer than this are the same, m: rounding to the step of a gauge may fall either way.
+const SAME_M: f64 = 1.1e-6;
+
 /// Range of the noise of a trial: reading and zero, µm; slope of a run, 1. As in the concealed sessions.
 const READING_UM: [f64; 2] = [0.9, 2.2];
 const ZERO_UM: [f64; 2] = [1.2, 3.0];
@@ -159,13 +162,25 @@ impl<'a> TrialBench<'a> {
         if last.is_some_and(|own| member.law.contains(own.law) && member.place == own.place) {
             return Ok(false);
         }
-        // A loose member needs a model of its own, which the search made and this comparison has not.
+        // A loose member has no size to hold against another: it is none too many if the robot is the same without it.
         if member.values.is_empty() {
-            return Ok(true);
+            return self.differs_without(truth, member);
         }
         let own = standard_errors(&self.baseline, &self.plan, truth)?;
         let between = standard_errors_between(&self.baseline, &self.plan, truth, member)?;
         Ok(between >= APART && between >= APART_SHARE * own)
+    }
+
+    /// Whether the bench would show anything else if another member were loose instead of the last effect of a truth.
+    fn differs_without(&self, truth: &Truth, member: &Effect) -> Result<bool, ProveError> {
+        let mut instead = truth.clone();
+        instead.effects.pop();
+        instead.effects.push(member.clone());
+        // The same errors on both: what differs is the robot.
+        let readings = |truth| simulate(&self.baseline, &self.plan, truth, 0);
+        let (own, other) = (readings(truth)?, readings(&instead)?);
+        let mut pairs = own.displacement_m.iter().zip(&other.displacement_m);
+        Ok(pairs.any(|(own_m, other_m)| (own_m - other_m).abs() > SAME_M))
     }
 }
 

@@ -201,7 +201,8 @@ fn draw_cell(area: &mut Frame<'_>, place: Rect, view: &View, glyphs: Glyphs) {
         ));
     }
     // The loads that are being worked on stay in sight.
-    let room = usize::from(place.height.saturating_sub(2)).saturating_sub(lines.len());
+    let above = usize::from(rows_of(&lines, place.width));
+    let room = usize::from(place.height.saturating_sub(2)).saturating_sub(above);
     let first = cell.spreads.len().saturating_sub(room);
     for spread in &cell.spreads[first..] {
         let way = if spread.branch == crate::test_point::Branch::Unloading {
@@ -217,10 +218,8 @@ fn draw_cell(area: &mut Frame<'_>, place: Rect, view: &View, glyphs: Glyphs) {
             words::displacement(spread.range_m)
         )));
     }
-    area.render_widget(
-        Paragraph::new(lines).block(glyphs.block(" This cell ".to_owned())),
-        place,
-    );
+    let text = Paragraph::new(lines).wrap(Wrap { trim: false });
+    area.render_widget(text.block(glyphs.block(" This cell ".to_owned())), place);
 }
 
 fn draw_messages(area: &mut Frame<'_>, place: Rect, view: &View, glyphs: Glyphs) {
