@@ -155,6 +155,10 @@ fn a_gauge_or_port_that_is_not_named_is_asked_for_before_anything_is_made() {
     ));
     assert_eq!(ran.code, 2);
     assert!(ran.stderr.contains("--force-port"), "{}", ran.stderr);
+    let ports = "--force-instrument mark10-series5 --force-port /dev/no-such-force --displacement-instrument mahr-dk-u1 --displacement-port /dev/no-such-dial";
+    let ran = desk.run(&format!("session run s {SHORT} {ports} --no-input"));
+    assert_eq!(ran.code, 20);
+    assert!(ran.stderr.contains("/dev/no-such-force"), "{}", ran.stderr);
     assert!(!desk.path("s").exists());
     assert_eq!(desk.run("session status nowhere").code, 10);
 }

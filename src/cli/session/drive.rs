@@ -22,7 +22,7 @@ use crate::session::{
 
 use super::args::{BenchArgs, CaptureWord, ResumeArgs, RunArgs};
 use super::emulation::{Hand, emulate, emulate_again, of_a_hand, speed, with_hand};
-use super::gauges::{ChosenGauge, Connected, choose_gauges, connect};
+use super::gauges::{ChosenGauge, Connected, check_present, choose_gauges, connect};
 use super::line::LineOperator;
 use super::operator::AtBench;
 use super::prepare::{answers, calibration_warnings, gauge_terms, instrument_records, plan_of};
@@ -73,6 +73,9 @@ pub(super) fn run(
     let hand = emulate(&mut bench, &robot, &procedure, clock)?;
     let (chosen, notes) = choose_gauges(&bench, [None, None], &SessionState::default())?;
     warnings.extend(notes);
+    if bench.no_input {
+        check_present(&chosen)?;
+    }
     name_models(&mut instruments, &chosen);
     warnings.extend(overdue(&instruments, global)?);
     let answers = answers(&args.bench)?;

@@ -10,7 +10,7 @@ use crate::clock::Clock;
 use crate::instrument::description::SignMeaning;
 use crate::instrument::driver::Acquisition;
 use crate::instrument::live::{LiveGauge, LiveGauges, Persistence};
-use crate::instrument::port::{Binding, Bindings, Patience, PortIdentity, list_ports};
+use crate::instrument::port::{Binding, Bindings, Patience, PortError, PortIdentity, list_ports};
 use crate::instrument::trace::{Header, Sink, TraceSink, TraceWriter};
 use crate::instrument::{Channel, Gauges, InstrumentDescription, shipped_instrument};
 use crate::session::SessionState;
@@ -69,6 +69,25 @@ pub(super) fn choose_gauges(
         )?);
     }
     Ok((chosen, warnings))
+}
+
+/// Whether the ports are there, where nobody could plug a gauge in.
+///
+/// # Errors
+/// [`PortError::Absent`] for the first that is not.
+pub(super) fn check_present(chosen: &[ChosenGauge]) -> Result<(), Failure> {
+    let ports = list_ports().unwrap_or_default();
+    for gauge in chosen {
+        let path = gauge.port.resolve(&ports)?.path;
+        if cfg!(unix) && !Path::new(&path).exists() {
+            return Err(PortError::Absent {
+                port: path,
+                near: None,
+            }
+            .into());
+        }
+    }
+    Ok(())
 }
 
 fn choose_gauge(
