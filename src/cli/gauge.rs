@@ -34,7 +34,7 @@ pub(super) struct PortArgs {
     /// Unit that its display shows, where it does not send one
     #[arg(long)]
     pub(super) unit: Option<String>,
-    /// Speed in bit/s [default: the description's]
+    /// Speed in bit/s [default: the bound one, else the description's]
     #[arg(long)]
     pub(super) baud: Option<u32>,
     /// Let it send by itself, where it can, instead of asking for each value
@@ -106,7 +106,9 @@ impl Gauge {
         let resolved = identity.resolve(&list_ports()?)?;
         warnings.extend(resolved.note);
         let settings = PortSettings::of(&description.line, &description.modem);
-        let settings = settings.with_baud(args.baud.unwrap_or(description.line.baud));
+        let bound_baud = bound.and_then(|bound| bound.baud);
+        let baud = args.baud.or(bound_baud).unwrap_or(description.line.baud);
+        let settings = settings.with_baud(baud);
         let mut note = |note| {
             if !quiet {
                 print_error(&format!("note: {note}"));

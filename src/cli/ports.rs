@@ -26,7 +26,7 @@ use super::outcome::{Outcome, print_error};
 /// Arguments of `ports`.
 #[derive(Debug, Args)]
 #[command(
-    after_help = "A list opens no port. --probe opens each one, listens, and sends requests for a value; nothing that sets, steps or toggles.\n\nExamples:\n  stiffbench ports\n  stiffbench ports --probe --port /dev/ttyUSB0\n  stiffbench ports --wait --bind force --instrument mark10-series5"
+    after_help = "A list opens no port. --probe opens each one, listens, and sends requests for a value; nothing that sets, steps or toggles. Where nothing answers, other speeds are tried, which takes a minute with all descriptions and seconds with --instrument.\n\nExamples:\n  stiffbench ports\n  stiffbench ports --probe --port /dev/ttyUSB0\n  stiffbench ports --wait --bind force --instrument mark10-series5"
 )]
 pub(super) struct PortsArgs {
     /// Try which instrument is on each port
@@ -169,9 +169,10 @@ fn bind(
         return Err(not_one(ports).into());
     };
     let findings = look(port, &candidates(args)?, global)?;
-    let (instrument, identity) = match (&args.instrument, clear_match(&findings)) {
-        (Some(name), found) => (name.clone(), found.and_then(|found| found.identity.clone())),
-        (None, Some(found)) => (found.instrument.clone(), found.identity.clone()),
+    let matching = clear_match(&findings);
+    let instrument = match (&args.instrument, matching) {
+        (Some(name), _) => name.clone(),
+        (None, Some(found)) => found.instrument.clone(),
         (None, None) => return Err(not_clear(port, &findings)),
     };
     let found = find_description(&instrument, &args.protocols)?;
@@ -183,7 +184,7 @@ fn bind(
             port.path
         ));
     }
-    let binding = binding_of(port, instrument, args.unit.clone(), identity);
+    let binding = binding_of(port, instrument, args.unit.clone(), matching);
     if binding.usb.as_ref().is_some_and(|usb| usb.serial.is_none()) {
         warnings.push("this adapter has no serial number: it is known by its socket only, and has to stay in it".to_owned());
     }
@@ -204,7 +205,7 @@ fn binding_of(
     port: &PortInfo,
     instrument: String,
     unit: Option<String>,
-    identity: Option<String>,
+    found: Option<&Finding>,
 ) -> Binding {
     let (path, usb) = match PortIdentity::of_path(&port.path, std::slice::from_ref(port)) {
         PortIdentity::Usb(usb) => (port.stable_path().to_owned(), Some(usb)),
@@ -213,7 +214,8 @@ fn binding_of(
     Binding {
         instrument,
         unit,
-        identity,
+        baud: found.and_then(|found| found.other_baud),
+        identity: found.and_then(|found| found.identity.clone()),
         path: Some(path),
         usb,
     }
@@ -282,6 +284,7 @@ fn port_json(port: &PortInfo, look: Option<&Look>) -> Value {
                     "points": finding.points,
                     "evidence": finding.evidence,
                     "identity": finding.identity,
+                    "other_baud": finding.other_baud,
                 })
             });
             object["instruments"] = fits.collect();
@@ -322,9 +325,12 @@ fn text(ports: &[(PortInfo, Option<Look>)]) -> String {
                         .identity
                         .as_ref()
                         .map_or_else(String::new, |said| format!(", says it is {said}"));
+                    let speed = finding
+                        .other_baud
+                        .map_or_else(String::new, |baud| format!(", at {baud} bit/s"));
                     let _ = writeln!(
                         text,
-                        "  {:3} points  {}: {}{said}",
+                        "  {:3} points  {}: {}{said}{speed}",
                         finding.points, finding.instrument, finding.evidence
                     );
                 }

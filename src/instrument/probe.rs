@@ -8,7 +8,7 @@ use serialport::{ClearBuffer, SerialPort};
 use crate::clock::Clock;
 
 use super::decode::{Decoded, Decoder, Meaning};
-use super::description::{Effect, InstrumentDescription, Role};
+use super::description::{Effect, InstrumentDescription, LineSettings, Role};
 use super::port::{OpenPort, Patience, PortError, PortSettings, open};
 
 /// How long is listened before anything is sent, s: a gauge that sends by itself does so at least every second.
@@ -26,12 +26,15 @@ pub struct Finding {
     pub evidence: String,
     /// What it said when it was asked who it is.
     pub identity: Option<String>,
+    /// Speed at which it spoke, bit/s, where that is not the description's.
+    pub other_baud: Option<u32>,
 }
 
 /// Tries descriptions on a port; those that something speaks for, the best first.
 ///
 /// For each setting of the line the port is opened and listened to. Only if nothing comes, each description's request for a value is sent, and
-/// its question for identity if a value came; commands that set, step or toggle are never sent. It ends as soon as one says who it is.
+/// its question for identity if a value came; commands that set, step or toggle are never sent. It ends as soon as one says who it is. Where
+/// nothing speaks for any, the other speeds that the descriptions name are tried in the same way.
 ///
 /// # Errors
 /// [`PortError`] if the port cannot be opened, or is lost.
@@ -40,25 +43,61 @@ pub fn probe(
     descriptions: &[InstrumentDescription],
     note: &mut dyn FnMut(String),
 ) -> Result<Vec<Finding>, PortError> {
-    let mut findings = Vec::new();
-    let mut settings_done: Vec<PortSettings> = Vec::new();
+    let mut findings = try_speeds(path, descriptions, usual_speed, note)?;
+    if findings.is_empty() {
+        findings = try_speeds(path, descriptions, other_speeds, note)?;
+    }
+    findings.sort_by_key(|finding| -finding.points);
+    Ok(findings)
+}
+
+fn usual_speed(line: &LineSettings) -> &[u32] {
+    std::slice::from_ref(&line.baud)
+}
+
+fn other_speeds(line: &LineSettings) -> &[u32] {
+    &line.alternatives
+}
+
+/// Settings of the line with the descriptions that they may belong to, each setting once.
+fn attempts(
+    descriptions: &[InstrumentDescription],
+    speeds: fn(&LineSettings) -> &[u32],
+) -> Vec<(PortSettings, Vec<&InstrumentDescription>)> {
+    let mut attempts: Vec<(PortSettings, Vec<&InstrumentDescription>)> = Vec::new();
     for description in descriptions {
-        let settings = PortSettings::of(&description.line, &description.modem);
-        if settings_done.contains(&settings) {
-            continue;
+        for &baud in speeds(&description.line) {
+            let settings = PortSettings::of(&description.line, &description.modem).with_baud(baud);
+            match attempts.iter_mut().find(|(known, _)| *known == settings) {
+                Some((_, alike)) => alike.push(description),
+                None => attempts.push((settings, vec![description])),
+            }
         }
-        let alike: Vec<&InstrumentDescription> = descriptions
-            .iter()
-            .filter(|other| PortSettings::of(&other.line, &other.modem) == settings)
-            .collect();
+    }
+    attempts
+}
+
+/// What speaks for descriptions at some of their speeds.
+fn try_speeds(
+    path: &str,
+    descriptions: &[InstrumentDescription],
+    speeds: fn(&LineSettings) -> &[u32],
+    note: &mut dyn FnMut(String),
+) -> Result<Vec<Finding>, PortError> {
+    let mut findings = Vec::new();
+    for (settings, alike) in attempts(descriptions, speeds) {
         let opened = open(path, &settings, &Patience::without_waiting(), note)?;
-        findings.extend(Probe::new(opened).try_all(&alike)?);
-        settings_done.push(settings);
+        let mut found = Probe::new(opened).try_all(&alike)?;
+        for finding in &mut found {
+            let named = alike.iter().find(|one| one.name == finding.instrument);
+            let is_other = named.is_some_and(|named| named.line.baud != settings.baud);
+            finding.other_baud = is_other.then_some(settings.baud);
+        }
+        findings.extend(found);
         if is_settled(&findings) {
             break;
         }
     }
-    findings.sort_by_key(|finding| -finding.points);
     Ok(findings)
 }
 
@@ -224,6 +263,7 @@ fn judge(
         points,
         evidence: first.clone(),
         identity: None,
+        other_baud: None,
     })
 }
 
@@ -249,6 +289,7 @@ mod tests {
             points,
             evidence: String::new(),
             identity: None,
+            other_baud: None,
         }
     }
 
@@ -262,5 +303,23 @@ mod tests {
         assert_eq!(clear_match(&[a, b]), None);
         assert_eq!(clear_match(&[c]), None);
         assert_eq!(clear_match(&[]), None);
+    }
+
+    #[test]
+    fn each_setting_of_a_line_is_tried_once_for_all_that_may_have_it() {
+        let names = ["mark10-series5", "nidec-shimpo-fg7000", "cdi-logic"];
+        let descriptions: Vec<InstrumentDescription> = names
+            .iter()
+            .map(|name| crate::instrument::shipped_instrument(name).unwrap())
+            .collect();
+        let listed = |speeds| -> Vec<(u32, usize)> {
+            attempts(&descriptions, speeds)
+                .iter()
+                .map(|(settings, alike)| (settings.baud, alike.len()))
+                .collect()
+        };
+        assert_eq!(listed(usual_speed), [(115_200, 1), (38_400, 1), (9600, 1)]);
+        // Both the Mark-10 and the Shimpo may be set to 9600 8N1.
+        assert_eq!(listed(other_speeds), [(9600, 2), (19_200, 1)]);
     }
 }

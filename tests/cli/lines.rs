@@ -9,9 +9,13 @@ mod device;
 use device::Device;
 
 /// A force gauge that answers as the maker prints it: the n-th value is n.5 N.
-fn mark10(desk: &Desk) -> Device {
+pub(super) fn mark10(desk: &Desk) -> Device {
+    mark10_set_to(None, desk)
+}
+
+fn mark10_set_to(baud: Option<u32>, desk: &Desk) -> Device {
     let mut count = 0;
-    Device::at(&desk.path("gauge"), move |command| match command {
+    Device::set_to(baud, &desk.path("gauge"), move |command| match command {
         "?C" => {
             count += 1;
             vec![format!("-{count}.5 N\r\n").into_bytes()]
@@ -96,6 +100,8 @@ fn what_is_on_a_port_is_found_and_bound() {
     assert_eq!(data["binding"]["identity"], "3791204");
     let data = desk.data("instrument read mark10-series5");
     assert_eq!(data["samples"].as_array().unwrap().len(), 1);
+    // A speed that is the description's is not repeated.
+    assert!(!desk.read("stiffbench-bench.toml").contains("baud"));
     let error = desk.refusal(
         "ports --port gauge --bind displacement --instrument mark10-series5",
         2,
@@ -104,6 +110,24 @@ fn what_is_on_a_port_is_found_and_bound() {
     assert_says(&error, &["is a force gauge"]);
     desk.refusal("ports --wait --within 0.2", 20, "stiffbench::port::absent");
     assert!(desk.data("ports")["ports"].is_array());
+}
+
+#[test]
+fn a_gauge_set_to_another_speed_is_found_and_read_at_it() {
+    let desk = Desk::new();
+    let _gauge = mark10_set_to(Some(9600), &desk);
+    let error = desk.refusal(
+        "instrument read mark10-series5 --port gauge",
+        20,
+        "stiffbench::port::silent",
+    );
+    assert_says(&error, &["ports --probe --port", "other speeds"]);
+    let data = desk.data("ports --probe --port gauge --instrument mark10-series5");
+    assert_eq!(data["ports"][0]["instruments"][0]["other_baud"], 9600);
+    let data = desk.data("ports --port gauge --bind force --instrument mark10-series5");
+    assert_eq!(data["binding"]["baud"], 9600, "{data}");
+    let data = desk.data("instrument read mark10-series5");
+    assert_eq!(data["samples"].as_array().unwrap().len(), 1);
 }
 
 #[test]

@@ -21,6 +21,15 @@ impl Device {
     /// A device under `name`; `answer` is given a command without its end and tells what is sent back, piece by piece.
     pub(crate) fn at(
         name: &Path,
+        answer: impl FnMut(&str) -> Vec<Vec<u8>> + Send + 'static,
+    ) -> Self {
+        Self::set_to(None, name, answer)
+    }
+
+    /// The same, set to a speed: at another it understands nothing.
+    pub(crate) fn set_to(
+        baud: Option<u32>,
+        name: &Path,
         mut answer: impl FnMut(&str) -> Vec<Vec<u8>> + Send + 'static,
     ) -> Self {
         let (mut master, slave) = TTYPort::pair().unwrap();
@@ -39,7 +48,9 @@ impl Device {
                     Err(error) if error.kind() == ErrorKind::TimedOut => 0,
                     Err(error) => panic!("{error}"),
                 };
-                for byte in &buffer[..count] {
+                // A pseudo-terminal hands bytes on at any speed, and both of its ends know which one was set.
+                let understood = baud.is_none_or(|baud| master.baud_rate().unwrap() == baud);
+                for byte in buffer[..count].iter().filter(|_| understood) {
                     if *byte != b'\r' {
                         command.push(*byte);
                         continue;

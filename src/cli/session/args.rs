@@ -5,6 +5,8 @@ use std::path::PathBuf;
 use clap::{Args, Subcommand, ValueEnum};
 
 use crate::cli::args::ModelArgs;
+use crate::cli::gauge::BINDINGS_FILE;
+use crate::cli::instrument_args::ProtocolsArgs;
 use crate::cli::procedure::ProcedureArgs;
 
 /// Arguments of `session`.
@@ -130,11 +132,11 @@ pub(super) struct BenchArgs {
     #[arg(long, value_name = "UNIT")]
     pub(super) displacement_unit: Option<String>,
     /// Which gauge is on which adapter, as stiffbench ports --wait writes it
-    #[arg(long, value_name = "FILE")]
-    pub(super) bindings: Option<PathBuf>,
-    /// Folder with further instrument descriptions, instruments/NAME.toml
-    #[arg(long, value_name = "DIR")]
-    pub(super) protocols: Option<PathBuf>,
+    #[arg(long, value_name = "FILE", default_value = BINDINGS_FILE)]
+    pub(super) bindings: PathBuf,
+    /// More descriptions.
+    #[command(flatten)]
+    pub(super) protocols: ProtocolsArgs,
     /// Take descriptions that nobody has verified
     #[arg(long)]
     pub(super) allow_unverified: bool,

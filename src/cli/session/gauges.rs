@@ -2,22 +2,22 @@
 
 use std::fs::File;
 use std::io::BufWriter;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
+use crate::cli::descriptions::find_description;
 use crate::cli::failure::{CliError, Failure};
+use crate::cli::gauge::{BINDINGS_FILE, read_bindings};
 use crate::cli::outcome::print_error;
 use crate::clock::Clock;
 use crate::instrument::description::SignMeaning;
 use crate::instrument::driver::Acquisition;
 use crate::instrument::live::{LiveGauge, LiveGauges, Persistence};
-use crate::instrument::port::{Binding, Bindings, Patience, PortError, PortIdentity, list_ports};
+use crate::instrument::port::{Binding, Patience, PortError, PortIdentity, list_ports};
 use crate::instrument::trace::{Header, Sink, TraceSink, TraceWriter};
-use crate::instrument::{Channel, Gauges, InstrumentDescription, shipped_instrument};
+use crate::instrument::{Channel, Gauges, InstrumentDescription};
 use crate::session::SessionState;
-use crate::source_text::SourceText;
 
 use super::args::BenchArgs;
-use super::prepare::read_text;
 
 /// Gauges that are being read, and what is known of them.
 pub(super) struct Connected {
@@ -44,13 +44,15 @@ pub(super) fn choose_gauges(
     models: [Option<&str>; 2],
     state: &SessionState,
 ) -> Result<(Vec<ChosenGauge>, Vec<String>), Failure> {
-    let (bindings, mut warnings) = match &args.bindings {
-        Some(path) => {
-            let text = read_text(path)?;
-            Bindings::parse(&SourceText::new(path.display().to_string(), text))?
+    // The usual file may be absent; one that was named may not.
+    if !args.bindings.exists() && args.bindings != Path::new(BINDINGS_FILE) {
+        return Err(CliError::NotFound {
+            path: args.bindings.clone(),
+            help: "stiffbench ports --wait --bind force makes a bindings file".to_owned(),
         }
-        None => (Bindings::default(), Vec::new()),
-    };
+        .into());
+    }
+    let (bindings, mut warnings) = read_bindings(&args.bindings)?;
     let mut chosen = Vec::new();
     for channel in Channel::ALL {
         let bound = bindings.of(channel);
@@ -118,7 +120,9 @@ fn choose_gauge(
         .or(bound.map(|bound| bound.instrument.as_str()))
         .or(model);
     let name = name.ok_or_else(|| needed("instrument"))?;
-    let description = description(name, args.protocols.as_deref(), warnings)?;
+    let found = find_description(name, &args.protocols)?;
+    warnings.extend(found.warnings);
+    let description = found.description;
     if description.channel != channel {
         return Err(CliError::Argument {
             argument: format!("--{channel}-instrument {name}"),
@@ -149,32 +153,14 @@ fn choose_gauge(
         (None, None, None) => return Err(needed("port").into()),
     };
     let bound_unit = bound.and_then(|bound| bound.unit.clone());
+    let baud = bound.and_then(|bound| bound.baud);
+    let baud = baud.unwrap_or(description.line.baud);
     Ok(ChosenGauge {
         unit: unit.clone().or(bound_unit),
         identity: bound.and_then(|bound| bound.identity.clone()),
         port,
-        description,
+        description: description.with_baud(baud),
     })
-}
-
-/// A description by name: in the user's folder, as a file, or shipped.
-fn description(
-    name: &str,
-    protocols: Option<&Path>,
-    warnings: &mut Vec<String>,
-) -> Result<InstrumentDescription, Failure> {
-    let own = protocols.map(|folder| folder.join("instruments").join(format!("{name}.toml")));
-    let file = own
-        .into_iter()
-        .chain([PathBuf::from(name)])
-        .find(|path| path.is_file());
-    let Some(path) = file else {
-        return Ok(shipped_instrument(name)?);
-    };
-    let (description, notes) =
-        InstrumentDescription::parse(&read_text(&path)?, &path.display().to_string())?;
-    warnings.extend(notes);
-    Ok(description)
 }
 
 /// Starts reading.

@@ -85,6 +85,13 @@ impl InstrumentDescription {
         self
     }
 
+    /// The same gauge set to another speed, bit/s.
+    #[must_use]
+    pub fn with_baud(mut self, baud: u32) -> Self {
+        self.line.baud = baud;
+        self
+    }
+
     /// Silence after which [`super::Decoder::idle`] is to be called, s.
     #[must_use]
     pub fn idle_gap_s(&self) -> f64 {

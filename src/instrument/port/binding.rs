@@ -34,6 +34,9 @@ pub struct Binding {
     /// Unit, where the gauge does not send one.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub unit: Option<String>,
+    /// Speed that the gauge is set to, bit/s, where it is not the description's.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub baud: Option<u32>,
     /// What the gauge said when it was asked who it is; another answer is another gauge.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub identity: Option<String>,
@@ -210,6 +213,9 @@ impl Bindings {
                 "\n[{channel}]\ninstrument = {}\n",
                 quoted(&binding.instrument)
             );
+            if let Some(baud) = binding.baud {
+                let _ = writeln!(text, "baud = {baud}");
+            }
             let lines = [
                 ("unit", &binding.unit),
                 ("identity", &binding.identity),
@@ -263,6 +269,7 @@ mod tests {
         Binding {
             instrument: "sauter-fh".to_owned(),
             unit: Some("N".to_owned()),
+            baud: Some(19_200),
             identity: Some("a \"quoted\" name\\".to_owned()),
             path: Some("/dev/ttyUSB0".to_owned()),
             usb: Some(adapter(location)),

@@ -118,7 +118,7 @@ pub enum PortError {
     #[diagnostic(
         code(stiffbench::port::silent),
         help(
-            "switch the gauge on, choose its serial output in its menu, and compare speed and parity there with the instrument description"
+            "switch the gauge on, choose its serial output in its menu, and compare speed and parity there with the instrument description; stiffbench ports --probe --port {port} also tries the other speeds that the description names"
         )
     )]
     Silent {
