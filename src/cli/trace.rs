@@ -243,19 +243,9 @@ fn show(file: &Path) -> Result<Outcome, Failure> {
     let mut text = String::new();
     let header = &trace.header;
     let channel = header.channel.map(|channel| channel.to_string());
-    let fields = [
-        ("instrument", &header.instrument),
-        ("channel", &channel),
-        ("unit", &header.unit),
-        ("port", &header.port),
-        ("line", &header.line),
-        ("started", &header.started),
-    ];
-    for (name, value) in fields {
-        if let Some(value) = value {
-            // Writing to a string cannot fail.
-            let _ = writeln!(text, "{name:>12}  {value}");
-        }
+    for (name, value) in header.fields() {
+        // Writing to a string cannot fail.
+        let _ = writeln!(text, "{name:>12}  {value}");
     }
     let mut entries = Vec::with_capacity(trace.entries.len());
     for entry in &trace.entries {

@@ -44,6 +44,27 @@ pub struct Header {
     pub speed: Option<f64>,
 }
 
+impl Header {
+    /// What is known, by its keys, in the order of the file; a speed of 1 is not said.
+    #[must_use]
+    pub fn fields(&self) -> Vec<(&'static str, String)> {
+        let speed = self.speed.filter(|speed| *speed != 1.0);
+        let fields = [
+            ("instrument", self.instrument.clone()),
+            ("channel", self.channel.map(|channel| channel.to_string())),
+            ("unit", self.unit.clone()),
+            ("port", self.port.clone()),
+            ("line", self.line.clone()),
+            ("started", self.started.clone()),
+            ("speed", speed.map(|speed| speed.to_string())),
+        ];
+        let known = fields.into_iter();
+        known
+            .filter_map(|(key, value)| Some((key, value?)))
+            .collect()
+    }
+}
+
 /// One line of a trace.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Entry {

@@ -21,25 +21,9 @@ impl<W: Write> TraceWriter<W> {
     /// What `to` says.
     pub fn begin(mut to: W, header: &Header) -> io::Result<Self> {
         let mut text = format!("# {TRACE_SCHEMA}\n");
-        let speed = header
-            .speed
-            .filter(|speed| *speed != 1.0)
-            .map(|speed| speed.to_string());
-        let channel = header.channel.map(|channel| channel.to_string());
-        let fields = [
-            ("instrument", &header.instrument),
-            ("channel", &channel),
-            ("unit", &header.unit),
-            ("port", &header.port),
-            ("line", &header.line),
-            ("started", &header.started),
-            ("speed", &speed),
-        ];
-        for (key, value) in fields {
-            if let Some(value) = value {
-                // Writing to a string cannot fail.
-                let _ = writeln!(text, "# {key} {}", one_line(value));
-            }
+        for (key, value) in header.fields() {
+            // Writing to a string cannot fail.
+            let _ = writeln!(text, "# {key} {}", one_line(&value));
         }
         to.write_all(text.as_bytes())?;
         to.flush()?;
