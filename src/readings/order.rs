@@ -47,13 +47,14 @@ fn renumber(table: &mut ReadingTable) {
     table.zeros = zeros.into_keys();
 }
 
-/// The order of test points; equal means that two readings claim the same one.
+/// The order of test points; equal means that two readings of one run claim the same one.
 fn by_test_point(a: &Reading, b: &Reading) -> Ordering {
     let hold = |reading: &Reading| reading.hold_s.unwrap_or(-1.0);
     a.pose
         .cmp(&b.pose)
         .then(a.direction.cmp(&b.direction))
         .then(a.repeat.cmp(&b.repeat))
+        .then(a.run.cmp(&b.run))
         .then(a.branch.cmp(&b.branch))
         .then(a.step.cmp(&b.step))
         .then(a.attempt.cmp(&b.attempt))
@@ -155,6 +156,16 @@ mod tests {
         let table = read(&text).unwrap();
         assert_eq!(table.readings[1].seq, 2);
         assert!(table.assumptions.contains(&Assumption::SequenceNotUsed));
+    }
+
+    #[test]
+    fn runs_of_one_repeat_number_their_steps_by_themselves_and_survive_being_written() {
+        let table = read("pose,direction,repeat,force_N,displacement_um,run\nP1,x,1,0,0,a\nP1,x,1,-10,-9,a\nP1,x,1,0,0,b\n").unwrap();
+        assert_eq!(table.runs.len(), 2);
+        let mut written = Vec::new();
+        crate::readings::write_readings(&table, &mut written).unwrap();
+        let again = read(std::str::from_utf8(&written).unwrap()).unwrap();
+        assert_eq!(again.runs, table.runs);
     }
 
     #[test]
