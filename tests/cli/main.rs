@@ -14,6 +14,8 @@ mod files;
 mod instruments;
 #[cfg(unix)]
 mod lines;
+#[cfg(unix)]
+mod permissions;
 mod physics;
 mod results;
 mod session;

@@ -3,10 +3,11 @@
 use crate::Desk;
 
 /// One pose, one direction, four readings.
-const SHORT: &str = "--procedure sweeps --poses P1 --directions x --loads-n 0,-30 --repeats 2";
+pub(super) const SHORT: &str =
+    "--procedure sweeps --poses P1 --directions x --loads-n 0,-30 --repeats 2";
 
 /// An emulated bench with nobody there.
-const EMULATED: &str = "--emulated --speed 5 --no-input";
+pub(super) const EMULATED: &str = "--emulated --speed 5 --no-input";
 
 #[test]
 fn a_plan_lists_every_step_question_and_file() {
