@@ -26,7 +26,7 @@ prove *arguments:
 bench *arguments:
     cargo bench --locked {{arguments}}
 
-# A fuzz target (readings_csv, session_toml, instrument_bytes, instrument_description) for a minute; needs nightly Rust and cargo-fuzz
+# A fuzz target (readings_csv, session_toml, instrument_bytes, instrument_description, journal) for a minute; needs nightly Rust and cargo-fuzz
 fuzz target="readings_csv" seconds="60":
     cargo +nightly fuzz run {{target}} -- -max_total_time={{seconds}}
 
