@@ -33,7 +33,7 @@ const MAY_IMPORT: [(&str, &[&str]); 26] = [
     ("fit", &["quantity", "statistics", "test_point", "readings", "stiffness", "structure", "robot", "physics", "least_squares"]),
     ("mismatch", &["statistics", "vector", "test_point", "readings", "procedure", "specimen", "structure", "robot", "physics", "least_squares"]),
     ("prove", &["statistics", "source_text", "test_point", "readings", "specimen", "robot", "physics", "least_squares", "mismatch"]),
-    ("distribution", &["source_text", "test_point", "structure", "robot"]),
+    ("distribution", &["statistics", "source_text", "vector", "test_point", "structure", "robot", "physics"]),
     ("plot", &["quantity", "vector", "test_point"]),
     (
         "report",

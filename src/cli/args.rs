@@ -12,6 +12,7 @@ use super::diagnose_args::DiagnoseArgs;
 #[cfg(unix)]
 use super::emulate::EmulateArgs;
 use super::instrument_args::InstrumentArgs;
+use super::map::MapArgs;
 use super::ports::PortsArgs;
 use super::procedure::ProcedureArgs;
 use super::prove_args::ProveArgs;
@@ -93,6 +94,8 @@ pub(super) enum Command {
     Compare(CompareArgs),
     /// What the model leaves out: where model and readings differ, which physics is missing, how large, how sure
     Diagnose(DiagnoseArgs),
+    /// Stiffness over the workspace, for each mechanism: statistics, where it is high and low, the paper's Tables VII to X
+    Map(MapArgs),
     /// The paper's Tables I and III to VI beside ours, cell by cell
     Paper(PaperArgs),
     /// Whether diagnoses can be trusted: blind verdicts on concealed sessions, error rates, recordings by others

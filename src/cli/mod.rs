@@ -20,6 +20,7 @@ mod gauge;
 mod instrument;
 mod instrument_args;
 mod instrument_read;
+mod map;
 mod model;
 mod outcome;
 mod paper;
@@ -79,6 +80,7 @@ fn run(cli: Cli) -> Result<Outcome, Failure> {
         Command::Session(args) => session::run(args, global),
         Command::Compare(args) => compare::run(&args, global),
         Command::Diagnose(args) => diagnose::run(&args, global),
+        Command::Map(args) => map::run(&args),
         Command::Paper(args) => paper::run(&args),
         Command::Prove(args) => prove::run(&args, global),
         Command::Instrument(args) => instrument::run(&args, global),

@@ -46,6 +46,13 @@ impl Outcome {
         self
     }
 
+    /// With notes before those it has.
+    pub(super) fn with_more_warnings(mut self, mut warnings: Vec<String>) -> Self {
+        warnings.append(&mut self.warnings);
+        self.warnings = warnings;
+        self
+    }
+
     /// With an exit code under `--strict`.
     pub(super) fn with_strict_exit(mut self, exit: u8) -> Self {
         self.strict_exit = exit;

@@ -1,22 +1,15 @@
 //! The outermost points of a workspace: found in a sample, then exactly.
 
-use nalgebra::{DMatrix, DVector};
-
 use crate::robot::{Mechanism, Pose, Robot, RobotError};
 
-use super::workspace::{EndPlacer, EndPoint, WorkspacePlan, WorkspaceSample, free_variables};
+use super::climb::{Climb, Hill};
+use super::workspace::{EndPlacer, EndPoint, WorkspaceSample, free_variables};
 
 /// Step of the differences that give slopes, degrees: their truncation is then near 1e-15 m a degree, their rounding near 1e-12.
 const STEP_DEG: f64 = 1e-4;
 
 /// A slope below this is flat, m per degree: what is left to gain then lies far below a nanometre.
 const FLAT_M_PER_DEG: f64 = 1e-9;
-
-/// A limit this near is touched, degrees: as for [`Robot::violated_limits`].
-const TOUCHING_DEG: f64 = 1e-9;
-
-/// Moves after which refining ends in any case. Corners take as many as there are limits, edges a few more.
-const MOST_MOVES: usize = 2_000;
 
 /// One of the four outermost points that enclose a workspace (the paper's P1 to P4).
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -37,11 +30,27 @@ impl Extreme {
 
     /// What is largest at this point, m.
     fn value_m(self, point: &EndPoint) -> f64 {
+        self.of_reach_and_height([point.reach_m, point.height_m])
+    }
+
+    /// What is largest at the point with this reach and height, m.
+    pub(super) fn of_reach_and_height(self, [reach_m, height_m]: [f64; 2]) -> f64 {
         match self {
-            Self::Highest => point.height_m,
-            Self::Furthest => point.reach_m,
-            Self::Lowest => -point.height_m,
-            Self::Nearest => -point.reach_m,
+            Self::Highest => height_m,
+            Self::Furthest => reach_m,
+            Self::Lowest => -height_m,
+            Self::Nearest => -reach_m,
+        }
+    }
+
+    /// What it is called.
+    #[must_use]
+    pub fn word(self) -> &'static str {
+        match self {
+            Self::Highest => "highest",
+            Self::Furthest => "furthest",
+            Self::Lowest => "lowest",
+            Self::Nearest => "nearest",
         }
     }
 }
@@ -84,203 +93,37 @@ impl WorkspaceSample {
         let Some(start) = self.extreme(extreme) else {
             return Ok(None);
         };
-        let mut climb = Climb::new(robot, mechanism, &self.plan, extreme, start.pose.clone())?;
-        let mut slope_m_per_deg = f64::INFINITY;
-        for _ in 0..MOST_MOVES {
-            let direction = climb.way_on()?;
-            slope_m_per_deg = direction.norm();
-            if slope_m_per_deg < FLAT_M_PER_DEG {
-                break;
-            }
-            climb.follow(&(direction / slope_m_per_deg))?;
-        }
-        let limits = climb.touched();
-        let limits = limits.iter().map(|&limit| climb.limits[limit].text.clone());
-        let limits = limits.collect();
+        let free = free_variables(robot, &self.plan)?;
+        let hill = Outermost {
+            extreme,
+            place: EndPlacer::new(robot, mechanism, &self.plan)?,
+        };
+        let mut climb = Climb::new(robot, free, hill, start.pose.clone());
+        let slope_m_per_deg = climb.to_the_top()?;
+        let limits = climb.limits_in_words();
+        let Climb { mut hill, pose, .. } = climb;
         Ok(Some(RefinedExtreme {
-            point: climb.place.end_point(climb.pose)?,
+            point: hill.place.end_point(pose)?,
             limits,
             slope_m_per_deg,
         }))
     }
 }
 
-/// A limit a·x ≥ b in the free variables.
-struct LinearLimit {
-    a: DVector<f64>,
-    b: f64,
-    text: String,
-}
-
-/// The way up to an extreme.
-struct Climb<'a> {
+/// Height, reach or their opposites, m.
+struct Outermost<'a> {
     extreme: Extreme,
     place: EndPlacer<'a>,
-    /// Indices of the free variables.
-    free: Vec<usize>,
-    limits: Vec<LinearLimit>,
-    pose: Pose,
 }
 
-impl<'a> Climb<'a> {
-    fn new(
-        robot: &'a Robot,
-        mechanism: &'a Mechanism,
-        plan: &WorkspacePlan,
-        extreme: Extreme,
-        pose: Pose,
-    ) -> Result<Self, RobotError> {
-        let free = free_variables(robot, plan)?;
-        Ok(Self {
-            extreme,
-            place: EndPlacer::new(robot, mechanism, plan)?,
-            limits: linear_limits(robot, &free, &pose),
-            free,
-            pose,
-        })
-    }
+impl Hill for Outermost<'_> {
+    const STEP_DEG: f64 = STEP_DEG;
+    const FLAT_PER_DEG: f64 = FLAT_M_PER_DEG;
 
-    fn x(&self) -> DVector<f64> {
-        DVector::from_iterator(
-            self.free.len(),
-            self.free
-                .iter()
-                .map(|&variable| self.pose.angles_deg[variable]),
-        )
+    fn height(&mut self, pose: &Pose) -> Result<f64, RobotError> {
+        let point = self.place.end_point(pose.clone())?;
+        Ok(self.extreme.value_m(&point))
     }
-
-    /// The pose with the free variables at `x`.
-    fn pose_at(&self, x: &DVector<f64>) -> Pose {
-        let mut pose = self.pose.clone();
-        for (&variable, value) in self.free.iter().zip(x.iter()) {
-            pose.angles_deg[variable] = *value;
-        }
-        pose
-    }
-
-    fn value_m(&mut self, x: &DVector<f64>) -> Result<f64, RobotError> {
-        let pose = self.pose_at(x);
-        Ok(self.extreme.value_m(&self.place.end_point(pose)?))
-    }
-
-    /// Slope at `x` along a unit direction, m per degree.
-    fn slope(&mut self, x: &DVector<f64>, direction: &DVector<f64>) -> Result<f64, RobotError> {
-        let ahead = self.value_m(&(x + direction * STEP_DEG))?;
-        let behind = self.value_m(&(x - direction * STEP_DEG))?;
-        Ok((ahead - behind) / (2.0 * STEP_DEG))
-    }
-
-    /// Indices of the limits the pose touches.
-    fn touched(&self) -> Vec<usize> {
-        let x = self.x();
-        (0..self.limits.len())
-            .filter(|&limit| {
-                let limit = &self.limits[limit];
-                limit.a.dot(&x) - limit.b <= TOUCHING_DEG * limit.a.norm().max(1.0)
-            })
-            .collect()
-    }
-
-    /// The steepest direction that the touched limits allow, as long as its slope; zero at the extreme.
-    fn way_on(&mut self) -> Result<DVector<f64>, RobotError> {
-        let x = self.x();
-        let n = self.free.len();
-        let mut gradient = DVector::zeros(n);
-        for i in 0..n {
-            let axis = DVector::from_fn(n, |j, _| f64::from(u8::from(i == j)));
-            gradient[i] = self.slope(&x, &axis)?;
-        }
-        let mut kept = self.touched();
-        loop {
-            if kept.is_empty() {
-                return Ok(gradient);
-            }
-            let normals = DMatrix::from_fn(n, kept.len(), |i, k| self.limits[kept[k]].a[i]);
-            // Least squares by singular values: limits that meet in one corner may depend on one another.
-            let Ok(push) = normals.clone().svd(true, true).solve(&gradient, 1e-12) else {
-                return Ok(gradient);
-            };
-            let along = &gradient - &normals * &push;
-            if along.norm() >= FLAT_M_PER_DEG {
-                return Ok(along);
-            }
-            // Held on all sides. A limit that the way uphill leads away from need not hold.
-            let (place, strongest) = push.argmax();
-            if strongest < FLAT_M_PER_DEG {
-                return Ok(along);
-            }
-            kept.remove(place);
-        }
-    }
-
-    /// Goes along a unit direction to where it stops rising or a limit stops it.
-    fn follow(&mut self, direction: &DVector<f64>) -> Result<(), RobotError> {
-        let x = self.x();
-        let mut farthest = f64::INFINITY;
-        for limit in &self.limits {
-            let toward = -limit.a.dot(direction);
-            let room = limit.a.dot(&x) - limit.b;
-            if toward > 1e-12 * limit.a.norm() {
-                farthest = farthest.min(room.max(0.0) / toward);
-            }
-        }
-        // Every free variable has limits of its own, so that every direction meets one.
-        let end = &x + direction * farthest;
-        if self.slope(&end, direction)? >= 0.0 {
-            self.pose = self.pose_at(&end);
-            return Ok(());
-        }
-        let (mut rising, mut falling) = (0.0, farthest);
-        // Bisection of the slope's sign down to the last digit of an angle.
-        for _ in 0..60 {
-            let middle = 0.5 * (rising + falling);
-            if self.slope(&(&x + direction * middle), direction)? >= 0.0 {
-                rising = middle;
-            } else {
-                falling = middle;
-            }
-        }
-        self.pose = self.pose_at(&(&x + direction * rising));
-        Ok(())
-    }
-}
-
-/// All limits in the free variables; held ones stand at their value in `pose`.
-fn linear_limits(robot: &Robot, free: &[usize], pose: &Pose) -> Vec<LinearLimit> {
-    let n = free.len();
-    let mut limits = Vec::new();
-    for (place, &variable) in free.iter().enumerate() {
-        let variable = &robot.variables[variable];
-        let along = |sign: f64| DVector::from_fn(n, |i, _| if i == place { sign } else { 0.0 });
-        limits.push(LinearLimit {
-            a: along(1.0),
-            b: variable.min_deg,
-            text: format!("{} >= {}", variable.name, variable.min_deg),
-        });
-        limits.push(LinearLimit {
-            a: along(-1.0),
-            b: -variable.max_deg,
-            text: format!("{} <= {}", variable.name, variable.max_deg),
-        });
-    }
-    for limit in &robot.limits {
-        let mut a = DVector::zeros(n);
-        let mut b = limit.at_least_deg;
-        for &(variable, coefficient) in &limit.terms {
-            match free.iter().position(|&f| f == variable) {
-                Some(place) => a[place] += coefficient,
-                None => b -= coefficient * pose.angles_deg[variable],
-            }
-        }
-        if a.norm() > 0.0 {
-            limits.push(LinearLimit {
-                a,
-                b,
-                text: limit.in_words(robot),
-            });
-        }
-    }
-    limits
 }
 
 #[cfg(test)]

@@ -1,9 +1,19 @@
 //! What a robot does over its workspace rather than in single poses.
 //!
 //! [`WorkspaceSample`] draws poses within the limits and says where the end is in each; nothing is left out of its counts.
+//! [`StiffnessMap`] is the stiffness over the poses of a [`PoseSet`], each of which is known by its number alone.
 
+mod climb;
 mod extreme;
+mod map;
+mod pose_set;
 mod workspace;
 
 pub use extreme::{Extreme, RefinedExtreme};
+pub use map::{
+    ColumnStatistics, ColumnStudy, FactorCovariance, FitUncertainty, Level, MapColumn, MapModel,
+    MechanismStudy, NoMap, Quantile, RefinedStiffness, Region, SampledExtreme, StiffnessMap,
+    StudyPoses, Surface, column_statistics, fit_uncertainty, regions, row_width,
+};
+pub use pose_set::{PosePlan, PoseSet, Sampling, Shard, variables_beside_the_plane};
 pub use workspace::{EndPoint, UnreachablePose, WorkspaceError, WorkspacePlan, WorkspaceSample};

@@ -6,11 +6,12 @@ use rand_chacha::ChaCha8Rng;
 use crate::robot::{
     FittingFactors, JointModel, Mechanism, MechanismModel, Pose, Robot, RobotError, Theory,
 };
+use crate::vector::{dot, norm, scale, subtract};
 
 /// Poses drawn for each one wanted before the limits are taken to exclude (almost) everything.
 ///
 /// The shipped robot accepts six in ten. A robot that accepts one in a thousand can still be sampled, in a minute instead of a blink.
-const DRAWS_PER_POSE: usize = 10_000;
+pub(super) const DRAWS_PER_POSE: usize = 10_000;
 
 /// What to draw.
 #[derive(Debug, Clone, PartialEq)]
@@ -39,6 +40,17 @@ impl WorkspacePlan {
             vertical: [0.0, 1.0, 0.0],
             radial: None,
         }
+    }
+
+    /// Reach and height of a point, m.
+    #[must_use]
+    pub fn reach_and_height(&self, position_m: [f64; 3]) -> [f64; 2] {
+        let height_m = dot(position_m, self.vertical);
+        let reach_m = match self.radial {
+            Some(radial) => dot(position_m, radial),
+            None => norm(subtract(position_m, scale(self.vertical, height_m))),
+        };
+        [reach_m, height_m]
     }
 
     /// This plan with some variables held: without those that only turn the arm plane or move nothing at the end, Fig. 3 is the
@@ -150,7 +162,8 @@ impl WorkspaceSample {
             for &variable in &free {
                 let limits = &robot.variables[variable];
                 let span = limits.max_deg - limits.min_deg;
-                pose.angles_deg[variable] = limits.min_deg + span * unit_interval(&mut random);
+                pose.angles_deg[variable] =
+                    limits.min_deg + span * unit_interval(random.next_u64());
             }
             if !robot.violated_limits(&pose).is_empty() {
                 continue;
@@ -193,16 +206,15 @@ pub(super) fn free_variables(
     Ok(all.filter(|variable| !held.contains(variable)).collect())
 }
 
-/// A number evenly distributed over [0, 1): the upper 53 bits of a word, so that a seed means the same in every version of `rand`.
-fn unit_interval(random: &mut impl Rng) -> f64 {
-    (random.next_u64() >> 11) as f64 / (1_u64 << 53) as f64
+/// A number evenly distributed over [0, 1): the upper 53 bits of a random word, so that a seed means the same in every version of `rand`.
+pub(super) fn unit_interval(word: u64) -> f64 {
+    (word >> 11) as f64 / (1_u64 << 53) as f64
 }
 
 /// Finds the end of a mechanism in one pose after another.
 pub(super) struct EndPlacer<'a> {
     model: MechanismModel<'a>,
-    vertical: [f64; 3],
-    radial: Option<[f64; 3]>,
+    plan: WorkspacePlan,
 }
 
 impl<'a> EndPlacer<'a> {
@@ -220,8 +232,7 @@ impl<'a> EndPlacer<'a> {
         )?;
         Ok(Self {
             model,
-            vertical: plan.vertical,
-            radial: plan.radial,
+            plan: plan.clone(),
         })
     }
 
@@ -231,17 +242,7 @@ impl<'a> EndPlacer<'a> {
         self.model.place(&pose)?;
         let structure = self.model.structure();
         let position_m = structure.nodes[structure.end.node].position_m;
-        let along = |direction: [f64; 3]| -> f64 {
-            position_m.iter().zip(direction).map(|(p, d)| p * d).sum()
-        };
-        let height_m = along(self.vertical);
-        let reach_m = match self.radial {
-            Some(radial) => along(radial),
-            None => (0..3)
-                .map(|i| (position_m[i] - height_m * self.vertical[i]).powi(2))
-                .sum::<f64>()
-                .sqrt(),
-        };
+        let [reach_m, height_m] = self.plan.reach_and_height(position_m);
         Ok(EndPoint {
             pose,
             position_m,

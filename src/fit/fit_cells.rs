@@ -208,6 +208,12 @@ fn correlation(set: &ParameterSet, covariance: &Covariance) -> Correlation {
             .iter()
             .map(|&a| known.iter().map(|&b| entry(a, b)).collect())
             .collect(),
+        u_ln: known
+            .iter()
+            .filter_map(|&i| covariance.of(i, i))
+            .map(f64::sqrt)
+            .collect(),
+        dof: Some(covariance.interval_dof).filter(|dof| dof.is_finite()),
     }
 }
 

@@ -123,6 +123,10 @@ pub struct Correlation {
     pub names: Vec<&'static str>,
     /// Correlation coefficients of ln a, row by row.
     pub matrix: Vec<Vec<f64>>,
+    /// Standard uncertainties of ln a; with the coefficients they are the covariance.
+    pub u_ln: Vec<f64>,
+    /// Their degrees of freedom; absent where they are without limit.
+    pub dof: Option<f64>,
 }
 
 /// How well the fitted model agrees with the cells it was fitted to.

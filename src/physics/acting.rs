@@ -8,7 +8,7 @@ use crate::structure::Compliance6;
 use super::effect::{Effect, EffectError};
 use super::law::Law;
 use super::law_set::{LawSet, without_elements};
-use super::mechanics::{Mechanics, base_levers};
+use super::mechanics::{Mechanics, base_levers, levers_between};
 use super::place::{Place, PlaceKind};
 
 /// A mechanism with effects in it: what is left of it without its loose members, and the laws that act there.
@@ -87,8 +87,22 @@ impl ActingPhysics {
     /// The compliance of an end on a base that rocks: C + Σ c w wᵀ, w = (axis × (end - first support), axis) for each axis.
     #[must_use]
     pub fn with_base(&self, fixed: &Compliance6, model: &MechanismModel<'_>) -> Compliance6 {
+        self.rocking(fixed, base_levers(model))
+    }
+
+    /// The same for an end at `end_m` whose first support is at `support_m`.
+    #[must_use]
+    pub fn with_base_at(
+        &self,
+        fixed: &Compliance6,
+        support_m: [f64; 3],
+        end_m: [f64; 3],
+    ) -> Compliance6 {
+        self.rocking(fixed, levers_between(support_m, end_m))
+    }
+
+    fn rocking(&self, fixed: &Compliance6, levers_m: [[f64; 3]; 3]) -> Compliance6 {
         let mut compliance = *fixed;
-        let levers_m = base_levers(model);
         for (axis, c) in self.laws.base_rad_per_nm().into_iter().enumerate() {
             let [x, y, z] = levers_m[axis];
             let mut lever = [x, y, z, 0.0, 0.0, 0.0];

@@ -124,6 +124,33 @@ impl<'a> Mechanics<'a> {
         Ok(())
     }
 
+    /// Moves one of the poses and solves it there with rigid joints: what twists do is stale until [`Mechanics::solve_joints`].
+    ///
+    /// # Errors
+    /// [`RobotError`] for a pose that cannot be reached or a structure that carries nothing there.
+    pub fn move_to(&mut self, index: usize, pose: &Pose) -> Result<(), RobotError> {
+        let posed = &mut self.poses[index];
+        posed.rigid.place(pose)?;
+        posed.hinged.place(pose)?;
+        posed
+            .solver
+            .update(posed.rigid.structure())
+            .map_err(|source| RobotError::Structure {
+                mechanism: self.mechanism.name.clone(),
+                source,
+            })?;
+        posed.mechanics.base_levers_m = base_levers(&posed.rigid);
+        posed.solve_rigid();
+        Ok(())
+    }
+
+    /// Where the end is in pose number `pose`, m.
+    #[must_use]
+    pub fn end_m(&self, pose: usize) -> [f64; 3] {
+        let structure = self.poses[pose].rigid.structure();
+        structure.nodes[structure.end.node].position_m
+    }
+
     /// Works out what twists in some joints do under the factors set last; of the others nothing is known then.
     ///
     /// # Arguments
@@ -200,5 +227,10 @@ pub(super) fn base_levers(model: &MechanismModel<'_>) -> [[f64; 3]; 3] {
         .supports
         .first()
         .map_or([0.0; 3], |support| structure.nodes[support.node].position_m);
-    Direction::ALL.map(|axis| cross(axis.unit_vector(), subtract(end, support)))
+    levers_between(support, end)
+}
+
+/// The same for a given support and end.
+pub(super) fn levers_between(support_m: [f64; 3], end_m: [f64; 3]) -> [[f64; 3]; 3] {
+    Direction::ALL.map(|axis| cross(axis.unit_vector(), subtract(end_m, support_m)))
 }

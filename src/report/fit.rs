@@ -59,12 +59,17 @@ fn factor_json(estimate: &FactorEstimate) -> Value {
         FactorStatus::Tied { to } => Some(format!("in proportion to {to}")),
         FactorStatus::Free | FactorStatus::Fixed => None,
     };
+    let tied_to = match &estimate.status {
+        FactorStatus::Tied { to } => Some(to),
+        _ => None,
+    };
     json!({
         "value": estimate.value,
         "ci95": estimate.interval_95,
         "ci95_quadratic": estimate.quadratic_interval_95,
         "ci95_bootstrap": estimate.bootstrap_interval_95,
         "status": estimate.status.word(),
+        "tied_to": tied_to,
         "start": estimate.start,
         "words": words,
     })

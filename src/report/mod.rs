@@ -7,6 +7,7 @@ mod diagnosis;
 mod diagnosis_figures;
 mod figures;
 mod fit;
+mod map;
 mod paper;
 mod prove;
 mod robot;
@@ -23,6 +24,7 @@ pub use figures::{
     robot_figure, workspace_figure,
 };
 pub use fit::{factors_toml, fit_json, fit_text, paper_steps_json, paper_steps_text};
+pub use map::{Field, MapReport, MeshPoints, mesh_of, points_csv, vtu};
 pub use paper::{PaperCell, PaperReport, paper_report};
 pub use prove::{
     calibration_json, calibration_text, concealed_json, concealed_text, idealised_json,

@@ -80,14 +80,22 @@ pub struct PaperReport {
 
 /// One transcribed row.
 #[derive(Debug, serde::Deserialize)]
-struct Printed {
-    table: String,
-    mechanism_or_model: String,
-    physical_direction: String,
-    pose: String,
-    quantity: String,
-    unit: String,
-    value: f64,
+pub(super) struct Printed {
+    pub(super) table: String,
+    pub(super) mechanism_or_model: String,
+    pub(super) physical_direction: String,
+    pub(super) pose: String,
+    pub(super) quantity: String,
+    pub(super) unit: String,
+    pub(super) value: f64,
+}
+
+/// All transcribed rows.
+pub(super) fn printed_rows() -> Vec<Printed> {
+    csv::Reader::from_reader(TABLES.as_bytes())
+        .deserialize()
+        .collect::<Result<_, _>>()
+        .expect("the shipped transcription is a table of this form, which a test holds")
 }
 
 /// Works the tables out again on a robot with the paper's factor sets and poses.
@@ -95,10 +103,7 @@ struct Printed {
 /// # Errors
 /// [`FitError`] if the robot lacks a factor set or pose of the paper.
 pub fn paper_report(robot: &Robot) -> Result<PaperReport, FitError> {
-    let rows: Vec<Printed> = csv::Reader::from_reader(TABLES.as_bytes())
-        .deserialize()
-        .collect::<Result<_, _>>()
-        .expect("the shipped transcription is a table of this form, which a test holds");
+    let rows = printed_rows();
     let mechanism = robot.mechanism(None)?;
     let models = Models::new(robot, mechanism)?;
     let cells = rows
@@ -177,7 +182,7 @@ fn stated_worst(rows: &[Printed]) -> [f64; 2] {
 }
 
 /// Global axis of a word of the tables.
-fn direction(word: &str) -> Option<Direction> {
+pub(super) fn direction(word: &str) -> Option<Direction> {
     Direction::ALL
         .into_iter()
         .find(|direction| direction.word() == word)
@@ -267,23 +272,7 @@ impl PaperReport {
     /// The same for programs.
     #[must_use]
     pub fn json(&self) -> Value {
-        let cells: Vec<Value> = self
-            .cells
-            .iter()
-            .map(|cell| {
-                json!({
-                    "table": cell.table,
-                    "row": cell.row,
-                    "place": cell.place,
-                    "quantity": cell.quantity,
-                    "paper": cell.paper,
-                    "ours": cell.ours.ok(),
-                    "ratio": cell.ratio(),
-                    "reproduced": cell.is_reproduced(),
-                    "reason": cell.ours.err().or(cell.remark),
-                })
-            })
-            .collect();
+        let cells: Vec<Value> = self.cells.iter().map(cell_json).collect();
         json!({
             "cells": cells,
             "stated_worst_percent": self.stated_worst_percent,
@@ -293,8 +282,23 @@ impl PaperReport {
     }
 }
 
+/// A cell for programs.
+pub(super) fn cell_json(cell: &PaperCell) -> Value {
+    json!({
+        "table": cell.table,
+        "row": cell.row,
+        "place": cell.place,
+        "quantity": cell.quantity,
+        "paper": cell.paper,
+        "ours": cell.ours.ok(),
+        "ratio": cell.ratio(),
+        "reproduced": cell.is_reproduced(),
+        "reason": cell.ours.err().or(cell.remark),
+    })
+}
+
 /// A count as a count, anything else with five digits.
-fn printed(value: f64) -> String {
+pub(super) fn printed(value: f64) -> String {
     if value.fract() == 0.0 && value.abs() < 100.0 {
         format!("{value:.0}")
     } else {

@@ -197,6 +197,12 @@ impl Robot {
         model::violated_limits(self, pose)
     }
 
+    /// Whether a pose breaks no limit by more than 1e-9 degree; as [`Robot::violated_limits`], without words for each.
+    #[must_use]
+    pub fn is_within_limits(&self, pose: &Pose) -> bool {
+        model::is_within_limits(self, pose)
+    }
+
     /// The error for a name this robot lacks.
     fn unknown<'a>(
         &self,

@@ -32,6 +32,14 @@ pub struct Limit {
 }
 
 impl Limit {
+    /// What the limit bounds from below, in a pose, degrees.
+    fn sum_deg(&self, pose: &Pose) -> f64 {
+        let terms = self.terms.iter();
+        terms
+            .map(|(variable, c)| c * pose.angles_deg[*variable])
+            .sum()
+    }
+
     /// The limit in words, for example `theta2 - theta3 >= 52.17`.
     #[must_use]
     pub fn in_words(&self, robot: &Robot) -> String {
@@ -227,7 +235,7 @@ pub struct NamedPose {
 }
 
 /// Multipliers of A, Iy, Iz, J by element class (the paper's eq. (16)).
-#[derive(Debug, Clone, Copy, PartialEq, serde::Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct FittingFactors {
     /// Of beams, order A, Iy, Iz, J.
     pub beam: [f64; 4],
@@ -252,6 +260,19 @@ impl FittingFactors {
     }
 }
 
+/// Whether a pose breaks no limit.
+pub(super) fn is_within_limits(robot: &Robot, pose: &Pose) -> bool {
+    let keeps = |(variable, &angle): (&Variable, &f64)| {
+        variable.min_deg - angle <= LIMIT_TOLERANCE_DEG
+            && angle - variable.max_deg <= LIMIT_TOLERANCE_DEG
+    };
+    let own = robot.variables.iter().zip(&pose.angles_deg).all(keeps);
+    own && robot
+        .limits
+        .iter()
+        .all(|limit| limit.at_least_deg - limit.sum_deg(pose) <= LIMIT_TOLERANCE_DEG)
+}
+
 /// Limits that a pose breaks.
 pub(super) fn violated_limits(robot: &Robot, pose: &Pose) -> Vec<LimitViolation> {
     let mut violations = Vec::new();
@@ -274,12 +295,9 @@ pub(super) fn violated_limits(robot: &Robot, pose: &Pose) -> Vec<LimitViolation>
         check(angle - max_deg, &|| format!("{name} <= {max_deg}"));
     }
     for limit in &robot.limits {
-        let sum: f64 = limit
-            .terms
-            .iter()
-            .map(|(variable, c)| c * pose.angles_deg[*variable])
-            .sum();
-        check(limit.at_least_deg - sum, &|| limit.in_words(robot));
+        check(limit.at_least_deg - limit.sum_deg(pose), &|| {
+            limit.in_words(robot)
+        });
     }
     violations
 }

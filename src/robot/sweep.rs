@@ -331,6 +331,16 @@ impl PoseBundles<'_> {
         }
     }
 
+    /// Places and solves one pose, in the first place there is room for; `None` if the lanes have no result for it.
+    ///
+    /// The results are those of [`PoseSweep::run`], byte by byte.
+    pub fn one(&mut self, pose: &Pose) -> Option<(SweptPose, Compliance6)> {
+        self.lanes.place(0, std::slice::from_ref(pose));
+        self.lanes.solve(0);
+        let swept = self.lanes.pose(0)?;
+        Some((swept, self.lanes.compliance(0)))
+    }
+
     /// How often a part of the structure was found where it stood before, and not worked out again.
     #[must_use]
     pub fn reused_parts(&self) -> u64 {

@@ -14,6 +14,7 @@ mod files;
 mod instruments;
 #[cfg(unix)]
 mod lines;
+mod map;
 #[cfg(unix)]
 mod permissions;
 mod physics;

@@ -1,0 +1,169 @@
+//! The arguments of `map`.
+
+use std::path::PathBuf;
+
+use clap::{Args, Subcommand, ValueEnum};
+
+use crate::cli::args::at_least_one;
+use crate::distribution::{MapColumn, Sampling, Shard};
+
+/// Arguments of `map`.
+#[derive(Debug, Args)]
+#[command(
+    args_conflicts_with_subcommands = true,
+    after_help = "Examples:\n  stiffbench map                                     the paper's six mechanisms in 50 000 random poses\n  stiffbench map --mechanism A,F --poses 200000 --out maps\n  stiffbench map --mechanism F --direction x,y,z --direction 0,1,1 --json\n  stiffbench map --model my-session/diagnosis/model.toml --at-load 50\n  stiffbench map --poses 1000000 --shard 3/8 --out shards\n  stiffbench map merge shards/*.map-shard --out maps"
+)]
+pub(in crate::cli) struct MapArgs {
+    /// Joining shards instead.
+    #[command(subcommand)]
+    pub(super) what: Option<MapCommand>,
+    /// The study.
+    #[command(flatten)]
+    pub(super) study: StudyArgs,
+    /// Work out the share K of N only and write it as a shard file into the folder of --out; map merge joins them
+    #[arg(long, value_name = "K/N", value_parser = shard, requires = "out")]
+    pub(super) shard: Option<Shard>,
+    /// Folder for the points (CSV), meshes for ParaView (VTU), tables and numbers
+    #[arg(long, value_name = "FOLDER")]
+    pub(super) out: Option<PathBuf>,
+}
+
+/// Subcommands of `map`.
+#[derive(Debug, Subcommand)]
+pub(super) enum MapCommand {
+    /// Join shards: the result is that of the whole study, byte by byte, however it was split
+    Merge(MergeArgs),
+}
+
+/// Arguments of `map merge`.
+#[derive(Debug, Args)]
+#[command(after_help = "Example:\n  stiffbench map merge shards/*.map-shard --out maps")]
+pub(super) struct MergeArgs {
+    /// Shard files
+    #[arg(required = true)]
+    pub(super) shards: Vec<PathBuf>,
+    /// Folder for the points (CSV), meshes for ParaView (VTU), tables and numbers
+    #[arg(long, value_name = "FOLDER")]
+    pub(super) out: Option<PathBuf>,
+}
+
+/// What a map is of.
+#[derive(Debug, Clone, Args)]
+pub(super) struct StudyArgs {
+    /// Robot file, or the name of a shipped robot [default: the model's, else hp-robot]
+    #[arg(long, value_name = "FILE|NAME")]
+    pub(super) robot: Option<String>,
+    /// Mechanisms, comma-separated, or all [default: the model's, else all]
+    #[arg(long, value_name = "NAME,...", value_delimiter = ',')]
+    pub(super) mechanism: Vec<String>,
+    /// Factor set of the robot, or a TOML file with tables beam and link [default: the fit's or the model's, else m_fsd, else unit]
+    #[arg(long, value_name = "NAME|FILE", conflicts_with = "fit")]
+    pub(super) factors: Option<String>,
+    /// What stiffbench fit --json printed: its factors, and their uncertainty carried to the map
+    #[arg(long, value_name = "FILE")]
+    pub(super) fit: Option<PathBuf>,
+    /// Model with found physics, as diagnose writes it
+    #[arg(long, value_name = "FILE")]
+    pub(super) model: Option<PathBuf>,
+    /// Effect beside the beams, LAW@PLACE:NAME=VALUE,... (docs/physics.md); more than once for more effects
+    #[arg(long = "effect", value_name = "EFFECT")]
+    pub(super) effects: Vec<String>,
+    /// Load at which joints that are not linear have their secant stiffness, N
+    #[arg(long, value_name = "N", value_parser = load, allow_negative_numbers = true)]
+    pub(super) at_load: Option<f64>,
+    /// Poses within the limits; a grid has at least as many
+    #[arg(long, default_value_t = 50_000, value_parser = at_least_one())]
+    pub(super) poses: usize,
+    /// How poses are chosen
+    #[arg(long, value_enum, default_value_t = SamplingWord::MonteCarlo)]
+    pub(super) sampling: SamplingWord,
+    /// Seed of the poses
+    #[arg(long, default_value_t = 0)]
+    pub(super) seed: u64,
+    /// Variables to vary, comma-separated [default: those that change reach or height]
+    #[arg(long, value_delimiter = ',', value_name = "VARIABLE,...")]
+    pub(super) vary: Option<Vec<String>>,
+    /// Directions: axes (x,y,z) or a vector (0,1,1); more than once for more [default: x,y,z]
+    #[arg(long = "direction", value_name = "AXES|X,Y,Z", value_parser = directions, allow_hyphen_values = true)]
+    pub(super) directions: Vec<Directions>,
+    /// Leave out the principal stiffnesses
+    #[arg(long)]
+    pub(super) no_principal: bool,
+}
+
+/// How poses are chosen.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub(super) enum SamplingWord {
+    /// At random, evenly
+    MonteCarlo,
+    /// Middles of equal cells
+    Grid,
+    /// More even than chance, any number of them
+    LowDiscrepancy,
+}
+
+impl From<SamplingWord> for Sampling {
+    fn from(word: SamplingWord) -> Self {
+        match word {
+            SamplingWord::MonteCarlo => Self::MonteCarlo,
+            SamplingWord::Grid => Self::Grid,
+            SamplingWord::LowDiscrepancy => Self::LowDiscrepancy,
+        }
+    }
+}
+
+/// What one `--direction` names.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct Directions(pub(super) Vec<MapColumn>);
+
+/// Names of axes, or one vector.
+fn directions(text: &str) -> Result<Directions, String> {
+    let wrong = || {
+        "axes like x,y,z or three numbers with commas between them are needed, for example 0,1,1"
+            .to_owned()
+    };
+    let parts: Vec<&str> = text.split(',').map(str::trim).collect();
+    let axes = MapColumn::axes();
+    let named: Option<Vec<MapColumn>> = parts
+        .iter()
+        .map(|part| axes.iter().find(|axis| axis.name() == *part).cloned())
+        .collect();
+    if let Some(named) = named {
+        return Ok(Directions(named));
+    }
+    let numbers: Result<Vec<f64>, _> = parts.iter().map(|part| part.parse()).collect();
+    let vector = numbers
+        .ok()
+        .and_then(|numbers| <[f64; 3]>::try_from(numbers).ok());
+    let column = MapColumn::along(&parts.join(","), vector.ok_or_else(wrong)?);
+    let no_direction = "a vector of finite numbers that are not all zero is needed";
+    Ok(Directions(vec![
+        column.ok_or_else(|| no_direction.to_owned())?,
+    ]))
+}
+
+/// K/N with K from 1 to N.
+fn shard(text: &str) -> Result<Shard, String> {
+    let parsed = text.split_once('/').and_then(|(k, n)| {
+        Some((
+            k.trim().parse::<usize>().ok()?,
+            n.trim().parse::<usize>().ok()?,
+        ))
+    });
+    match parsed {
+        Some((k, n)) if (1..=n).contains(&k) => Ok(Shard {
+            index: k - 1,
+            count: n,
+        }),
+        _ => Err("K/N with K from 1 to N is needed, for example 3/8".to_owned()),
+    }
+}
+
+/// A load above zero.
+fn load(text: &str) -> Result<f64, String> {
+    match text.parse::<f64>() {
+        // Laws are the same for both signs.
+        Ok(load) if load.is_finite() && load != 0.0 => Ok(load.abs()),
+        _ => Err("a load other than zero is needed, in N".to_owned()),
+    }
+}

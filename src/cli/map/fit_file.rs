@@ -1,0 +1,105 @@
+//! Factors with their covariance, from what `stiffbench fit --json` printed.
+
+use std::fs;
+use std::path::Path;
+
+use serde_json::Value;
+
+use crate::cli::failure::{CliError, Failure};
+use crate::distribution::FactorCovariance;
+use crate::fit::{FACTOR_NAMES, FACTORS, factors_from_vector};
+use crate::robot::FittingFactors;
+
+use super::job::wrong;
+
+/// What a fit found.
+pub(super) struct Fitted {
+    pub(super) factors_name: String,
+    pub(super) factors: FittingFactors,
+    pub(super) covariance: Option<FactorCovariance>,
+    /// What the covariance leaves out.
+    pub(super) notes: Vec<String>,
+}
+
+/// Reads a fit.
+pub(super) fn read_fit(path: &Path) -> Result<Fitted, Failure> {
+    let text = fs::read_to_string(path).map_err(|source| CliError::Read {
+        path: path.to_owned(),
+        source,
+    })?;
+    let refuse = |problem: String| {
+        wrong(
+            &format!("--fit {}", path.display()),
+            problem,
+            "stiffbench fit DATA --json > fit.json, then --fit fit.json",
+        )
+    };
+    let whole: Value =
+        serde_json::from_str(&text).map_err(|error| refuse(format!("it is no JSON: {error}")))?;
+    if whole["kind"] != "fit" || whole["ok"] != true {
+        return Err(refuse("it is not what stiffbench fit --json prints".to_owned()).into());
+    }
+    let data = &whole["data"];
+    let mut vector = [0.0; FACTORS];
+    // Place of the factor whose covariance each factor has.
+    let mut source: [Option<usize>; FACTORS] = [None; FACTORS];
+    let names = data["correlation"]["names"]
+        .as_array()
+        .cloned()
+        .unwrap_or_default();
+    let mut notes = Vec::new();
+    for (place, name) in FACTOR_NAMES.iter().enumerate() {
+        let (class, constant) = name.split_once('.').unwrap_or_default();
+        let entry = &data["factors"][class][constant];
+        vector[place] = entry["value"]
+            .as_f64()
+            .filter(|value| *value > 0.0)
+            .ok_or_else(|| refuse(format!("it has no value of {name}")))?;
+        let own = entry["tied_to"].as_str().unwrap_or(name);
+        source[place] = names.iter().position(|known| known == own);
+        let status = entry["status"].as_str().unwrap_or_default();
+        if ["at_bound", "not_identified"].contains(&status) {
+            notes.push(format!(
+                "{name} is {}: the uncertainty of the map takes {}",
+                status.replace('_', " "),
+                if source[place].is_some() {
+                    "its second-order one"
+                } else {
+                    "it as exact"
+                }
+            ));
+        }
+    }
+    let covariance = covariance(data, &source);
+    if covariance.is_none() {
+        notes.push(
+            "the fit has no covariance: the map has no uncertainty of the factors".to_owned(),
+        );
+    }
+    Ok(Fitted {
+        factors_name: format!("of {}", path.display()),
+        factors: factors_from_vector(&vector),
+        covariance,
+        notes,
+    })
+}
+
+/// The covariance of the logarithms; `None` if the fit has none.
+fn covariance(data: &Value, source: &[Option<usize>; FACTORS]) -> Option<FactorCovariance> {
+    let correlation = data["correlation"].as_object()?;
+    let u = correlation.get("u_ln")?.as_array()?;
+    let coefficients = correlation.get("matrix")?.as_array()?;
+    let mut matrix = [[0.0; FACTORS]; FACTORS];
+    for (i, row) in matrix.iter_mut().enumerate() {
+        for (j, entry) in row.iter_mut().enumerate() {
+            if let (Some(a), Some(b)) = (source[i], source[j]) {
+                let coefficient = coefficients.get(a)?.get(b)?.as_f64()?;
+                *entry = coefficient * u.get(a)?.as_f64()? * u.get(b)?.as_f64()?;
+            }
+        }
+    }
+    Some(FactorCovariance {
+        matrix,
+        dof: correlation.get("dof").and_then(Value::as_f64),
+    })
+}

@@ -1,0 +1,135 @@
+//! `stiffbench map merge`.
+
+use crate::cli::failure::Failure;
+use crate::cli::outcome::Outcome;
+use crate::distribution::{PoseSet, Shard, StiffnessMap, row_width};
+
+use super::args::MergeArgs;
+use super::finish;
+use super::job::MapJob;
+use super::shard::{ShardError, ShardFile, read};
+
+/// Joins shards to the whole study.
+pub(super) fn run(args: &MergeArgs) -> Result<Outcome, Failure> {
+    let shards: Vec<ShardFile> = args
+        .shards
+        .iter()
+        .map(|path| read(path))
+        .collect::<Result<_, _>>()?;
+    let Some((first, others)) = shards.split_first() else {
+        unreachable!("the command line asks for one or more");
+    };
+    for other in others {
+        let differs = differences(&first.job, &other.job);
+        if !differs.is_empty() {
+            return Err(ShardError::Foreign {
+                path: other.path.clone(),
+                first: first.path.clone(),
+                differs: differs.join(", "),
+            }
+            .into());
+        }
+    }
+    let job = &first.job;
+    let robot = job.robot()?;
+    let poses = job.pose_set(&robot, Shard::WHOLE)?;
+    let maps = (0..job.mechanisms.len())
+        .map(|mechanism| join(job, &poses, &shards, mechanism))
+        .collect::<Result<_, ShardError>>()?;
+    finish(job, &robot, poses, maps, args.out.as_deref())
+}
+
+/// What two studies do not have in common, in words.
+fn differences(one: &MapJob, other: &MapJob) -> Vec<&'static str> {
+    let robots = |job: &MapJob| job.robot_text.clone();
+    let pairs = [
+        ("the versions of the program", one.version == other.version),
+        ("the robots", robots(one) == robots(other)),
+        (
+            "the factors",
+            one.factors == other.factors && one.factors_name == other.factors_name,
+        ),
+        (
+            "the uncertainties of the fit",
+            one.covariance == other.covariance,
+        ),
+        ("the loads of the laws", one.at_load_n == other.at_load_n),
+        (
+            "the mechanisms or their effects",
+            one.mechanisms == other.mechanisms,
+        ),
+        ("the samplings", one.sampling == other.sampling),
+        ("the numbers of poses", one.poses == other.poses),
+        ("the seeds", one.seed == other.seed),
+        ("the variables that vary", one.held == other.held),
+        ("the directions", one.columns == other.columns),
+    ];
+    pairs
+        .into_iter()
+        .filter(|(_, same)| !same)
+        .map(|(what, _)| what)
+        .collect()
+}
+
+/// The map of one mechanism from all shards, pose by pose in the order of the whole.
+fn join(
+    job: &MapJob,
+    poses: &PoseSet,
+    shards: &[ShardFile],
+    mechanism: usize,
+) -> Result<StiffnessMap, ShardError> {
+    let width = row_width(&job.columns);
+    // For each pose of the whole the shard that has it, and its row there, or why it has none.
+    let mut found: Vec<Option<(usize, Result<usize, &str>)>> = vec![None; poses.len()];
+    for (index, shard) in shards.iter().enumerate() {
+        let map = &shard.maps[mechanism];
+        let rows = map.ids.iter().enumerate().map(|(row, &id)| (id, Ok(row)));
+        let failed = map
+            .failed
+            .iter()
+            .map(|(id, reason)| (*id, Err(reason.as_str())));
+        for (id, what) in rows.chain(failed) {
+            let Ok(place) = poses.ids.binary_search(&id) else {
+                return Err(ShardError::Damaged {
+                    path: shard.path.clone(),
+                    problem: format!("its study has no pose {id}"),
+                });
+            };
+            if let Some((other, _)) = found[place] {
+                return Err(ShardError::Overlap {
+                    path: shards[other].path.clone(),
+                    other: shard.path.clone(),
+                    id,
+                });
+            }
+            found[place] = Some((index, what));
+        }
+    }
+    let mut map = StiffnessMap {
+        mechanism: job.mechanisms[mechanism].name.clone(),
+        columns: job.columns.clone(),
+        places: Vec::with_capacity(poses.len()),
+        failed: Vec::new(),
+        values: Vec::with_capacity(poses.len() * width),
+    };
+    let missing = found.iter().filter(|found| found.is_none()).count();
+    for (place, found) in found.into_iter().enumerate() {
+        match found {
+            Some((index, Ok(row))) => {
+                map.places.push(place as u32);
+                let values = &shards[index].maps[mechanism].values;
+                map.values
+                    .extend_from_slice(&values[row * width..][..width]);
+            }
+            Some((_, Err(reason))) => map.failed.push((place as u32, reason.to_owned())),
+            None => {
+                return Err(ShardError::Incomplete {
+                    missing,
+                    whole: poses.len(),
+                    first: poses.ids[place],
+                });
+            }
+        }
+    }
+    Ok(map)
+}

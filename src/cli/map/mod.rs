@@ -1,0 +1,95 @@
+//! `stiffbench map`.
+
+mod args;
+mod files;
+mod fit_file;
+mod job;
+mod merge;
+mod prepare;
+mod shard;
+
+use std::path::Path;
+
+use serde_json::json;
+
+use crate::distribution::{PoseSet, Shard, StiffnessMap, StudyPoses};
+use crate::robot::Robot;
+
+use super::failure::Failure;
+use super::outcome::Outcome;
+
+pub(super) use args::MapArgs;
+
+use args::MapCommand;
+use files::write_all;
+use job::MapJob;
+use prepare::prepare;
+
+/// Stiffness over the workspace, whole or a share of it, or shares joined.
+pub(super) fn run(args: &MapArgs) -> Result<Outcome, Failure> {
+    if let Some(MapCommand::Merge(args)) = &args.what {
+        return merge::run(args);
+    }
+    let (job, warnings) = prepare(&args.study)?;
+    let outcome = match (args.shard, &args.out) {
+        (Some(share), Some(folder)) => one_shard(&job, share, folder),
+        _ => whole(&job, args.out.as_deref()),
+    }?;
+    Ok(outcome.with_more_warnings(warnings))
+}
+
+/// The whole study.
+fn whole(job: &MapJob, out: Option<&Path>) -> Result<Outcome, Failure> {
+    let robot = job.robot()?;
+    let physics = job.physics(&robot)?;
+    let poses = job.pose_set(&robot, Shard::WHOLE)?;
+    let maps = job.maps(&robot, &physics, &poses)?;
+    finish(job, &robot, poses, maps, out)
+}
+
+/// All that is said and written of maps, however they came about.
+fn finish(
+    job: &MapJob,
+    robot: &Robot,
+    poses: PoseSet,
+    maps: Vec<StiffnessMap>,
+    out: Option<&Path>,
+) -> Result<Outcome, Failure> {
+    let physics = job.physics(robot)?;
+    let poses = StudyPoses::new(poses, job.sampling);
+    let report = job.report(robot, &physics, &poses, maps)?;
+    let (text, data) = (report.text(), report.json());
+    let written = match out {
+        Some(folder) => write_all(folder, &report, &text, &data)?,
+        None => Vec::new(),
+    };
+    let written = written
+        .iter()
+        .map(|path| format!("wrote {}", path.display()));
+    Ok(Outcome::new("map", text, data).with_warnings(written.collect()))
+}
+
+/// A share, to a file.
+fn one_shard(job: &MapJob, share: Shard, folder: &Path) -> Result<Outcome, Failure> {
+    let robot = job.robot()?;
+    let physics = job.physics(&robot)?;
+    let poses = job.pose_set(&robot, share)?;
+    let maps = job.maps(&robot, &physics, &poses)?;
+    let path = folder.join(format!("{}-of-{}.map-shard", share.index + 1, share.count));
+    shard::write(&path, job, &poses, &maps)?;
+    let text = format!(
+        "{}: {} of {} poses, {} mechanisms\nNext, when all shares are there: stiffbench map merge {}/*.map-shard --out FOLDER\n",
+        path.display(),
+        poses.len(),
+        poses.whole,
+        maps.len(),
+        folder.display()
+    );
+    let data = json!({
+        "shard": format!("{}/{}", share.index + 1, share.count),
+        "file": path,
+        "poses": poses.len(),
+        "of": poses.whole,
+    });
+    Ok(Outcome::new("map-shard", text, data))
+}

@@ -1,0 +1,197 @@
+//! From the arguments to a study.
+
+use crate::cli::args::ModelArgs;
+use crate::cli::data::{Chosen, choose};
+use crate::cli::failure::Failure;
+use crate::distribution::{MapColumn, variables_beside_the_plane};
+use crate::physics::{ActingPhysics, Effect, EffectError, Law, PlaceKind};
+use crate::robot::{Mechanism, Robot};
+
+use super::args::StudyArgs;
+use super::fit_file::{Fitted, read_fit};
+use super::job::{MapJob, MechanismJob, SCHEMA, wrong};
+
+/// The study that the arguments ask for, and what a user should know of it.
+pub(super) fn prepare(args: &StudyArgs) -> Result<(MapJob, Vec<String>), Failure> {
+    let fit = args.fit.as_deref().map(read_fit).transpose()?;
+    // The effects are put into each mechanism below: the choice is to find robot, factors and the model's mechanism only.
+    let bare = ModelArgs {
+        robot: args.robot.clone(),
+        mechanism: None,
+        factors: args.factors.clone(),
+        model: args.model.clone(),
+        effects: Vec::new(),
+    };
+    let (chosen, effects) = choose_without_effects(&bare, &args.effects)?;
+    let mut warnings = chosen.warnings.clone();
+    let robot = &chosen.robot;
+    let names = mechanisms(args, robot, &chosen)?;
+    let mechanisms = with_effects(robot, &names, &effects, &mut warnings)?;
+    let linear = !effects
+        .iter()
+        .any(|effect| effect.law.is_of_a_joint() && effect.law != Law::JointCompliance);
+    let mut held = held_variables(args, robot)?;
+    held.sort();
+    let Fitted {
+        factors_name,
+        factors,
+        covariance,
+        notes,
+    } = fit.unwrap_or(Fitted {
+        factors_name: chosen.factors_name.clone(),
+        factors: chosen.factors,
+        covariance: None,
+        notes: Vec::new(),
+    });
+    warnings.extend(notes);
+    let job = MapJob {
+        schema: SCHEMA.to_owned(),
+        version: env!("CARGO_PKG_VERSION").to_owned(),
+        robot_file: chosen.source.name.clone(),
+        robot_text: chosen.source.text.clone(),
+        factors_name,
+        factors,
+        covariance,
+        at_load_n: args.at_load,
+        mechanisms,
+        sampling: args.sampling.into(),
+        poses: args.poses,
+        seed: args.seed,
+        held,
+        columns: columns(args, linear),
+    };
+    if !linear && !args.no_principal {
+        warnings
+            .push("laws that are not linear have no principal stiffnesses: left out".to_owned());
+    }
+    if linear && args.at_load.is_some() {
+        warnings.push("--at-load: every law is linear, and the load changes nothing".to_owned());
+    }
+    if job.covariance.is_some() && !linear {
+        warnings.push(
+            "the uncertainty of the fit is carried through linear laws only: left out".to_owned(),
+        );
+    }
+    Ok((job, warnings))
+}
+
+/// Robot, factors and effects; of the effects those of a model first.
+fn choose_without_effects(
+    bare: &ModelArgs,
+    added: &[String],
+) -> Result<(Chosen, Vec<Effect>), Failure> {
+    let chosen = choose(bare, None)?;
+    let mut effects = chosen.physics.effects.clone();
+    for text in added {
+        effects.push(text.parse()?);
+    }
+    Ok((chosen, effects))
+}
+
+/// The mechanisms to study, each once.
+fn mechanisms(args: &StudyArgs, robot: &Robot, chosen: &Chosen) -> Result<Vec<String>, Failure> {
+    if args.mechanism.is_empty() && args.model.is_some() {
+        return Ok(vec![chosen.mechanism.clone()]);
+    }
+    if args.mechanism.is_empty() || args.mechanism == ["all"] {
+        return Ok(robot.mechanisms.keys().cloned().collect());
+    }
+    let mut names: Vec<String> = Vec::new();
+    for name in &args.mechanism {
+        robot.mechanism(Some(name))?;
+        if names.contains(name) {
+            return Err(wrong(
+                &format!("--mechanism {name}"),
+                "it is named twice".to_owned(),
+                "name each mechanism once, for example --mechanism A,F",
+            )
+            .into());
+        }
+        names.push(name.clone());
+    }
+    Ok(names)
+}
+
+/// The effects of each mechanism: those of the bench in none, and those whose joint or element it lacks not in it.
+fn with_effects(
+    robot: &Robot,
+    names: &[String],
+    effects: &[Effect],
+    warnings: &mut Vec<String>,
+) -> Result<Vec<MechanismJob>, Failure> {
+    let mut jobs: Vec<MechanismJob> = names
+        .iter()
+        .map(|name| MechanismJob {
+            name: name.clone(),
+            effects: Vec::new(),
+        })
+        .collect();
+    for effect in effects {
+        let kind = effect.law.place_kind();
+        if !matches!(
+            kind,
+            PlaceKind::Joint | PlaceKind::Axis | PlaceKind::Element
+        ) {
+            warnings.push(format!(
+                "{effect}: of the bench, not of the robot, and not in its map"
+            ));
+            continue;
+        }
+        let mut absent = None;
+        let mut lacking = Vec::new();
+        for job in &mut jobs {
+            match in_mechanism(robot, robot.mechanism(Some(&job.name))?, effect) {
+                Ok(()) => job.effects.push(effect.compact()),
+                Err(error @ EffectError::Unknown { .. }) => {
+                    lacking.push(job.name.clone());
+                    absent = Some(error);
+                }
+                Err(other) => return Err(other.into()),
+            }
+        }
+        match absent {
+            Some(error) if lacking.len() == jobs.len() => return Err(error.into()),
+            Some(_) => warnings.push(format!(
+                "{}: not in mechanism {}, which has no such place",
+                effect.title(),
+                lacking.join(", ")
+            )),
+            None => {}
+        }
+    }
+    Ok(jobs)
+}
+
+fn in_mechanism(robot: &Robot, mechanism: &Mechanism, effect: &Effect) -> Result<(), EffectError> {
+    ActingPhysics::new(robot, mechanism, vec![effect.clone()]).map(|_| ())
+}
+
+/// Variables that stay at their nominal value.
+fn held_variables(args: &StudyArgs, robot: &Robot) -> Result<Vec<String>, Failure> {
+    let Some(vary) = &args.vary else {
+        return Ok(variables_beside_the_plane(robot, robot.mechanism(None)?)?);
+    };
+    for name in vary {
+        robot.variable(name)?;
+    }
+    let names = robot.variables.iter().map(|variable| variable.name.clone());
+    Ok(names.filter(|name| !vary.contains(name)).collect())
+}
+
+/// The columns, each once.
+fn columns(args: &StudyArgs, linear: bool) -> Vec<MapColumn> {
+    let mut columns: Vec<MapColumn> = Vec::new();
+    let asked = args.directions.iter().flat_map(|directions| &directions.0);
+    for column in asked {
+        if !columns.iter().any(|known| known.unit() == column.unit()) {
+            columns.push(column.clone());
+        }
+    }
+    if columns.is_empty() {
+        columns = MapColumn::axes();
+    }
+    if linear && !args.no_principal {
+        columns.extend(MapColumn::principal());
+    }
+    columns
+}

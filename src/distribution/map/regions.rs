@@ -1,0 +1,175 @@
+//! Where a mechanism is stiff, and where it is not.
+//!
+//! Decision: low, medium and high are the three equal parts of the range from the smallest to the largest stiffness of the map, as the
+//! colours of a picture of it show them.
+
+use super::StiffnessMap;
+use super::statistics::ColumnStatistics;
+use crate::distribution::pose_set::PoseSet;
+use crate::distribution::{Extreme, WorkspacePlan};
+
+/// A third of the range.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Level {
+    /// The lowest third.
+    Low,
+    /// The middle third.
+    Medium,
+    /// The highest third.
+    High,
+}
+
+/// Where the stiffness of a column is low, medium or high.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Region {
+    /// Which third of the range.
+    pub level: Level,
+    /// Stiffness from and to, N/m.
+    pub between_n_per_m: [f64; 2],
+    /// Share of the poses.
+    pub share_of_poses: f64,
+    /// Share of the area in the plane of reach and height; `None` where poses make no surface.
+    pub share_of_area: Option<f64>,
+    /// Mean of reach and height, m; `None` if no pose is in it.
+    pub centre_m: Option<[f64; 2]>,
+    /// Smallest and largest reach, smallest and largest height, m.
+    pub extent_m: Option<[[f64; 2]; 2]>,
+    /// Smallest and largest value of each free variable, degrees, in the order of [`PoseSet::free`].
+    pub angles_deg: Vec<[f64; 2]>,
+    /// Outermost points of the map that lie in it.
+    pub holds: Vec<Extreme>,
+}
+
+/// The regions of a column, from the lowest.
+#[must_use]
+pub fn regions(
+    map: &StiffnessMap,
+    poses: &PoseSet,
+    surface: Option<&[[u32; 3]]>,
+    statistics: &ColumnStatistics,
+    column: usize,
+) -> [Region; 3] {
+    let low = statistics.smallest.stiffness_n_per_m;
+    let high = statistics.largest.stiffness_n_per_m;
+    let third = (high - low) / 3.0;
+    let level_of = |stiffness: f64| {
+        usize::from(stiffness >= low + third) + usize::from(stiffness >= high - third)
+    };
+    let mut regions = [Level::Low, Level::Medium, Level::High].map(|level| {
+        let from = low + third * f64::from(level as u8);
+        Gathered::new(level, [from, from + third], poses.free.len())
+    });
+    let mut outermost: [Option<(f64, usize)>; 4] = [None; 4];
+    for (row, stiffness) in map.column(column).enumerate() {
+        let zy = reach_and_height(map.end_m(row));
+        let level = level_of(stiffness);
+        let place = map.places[row] as usize;
+        regions[level].add(zy, poses.free_angles_deg(place));
+        for (best, extreme) in outermost.iter_mut().zip(Extreme::ALL) {
+            let value = extreme.of_reach_and_height(zy);
+            if best.is_none_or(|(known, _)| value > known) {
+                *best = Some((value, level));
+            }
+        }
+    }
+    for (best, extreme) in outermost.into_iter().zip(Extreme::ALL) {
+        if let Some((_, level)) = best {
+            regions[level].region.holds.push(extreme);
+        }
+    }
+    let areas = surface.map(|triangles| areas(map, triangles, column, level_of));
+    let total: f64 = areas.iter().flatten().sum();
+    let mut levels = 0..3;
+    regions.map(|gathered| {
+        let level = levels.next().unwrap_or_default();
+        let area = areas
+            .filter(|_| total > 0.0)
+            .map(|areas| areas[level] / total);
+        gathered.region(map.len(), area)
+    })
+}
+
+/// Area of the triangles whose mean stiffness is of each level, m².
+fn areas(
+    map: &StiffnessMap,
+    triangles: &[[u32; 3]],
+    column: usize,
+    level_of: impl Fn(f64) -> usize,
+) -> [f64; 3] {
+    let mut areas = [0.0; 3];
+    for corners in triangles {
+        let rows = corners.map(|corner| corner as usize);
+        let [a, b, c] = rows.map(|row| reach_and_height(map.end_m(row)));
+        let twice = (b[0] - a[0]) * (c[1] - a[1]) - (c[0] - a[0]) * (b[1] - a[1]);
+        let mean = rows
+            .map(|row| map.stiffness_n_per_m(row, column))
+            .iter()
+            .sum::<f64>()
+            / 3.0;
+        areas[level_of(mean)] += 0.5 * twice.abs();
+    }
+    areas
+}
+
+/// Reach and height of the end, m, as [`WorkspacePlan::paper`] measures them.
+fn reach_and_height(end_m: [f64; 3]) -> [f64; 2] {
+    WorkspacePlan::paper().reach_and_height(end_m)
+}
+
+/// A region on the way.
+struct Gathered {
+    region: Region,
+    poses: usize,
+    sums: [f64; 2],
+}
+
+impl Gathered {
+    fn new(level: Level, between_n_per_m: [f64; 2], free: usize) -> Self {
+        let nothing = [f64::INFINITY, f64::NEG_INFINITY];
+        Self {
+            region: Region {
+                level,
+                between_n_per_m,
+                share_of_poses: 0.0,
+                share_of_area: None,
+                centre_m: None,
+                extent_m: Some([nothing; 2]),
+                angles_deg: vec![nothing; free],
+                holds: Vec::new(),
+            },
+            poses: 0,
+            sums: [0.0; 2],
+        }
+    }
+
+    fn add(&mut self, zy: [f64; 2], angles_deg: &[f64]) {
+        let widen = |[low, high]: &mut [f64; 2], value: f64| {
+            (*low, *high) = (low.min(value), high.max(value));
+        };
+        self.poses += 1;
+        for i in 0..2 {
+            self.sums[i] += zy[i];
+        }
+        if let Some(extent) = &mut self.region.extent_m {
+            for (range, value) in extent.iter_mut().zip(zy) {
+                widen(range, value);
+            }
+        }
+        for (range, &angle) in self.region.angles_deg.iter_mut().zip(angles_deg) {
+            widen(range, angle);
+        }
+    }
+
+    fn region(mut self, all: usize, share_of_area: Option<f64>) -> Region {
+        self.region.share_of_area = share_of_area;
+        self.region.share_of_poses = self.poses as f64 / all as f64;
+        if self.poses == 0 {
+            self.region.extent_m = None;
+            self.region.angles_deg.clear();
+        } else {
+            self.region.centre_m = Some(self.sums.map(|sum| sum / self.poses as f64));
+        }
+        self.region
+    }
+}

@@ -1,0 +1,77 @@
+//! Maps of the stiffness over the workspace, for people, for programs, and as files for others to draw.
+
+mod json;
+mod paper;
+mod points;
+mod text;
+mod vtu;
+
+use crate::distribution::{MechanismStudy, Sampling, StudyPoses};
+use crate::robot::Robot;
+
+use super::paper::PaperCell;
+
+pub use points::{mesh_of, points_csv};
+pub use vtu::{Field, MeshPoints, vtu};
+
+/// Maps of some mechanisms of a robot over the same poses.
+#[derive(Debug)]
+pub struct MapReport<'a> {
+    /// The robot.
+    pub robot: &'a Robot,
+    /// Name of the factors.
+    pub factors_name: String,
+    /// Seed of the poses.
+    pub seed: u64,
+    /// The poses.
+    pub poses: &'a StudyPoses,
+    /// One entry a mechanism, with the effects beside its beams.
+    pub mechanisms: Vec<(Vec<String>, MechanismStudy)>,
+    /// Load at which laws that are not linear are taken, N.
+    pub at_load_n: Option<f64>,
+}
+
+impl MapReport<'_> {
+    /// How the poses were chosen, in words.
+    fn sampling_words(&self) -> String {
+        let set = &self.poses.set;
+        let many = set.len();
+        let chosen = match self.poses.sampling {
+            Sampling::MonteCarlo => format!("{many} random poses (seed {})", self.seed),
+            Sampling::LowDiscrepancy => {
+                format!("{many} low-discrepancy poses (seed {})", self.seed)
+            }
+            Sampling::Grid => format!("{many} poses of a grid"),
+        };
+        let names = |free: bool| -> Vec<&str> {
+            let all = self.robot.variables.iter().enumerate();
+            all.filter(|(index, _)| set.free.contains(index) == free)
+                .map(|(_, variable)| variable.name.as_str())
+                .collect()
+        };
+        let (free, held) = (names(true), names(false));
+        let mut words = format!("{chosen} within the limits, of {} points", set.drawn);
+        if !free.is_empty() {
+            words.push_str(&format!("; {} vary", free.join(", ")));
+        }
+        if !held.is_empty() {
+            words.push_str(&format!("; {} at nominal values", held.join(", ")));
+        }
+        words
+    }
+
+    /// The paper's Tables VII to X beside these maps, cell by cell; empty for a robot that is not the paper's.
+    #[must_use]
+    pub fn paper_cells(&self) -> Vec<PaperCell> {
+        // Only the robots of the paper state its points.
+        if self
+            .robot
+            .poses
+            .iter()
+            .all(|pose| pose.stated_zy_m.is_none())
+        {
+            return Vec::new();
+        }
+        paper::cells(&self.mechanisms)
+    }
+}

@@ -1,0 +1,144 @@
+//! The paper's Tables VII to X beside maps of its mechanisms.
+
+use std::fmt::Write;
+
+use crate::distribution::{ColumnStatistics, MechanismStudy};
+use crate::quantity::NEWTON_PER_METRE_PER_NEWTON_PER_MICROMETRE as N_PER_UM;
+use crate::report::paper::{PaperCell, Printed, direction, printed, printed_rows};
+use crate::report::text::TextTable;
+
+/// Tables of the stiffness distribution, with their titles and what stands beside one another in each.
+const TITLES: [(&str, &str); 4] = [
+    ("VII", "Stiffness distribution along x (lateral)"),
+    ("VIII", "Stiffness distribution along y (vertical)"),
+    ("IX", "Stiffness distribution along z (radial)"),
+    ("X", "Mean stiffness, and its share of that along x"),
+];
+
+/// The printed cells of Tables VII to X with ours, for the mechanisms that were studied; extremes are those of the sample, as the
+/// paper's are.
+pub(super) fn cells(mechanisms: &[(Vec<String>, MechanismStudy)]) -> Vec<PaperCell> {
+    let rows = printed_rows();
+    rows.iter()
+        .filter_map(|row| cell(row, mechanisms))
+        .collect()
+}
+
+fn cell(row: &Printed, mechanisms: &[(Vec<String>, MechanismStudy)]) -> Option<PaperCell> {
+    let (table, _) = TITLES.into_iter().find(|(table, _)| *table == row.table)?;
+    let axis = direction(&row.physical_direction)?.index();
+    let names = row.mechanism_or_model.strip_prefix("mechanism ")?;
+    let of = |name: &str, axis: usize, quantity: &str| -> Option<f64> {
+        let mut studies = mechanisms.iter().map(|(_, study)| study);
+        let study = studies.find(|study| study.map.mechanism == name)?;
+        value(&study.axis(axis)?.statistics, quantity)
+    };
+    // "minimum stiffness", "minimum stiffness, ratio", "mean stiffness relative to x".
+    let quantity = row.quantity.split(" stiffness").next()?;
+    let quantity = if row.quantity.starts_with("stiffness difference") {
+        "difference"
+    } else {
+        quantity
+    };
+    let ours = match names.split_once('/') {
+        Some((name, base)) => of(name, axis, quantity)
+            .zip(of(base, axis, quantity))
+            .map(|(ours, base)| 100.0 * ours / base),
+        None if row.quantity.ends_with("relative to x") => of(names, axis, quantity)
+            .zip(of(names, 0, quantity))
+            .map(|(ours, x)| 100.0 * ours / x),
+        None => of(names, axis, quantity).map(|ours| ours / N_PER_UM),
+    };
+    Some(PaperCell {
+        table,
+        row: row.mechanism_or_model.clone(),
+        place: row.physical_direction.clone(),
+        quantity: format!("{}, {}", row.quantity, row.unit),
+        paper: row.value,
+        ours: ours.ok_or("this mechanism or direction was not studied"),
+        remark: None,
+    })
+}
+
+fn value(statistics: &ColumnStatistics, quantity: &str) -> Option<f64> {
+    let (least, most) = (
+        statistics.smallest.stiffness_n_per_m,
+        statistics.largest.stiffness_n_per_m,
+    );
+    match quantity {
+        "minimum" => Some(least),
+        "maximum" => Some(most),
+        "difference" => Some(most - least),
+        "mean" => Some(statistics.mean.value),
+        _ => None,
+    }
+}
+
+/// The tables with paper, ours and ratio side by side; empty without cells of ours.
+pub(super) fn text(cells: &[PaperCell]) -> String {
+    let mut text = String::new();
+    for (table, title) in TITLES {
+        let cells: Vec<&PaperCell> = cells
+            .iter()
+            .filter(|cell| cell.table == table && cell.ours.is_ok())
+            .collect();
+        if cells.is_empty() {
+            continue;
+        }
+        let _ = writeln!(text, "\nTable {table}. {title}: paper, ours, ours/paper\n");
+        text.push_str(&side_by_side(&cells));
+    }
+    text
+}
+
+/// One line a row of the print, three columns a quantity.
+fn side_by_side(cells: &[&PaperCell]) -> String {
+    // A ratio has a row of its own in the print, under the quantity it is a ratio of.
+    let head_of = |cell: &PaperCell| -> String {
+        let quantity = cell.quantity.split(',').next().unwrap_or_default();
+        let across = cell.table == "X" && !quantity.contains("relative");
+        let quantity = quantity.replace(" stiffness", "").replace("stiffness ", "");
+        if across || quantity.contains("relative") {
+            let axis = direction(&cell.place).map_or_else(String::new, |d| d.to_string());
+            format!("{quantity} {axis}")
+        } else {
+            quantity
+        }
+    };
+    let mut heads: Vec<String> = Vec::new();
+    let mut names: Vec<&str> = Vec::new();
+    for cell in cells {
+        let head = head_of(cell);
+        if !heads.contains(&head) {
+            heads.push(head);
+        }
+        if !names.contains(&cell.row.as_str()) {
+            names.push(&cell.row);
+        }
+    }
+    let mut columns = vec!["row".to_owned()];
+    for head in &heads {
+        columns.extend([head.clone(), "ours".to_owned(), "ratio".to_owned()]);
+    }
+    let columns: Vec<&str> = columns.iter().map(String::as_str).collect();
+    let mut rows = TextTable::new(&columns);
+    for name in names {
+        let mut line = vec![name.to_owned()];
+        for head in &heads {
+            let found = cells
+                .iter()
+                .find(|cell| cell.row == name && head_of(cell) == *head);
+            match found {
+                Some(cell) => line.extend([
+                    printed(cell.paper),
+                    cell.ours.map_or_else(|_| "-".to_owned(), printed),
+                    cell.ratio()
+                        .map_or_else(|| "-".to_owned(), |ratio| format!("{ratio:.2}")),
+                ]),
+                None => line.extend(["-", "-", "-"].map(str::to_owned)),
+            }
+        }
+        rows.row(line);
+    }
+    rows.text()
+}

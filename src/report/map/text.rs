@@ -1,0 +1,299 @@
+//! Maps for people.
+
+use std::fmt::Write;
+
+use crate::distribution::{ColumnStudy, Level, MechanismStudy, Region};
+use crate::quantity::NEWTON_PER_METRE_PER_NEWTON_PER_MICROMETRE as N_PER_UM;
+use crate::report::text::{TextTable, significant};
+
+use super::MapReport;
+use super::paper;
+
+impl MapReport<'_> {
+    /// Statistics, where the extremes and regions lie, and the paper's tables.
+    #[must_use]
+    pub fn text(&self) -> String {
+        let mut text = format!("{}, factors {}\n", self.robot.name, self.factors_name);
+        let _ = writeln!(text, "{}.", self.sampling_words());
+        text.push_str(&self.methods());
+        let columns = self.mechanisms.iter().map(|(_, study)| study.columns.len());
+        for column in 0..columns.max().unwrap_or_default() {
+            let Some(name) = self.column_name(column) else {
+                continue;
+            };
+            let _ = writeln!(text, "\nStiffness along {name}, N/um\n");
+            text.push_str(&self.statistics(column));
+            text.push_str(&self.fits(column));
+        }
+        text.push_str(&self.extremes());
+        text.push_str(&self.regions());
+        text.push_str(&paper::text(&self.paper_cells()));
+        text.push_str(&self.notes());
+        text
+    }
+
+    fn column_name(&self, column: usize) -> Option<String> {
+        let mut studies = self.mechanisms.iter();
+        let study = studies.find_map(|(_, study)| study.columns.get(column))?;
+        let name = study.column.name();
+        Some(if study.column.is_principal() {
+            format!("the {name} of its principal directions")
+        } else {
+            name.to_owned()
+        })
+    }
+
+    fn methods(&self) -> String {
+        let mut text = "\nHow the poses are solved:\n".to_owned();
+        for (effects, study) in &self.mechanisms {
+            let _ = writeln!(
+                text,
+                "  mechanism {}: {}",
+                study.map.mechanism,
+                study.method.join("; ")
+            );
+            for effect in effects {
+                let _ = writeln!(text, "    with {effect}");
+            }
+            if !study.map.failed.is_empty() {
+                let _ = writeln!(
+                    text,
+                    "    {} of the poses cannot be taken, for example: {}",
+                    study.map.failed.len(),
+                    study.map.failed[0].1
+                );
+            }
+        }
+        text
+    }
+
+    fn statistics(&self, column: usize) -> String {
+        let mut rows = TextTable::new(&[
+            "mechanism",
+            "smallest",
+            "refined",
+            "largest",
+            "refined",
+            "difference",
+            "mean",
+            "U, k",
+            "5 %",
+            "median",
+            "95 %",
+        ]);
+        for (_, study) in &self.mechanisms {
+            let Some(found) = study.columns.get(column) else {
+                continue;
+            };
+            let statistics = &found.statistics;
+            let refined = [0, 1].map(|i| {
+                let refined = found.refined[i].as_ref();
+                refined.map_or_else(|_| "-".to_owned(), |to| stiffness(to.stiffness_n_per_m))
+            });
+            let [low, high] = refined;
+            let quantile = |share: f64| {
+                let found = statistics.quantiles.iter().find(|q| q.share == share);
+                found.map_or_else(String::new, |q| stiffness(q.stiffness_n_per_m))
+            };
+            let (least, most) = (
+                statistics.smallest.stiffness_n_per_m,
+                statistics.largest.stiffness_n_per_m,
+            );
+            rows.row([
+                study.map.mechanism.clone(),
+                stiffness(least),
+                low,
+                stiffness(most),
+                high,
+                stiffness(most - least),
+                stiffness(statistics.mean.value),
+                expanded(
+                    statistics.mean.expanded_95(),
+                    statistics.mean.coverage_factor_95(),
+                ),
+                quantile(0.05),
+                quantile(0.5),
+                quantile(0.95),
+            ]);
+        }
+        rows.text()
+    }
+
+    /// What the uncertainty of the fit does to a column, if it was carried.
+    fn fits(&self, column: usize) -> String {
+        let mut rows = TextTable::new(&[
+            "by the fit",
+            "smallest",
+            "U, k",
+            "largest",
+            "U, k",
+            "mean",
+            "U, k",
+        ]);
+        let mut any = false;
+        for (_, study) in &self.mechanisms {
+            let fit = study.columns.get(column).and_then(|found| found.fit);
+            let Some(fit) = fit else { continue };
+            any = true;
+            let values = [fit.smallest, fit.largest, fit.mean];
+            let cells = values.iter().flat_map(|e| {
+                [
+                    stiffness(e.value),
+                    expanded(e.expanded_95(), e.coverage_factor_95()),
+                ]
+            });
+            rows.row(std::iter::once(study.map.mechanism.clone()).chain(cells));
+        }
+        if any {
+            format!("\n{}", rows.text())
+        } else {
+            String::new()
+        }
+    }
+
+    fn extremes(&self) -> String {
+        let mut heads = vec!["extreme", "N/um", "reach z, m", "height y, m"];
+        let free = &self.poses.set.free;
+        heads.extend(
+            free.iter()
+                .map(|&variable| self.robot.variables[variable].name.as_str()),
+        );
+        heads.push("held by");
+        let mut rows = TextTable::new(&heads);
+        for (study, found) in self.directions() {
+            for (word, refined) in ["smallest", "largest"].into_iter().zip(&found.refined) {
+                let name = format!("{} {} {word}", study.map.mechanism, found.column.name());
+                let refined = match refined {
+                    Ok(refined) => refined,
+                    Err(reason) => {
+                        let blanks = vec![String::new(); heads.len() - 2];
+                        rows.row([name].into_iter().chain(blanks).chain([reason.clone()]));
+                        continue;
+                    }
+                };
+                let [x, y, z] = refined.end_m;
+                let angles = free
+                    .iter()
+                    .map(|&variable| format!("{:.3}", refined.pose.angles_deg[variable]));
+                rows.row(
+                    [
+                        name,
+                        stiffness(refined.stiffness_n_per_m),
+                        format!("{:.4}", x.hypot(z)),
+                        format!("{y:.4}"),
+                    ]
+                    .into_iter()
+                    .chain(angles)
+                    .chain([refined.limits.join(", ")]),
+                );
+            }
+        }
+        format!(
+            "\nWhere the extremes lie, refined to the limits\n\n{}",
+            rows.text()
+        )
+    }
+
+    /// The studied directions, mechanism by mechanism; principal stiffnesses have their regions in the JSON only.
+    fn directions(&self) -> impl Iterator<Item = (&MechanismStudy, &ColumnStudy)> {
+        self.mechanisms.iter().flat_map(|(_, study)| {
+            let directions = study.columns.iter();
+            directions
+                .filter(|found| !found.column.is_principal())
+                .map(move |found| (study, found))
+        })
+    }
+
+    fn regions(&self) -> String {
+        let mut rows = TextTable::new(&[
+            "region",
+            "N/um",
+            "poses",
+            "area",
+            "reach z, m",
+            "height y, m",
+            "centre z, y, m",
+            "outermost points in it",
+        ]);
+        for (study, found) in self.directions() {
+            for region in &found.regions {
+                let level = match region.level {
+                    Level::Low => "low",
+                    Level::Medium => "medium",
+                    Level::High => "high",
+                };
+                let name = format!("{} {} {level}", study.map.mechanism, found.column.name());
+                rows.row(std::iter::once(name).chain(region_cells(region)));
+            }
+        }
+        format!(
+            "\nWhere stiffness is low, medium and high (thirds of the range between the extremes)\n\n{}",
+            rows.text()
+        )
+    }
+
+    /// What the columns of the tables mean, with the coverage that is claimed.
+    fn notes(&self) -> String {
+        let studies = self.mechanisms.iter();
+        let found = studies.flat_map(|(_, study)| &study.columns).next();
+        let Some(found) = found else {
+            return "\nNo pose can be taken: there is nothing to say.\n".to_owned();
+        };
+        let mut text =
+            "\nU is the expanded uncertainty for 95 %, k its coverage factor (Student's t). "
+                .to_owned();
+        match found.statistics.share_beyond_95 {
+            Some(share) => {
+                let _ = writeln!(
+                    text,
+                    "That of the mean is what so many poses leave open; beyond each sampled extreme lies \
+                     at most {} % of the workspace, with 95 % confidence.",
+                    significant(100.0 * share, 2)
+                );
+            }
+            None => text.push_str("A grid has no sampling uncertainty.\n"),
+        }
+        text
+    }
+}
+
+fn region_cells(region: &Region) -> [String; 7] {
+    let range = |[low, high]: [f64; 2]| format!("{low:.3} to {high:.3}");
+    let blank = || "-".to_owned();
+    let [from, to] = region.between_n_per_m;
+    [
+        format!("{} to {}", stiffness(from), stiffness(to)),
+        format!("{:.1} %", 100.0 * region.share_of_poses),
+        region
+            .share_of_area
+            .map_or_else(blank, |share| format!("{:.1} %", 100.0 * share)),
+        region
+            .extent_m
+            .map_or_else(blank, |[reach, _]| range(reach)),
+        region
+            .extent_m
+            .map_or_else(blank, |[_, height]| range(height)),
+        region
+            .centre_m
+            .map_or_else(blank, |[z, y]| format!("{z:.3}, {y:.3}")),
+        region
+            .holds
+            .iter()
+            .map(|extreme| extreme.word())
+            .collect::<Vec<_>>()
+            .join(", "),
+    ]
+}
+
+/// A stiffness in N/um.
+fn stiffness(n_per_m: f64) -> String {
+    significant(n_per_m / N_PER_UM, 4)
+}
+
+/// Expanded uncertainty in N/um with its coverage factor.
+fn expanded(expanded_n_per_m: Option<f64>, coverage_factor: Option<f64>) -> String {
+    match (expanded_n_per_m, coverage_factor) {
+        (Some(u), Some(k)) => format!("{}, {k:.2}", significant(u / N_PER_UM, 2)),
+        _ => "-".to_owned(),
+    }
+}

@@ -1,0 +1,363 @@
+//! `stiffbench map`: its tables and files, shares and their union, and what it refuses.
+
+use std::fs;
+use std::process::Stdio;
+
+use super::Desk;
+use super::failures::assert_says;
+
+/// Every file of a folder with its bytes, by name.
+fn files(desk: &Desk, folder: &str) -> Vec<(String, Vec<u8>)> {
+    let entries = fs::read_dir(desk.path(folder)).unwrap();
+    let mut files: Vec<(String, Vec<u8>)> = entries
+        .map(|entry| {
+            let entry = entry.unwrap();
+            let name = entry.file_name().into_string().unwrap();
+            (name, fs::read(entry.path()).unwrap())
+        })
+        .collect();
+    files.sort();
+    files
+}
+
+#[test]
+fn all_mechanisms_beside_the_paper() {
+    let desk = Desk::new();
+    let text = desk.run("map --poses 400").succeeds().stdout;
+    for words in [
+        "400 random poses (seed 0)",
+        "theta2, theta3 vary; theta1, theta4 at nominal values",
+        "mechanism F: supports to A2",
+        "instruction set",
+        "Table VII.",
+        "Table X.",
+        "mechanism F/A",
+        "F x high",
+        "held by",
+    ] {
+        assert!(text.contains(words), "`{words}` is not in\n{text}");
+    }
+    let data = desk.data("map --poses 400");
+    assert_eq!(data["mechanisms"].as_array().unwrap().len(), 6);
+    // Every printed cell of the four tables has one of ours.
+    let cells = data["paper"].as_array().unwrap();
+    assert_eq!(cells.len(), 3 * (24 + 20) + 18 + 12);
+    for cell in cells {
+        assert!(
+            cell["ours"].is_number() && cell["ratio"].is_number(),
+            "{cell}"
+        );
+    }
+    let x = &data["mechanisms"][0]["stiffness"][0];
+    assert_eq!(x["along"], "x");
+    assert_eq!(x["mean"]["unit"], "N/um");
+    assert_eq!(x["mean"]["dof"], 399.0);
+    let number = |value: &serde_json::Value| value["value"].as_f64().unwrap();
+    let [low, high] = ["smallest", "largest"].map(|end| number(&x[end]["sampled"]["value"]));
+    assert!((number(&x["difference"]) - (high - low)).abs() < 1e-15);
+    assert!(number(&x["smallest"]["refined"]["value"]) <= low);
+    let shares: f64 = (0..3)
+        .map(|i| x["regions"][i]["share_of_area"].as_f64().unwrap())
+        .sum();
+    assert!((shares - 1.0).abs() < 1e-12);
+}
+
+#[test]
+fn one_mechanism_in_directions_of_ones_own() {
+    let desk = Desk::new();
+    let data = desk.data("map --mechanism F --poses 60 --sampling grid --direction x,y --direction 0,1,1 --direction -1,0,0");
+    let columns = data["mechanisms"][0]["stiffness"].as_array().unwrap();
+    let names: Vec<&str> = columns
+        .iter()
+        .map(|column| column["along"].as_str().unwrap())
+        .collect();
+    assert_eq!(
+        names,
+        ["x", "y", "0,1,1", "-1,0,0", "weakest", "middle", "stiffest"]
+    );
+    // The other way along a line is the same stiffness.
+    assert_eq!(columns[0]["mean"]["value"], columns[3]["mean"]["value"]);
+    assert!(
+        columns[0]["mean"]["reason"].is_string(),
+        "a grid has no sampling uncertainty"
+    );
+    let robot = desk.data("map --robot serial-arm --poses 50");
+    assert!(robot["paper"].as_array().unwrap().is_empty());
+}
+
+#[test]
+fn shares_joined_are_the_whole_byte_by_byte() {
+    let desk = Desk::new();
+    let study = "--mechanism A,F --poses 300 --seed 5 --direction x,z";
+    for sampling in ["monte-carlo", "grid", "low-discrepancy"] {
+        let study = format!("{study} --sampling {sampling}");
+        desk.run(&format!("map {study} --out whole-{sampling}"))
+            .succeeds();
+        let whole = files(&desk, &format!("whole-{sampling}"));
+        assert_eq!(whole.len(), 6);
+        // Halves, one of which is made of quarters; and sevenths.
+        for split in [
+            vec!["2/2", "1/4", "3/4"],
+            (1..=7)
+                .map(|k| ["1/7", "2/7", "3/7", "4/7", "5/7", "6/7", "7/7"][k - 1])
+                .collect(),
+        ] {
+            let (shards, joined) = (
+                format!("shards-{sampling}-{}", split.len()),
+                format!("joined-{sampling}-{}", split.len()),
+            );
+            let mut names = Vec::new();
+            for share in &split {
+                desk.run(&format!("map {study} --shard {share} --out {shards}"))
+                    .succeeds();
+                names.push(format!("{shards}/{}.map-shard", share.replace('/', "-of-")));
+            }
+            names.reverse();
+            desk.run(&format!("map merge {} --out {joined}", names.join(" ")))
+                .succeeds();
+            assert!(files(&desk, &joined) == whole, "{sampling} {split:?}");
+        }
+    }
+    // What is printed is the same, too.
+    let whole = desk.run(&format!("map {study}")).succeeds().stdout;
+    let names: Vec<String> = (1..=7)
+        .map(|k| format!("shards-monte-carlo-7/{k}-of-7.map-shard"))
+        .collect();
+    assert_eq!(
+        desk.run(&format!("map merge {}", names.join(" ")))
+            .succeeds()
+            .stdout,
+        whole
+    );
+}
+
+#[test]
+fn shards_that_do_not_fit_are_refused() {
+    let desk = Desk::new();
+    let study = "map --mechanism A --poses 100 --direction x";
+    for share in ["1/2", "2/2", "1/3"] {
+        desk.run(&format!("{study} --shard {share} --out s"))
+            .succeeds();
+    }
+    desk.run("map --mechanism A --poses 100 --direction x --seed 1 --shard 2/2 --out other")
+        .succeeds();
+    let refusal = |arguments: &str, code: &str| {
+        desk.refusal(arguments, 11, &format!("stiffbench::input::{code}"))
+    };
+    let error = refusal("map merge s/1-of-2.map-shard", "incomplete_shards");
+    assert_says(&error, &["50 of 100 poses", "all shards"]);
+    let error = refusal(
+        "map merge s/1-of-2.map-shard s/2-of-2.map-shard s/1-of-3.map-shard",
+        "overlapping_shards",
+    );
+    assert_says(&error, &["1-of-2", "1-of-3"]);
+    let error = refusal(
+        "map merge s/1-of-2.map-shard other/2-of-2.map-shard",
+        "foreign_shard",
+    );
+    assert_says(&error, &["the seeds differ"]);
+    refusal(
+        "map merge s/1-of-2.map-shard s/3-of-3.map-shard",
+        "not_found",
+    );
+    // Cut anywhere, or one bit turned, it is no shard.
+    let whole = fs::read(desk.path("s/2-of-2.map-shard")).unwrap();
+    for end in [0, 3, 100, whole.len() / 2, whole.len() - 1] {
+        fs::write(desk.path("s/cut.map-shard"), &whole[..end]).unwrap();
+        refusal("map merge s/1-of-2.map-shard s/cut.map-shard", "shard");
+    }
+    let mut turned = whole.clone();
+    turned[whole.len() / 2] ^= 4;
+    fs::write(desk.path("s/cut.map-shard"), turned).unwrap();
+    refusal("map merge s/1-of-2.map-shard s/cut.map-shard", "shard");
+    desk.write("s/text.map-shard", "pose,stiffness\n");
+    refusal("map merge s/1-of-2.map-shard s/text.map-shard", "shard");
+}
+
+#[test]
+fn a_shard_killed_on_its_way_leaves_none_and_can_be_run_again() {
+    let desk = Desk::new();
+    // Joints that yield go pose by pose: slow enough to be killed at work.
+    let study = "map --mechanism F --poses 30000 --direction x --no-principal --effect joint-compliance@A3:c=1urad/(N*m)";
+    let mut child = std::process::Command::new(env!("CARGO_BIN_EXE_stiffbench"))
+        .args(format!("{study} --shard 1/2 --out s").split_whitespace())
+        .current_dir(desk.path(""))
+        .stdout(Stdio::null())
+        .spawn()
+        .unwrap();
+    std::thread::sleep(std::time::Duration::from_millis(100));
+    child.kill().unwrap();
+    assert!(
+        !child.wait().unwrap().success(),
+        "it was done before it was killed"
+    );
+    assert!(!desk.path("s/1-of-2.map-shard").exists());
+    let study = study.replace("30000", "300");
+    for share in ["1/2", "2/2"] {
+        desk.run(&format!("{study} --shard {share} --out s"))
+            .succeeds();
+    }
+    desk.run(&format!("{study} --out whole")).succeeds();
+    desk.run("map merge s/1-of-2.map-shard s/2-of-2.map-shard --out joined")
+        .succeeds();
+    assert!(files(&desk, "joined") == files(&desk, "whole"));
+}
+
+#[test]
+fn found_physics_and_fits_go_into_the_map() {
+    let desk = Desk::with_session();
+    let plain = desk.data("map --mechanism F --poses 50");
+    let effect = "--effect joint-backlash@A4B:play=0.12mrad,seat_moment=0.05N*m";
+    let error = desk.refusal(
+        &format!("map --mechanism F --poses 50 {effect}"),
+        10,
+        "stiffbench::distribution::no_load",
+    );
+    assert_says(&error, &["joint-backlash", "--at-load"]);
+    let loose = desk.data(&format!(
+        "map --mechanism F --poses 50 {effect} --at-load 50"
+    ));
+    assert_eq!(loose["at_load_N"], 50.0);
+    assert!(
+        loose["mechanisms"][0]["method"][0]
+            .as_str()
+            .unwrap()
+            .contains("secant")
+    );
+    let mean = |data: &serde_json::Value| {
+        data["mechanisms"][0]["stiffness"][1]["mean"]["value"]
+            .as_f64()
+            .unwrap()
+    };
+    assert!(mean(&loose) < mean(&plain));
+    let error = desk.refusal(
+        &format!("map --mechanism F --poses 50 {effect} --at-load 50 --direction 0,1,1"),
+        10,
+        "stiffbench::distribution::axes_only",
+    );
+    assert_says(&error, &["0,1,1"]);
+    // A joint that only some mechanisms have.
+    let some = desk
+        .run("map --poses 20 --mechanism A,F --effect joint-compliance@A4B:c=1urad/(N*m) --json")
+        .succeeds()
+        .json();
+    assert!(
+        some["warnings"].to_string().contains("not in mechanism A"),
+        "{}",
+        some["warnings"]
+    );
+    assert_eq!(
+        some["data"]["mechanisms"][0]["physics"]
+            .as_array()
+            .unwrap()
+            .len(),
+        0
+    );
+    assert_eq!(
+        some["data"]["mechanisms"][1]["physics"]
+            .as_array()
+            .unwrap()
+            .len(),
+        1
+    );
+    desk.refusal(
+        "map --poses 20 --mechanism A --effect joint-compliance@A4B:c=1urad/(N*m)",
+        10,
+        "stiffbench::physics::unknown_place",
+    );
+
+    let fit = desk.run("fit session --fix beam.J --json").succeeds();
+    desk.write("fit.json", &fit.stdout);
+    let found = desk.data("map --mechanism F --poses 50 --fit fit.json");
+    let uncertain = &found["mechanisms"][0]["stiffness"][0]["fit_uncertainty"]["mean"];
+    let [value, u, k] = ["value", "u", "k"].map(|key| uncertain[key].as_f64().unwrap());
+    assert!(u > 0.0 && u < value && k >= 1.95, "{uncertain}");
+    assert_eq!(
+        found["mechanisms"][0]["stiffness"][3]["fit_uncertainty"],
+        serde_json::Value::Null
+    );
+    desk.write("no.json", "{}");
+    desk.refusal(
+        "map --fit no.json --poses 9",
+        2,
+        "stiffbench::usage::argument",
+    );
+    desk.refusal(
+        "map --fit none.json --poses 9",
+        11,
+        "stiffbench::input::read",
+    );
+}
+
+#[test]
+fn what_cannot_be_asked_for() {
+    let desk = Desk::new();
+    for arguments in [
+        "map --poses 0",
+        "map --poses many",
+        "map --shard 0/4 --out s",
+        "map --shard 5/4 --out s",
+        "map --shard half --out s",
+        "map --shard 1/2",
+        "map --direction 0,0,0",
+        "map --direction w",
+        "map --direction 1,2",
+        "map --sampling evenly",
+        "map --at-load 0",
+        "map --factors unit --fit fit.json",
+        "map merge",
+    ] {
+        let ran = desk.run(arguments).exits_with(2);
+        assert!(ran.stderr.contains("error:"), "{arguments}: {}", ran.stderr);
+    }
+    let code = "stiffbench::robot::unknown_name";
+    assert_says(
+        &desk.refusal("map --mechanism G", 10, code),
+        &["A, B, C, D, E, F"],
+    );
+    assert_says(&desk.refusal("map --vary theta7", 10, code), &["theta"]);
+    desk.refusal("map --mechanism A,A", 2, "stiffbench::usage::argument");
+    desk.refusal("map --robot none.toml", 2, "stiffbench::usage::argument");
+}
+
+#[test]
+fn the_points_are_a_table_of_the_poses() {
+    let desk = Desk::new();
+    desk.run("map --mechanism A --poses 40 --out out")
+        .succeeds();
+    let table = desk.read("out/points-A.csv");
+    let mut reader = csv::Reader::from_reader(table.as_bytes());
+    let heads: Vec<String> = reader
+        .headers()
+        .unwrap()
+        .iter()
+        .map(str::to_owned)
+        .collect();
+    assert_eq!(
+        heads[..6],
+        ["id", "theta2_deg", "theta3_deg", "x_m", "y_m", "z_m"]
+    );
+    assert_eq!(heads[6], "stiffness_x_N_per_um");
+    let rows: Vec<Vec<f64>> = reader
+        .records()
+        .map(|row| {
+            row.unwrap()
+                .iter()
+                .map(|cell| cell.parse().unwrap())
+                .collect()
+        })
+        .collect();
+    assert_eq!(rows.len(), 40);
+    for row in &rows {
+        let data = desk.data(&format!(
+            "robot compliance --mechanism A --set theta2={} theta3={}",
+            row[1], row[2]
+        ));
+        let c = data["compliance"][0][0].as_f64().unwrap();
+        assert!((row[6] * 1e6 * c - 1.0).abs() < 1e-9);
+    }
+    let mesh = desk.read("out/mesh-A.vtu");
+    assert!(
+        mesh.contains("NumberOfPoints=\"40\"") && mesh.contains("Name=\"stiffness_x_N_per_um\"")
+    );
+}
