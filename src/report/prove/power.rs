@@ -146,7 +146,8 @@ pub fn power_figure(cases: &[PowerCase]) -> Figure {
     };
     let laws = cases
         .iter()
-        .filter(|case| case.laws.len() == 1)
+        // A member is loose or it is not: it has one size, far beyond those of the curves, and stands in the table.
+        .filter(|case| case.laws.len() == 1 && case.laws[0] != Law::LooseMember)
         .map(|case| LawPower {
             name: match case.in_closed_loop {
                 Some(false) => format!("{}, open", case.title),
