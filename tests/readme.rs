@@ -1,4 +1,4 @@
-//! The commands of the README run as they stand there.
+//! The commands of the README, and of what it says of maps, run as they stand there.
 
 use std::process::Command;
 
@@ -58,12 +58,22 @@ fn arguments(command: &str) -> Option<Vec<String>> {
 
 #[test]
 fn commands_of_the_readme_run() {
-    let path = concat!(env!("CARGO_MANIFEST_DIR"), "/README.md");
+    commands_run("README.md");
+}
+
+#[test]
+fn commands_for_maps_run() {
+    commands_run("docs/stiffness-map.md");
+}
+
+/// Runs the commands of a file one after another in a new folder.
+fn commands_run(file: &str) {
+    let path = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join(file);
     let markdown = std::fs::read_to_string(path).unwrap();
     let commands = commands(&markdown);
     assert!(
         !commands.is_empty(),
-        "the README shows no command in a ```console block"
+        "{file} shows no command in a ```console block"
     );
     let folder = tempfile::tempdir().unwrap();
     for command in commands {

@@ -24,6 +24,8 @@ pub use figures::{
     robot_figure, workspace_figure,
 };
 pub use fit::{factors_toml, fit_json, fit_text, paper_steps_json, paper_steps_text};
+#[cfg(feature = "parquet")]
+pub use map::points_parquet;
 pub use map::{Field, MapReport, MeshPoints, mesh_of, points_csv, vtu};
 pub use paper::{PaperCell, PaperReport, paper_report};
 pub use prove::{

@@ -298,7 +298,7 @@ pub(super) fn cell_json(cell: &PaperCell) -> Value {
 }
 
 /// A count as a count, anything else with five digits.
-pub(super) fn printed(value: f64) -> String {
+fn printed(value: f64) -> String {
     if value.fract() == 0.0 && value.abs() < 100.0 {
         format!("{value:.0}")
     } else {
@@ -319,7 +319,7 @@ const TITLES: [(&str, &str); 5] = [
 ];
 
 /// Cells that cannot be had or differ, grouped by reason.
-fn reasons(cells: &[&PaperCell]) -> String {
+pub(super) fn reasons(cells: &[&PaperCell]) -> String {
     let mut groups: Vec<(&str, Vec<String>)> = Vec::new();
     for cell in cells {
         let Some(reason) = cell.ours.err().or(cell.remark) else {

@@ -2,6 +2,8 @@
 
 mod json;
 mod paper;
+#[cfg(feature = "parquet")]
+mod parquet;
 mod points;
 mod text;
 mod vtu;
@@ -11,6 +13,8 @@ use crate::robot::Robot;
 
 use super::paper::PaperCell;
 
+#[cfg(feature = "parquet")]
+pub use parquet::points_parquet;
 pub use points::{mesh_of, points_csv};
 pub use vtu::{Field, MeshPoints, vtu};
 

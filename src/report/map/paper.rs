@@ -4,8 +4,8 @@ use std::fmt::Write;
 
 use crate::distribution::{ColumnStatistics, MechanismStudy};
 use crate::quantity::NEWTON_PER_METRE_PER_NEWTON_PER_MICROMETRE as N_PER_UM;
-use crate::report::paper::{PaperCell, Printed, direction, printed, printed_rows};
-use crate::report::text::TextTable;
+use crate::report::paper::{PaperCell, Printed, direction, printed_rows, reasons};
+use crate::report::text::{TextTable, significant};
 
 /// Tables of the stiffness distribution, with their titles and what stands beside one another in each.
 const TITLES: [(&str, &str); 4] = [
@@ -49,7 +49,7 @@ fn cell(row: &Printed, mechanisms: &[(Vec<String>, MechanismStudy)]) -> Option<P
             .map(|(ours, x)| 100.0 * ours / x),
         None => of(names, axis, quantity).map(|ours| ours / N_PER_UM),
     };
-    Some(PaperCell {
+    let mut cell = PaperCell {
         table,
         row: row.mechanism_or_model.clone(),
         place: row.physical_direction.clone(),
@@ -57,7 +57,33 @@ fn cell(row: &Printed, mechanisms: &[(Vec<String>, MechanismStudy)]) -> Option<P
         paper: row.value,
         ours: ours.ok_or("this mechanism or direction was not studied"),
         remark: None,
-    })
+    };
+    if cell.ours.is_ok() && !cell.is_reproduced() {
+        cell.remark = Some(remark(names, axis, quantity));
+    }
+    Some(cell)
+}
+
+/// Why a cell of ours lies further from the print than the reconstruction's scatter (`data/robots/README.md`, what cannot be reproduced).
+fn remark(names: &str, axis: usize, quantity: &str) -> &'static str {
+    let of_a = names == "A" || names.ends_with("/A");
+    match (quantity, axis) {
+        ("maximum" | "difference" | "mean", 1) if of_a => {
+            "mechanism A as printed, 60-fold vertically: a serial arm cannot change so much over this workspace"
+        }
+        ("maximum" | "difference", 2) if of_a => {
+            "mechanism A as printed, 20-fold radially: a serial arm cannot change so much over this workspace"
+        }
+        (_, 1 | 2) if names.starts_with('E') => {
+            "the gain of E over D as printed: chains E and G only drive the waist"
+        }
+        ("difference" | "minimum" | "maximum", 1 | 2) => {
+            "the print has a narrower spread over the workspace than the reconstruction"
+        }
+        _ => {
+            "sections of the robot are not published; the reconstruction is a compromise between all tables"
+        }
+    }
 }
 
 fn value(statistics: &ColumnStatistics, quantity: &str) -> Option<f64> {
@@ -85,8 +111,12 @@ pub(super) fn text(cells: &[PaperCell]) -> String {
         if cells.is_empty() {
             continue;
         }
-        let _ = writeln!(text, "\nTable {table}. {title}: paper, ours, ours/paper\n");
+        let _ = writeln!(
+            text,
+            "\nTable {table}. {title}, N/um and %: paper, ours, ours/paper\n"
+        );
         text.push_str(&side_by_side(&cells));
+        text.push_str(&reasons(&cells));
     }
     text
 }
@@ -96,10 +126,12 @@ fn side_by_side(cells: &[&PaperCell]) -> String {
     // A ratio has a row of its own in the print, under the quantity it is a ratio of.
     let head_of = |cell: &PaperCell| -> String {
         let quantity = cell.quantity.split(',').next().unwrap_or_default();
-        let across = cell.table == "X" && !quantity.contains("relative");
+        let axis = direction(&cell.place).map_or_else(String::new, |d| d.to_string());
+        if quantity.contains("relative") {
+            return format!("{axis}/x");
+        }
         let quantity = quantity.replace(" stiffness", "").replace("stiffness ", "");
-        if across || quantity.contains("relative") {
-            let axis = direction(&cell.place).map_or_else(String::new, |d| d.to_string());
+        if cell.table == "X" {
             format!("{quantity} {axis}")
         } else {
             quantity
@@ -130,8 +162,9 @@ fn side_by_side(cells: &[&PaperCell]) -> String {
                 .find(|cell| cell.row == name && head_of(cell) == *head);
             match found {
                 Some(cell) => line.extend([
-                    printed(cell.paper),
-                    cell.ours.map_or_else(|_| "-".to_owned(), printed),
+                    cell.paper.to_string(),
+                    cell.ours
+                        .map_or_else(|_| "-".to_owned(), |ours| significant(ours, 4)),
                     cell.ratio()
                         .map_or_else(|| "-".to_owned(), |ratio| format!("{ratio:.2}")),
                 ]),

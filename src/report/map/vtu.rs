@@ -90,9 +90,15 @@ fn array(text: &mut String, kind: &str, name: &str, components: usize, values: V
         .replace('&', "&amp;")
         .replace('<', "&lt;")
         .replace('"', "&quot;");
+    // As VTK writes it: scalars without a number of components, which meshio would take for columns.
+    let shape = if components == 1 {
+        String::new()
+    } else {
+        format!(" NumberOfComponents=\"{components}\"")
+    };
     let _ = writeln!(
         text,
-        "<DataArray type=\"{kind}\" Name=\"{name}\" NumberOfComponents=\"{components}\" format=\"binary\">"
+        "<DataArray type=\"{kind}\" Name=\"{name}\"{shape} format=\"binary\">"
     );
     let mut bytes = (values.len() as u64).to_le_bytes().to_vec();
     bytes.extend(values);
