@@ -9,7 +9,7 @@ use super::error::MismatchError;
 use super::leftover::Stratum;
 use super::limits::{LEFT_OVER_LEVEL, Limits};
 use super::rank::{Ranked, Ranking};
-use super::search::{Chosen, Found, LeftOver, TELL_APART, same};
+use super::search::{Chosen, Found, LeftOver, SPEAKS_AGAINST, TELL_APART, same};
 use super::space::dot;
 use super::state::{Bench, State, end_effect_m};
 
@@ -365,7 +365,9 @@ fn members(chosen: &Chosen) -> Vec<usize> {
         let name = (ranked.effect.law.name(), &ranked.effect.place);
         // A rival three standard errors away is told apart, however little evidence the winner has.
         let near = most - ranked.gain <= THREE_STANDARD_ERRORS;
-        if behind <= apart && near && !seen.contains(&name) {
+        // What looks like the winner is spoken for by the same readings.
+        let likely = place == 0 || alike || ranked.log_bayes > SPEAKS_AGAINST;
+        if behind <= apart && near && likely && !seen.contains(&name) {
             seen.push(name);
             out.push(place);
         }
