@@ -26,7 +26,7 @@ fn all_mechanisms_beside_the_paper() {
     let text = desk.run("map --poses 400").succeeds().stdout;
     for words in [
         "400 random poses (seed 0)",
-        "theta2, theta3 vary; theta1, theta4 at nominal values",
+        "varied: theta2, theta3; at nominal values: theta1, theta4",
         "mechanism F: supports to A2",
         "instruction set",
         "Table VII.",

@@ -39,34 +39,37 @@ pub(super) fn read_fit(path: &Path) -> Result<Fitted, Failure> {
     if whole["kind"] != "fit" || whole["ok"] != true {
         return Err(refuse("it is not what stiffbench fit --json prints".to_owned()).into());
     }
-    let data = &whole["data"];
+    let mut fitted = from_data(&whole["data"]).map_err(refuse)?;
+    fitted.factors_name = format!("of {}", path.display());
+    Ok(fitted)
+}
+
+/// Factors and covariance from the data of a fit.
+///
+/// # Errors
+/// What is missing, in words.
+fn from_data(data: &Value) -> Result<Fitted, String> {
     let mut vector = [0.0; FACTORS];
-    // Place of the factor whose covariance each factor has.
+    // Place, among the correlations, of the factor whose covariance each factor has.
     let mut source: [Option<usize>; FACTORS] = [None; FACTORS];
-    let names = data["correlation"]["names"]
-        .as_array()
-        .cloned()
-        .unwrap_or_default();
+    let names = data["correlation"]["names"].as_array();
     let mut notes = Vec::new();
     for (place, name) in FACTOR_NAMES.iter().enumerate() {
         let (class, constant) = name.split_once('.').unwrap_or_default();
         let entry = &data["factors"][class][constant];
-        vector[place] = entry["value"]
-            .as_f64()
-            .filter(|value| *value > 0.0)
-            .ok_or_else(|| refuse(format!("it has no value of {name}")))?;
+        let value = entry["value"].as_f64().filter(|value| *value > 0.0);
+        vector[place] = value.ok_or_else(|| format!("it has no value of {name}"))?;
         let own = entry["tied_to"].as_str().unwrap_or(name);
-        source[place] = names.iter().position(|known| known == own);
+        source[place] = names.and_then(|names| names.iter().position(|known| known == own));
         let status = entry["status"].as_str().unwrap_or_default();
         if ["at_bound", "not_identified"].contains(&status) {
+            let taken = match source[place] {
+                Some(_) => "its second-order one",
+                None => "it as exact",
+            };
             notes.push(format!(
-                "{name} is {}: the uncertainty of the map takes {}",
-                status.replace('_', " "),
-                if source[place].is_some() {
-                    "its second-order one"
-                } else {
-                    "it as exact"
-                }
+                "{name} is {}: the uncertainty of the map takes {taken}",
+                status.replace('_', " ")
             ));
         }
     }
@@ -77,7 +80,7 @@ pub(super) fn read_fit(path: &Path) -> Result<Fitted, Failure> {
         );
     }
     Ok(Fitted {
-        factors_name: format!("of {}", path.display()),
+        factors_name: String::new(),
         factors: factors_from_vector(&vector),
         covariance,
         notes,

@@ -79,32 +79,7 @@ fn join(
     mechanism: usize,
 ) -> Result<StiffnessMap, ShardError> {
     let width = row_width(&job.columns);
-    // For each pose of the whole the shard that has it, and its row there, or why it has none.
-    let mut found: Vec<Option<(usize, Result<usize, &str>)>> = vec![None; poses.len()];
-    for (index, shard) in shards.iter().enumerate() {
-        let map = &shard.maps[mechanism];
-        let rows = map.ids.iter().enumerate().map(|(row, &id)| (id, Ok(row)));
-        let failed = map
-            .failed
-            .iter()
-            .map(|(id, reason)| (*id, Err(reason.as_str())));
-        for (id, what) in rows.chain(failed) {
-            let Ok(place) = poses.ids.binary_search(&id) else {
-                return Err(ShardError::Damaged {
-                    path: shard.path.clone(),
-                    problem: format!("its study has no pose {id}"),
-                });
-            };
-            if let Some((other, _)) = found[place] {
-                return Err(ShardError::Overlap {
-                    path: shards[other].path.clone(),
-                    other: shard.path.clone(),
-                    id,
-                });
-            }
-            found[place] = Some((index, what));
-        }
-    }
+    let found = find_poses(poses, shards, mechanism)?;
     let mut map = StiffnessMap {
         mechanism: job.mechanisms[mechanism].name.clone(),
         columns: job.columns.clone(),
@@ -132,4 +107,39 @@ fn join(
         }
     }
     Ok(map)
+}
+
+/// Where a pose is: in which shard, and there its row or why it has none.
+type Found<'a> = (usize, Result<usize, &'a str>);
+
+/// Finds every pose of the whole among the shards.
+fn find_poses<'a>(
+    poses: &PoseSet,
+    shards: &'a [ShardFile],
+    mechanism: usize,
+) -> Result<Vec<Option<Found<'a>>>, ShardError> {
+    let mut found: Vec<Option<Found<'a>>> = vec![None; poses.len()];
+    for (index, shard) in shards.iter().enumerate() {
+        let map = &shard.maps[mechanism];
+        let rows = map.ids.iter().enumerate().map(|(row, &id)| (id, Ok(row)));
+        let failed = map.failed.iter();
+        let failed = failed.map(|(id, reason)| (*id, Err(reason.as_str())));
+        for (id, what) in rows.chain(failed) {
+            let Ok(place) = poses.ids.binary_search(&id) else {
+                return Err(ShardError::Damaged {
+                    path: shard.path.clone(),
+                    problem: format!("its study has no pose {id}"),
+                });
+            };
+            if let Some((other, _)) = found[place] {
+                return Err(ShardError::Overlap {
+                    path: shards[other].path.clone(),
+                    other: shard.path.clone(),
+                    id,
+                });
+            }
+            found[place] = Some((index, what));
+        }
+    }
+    Ok(found)
 }

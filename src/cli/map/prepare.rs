@@ -60,19 +60,28 @@ pub(super) fn prepare(args: &StudyArgs) -> Result<(MapJob, Vec<String>), Failure
         held,
         columns: columns(args, linear),
     };
-    if !linear && !args.no_principal {
-        warnings
-            .push("laws that are not linear have no principal stiffnesses: left out".to_owned());
-    }
-    if linear && args.at_load.is_some() {
-        warnings.push("--at-load: every law is linear, and the load changes nothing".to_owned());
-    }
-    if job.covariance.is_some() && !linear {
-        warnings.push(
-            "the uncertainty of the fit is carried through linear laws only: left out".to_owned(),
-        );
-    }
+    warnings.extend(notes_on_laws(args, &job, linear));
     Ok((job, warnings))
+}
+
+/// What the laws in the joints make of the options.
+fn notes_on_laws(args: &StudyArgs, job: &MapJob, linear: bool) -> Vec<String> {
+    let notes = [
+        (
+            !linear && !args.no_principal,
+            "laws that are not linear have no principal stiffnesses: left out",
+        ),
+        (
+            linear && args.at_load.is_some(),
+            "--at-load: every law is linear, and the load changes nothing",
+        ),
+        (
+            !linear && job.covariance.is_some(),
+            "the uncertainty of the fit is carried through linear laws only: left out",
+        ),
+    ];
+    let notes = notes.into_iter().filter(|(applies, _)| *applies);
+    notes.map(|(_, note)| note.to_owned()).collect()
 }
 
 /// Robot, factors and effects; of the effects those of a model first.

@@ -170,11 +170,7 @@ impl<'a> MapModel<'a> {
     /// What the rocking of the base adds to the compliance along an axis of an end at `end_m`, m/N.
     pub(super) fn rocking_m_per_n(&self, end_m: [f64; 3], axis: usize) -> f64 {
         let nothing = Compliance6([[0.0; 6]; 6]);
-        self.rocks_at_m.map_or(0.0, |support_m| {
-            self.physics
-                .with_base_at(&nothing, support_m, end_m)
-                .direct(axis)
-        })
+        self.on_its_base(&nothing, end_m).direct(axis)
     }
 
     /// How the poses are solved, part by part, for those who want to know.
@@ -209,53 +205,67 @@ impl<'a> MapModel<'a> {
         rows: &mut [f64],
     ) -> Result<Vec<(usize, String)>, NoMap> {
         self.check(columns)?;
+        Ok(match &self.means {
+            Means::Sweep { sweep, .. } => self.swept_rows(sweep, poses, columns, rows),
+            Means::Secant { .. } => self.rows_alone(poses, columns, rows),
+        })
+    }
+
+    /// Fills rows from a sweep.
+    fn swept_rows(
+        &self,
+        sweep: &PoseSweep<'_>,
+        poses: &[Pose],
+        columns: &[MapColumn],
+        rows: &mut [f64],
+    ) -> Vec<(usize, String)> {
+        let swept = sweep.run(poses, Keep::Full);
+        let solved = swept.poses.par_iter().zip(&swept.compliances);
+        let rows = rows.par_chunks_mut(row_width(columns));
+        solved.zip(rows).for_each(|((pose, compliance), row)| {
+            if let (Some(pose), Some(compliance)) = (pose, compliance) {
+                let compliance = self.on_its_base(compliance, pose.end_m);
+                row[..3].copy_from_slice(&pose.end_m);
+                fill_row(columns, &compliance.translation(), row);
+            }
+        });
+        let failed = swept.failed.into_iter();
+        failed
+            .map(|(place, error)| (place, error.to_string()))
+            .collect()
+    }
+
+    /// Fills rows one pose at a time, on all cores.
+    fn rows_alone(
+        &self,
+        poses: &[Pose],
+        columns: &[MapColumn],
+        rows: &mut [f64],
+    ) -> Vec<(usize, String)> {
         let width = row_width(columns);
-        match &self.means {
-            Means::Sweep { sweep, .. } => {
-                let swept = sweep.run(poses, Keep::Full);
-                let solved = swept.poses.par_iter().zip(&swept.compliances);
-                solved
-                    .zip(rows.par_chunks_mut(width))
-                    .for_each(|((pose, compliance), row)| {
-                        if let (Some(pose), Some(compliance)) = (pose, compliance) {
-                            row[..3].copy_from_slice(&pose.end_m);
-                            let compliance = match self.rocks_at_m {
-                                None => compliance.translation(),
-                                Some(support_m) => self
-                                    .physics
-                                    .with_base_at(compliance, support_m, pose.end_m)
-                                    .translation(),
-                            };
-                            fill_row(columns, &compliance, row);
-                        }
-                    });
-                let failed = swept.failed.into_iter();
-                Ok(failed
-                    .map(|(place, error)| (place, error.to_string()))
-                    .collect())
-            }
-            Means::Secant { .. } => {
-                let chunks = poses
-                    .par_chunks(CHUNK)
-                    .zip(rows.par_chunks_mut(CHUNK * width));
-                let failed: Vec<Vec<(usize, String)>> = chunks
-                    .enumerate()
-                    .map(|(chunk, (poses, rows))| {
-                        let mut alone = PoseSolver::new(self);
-                        let mut failed = Vec::new();
-                        for (place, (pose, row)) in
-                            poses.iter().zip(rows.chunks_exact_mut(width)).enumerate()
-                        {
-                            if let Err(error) = alone.row(pose, columns, row) {
-                                failed.push((chunk * CHUNK + place, error.to_string()));
-                            }
-                        }
-                        failed
-                    })
-                    .collect();
-                Ok(failed.into_iter().flatten().collect())
-            }
-        }
+        let chunks = poses
+            .par_chunks(CHUNK)
+            .zip(rows.par_chunks_mut(CHUNK * width));
+        let failed: Vec<Vec<(usize, String)>> = chunks
+            .enumerate()
+            .map(|(chunk, (poses, rows))| {
+                let mut alone = PoseSolver::new(self);
+                let solved = poses.iter().zip(rows.chunks_exact_mut(width)).enumerate();
+                let failed = solved.filter_map(|(place, (pose, row))| {
+                    let error = alone.row(pose, columns, row).err()?;
+                    Some((chunk * CHUNK + place, error.to_string()))
+                });
+                failed.collect()
+            })
+            .collect();
+        failed.into_iter().flatten().collect()
+    }
+
+    /// The compliance with what the rocking of the base adds.
+    fn on_its_base(&self, compliance: &Compliance6, end_m: [f64; 3]) -> Compliance6 {
+        self.rocks_at_m.map_or(*compliance, |support_m| {
+            self.physics.with_base_at(compliance, support_m, end_m)
+        })
     }
 
     /// Refuses columns that the model has no answer to.
@@ -338,10 +348,7 @@ impl<'m, 'a> PoseSolver<'m, 'a> {
             let structure = predictor.model().structure();
             (structure.nodes[structure.end.node].position_m, compliance)
         };
-        let compliance = match model.rocks_at_m {
-            None => compliance,
-            Some(support_m) => model.physics.with_base_at(&compliance, support_m, end_m),
-        };
+        let compliance = model.on_its_base(&compliance, end_m);
         row[..3].copy_from_slice(&end_m);
         fill_row(columns, &compliance.translation(), row);
         Ok(())
