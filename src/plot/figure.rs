@@ -97,6 +97,8 @@ pub struct Panel {
     pub y: Axis,
     /// Whether a unit is equally long along both axes; the range that has room to spare is widened. Needs linear axes, not shared.
     pub equal_aspect: bool,
+    /// Whether a border is drawn around the plot area; a view in perspective brings its own.
+    pub bordered: bool,
     /// Marks, the first at the bottom.
     pub series: Vec<Series>,
     /// Texts at points of the panel, over all marks.
@@ -112,6 +114,7 @@ impl Panel {
             x,
             y,
             equal_aspect: false,
+            bordered: true,
             series: Vec::new(),
             notes: Vec::new(),
         }

@@ -6,7 +6,7 @@ use crate::test_point::{Branch, Cell};
 use super::caption::{count_range, if_any, joined};
 use super::figure::{Axis, Figure, Marks, Note, Panel, Placement, Scale, Series, Style};
 use super::font;
-use super::palette::{Colour, Marker};
+use super::palette::{Colour, Marker, diverging};
 use super::residuals::ResidualMeasure;
 use super::ticks::signed;
 use super::value_table::{SIGNED_SHARE, ValueTable, colour_bar, number};
@@ -98,7 +98,11 @@ pub fn mismatch_map(input: &MismatchMap) -> Figure {
             ROW_PX * (input.cells.len().max(LEAST_ROWS) + 1) as f64,
         ],
         column_widths_px: vec![steps_px, runs_px, BAR_PX],
-        panels: vec![by_load, by_run, colour_bar(scale, limit)],
+        panels: vec![
+            by_load,
+            by_run,
+            colour_bar(scale, [-limit, limit], |value| diverging(value / limit)),
+        ],
         ..Figure::new(
             format!("Where the residuals of the {} sit", input.prediction),
             caption(input, load_numbered && run_numbered, limit),
@@ -359,7 +363,6 @@ fn beyond(values: impl Iterator<Item = f64>) -> String {
 mod tests {
     use super::*;
     use crate::plot::figure::Polygon;
-    use crate::plot::palette::diverging;
     use crate::plot::png::parse;
     use crate::test_point::Direction;
 

@@ -12,6 +12,8 @@ mod before_after;
 mod bent_beam;
 mod canvas;
 mod caption;
+mod colour_scale;
+mod contour;
 mod correlation;
 mod detection_limits;
 mod evidence;
@@ -27,6 +29,9 @@ mod load_displacement;
 mod marks;
 mod mismatch_map;
 mod palette;
+mod plane_bins;
+mod plane_map;
+mod plane_panel;
 mod png;
 mod power_curves;
 mod range;
@@ -34,6 +39,7 @@ mod render;
 mod residuals;
 mod robot_pose;
 mod stiffness_comparison;
+mod surface_panel;
 mod text_room;
 mod ticks;
 mod value_table;
@@ -60,7 +66,12 @@ pub use load_displacement::{
     FittedLine, LoadCurvePoints, LoadDisplacement, LoadPoint, SessionCurves, load_displacement,
 };
 pub use mismatch_map::{MapLoadStep, MapValue, MismatchMap, RunSummary, mismatch_map};
-pub use palette::{Colour, Marker, QUALITATIVE, diverging, qualitative, sequential};
+pub use palette::{Colour, Marker, QUALITATIVE, diverging, lightening, qualitative, sequential};
+pub use plane_bins::{PlaneBin, PlaneBins};
+pub use plane_map::{
+    PlaneMapDifference, PlaneMapFigure, plane_map, plane_map_difference, plane_map_sheet,
+};
+pub use plane_panel::{PlaneMap, ValueAt};
 pub use png::to_png;
 pub use power_curves::{LawPower, PowerAtSize, PowerCurves, Rate, power_curves};
 pub use residuals::{ResidualMeasure, ResidualPoint, Residuals, residuals};

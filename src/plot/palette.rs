@@ -88,6 +88,29 @@ pub fn sequential(share: f64) -> Colour {
     )
 }
 
+/// From dark violet (0) over green to yellow (1), lightening all the way: for areas whose values are read.
+///
+/// # Source
+/// Viridis by S. van der Walt and N. Smith (2015, CC0), every eighth part of its 256 colours: made for even steps in lightness, also
+/// for those who see no red or no green.
+#[must_use]
+pub fn lightening(share: f64) -> Colour {
+    between(
+        &[
+            Colour::new(68, 1, 84),
+            Colour::new(71, 45, 123),
+            Colour::new(59, 82, 139),
+            Colour::new(44, 114, 142),
+            Colour::new(33, 145, 140),
+            Colour::new(40, 174, 128),
+            Colour::new(94, 201, 98),
+            Colour::new(173, 220, 48),
+            Colour::new(253, 231, 37),
+        ],
+        share,
+    )
+}
+
 /// From dark blue (-1) over white (0) to orange-red (+1).
 ///
 /// Both ends darken, but to different greys, so the sign survives a grey printer; numbers should stand beside it all the same.
@@ -180,6 +203,15 @@ mod tests {
             .map(|i| sequential(f64::from(i) / 20.0).grey())
             .collect();
         assert!(greys.windows(2).all(|pair| pair[1] < pair[0]));
+    }
+
+    #[test]
+    fn lightening_lightens_all_the_way_and_spans_most_greys() {
+        let greys: Vec<f64> = (0..=40)
+            .map(|i| lightening(f64::from(i) / 40.0).grey())
+            .collect();
+        assert!(greys.windows(2).all(|pair| pair[1] > pair[0]), "{greys:?}");
+        assert!(greys[40] - greys[0] > 0.75);
     }
 
     #[test]

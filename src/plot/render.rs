@@ -76,7 +76,9 @@ fn draw_panel(canvas: &mut Canvas<'_>, panel: &Panel, frame: &Frame) {
         [left, top + height],
         [left, top],
     ];
-    canvas.path(&corners, border);
+    if panel.bordered {
+        canvas.path(&corners, border);
+    }
     draw_ticks(canvas, frame);
     draw_names(canvas, panel, frame);
     if panel.series.iter().all(|series| is_empty(&series.marks)) {

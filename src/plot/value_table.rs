@@ -3,6 +3,7 @@
 use super::figure::{Axis, Marks, Note, Panel, Placement, Polygon, Series, Style};
 use super::font;
 use super::palette::{Colour, Marker, diverging};
+use super::range::{spread, unspread};
 use super::ticks::signed;
 
 /// Share of the scale beyond which a square without room for its number shows its sign: paler ones read as zero anyway.
@@ -108,29 +109,31 @@ fn hatched([x, y]: [f64; 2]) -> [[[f64; 2]; 2]; 3] {
     ]
 }
 
-/// The colour scale with its numbers, from minus to plus `limit` along `axis`.
-pub(super) fn colour_bar(axis: Axis, limit: f64) -> Panel {
+/// The colour scale with its numbers, from the least to the greatest value along `axis`.
+pub(super) fn colour_bar(axis: Axis, range: [f64; 2], colour: impl Fn(f64) -> Colour) -> Panel {
+    let [low, high] = range.map(|end| spread(&axis.scale, end).unwrap_or(0.0));
+    let value = |shade: f64| unspread(&axis.scale, low + (high - low) * shade / SHADES as f64);
+    let shades = (0..SHADES).map(|shade| {
+        let [from, middle] = [0.0, 0.5].map(|part| value(shade as f64 + part));
+        // A shade reaches to the end and is covered by the next: side by side they would show seams.
+        Polygon {
+            corners: vec![[-0.5, from], [0.5, from], [0.5, range[1]], [-0.5, range[1]]],
+            colour: colour(middle),
+        }
+    });
+    let shades = shades.collect();
     let mut panel = Panel::new(
         "",
         Axis::categories("", vec![String::new()]),
         Axis {
-            range: Some([-limit, limit]),
+            range: Some(range),
             grid: false,
             ..axis
         },
     );
-    let edge = |shade: usize| limit * (2.0 * shade as f64 / SHADES as f64 - 1.0);
-    let shades = (0..SHADES).map(|shade| {
-        let [low, high] = [edge(shade), edge(shade + 1)];
-        // A shade reaches to the end and is covered by the next: side by side they would show seams.
-        Polygon {
-            corners: vec![[-0.5, low], [0.5, low], [0.5, limit], [-0.5, limit]],
-            colour: diverging(0.5 * (low + high) / limit),
-        }
-    });
     panel.series.push(Series::new(
         Style::new(Colour::INK, Marker::Square),
-        Marks::Polygons(shades.collect()),
+        Marks::Polygons(shades),
     ));
     panel
 }
@@ -141,7 +144,9 @@ mod tests {
 
     #[test]
     fn the_colour_bar_darkens_to_both_ends() {
-        let bar = colour_bar(Axis::linear("residual", "µm"), 12.0);
+        let bar = colour_bar(Axis::linear("residual", "µm"), [-12.0, 12.0], |value| {
+            diverging(value / 12.0)
+        });
         let Marks::Polygons(shades) = &bar.series[0].marks else {
             panic!("shades are areas");
         };

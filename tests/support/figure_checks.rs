@@ -1,5 +1,7 @@
 //! What every test of figures does with a figure, and the noise of made-up data.
 
+#![allow(dead_code, reason = "each test file takes what it needs")]
+
 use std::fs;
 use std::path::PathBuf;
 

@@ -1,0 +1,362 @@
+//! Values scattered over a plane, gathered in square bins.
+//!
+//! Decision. What is drawn over a plane goes through bins, never through its points: a figure of fifty thousand poses then has
+//! a few thousand areas, however unevenly the points fell. Each bin keeps sums, from which follow its mean and a smooth estimate at its
+//! centre.
+
+/// Points wanted in a bin, and most bins along a side.
+const WANTED_IN_A_BIN: f64 = 12.0;
+const MOST_BINS: f64 = 110.0;
+/// Fewest points behind the smooth estimate: a plane has three coefficients.
+const FEWEST_OF_A_PLANE: usize = 4;
+/// A plane fitted to points on (nearly) a line tells nothing across it: least ratio of the two spreads.
+const LEAST_SPREAD_RATIO: f64 = 1e-3;
+
+/// Square bins over the part of a plane where there are points.
+#[derive(Debug, Clone, PartialEq)]
+pub struct PlaneBins {
+    origin_m: [f64; 2],
+    side_m: f64,
+    size: [usize; 2],
+    sums: Vec<Sums>,
+    left_out: usize,
+}
+
+/// One bin with at least one point.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct PlaneBin {
+    /// Column and row, from the least coordinates on.
+    pub place: [usize; 2],
+    /// Centre, m.
+    pub centre_m: [f64; 2],
+    /// Number of points.
+    pub count: usize,
+    /// Mean of their values.
+    pub mean: f64,
+    /// Least and greatest of their values.
+    pub range: [f64; 2],
+}
+
+/// What a bin keeps of its points; coordinates count from the centre of the bin, in sides.
+#[derive(Debug, Clone, Copy, PartialEq)]
+struct Sums {
+    count: usize,
+    /// Σa, Σb, Σa², Σab, Σb².
+    places: [f64; 5],
+    /// Σv, Σav, Σbv.
+    values: [f64; 3],
+    range: [f64; 2],
+}
+
+impl Sums {
+    const EMPTY: Self = Self {
+        count: 0,
+        places: [0.0; 5],
+        values: [0.0; 3],
+        range: [f64::INFINITY, f64::NEG_INFINITY],
+    };
+
+    fn add(&mut self, [a, b]: [f64; 2], value: f64) {
+        self.count += 1;
+        for (sum, term) in self.places.iter_mut().zip([a, b, a * a, a * b, b * b]) {
+            *sum += term;
+        }
+        for (sum, term) in self.values.iter_mut().zip([value, a * value, b * value]) {
+            *sum += term;
+        }
+        self.range = [self.range[0].min(value), self.range[1].max(value)];
+    }
+
+    /// The same points seen from the centre of a bin that lies by (da, db) sides behind.
+    fn seen_from(&self, [da, db]: [f64; 2]) -> ([f64; 5], [f64; 3]) {
+        let n = self.count as f64;
+        let [sa, sb, saa, sab, sbb] = self.places;
+        let [sv, sav, sbv] = self.values;
+        (
+            [
+                sa + n * da,
+                sb + n * db,
+                saa + 2.0 * da * sa + n * da * da,
+                sab + da * sb + db * sa + n * da * db,
+                sbb + 2.0 * db * sb + n * db * db,
+            ],
+            [sv, sav + da * sv, sbv + db * sv],
+        )
+    }
+}
+
+impl PlaneBins {
+    /// A side for which a map of these points is even and fine: a dozen points in a bin, and no more bins than can be seen.
+    #[must_use]
+    pub fn side_for(points: &[[f64; 2]]) -> f64 {
+        let span = |i: usize| {
+            let values = || {
+                points
+                    .iter()
+                    .map(|point| point[i])
+                    .filter(|c| c.is_finite())
+            };
+            let span =
+                values().fold(f64::NEG_INFINITY, f64::max) - values().fold(f64::INFINITY, f64::min);
+            if span.is_finite() { span } else { 0.0 }
+        };
+        let [wide, high] = [span(0), span(1)];
+        // The workspace of an arm fills about half of the rectangle around it.
+        let even = (0.5 * wide * high * WANTED_IN_A_BIN / points.len().max(1) as f64).sqrt();
+        let side = even.max(wide.max(high) / MOST_BINS);
+        // Tenths of a millimetre are easier to state.
+        if side > 1e-4 {
+            (side * 1e4).ceil() * 1e-4
+        } else {
+            1e-4
+        }
+    }
+
+    /// Gathers points with their values; those that are not finite are counted in [`PlaneBins::left_out`].
+    ///
+    /// # Arguments
+    /// - `points`: place on the plane, m, and value.
+    /// - `side_m`: side of a bin, positive. Bins are aligned to its multiples, so that maps with the same side lie bin on bin.
+    #[must_use]
+    pub fn gather(points: impl Iterator<Item = ([f64; 2], f64)> + Clone, side_m: f64) -> Self {
+        let is_finite =
+            |([a, b], value): &([f64; 2], f64)| a.is_finite() && b.is_finite() && value.is_finite();
+        let finite = points.clone().filter(is_finite);
+        let mut ends: Option<[[i64; 2]; 2]> = None;
+        for (at, _) in finite.clone() {
+            let place = at.map(|c| (c / side_m).floor() as i64);
+            let [low, high] = ends.unwrap_or([place, place]);
+            ends = Some([
+                [0, 1].map(|i| low[i].min(place[i])),
+                [0, 1].map(|i| high[i].max(place[i])),
+            ]);
+        }
+        let size = ends.map_or([0, 0], |[low, high]| {
+            [0, 1].map(|i| (high[i] - low[i]) as usize + 1)
+        });
+        let first = ends.map_or([0, 0], |[low, _]| low);
+        let mut bins = Self {
+            origin_m: first.map(|place| place as f64 * side_m),
+            side_m,
+            size,
+            sums: vec![Sums::EMPTY; size[0] * size[1]],
+            left_out: points.count(),
+        };
+        for (at, value) in finite {
+            let place = [0, 1].map(|i| ((at[i] / side_m).floor() as i64 - first[i]) as usize);
+            let centre = bins.centre_m(place);
+            let from_centre = [0, 1].map(|i| (at[i] - centre[i]) / side_m);
+            bins.sums[place[1] * size[0] + place[0]].add(from_centre, value);
+            bins.left_out -= 1;
+        }
+        bins
+    }
+
+    /// Side of a bin, m.
+    #[must_use]
+    pub fn side_m(&self) -> f64 {
+        self.side_m
+    }
+
+    /// Columns and rows.
+    #[must_use]
+    pub(super) fn size(&self) -> [usize; 2] {
+        self.size
+    }
+
+    /// Points that are in no bin because a coordinate or their value is not finite.
+    #[must_use]
+    pub fn left_out(&self) -> usize {
+        self.left_out
+    }
+
+    /// Points in all bins.
+    #[must_use]
+    pub fn count(&self) -> usize {
+        self.sums.iter().map(|bin| bin.count).sum()
+    }
+
+    /// Centre of a bin, m, also of one beyond the bins.
+    #[must_use]
+    pub(super) fn centre_m(&self, [column, row]: [usize; 2]) -> [f64; 2] {
+        let [a, b] = self.origin_m;
+        [
+            a + (column as f64 + 0.5) * self.side_m,
+            b + (row as f64 + 0.5) * self.side_m,
+        ]
+    }
+
+    /// The bins with points, row by row.
+    pub fn filled(&self) -> impl Iterator<Item = PlaneBin> + '_ {
+        let columns = self.size[0];
+        let bins = self.sums.iter().enumerate();
+        bins.filter(|(_, sums)| sums.count > 0)
+            .map(move |(index, sums)| {
+                let place = [index % columns, index / columns];
+                PlaneBin {
+                    place,
+                    centre_m: self.centre_m(place),
+                    count: sums.count,
+                    mean: sums.values[0] / sums.count as f64,
+                    range: sums.range,
+                }
+            })
+    }
+
+    /// Estimate at the centre of a bin: the plane through the points of the bin and its eight neighbours, least squares; the mean of
+    /// the bin where too few points or points on one line give no plane. `None` for a bin without a point.
+    ///
+    /// A mean belongs to where the points happen to lie, which at the border is not the centre; the plane follows a slope exactly.
+    #[must_use]
+    pub(super) fn smooth(&self, [column, row]: [usize; 2]) -> Option<f64> {
+        let own = self.at(column as i64, row as i64)?;
+        let mean = own.values[0] / own.count as f64;
+        let (mut count, mut places, mut values) = (0, [0.0; 5], [0.0; 3]);
+        for (da, db) in (-1..=1).flat_map(|da| (-1..=1).map(move |db| (da, db))) {
+            let Some(sums) = self.at(column as i64 + da, row as i64 + db) else {
+                continue;
+            };
+            let (p, v) = sums.seen_from([da as f64, db as f64]);
+            count += sums.count;
+            places = std::array::from_fn(|i| places[i] + p[i]);
+            values = std::array::from_fn(|i| values[i] + v[i]);
+        }
+        if count < FEWEST_OF_A_PLANE {
+            return Some(mean);
+        }
+        Some(plane_at_centre(count as f64, places, values).unwrap_or(mean))
+    }
+
+    fn at(&self, column: i64, row: i64) -> Option<&Sums> {
+        let [columns, rows] = self.size.map(|n| n as i64);
+        if !(0..columns).contains(&column) || !(0..rows).contains(&row) {
+            return None;
+        }
+        let sums = &self.sums[(row * columns + column) as usize];
+        (sums.count > 0).then_some(sums)
+    }
+}
+
+/// Value at the origin of the plane fitted to points with these sums; `None` if they lie on a line.
+fn plane_at_centre(
+    n: f64,
+    [sa, sb, saa, sab, sbb]: [f64; 5],
+    [sv, sav, sbv]: [f64; 3],
+) -> Option<f64> {
+    // About the mean place, so that the slopes are those of two unknowns.
+    let [ma, mb, mv] = [sa / n, sb / n, sv / n];
+    let [caa, cab, cbb] = [saa - sa * ma, sab - sa * mb, sbb - sb * mb];
+    let [cav, cbv] = [sav - ma * sv, sbv - mb * sv];
+    let determinant = caa * cbb - cab * cab;
+    let trace = caa + cbb;
+    // The smaller eigenvalue is about determinant / trace.
+    if determinant <= LEAST_SPREAD_RATIO * trace * trace {
+        return None;
+    }
+    let slope_a = (cav * cbb - cbv * cab) / determinant;
+    let slope_b = (cbv * caa - cav * cab) / determinant;
+    Some(mv - slope_a * ma - slope_b * mb)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Points of a lattice that is not aligned with the bins, inside a triangle, with a value that rises evenly.
+    fn slope() -> Vec<([f64; 2], f64)> {
+        let lattice = (0..60).flat_map(|i| (0..60).map(move |j| (f64::from(i), f64::from(j))));
+        lattice
+            .map(|(i, j)| [-0.3 + 0.0171 * i + 0.002 * j, 0.4 + 0.0163 * j])
+            .filter(|[a, b]| a + b < 1.1)
+            .map(|[a, b]| ([a, b], 3.0 + 2.0 * a - 5.0 * b))
+            .collect()
+    }
+
+    #[test]
+    fn every_point_is_in_the_bin_around_it() {
+        let points = slope();
+        let bins = PlaneBins::gather(points.iter().copied(), 0.05);
+        assert_eq!(bins.count(), points.len());
+        assert_eq!(bins.left_out(), 0);
+        for bin in bins.filled() {
+            let [a, b] = bin.centre_m;
+            let inside: Vec<f64> = points
+                .iter()
+                .filter(|([x, y], _)| (x - a).abs() < 0.025 && (y - b).abs() < 0.025)
+                .map(|(_, value)| *value)
+                .collect();
+            assert_eq!(inside.len(), bin.count, "{bin:?}");
+            let mean = inside.iter().sum::<f64>() / inside.len() as f64;
+            // Sums of some ten numbers near one.
+            assert!((mean - bin.mean).abs() < 1e-13, "{bin:?}");
+            assert!(bin.range[0] <= bin.mean && bin.mean <= bin.range[1]);
+        }
+    }
+
+    #[test]
+    fn the_smooth_estimate_follows_a_slope_up_to_the_border() {
+        let bins = PlaneBins::gather(slope().into_iter(), 0.05);
+        let mut largest = [0.0_f64; 2];
+        for bin in bins.filled() {
+            let [a, b] = bin.centre_m;
+            let exact = 3.0 + 2.0 * a - 5.0 * b;
+            let errors = [bins.smooth(bin.place).unwrap() - exact, bin.mean - exact];
+            largest = [0, 1].map(|i| largest[i].max(errors[i].abs()));
+        }
+        // Rounding for the plane; the means are off by up to half a bin where the border cuts it.
+        assert!(largest[0] < 1e-11, "{largest:?}");
+        assert!(largest[1] > 0.03, "{largest:?}");
+    }
+
+    #[test]
+    fn the_side_follows_points_and_extent() {
+        let lattice = |n: u32| -> Vec<[f64; 2]> {
+            (0..n * n)
+                .map(|i| {
+                    [
+                        f64::from(i % n) / f64::from(n),
+                        f64::from(i / n) / f64::from(n),
+                    ]
+                })
+                .collect()
+        };
+        // Six in a bin where the whole rectangle is full; never finer than can be seen.
+        let side = PlaneBins::side_for(&lattice(30));
+        assert!((side - (6.0_f64 / 900.0).sqrt()).abs() < 5e-3, "{side}");
+        let side = PlaneBins::side_for(&lattice(400));
+        assert!((side - 1.0 / 110.0).abs() < 2e-4, "{side}");
+        assert!(PlaneBins::side_for(&[]) > 0.0 && PlaneBins::side_for(&[[1.0, 1.0]]) > 0.0);
+    }
+
+    #[test]
+    fn points_on_a_line_have_their_mean() {
+        let points = (0..20).map(|i| ([0.01 * f64::from(i), 0.02 * f64::from(i)], f64::from(i)));
+        let bins = PlaneBins::gather(points, 0.1);
+        let first = bins.filled().next().unwrap();
+        assert_eq!(bins.smooth(first.place), Some(first.mean));
+        assert_eq!(bins.smooth([1, 0]), None);
+    }
+
+    #[test]
+    fn what_is_not_finite_is_counted() {
+        let points = [
+            ([0.0, 0.0], 1.0),
+            ([f64::NAN, 0.0], 1.0),
+            ([0.0, 0.0], f64::INFINITY),
+        ];
+        let bins = PlaneBins::gather(points.into_iter(), 1.0);
+        assert_eq!((bins.count(), bins.left_out()), (1, 2));
+        let none = PlaneBins::gather(std::iter::empty(), 1.0);
+        assert_eq!((none.size(), none.filled().count()), ([0, 0], 0));
+    }
+
+    #[test]
+    fn bins_of_one_side_lie_on_one_another() {
+        let one = PlaneBins::gather([([0.31, -0.2], 1.0)].into_iter(), 0.1);
+        let two = PlaneBins::gather([([0.39, -0.11], 1.0), ([9.0, 9.0], 1.0)].into_iter(), 0.1);
+        let centre = |bins: &PlaneBins| bins.filled().next().unwrap().centre_m;
+        for (a, b) in centre(&one).into_iter().zip(centre(&two)) {
+            assert!((a - b).abs() < 1e-12);
+        }
+    }
+}

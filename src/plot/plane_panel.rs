@@ -1,0 +1,316 @@
+//! A quantity over the plane of the arm from straight above: coloured squares, lines of equal value, named points.
+
+use super::colour_scale::ColourScale;
+use super::contour::Grid;
+use super::figure::{
+    Axis, LegendEntry, Marks, Note, Panel, Placement, Point, Polygon, Sample, Series, Style,
+};
+use super::font;
+use super::palette::{Colour, Marker};
+use super::plane_bins::PlaneBins;
+use super::ticks::Tick;
+use super::workspace::NamedPoint;
+
+/// Size of the numbers on lines, px.
+const LEVEL_PX: f64 = 10.0;
+/// Size of the names of points, px.
+const NAME_PX: f64 = 11.0;
+/// Room around the map, as a share of its larger extent: names stand there.
+const ROOM: f64 = 0.075;
+/// Levels that are wanted.
+const LEVELS: usize = 7;
+/// A line shorter than this many times its number stays without it.
+const SHORTEST: f64 = 1.6;
+
+/// A quantity over the plane of the arm.
+#[derive(Debug, Clone, PartialEq)]
+pub struct PlaneMap {
+    /// For example `mechanism F`.
+    pub heading: String,
+    /// Values in the unit that is printed, at (z, y), m.
+    pub bins: PlaneBins,
+    /// Outermost points of the workspace: highest, furthest, lowest, nearest.
+    pub extremes: Vec<NamedPoint>,
+    /// Where a single pose has the least and the greatest value; `None` where there is no pose.
+    pub least: Option<ValueAt>,
+    /// See `least`.
+    pub greatest: Option<ValueAt>,
+}
+
+/// A value at a place of the plane.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct ValueAt {
+    /// Place (z, y), m.
+    pub z_y_m: [f64; 2],
+    /// The value in the unit that is printed.
+    pub value: f64,
+}
+
+impl PlaneMap {
+    /// Means of all bins.
+    pub(super) fn means(&self) -> impl Iterator<Item = f64> + '_ {
+        self.bins.filled().map(|bin| bin.mean)
+    }
+}
+
+/// Ranges of z and y that hold all maps with room for names.
+pub(super) fn plane_ranges<'a>(maps: impl Iterator<Item = &'a PlaneMap>) -> [[f64; 2]; 2] {
+    let mut ranges: Option<[[f64; 2]; 2]> = None;
+    for map in maps {
+        let half = 0.5 * map.bins.side_m();
+        let corners = map
+            .bins
+            .filled()
+            .flat_map(|bin| [-half, half].map(|d| [bin.centre_m[0] + d, bin.centre_m[1] + d]));
+        let named = map.extremes.iter().map(|point| [point.z_m, point.y_m]);
+        for [z, y] in corners
+            .chain(named)
+            .filter(|at| at.iter().all(|c| c.is_finite()))
+        {
+            let known = ranges.unwrap_or([[z, z], [y, y]]);
+            ranges = Some([
+                [known[0][0].min(z), known[0][1].max(z)],
+                [known[1][0].min(y), known[1][1].max(y)],
+            ]);
+        }
+    }
+    let ranges = ranges.unwrap_or([[0.0, 1.0]; 2]);
+    let room = ROOM * ranges.map(|[low, high]| high - low)[0].max(ranges[1][1] - ranges[1][0]);
+    ranges.map(|[low, high]| [low - room, high + room])
+}
+
+/// The panel; `per_px_m` is how many metres a pixel of it spans.
+pub(super) fn plane_panel(
+    map: &PlaneMap,
+    scale: &ColourScale,
+    [z, y]: [[f64; 2]; 2],
+    per_px_m: f64,
+) -> Panel {
+    let axis = |quantity, range| Axis {
+        range: Some(range),
+        grid: false,
+        ..Axis::linear(quantity, "m")
+    };
+    let mut panel = Panel::new(
+        map.heading.clone(),
+        axis("z, radial", z),
+        axis("y, vertical", y),
+    );
+    panel.equal_aspect = true;
+    panel.series.push(Series::new(
+        Style::new(Colour::INK, Marker::Square),
+        Marks::Polygons(runs_of_squares(&map.bins, scale)),
+    ));
+    push_contours(&mut panel, map, scale, per_px_m);
+    push_points(&mut panel, map);
+    panel
+}
+
+/// Squares; neighbours in a row whose colour is the same are one area, which keeps files small.
+fn runs_of_squares(bins: &PlaneBins, scale: &ColourScale) -> Vec<Polygon> {
+    let half = 0.5 * bins.side_m();
+    let mut runs: Vec<([usize; 2], Polygon)> = Vec::new();
+    for bin in bins.filled() {
+        let [z, y] = bin.centre_m;
+        let colour = scale.colour(bin.mean);
+        if let Some((last, polygon)) = runs.last_mut()
+            && *last == [bin.place[0].wrapping_sub(1), bin.place[1]]
+            && polygon.colour == colour
+        {
+            *last = bin.place;
+            for corner in &mut polygon.corners[1..3] {
+                corner[0] = z + half;
+            }
+            continue;
+        }
+        let corners = vec![
+            [z - half, y - half],
+            [z + half, y - half],
+            [z + half, y + half],
+            [z - half, y + half],
+        ];
+        runs.push((bin.place, Polygon { corners, colour }));
+    }
+    // A little larger than they are: neighbours overlap and no light seam is left between them.
+    let more = 0.04 * bins.side_m();
+    for (_, polygon) in &mut runs {
+        polygon.corners[1][0] += more;
+        polygon.corners[2][0] += more;
+        polygon.corners[2][1] += more;
+        polygon.corners[3][1] += more;
+    }
+    runs.into_iter().map(|(_, polygon)| polygon).collect()
+}
+
+/// The smooth estimates at the centres of the bins.
+pub(super) fn smooth_grid(bins: &PlaneBins) -> Grid {
+    let [columns, rows] = bins.size();
+    let places = (0..rows).flat_map(|row| (0..columns).map(move |column| [column, row]));
+    Grid {
+        size: bins.size(),
+        values: places.map(|place| bins.smooth(place)).collect(),
+    }
+}
+
+fn push_contours(panel: &mut Panel, map: &PlaneMap, scale: &ColourScale, per_px_m: f64) {
+    let grid = smooth_grid(&map.bins);
+    let side = map.bins.side_m();
+    let origin = map.bins.centre_m([0, 0]);
+    let mut taken: Vec<[f64; 2]> = Vec::new();
+    for level in scale.levels(LEVELS) {
+        let ink = scale.colour(level.value).readable_ink();
+        let style = Style::new(ink, Marker::Dot).stroke(0.9);
+        let room_m = 0.5 * (font::width_px(&level.text, LEVEL_PX) + 5.0) * per_px_m;
+        for line in grid.contours(level.value) {
+            let line: Vec<[f64; 2]> = line
+                .into_iter()
+                .map(|at| [0, 1].map(|i| origin[i] + side * at[i]))
+                .collect();
+            let spot = (length(&line) > 2.0 * SHORTEST * room_m)
+                .then(|| label_spot(&line, &taken, room_m))
+                .flatten();
+            let Some(spot) = spot else {
+                panel.series.push(Series::new(style, Marks::Line(line)));
+                continue;
+            };
+            taken.push(spot);
+            for piece in without_disc(&line, spot, room_m) {
+                panel.series.push(Series::new(style, Marks::Line(piece)));
+            }
+            panel.notes.push(number_on_line(&level, spot, ink));
+        }
+    }
+}
+
+fn number_on_line(level: &Tick, at: [f64; 2], colour: Colour) -> Note {
+    Note {
+        at,
+        text: level.text.clone(),
+        colour,
+        size_px: LEVEL_PX,
+        placement: Placement::Centred,
+    }
+}
+
+fn length(line: &[[f64; 2]]) -> f64 {
+    line.windows(2).map(|p| distance(p[0], p[1])).sum()
+}
+
+fn distance(a: [f64; 2], b: [f64; 2]) -> f64 {
+    (a[0] - b[0]).hypot(a[1] - b[1])
+}
+
+/// The corner of a line nearest to its middle whose number touches no other; `None` if there is none.
+fn label_spot(line: &[[f64; 2]], taken: &[[f64; 2]], room_m: f64) -> Option<[f64; 2]> {
+    let half = 0.5 * length(line);
+    let mut gone = 0.0;
+    let mut best: Option<(f64, [f64; 2])> = None;
+    for (index, &at) in line.iter().enumerate() {
+        if index > 0 {
+            gone += distance(line[index - 1], at);
+        }
+        let off = (gone - half).abs();
+        let is_free = taken
+            .iter()
+            .all(|other| distance(*other, at) > 2.2 * room_m);
+        // Numbers at the ends of a line would stand over the border.
+        if is_free && half - off > 0.8 * room_m && best.is_none_or(|(least, _)| off < least) {
+            best = Some((off, at));
+        }
+    }
+    best.map(|(_, at)| at)
+}
+
+/// What of a line lies outside a disc, as pieces.
+fn without_disc(line: &[[f64; 2]], centre: [f64; 2], radius: f64) -> Vec<Vec<[f64; 2]>> {
+    let outside = |at: &[f64; 2]| distance(*at, centre) > radius;
+    line.split(|at| !outside(at))
+        .filter(|piece| piece.len() > 1)
+        .map(<[_]>::to_vec)
+        .collect()
+}
+
+/// Looks of the outermost points, of the least and of the greatest value: outlines, which are seen on every colour.
+pub(super) const POINT_STYLES: [Style; 3] = [
+    outline(Marker::Circle, 3.4),
+    outline(Marker::Nabla, 5.0),
+    outline(Marker::Triangle, 5.0),
+];
+
+const fn outline(marker: Marker, marker_px: f64) -> Style {
+    Style {
+        colour: Colour::BLACK,
+        marker,
+        marker_px,
+        stroke_px: 1.4,
+        dash_px: None,
+    }
+}
+
+/// What the legend says of the points.
+pub(super) fn point_legend<'a>(
+    maps: impl Iterator<Item = &'a PlaneMap> + Clone,
+) -> Vec<LegendEntry> {
+    let entry = |place: usize, label: &str| LegendEntry {
+        label: label.to_owned(),
+        style: POINT_STYLES[place],
+        sample: Sample::HollowPoint,
+    };
+    let mut legend = Vec::new();
+    if maps.clone().any(|map| !map.extremes.is_empty()) {
+        legend.push(entry(0, "outermost point"));
+    }
+    if maps.clone().any(|map| map.least.is_some()) {
+        legend.push(entry(1, "least of all poses"));
+    }
+    if maps.clone().any(|map| map.greatest.is_some()) {
+        legend.push(entry(2, "greatest of all poses"));
+    }
+    legend
+}
+
+fn push_points(panel: &mut Panel, map: &PlaneMap) {
+    let hollow = |[z, y]: [f64; 2]| Point {
+        hollow: true,
+        ..Point::new(z, y)
+    };
+    let at = |value: Option<ValueAt>| value.map(|at| hollow(at.z_y_m)).into_iter().collect();
+    let outermost = map
+        .extremes
+        .iter()
+        .map(|point| hollow([point.z_m, point.y_m]));
+    // The smaller circle last, so that both are seen where they coincide.
+    let points: [(usize, Vec<Point>); 3] = [
+        (1, at(map.least)),
+        (2, at(map.greatest)),
+        (0, outermost.collect()),
+    ];
+    for (look, points) in points {
+        panel
+            .series
+            .push(Series::new(POINT_STYLES[look], Marks::Points(points)));
+    }
+    let count = map.extremes.len().max(1) as f64;
+    let [z, y] = [
+        map.extremes.iter().map(|p| p.z_m).sum::<f64>() / count,
+        map.extremes.iter().map(|p| p.y_m).sum::<f64>() / count,
+    ];
+    for point in &map.extremes {
+        panel.notes.push(Note {
+            at: [point.z_m, point.y_m],
+            text: point.name.clone(),
+            colour: Colour::INK,
+            size_px: NAME_PX,
+            placement: Placement::Toward(outward(point.z_m - z, point.y_m - y)),
+        });
+    }
+}
+
+/// The side on which a name stands: that of the four along which its point lies farther out.
+fn outward(right: f64, up: f64) -> [f64; 2] {
+    if right.abs() > up.abs() {
+        [right.signum(), 0.0]
+    } else {
+        [0.0, up.signum()]
+    }
+}

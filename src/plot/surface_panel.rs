@@ -1,0 +1,334 @@
+//! A quantity over the plane of the arm as a surface in space.
+//!
+//! Decision. The view is a parallel projection, and the surface has one value over each place of the plane. Its facets then hide one
+//! another in the order of their places alone: drawn from the farthest row to the nearest, what is hidden is covered, exactly. A facet
+//! is drawn twice, first whole in the colour of the mesh, then a little smaller in the colour of its value: so the mesh is hidden with
+//! its facet, and no seams are left.
+
+use super::colour_scale::ColourScale;
+use super::contour::Grid;
+use super::figure::{Axis, Marks, Note, Panel, Placement, Point, Polygon, Series, Style};
+use super::palette::{Colour, Marker};
+use super::plane_bins::PlaneBins;
+use super::plane_panel::{POINT_STYLES, PlaneMap, smooth_grid};
+use super::range::spread;
+use super::ticks::{Tick, ticks};
+
+/// Plot area, px.
+pub(super) const SURFACE_PX: [f64; 2] = [430.0, 400.0];
+/// Turn of the view about the upright, and how far it looks down.
+const TURN_DEG: f64 = 36.0;
+const DOWN_DEG: f64 = 27.0;
+/// Length of the floor along z and along y, and height, px before projection.
+const BOX_PX: [f64; 3] = [235.0, 270.0, 185.0];
+/// Part of a facet that is not mesh.
+const FACET: f64 = 0.9;
+/// Most facets along the longer side.
+const MOST_FACETS: usize = 46;
+/// Sizes of texts, px.
+const TICK_PX: f64 = 10.0;
+const NAME_PX: f64 = 11.0;
+
+/// The view: from shares of the three ranges to places in the panel, px.
+#[derive(Debug, Clone, Copy)]
+struct View {
+    z: [f64; 2],
+    y: [f64; 2],
+    values: [f64; 2],
+}
+
+impl View {
+    /// Place of a point given by shares of the ranges.
+    fn project([z, y, value]: [f64; 3]) -> [f64; 2] {
+        let (sin, cos) = TURN_DEG.to_radians().sin_cos();
+        let (sin_down, cos_down) = DOWN_DEG.to_radians().sin_cos();
+        let [across, deep] = [(z - 0.5) * BOX_PX[0], (y - 0.5) * BOX_PX[1]];
+        let depth = cos * deep - sin * across;
+        [
+            0.53 * SURFACE_PX[0] + cos * across + sin * deep,
+            0.5 * SURFACE_PX[1] + sin_down * depth + cos_down * (value - 0.5) * BOX_PX[2],
+        ]
+    }
+
+    fn shares(&self, [z, y]: [f64; 2]) -> [f64; 2] {
+        let share = |value: f64, [low, high]: [f64; 2]| (value - low) / (high - low);
+        [share(z, self.z), share(y, self.y)]
+    }
+}
+
+/// The panel.
+pub(super) fn surface_panel(map: &PlaneMap, scale: &ColourScale, [z, y]: [[f64; 2]; 2]) -> Panel {
+    let view = View {
+        z,
+        y,
+        values: scale.range,
+    };
+    let px = |length: f64| Axis {
+        range: Some([0.0, length]),
+        ..Axis::categories("", Vec::new())
+    };
+    let mut panel = Panel::new("", px(SURFACE_PX[0]), px(SURFACE_PX[1]));
+    panel.bordered = false;
+    push_walls(&mut panel, &view, scale);
+    panel.series.push(Series::new(
+        Style::new(Colour::INK, Marker::Square),
+        Marks::Polygons(facets(&map.bins, &view, scale)),
+    ));
+    push_points(&mut panel, map, &view, scale);
+    panel
+}
+
+/// Facets between the centres of bins, the farthest first.
+fn facets(bins: &PlaneBins, view: &View, scale: &ColourScale) -> Vec<Polygon> {
+    let grid = smooth_grid(bins);
+    let [columns, rows] = grid.size;
+    let step = columns.max(rows).div_ceil(MOST_FACETS).max(1);
+    let mut drawn = Vec::new();
+    // Farthest are the greatest y, and among them the least z.
+    for row in (0..rows).step_by(step).rev() {
+        for column in (0..columns).step_by(step) {
+            let place = |[dz, dy]: [usize; 2]| [column + step * dz, row + step * dy];
+            let corners = [[0, 0], [1, 0], [1, 1], [0, 1]].map(place);
+            push_facet(&mut drawn, bins, &grid, view, scale, corners);
+        }
+    }
+    drawn
+}
+
+fn push_facet(
+    drawn: &mut Vec<Polygon>,
+    bins: &PlaneBins,
+    grid: &Grid,
+    view: &View,
+    scale: &ColourScale,
+    corners: [[usize; 2]; 4],
+) {
+    let known: Vec<([f64; 2], f64)> = corners
+        .into_iter()
+        .filter(|at| at[0] < grid.size[0] && at[1] < grid.size[1])
+        .filter_map(|at| {
+            Some((
+                bins.centre_m(at),
+                grid.values[at[1] * grid.size[0] + at[0]]?,
+            ))
+        })
+        .collect();
+    if known.len() < 3 {
+        return;
+    }
+    let mean = known.iter().map(|(_, value)| value).sum::<f64>() / known.len() as f64;
+    let corners: Vec<[f64; 2]> = known
+        .iter()
+        .map(|(at, value)| {
+            let [z, y] = view.shares(*at);
+            View::project([z, y, scale.share(*value).clamp(0.0, 1.0)])
+        })
+        .collect();
+    let colour = scale.colour(mean);
+    let count = corners.len() as f64;
+    let middle = [0, 1].map(|i| corners.iter().map(|c| c[i]).sum::<f64>() / count);
+    let inner = corners
+        .iter()
+        .map(|c| [0, 1].map(|i| middle[i] + FACET * (c[i] - middle[i])))
+        .collect();
+    drawn.push(Polygon {
+        corners,
+        colour: mesh(colour),
+    });
+    drawn.push(Polygon {
+        corners: inner,
+        colour,
+    });
+}
+
+/// The same colour, darker.
+fn mesh(colour: Colour) -> Colour {
+    Colour {
+        rgb: colour.rgb.map(|c| (0.6 * f64::from(c)) as u8),
+        ..colour
+    }
+}
+
+/// Floor and the two walls behind the surface with their grids, and the three axes with ticks and names.
+fn push_walls(panel: &mut Panel, view: &View, scale: &ColourScale) {
+    let thin = Style::new(Colour::FAINT, Marker::Dot).stroke(0.8);
+    let axis = Style::new(Colour::GREY, Marker::Dot).stroke(1.0);
+    let even = |range| ticks(&super::figure::Scale::Linear, range, 5);
+    let share = |tick: &Tick, [low, high]: [f64; 2]| (tick.value - low) / (high - low);
+    let mut grid: Vec<[[f64; 3]; 2]> = Vec::new();
+    for tick in even(view.z) {
+        let z = share(&tick, view.z);
+        grid.extend([
+            [[z, 0.0, 0.0], [z, 1.0, 0.0]],
+            [[z, 1.0, 0.0], [z, 1.0, 1.0]],
+        ]);
+        push_tick(panel, &tick, [z, 0.0, 0.0], [-0.2, -1.0]);
+    }
+    for tick in even(view.y) {
+        let y = share(&tick, view.y);
+        grid.extend([
+            [[0.0, y, 0.0], [1.0, y, 0.0]],
+            [[0.0, y, 0.0], [0.0, y, 1.0]],
+        ]);
+        push_tick(panel, &tick, [1.0, y, 0.0], [1.0, -0.4]);
+    }
+    for tick in ticks(&scale.axis.scale, view.values, 6) {
+        if spread(&scale.axis.scale, tick.value).is_none() || tick.text.is_empty() {
+            continue;
+        }
+        let value = scale.share(tick.value);
+        grid.extend([
+            [[0.0, 0.0, value], [0.0, 1.0, value]],
+            [[0.0, 1.0, value], [1.0, 1.0, value]],
+        ]);
+        push_tick(panel, &tick, [0.0, 0.0, value], [-1.0, 0.0]);
+    }
+    let flat = |lines: &[[[f64; 3]; 2]]| {
+        Marks::Segments(lines.iter().map(|line| line.map(View::project)).collect())
+    };
+    panel.series.push(Series::new(thin, flat(&grid)));
+    let edges = [
+        [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0]],
+        [[1.0, 0.0, 0.0], [1.0, 1.0, 0.0]],
+        [[0.0, 0.0, 0.0], [0.0, 0.0, 1.0]],
+    ];
+    panel.series.push(Series::new(axis, flat(&edges)));
+    push_name(panel, "z, radial (m)", [0.5, 0.0, 0.0], [-30.0, -32.0]);
+    push_name(panel, "y, vertical (m)", [1.0, 0.5, 0.0], [44.0, -30.0]);
+    push_name(panel, &scale.axis.label, [0.0, 0.0, 1.0], [14.0, 22.0]);
+}
+
+fn push_tick(panel: &mut Panel, tick: &Tick, at: [f64; 3], toward: [f64; 2]) {
+    panel.notes.push(Note {
+        at: View::project(at),
+        text: tick.text.clone(),
+        colour: Colour::INK,
+        size_px: TICK_PX,
+        placement: Placement::Toward(toward),
+    });
+}
+
+fn push_name(panel: &mut Panel, text: &str, at: [f64; 3], by_px: [f64; 2]) {
+    let [x, y] = View::project(at);
+    panel.notes.push(Note {
+        at: [x + by_px[0], y + by_px[1]],
+        text: text.to_owned(),
+        colour: Colour::INK,
+        size_px: NAME_PX,
+        placement: Placement::Centred,
+    });
+}
+
+/// The outermost points on the surface with their names, each with a line down to the floor.
+fn push_points(panel: &mut Panel, map: &PlaneMap, view: &View, scale: &ColourScale) {
+    let mut drops = Vec::new();
+    let mut points = Vec::new();
+    for point in &map.extremes {
+        let Some(value) = nearest_value(&map.bins, [point.z_m, point.y_m]) else {
+            continue;
+        };
+        let [z, y] = view.shares([point.z_m, point.y_m]);
+        let top = View::project([z, y, scale.share(value)]);
+        drops.push([View::project([z, y, 0.0]), top]);
+        points.push(Point {
+            hollow: true,
+            ..Point::new(top[0], top[1])
+        });
+        panel.notes.push(Note {
+            at: top,
+            text: point.name.clone(),
+            colour: Colour::INK,
+            size_px: NAME_PX,
+            placement: Placement::Free,
+        });
+    }
+    let drop = Style {
+        dash_px: Some([2.0, 2.0]),
+        ..Style::new(Colour::INK, Marker::Dot).stroke(0.8)
+    };
+    panel.series.push(Series::new(drop, Marks::Segments(drops)));
+    panel
+        .series
+        .push(Series::new(POINT_STYLES[0], Marks::Points(points)));
+}
+
+/// Smooth estimate in the bin nearest to a place.
+fn nearest_value(bins: &PlaneBins, [z, y]: [f64; 2]) -> Option<f64> {
+    let away = |centre: [f64; 2]| (centre[0] - z).hypot(centre[1] - y);
+    let nearest = bins
+        .filled()
+        .min_by(|a, b| away(a.centre_m).total_cmp(&away(b.centre_m)))?;
+    bins.smooth(nearest.place)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A ridge along z in the middle of y.
+    fn ridge() -> PlaneBins {
+        let places =
+            (0..50).flat_map(|i| (0..50).map(move |j| [i, j].map(|k| 0.02 * f64::from(k) + 0.01)));
+        PlaneBins::gather(
+            places
+                .map(|[z, y]| ([z, y], 1.0 - (2.0 * y - 1.0).abs()))
+                .collect::<Vec<_>>()
+                .into_iter(),
+            0.02,
+        )
+    }
+
+    #[test]
+    fn a_facet_is_drawn_after_all_that_it_can_hide() {
+        let bins = ridge();
+        let scale = ColourScale::of("K", "N/mm", bins.filled().map(|bin| bin.mean));
+        let view = View {
+            z: [0.0, 1.0],
+            y: [0.0, 1.0],
+            values: scale.range,
+        };
+        let drawn = facets(&bins, &view, &scale);
+        assert!(drawn.len() > 1000);
+        // Whoever stands at the place of the last facet drawn there sees the one nearest to the viewer. Its distance grows with y and
+        // falls with z, and so do the places of facets with equal value along the sheet: on the near side of the ridge, which slopes
+        // down toward the viewer, nothing is hidden, and the topmost facet at the middle of each must be that facet itself.
+        let whole: Vec<&Polygon> = drawn.iter().step_by(2).collect();
+        let middle = |polygon: &Polygon| {
+            let n = polygon.corners.len() as f64;
+            [0, 1].map(|i| polygon.corners.iter().map(|c| c[i]).sum::<f64>() / n)
+        };
+        let near_side = whole.len() / 2 + 60..whole.len();
+        for index in near_side {
+            let at = middle(whole[index]);
+            let top = whole.iter().rposition(|polygon| holds(polygon, at));
+            assert_eq!(top, Some(index));
+        }
+        // The far side slopes away, steeper than the view looks down: all of it is hidden by the ridge.
+        let hidden = (0..whole.len() / 2 - 60).filter(|&index| {
+            let at = middle(whole[index]);
+            whole.iter().rposition(|polygon| holds(polygon, at)) != Some(index)
+        });
+        assert!(hidden.count() > whole.len() / 5);
+    }
+
+    /// Whether a convex polygon holds a point.
+    fn holds(polygon: &Polygon, at: [f64; 2]) -> bool {
+        let n = polygon.corners.len();
+        let sides = (0..n).map(|i| {
+            let [a, b] = [polygon.corners[i], polygon.corners[(i + 1) % n]];
+            (b[0] - a[0]) * (at[1] - a[1]) - (b[1] - a[1]) * (at[0] - a[0])
+        });
+        let sides: Vec<f64> = sides.collect();
+        sides.iter().all(|s| *s >= 0.0) || sides.iter().all(|s| *s <= 0.0)
+    }
+
+    #[test]
+    fn the_whole_box_fits_the_panel() {
+        for corner in 0..8 {
+            let at = [0, 1, 2].map(|i| f64::from(corner >> i & 1));
+            let [x, y] = View::project(at);
+            assert!((40.0..SURFACE_PX[0] - 30.0).contains(&x), "{at:?}: {x}");
+            assert!((30.0..SURFACE_PX[1] - 20.0).contains(&y), "{at:?}: {y}");
+        }
+    }
+}
