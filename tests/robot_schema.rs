@@ -68,6 +68,9 @@ fn what_the_reader_refuses_by_shape_does_not_fit() {
         (r#"["C", "arm"]"#, r#"["C"]"#),
         ("axis = [-1.0, 0.0, 0.0]", "axis = [-1.0, 0.0]"),
         ("lift = 45.0", "lift = true"),
+        ("density = 7850.0", "density = \"steel\""),
+        ("mass_per_m = 2.9", "mass_per_m = [2.9]"),
+        ("E = 4.0", "E = \"4 kg\""),
     ] {
         let text = level_arm::with(find, replacement);
         assert!(!validator.is_valid(&json(&text)), "{replacement}");

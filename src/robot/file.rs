@@ -46,10 +46,10 @@ pub struct RobotFile {
     pub joints: Vec<JointEntry>,
     /// Two-node beams.
     pub elements: Vec<ElementEntry>,
-    /// Units of the file; only `m`, `deg`, `m2`, `m4`, `Pa` are known.
+    /// Units of the file; only `m`, `deg`, `m2`, `m4`, `Pa`, `kg` are known.
     #[serde(default)]
     pub units: Option<UnitsEntry>,
-    /// Words for the axes; not used in computation.
+    /// Words for the axes; only the vertical is used in computation, for weight.
     #[serde(default)]
     pub frame: Option<FrameEntry>,
     /// Angles that make a pose.
@@ -78,6 +78,9 @@ pub struct RobotFile {
     pub sections: Table<SectionEntry>,
     /// Which chains make which mechanism.
     pub mechanisms: Table<MechanismEntry>,
+    /// Masses that hang at nodes, kg: motors, gearboxes, a tool.
+    #[serde(default)]
+    pub masses: Table<f64>,
     /// Sets of fitting factors by name.
     #[serde(default)]
     pub factors: Table<FactorsEntry>,
@@ -163,6 +166,9 @@ pub struct UnitsEntry {
     /// `Pa`.
     #[serde(default)]
     pub modulus: Option<String>,
+    /// `kg`.
+    #[serde(default)]
+    pub mass: Option<String>,
 }
 
 /// Words for the axes.
@@ -180,7 +186,7 @@ pub struct FrameEntry {
     /// Unit vector of the lateral direction.
     #[serde(default, deserialize_with = "exactly_if_given")]
     pub lateral: Option<[f64; 3]>,
-    /// Unit vector of the vertical direction.
+    /// Unit vector of the vertical direction; weight acts against it. y if absent.
     #[serde(default, deserialize_with = "exactly_if_given")]
     pub vertical: Option<[f64; 3]>,
     /// Unit vector of the radial direction.
@@ -318,6 +324,9 @@ pub struct MaterialEntry {
     /// Shear modulus, Pa.
     #[serde(rename = "G")]
     pub shear_modulus: f64,
+    /// Density, kg/m³: with the area of a section the mass of its members, where the section has no `mass_per_m`.
+    #[serde(default)]
+    pub density: Option<f64>,
 }
 
 /// Nominal section constants.
@@ -340,6 +349,9 @@ pub struct SectionEntry {
     /// Shear coefficients along local y and z (shear area over area), used by Timoshenko beams; 5/6 if absent.
     #[serde(default, deserialize_with = "exactly_if_given")]
     pub shear: Option<[f64; 2]>,
+    /// Mass of a member per length, kg/m, with all that is fixed along it.
+    #[serde(default)]
+    pub mass_per_m: Option<f64>,
 }
 
 /// Which parts make a mechanism.

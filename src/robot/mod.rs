@@ -21,6 +21,7 @@ mod shapes;
 mod shipped;
 mod sweep;
 mod sweep_lanes;
+mod weight;
 
 use indexmap::IndexMap;
 
@@ -43,6 +44,7 @@ pub use predict::Predictor;
 pub use predict_many::{BatchPredictor, ClassGradient};
 pub use shipped::{shipped_robot, shipped_robots};
 pub use sweep::{Keep, PoseBundles, PoseSweep, Swept, SweptPose};
+pub use weight::{GRAVITY_M_PER_S2, Masses};
 
 /// A robot, checked and ready to be posed.
 #[derive(Debug, Clone)]
@@ -69,6 +71,10 @@ pub struct Robot {
     pub end: usize,
     /// Sections with their material, by name.
     pub sections: IndexMap<String, RatedSection>,
+    /// Unit vector of the vertical; weight acts against it.
+    pub vertical: [f64; 3],
+    /// Masses at nodes, kg.
+    pub node_masses: Vec<(usize, f64)>,
     /// Mechanisms by name, in the order of the file.
     pub mechanisms: IndexMap<String, Mechanism>,
     /// Factor sets by name.
@@ -88,6 +94,8 @@ pub struct RatedSection {
     pub material: Material,
     /// Shear coefficients for Timoshenko beams.
     pub shear: ShearCoefficients,
+    /// Mass of a member per length, kg/m; `None` where the file gives neither it nor a density.
+    pub mass_kg_per_m: Option<f64>,
 }
 
 impl Robot {

@@ -21,6 +21,7 @@ mod parts;
 mod reduction;
 mod rotation;
 mod section;
+mod self_weight;
 mod solve;
 mod topology;
 
@@ -33,4 +34,5 @@ pub use reduction::{PartMethod, SolutionPath};
 pub(crate) use reduction::{Placed, Reducer, Reduction};
 pub use rotation::{LocalAxes, paper_rotation};
 pub use section::{Material, Property, Section, ShearCoefficients};
+pub use self_weight::LoadAt;
 pub use solve::{EndForces, Response, Solver};

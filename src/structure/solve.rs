@@ -12,6 +12,7 @@ use super::compliance::{Compliance6, ComplianceGradient};
 use super::element::{NaturalStiffness, STRAINS, global_matrix, natural_strains};
 use super::parts::{Attachment, Hinge, Structure, StructureError, Support};
 use super::rotation::LocalAxes;
+use super::self_weight::LoadAt;
 use super::topology::{ElementMap, HELD, Topology};
 
 /// A pivot that has lost all but this share of its diagonal entry is rounding: the structure moves there.
@@ -336,6 +337,24 @@ impl Solver {
         natural_strains(&self.axes[element], self.lengths_m[element], &ends)
     }
 
+    /// Displacement and rotation of the end under any loads (force and moment where they act).
+    ///
+    /// Call [`Solver::update`] first; `structure` is the one given there.
+    #[must_use]
+    pub fn end_displacement(&mut self, structure: &Structure, loads: &[LoadAt]) -> [f64; 6] {
+        self.solve_loads(structure, loads);
+        let end = &self.topology.end;
+        std::array::from_fn(|component| self.read(structure, end, component, 0))
+    }
+
+    fn solve_loads(&mut self, structure: &Structure, loads: &[LoadAt]) {
+        self.solution[..self.topology.equation_count].fill(0.0);
+        for (at, load) in loads {
+            self.add_load(structure, at, *load, 0);
+        }
+        self.solve_in_place(1);
+    }
+
     /// Derivatives of entry (i, i) of the end compliance to the logarithm of each section constant of each element.
     ///
     /// -u_iᵀ ∂K/∂ln p u_i, exact; call after [`Solver::end_translation_compliance`] (i below 3) or
@@ -358,13 +377,8 @@ impl Solver {
     ///
     /// Call [`Solver::update`] first; `structure` is the one given there.
     #[must_use]
-    pub fn respond(&mut self, structure: &Structure, loads: &[(Attachment, [f64; 6])]) -> Response {
-        let n = self.topology.equation_count;
-        self.solution[..n].fill(0.0);
-        for (at, load) in loads {
-            self.add_load(structure, at, *load, 0);
-        }
-        self.solve_in_place(1);
+    pub fn respond(&mut self, structure: &Structure, loads: &[LoadAt]) -> Response {
+        self.solve_loads(structure, loads);
         let value = |node, component| {
             self.topology
                 .equation(node, component)
@@ -399,7 +413,7 @@ impl Solver {
     fn reactions(
         &self,
         structure: &Structure,
-        loads: &[(Attachment, [f64; 6])],
+        loads: &[LoadAt],
         forces: &[EndForces],
     ) -> Vec<[f64; 6]> {
         let reaction = |support: &Support| {

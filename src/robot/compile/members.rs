@@ -45,16 +45,19 @@ impl Compiler<'_> {
         self.file.elements.iter().enumerate().map(member).collect()
     }
 
-    fn materials(&self) -> Result<Vec<Material>, RobotError> {
+    /// Elastic constants and density, kg/m³, of each material.
+    fn materials(&self) -> Result<Vec<(Material, Option<f64>)>, RobotError> {
         let material = |(name, entry): (&String, &file::MaterialEntry)| {
             let modulus = |value, key| {
                 let path = [Key("materials"), Key(name), Key(key)];
                 self.positive(value, &path, format!("{key} of material {name}"))
             };
-            Ok(Material {
+            let density = entry.density.map(|density| modulus(density, "density"));
+            let elastic = Material {
                 youngs_modulus_pa: modulus(entry.youngs_modulus, "E")?,
                 shear_modulus_pa: modulus(entry.shear_modulus, "G")?,
-            })
+            };
+            Ok((elastic, density.transpose()?))
         };
         self.file.materials.iter().map(material).collect()
     }
@@ -74,6 +77,8 @@ impl Compiler<'_> {
                 let what = format!("a shear coefficient of section {name}");
                 *value = self.positive(*given, &at("shear"), what)?;
             }
+            let (material, density) = materials[place];
+            let stated = entry.mass_per_m.map(|mass| constant(mass, "mass_per_m"));
             let rated = RatedSection {
                 section: Section {
                     area_m2: constant(entry.area, "A")?,
@@ -81,15 +86,28 @@ impl Compiler<'_> {
                     iz_m4: constant(entry.iz, "Iz")?,
                     j_m4: constant(entry.j, "J")?,
                 },
-                material: materials[place],
+                material,
                 shear: ShearCoefficients {
                     along_y: shear[0],
                     along_z: shear[1],
                 },
+                mass_kg_per_m: stated.transpose()?.or_else(|| Some(density? * entry.area)),
             };
             Ok((name.clone(), rated))
         };
         self.file.sections.iter().map(section).collect()
+    }
+
+    pub(super) fn node_masses(&self) -> Result<Vec<(usize, f64)>, RobotError> {
+        let mass = |(name, &mass): (&String, &f64)| {
+            let path = [Key("masses"), Key(name)];
+            let node = self.node(name, &path)?;
+            Ok((
+                node,
+                self.positive(mass, &path, format!("the mass at {name}"))?,
+            ))
+        };
+        self.file.masses.iter().map(mass).collect()
     }
 
     pub(super) fn mechanisms(&self) -> Result<IndexMap<String, Mechanism>, RobotError> {

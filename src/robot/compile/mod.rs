@@ -97,6 +97,7 @@ impl<'a> Compiler<'a> {
             ("area", &units.area, "m2"),
             ("second_moment", &units.second_moment, "m4"),
             ("modulus", &units.modulus, "Pa"),
+            ("mass", &units.mass, "kg"),
         ] {
             if let Some(found) = found.as_deref().filter(|found| *found != expected) {
                 return Err(unsupported(
@@ -112,7 +113,6 @@ impl<'a> Compiler<'a> {
 
     fn robot(&self) -> Result<Robot, RobotError> {
         let file = self.file;
-        self.check_frame()?;
         let sections = self.sections()?;
         let robot = Robot {
             name: file.name.clone(),
@@ -125,6 +125,8 @@ impl<'a> Compiler<'a> {
             members: self.members(&sections)?,
             supports: self.supports()?,
             end: self.node(&file.end.node, &[Key("end"), Key("node")])?,
+            vertical: self.vertical()?,
+            node_masses: self.node_masses()?,
             sections,
             mechanisms: self.mechanisms()?,
             factors: self.factors()?,
@@ -140,10 +142,11 @@ impl<'a> Compiler<'a> {
         Ok(robot)
     }
 
-    /// The words for the axes take no part in computation, but a number in them must still be one.
-    fn check_frame(&self) -> Result<(), RobotError> {
+    /// The vertical; the other words for the axes take no part in computation, but a number in them must still be one.
+    fn vertical(&self) -> Result<[f64; 3], RobotError> {
+        let mut vertical = [0.0, 1.0, 0.0];
         let Some(frame) = &self.file.frame else {
-            return Ok(());
+            return Ok(vertical);
         };
         let vectors = [
             ("lateral", frame.lateral),
@@ -152,10 +155,13 @@ impl<'a> Compiler<'a> {
         ];
         for (key, vector) in vectors {
             if let Some(vector) = vector {
-                self.unit_vector(vector, &[Key("frame"), Key(key)])?;
+                let unit = self.unit_vector(vector, &[Key("frame"), Key(key)])?;
+                if key == "vertical" {
+                    vertical = unit;
+                }
             }
         }
-        Ok(())
+        Ok(vertical)
     }
 
     /// The error for a body or node that needs itself.
