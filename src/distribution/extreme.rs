@@ -34,7 +34,8 @@ impl Extreme {
     }
 
     /// What is largest at the point with this reach and height, m.
-    pub(super) fn of_reach_and_height(self, [reach_m, height_m]: [f64; 2]) -> f64 {
+    #[must_use]
+    pub fn of_reach_and_height(self, [reach_m, height_m]: [f64; 2]) -> f64 {
         match self {
             Self::Highest => height_m,
             Self::Furthest => reach_m,
@@ -129,6 +130,7 @@ impl Hill for Outermost<'_> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::distribution::workspace::WorkspacePlan;
     use crate::robot::shipped_robot;
 
     fn shipped(name: &str) -> Robot {

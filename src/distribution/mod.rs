@@ -4,11 +4,18 @@
 //! [`StiffnessMap`] is the stiffness over the poses of a [`PoseSet`], each of which is known by its number alone.
 
 mod climb;
+mod design;
+mod end_load;
 mod extreme;
 mod map;
 mod pose_set;
 mod workspace;
 
+pub use design::{
+    DesignCost, DesignGoal, DesignSensitivity, JointSensitivity, Lift, LiftedDesign, NoDesign,
+    SectionChange, SectionSensitivity, design_sensitivity, lift,
+};
+pub use end_load::{EndShift, ShiftMap, Spread, largest_load};
 pub use extreme::{Extreme, RefinedExtreme};
 pub use map::{
     ColumnStatistics, ColumnStudy, FactorCovariance, FitUncertainty, Level, MapColumn, MapModel,

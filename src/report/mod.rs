@@ -26,7 +26,10 @@ pub use figures::{
 pub use fit::{factors_toml, fit_json, fit_text, paper_steps_json, paper_steps_text};
 #[cfg(feature = "parquet")]
 pub use map::points_parquet;
-pub use map::{Field, MapReport, MeshPoints, mesh_of, points_csv, vtu};
+pub use map::{
+    Field, MapReport, MeshPoints, ShiftCause, ShiftReport, lift_json, lift_text, mesh_of,
+    points_csv, sensitivity_json, sensitivity_text, vtu,
+};
 pub use paper::{PaperCell, PaperReport, paper_report};
 pub use prove::{
     calibration_json, calibration_text, concealed_json, concealed_text, idealised_json,

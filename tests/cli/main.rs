@@ -15,6 +15,7 @@ mod instruments;
 #[cfg(unix)]
 mod lines;
 mod map;
+mod map_questions;
 #[cfg(unix)]
 mod permissions;
 mod physics;

@@ -5,13 +5,15 @@ use std::path::PathBuf;
 use clap::{Args, Subcommand, ValueEnum};
 
 use crate::cli::args::at_least_one;
-use crate::distribution::{MapColumn, Sampling, Shard};
+use crate::distribution::{DesignGoal, Lift, MapColumn, Sampling, Shard};
+
+use super::files::WantedFigures;
 
 /// Arguments of `map`.
 #[derive(Debug, Args)]
 #[command(
     args_conflicts_with_subcommands = true,
-    after_help = "Examples:\n  stiffbench map                                     the paper's six mechanisms in 50 000 random poses\n  stiffbench map --mechanism A,F --poses 200000 --out maps\n  stiffbench map --mechanism F --direction x,y,z --direction 0,1,1 --json\n  stiffbench map --model my-session/diagnosis/model.toml --at-load 50\n  stiffbench map --poses 1000000 --shard 3/8 --out shards\n  stiffbench map merge shards/*.map-shard --out maps"
+    after_help = "Examples:\n  stiffbench map                                     the paper's six mechanisms in 50 000 random poses\n  stiffbench map --mechanism A,F --poses 200000 --out maps\n  stiffbench map --mechanism F --direction x,y,z --direction 0,1,1 --json\n  stiffbench map --model my-session/diagnosis/model.toml --at-load 50\n  stiffbench map --out maps --figures --difference A,F\n  stiffbench map --load 0,-50,0 --limit 0.5           pose accuracy under 50 N downward, largest load for half a millimetre\n  stiffbench map --lift min:y:20%                     cheapest change that lifts the least stiffness along y by 20 %\n  stiffbench map --poses 1000000 --shard 3/8 --out shards\n  stiffbench map merge shards/*.map-shard --out maps"
 )]
 pub(in crate::cli) struct MapArgs {
     /// Joining shards instead.
@@ -26,6 +28,132 @@ pub(in crate::cli) struct MapArgs {
     /// Folder for the points (CSV), meshes for ParaView (VTU), tables and numbers
     #[arg(long, value_name = "FOLDER")]
     pub(super) out: Option<PathBuf>,
+    /// With --out: also figures (SVG and PNG) of every mechanism and direction, and of all mechanisms with one scale
+    #[arg(long, requires = "out", conflicts_with = "shard")]
+    pub(super) figures: bool,
+    /// With --out: also figures of what the second of two mechanisms has more than the first
+    #[arg(long, value_name = "A,F", value_parser = two_names, requires = "out", conflicts_with = "shard")]
+    pub(super) difference: Option<[String; 2]>,
+    /// What is asked instead of the stiffness.
+    #[command(flatten)]
+    pub(super) asked: Asked,
+}
+
+impl MapArgs {
+    /// The figures that are asked for.
+    pub(super) fn wanted_figures(&self) -> WantedFigures {
+        WantedFigures {
+            of_each: self.figures,
+            difference: self.difference.clone(),
+        }
+    }
+}
+
+/// Questions other than that for the stiffness.
+#[derive(Debug, Args)]
+pub(super) struct Asked {
+    /// Displacement and rotation of the end under a load at it, N and N*m, instead of the stiffness
+    #[arg(long, value_name = "FX,FY,FZ[,MX,MY,MZ]", value_parser = end_load, allow_hyphen_values = true, conflicts_with = "shard")]
+    pub(super) load: Option<EndLoad>,
+    /// With --load: the largest load along it that moves the end by no more than this, mm
+    #[arg(long, value_name = "MM", value_parser = above_zero, requires = "load")]
+    pub(super) limit: Option<f64>,
+    /// Sag of the end under the robot's own weight, instead of the stiffness; needs masses in the robot file
+    #[arg(long, conflicts_with = "shard")]
+    pub(super) sag: bool,
+    /// What the least and the mean stiffness depend on: sections and joints [mechanism: the last, unless named]
+    #[arg(long, conflicts_with = "shard")]
+    pub(super) design: bool,
+    /// The cheapest change of the sections that lifts the least or mean stiffness, for example min:y:20%
+    #[arg(long, value_name = "min|mean:AXIS:PERCENT", value_parser = lift, conflicts_with = "shard")]
+    pub(super) lift: Option<Lift>,
+    /// What is cheap: little relative change, or little added mass [default: change]
+    #[arg(long, value_enum, requires = "lift")]
+    pub(super) cost: Option<CostWord>,
+}
+
+impl Asked {
+    /// Whether anything is asked.
+    pub(super) fn is_any(&self) -> bool {
+        self.load.is_some() || self.sag || self.is_design()
+    }
+
+    /// Whether it is about a design.
+    pub(super) fn is_design(&self) -> bool {
+        self.design || self.lift.is_some()
+    }
+}
+
+/// What a change costs.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub(super) enum CostWord {
+    /// Squares of the relative changes of all section constants
+    Change,
+    /// Added mass, sections keeping their shape
+    Mass,
+}
+
+/// Force and moment at the end, N and N·m.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct EndLoad(pub(super) [f64; 6]);
+
+/// Three numbers, or six.
+fn end_load(text: &str) -> Result<EndLoad, String> {
+    let wrong = "three forces in N, or three forces and three moments in N*m, are needed, for example 0,-50,0";
+    let numbers: Result<Vec<f64>, _> = text.split(',').map(|part| part.trim().parse()).collect();
+    let mut numbers = numbers.map_err(|_| wrong)?;
+    if numbers.len() == 3 {
+        numbers.extend([0.0; 3]);
+    }
+    let load = <[f64; 6]>::try_from(numbers).map_err(|_| wrong)?;
+    if load.iter().all(|value| value.is_finite()) && load.iter().any(|value| *value != 0.0) {
+        Ok(EndLoad(load))
+    } else {
+        Err("a load of finite numbers that are not all zero is needed".to_owned())
+    }
+}
+
+/// A number above zero.
+fn above_zero(text: &str) -> Result<f64, String> {
+    match text.parse::<f64>() {
+        Ok(value) if value.is_finite() && value > 0.0 => Ok(value),
+        _ => Err("a number above zero is needed".to_owned()),
+    }
+}
+
+/// GOAL:AXIS:PERCENT.
+fn lift(text: &str) -> Result<Lift, String> {
+    let wrong =
+        "min or mean, an axis and a percentage above zero are needed, for example min:y:20%";
+    let parts: Vec<&str> = text.split(':').map(str::trim).collect();
+    let [goal, axis, percent] = parts[..] else {
+        return Err(wrong.to_owned());
+    };
+    let goal = match goal {
+        "min" => DesignGoal::Smallest,
+        "mean" => DesignGoal::Mean,
+        _ => return Err(wrong.to_owned()),
+    };
+    let axis = ["x", "y", "z"]
+        .iter()
+        .position(|name| *name == axis)
+        .ok_or(wrong)?;
+    let percent =
+        above_zero(percent.strip_suffix('%').unwrap_or(percent).trim()).map_err(|_| wrong)?;
+    Ok(Lift {
+        goal,
+        axis,
+        by: percent / 100.0,
+    })
+}
+
+/// Two names with a comma between them.
+fn two_names(text: &str) -> Result<[String; 2], String> {
+    let names: Vec<String> = text.split(',').map(|name| name.trim().to_owned()).collect();
+    match <[String; 2]>::try_from(names) {
+        Ok([a, b]) if !a.is_empty() && !b.is_empty() && a != b => Ok([a, b]),
+        _ => Err("two different mechanisms are needed, for example A,F".to_owned()),
+    }
 }
 
 /// Subcommands of `map`.
@@ -45,6 +173,19 @@ pub(super) struct MergeArgs {
     /// Folder for the points (CSV), meshes for ParaView (VTU), tables and numbers
     #[arg(long, value_name = "FOLDER")]
     pub(super) out: Option<PathBuf>,
+    /// With --out: also figures (SVG and PNG) of every mechanism and direction, and of all mechanisms with one scale
+    #[arg(long, requires = "out")]
+    pub(super) figures: bool,
+}
+
+impl MergeArgs {
+    /// The figures that are asked for.
+    pub(super) fn wanted_figures(&self) -> WantedFigures {
+        WantedFigures {
+            of_each: self.figures,
+            difference: None,
+        }
+    }
 }
 
 /// What a map is of.

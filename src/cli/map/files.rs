@@ -2,21 +2,34 @@
 
 use std::path::{Path, PathBuf};
 
+use rayon::prelude::*;
 use serde_json::Value;
 
 use crate::cli::failure::Failure;
-use crate::cli::figure_files::write;
+use crate::cli::figure_files::{write, write_figure};
 use crate::cli::outcome::envelope;
+use crate::plot::Figure;
 use crate::report::{MapReport, mesh_of, points_csv};
+
+use super::job::wrong;
+
+/// Figures that go with a map.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub(super) struct WantedFigures {
+    /// Of every mechanism and direction, and of all mechanisms together.
+    pub(super) of_each: bool,
+    /// Of what the second mechanism has more than the first.
+    pub(super) difference: Option<[String; 2]>,
+}
 
 /// Writes points, meshes, tables and numbers into a folder; returns what was written.
 pub(super) fn write_all(
     folder: &Path,
     report: &MapReport<'_>,
-    text: &str,
-    data: &Value,
+    wanted: &WantedFigures,
+    (text, data): (&str, &Value),
 ) -> Result<Vec<PathBuf>, Failure> {
-    let mut written = Vec::new();
+    let mut written = write_text(folder, text, data)?;
     // One after the other: the points of all mechanisms at once would need as much memory again as the maps.
     let mut put = |name: String, content: &[u8]| -> Result<(), Failure> {
         let path = folder.join(name);
@@ -24,10 +37,6 @@ pub(super) fn write_all(
         written.push(path);
         Ok(())
     };
-    let mut object = envelope("map", true);
-    object["data"] = data.clone();
-    put("map.txt".to_owned(), text.as_bytes())?;
-    put("map.json".to_owned(), format!("{object:#}\n").as_bytes())?;
     let (robot, poses) = (report.robot, &report.poses.set);
     for (_, study) in &report.mechanisms {
         let name = file_part(&study.map.mechanism);
@@ -45,6 +54,55 @@ pub(super) fn write_all(
             })?;
             put(file, &content)?;
         }
+    }
+    let mut figures = if wanted.of_each {
+        report.figures()
+    } else {
+        Vec::new()
+    };
+    if let Some([before, after]) = &wanted.difference {
+        let of_two = report.differences(before, after).ok_or_else(|| {
+            let known = report
+                .mechanisms
+                .iter()
+                .map(|(_, study)| study.map.mechanism.as_str());
+            wrong(
+                &format!("--difference {before},{after}"),
+                "one of them is not among the maps".to_owned(),
+                &format!("the maps are of {}", known.collect::<Vec<_>>().join(", ")),
+            )
+        })?;
+        figures.extend(of_two);
+    }
+    written.extend(write_figures(folder, &figures)?);
+    Ok(written)
+}
+
+/// Writes figures as SVG and PNG, on all cores.
+pub(super) fn write_figures(
+    folder: &Path,
+    figures: &[(String, Figure)],
+) -> Result<Vec<PathBuf>, Failure> {
+    let folder = folder.join("figures");
+    let written: Vec<Vec<PathBuf>> = figures
+        .par_iter()
+        .map(|(name, figure)| write_figure(&folder.join(name), figure))
+        .collect::<Result<_, Failure>>()?;
+    Ok(written.into_iter().flatten().collect())
+}
+
+/// Writes tables and numbers.
+pub(super) fn write_text(folder: &Path, text: &str, data: &Value) -> Result<Vec<PathBuf>, Failure> {
+    let mut object = envelope("map", true);
+    object["data"] = data.clone();
+    let mut written = Vec::new();
+    for (name, content) in [
+        ("map.txt", text.to_owned()),
+        ("map.json", format!("{object:#}\n")),
+    ] {
+        let path = folder.join(name);
+        write(&path, content.as_bytes())?;
+        written.push(path);
     }
     Ok(written)
 }

@@ -36,7 +36,13 @@ pub(super) fn run(args: &MergeArgs) -> Result<Outcome, Failure> {
     let maps = (0..job.mechanisms.len())
         .map(|mechanism| join(job, &poses, &shards, mechanism))
         .collect::<Result<_, ShardError>>()?;
-    finish(job, &robot, poses, maps, args.out.as_deref())
+    finish(
+        job,
+        &robot,
+        poses,
+        maps,
+        (args.out.as_deref(), &args.wanted_figures()),
+    )
 }
 
 /// What two studies do not have in common, in words.

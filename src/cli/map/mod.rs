@@ -6,6 +6,7 @@ mod fit_file;
 mod job;
 mod merge;
 mod prepare;
+mod questions;
 mod shard;
 
 use std::path::Path;
@@ -21,7 +22,7 @@ use super::outcome::Outcome;
 pub(super) use args::MapArgs;
 
 use args::MapCommand;
-use files::write_all;
+use files::{WantedFigures, write_all};
 use job::MapJob;
 use prepare::prepare;
 
@@ -30,21 +31,27 @@ pub(super) fn run(args: &MapArgs) -> Result<Outcome, Failure> {
     if let Some(MapCommand::Merge(args)) = &args.what {
         return merge::run(args);
     }
-    let (job, warnings) = prepare(&args.study)?;
+    let (mut job, warnings) = prepare(&args.study)?;
+    if args.asked.is_design() && args.study.mechanism.is_empty() {
+        // Six designs at once would bury the one that is wanted.
+        let others = job.mechanisms.len().saturating_sub(1);
+        job.mechanisms.drain(..others);
+    }
     let outcome = match (args.shard, &args.out) {
+        _ if args.asked.is_any() => questions::run(&job, &args.asked, args.out.as_deref()),
         (Some(share), Some(folder)) => one_shard(&job, share, folder),
-        _ => whole(&job, args.out.as_deref()),
+        _ => whole(&job, args.out.as_deref(), &args.wanted_figures()),
     }?;
     Ok(outcome.with_more_warnings(warnings))
 }
 
 /// The whole study.
-fn whole(job: &MapJob, out: Option<&Path>) -> Result<Outcome, Failure> {
+fn whole(job: &MapJob, out: Option<&Path>, figures: &WantedFigures) -> Result<Outcome, Failure> {
     let robot = job.robot()?;
     let physics = job.physics(&robot)?;
     let poses = job.pose_set(&robot, Shard::WHOLE)?;
     let maps = job.maps(&robot, &physics, &poses)?;
-    finish(job, &robot, poses, maps, out)
+    finish(job, &robot, poses, maps, (out, figures))
 }
 
 /// All that is said and written of maps, however they came about.
@@ -53,14 +60,14 @@ fn finish(
     robot: &Robot,
     poses: PoseSet,
     maps: Vec<StiffnessMap>,
-    out: Option<&Path>,
+    (out, figures): (Option<&Path>, &WantedFigures),
 ) -> Result<Outcome, Failure> {
     let physics = job.physics(robot)?;
     let poses = StudyPoses::new(poses, job.sampling);
     let report = job.report(robot, &physics, &poses, maps)?;
     let (text, data) = (report.text(), report.json());
     let written = match out {
-        Some(folder) => write_all(folder, &report, &text, &data)?,
+        Some(folder) => write_all(folder, &report, figures, (&text, &data))?,
         None => Vec::new(),
     };
     let written = written

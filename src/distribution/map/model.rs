@@ -18,6 +18,7 @@ use crate::test_point::{Direction, PoseId};
 
 use super::column::{MapColumn, fill_row};
 use super::row_width;
+use crate::distribution::end_load::EndShift;
 
 /// Poses that a thread takes at a time where each is solved alone.
 const CHUNK: usize = 256;
@@ -40,6 +41,16 @@ pub enum NoMap {
         help("state the load of which the secant stiffness is wanted, for example --at-load 50")
     )]
     NoLoad {
+        /// The law and its place.
+        effect: String,
+    },
+    /// A law that is not linear, and a question that only linear structures have an answer to.
+    #[error("{effect} is not linear: what the end does is not its compliance times the load")]
+    #[diagnostic(
+        code(stiffbench::distribution::linear_only),
+        help("leave out the law; `stiffbench simulate` shows what it does under a load")
+    )]
+    LinearOnly {
         /// The law and its place.
         effect: String,
     },
@@ -160,7 +171,7 @@ impl<'a> MapModel<'a> {
     }
 
     /// The joints, if all laws in them are linear.
-    pub(super) fn joints(&self) -> Option<&JointModel> {
+    pub(in crate::distribution) fn joints(&self) -> Option<&JointModel> {
         match &self.means {
             Means::Sweep { joints, .. } => Some(joints),
             Means::Secant { .. } => None,
@@ -168,7 +179,7 @@ impl<'a> MapModel<'a> {
     }
 
     /// What the rocking of the base adds to the compliance along an axis of an end at `end_m`, m/N.
-    pub(super) fn rocking_m_per_n(&self, end_m: [f64; 3], axis: usize) -> f64 {
+    pub(in crate::distribution) fn rocking_m_per_n(&self, end_m: [f64; 3], axis: usize) -> f64 {
         let nothing = Compliance6([[0.0; 6]; 6]);
         self.on_its_base(&nothing, end_m).direct(axis)
     }
@@ -289,6 +300,75 @@ impl<'a> MapModel<'a> {
     #[must_use]
     pub fn is_linear(&self) -> bool {
         matches!(self.means, Means::Sweep { .. })
+    }
+}
+
+/// Where the end is and its whole compliance, or why there is none.
+type WholeCompliance = Result<([f64; 3], Compliance6), String>;
+
+impl<'a> MapModel<'a> {
+    /// The same mechanism, factors and physics with a robot that differs in its sections only.
+    pub(in crate::distribution) fn of_robot<'b>(
+        &self,
+        robot: &'b Robot,
+    ) -> Result<MapModel<'b>, NoMap>
+    where
+        'a: 'b,
+    {
+        let load_n = match &self.means {
+            Means::Sweep { .. } => None,
+            Means::Secant { load_n, .. } => Some(*load_n),
+        };
+        MapModel::new(robot, self.physics, &self.factors, load_n)
+    }
+
+    /// The whole compliance in poses, on all cores.
+    pub(in crate::distribution) fn compliances(
+        &self,
+        poses: &[Pose],
+    ) -> Result<Vec<WholeCompliance>, NoMap> {
+        let Means::Sweep { sweep, .. } = &self.means else {
+            self.check_linear()?;
+            return Ok(Vec::new());
+        };
+        let swept = sweep.run(poses, Keep::Full);
+        let solved = swept.poses.iter().zip(&swept.compliances);
+        let mut failed = swept.failed.iter();
+        Ok(solved
+            .map(|found| match found {
+                (Some(pose), Some(compliance)) => {
+                    let compliance = self.rocks_at_m.map_or(*compliance, |support_m| {
+                        self.physics.with_base_at(compliance, support_m, pose.end_m)
+                    });
+                    Ok((pose.end_m, compliance))
+                }
+                _ => Err(failed
+                    .next()
+                    .map_or_else(String::new, |(_, error)| error.to_string())),
+            })
+            .collect())
+    }
+
+    /// How the end moves because the base rocks under moments, N·m, which `about` gives about a point; `None` where it stands firm.
+    pub(in crate::distribution) fn rocking_under(
+        &self,
+        about: impl Fn([f64; 3]) -> [f64; 3],
+        end_m: [f64; 3],
+    ) -> Option<EndShift> {
+        let support_m = self.rocks_at_m?;
+        let (compliance, moment) = (self.physics.laws.base_rad_per_nm(), about(support_m));
+        let rotation_rad = [0, 1, 2].map(|axis| compliance[axis] * moment[axis]);
+        Some(EndShift::turned(rotation_rad, support_m, end_m))
+    }
+
+    /// Refuses laws that are not linear.
+    pub(in crate::distribution) fn check_linear(&self) -> Result<(), NoMap> {
+        match &self.means {
+            Means::Sweep { .. } => Ok(()),
+            Means::Secant { effect, .. } => Err(NoMap::LinearOnly {
+                effect: effect.clone(),
+            }),
+        }
     }
 }
 

@@ -1,10 +1,13 @@
 //! Maps of the stiffness over the workspace, for people, for programs, and as files for others to draw.
 
+mod design;
+mod figures;
 mod json;
 mod paper;
 #[cfg(feature = "parquet")]
 mod parquet;
 mod points;
+mod shifts;
 mod text;
 mod vtu;
 
@@ -13,9 +16,11 @@ use crate::robot::Robot;
 
 use super::paper::PaperCell;
 
+pub use design::{lift_json, lift_text, sensitivity_json, sensitivity_text};
 #[cfg(feature = "parquet")]
 pub use parquet::points_parquet;
 pub use points::{mesh_of, points_csv};
+pub use shifts::{ShiftCause, ShiftReport};
 pub use vtu::{Field, MeshPoints, vtu};
 
 /// Maps of some mechanisms of a robot over the same poses.

@@ -1,0 +1,198 @@
+//! What `map` is asked beside the stiffness: a load at the end, the own weight, a design.
+
+use std::path::Path;
+
+use serde_json::{Value, json};
+
+use crate::cli::failure::Failure;
+use crate::cli::outcome::Outcome;
+use crate::distribution::{
+    DesignCost, PoseSet, Shard, ShiftMap, StiffnessMap, StudyPoses, design_sensitivity, lift,
+};
+use crate::physics::ActingPhysics;
+use crate::plot::Figure;
+use crate::report::{
+    MapReport, ShiftCause, ShiftReport, lift_json, lift_text, sensitivity_json, sensitivity_text,
+};
+use crate::robot::{JointModel, Masses, MechanismModel, Robot, Theory};
+
+use super::args::{Asked, CostWord};
+use super::files::{write_figures, write_text};
+use super::job::{MapJob, wrong};
+
+const MM: f64 = 1e-3;
+
+/// Answers, one after the other.
+pub(super) fn run(job: &MapJob, asked: &Asked, out: Option<&Path>) -> Result<Outcome, Failure> {
+    let robot = job.robot()?;
+    let physics = job.physics(&robot)?;
+    let poses = StudyPoses::new(job.pose_set(&robot, Shard::WHOLE)?, job.sampling);
+    let about = MapReport {
+        robot: &robot,
+        factors_name: job.factors_name.clone(),
+        seed: job.seed,
+        poses: &poses,
+        mechanisms: Vec::new(),
+        at_load_n: job.at_load_n,
+    };
+    let mut answer = Answer::default();
+    if let Some(load) = asked.load {
+        let maps = maps(job, &robot, &physics, |model| {
+            ShiftMap::under_load(model, &poses.set, load.0)
+        })?;
+        let cause = ShiftCause::Load {
+            load: load.0,
+            limit_m: asked.limit.map(|limit| limit * MM),
+        };
+        answer.take(
+            "load",
+            &ShiftReport {
+                about: &about,
+                cause,
+                maps,
+            },
+        );
+    }
+    if asked.sag {
+        let masses = masses(job, &robot, &physics, &poses.set)?;
+        let maps = maps(job, &robot, &physics, |model| {
+            ShiftMap::under_weight(model, &poses.set)
+        })?;
+        let cause = ShiftCause::Weight(masses);
+        answer.take(
+            "sag",
+            &ShiftReport {
+                about: &about,
+                cause,
+                maps,
+            },
+        );
+    }
+    if asked.design || asked.lift.is_some() {
+        design(job, asked, (&robot, &physics), &poses.set, &mut answer)?;
+    }
+    let mut warnings = Vec::new();
+    if let Some(folder) = out {
+        let mut written = write_figures(folder, &answer.figures)?;
+        written.extend(write_text(folder, &answer.text, &answer.data)?);
+        warnings.extend(
+            written
+                .iter()
+                .map(|path| format!("wrote {}", path.display())),
+        );
+    }
+    Ok(Outcome::new("map", answer.text, answer.data).with_warnings(warnings))
+}
+
+/// What was found, for people, for programs, and as figures.
+#[derive(Default)]
+struct Answer {
+    text: String,
+    data: Value,
+    figures: Vec<(String, Figure)>,
+}
+
+impl Answer {
+    fn add(&mut self, key: &str, text: &str, data: Value) {
+        if !self.text.is_empty() {
+            self.text.push('\n');
+        }
+        self.text.push_str(text);
+        self.data[key] = data;
+    }
+
+    fn take(&mut self, key: &str, report: &ShiftReport<'_>) {
+        self.add(key, &report.text(), report.json());
+        self.figures.extend(report.figures());
+    }
+}
+
+/// A map of each mechanism.
+fn maps<T, E: Into<Failure>>(
+    job: &MapJob,
+    robot: &Robot,
+    physics: &[ActingPhysics],
+    of: impl Fn(&crate::distribution::MapModel<'_>) -> Result<T, E>,
+) -> Result<Vec<T>, Failure> {
+    let of_one = |physics: &ActingPhysics| -> Result<T, Failure> {
+        of(&job.model(robot, physics)?).map_err(Into::into)
+    };
+    physics.iter().map(of_one).collect()
+}
+
+/// What is known of the masses of each mechanism, and their sum, kg.
+fn masses(
+    job: &MapJob,
+    robot: &Robot,
+    physics: &[ActingPhysics],
+    poses: &PoseSet,
+) -> Result<Vec<(Masses, f64)>, Failure> {
+    let mut found = Vec::new();
+    for physics in physics {
+        let mechanism = &physics.mechanism;
+        let masses = Masses::of(robot, mechanism);
+        let (joints, theory) = (JointModel::Rigid, Theory::EulerBernoulli);
+        let mut model = MechanismModel::new(robot, mechanism, &joints, theory, &job.factors)?;
+        model.place(&poses.pose(0))?;
+        found.push((masses, model.mass_kg()));
+    }
+    if found.iter().all(|(masses, _)| masses.is_empty()) {
+        return Err(wrong(
+            "--sag",
+            format!("{} has no masses, so nothing is known of its weight", robot.name),
+            "give its sections mass_per_m (kg/m) or their material a density (kg/m3), and nodes with motors or tools a mass under [masses]: docs/robot-file.md, Masses",
+        )
+        .into());
+    }
+    Ok(found)
+}
+
+/// Sensitivities along every axis that is mapped, or the cheapest change along the one that is to rise.
+fn design(
+    job: &MapJob,
+    asked: &Asked,
+    (robot, physics): (&Robot, &[ActingPhysics]),
+    poses: &PoseSet,
+    answer: &mut Answer,
+) -> Result<(), Failure> {
+    let (mut text, mut sensitivities, mut lifts) = (String::new(), Vec::new(), Vec::new());
+    for physics in physics {
+        let model = job.model(robot, physics)?;
+        let name = &model.mechanism().name;
+        if let Some(wanted) = asked.lift {
+            let cost = match asked.cost {
+                Some(CostWord::Mass) => DesignCost::Mass,
+                Some(CostWord::Change) | None => DesignCost::Change,
+            };
+            let found = lift(&model, poses, wanted, cost)?;
+            text.push_str(&lift_text(name, &found));
+            text.push('\n');
+            lifts.push(lift_json(name, &found));
+        }
+        if !asked.design {
+            continue;
+        }
+        let map = StiffnessMap::over(&model, poses, &job.columns)?;
+        for axis in 0..3 {
+            if let Some(found) = design_sensitivity(&model, &map, poses, axis)? {
+                text.push_str(&sensitivity_text(name, &found));
+                text.push('\n');
+                sensitivities.push(sensitivity_json(name, &found));
+            }
+        }
+    }
+    if text.is_empty() {
+        return Err(wrong(
+            "--design",
+            "laws that are not linear have no derivatives, and neither have directions that are no axes".to_owned(),
+            "leave out the law, or name an axis, for example --direction y",
+        )
+        .into());
+    }
+    answer.add(
+        "design",
+        &text,
+        json!({ "sensitivities": sensitivities, "lifts": lifts }),
+    );
+    Ok(())
+}

@@ -1,0 +1,214 @@
+//! What moves the stiffness over the workspace, and the cheapest change that lifts it.
+
+use std::fmt::Write;
+
+use serde_json::{Value, json};
+
+use crate::distribution::{DesignCost, DesignGoal, DesignSensitivity, LiftedDesign};
+use crate::quantity::NEWTON_PER_METRE_PER_NEWTON_PER_MICROMETRE as N_PER_UM;
+use crate::report::text::{TextTable, significant};
+use crate::structure::Property;
+
+const AXES: [&str; 3] = ["x", "y", "z"];
+/// Sections that move a stiffness by less than this share of it per share of all their constants are counted, not listed.
+const WORTH_LISTING: f64 = 5e-4;
+/// A joint that would take this share of the stiffness: the size in which joints are compared.
+const SHARE_OF_JOINT: f64 = 0.01;
+
+/// Sensitivities of one mechanism along one axis, for people.
+#[must_use]
+pub fn sensitivity_text(mechanism: &str, found: &DesignSensitivity) -> String {
+    let axis = AXES[found.axis];
+    let mut text = format!(
+        "mechanism {mechanism}, stiffness along {axis}: least {} N/um, mean {} N/um\n\n",
+        significant(found.smallest_n_per_m / N_PER_UM, 4),
+        significant(found.mean_n_per_m / N_PER_UM, 4),
+    );
+    let mut heads = vec!["section".to_owned()];
+    for of in ["least", "mean"] {
+        heads.extend(Property::ALL.map(|property| format!("{of} {}", property.name())));
+    }
+    let heads: Vec<&str> = heads.iter().map(String::as_str).collect();
+    let mut table = TextTable::new(&heads);
+    let size = |values: &[f64; 4]| values.iter().map(|v| v.abs()).fold(0.0, f64::max);
+    let mut sections: Vec<_> = found.sections.iter().collect();
+    sections.sort_by(|a, b| {
+        (size(&b.smallest) + size(&b.mean)).total_cmp(&(size(&a.smallest) + size(&a.mean)))
+    });
+    let listed = sections
+        .iter()
+        .filter(|s| size(&s.smallest).max(size(&s.mean)) >= WORTH_LISTING);
+    let mut count = 0;
+    for section in listed {
+        count += 1;
+        let numbers = section.smallest.iter().chain(&section.mean);
+        table.row(
+            [section.section.clone()]
+                .into_iter()
+                .chain(numbers.map(|v| format!("{v:.3}"))),
+        );
+    }
+    text.push_str("Per cent of stiffness per per cent of a section constant:\n\n");
+    text.push_str(&table.text());
+    let rest = sections.len() - count;
+    if rest > 0 {
+        let _ = writeln!(text, "{rest} sections move neither by 0.05 % of theirs.");
+    }
+    text.push_str(&joints_text(found));
+    text
+}
+
+fn joints_text(found: &DesignSensitivity) -> String {
+    if found.joints.is_empty() {
+        return "Joints that yield already have no derivatives here.\n".to_owned();
+    }
+    let mut joints: Vec<_> = found.joints.iter().collect();
+    joints.sort_by(|a, b| (a.smallest + a.mean).total_cmp(&(b.smallest + b.mean)));
+    let mut table = TextTable::new(&["joint", "takes 1 % of the least", "takes 1 % of the mean"]);
+    let number = |slope: f64| {
+        if slope < 0.0 {
+            significant(-SHARE_OF_JOINT / slope, 3)
+        } else {
+            "no compliance".to_owned()
+        }
+    };
+    let mut idle = 0;
+    for joint in joints {
+        // A compliance of 1 rad/(N·m) takes less than a millionth: the joint carries no moment from here.
+        if joint.smallest > -1e-6 && joint.mean > -1e-6 {
+            idle += 1;
+            continue;
+        }
+        table.row([
+            joint.joint.clone(),
+            number(joint.smallest),
+            number(joint.mean),
+        ]);
+    }
+    let mut text = format!(
+        "\nCompliance of a joint, rad/(N*m), that takes 1 %:\n\n{}",
+        table.text()
+    );
+    if idle > 0 {
+        let _ = writeln!(text, "{idle} joints carry no moment from this load.");
+    }
+    text
+}
+
+/// Sensitivities for programs.
+#[must_use]
+pub fn sensitivity_json(mechanism: &str, found: &DesignSensitivity) -> Value {
+    let four = |values: &[f64; 4]| {
+        let pairs = Property::ALL.into_iter().zip(values);
+        pairs
+            .map(|(p, v)| (p.name().to_owned(), json!(v)))
+            .collect::<serde_json::Map<_, _>>()
+    };
+    let value = |n_per_m: f64| json!({ "value": n_per_m / N_PER_UM, "unit": "N/um" });
+    json!({
+        "mechanism": mechanism,
+        "direction": AXES[found.axis],
+        "smallest": value(found.smallest_n_per_m),
+        "mean": value(found.mean_n_per_m),
+        "poses_of_mean": found.poses_of_mean,
+        "sections": found.sections.iter().map(|section| json!({
+            "section": section.section,
+            "dln_smallest_dln": four(&section.smallest),
+            "dln_mean_dln": four(&section.mean),
+        })).collect::<Vec<_>>(),
+        "joints": found.joints.iter().map(|joint| json!({
+            "joint": joint.joint,
+            "dln_smallest_dc": { "value": joint.smallest, "unit": "N*m/rad" },
+            "dln_mean_dc": { "value": joint.mean, "unit": "N*m/rad" },
+        })).collect::<Vec<_>>(),
+    })
+}
+
+fn goal_word(goal: DesignGoal) -> &'static str {
+    match goal {
+        DesignGoal::Smallest => "least",
+        DesignGoal::Mean => "mean",
+    }
+}
+
+/// A design for people.
+#[must_use]
+pub fn lift_text(mechanism: &str, design: &LiftedDesign) -> String {
+    let number = |n_per_m: f64| significant(n_per_m / N_PER_UM, 5);
+    let rise = |n_per_m: f64| 100.0 * (n_per_m / design.before_n_per_m - 1.0);
+    let mut text = format!(
+        "Cheapest change of mechanism {mechanism} that lifts the {} stiffness along {} by {} %\n\n",
+        goal_word(design.wanted.goal),
+        AXES[design.wanted.axis],
+        100.0 * design.wanted.by,
+    );
+    let _ = writeln!(
+        text,
+        "before {} N/um; predicted from the derivatives at the start {} N/um ({:+.2} %); solved again in all poses {} N/um ({:+.2} %), after {} steps",
+        number(design.before_n_per_m),
+        number(design.predicted_n_per_m),
+        rise(design.predicted_n_per_m),
+        number(design.after_n_per_m),
+        rise(design.after_n_per_m),
+        design.steps,
+    );
+    let _ = match design.cost {
+        DesignCost::Change => writeln!(
+            text,
+            "cost: half the sum of the squares of ln factor over all constants of all sections = {}",
+            significant(design.cost_value, 4)
+        ),
+        DesignCost::Mass => writeln!(
+            text,
+            "cost: added mass = {} kg; sections keep their shape (Iy, Iz and J grow with the square of A) and none shrinks",
+            significant(design.cost_value, 4)
+        ),
+    };
+    let mut table = TextTable::new(&["section", "A", "Iy", "Iz", "J"]);
+    let size = |factors: &[f64; 4]| factors.iter().map(|f| f.ln().abs()).fold(0.0, f64::max);
+    let mut changes: Vec<_> = design.changes.iter().collect();
+    changes.sort_by(|a, b| size(&b.factors).total_cmp(&size(&a.factors)));
+    let count = changes
+        .iter()
+        .filter(|change| size(&change.factors) >= WORTH_LISTING)
+        .count();
+    for change in &changes[..count] {
+        let factors = change.factors.map(|factor| format!("{factor:.4}"));
+        table.row([change.section.clone()].into_iter().chain(factors));
+    }
+    let _ = write!(
+        text,
+        "\nFactors on the section constants:\n\n{}",
+        table.text()
+    );
+    let rest = changes.len() - count;
+    if rest > 0 {
+        let _ = writeln!(text, "{rest} sections stay within 0.05 %.");
+    }
+    text
+}
+
+/// A design for programs.
+#[must_use]
+pub fn lift_json(mechanism: &str, design: &LiftedDesign) -> Value {
+    let value = |n_per_m: f64| json!({ "value": n_per_m / N_PER_UM, "unit": "N/um" });
+    let (cost, unit) = match design.cost {
+        DesignCost::Change => ("half-sum-of-squared-ln-factors", "1"),
+        DesignCost::Mass => ("added-mass", "kg"),
+    };
+    json!({
+        "mechanism": mechanism,
+        "direction": AXES[design.wanted.axis],
+        "goal": goal_word(design.wanted.goal),
+        "wanted_percent": 100.0 * design.wanted.by,
+        "before": value(design.before_n_per_m),
+        "predicted": value(design.predicted_n_per_m),
+        "after": value(design.after_n_per_m),
+        "cost": { "measure": cost, "value": design.cost_value, "unit": unit },
+        "steps": design.steps,
+        "sections": design.changes.iter().map(|change| {
+            let [a, iy, iz, j] = change.factors;
+            json!({ "section": change.section, "A": a, "Iy": iy, "Iz": iz, "J": j })
+        }).collect::<Vec<_>>(),
+    })
+}

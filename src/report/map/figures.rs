@@ -1,0 +1,188 @@
+//! Figures of maps (the paper's Figs. 11 to 28).
+
+use crate::distribution::{Extreme, MapColumn, MechanismStudy, WorkspacePlan};
+use crate::plot::{
+    Figure, NamedPoint, PlaneBins, PlaneMap, PlaneMapDifference, PlaneMapFigure, ValueAt,
+    plane_map, plane_map_difference, plane_map_sheet,
+};
+
+use super::MapReport;
+
+/// N/m in a N/mm, in which the numbers on contour lines are short.
+const N_PER_MM: f64 = 1e3;
+/// A pose of the robot file nearer than this to an outermost point gives it its name, m.
+const SAME_PLACE_M: f64 = 0.05;
+
+impl MapReport<'_> {
+    /// One figure for each mechanism and column, and one for each column of all mechanisms with one scale, by file name.
+    #[must_use]
+    pub fn figures(&self) -> Vec<(String, Figure)> {
+        let mut figures = Vec::new();
+        for (index, column) in self.columns() {
+            let words = column_words(&column);
+            let maps: Vec<PlaneMap> = self.plane_maps(index);
+            let figure = |title: String, maps: Vec<PlaneMap>| PlaneMapFigure {
+                title,
+                quantity: words.clone(),
+                unit: "N/mm".to_owned(),
+                about: self.about(),
+                maps,
+                range: None,
+            };
+            for (map, (_, study)) in maps.iter().zip(&self.mechanisms) {
+                let name = &study.map.mechanism;
+                let title = format!("{}: {words}, mechanism {name}", self.robot.name);
+                let one = figure(title, vec![map.clone()]);
+                figures.push((file_name(&column, name), plane_map(&one)));
+            }
+            if maps.len() > 1 {
+                let title = format!("{}: {words}, one scale for all mechanisms", self.robot.name);
+                let all = figure(title, maps);
+                figures.push((file_name(&column, "all"), plane_map_sheet(&all)));
+            }
+        }
+        figures
+    }
+
+    /// What the second of two mechanisms has more than the first, for each column; `None` if one of them is not among the maps.
+    #[must_use]
+    pub fn differences(&self, before: &str, after: &str) -> Option<Vec<(String, Figure)>> {
+        let place = |name: &str| {
+            let mut studies = self.mechanisms.iter();
+            studies.position(|(_, study)| study.map.mechanism == name)
+        };
+        let places = [place(before)?, place(after)?];
+        Some(
+            self.columns()
+                .into_iter()
+                .map(|(index, column)| {
+                    let words = column_words(&column);
+                    let maps = self.plane_maps(index);
+                    let [before_map, after_map] = places.map(|place| maps[place].clone());
+                    let figure = plane_map_difference(&PlaneMapDifference {
+                        title: format!("{}: {words}, {after} against {before}", self.robot.name),
+                        quantity: words,
+                        unit: "N/mm".to_owned(),
+                        about: self.about(),
+                        before: before_map,
+                        after: after_map,
+                    });
+                    (
+                        file_name(&column, &format!("{after}-against-{before}")),
+                        figure,
+                    )
+                })
+                .collect(),
+        )
+    }
+
+    /// The columns that are drawn: of the principal stiffnesses the weakest, which is what a user must know.
+    fn columns(&self) -> Vec<(usize, MapColumn)> {
+        let first = self.mechanisms.first();
+        let columns = first.map_or_else(Vec::new, |(_, study)| study.map.columns.clone());
+        let is_drawn =
+            |column: &MapColumn| !column.is_principal() || *column == MapColumn::Principal(0);
+        columns
+            .into_iter()
+            .enumerate()
+            .filter(|(_, column)| is_drawn(column))
+            .collect()
+    }
+
+    pub(super) fn about(&self) -> String {
+        let load = self.at_load_n.map_or_else(String::new, |load| {
+            format!(", secant at {load} N where not linear")
+        });
+        format!(
+            "Factors {}{load}; {}.",
+            self.factors_name,
+            self.sampling_words()
+        )
+    }
+
+    /// The maps of a column, all with bins of one side.
+    fn plane_maps(&self, column: usize) -> Vec<PlaneMap> {
+        let places = self.mechanisms.iter().map(|(_, study)| places_of(study));
+        let places: Vec<Vec<[f64; 2]>> = places.collect();
+        let sides = places.iter().map(|points| PlaneBins::side_for(points));
+        let side_m = sides.fold(0.0, f64::max);
+        let studies = self.mechanisms.iter().zip(&places);
+        studies
+            .map(|((_, study), points)| {
+                let values: Vec<f64> = study.map.column(column).map(|k| k / N_PER_MM).collect();
+                let pairs = points.iter().copied().zip(values.iter().copied());
+                let at = |row: Option<usize>| {
+                    row.map(|row| ValueAt {
+                        z_y_m: points[row],
+                        value: values[row],
+                    })
+                };
+                let rows = || (0..values.len()).filter(|&row| values[row].is_finite());
+                let ordered = |a: &usize, b: &usize| values[*a].total_cmp(&values[*b]);
+                PlaneMap {
+                    heading: format!("mechanism {}", study.map.mechanism),
+                    bins: PlaneBins::gather(pairs, side_m),
+                    extremes: self.outermost(points),
+                    least: at(rows().min_by(ordered)),
+                    greatest: at(rows().max_by(ordered)),
+                }
+            })
+            .collect()
+    }
+
+    /// The outermost of points (z, y), with the name of the pose that the robot file states nearby.
+    pub(super) fn outermost(&self, points: &[[f64; 2]]) -> Vec<NamedPoint> {
+        let words = ["highest", "furthest", "lowest", "nearest"];
+        let named = Extreme::ALL.into_iter().zip(words);
+        named
+            .filter_map(|(extreme, word)| {
+                let value = |point: &[f64; 2]| extreme.of_reach_and_height(*point);
+                let at = points.iter().max_by(|a, b| value(a).total_cmp(&value(b)))?;
+                let near = self.robot.poses.iter().find(|pose| {
+                    pose.stated_zy_m
+                        .is_some_and(|[z, y]| (z - at[0]).hypot(y - at[1]) < SAME_PLACE_M)
+                });
+                Some(NamedPoint {
+                    name: near.map_or_else(|| word.to_owned(), |pose| pose.id.to_string()),
+                    z_m: at[0],
+                    y_m: at[1],
+                })
+            })
+            .collect()
+    }
+}
+
+/// Reach and height of the end in each row, m.
+fn places_of(study: &MechanismStudy) -> Vec<[f64; 2]> {
+    let rows = 0..study.map.len();
+    rows.map(|row| reach_and_height(study.map.end_m(row)))
+        .collect()
+}
+
+/// Reach and height of an end, m: a turning waist changes neither.
+pub(super) fn reach_and_height(end_m: [f64; 3]) -> [f64; 2] {
+    WorkspacePlan::paper().reach_and_height(end_m)
+}
+
+fn column_words(column: &MapColumn) -> String {
+    if column.is_principal() {
+        format!("{} principal stiffness", column.name())
+    } else {
+        format!("stiffness along {}", column.name())
+    }
+}
+
+/// A file name without what file systems do not like.
+fn file_name(column: &MapColumn, of: &str) -> String {
+    let plain = |text: &str| -> String {
+        let keep = |c: char| {
+            if c.is_alphanumeric() || "-.".contains(c) {
+                c
+            } else {
+                '_'
+            }
+        };
+        text.chars().map(keep).collect()
+    };
+    format!("stiffness-{}-{}", plain(column.name()), plain(of))
+}

@@ -1,0 +1,344 @@
+//! What a load or the own weight does to the end over the workspace.
+
+use std::fmt::Write;
+
+use serde_json::{Map, Value, json};
+
+use crate::distribution::{ShiftMap, Spread, largest_load};
+use crate::plot::{
+    Figure, PlaneBins, PlaneMap, PlaneMapFigure, ValueAt, plane_map, plane_map_sheet,
+};
+use crate::quantity::METRES_PER_MICROMETRE;
+use crate::report::text::{TextTable, significant};
+use crate::robot::{Masses, Robot};
+
+use super::MapReport;
+use super::figures::reach_and_height;
+
+/// Significant digits of printed values.
+const DIGITS: usize = 4;
+const RAD_PER_MICRORADIAN: f64 = 1e-6;
+
+/// Why the end moves.
+#[derive(Debug, Clone, PartialEq)]
+pub enum ShiftCause {
+    /// A force and a moment at the end, N and N·m, and how far it may move, m.
+    Load {
+        /// (Fx, Fy, Fz, Mx, My, Mz).
+        load: [f64; 6],
+        /// The limit, if the largest load is wanted.
+        limit_m: Option<f64>,
+    },
+    /// Its own weight, with the masses of each mechanism and their sum, kg.
+    Weight(Vec<(Masses, f64)>),
+}
+
+/// Displacements of the end of some mechanisms over the same poses.
+#[derive(Debug)]
+pub struct ShiftReport<'a> {
+    /// The maps beside which this stands: robot, poses, names.
+    pub about: &'a MapReport<'a>,
+    /// Why the end moves.
+    pub cause: ShiftCause,
+    /// One a mechanism.
+    pub maps: Vec<ShiftMap>,
+}
+
+/// A quantity of every pose.
+struct Quantity {
+    key: &'static str,
+    words: &'static str,
+    unit: &'static str,
+    /// Whether small values are the ones to look at.
+    worst_is_least: bool,
+    values: Vec<f64>,
+}
+
+impl ShiftReport<'_> {
+    /// Tables for people.
+    #[must_use]
+    pub fn text(&self) -> String {
+        let mut text = format!("{}\n", self.heading());
+        for (index, map) in self.maps.iter().enumerate() {
+            let mass = self.mass_words(index);
+            let _ = writeln!(text, "\nmechanism {}{mass}\n", map.mechanism);
+            text.push_str(&self.table(map).text());
+            if let Some((_, reason)) = map.failed.first() {
+                let count = map.failed.len();
+                let _ = writeln!(
+                    text,
+                    "{count} of the poses have no answer, for example: {reason}"
+                );
+            }
+        }
+        text
+    }
+
+    fn table(&self, map: &ShiftMap) -> TextTable {
+        let mut table = TextTable::new(&[
+            "quantity",
+            "least",
+            "5 %",
+            "median",
+            "mean",
+            "95 %",
+            "greatest",
+            "worst at z, m",
+            "y, m",
+            "angles, deg",
+        ]);
+        for quantity in self.quantities(map) {
+            let Some(spread) = Spread::of(&quantity.values) else {
+                continue;
+            };
+            let [low, median, high] = spread.quantiles;
+            let values = [
+                spread.least.0,
+                low,
+                median,
+                spread.mean,
+                high,
+                spread.greatest.0,
+            ];
+            let row = worst(&quantity, &spread);
+            let [z, y] = reach_and_height(map.ends_m[row]);
+            table.row(
+                [format!("{}, {}", quantity.words, quantity.unit)]
+                    .into_iter()
+                    .chain(values.map(|value| significant(value, DIGITS)))
+                    .chain([format!("{z:.3}"), format!("{y:.3}"), self.angles(map, row)]),
+            );
+        }
+        table
+    }
+
+    fn heading(&self) -> String {
+        let about = self.about;
+        match &self.cause {
+            ShiftCause::Load { load, limit_m } => {
+                let [fx, fy, fz, mx, my, mz] = load;
+                let limit = limit_m.map_or_else(String::new, |limit| {
+                    format!(
+                        "; largest load along it: the end moves by {} mm",
+                        limit * 1e3
+                    )
+                });
+                format!(
+                    "Displacement and rotation of the end under F = ({fx}, {fy}, {fz}) N, M = ({mx}, {my}, {mz}) N*m{limit}.\n{}",
+                    about.about()
+                )
+            }
+            ShiftCause::Weight(_) => format!(
+                "Sag of the end under the robot's own weight, from the shape without gravity.\n{}",
+                about.about()
+            ),
+        }
+    }
+
+    fn mass_words(&self, index: usize) -> String {
+        let ShiftCause::Weight(masses) = &self.cause else {
+            return String::new();
+        };
+        let Some((masses, sum_kg)) = masses.get(index) else {
+            return String::new();
+        };
+        let mut words = format!(": {} kg", significant(*sum_kg, DIGITS));
+        if !masses.unweighed.is_empty() {
+            let _ = write!(
+                words,
+                ", without sections that have no mass: {}",
+                masses.unweighed.join(", ")
+            );
+        }
+        words
+    }
+
+    fn quantities(&self, map: &ShiftMap) -> Vec<Quantity> {
+        let of = |key, words, unit, value: &dyn Fn(usize) -> f64| Quantity {
+            key,
+            words,
+            unit,
+            worst_is_least: false,
+            values: (0..map.shifts.len()).map(value).collect(),
+        };
+        let shift = |row: usize| &map.shifts[row];
+        let along =
+            |axis: usize| move |row: usize| shift(row).displacement_m[axis] / METRES_PER_MICROMETRE;
+        let mut all = vec![
+            of("displacement", "displacement", "um", &|row| {
+                shift(row).distance_m() / METRES_PER_MICROMETRE
+            }),
+            of("displacement_x", "  along x", "um", &along(0)),
+            of("displacement_y", "  along y", "um", &along(1)),
+            of("displacement_z", "  along z", "um", &along(2)),
+            of("rotation", "rotation", "urad", &|row| {
+                shift(row).angle_rad() / RAD_PER_MICRORADIAN
+            }),
+        ];
+        if let ShiftCause::Load {
+            load,
+            limit_m: Some(limit_m),
+        } = self.cause
+        {
+            let unit = if load[..3] == [0.0; 3] { "N*m" } else { "N" };
+            let largest = |row: usize| largest_load(shift(row), load, limit_m).unwrap_or(f64::NAN);
+            let mut quantity = of("largest_load", "largest load", unit, &largest);
+            quantity.worst_is_least = true;
+            all.push(quantity);
+        }
+        all
+    }
+
+    fn angles(&self, map: &ShiftMap, row: usize) -> String {
+        let set = &self.about.poses.set;
+        let free = set.free_angles_deg(map.places[row] as usize).iter();
+        free.map(|angle| format!("{angle:.1}"))
+            .collect::<Vec<_>>()
+            .join(" ")
+    }
+
+    /// The JSON contract's `data`.
+    #[must_use]
+    pub fn json(&self) -> Value {
+        let mechanisms: Vec<Value> = self
+            .maps
+            .iter()
+            .enumerate()
+            .map(|(index, map)| self.mechanism_json(index, map))
+            .collect();
+        let mut data = json!({
+            "robot": self.about.robot.name,
+            "factors": self.about.factors_name,
+            "poses": self.about.poses.set.len(),
+            "mechanisms": mechanisms,
+        });
+        if let ShiftCause::Load { load, limit_m } = &self.cause {
+            data["force_N"] = json!(load[..3]);
+            data["moment_Nm"] = json!(load[3..]);
+            data["limit_mm"] = json!(limit_m.map(|limit| limit * 1e3));
+        }
+        data
+    }
+
+    fn mechanism_json(&self, index: usize, map: &ShiftMap) -> Value {
+        let mut object = Map::new();
+        object.insert("mechanism".to_owned(), json!(map.mechanism));
+        object.insert("poses".to_owned(), json!(map.shifts.len()));
+        let failed = map.failed.iter().map(|(place, reason)| json!({ "id": self.about.poses.set.ids[*place as usize], "reason": reason }));
+        object.insert("failed".to_owned(), failed.collect());
+        if let ShiftCause::Weight(masses) = &self.cause
+            && let Some((masses, sum_kg)) = masses.get(index)
+        {
+            object.insert("mass_kg".to_owned(), json!(sum_kg));
+            object.insert("sections_without_mass".to_owned(), json!(masses.unweighed));
+        }
+        for quantity in self.quantities(map) {
+            let value = match Spread::of(&quantity.values) {
+                None => json!({ "value": null, "unit": quantity.unit, "reason": "no pose has it" }),
+                Some(spread) => {
+                    let row = worst(&quantity, &spread);
+                    let place = map.places[row] as usize;
+                    json!({
+                        "unit": quantity.unit,
+                        "least": spread.least.0,
+                        "greatest": spread.greatest.0,
+                        "mean": spread.mean,
+                        "quantiles": { "0.05": spread.quantiles[0], "0.5": spread.quantiles[1], "0.95": spread.quantiles[2] },
+                        "worst": {
+                            "id": self.about.poses.set.ids[place],
+                            "end_m": map.ends_m[row],
+                            "angles_deg": self.about.poses.set.pose(place).angles_deg,
+                        },
+                    })
+                }
+            };
+            object.insert(quantity.key.to_owned(), value);
+        }
+        Value::Object(object)
+    }
+
+    /// Displacement over the workspace, of each mechanism and of all with one scale, by file name.
+    #[must_use]
+    pub fn figures(&self) -> Vec<(String, Figure)> {
+        let (key, words) = match self.cause {
+            ShiftCause::Load { .. } => ("load", "displacement under the load"),
+            ShiftCause::Weight(_) => ("sag", "sag under its own weight"),
+        };
+        let robot: &Robot = self.about.robot;
+        let maps = self.plane_maps();
+        let figure = |title: String, maps: Vec<PlaneMap>| PlaneMapFigure {
+            title,
+            quantity: "displacement of the end".to_owned(),
+            unit: "µm".to_owned(),
+            about: self.heading().replace('\n', " ").replace("N*m", "N·m"),
+            maps,
+            range: None,
+        };
+        let mut figures: Vec<(String, Figure)> = maps
+            .iter()
+            .zip(&self.maps)
+            .map(|(map, shifts)| {
+                let title = format!("{}: {words}, mechanism {}", robot.name, shifts.mechanism);
+                let name = format!("{key}-{}", shifts.mechanism);
+                (name, plane_map(&figure(title, vec![map.clone()])))
+            })
+            .collect();
+        if maps.len() > 1 {
+            let title = format!("{}: {words}, one scale for all mechanisms", robot.name);
+            figures.push((format!("{key}-all"), plane_map_sheet(&figure(title, maps))));
+        }
+        figures
+    }
+
+    fn plane_maps(&self) -> Vec<PlaneMap> {
+        let places = |map: &ShiftMap| -> Vec<[f64; 2]> {
+            map.ends_m
+                .iter()
+                .map(|end| reach_and_height(*end))
+                .collect()
+        };
+        let side_m = self
+            .maps
+            .iter()
+            .map(|map| PlaneBins::side_for(&places(map)))
+            .fold(0.0, f64::max);
+        self.maps
+            .iter()
+            .map(|map| {
+                let points = places(map);
+                let values: Vec<f64> = map
+                    .shifts
+                    .iter()
+                    .map(|shift| shift.distance_m() / METRES_PER_MICROMETRE)
+                    .collect();
+                let spread = Spread::of(&values);
+                let at = |end: Option<(f64, usize)>| {
+                    end.map(|(value, row)| ValueAt {
+                        z_y_m: points[row],
+                        value,
+                    })
+                };
+                PlaneMap {
+                    heading: format!("mechanism {}", map.mechanism),
+                    bins: PlaneBins::gather(
+                        points.iter().copied().zip(values.iter().copied()),
+                        side_m,
+                    ),
+                    extremes: self.about.outermost(&points),
+                    least: at(spread.map(|spread| spread.least)),
+                    greatest: at(spread.map(|spread| spread.greatest)),
+                }
+            })
+            .collect()
+    }
+}
+
+/// The row that a user should look at.
+fn worst(quantity: &Quantity, spread: &Spread) -> usize {
+    let is_negative = spread.least.0.abs() > spread.greatest.0.abs();
+    if quantity.worst_is_least || is_negative {
+        spread.least.1
+    } else {
+        spread.greatest.1
+    }
+}

@@ -1,0 +1,169 @@
+//! `stiffbench map` asked for figures, loads, own weight and designs.
+
+use super::Desk;
+use super::failures::assert_says;
+
+#[test]
+fn figures_of_each_mechanism_of_all_and_of_a_difference() {
+    let desk = Desk::new();
+    let study = "map --mechanism A,F --poses 600 --direction y --no-principal --out out";
+    let ran = desk
+        .run(&format!("{study} --figures --difference A,F"))
+        .succeeds();
+    for name in ["y-A", "y-F", "y-all", "y-F-against-A"] {
+        for ending in ["svg", "png"] {
+            let file = format!("out/figures/stiffness-{name}.{ending}");
+            assert!(desk.path(&file).is_file(), "{file}");
+            assert!(ran.stderr.contains(&file), "{}", ran.stderr);
+        }
+    }
+    let svg = desk.read("out/figures/stiffness-y-F.svg");
+    for words in [
+        "stiffness along y (N/mm)",
+        "z, radial (m)",
+        "P1",
+        "600 random poses",
+        "m_fsd",
+    ] {
+        assert!(svg.contains(words), "{words}");
+    }
+    // Without being asked for there are none.
+    desk.run(&study.replace("--out out", "--out plain"))
+        .succeeds();
+    assert!(!desk.path("plain/figures").exists());
+    let error = desk.refusal(
+        &format!("{study} --difference A,B"),
+        2,
+        "stiffbench::usage::argument",
+    );
+    assert_says(&error, &["A, F"]);
+}
+
+#[test]
+fn a_load_moves_the_end_and_a_limit_bounds_the_load() {
+    let desk = Desk::new();
+    let arguments = "map --mechanism F --poses 300 --load 0,-50,0 --limit 0.5";
+    let text = desk.run(arguments).succeeds().stdout;
+    for words in [
+        "F = (0, -50, 0) N",
+        "displacement, um",
+        "rotation, urad",
+        "largest load, N",
+        "0.5 mm",
+    ] {
+        assert!(text.contains(words), "`{words}` is not in\n{text}");
+    }
+    let load = &desk.data(arguments)["load"];
+    assert_eq!(load["force_N"][1], -50.0);
+    let number = |key: &str, of: &str| load["mechanisms"][0][key][of].as_f64().unwrap();
+    // What moves the end furthest by 50 N bears the least load.
+    let product = number("displacement", "greatest") * number("largest_load", "least");
+    assert!((product / (50.0 * 500.0) - 1.0).abs() < 1e-9, "{product}");
+    assert!(number("displacement_y", "greatest") < 0.0);
+    // Stiffness and load say the same of the direction of the load.
+    let map = desk.data("map --mechanism F --poses 300 --direction y --no-principal");
+    let least = map["mechanisms"][0]["stiffness"][0]["smallest"]["sampled"]["value"]["value"]
+        .as_f64()
+        .unwrap();
+    assert!((number("displacement_y", "least") / (-50.0 / least) - 1.0).abs() < 1e-9);
+    desk.run(&format!("{arguments} --out out")).succeeds();
+    assert!(desk.path("out/figures/load-F.png").is_file() && desk.path("out/map.json").is_file());
+}
+
+#[test]
+fn a_robot_without_masses_is_told_what_to_add_and_one_with_them_sags() {
+    let desk = Desk::new();
+    let error = desk.refusal("map --poses 10 --sag", 2, "stiffbench::usage::argument");
+    assert_says(&error, &["no masses", "mass_per_m", "density", "[masses]"]);
+    let page = include_str!("../../docs/robot-file.md");
+    let start = page.find("```toml\n").unwrap() + "```toml\n".len();
+    let length = page[start..].find("```").unwrap();
+    desk.write("arm.toml", &page[start..start + length]);
+    let sag = &desk.data("map --robot arm.toml --poses 50 --sag")["sag"];
+    let mechanism = &sag["mechanisms"][1];
+    assert_eq!(mechanism["mechanism"], "levelled");
+    assert!(
+        mechanism["sections_without_mass"]
+            .as_array()
+            .unwrap()
+            .is_empty()
+    );
+    // Steel of 7850 kg/m3: post 0.5 + 0.15 m, tube 0.6 + 0.2 + 0.15 m; rod 0.6 m of 2.9 kg/m; 4 kg and 11 kg.
+    let steel = 7850.0 * (3.0e-3 * 0.65 + 1.2e-3 * 0.95);
+    let mass = mechanism["mass_kg"].as_f64().unwrap();
+    assert!((mass - steel - 2.9 * 0.6 - 15.0).abs() < 1e-9, "{mass}");
+    assert!(mechanism["displacement_y"]["greatest"].as_f64().unwrap() < 0.0);
+    let text = desk
+        .run("map --robot arm.toml --poses 50 --sag")
+        .succeeds()
+        .stdout;
+    assert!(
+        text.contains("mechanism levelled: 41.0") && text.contains("own weight"),
+        "{text}"
+    );
+}
+
+#[test]
+fn what_the_stiffness_depends_on_and_the_cheapest_lift() {
+    let desk = Desk::new();
+    let data = desk.data("map --poses 200 --direction y --no-principal --design --lift min:y:20%");
+    let found = &data["design"]["sensitivities"][0];
+    assert_eq!(
+        (&found["mechanism"], &found["direction"]),
+        (&"F".into(), &"y".into())
+    );
+    let lift = &data["design"]["lifts"][0];
+    let number = |key: &str| lift[key]["value"].as_f64().unwrap();
+    assert!(
+        number("after") >= 1.2 * number("before") && number("after") < 1.2001 * number("before")
+    );
+    assert_eq!(lift["cost"]["measure"], "half-sum-of-squared-ln-factors");
+    assert_eq!(found["smallest"]["value"], lift["before"]["value"]);
+    let text = desk
+        .run("map --poses 200 --mechanism A --lift mean:z:5")
+        .succeeds()
+        .stdout;
+    for words in [
+        "mechanism A",
+        "mean stiffness along z by 5 %",
+        "solved again in all poses",
+        "cost:",
+    ] {
+        assert!(text.contains(words), "`{words}` is not in\n{text}");
+    }
+    let error = desk.refusal(
+        "map --poses 50 --lift min:y:20% --cost mass",
+        10,
+        "stiffbench::distribution::design_no_mass",
+    );
+    assert_says(&error, &["mass_per_m"]);
+    desk.refusal(
+        "map --poses 50 --lift min:y:9000%",
+        10,
+        "stiffbench::distribution::design_out_of_reach",
+    );
+}
+
+#[test]
+fn questions_that_cannot_be_asked() {
+    let desk = Desk::new();
+    for arguments in [
+        "map --load 1,2",
+        "map --load 0,0,0",
+        "map --load 0,1,many",
+        "map --load 0,-1,0 --limit 0",
+        "map --limit 1",
+        "map --lift y:20%",
+        "map --lift max:y:20%",
+        "map --lift min:w:20%",
+        "map --lift min:y:-3%",
+        "map --cost mass",
+        "map --figures",
+        "map --difference A,F",
+        "map --out o --difference A,A",
+        "map --sag --shard 1/2 --out s",
+    ] {
+        let ran = desk.run(arguments).exits_with(2);
+        assert!(ran.stderr.contains("error:"), "{arguments}: {}", ran.stderr);
+    }
+}
