@@ -43,7 +43,9 @@ pub use outcome::{
     Agreement, Correlation, FactorEstimate, FactorStatus, FitMethod, FitOutcome, FittedCell,
 };
 pub use problem::FitProblem;
-pub use procedure::{PaperFit, PaperOptions, PaperSource, PoseFit, follow_paper};
+pub use procedure::{
+    PaperFit, PaperOptions, PaperSource, PoseFit, fit_single_source, follow_paper,
+};
 pub use refit::{Refit, Refitter};
 pub use significance::{PAPER_FACTOR, Scope, SequenceStep, Significance, significance};
 pub use stiffness_list::{StiffnessListError, is_stiffness_list, read_stiffness_list};

@@ -92,18 +92,7 @@ pub fn follow_paper(
     let (single_source, single_source_factors, single_source_given) = match &options.source {
         PaperSource::Given(name, factors) => (Vec::new(), *factors, Some(name.clone())),
         PaperSource::Reference(reference) => {
-            let fit = |(pose, weight): &(PoseId, f64)| {
-                let problem = FitProblem {
-                    robot,
-                    mechanism,
-                    measured: reference,
-                    start: &FittingFactors::UNIT,
-                    // A reference simulation knows of beams alone.
-                    physics: None,
-                };
-                fit_pose(&problem, pose, *weight, Scope::All, trials)
-            };
-            let fits: Vec<PoseFit> = options.poses.iter().map(fit).collect::<Result<_, _>>()?;
+            let fits = fit_single_source(robot, mechanism, reference, &options.poses, trials)?;
             let combined = combined(&fits)?;
             (fits, combined, None)
         }
@@ -140,6 +129,31 @@ pub fn follow_paper(
         multi_source,
         outcome,
     })
+}
+
+/// Single-source fits (steps 2 to 4): in each pose, the factors of all elements alike that give the stiffness of a reference.
+///
+/// # Errors
+/// As [`follow_paper`].
+pub fn fit_single_source(
+    robot: &Robot,
+    mechanism: &Mechanism,
+    reference: &MeasuredStiffness,
+    poses: &[(PoseId, f64)],
+    trials: &MonteCarloSettings,
+) -> Result<Vec<PoseFit>, FitError> {
+    let problem = FitProblem {
+        robot,
+        mechanism,
+        measured: reference,
+        start: &FittingFactors::UNIT,
+        // A reference simulation knows of beams alone.
+        physics: None,
+    };
+    poses
+        .iter()
+        .map(|(pose, weight)| fit_pose(&problem, pose, *weight, Scope::All, trials))
+        .collect()
 }
 
 /// Steps 2 to 4, or 6 and 7, for one pose.
