@@ -10,7 +10,7 @@ use std::path::{Path, PathBuf};
 
 /// Each module of `src` and the modules it may import; its own paths are always open to it. `cli` may import everything.
 #[rustfmt::skip]
-const MAY_IMPORT: [(&str, &[&str]); 26] = [
+const MAY_IMPORT: [(&str, &[&str]); 27] = [
     ("statistics", &[]),
     ("source_text", &[]),
     ("nearest", &[]),
@@ -26,6 +26,7 @@ const MAY_IMPORT: [(&str, &[&str]); 26] = [
     ("session", &["clock", "nearest", "quantity", "test_point", "readings", "procedure", "instrument", "stiffness"]),
     ("lanes", &[]),
     ("structure", &["lanes", "vector"]),
+    ("reference", &["structure"]),
     ("robot", &["source_text", "nearest", "lanes", "vector", "test_point", "structure"]),
     ("physics", &["source_text", "nearest", "vector", "test_point", "structure", "robot"]),
     ("bench", &["clock", "test_point", "readings", "procedure", "robot", "physics"]),
@@ -38,8 +39,8 @@ const MAY_IMPORT: [(&str, &[&str]); 26] = [
     (
         "report",
         &[
-            "quantity", "test_point", "readings", "specimen", "stiffness", "structure", "robot", "physics", "least_squares", "fit", "mismatch", "prove",
-            "distribution", "plot",
+            "quantity", "test_point", "readings", "specimen", "stiffness", "structure", "reference", "robot", "physics", "least_squares", "fit", "mismatch",
+            "prove", "distribution", "plot",
         ],
     ),
     ("cli", EVERYTHING),
@@ -49,7 +50,7 @@ const MAY_IMPORT: [(&str, &[&str]); 26] = [
 const EVERYTHING: &[&str] = &[
     "quantity", "statistics", "source_text", "nearest", "lanes", "vector", "clock", "test_point", "readings", "specimen", "procedure", "instrument",
     "session", "stiffness",
-    "structure", "robot", "physics", "bench", "least_squares", "fit", "mismatch", "prove", "distribution", "plot", "report",
+    "structure", "reference", "robot", "physics", "bench", "least_squares", "fit", "mismatch", "prove", "distribution", "plot", "report",
 ];
 
 /// Who outside `cli` may do some of that, and why it must.
