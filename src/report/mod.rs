@@ -10,6 +10,7 @@ mod fit;
 mod map;
 mod paper;
 mod prove;
+mod reference;
 mod robot;
 mod significance;
 mod specimen;
@@ -36,6 +37,7 @@ pub use prove::{
     idealised_text, power_figure, power_json, power_text, recordings_json, recordings_text,
     twelve_values_json, twelve_values_text, verdicts_json,
 };
+pub use reference::{ReferencePose, ReferenceReport, ReferenceRow, reference_report};
 pub use robot::{
     compliance_json, compliance_text, mobility_json, mobility_text, robot_json, robot_text,
 };
