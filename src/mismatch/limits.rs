@@ -251,16 +251,19 @@ fn draw(
             let mut largest = vec![vec![0.0_f64; BLOCK]; families + 1];
             for one in drawn {
                 let row = one.family.unwrap_or(families);
-                for (number, most) in largest[row].iter_mut().enumerate() {
-                    let z = products[number * columns + one.unit];
-                    let gain = if let Some(second) = one.second {
-                        z * z + products[number * columns + second].powi(2)
-                    } else {
-                        let [lowest, highest] = one.scale;
+                let largest = &mut largest[row];
+                let of = |unit: usize| &products[unit * BLOCK..(unit + 1) * BLOCK];
+                if let Some(second) = one.second {
+                    let both = of(one.unit).iter().zip(of(second));
+                    for (most, (z, other)) in largest.iter_mut().zip(both) {
+                        *most = most.max(z * z + other.powi(2));
+                    }
+                } else {
+                    let [lowest, highest] = one.scale;
+                    for (most, z) in largest.iter_mut().zip(of(one.unit)) {
                         let size = (z / one.length).clamp(lowest, highest) * one.length;
-                        size * (2.0 * z - size)
-                    };
-                    *most = most.max(gain);
+                        *most = most.max(size * (2.0 * z - size));
+                    }
                 }
             }
             largest
@@ -276,18 +279,18 @@ fn draw(
         .collect()
 }
 
-/// unitsᵀ noise, column by column of the draws.
+/// noiseᵀ units: the draws of each unit side by side, as they are gone through.
 fn multiply(units: &[f64], noise: &[f64], length: usize, columns: usize, products: &mut [f64]) {
     use faer::linalg::matmul::matmul;
     use faer::{Accum, MatMut, MatRef, Par};
     let units = MatRef::from_column_major_slice(units, length, columns);
     let noise = MatRef::from_column_major_slice(noise, length, BLOCK);
-    let products = MatMut::from_column_major_slice_mut(products, columns, BLOCK);
+    let products = MatMut::from_column_major_slice_mut(products, BLOCK, columns);
     matmul(
         products,
         Accum::Replace,
-        units.transpose(),
-        noise,
+        noise.transpose(),
+        units,
         1.0,
         Par::Seq,
     );
