@@ -2,7 +2,7 @@
 
 use rayon::prelude::*;
 
-use crate::physics::{Effect, Law, LawSet, Place, PoseMechanics, Twists};
+use crate::physics::{Effect, Law, LawSet, Place, PoseMechanics, Twists, period_m};
 
 use super::candidate::{Candidate, PHASES, Shape};
 use super::observations::Observations;
@@ -119,9 +119,17 @@ pub(super) fn white_candidates(
                                 if candidate.law == Law::GaugePeriodic {
                                     effect.values[2] = *phase;
                                 }
-                                let mut all = base.clone();
-                                all.push(&effect);
-                                frozen.predict(observations, &all, twists, scratch)?;
+                                if !add_to_what_is_read(
+                                    observations,
+                                    effects,
+                                    &effect,
+                                    &before,
+                                    scratch,
+                                ) {
+                                    let mut all = base.clone();
+                                    all.push(&effect);
+                                    frozen.predict(observations, &all, twists, scratch)?;
+                                }
                                 for (value, before) in scratch.iter_mut().zip(&before) {
                                     *value -= before;
                                     peak_m = peak_m.max(value.abs());
@@ -167,6 +175,58 @@ pub(super) fn white_candidates(
         .collect();
     out.extend(whiten(rest));
     out
+}
+
+/// Displacements under one effect more, m, where those without it give them to the last bit: the effect acts after all mechanics, and
+/// nothing among the others acts after it. Slips and periods are most of the shapes, and the mechanics most of the work.
+///
+/// # Returns
+/// `false` if the effect is another one, and nothing was written.
+fn add_to_what_is_read(
+    observations: &Observations,
+    others: &[Effect],
+    effect: &Effect,
+    before: &[f64],
+    out: &mut [f64],
+) -> bool {
+    let is_last = |law: Law| law == Law::GaugePeriodic || law == effect.law;
+    if others.iter().any(|other| is_last(other.law)) {
+        return false;
+    }
+    match (&effect.place, &effect.values[..]) {
+        (Place::DisplacementGauge, &[amplitude, period, phase]) => {
+            let readings = before.iter().zip(&observations.loads);
+            for (out, (before, load)) in out.iter_mut().zip(readings) {
+                let read = load.position_m.unwrap_or(*before);
+                *out = before + period_m([amplitude, period, phase], read);
+            }
+            true
+        }
+        (
+            Place::Run {
+                pose,
+                direction,
+                repeat,
+                step,
+            },
+            &[jump],
+        ) => {
+            out.copy_from_slice(before);
+            for run in observations.runs.iter().filter(|run| run.repeat == *repeat) {
+                let cell = &observations.cells[run.cell];
+                if cell.direction != *direction || observations.poses[cell.pose] != *pose {
+                    continue;
+                }
+                for reading in run.readings.clone() {
+                    if observations.loads[reading].step >= *step {
+                        out[reading] += jump;
+                    }
+                }
+            }
+            true
+        }
+        _ => false,
+    }
 }
 
 impl WhiteCandidate {
@@ -261,5 +321,100 @@ impl WhiteShape {
     /// Whether the size may have any value of its sign.
     pub(super) fn scale_is_free(&self) -> bool {
         self.shape.scale[1] == f64::INFINITY
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::mismatch::{GaugeSteps, PlannedCell, PlannedLoad};
+    use crate::structure::TwistInfluence;
+    use crate::test_point::{Branch, Direction};
+
+    /// Two cells, two repeats of five loads.
+    fn observations() -> Observations {
+        let load = |repeat: u32, step: u32| PlannedLoad {
+            step,
+            force_n: -13.7 * f64::from(step),
+            branch: Branch::Loading,
+            repeat,
+            hold_s: 5.0,
+            time_s: 12.0 * f64::from(10 * repeat + step),
+            temperature_deg_c: None,
+            zero_before: step == 0,
+        };
+        let cell = |direction| PlannedCell {
+            pose: "P1".into(),
+            direction,
+            loads: (1..=2)
+                .flat_map(|repeat| (0..5).map(move |step| load(repeat, step)))
+                .collect(),
+        };
+        let cells = [Direction::X, Direction::Y].map(cell);
+        Observations::planned(&cells, GaugeSteps::default(), None)
+    }
+
+    #[test]
+    fn slips_and_periods_are_added_to_the_last_bit() {
+        let observations = observations();
+        let frozen = Frozen {
+            poses: vec![PoseMechanics {
+                influence: TwistInfluence::of_one_joint(3e-7, 0.3),
+                ..PoseMechanics::default()
+            }],
+            joints: vec!["A3".to_owned()],
+        };
+        let predict = |effects: &[&Effect]| {
+            let mut out = vec![f64::NAN; observations.len()];
+            frozen
+                .predict(&observations, effects, &mut Twists::default(), &mut out)
+                .unwrap();
+            out
+        };
+        let effect = |text: &str| text.parse::<Effect>().unwrap();
+        let others = [
+            effect("joint-compliance@A3:c=1urad/(N*m)"),
+            effect("creep@structure:k=0.01 1/decade,t0=1s"),
+        ];
+        let before = predict(&others.each_ref());
+        for (text, changed) in [
+            ("slip@P1.y.2.3:jump=7um", 2),
+            (
+                "gauge-periodic@displacement:amplitude=3um,period=150um,phase=0.4rad",
+                20,
+            ),
+        ] {
+            let one = effect(text);
+            let mut added = vec![f64::NAN; observations.len()];
+            assert!(add_to_what_is_read(
+                &observations,
+                &others,
+                &one,
+                &before,
+                &mut added
+            ));
+            assert_eq!(added, predict(&[&others[0], &others[1], &one]), "{text}");
+            let differ = added.iter().zip(&before).filter(|(a, b)| a != b);
+            assert_eq!(differ.count(), changed, "{text}");
+        }
+        // What acts in the joints does not only add; nor does a slip below a period that is there.
+        let compliance = effect("joint-compliance@A3:c=1urad/(N*m)");
+        let period = effect("gauge-periodic@displacement:amplitude=3um,period=150um,phase=0.4rad");
+        let slip = effect("slip@P1.y.2.3:jump=7um");
+        let mut out = before.clone();
+        assert!(!add_to_what_is_read(
+            &observations,
+            &others,
+            &compliance,
+            &before,
+            &mut out
+        ));
+        assert!(!add_to_what_is_read(
+            &observations,
+            &[period],
+            &slip,
+            &before,
+            &mut out
+        ));
     }
 }

@@ -242,8 +242,8 @@ impl LawSet {
                 sum += slips(load.step);
             }
             let read = load.position_m.unwrap_or(sum);
-            for [amplitude, period, phase] in &self.periods {
-                sum += amplitude * (std::f64::consts::TAU * read / period + phase).sin();
+            for period in &self.periods {
+                sum += period_m(*period, read);
             }
             *displacement = sum;
         }
@@ -364,6 +364,12 @@ impl LawSet {
             }
         }
     }
+}
+
+/// What a gauge with an error of some amplitude, period (m) and phase adds where it reads `read_m`, m.
+#[must_use]
+pub fn period_m([amplitude, period, phase]: [f64; 3], read_m: f64) -> f64 {
+    amplitude * (std::f64::consts::TAU * read_m / period + phase).sin()
 }
 
 /// A mechanism without the elements that effects call loose.

@@ -21,7 +21,7 @@ pub use acting::ActingPhysics;
 pub use effect::{Effect, EffectError, title};
 pub use effect_text::{EffectProblem, NotAnEffect};
 pub use law::{Law, ParameterSpec, Sign};
-pub use law_set::{LawSet, LoadPoint, RunLoads, Twists, without_elements};
+pub use law_set::{LawSet, LoadPoint, RunLoads, Twists, period_m, without_elements};
 pub use mechanics::{Mechanics, PoseMechanics};
 pub use model_file::{
     FoundEffect, MODEL_SCHEMA, ModelFile, ModelFileError, ModelProblem, ParameterUncertainty,
