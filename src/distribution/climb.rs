@@ -59,7 +59,7 @@ impl<H: Hill> Climb<H> {
     ///
     /// # Errors
     /// [`RobotError`] if a pose on the way cannot be taken.
-    pub(super) fn to_the_top(&mut self) -> Result<f64, RobotError> {
+    pub(super) fn climb_out(&mut self) -> Result<f64, RobotError> {
         let mut slope = f64::INFINITY;
         for _ in 0..MOST_MOVES {
             let direction = self.way_on()?;

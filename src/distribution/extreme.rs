@@ -100,7 +100,7 @@ impl WorkspaceSample {
             place: EndPlacer::new(robot, mechanism, &self.plan)?,
         };
         let mut climb = Climb::new(robot, free, hill, start.pose.clone());
-        let slope_m_per_deg = climb.to_the_top()?;
+        let slope_m_per_deg = climb.climb_out()?;
         let limits = climb.limits_in_words();
         let Climb { mut hill, pose, .. } = climb;
         Ok(Some(RefinedExtreme {

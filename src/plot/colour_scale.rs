@@ -24,7 +24,9 @@ pub(super) struct ColourScale {
 impl ColourScale {
     /// Scale of a quantity over the span of its values; without any value it runs from 0 to 1.
     pub(super) fn of(quantity: &str, unit: &str, values: impl Iterator<Item = f64>) -> Self {
-        let span = values.filter(|v| v.is_finite()).fold(None, widened);
+        let span = values
+            .filter(|v| v.is_finite())
+            .fold(None, |span, value| Some(widened(span, value)));
         let [low, high] = apart(span.unwrap_or([0.0, 1.0]));
         let axis = if low > 0.0 && high / low > EVEN_UP_TO {
             Axis::log10(quantity, unit)
@@ -102,9 +104,9 @@ impl ColourScale {
     }
 }
 
-fn widened(span: Option<[f64; 2]>, value: f64) -> Option<[f64; 2]> {
+fn widened(span: Option<[f64; 2]>, value: f64) -> [f64; 2] {
     let [low, high] = span.unwrap_or([value, value]);
-    Some([low.min(value), high.max(value)])
+    [low.min(value), high.max(value)]
 }
 
 /// A span that is not a single value.

@@ -248,22 +248,21 @@ const fn outline(marker: Marker, marker_px: f64) -> Style {
 }
 
 /// What the legend says of the points.
-pub(super) fn point_legend<'a>(
-    maps: impl Iterator<Item = &'a PlaneMap> + Clone,
-) -> Vec<LegendEntry> {
+pub(super) fn point_legend<'a>(maps: impl Iterator<Item = &'a PlaneMap>) -> Vec<LegendEntry> {
+    let maps: Vec<&PlaneMap> = maps.collect();
     let entry = |place: usize, label: &str| LegendEntry {
         label: label.to_owned(),
         style: POINT_STYLES[place],
         sample: Sample::HollowPoint,
     };
     let mut legend = Vec::new();
-    if maps.clone().any(|map| !map.extremes.is_empty()) {
+    if maps.iter().any(|map| !map.extremes.is_empty()) {
         legend.push(entry(0, "outermost point"));
     }
-    if maps.clone().any(|map| map.least.is_some()) {
+    if maps.iter().any(|map| map.least.is_some()) {
         legend.push(entry(1, "least of all poses"));
     }
-    if maps.clone().any(|map| map.greatest.is_some()) {
+    if maps.iter().any(|map| map.greatest.is_some()) {
         legend.push(entry(2, "greatest of all poses"));
     }
     legend

@@ -100,14 +100,6 @@ pub(super) fn printed_rows() -> Vec<Printed> {
         .expect("the shipped transcription is a table of this form, which a test holds")
 }
 
-/// All transcribed rows.
-fn printed_rows() -> Vec<Printed> {
-    csv::Reader::from_reader(TABLES.as_bytes())
-        .deserialize()
-        .collect::<Result<_, _>>()
-        .expect("the shipped transcription is a table of this form, which a test holds")
-}
-
 /// Works the tables out again on a robot with the paper's factor sets and poses.
 ///
 /// # Errors

@@ -156,6 +156,6 @@ impl StiffnessMap {
 /// Numbers in a row: the end, the columns, and the weakest direction where there are principal stiffnesses.
 #[must_use]
 pub fn row_width(columns: &[MapColumn]) -> usize {
-    let principal = columns.iter().any(|column| column.is_principal());
+    let principal = columns.iter().any(MapColumn::is_principal);
     3 + columns.len() + if principal { 3 } else { 0 }
 }

@@ -86,7 +86,7 @@ pub struct MapModel<'a> {
 enum Means<'a> {
     /// Linear.
     Sweep {
-        sweep: PoseSweep<'a>,
+        sweep: Box<PoseSweep<'a>>,
         joints: JointModel,
     },
     /// By the law's own equations, under a load of this size along each axis.
@@ -125,15 +125,10 @@ impl<'a> MapModel<'a> {
             (None, _) => {
                 let joints = yielding_joints(robot, physics);
                 let (theory, path) = (Theory::EulerBernoulli, SolutionPath::Fastest);
+                let all = joints.clone();
+                let sweep = PoseSweep::with(robot, mechanism, all, theory, factors, path)?;
                 Means::Sweep {
-                    sweep: PoseSweep::with(
-                        robot,
-                        mechanism,
-                        joints.clone(),
-                        theory,
-                        factors,
-                        path,
-                    )?,
+                    sweep: Box::new(sweep),
                     joints,
                 }
             }

@@ -48,7 +48,7 @@ impl StiffnessMap {
         };
         let start = poses.pose(self.places[row] as usize);
         let mut climb = Climb::new(model.robot(), poses.free.clone(), hill, start);
-        let slope_per_deg = climb.to_the_top()?;
+        let slope_per_deg = climb.climb_out()?;
         let limits = climb.limits_in_words();
         let Climb { mut hill, pose, .. } = climb;
         hill.solve(&pose)?;

@@ -61,10 +61,12 @@ impl MapReport<'_> {
         let (free, held) = (names(true), names(false));
         let mut words = format!("{chosen} within the limits, of {} points", set.drawn);
         if !free.is_empty() {
-            words.push_str(&format!("; varied: {}", free.join(", ")));
+            words += "; varied: ";
+            words += &free.join(", ");
         }
         if !held.is_empty() {
-            words.push_str(&format!("; at nominal values: {}", held.join(", ")));
+            words += "; at nominal values: ";
+            words += &held.join(", ");
         }
         words
     }
