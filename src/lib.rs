@@ -15,7 +15,7 @@
 //! - [`session`]: what the operator does next, and the journal that loses nothing. Ends by writing a session folder.
 //! - [`stiffness`]: readings to measured stiffness. Knows no model.
 //! - [`structure`]: three-dimensional beams. Has never heard of robots.
-//! - [`reference`]: the same structure as solids, for a program of others to hold the beams against. Runs nothing.
+//! - [`mod@reference`]: the same structure as solids, for a program of others to hold the beams against. Runs nothing.
 //! - [`robot`]: a robot file, its kinematics, mobility, and the structure it is in a pose. Names come from the file.
 //! - [`physics`]: the laws that a beam model leaves out, solved with the structure.
 //! - [`procedure`]: which loads are applied where and in which order, as data. Guided sessions and the virtual bench follow the same steps.
