@@ -18,7 +18,7 @@ use super::screen::WhiteCandidate;
 use super::space::dot;
 
 /// Chance that noise alone passes for one of the laws.
-pub const LAW_LEVEL: f64 = 0.027;
+pub const LAW_LEVEL: f64 = 0.03;
 
 /// Chance that noise alone passes for structure that is left over.
 pub const LEFT_OVER_LEVEL: f64 = 0.008;

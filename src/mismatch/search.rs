@@ -18,12 +18,6 @@ const MOST_EFFECTS: usize = 3;
 /// A rival within this log Bayes factor of the winner is not told apart from it.
 pub(super) const TELL_APART: f64 = 3.0;
 
-/// Log Bayes factor against nothing at all below which the readings speak against a law, however large its gain.
-///
-/// Between -1 and 1 evidence is worth no more than a mention (Kass & Raftery, Journal of the American Statistical Association 90, 1995,
-/// p. 777); the limit of the gain decides there.
-pub(super) const SPEAKS_AGAINST: f64 = -1.0;
-
 /// Poses left out must be predicted better with an effect than without, by more than this fall of the weighted squares.
 ///
 /// An effect that passed its limit by chance mostly fits the poses it was found in and fails in the one left out; a true one whose
@@ -274,7 +268,7 @@ impl Bench<'_> {
             let rarefied =
                 |ranked: &Ranked| gaussian_gain(ranked.gain, parameters_of(ranked), ranked.dof);
             let passing = again.ranked.iter().find(|ranked| {
-                ranked.log_bayes > SPEAKS_AGAINST && rarefied(ranked) > limit(ranked)
+                ranked.log_bayes > 0.0 && rarefied(ranked) > limit(ranked)
             });
             let Some(passing) = passing else {
                 return Ok(None);

@@ -9,7 +9,7 @@ use super::error::MismatchError;
 use super::leftover::Stratum;
 use super::limits::{LEFT_OVER_LEVEL, Limits};
 use super::rank::{Ranked, Ranking};
-use super::search::{Chosen, Found, LeftOver, SPEAKS_AGAINST, TELL_APART, same};
+use super::search::{Chosen, Found, LeftOver, TELL_APART, same};
 use super::space::dot;
 use super::state::{Bench, State, end_effect_m};
 
@@ -21,6 +21,10 @@ const TELL_ALIKE_APART: f64 = 0.5 * THREE_STANDARD_ERRORS;
 
 /// Gain by which a rival three standard errors away falls short.
 const THREE_STANDARD_ERRORS: f64 = 9.0;
+
+/// Log Bayes factor against nothing at all below which the readings speak against a rival that does not look like the winner. Down to
+/// here they are nearly even (Kass & Raftery, Journal of the American Statistical Association 90, 1995, p. 777).
+const SPEAKS_AGAINST: f64 = -1.0;
 
 /// Rivals that are printed.
 const RIVALS: usize = 8;
