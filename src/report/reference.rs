@@ -208,6 +208,15 @@ fn prism_compliance(
     Ok([0, 1, 2].map(|i| found[i][i]))
 }
 
+/// A number with so many decimals, and no minus before what rounds to zero.
+fn fixed(value: f64, decimals: usize) -> String {
+    let text = format!("{value:.decimals$}");
+    match text.strip_prefix('-') {
+        Some(digits) if digits.chars().all(|c| c == '0' || c == '.') => digits.to_owned(),
+        _ => text,
+    }
+}
+
 impl ReferencePose {
     /// The row on which the fitted beams lie furthest from the reference.
     #[must_use]
@@ -229,25 +238,22 @@ impl ReferencePose {
             "solids, um",
             "fitted beams, um",
             "difference, %",
-            "paper",
+            "paper, %",
             "solids, s",
-            "paper",
+            "paper, s",
             "fitted beams, s",
-            "paper",
+            "paper, s",
         ]);
         for row in &self.rows {
             let printed = paper.row(axis(&row.reference), row.reference.force_n);
             let of_paper = |value: fn(&PaperRow) -> f64, decimals: usize| {
-                printed.map_or_else(
-                    || "-".to_owned(),
-                    |row| format!("{:.decimals$}", value(row)),
-                )
+                printed.map_or_else(|| "-".to_owned(), |row| fixed(value(row), decimals))
             };
             table.row([
                 format!("{} {}", row.reference.direction, row.reference.force_n),
                 significant(row.reference_um, 6),
                 significant(row.fitted_um, 6),
-                format!("{:.3}", row.difference_percent()),
+                fixed(row.difference_percent(), 3),
                 of_paper(|row| row.difference_percent, 2),
                 format!("{:.1}", row.reference.seconds),
                 of_paper(|row| row.reference_s, 0),
