@@ -16,6 +16,7 @@ use super::map::MapArgs;
 use super::ports::PortsArgs;
 use super::procedure::ProcedureArgs;
 use super::prove_args::ProveArgs;
+use super::reference::ReferenceArgs;
 use super::session::SessionArgs;
 use super::trace::TraceArgs;
 
@@ -100,6 +101,8 @@ pub(super) enum Command {
     Paper(PaperArgs),
     /// Whether diagnoses can be trusted: blind verdicts on concealed sessions, error rates, recordings by others
     Prove(ProveArgs),
+    /// Solids to hold the beams against: write the robot for CalculiX, run it, and the paper's Table IV on it
+    Reference(ReferenceArgs),
     /// Gauges: which there are, what is known of each, and bytes to samples
     Instrument(InstrumentArgs),
     /// Serial ports: which there are, what is on them, which gauge is bound to which

@@ -26,7 +26,7 @@ use super::failure::{CliError, Failure};
 use super::model::{effects, named_model};
 
 /// Stiffness lists that come with the program.
-const SHIPPED_LISTS: [(&str, &str); 2] = [
+const SHIPPED_LISTS: [(&str, &str); 3] = [
     (
         "paper-experiment",
         include_str!("../../data/paper/experiment.csv"),
@@ -34,6 +34,10 @@ const SHIPPED_LISTS: [(&str, &str); 2] = [
     (
         "paper-reference",
         include_str!("../../data/paper/reference.csv"),
+    ),
+    (
+        "calculix-reference",
+        include_str!("../../data/reference/hp-robot-P1/reference.csv"),
     ),
 ];
 

@@ -171,6 +171,30 @@ pub(super) enum CliError {
         /// Name of the description.
         instrument: String,
     },
+    /// CalculiX is not there.
+    #[error("{program} cannot be run, and the reference needs CalculiX")]
+    #[diagnostic(
+        code(stiffbench::reference::no_calculix),
+        help(
+            "apt-get install calculix-ccx, or name the program with --ccx PATH; results that were recorded with it: stiffbench reference compare"
+        )
+    )]
+    NoCalculix {
+        /// What was to be run.
+        program: PathBuf,
+        /// What the system says.
+        source: std::io::Error,
+    },
+    /// Something else than CalculiX.
+    #[error("{program} is not CalculiX: it does not say its version")]
+    #[diagnostic(
+        code(stiffbench::reference::no_calculix),
+        help("name the solver, ccx, with --ccx PATH; cgx is the viewer")
+    )]
+    NotCalculix {
+        /// What was run.
+        program: PathBuf,
+    },
     /// Overdue calibration under --strict.
     #[error("calibration overdue: {instruments}")]
     #[diagnostic(
@@ -215,6 +239,10 @@ impl Failure {
             ("stiffbench::input", 11),
             ("stiffbench::output", 11),
             ("stiffbench::procedure", 10),
+            ("stiffbench::reference::size", 2),
+            ("stiffbench::reference::record", 11),
+            ("stiffbench::reference::answer", 11),
+            ("stiffbench::reference", 10),
             ("stiffbench::robot", 10),
             ("stiffbench::structure", 10),
             ("stiffbench::stiffness", 10),

@@ -31,6 +31,7 @@ mod procedure;
 mod progress;
 mod prove;
 mod prove_args;
+mod reference;
 mod robot;
 mod screen;
 mod session;
@@ -83,6 +84,7 @@ fn run(cli: Cli) -> Result<Outcome, Failure> {
         Command::Map(args) => map::run(&args),
         Command::Paper(args) => paper::run(&args),
         Command::Prove(args) => prove::run(&args, global),
+        Command::Reference(args) => reference::run(&args, global),
         Command::Instrument(args) => instrument::run(&args, global),
         Command::Ports(args) => ports::run(&args, global),
         Command::Trace(args) => trace::run(&args, global),

@@ -19,6 +19,7 @@ mod map_questions;
 #[cfg(unix)]
 mod permissions;
 mod physics;
+mod reference;
 mod results;
 mod session;
 mod strict;

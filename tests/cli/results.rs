@@ -169,6 +169,7 @@ fn help_has_examples_and_exit_codes() {
         "simulate",
         "compare",
         "paper",
+        "reference",
         "ports",
         "trace",
     ] {
