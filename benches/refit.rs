@@ -18,7 +18,7 @@ use rand_distr::{Distribution, Normal};
 use stiffbench::fit::{
     CellModel, FactorChoice, FitProblem, MeasuredCell, MeasuredStiffness, Refitter, WeightBasis,
 };
-use stiffbench::robot::{Robot, shipped_robot};
+use stiffbench::robot::{Predictor, Robot, shipped_robot};
 use stiffbench::test_point::{Cell, Direction};
 
 const REFITS: usize = 1000;
@@ -88,6 +88,29 @@ fn refit(criterion: &mut Criterion) {
             model
                 .evaluate(&start, &mut stiffness, Some(&mut shares))
                 .unwrap();
+        });
+    });
+    // What the fits did before poses shared vectors: each factorised alone, with the derivatives of every element.
+    let mut alone: Vec<Predictor> = robot
+        .poses
+        .iter()
+        .map(|named| {
+            let mut predictor = Predictor::new(&robot, mechanism, &start).unwrap();
+            predictor.place(&named.pose).unwrap();
+            predictor
+        })
+        .collect();
+    let mut gradient = vec![[0.0; 4]; mechanism.members.len()];
+    group.bench_function("one evaluation, pose by pose", |bencher| {
+        bencher.iter(|| {
+            for predictor in &mut alone {
+                predictor.set_factors(&start).unwrap();
+                black_box(predictor.translation_compliance());
+                for axis in 0..3 {
+                    predictor.compliance_gradient(axis, &mut gradient);
+                    black_box(&gradient);
+                }
+            }
         });
     });
     group.sample_size(10);
