@@ -4,7 +4,7 @@
 //! the wanted bending and axial stiffness:
 //!
 //! - the tube of even wall with the wanted A, Iy and Iz, of the material itself, where there is one whose wall is no thinner than
-//!   [`THINNEST_WALL`] of its larger side;
+//!   a fortieth of its larger side;
 //! - else the solid rectangle with the wanted radii of gyration, whose moduli are multiplied by A over its own area, so that EA, EIy and
 //!   EIz are the wanted ones. Below the solid rectangle (144 Iy Iz < A⁴) hardly any shape has the three constants; far above it only foil.
 //!
