@@ -2,8 +2,9 @@
 //!
 //! Prints one JSON object, all times on this machine in this run:
 //!
-//! - `us_per_pose` of mechanism F with the paper's factors, one core, best of many rounds: `solve` begins with node coordinates in
-//!   memory, `place` ends with them, `both` is [`PoseSweep::run`] on one thread;
+//! - `us_per_pose` of mechanism F with the paper's factors, best of many rounds: `solve` begins with node coordinates in
+//!   memory, `place` ends with them, `both` is [`PoseSweep::run`]; `in space` keeps every part in three dimensions, `all cores` is the
+//!   time in which all of them together have solved one pose more;
 //! - `study`: seconds for 50,000 poses of each mechanism, three directions, minimum, maximum, mean and quantiles included;
 //! - `exponents`: slopes of the logarithm of time against those of the number of poses and of elements, from the `points` listed;
 //! - `peak_gflops`: fused products in registers, one core, and the share of it that the solver reaches.
@@ -92,6 +93,32 @@ fn apart(sweep: &PoseSweep, poses: &[Pose], seconds: f64) -> [f64; 2] {
     black_box(sum);
     let place = best(seconds, || bundles.place(poses));
     [solve, place].map(|time| time / poses.len() as f64)
+}
+
+/// Seconds of a pose, of all cores together: each solves poses of its own, a thousand times between two looks at the clock.
+fn solve_on_all(sweep: &PoseSweep, poses: &[Pose], cores: usize, seconds: f64) -> f64 {
+    const CALLS: usize = 1000;
+    let mut bundles: Vec<_> = (0..cores)
+        .map(|_| {
+            let mut bundles = sweep.bundles(poses.len()).unwrap();
+            bundles.place(poses);
+            bundles
+        })
+        .collect();
+    let all = best(seconds, || {
+        std::thread::scope(|scope| {
+            for bundles in &mut bundles {
+                scope.spawn(move || {
+                    let mut sum = 0.0;
+                    for _ in 0..CALLS {
+                        bundles.solve(|_, pose| sum += pose.unwrap().direct_m_per_n[0]);
+                    }
+                    black_box(sum);
+                });
+            }
+        });
+    });
+    all / (CALLS * cores * poses.len()) as f64
 }
 
 /// Minimum, maximum, mean, and the quantiles 5, 50 and 95 % of the stiffness in three directions.
@@ -254,14 +281,17 @@ fn main() {
     let share = |time: f64, sweep: &PoseSweep| operations(sweep) / time / 1e9 / peak_gflops;
 
     let cores = std::thread::available_parallelism().map_or(1, usize::from);
-    let run = |threads: usize| {
+    let run = |sweep: &PoseSweep, threads: usize| {
         on_threads(threads, || {
             best(seconds, || {
-                black_box(fastest.run(&many, Keep::Diagonal));
+                black_box(sweep.run(&many, Keep::Diagonal));
             })
         })
     };
-    let (one, all) = (run(1), run(cores));
+    let (one, all) = (run(&fastest, 1), run(&fastest, cores));
+    let (one_spatial, all_spatial) = (run(&spatial, 1), run(&spatial, cores));
+    let [solve_all, solve_spatial_all] =
+        [&fastest, &spatial].map(|sweep| solve_on_all(sweep, &few, cores, seconds));
     let names: Vec<&String> = robot.mechanisms.keys().collect();
     let sweeps: Vec<PoseSweep> = names
         .iter()
@@ -285,10 +315,14 @@ fn main() {
         "how": fastest.methods().iter().map(ToString::to_string).collect::<Vec<_>>(),
         "us_per_pose": {
             "solve": 1e6 * solve,
+            "solve, all cores": 1e6 * solve_all,
             "solve in space": 1e6 * solve_spatial,
+            "solve in space, all cores": 1e6 * solve_spatial_all,
             "place": 1e6 * place,
             "both, one core": 1e6 * one / many.len() as f64,
             "both, all cores": 1e6 * all / many.len() as f64,
+            "both in space, one core": 1e6 * one_spatial / many.len() as f64,
+            "both in space, all cores": 1e6 * all_spatial / many.len() as f64,
         },
         "cores": cores,
         "speed-up": one / all,

@@ -21,7 +21,10 @@ ROOT = HERE.parents[1]
 BENCHES = ("pose_solve", "sweep", "refit", "read_readings")
 # Prints its own figures; the others are criterion's.
 OWN_FIGURES = "sweep"
-SWEEPS = ("solve", "solve in space", "place", "both, one core", "both, all cores")
+SWEEPS = (
+    "solve", "solve, all cores", "solve in space", "solve in space, all cores", "place",
+    "both, one core", "both, all cores", "both in space, one core", "both in space, all cores",
+)
 # Names of benchmarks, as their files give them; poses in a batch as in pose_solve.rs.
 POSES = 64
 POSE_SOLVES = ("batch/given", "batch/placed", "single/given", "single/placed")
@@ -123,13 +126,17 @@ def main() -> None:
         ("python dense", "sweep solve"),
         ("python dense", "sweep solve in space"),
         ("python dense", "sweep both, one core"),
+        ("python dense", "sweep both in space, one core"),
         ("python band", "sweep solve"),
         ("python fronts", "sweep solve"),
         ("python fronts", "sweep solve in space"),
         ("numba plane", "sweep solve"),
         ("numba space", "sweep solve in space"),
         ("opensees", "sweep solve"),
+        ("sweep solve", "sweep solve, all cores"),
+        ("sweep solve in space", "sweep solve in space, all cores"),
         ("sweep both, one core", "sweep both, all cores"),
+        ("sweep both in space, one core", "sweep both in space, all cores"),
     ]
     pairs += [("scipy refit", "rust refit"), ("scipy refit, cold", "rust refit, cold")]
     pairs += [(f"python read {reader}", "rust read") for reader in READERS]
@@ -144,7 +151,8 @@ def main() -> None:
         return
     print(f"median of {arguments.rounds} rounds (extremes), core {core}, load average {load[0]:.1f}\n")
     for name, row in figures.items():
-        print(f"{name:28} {row['median']:10.3f} us  ({row['min']:.3f} to {row['max']:.3f})")
+        # Of whatever a figure counts: poses, refits, reads.
+        print(f"{name:32} {row['median']:10.3f} us  ({row['min']:.3f} to {row['max']:.3f}), {1e6 / row['median']:,.0f} a second")
     print()
     for name, row in ratios.items():
         print(f"{name:44} {row['median']:8.1f}  ({row['min']:.1f} to {row['max']:.1f})")
