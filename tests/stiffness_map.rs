@@ -170,7 +170,7 @@ fn laws_that_are_not_linear_have_their_secant_at_the_load() {
         &robot,
         "A",
         &[
-            "joint-friction@A3:c=0.4urad/(N*m),friction_moment=26N*m",
+            "joint-friction@A3:c=80urad/(N*m),friction_moment=26N*m",
             "base-compliance@x:c=0.2urad/(N*m)",
         ],
     );
@@ -341,7 +341,7 @@ fn statistics_are_those_of_numpy() {
     let values: Vec<f64> = (0..1000).map(|i| 2.0 + f64::from(i * i).sin()).collect();
     let found = statistics(&values, Sampling::MonteCarlo);
     let close = |found: f64, expected: f64| {
-        assert!((found / expected - 1.0).abs() < 1e-12, "{found} {expected}")
+        assert!((found / expected - 1.0).abs() < 1e-12, "{found} {expected}");
     };
     close(found.mean.value, NUMPY_MEAN);
     close(found.standard_deviation_n_per_m.unwrap(), NUMPY_DEVIATION);
@@ -440,15 +440,18 @@ fn extremes_are_refined_to_the_limits() {
         let model = MapModel::new(&robot, &physics, &factors(&robot), None).unwrap();
         let map = StiffnessMap::over(&model, &poses.set, &all_columns()).unwrap();
         let study = MechanismStudy::of(&model, map, &poses, None).unwrap();
-        // Every edge of the limits and the inside, by 300 × 300 points whose outermost lie on the limits: three in ten thousand of a step
-        // of a quadratic top, and at corners exact.
+        // The edges and corners of the limits and the inside: where an edge has its extreme between two points, they miss it by less
+        // than 1e-4.
+        let steps = (0..=120).map(|i| 352.51 + 44.93 * f64::from(i) / 120.0);
+        // Where the coupled limit meets the largest theta3.
+        let corner = 52.17 + 341.97;
         let mut single = Predictor::new(&robot, &physics.mechanism, &factors(&robot)).unwrap();
         let mut best = [[f64::INFINITY, 0.0]; 3];
-        for i in 0..=120 {
+        for theta2 in steps.chain([corner]) {
             for j in 0..=120 {
                 let mut pose = robot.nominal_pose();
-                pose.angles_deg[1] = 352.51 + 44.93 * f64::from(i) / 120.0;
-                let most = (pose.angles_deg[1] - 52.17).min(341.97);
+                pose.angles_deg[1] = theta2;
+                let most = (theta2 - 52.17).min(341.97);
                 pose.angles_deg[2] = 290.0 + (most - 290.0) * f64::from(j) / 120.0;
                 single.place(&pose).unwrap();
                 let c = single.translation_compliance();
@@ -519,13 +522,10 @@ fn regions_share_poses_and_area() {
             assert_eq!(region.level, [Level::Low, Level::Medium, Level::High][i]);
             let poses = f64::from(counts[i]) / 20_000.0;
             assert!((region.share_of_poses - poses).abs() < 1e-4);
-            // Triangles stand for their corners' mean, and a seam of half a spacing (0.4 %) lacks at the edge.
+            // Triangles stand for their corners' mean, and a seam at the edge lacks: under one percent of the area.
             let area = region.share_of_area.unwrap();
-            assert!(
-                (area - areas[i] / all).abs() < 4e-3,
-                "{area} {}",
-                areas[i] / all
-            );
+            let expected = areas[i] / all;
+            assert!((area - expected).abs() < 8e-3, "{area} {expected}");
         }
     }
     // The lateral stiffness is highest where the arm is nearest, as the paper finds (Section V-B), and lowest where it is furthest.
@@ -545,6 +545,9 @@ fn found_column(study: &MechanismStudy, found: &stiffbench::distribution::Column
         .unwrap();
     study.map.column(column).collect()
 }
+
+/// A number of the statistics of a column.
+type Characteristic = fn(&ColumnStatistics) -> f64;
 
 #[test]
 fn fit_uncertainty_is_that_of_changed_factors() {
@@ -575,7 +578,7 @@ fn fit_uncertainty_is_that_of_changed_factors() {
             study(&factors, None)
         };
         let (up, down) = (at(1.0), at(-1.0));
-        move |axis: usize, what: fn(&ColumnStatistics) -> f64| {
+        move |axis: usize, what: Characteristic| {
             let value = |study: &MechanismStudy| what(&study.axis(axis).unwrap().statistics);
             (value(&up) - value(&down)) / 2e-3
         }
@@ -583,7 +586,7 @@ fn fit_uncertainty_is_that_of_changed_factors() {
     let (area, bending) = (slope(0), slope(1));
     for axis in 0..3 {
         let fit = found.axis(axis).unwrap().fit.unwrap();
-        let whats: [(fn(&ColumnStatistics) -> f64, _); 3] = [
+        let whats: [(Characteristic, _); 3] = [
             (|s| s.smallest.stiffness_n_per_m, fit.smallest),
             (|s| s.largest.stiffness_n_per_m, fit.largest),
             (|s| s.mean.value, fit.mean),

@@ -8,6 +8,10 @@ use delaunator::{Point, triangulate};
 use super::StiffnessMap;
 use crate::distribution::pose_set::PoseSet;
 
+/// Longest edge of a triangle, in mean distances between poses. Longer are slivers along the limits only: straight in the angles, they
+/// would cut across the bends of the edge of the workspace.
+const LONGEST: f64 = 5.0;
+
 /// Triangles over the poses of a set.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Surface {
@@ -29,9 +33,14 @@ impl Surface {
             })
             .collect();
         let found = triangulate(&points);
-        let corners = found.triangles.chunks_exact(3);
+        let (corners, _) = found.triangles.as_chunks::<3>();
+        let seen = |corners: &[usize; 3]| corners.map(|corner| &points[corner]);
+        let twice: f64 = corners.iter().map(|c| twice_area(seen(c)).abs()).sum();
+        let longest = LONGEST * LONGEST * 0.5 * twice / points.len() as f64;
         let triangles: Vec<[u32; 3]> = corners
-            .map(|corners| [0, 1, 2].map(|i| corners[i] as u32))
+            .iter()
+            .filter(|corners| longest_edge_squared(seen(corners)) <= longest)
+            .map(|corners| corners.map(|corner| corner as u32))
             .collect();
         (!triangles.is_empty()).then_some(Self { triangles })
     }
@@ -52,4 +61,14 @@ impl Surface {
         });
         rows.collect()
     }
+}
+
+/// Twice the signed area of a triangle.
+fn twice_area([a, b, c]: [&Point; 3]) -> f64 {
+    (b.x - a.x) * (c.y - a.y) - (c.x - a.x) * (b.y - a.y)
+}
+
+fn longest_edge_squared([a, b, c]: [&Point; 3]) -> f64 {
+    let squared = |p: &Point, q: &Point| (p.x - q.x).powi(2) + (p.y - q.y).powi(2);
+    squared(a, b).max(squared(b, c)).max(squared(c, a))
 }
