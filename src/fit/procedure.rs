@@ -118,9 +118,12 @@ pub fn follow_paper(
     let multi_source: Vec<PoseFit> = options.poses.iter().map(fit).collect::<Result<_, _>>()?;
     let factors = combined(&multi_source)?;
     let mut outcome = validate(&problem, options, &factors)?;
-    outcome
-        .warnings
-        .extend(single_source.iter().chain(&multi_source).flat_map(misses));
+    outcome.warnings.extend(
+        single_source
+            .iter()
+            .chain(&multi_source)
+            .flat_map(PoseFit::misses),
+    );
     Ok(PaperFit {
         single_source,
         single_source_factors,
@@ -207,22 +210,25 @@ fn fit_pose(
     })
 }
 
-/// Directions that the factor of a pose could not bring to the wanted displacement.
-fn misses(fit: &PoseFit) -> Vec<String> {
-    let last = fit.fit.steps.iter().map(|step| step.pass).max();
-    let missed = |step: &&MonteCarloStep| {
-        Some(step.pass) == last && (step.displacement_ratio - 1.0).abs() > MISS
-    };
-    let words = |step: &MonteCarloStep| {
-        format!(
-            "pose {}: a_{} at the edge of its range leaves the displacement along {} at {:.1} % of the wanted one",
-            fit.pose,
-            step.property.name(),
-            step.direction,
-            100.0 * step.displacement_ratio
-        )
-    };
-    fit.fit.steps.iter().filter(missed).map(words).collect()
+impl PoseFit {
+    /// Directions that their factor could not bring to the wanted displacement, in words.
+    #[must_use]
+    pub fn misses(&self) -> Vec<String> {
+        let last = self.fit.steps.iter().map(|step| step.pass).max();
+        let missed = |step: &&MonteCarloStep| {
+            Some(step.pass) == last && (step.displacement_ratio - 1.0).abs() > MISS
+        };
+        let words = |step: &MonteCarloStep| {
+            format!(
+                "pose {}: a_{} at the edge of its range leaves the displacement along {} at {:.1} % of the wanted one",
+                self.pose,
+                step.property.name(),
+                step.direction,
+                100.0 * step.displacement_ratio
+            )
+        };
+        self.fit.steps.iter().filter(missed).map(words).collect()
+    }
 }
 
 fn combined(fits: &[PoseFit]) -> Result<FittingFactors, FitError> {

@@ -53,6 +53,8 @@ pub struct ReferencePose {
     pub model: PoseModel,
     /// Single-pose factors, A, Iy, Iz, J.
     pub factors: [f64; 4],
+    /// Directions that no value of their factor brings to the reference.
+    pub misses: Vec<String>,
     /// Every load.
     pub rows: Vec<ReferenceRow>,
 }
@@ -134,6 +136,7 @@ fn compare_pose(
     Ok(ReferencePose {
         model: model.clone(),
         factors: factors.beam,
+        misses: fits[0].misses(),
         rows: cells.into_iter().map(row).collect(),
     })
 }
@@ -327,6 +330,13 @@ impl ReferenceReport {
         text
     }
 
+    /// What no factor reached.
+    #[must_use]
+    pub fn notes(&self) -> Vec<String> {
+        let poses = self.poses.iter();
+        poses.flat_map(|pose| pose.misses.iter().cloned()).collect()
+    }
+
     /// The three sentences of the paper on its Table IV, with our numbers.
     fn in_short(&self, pose: &ReferencePose, paper: &PaperTableIv) -> String {
         let cells = [pose.model.elements, self.record.model.beams];
@@ -383,6 +393,7 @@ impl ReferenceReport {
                 "nodes": pose.model.nodes,
                 "beams": self.record.model.beams,
                 "factors": { "A": a, "Iy": iy, "Iz": iz, "J": j },
+                "misses": pose.misses,
                 "rows": pose.rows.iter().map(row).collect::<Vec<_>>(),
                 "largest_difference_percent": pose.largest().map(|row| row.difference_percent().abs()),
                 "time_saved_percent": pose.time_saved_percent(self.seconds_per_solve),

@@ -90,6 +90,7 @@ fn compare(args: &ReferenceCompareArgs) -> Result<Outcome, Failure> {
         report.seconds_per_solve = started.elapsed().as_secs_f64() / f64::from(TIMED_SOLVES);
     }
     let mut warnings = robot.warnings.clone();
+    warnings.extend(report.notes());
     if sha256(&source.text) != record.model.robot_sha256 {
         warnings.push(format!(
             "{} is not the file the reference was made of: its SHA-256 differs",
