@@ -13,6 +13,7 @@ use super::diagnose_args::DiagnoseArgs;
 use super::emulate::EmulateArgs;
 use super::instrument_args::InstrumentArgs;
 use super::map::MapArgs;
+use super::paper::PaperArgs;
 use super::ports::PortsArgs;
 use super::procedure::ProcedureArgs;
 use super::prove_args::ProveArgs;
@@ -471,15 +472,6 @@ pub(super) struct SimulateArgs {
     /// What is measured in which order; last, as its heading would go on.
     #[command(flatten)]
     pub(super) procedure: ProcedureArgs,
-}
-
-/// Arguments of `paper`.
-#[derive(Debug, Args)]
-#[command(after_help = "Example:\n  stiffbench paper --robot hp-robot-host-dominant")]
-pub(super) struct PaperArgs {
-    /// Robot with the paper's poses and factor sets
-    #[arg(long, default_value = "hp-robot")]
-    pub(super) robot: String,
 }
 
 /// A whole number above zero.
