@@ -126,10 +126,14 @@ mod on_unix {
                 let ahead_s = count as f64 / f64::from(self.per_s) - clock.now_s();
                 thread::sleep(Duration::try_from_secs_f64(ahead_s).unwrap_or_default());
                 let packet = format!("+{count} {}\r", self.unit);
-                if self.is_stopped() || self.master.write_all(packet.as_bytes()).is_err() {
+                if self.is_stopped() {
                     return;
                 }
-                self.sent.fetch_add(1, Ordering::Relaxed);
+                // Counted first: the other end may have it, and have done, before this thread goes on.
+                self.sent.store(count, Ordering::Relaxed);
+                if self.master.write_all(packet.as_bytes()).is_err() {
+                    return;
+                }
             }
             // The port stays until everything was taken.
             while !self.is_stopped() {
