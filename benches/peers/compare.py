@@ -1,11 +1,12 @@
 #!/usr/bin/env python3
 """The Rust benchmarks and their Python peers in one run, side by side, with the ratios.
 
-    python compare.py [--rounds N] [--core N] [--json]
+    python compare.py [--sweeps] [--rounds N] [--core N] [--json]
 
 Each round runs the peers and the Rust benchmarks one after the other on the same core; a ratio is formed
 inside its round, and the median over the rounds is given with the extremes.  `cargo bench --no-run` is
-called first, so that nothing is compiled between the measurements.
+called first, so that nothing is compiled between the measurements.  `--sweeps` leaves out refits and
+readings: poses per second of mechanism F by every program, one and all cores, and the share of the peak.
 """
 
 import argparse
@@ -25,6 +26,8 @@ SWEEPS = (
     "solve", "solve, all cores", "solve in space", "solve in space, all cores", "place",
     "both, one core", "both, all cores", "both in space, one core", "both in space, all cores",
 )
+# What pose_solve.py calls its peers, and what they are: every operation over poses, LAPACK's banded Cholesky, the same algorithm over poses.
+PEERS = {"dense": "numpy batched", "band": "scipy banded", "fronts": "numpy fronts"}
 # Names of benchmarks, as their files give them; poses in a batch as in pose_solve.rs.
 POSES = 64
 POSE_SOLVES = ("batch/given", "batch/placed", "single/given", "single/placed")
@@ -33,17 +36,17 @@ ONE_REFIT = "one, set-up included"
 READERS = ("csv", "pandas", "numpy")
 
 
-def build() -> dict[str, str]:
+def build(benches: tuple[str, ...]) -> dict[str, str]:
     """Paths of the benchmark programs."""
     command = ["cargo", "bench", "--no-run", "--message-format=json"]
-    for bench in BENCHES:
+    for bench in benches:
         command += ["--bench", bench]
     output = subprocess.run(command, cwd=ROOT, check=True, stdout=subprocess.PIPE, text=True).stdout
     messages = [json.loads(line) for line in output.splitlines() if line.startswith("{")]
     return {
         message["target"]["name"]: message["executable"]
         for message in messages
-        if message.get("executable") and message["target"]["name"] in BENCHES
+        if message.get("executable") and message["target"]["name"] in benches
     }
 
 
@@ -74,28 +77,36 @@ def median_us(group: str, name: str) -> float:
         return json.load(file)["median"]["point_estimate"] / 1e3
 
 
-def one_round(programs: dict[str, str], core: int, cores: set[int], seconds: float) -> tuple[dict[str, float], dict]:
-    """Microseconds: of a pose for the solves, of a refit for the refits, of a million rows for the reads; and all of the sweep."""
+def sweeps_round(programs: dict[str, str], core: int, cores: set[int], seconds: float) -> tuple[dict[str, float], dict]:
+    """Microseconds of a pose by every program, and all of the sweep."""
     pinned = ("--core", str(core))
     poses = peer("pose_solve.py", "--rounds", "1", "--seconds", str(seconds), *pinned)
     compiled = peer("pose_compiled.py", "--rounds", "1", "--seconds", str(seconds), *pinned)
-    swept = sweep(programs.pop(OWN_FIGURES), seconds, cores)
-    refits = peer("refit.py", "--rounds", "1", *pinned)
-    reads = peer("read_csv.py", "--rounds", "1", *pinned)
-    for program in programs.values():
-        criterion(program, seconds)
-    figures = {f"python {name}": row["us_per_pose"]["median"] for name, row in poses["peers"].items()}
+    swept = sweep(programs[OWN_FIGURES], seconds, cores)
+    figures = {PEERS[name]: row["us_per_pose"]["median"] for name, row in poses["peers"].items()}
     figures |= {name: row["us_per_pose"]["median"] for name, row in compiled["peers"].items()}
     figures |= {f"sweep {name}": swept["us_per_pose"][name] for name in SWEEPS}
+    return figures, swept
+
+
+def rest_of_round(programs: dict[str, str], core: int, seconds: float) -> dict[str, float]:
+    """Microseconds: of a pose for the solves, of a refit for the refits, of a million rows for the reads."""
+    pinned = ("--core", str(core))
+    refits = peer("refit.py", "--rounds", "1", *pinned)
+    reads = peer("read_csv.py", "--rounds", "1", *pinned)
+    for name, program in programs.items():
+        if name != OWN_FIGURES:
+            criterion(program, seconds)
+    figures = {f"rust {name}": median_us("pose_solve", name) / POSES for name in POSE_SOLVES}
     figures["scipy refit"] = 1e3 * refits["ms_per_refit"]["median"]
     figures["scipy refit, cold"] = 1e3 * refits["cold_single_refit_ms"]
-    for name in POSE_SOLVES:
-        figures[f"rust {name}"] = median_us("pose_solve", name) / POSES
     figures |= {f"python read {name}": 1e6 * row["seconds"]["median"] for name, row in reads["readers"].items()}
     figures["rust read"] = median_us("read_readings", "one_million_rows")
     figures["rust refit"] = median_us("refit", REFITS) / 1000
     figures["rust refit, cold"] = median_us("refit", ONE_REFIT)
-    return figures, swept
+    figures["rust evaluation"] = median_us("refit", "one evaluation")
+    figures["rust evaluation, pose by pose"] = median_us("refit", "one evaluation, pose by pose")
+    return figures
 
 
 def spread(values: list[float]) -> dict[str, float]:
@@ -104,32 +115,33 @@ def spread(values: list[float]) -> dict[str, float]:
 
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--sweeps", action="store_true", help="only what solves poses")
     parser.add_argument("--rounds", type=int, default=5)
     parser.add_argument("--seconds", type=float, default=1.0, help="work per measurement")
     parser.add_argument("--core", type=int, help="core to stay on (default: the first allowed)")
     parser.add_argument("--json", action="store_true")
     arguments = parser.parse_args()
 
-    programs = build()
+    programs = build((OWN_FIGURES,) if arguments.sweeps else BENCHES)
     cores = os.sched_getaffinity(0)
     core = min(cores) if arguments.core is None else arguments.core
     os.sched_setaffinity(0, {core})
-    done = [one_round(dict(programs), core, cores, arguments.seconds) for _ in range(arguments.rounds)]
-    rounds, sweeps = [figures for figures, _ in done], [swept for _, swept in done]
+    rounds, sweeps = [], []
+    for _ in range(arguments.rounds):
+        figures, swept = sweeps_round(programs, core, cores, arguments.seconds)
+        if not arguments.sweeps:
+            figures |= rest_of_round(programs, core, arguments.seconds)
+        rounds.append(figures)
+        sweeps.append(swept)
     figures = {name: spread([figure[name] for figure in rounds]) for name in rounds[0]}
     pairs = [
-        (f"python {peer}", f"rust {ours}")
-        for peer in ("dense", "band", "fronts")
-        for ours in ("batch/given", "batch/placed", "single/given")
-    ]
-    pairs += [
-        ("python dense", "sweep solve"),
-        ("python dense", "sweep solve in space"),
-        ("python dense", "sweep both, one core"),
-        ("python dense", "sweep both in space, one core"),
-        ("python band", "sweep solve"),
-        ("python fronts", "sweep solve"),
-        ("python fronts", "sweep solve in space"),
+        (PEERS["dense"], "sweep solve"),
+        (PEERS["dense"], "sweep solve in space"),
+        (PEERS["dense"], "sweep both, one core"),
+        (PEERS["dense"], "sweep both in space, one core"),
+        (PEERS["band"], "sweep solve"),
+        (PEERS["fronts"], "sweep solve"),
+        (PEERS["fronts"], "sweep solve in space"),
         ("numba plane", "sweep solve"),
         ("numba space", "sweep solve in space"),
         ("opensees", "sweep solve"),
@@ -138,8 +150,11 @@ def main() -> None:
         ("sweep both, one core", "sweep both, all cores"),
         ("sweep both in space, one core", "sweep both in space, all cores"),
     ]
-    pairs += [("scipy refit", "rust refit"), ("scipy refit, cold", "rust refit, cold")]
-    pairs += [(f"python read {reader}", "rust read") for reader in READERS]
+    if not arguments.sweeps:
+        pairs += [(peer, f"rust {ours}") for peer in PEERS.values() for ours in ("batch/given", "batch/placed", "single/given")]
+        pairs += [("scipy refit", "rust refit"), ("scipy refit, cold", "rust refit, cold")]
+        pairs += [("rust evaluation, pose by pose", "rust evaluation")]
+        pairs += [(f"python read {reader}", "rust read") for reader in READERS]
     ratios = {
         f"{theirs} / {ours}": spread([figure[theirs] / figure[ours] for figure in rounds])
         for theirs, ours in pairs
@@ -155,7 +170,7 @@ def main() -> None:
         print(f"{name:32} {row['median']:10.3f} us  ({row['min']:.3f} to {row['max']:.3f}), {1e6 / row['median']:,.0f} a second")
     print()
     for name, row in ratios.items():
-        print(f"{name:44} {row['median']:8.1f}  ({row['min']:.1f} to {row['max']:.1f})")
+        print(f"{name:60} {row['median']:8.1f}  ({row['min']:.1f} to {row['max']:.1f})")
     print()
     last = sweeps[-1]
     for how in last["how"]:
