@@ -17,6 +17,8 @@ pub(super) struct ColourScale {
     pub(super) axis: Axis,
     /// Least and greatest value that are told apart.
     pub(super) range: [f64; 2],
+    /// Part of it that the bar beside the panels shows.
+    shown: [f64; 2],
     /// White in the middle, for changes; otherwise from dark to light.
     is_diverging: bool,
 }
@@ -24,9 +26,8 @@ pub(super) struct ColourScale {
 impl ColourScale {
     /// Scale of a quantity over the span of its values; without any value it runs from 0 to 1.
     pub(super) fn of(quantity: &str, unit: &str, values: impl Iterator<Item = f64>) -> Self {
-        let span = values
-            .filter(|v| v.is_finite())
-            .fold(None, |span, value| Some(widened(span, value)));
+        let spans = values.filter(|v| v.is_finite()).map(|value| [value, value]);
+        let span = spans.reduce(|a, b| [a[0].min(b[0]), a[1].max(b[1])]);
         let [low, high] = apart(span.unwrap_or([0.0, 1.0]));
         let axis = if low > 0.0 && high / low > EVEN_UP_TO {
             Axis::log10(quantity, unit)
@@ -36,32 +37,43 @@ impl ColourScale {
         Self {
             axis,
             range: [low, high],
+            shown: [low, high],
             is_diverging: false,
         }
     }
 
-    /// Scale of a change, as far down as up.
+    /// Scale of a change: equal colours mean equally far up and down; what no value reaches is not shown.
     pub(super) fn of_change(quantity: &str, unit: &str, values: impl Iterator<Item = f64>) -> Self {
-        let most = values
+        let [low, high] = values
             .filter(|v| v.is_finite())
-            .fold(0.0, |most: f64, v| most.max(v.abs()));
-        let most = if most > 0.0 { most } else { 1.0 };
+            .fold([0.0_f64; 2], |[low, high], v| [low.min(v), high.max(v)]);
+        let most = if high > low { high.max(-low) } else { 1.0 };
         Self {
             axis: Axis::linear(quantity, unit),
             range: [-most, most],
+            shown: if high > low {
+                [low, high]
+            } else {
+                [-most, most]
+            },
             is_diverging: true,
         }
     }
 
-    /// Scale of a ratio, as far down as up.
+    /// Scale of a ratio: equal colours mean equally many times as much and as little.
     pub(super) fn of_ratio(quantity: &str, values: impl Iterator<Item = f64>) -> Self {
-        let most = values
+        let [low, high] = values
             .filter(|v| v.is_finite() && *v > 0.0)
-            .fold(1.0, |most: f64, v| most.max(v).max(1.0 / v));
-        let most = if most > 1.0 { most } else { 2.0 };
+            .fold([1.0_f64; 2], |[low, high], v| [low.min(v), high.max(v)]);
+        let most = if high > low { high.max(1.0 / low) } else { 2.0 };
         Self {
             axis: Axis::log10(quantity, ""),
             range: [1.0 / most, most],
+            shown: if high > low {
+                [low, high]
+            } else {
+                [1.0 / most, most]
+            },
             is_diverging: true,
         }
     }
@@ -85,7 +97,7 @@ impl ColourScale {
 
     /// Levels of contour lines, about as many as wanted, with their texts.
     pub(super) fn levels(&self, wanted: usize) -> Vec<Tick> {
-        let all = ticks(&self.axis.scale, self.range, wanted);
+        let all = ticks(&self.axis.scale, self.shown, wanted);
         let inside = |tick: &Tick| {
             let share = self.share(tick.value);
             !tick.text.is_empty() && share > 0.0 && share < 1.0
@@ -95,18 +107,13 @@ impl ColourScale {
 
     /// The scale beside the panels.
     pub(super) fn bar(&self) -> Panel {
-        colour_bar(self.axis.clone(), self.range, |value| self.colour(value))
+        colour_bar(self.axis.clone(), self.shown, |value| self.colour(value))
     }
 
     /// Whether values are spread by their logarithm.
     pub(super) fn is_logarithmic(&self) -> bool {
         self.axis.scale == Scale::Log10
     }
-}
-
-fn widened(span: Option<[f64; 2]>, value: f64) -> [f64; 2] {
-    let [low, high] = span.unwrap_or([value, value]);
-    [low.min(value), high.max(value)]
 }
 
 /// A span that is not a single value.
@@ -147,6 +154,10 @@ mod tests {
         assert_eq!(ratio.colour(1.0), Colour::WHITE);
         assert_eq!(change.range, [-30.0, 30.0]);
         assert!((ratio.range[0] * 30.0 - 1.0).abs() < 1e-12);
+        // The bar shows what is there, with no change in it.
+        assert_eq!((change.shown, ratio.shown), ([-1.0, 30.0], [0.5, 30.0]));
+        let up = ColourScale::of_change("change", "N/mm", [3.0, 30.0].into_iter());
+        assert_eq!(up.shown, [0.0, 30.0]);
     }
 
     #[test]

@@ -132,7 +132,8 @@ pub(super) fn layout(figure: &Figure, caption: &str) -> Layout {
             + right[..column].iter().sum::<f64>()
             + widths[..column].iter().sum::<f64>()
             + BETWEEN_PX * column as f64;
-        let y0 = row_top + top[row];
+        // Whole pixels, so that areas whose edges are whole pixels from the corner meet without a seam.
+        let [x0, y0] = [x0, row_top + top[row]].map(f64::round);
         let panel_height = figure.panel_size_px(index)[1];
         let [x_side, y_side] = sides[index].clone();
         frames.push(Frame {

@@ -9,6 +9,8 @@ const WANTED_IN_A_BIN: f64 = 12.0;
 const MOST_BINS: f64 = 110.0;
 /// Fewest points behind the smooth estimate: a plane has three coefficients.
 const FEWEST_OF_A_PLANE: usize = 4;
+/// Neighbours with points, of eight, among which an empty bin is a gap that chance left.
+const FEWEST_AROUND_A_GAP: usize = 6;
 /// A plane fitted to points on (nearly) a line tells nothing across it: least ratio of the two spreads.
 const LEAST_SPREAD_RATIO: f64 = 1e-3;
 
@@ -203,28 +205,51 @@ impl PlaneBins {
             })
     }
 
+    /// Whether a place lies in a bin with points.
+    pub(super) fn holds(&self, at_m: [f64; 2]) -> bool {
+        let [column, row] =
+            [0, 1].map(|i| ((at_m[i] - self.origin_m[i]) / self.side_m).floor() as i64);
+        self.at(column, row).is_some()
+    }
+
+    /// What is drawn, row by row: the mean of every bin with points, and the estimate of every gap between them.
+    pub(super) fn drawn(&self) -> impl Iterator<Item = ([usize; 2], f64)> + '_ {
+        let [columns, rows] = self.size;
+        let places = (0..rows).flat_map(move |row| (0..columns).map(move |column| [column, row]));
+        places.filter_map(|[column, row]| {
+            let own = self.at(column as i64, row as i64);
+            let mean = own.map(|own| own.values[0] / own.count as f64);
+            Some(([column, row], mean.or_else(|| self.smooth([column, row]))?))
+        })
+    }
+
     /// Estimate at the centre of a bin: the plane through the points of the bin and its eight neighbours, least squares; the mean of
-    /// the bin where too few points or points on one line give no plane. `None` for a bin without a point.
+    /// the bin where too few points or points on one line give no plane. `None` for a bin without a point, unless it is a gap: most of
+    /// its neighbours have some.
     ///
     /// A mean belongs to where the points happen to lie, which at the border is not the centre; the plane follows a slope exactly.
     #[must_use]
     pub(super) fn smooth(&self, [column, row]: [usize; 2]) -> Option<f64> {
-        let own = self.at(column as i64, row as i64)?;
-        let mean = own.values[0] / own.count as f64;
-        let (mut count, mut places, mut values) = (0, [0.0; 5], [0.0; 3]);
+        let own = self.at(column as i64, row as i64);
+        let mean = own.map(|own| own.values[0] / own.count as f64);
+        let (mut bins, mut count, mut places, mut values) = (0, 0, [0.0; 5], [0.0; 3]);
         for (da, db) in (-1..=1).flat_map(|da| (-1..=1).map(move |db| (da, db))) {
             let Some(sums) = self.at(column as i64 + da, row as i64 + db) else {
                 continue;
             };
             let (p, v) = sums.seen_from([da as f64, db as f64]);
+            bins += 1;
             count += sums.count;
             places = std::array::from_fn(|i| places[i] + p[i]);
             values = std::array::from_fn(|i| values[i] + v[i]);
         }
-        if count < FEWEST_OF_A_PLANE {
-            return Some(mean);
+        if own.is_none() && bins < FEWEST_AROUND_A_GAP {
+            return None;
         }
-        Some(plane_at_centre(count as f64, places, values).unwrap_or(mean))
+        if count < FEWEST_OF_A_PLANE {
+            return mean;
+        }
+        plane_at_centre(count as f64, places, values).or(mean)
     }
 
     fn at(&self, column: i64, row: i64) -> Option<&Sums> {
@@ -266,7 +291,7 @@ mod tests {
     fn slope() -> Vec<([f64; 2], f64)> {
         let lattice = (0..60).flat_map(|i| (0..60).map(move |j| (f64::from(i), f64::from(j))));
         lattice
-            .map(|(i, j)| [-0.3 + 0.0171 * i + 0.002 * j, 0.4 + 0.0163 * j])
+            .map(|(i, j)| [-0.3 + 0.0171 * i + 0.002 * j, 0.4031 + 0.0163 * j])
             .filter(|[a, b]| a + b < 1.1)
             .map(|[a, b]| ([a, b], 3.0 + 2.0 * a - 5.0 * b))
             .collect()
@@ -335,6 +360,21 @@ mod tests {
         let first = bins.filled().next().unwrap();
         assert_eq!(bins.smooth(first.place), Some(first.mean));
         assert_eq!(bins.smooth([1, 0]), None);
+    }
+
+    #[test]
+    fn a_gap_takes_the_slope_of_its_neighbours_and_the_outside_stays_empty() {
+        let lattice =
+            (0..40).flat_map(|i| (0..40).map(move |j| [i, j].map(|k| 0.005 + 0.01 * f64::from(k))));
+        let in_gap = |[a, b]: [f64; 2]| (0.1..0.15).contains(&a) && (0.2..0.25).contains(&b);
+        let points = lattice
+            .filter(|at| !in_gap(*at))
+            .map(|[a, b]| ([a, b], a - 2.0 * b));
+        let bins = PlaneBins::gather(points, 0.05);
+        assert_eq!((bins.size(), bins.filled().count()), ([8, 8], 63));
+        let value = bins.smooth([2, 4]).unwrap();
+        assert!((value - (0.125 - 2.0 * 0.225)).abs() < 1e-12, "{value}");
+        assert_eq!(bins.smooth([8, 4]), None);
     }
 
     #[test]

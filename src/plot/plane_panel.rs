@@ -15,10 +15,10 @@ use super::workspace::NamedPoint;
 const LEVEL_PX: f64 = 10.0;
 /// Size of the names of points, px.
 const NAME_PX: f64 = 11.0;
-/// Room around the map, as a share of its larger extent: names stand there.
-const ROOM: f64 = 0.075;
+/// Room beside and above the map, as shares of its larger extent: names stand there.
+const ROOM: [f64; 2] = [0.115, 0.075];
 /// Levels that are wanted.
-const LEVELS: usize = 7;
+const LEVELS: usize = 10;
 /// A line shorter than this many times its number stays without it.
 const SHORTEST: f64 = 1.6;
 
@@ -53,20 +53,16 @@ impl PlaneMap {
     }
 }
 
-/// Ranges of z and y that hold all maps with room for names.
-pub(super) fn plane_ranges<'a>(maps: impl Iterator<Item = &'a PlaneMap>) -> [[f64; 2]; 2] {
+/// Ranges of z and y that hold all maps and their points.
+pub(super) fn extent<'a>(maps: impl Iterator<Item = &'a PlaneMap>) -> [[f64; 2]; 2] {
     let mut ranges: Option<[[f64; 2]; 2]> = None;
     for map in maps {
         let half = 0.5 * map.bins.side_m();
-        let corners = map
-            .bins
-            .filled()
-            .flat_map(|bin| [-half, half].map(|d| [bin.centre_m[0] + d, bin.centre_m[1] + d]));
+        let bins = map.bins.filled();
+        let corners = bins.flat_map(|bin| [-half, half].map(|d| bin.centre_m.map(|c| c + d)));
         let named = map.extremes.iter().map(|point| [point.z_m, point.y_m]);
-        for [z, y] in corners
-            .chain(named)
-            .filter(|at| at.iter().all(|c| c.is_finite()))
-        {
+        let all = corners.chain(named);
+        for [z, y] in all.filter(|at| at.iter().all(|c| c.is_finite())) {
             let known = ranges.unwrap_or([[z, z], [y, y]]);
             ranges = Some([
                 [known[0][0].min(z), known[0][1].max(z)],
@@ -74,9 +70,23 @@ pub(super) fn plane_ranges<'a>(maps: impl Iterator<Item = &'a PlaneMap>) -> [[f6
             ]);
         }
     }
-    let ranges = ranges.unwrap_or([[0.0, 1.0]; 2]);
-    let room = ROOM * ranges.map(|[low, high]| high - low)[0].max(ranges[1][1] - ranges[1][0]);
-    ranges.map(|[low, high]| [low - room, high + room])
+    ranges.unwrap_or([[0.0, 1.0]; 2])
+}
+
+/// Ranges of z and y with room for names, from edge to edge of squares.
+pub(super) fn with_room(extent: [[f64; 2]; 2], side_m: f64) -> [[f64; 2]; 2] {
+    let larger = extent
+        .map(|[low, high]| high - low)
+        .into_iter()
+        .fold(0.0, f64::max);
+    let edge_below = |value: f64| (value / side_m).floor() * side_m;
+    [0, 1].map(|i| {
+        let room = ROOM[i] * larger;
+        [
+            edge_below(extent[i][0] - room),
+            -edge_below(-extent[i][1] - room),
+        ]
+    })
 }
 
 /// The panel; `per_px_m` is how many metres a pixel of it spans.
@@ -106,18 +116,20 @@ pub(super) fn plane_panel(
     panel
 }
 
-/// Squares; neighbours in a row whose colour is the same are one area, which keeps files small.
+/// Squares, gaps filled; neighbours in a row whose colour is the same are one area, which keeps files small.
+///
+/// Their edges stand on whole pixels (see [`super::plane_map`]), so that no light seams are left between them.
 fn runs_of_squares(bins: &PlaneBins, scale: &ColourScale) -> Vec<Polygon> {
     let half = 0.5 * bins.side_m();
     let mut runs: Vec<([usize; 2], Polygon)> = Vec::new();
-    for bin in bins.filled() {
-        let [z, y] = bin.centre_m;
-        let colour = scale.colour(bin.mean);
+    for (place, value) in bins.drawn() {
+        let [z, y] = bins.centre_m(place);
+        let colour = scale.colour(value);
         if let Some((last, polygon)) = runs.last_mut()
-            && *last == [bin.place[0].wrapping_sub(1), bin.place[1]]
+            && *last == [place[0].wrapping_sub(1), place[1]]
             && polygon.colour == colour
         {
-            *last = bin.place;
+            *last = place;
             for corner in &mut polygon.corners[1..3] {
                 corner[0] = z + half;
             }
@@ -129,15 +141,7 @@ fn runs_of_squares(bins: &PlaneBins, scale: &ColourScale) -> Vec<Polygon> {
             [z + half, y + half],
             [z - half, y + half],
         ];
-        runs.push((bin.place, Polygon { corners, colour }));
-    }
-    // A little larger than they are: neighbours overlap and no light seam is left between them.
-    let more = 0.04 * bins.side_m();
-    for (_, polygon) in &mut runs {
-        polygon.corners[1][0] += more;
-        polygon.corners[2][0] += more;
-        polygon.corners[2][1] += more;
-        polygon.corners[3][1] += more;
+        runs.push((place, Polygon { corners, colour }));
     }
     runs.into_iter().map(|(_, polygon)| polygon).collect()
 }
@@ -156,25 +160,37 @@ fn push_contours(panel: &mut Panel, map: &PlaneMap, scale: &ColourScale, per_px_
     let grid = smooth_grid(&map.bins);
     let side = map.bins.side_m();
     let origin = map.bins.centre_m([0, 0]);
-    let mut taken: Vec<[f64; 2]> = Vec::new();
+    // Numbers keep clear of one another and of the points.
+    let mut taken: Vec<[f64; 2]> = map.extremes.iter().map(|p| [p.z_m, p.y_m]).collect();
+    taken.extend(
+        [map.least, map.greatest]
+            .into_iter()
+            .flatten()
+            .map(|at| at.z_y_m),
+    );
     for level in scale.levels(LEVELS) {
         let ink = scale.colour(level.value).readable_ink();
         let style = Style::new(ink, Marker::Dot).stroke(0.9);
-        let room_m = 0.5 * (font::width_px(&level.text, LEVEL_PX) + 5.0) * per_px_m;
+        let half_px = [
+            0.5 * font::width_px(&level.text, LEVEL_PX) + 3.0,
+            0.5 * LEVEL_PX + 2.0,
+        ];
+        let half_m = half_px.map(|px| px * per_px_m);
+        let room_m = half_m[0];
         for line in grid.contours(level.value) {
             let line: Vec<[f64; 2]> = line
                 .into_iter()
                 .map(|at| [0, 1].map(|i| origin[i] + side * at[i]))
                 .collect();
             let spot = (length(&line) > 2.0 * SHORTEST * room_m)
-                .then(|| label_spot(&line, &taken, room_m))
+                .then(|| label_spot(&line, half_m, |at| is_free(map, &taken, at, half_m)))
                 .flatten();
             let Some(spot) = spot else {
                 panel.series.push(Series::new(style, Marks::Line(line)));
                 continue;
             };
             taken.push(spot);
-            for piece in without_disc(&line, spot, room_m) {
+            for piece in without_box(&line, spot, half_m) {
                 panel.series.push(Series::new(style, Marks::Line(piece)));
             }
             panel.notes.push(number_on_line(&level, spot, ink));
@@ -200,8 +216,12 @@ fn distance(a: [f64; 2], b: [f64; 2]) -> f64 {
     (a[0] - b[0]).hypot(a[1] - b[1])
 }
 
-/// The corner of a line nearest to its middle whose number touches no other; `None` if there is none.
-fn label_spot(line: &[[f64; 2]], taken: &[[f64; 2]], room_m: f64) -> Option<[f64; 2]> {
+/// The corner of a line nearest to its middle where its number may stand; `None` if there is none.
+fn label_spot(
+    line: &[[f64; 2]],
+    half_m: [f64; 2],
+    is_free: impl Fn([f64; 2]) -> bool,
+) -> Option<[f64; 2]> {
     let half = 0.5 * length(line);
     let mut gone = 0.0;
     let mut best: Option<(f64, [f64; 2])> = None;
@@ -210,21 +230,29 @@ fn label_spot(line: &[[f64; 2]], taken: &[[f64; 2]], room_m: f64) -> Option<[f64
             gone += distance(line[index - 1], at);
         }
         let off = (gone - half).abs();
-        let is_free = taken
-            .iter()
-            .all(|other| distance(*other, at) > 2.2 * room_m);
-        // Numbers at the ends of a line would stand over the border.
-        if is_free && half - off > 0.8 * room_m && best.is_none_or(|(least, _)| off < least) {
+        // Numbers at the ends of a line would leave nothing of it.
+        let is_inside = half - off > 0.8 * half_m[0];
+        if is_inside && best.is_none_or(|(least, _)| off < least) && is_free(at) {
             best = Some((off, at));
         }
     }
     best.map(|(_, at)| at)
 }
 
-/// What of a line lies outside a disc, as pieces.
-fn without_disc(line: &[[f64; 2]], centre: [f64; 2], radius: f64) -> Vec<Vec<[f64; 2]>> {
-    let outside = |at: &[f64; 2]| distance(*at, centre) > radius;
-    line.split(|at| !outside(at))
+/// Whether a number at a place stands on the map with all corners, and clear of others.
+fn is_free(map: &PlaneMap, taken: &[[f64; 2]], at: [f64; 2], half_m: [f64; 2]) -> bool {
+    let corners = [[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]];
+    let on_map = |side: [f64; 2]| map.bins.holds([0, 1].map(|i| at[i] + side[i] * half_m[i]));
+    corners.into_iter().all(on_map)
+        && taken
+            .iter()
+            .all(|other| distance(*other, at) > 2.2 * half_m[0])
+}
+
+/// What of a line lies outside a rectangle, as pieces.
+fn without_box(line: &[[f64; 2]], centre: [f64; 2], half_m: [f64; 2]) -> Vec<Vec<[f64; 2]>> {
+    let is_inside = |at: &[f64; 2]| (0..2).all(|i| (at[i] - centre[i]).abs() < half_m[i]);
+    line.split(is_inside)
         .filter(|piece| piece.len() > 1)
         .map(<[_]>::to_vec)
         .collect()
@@ -248,8 +276,7 @@ const fn outline(marker: Marker, marker_px: f64) -> Style {
 }
 
 /// What the legend says of the points.
-pub(super) fn point_legend<'a>(maps: impl Iterator<Item = &'a PlaneMap>) -> Vec<LegendEntry> {
-    let maps: Vec<&PlaneMap> = maps.collect();
+pub(super) fn point_legend(maps: &[PlaneMap]) -> Vec<LegendEntry> {
     let entry = |place: usize, label: &str| LegendEntry {
         label: label.to_owned(),
         style: POINT_STYLES[place],

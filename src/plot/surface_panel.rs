@@ -23,8 +23,8 @@ const DOWN_DEG: f64 = 27.0;
 const BOX_PX: [f64; 3] = [235.0, 270.0, 185.0];
 /// Part of a facet that is not mesh.
 const FACET: f64 = 0.9;
-/// Most facets along the longer side.
-const MOST_FACETS: usize = 46;
+/// Most facets along a side.
+const MOST_FACETS: usize = 60;
 /// Sizes of texts, px.
 const TICK_PX: f64 = 10.0;
 const NAME_PX: f64 = 11.0;
@@ -45,7 +45,7 @@ impl View {
         let [across, deep] = [(z - 0.5) * BOX_PX[0], (y - 0.5) * BOX_PX[1]];
         let depth = cos * deep - sin * across;
         [
-            0.53 * SURFACE_PX[0] + cos * across + sin * deep,
+            0.51 * SURFACE_PX[0] + cos * across + sin * deep,
             0.5 * SURFACE_PX[1] + sin_down * depth + cos_down * (value - 0.5) * BOX_PX[2],
         ]
     }
@@ -57,17 +57,23 @@ impl View {
 }
 
 /// The panel.
-pub(super) fn surface_panel(map: &PlaneMap, scale: &ColourScale, [z, y]: [[f64; 2]; 2]) -> Panel {
+pub(super) fn surface_panel(
+    map: &PlaneMap,
+    scale: &ColourScale,
+    [z, y]: [[f64; 2]; 2],
+    height_px: f64,
+) -> Panel {
     let view = View {
         z,
         y,
         values: scale.range,
     };
-    let px = |length: f64| Axis {
-        range: Some([0.0, length]),
+    let px = |middle: f64, length: f64| Axis {
+        range: Some([middle - 0.5 * length, middle + 0.5 * length]),
         ..Axis::categories("", Vec::new())
     };
-    let mut panel = Panel::new("", px(SURFACE_PX[0]), px(SURFACE_PX[1]));
+    let [width, height] = SURFACE_PX;
+    let mut panel = Panel::new("", px(0.5 * width, width), px(0.5 * height, height_px));
     panel.bordered = false;
     push_walls(&mut panel, &view, scale);
     panel.series.push(Series::new(
@@ -82,12 +88,12 @@ pub(super) fn surface_panel(map: &PlaneMap, scale: &ColourScale, [z, y]: [[f64; 
 fn facets(bins: &PlaneBins, view: &View, scale: &ColourScale) -> Vec<Polygon> {
     let grid = smooth_grid(bins);
     let [columns, rows] = grid.size;
-    let step = columns.max(rows).div_ceil(MOST_FACETS).max(1);
+    let [across, deep] = grid.size.map(|n| n.div_ceil(MOST_FACETS).max(1));
     let mut drawn = Vec::new();
     // Farthest are the greatest y, and among them the least z.
-    for row in (0..rows).step_by(step).rev() {
-        for column in (0..columns).step_by(step) {
-            let place = |[dz, dy]: [usize; 2]| [column + step * dz, row + step * dy];
+    for row in (0..rows).step_by(deep).rev() {
+        for column in (0..columns).step_by(across) {
+            let place = |[dz, dy]: [usize; 2]| [column + across * dz, row + deep * dy];
             let corners = [[0, 0], [1, 0], [1, 1], [0, 1]].map(place);
             push_facet(&mut drawn, bins, &grid, view, scale, corners);
         }
@@ -183,6 +189,10 @@ fn push_walls(panel: &mut Panel, view: &View, scale: &ColourScale) {
         ]);
         push_tick(panel, &tick, [0.0, 0.0, value], [-1.0, 0.0]);
     }
+    grid.extend([
+        [[0.0, 0.0, 1.0], [0.0, 1.0, 1.0]],
+        [[0.0, 1.0, 1.0], [1.0, 1.0, 1.0]],
+    ]);
     let flat = |lines: &[[[f64; 3]; 2]]| {
         Marks::Segments(lines.iter().map(|line| line.map(View::project)).collect())
     };
@@ -271,7 +281,7 @@ mod tests {
             (0..50).flat_map(|i| (0..50).map(move |j| [i, j].map(|k| 0.02 * f64::from(k) + 0.01)));
         PlaneBins::gather(
             places
-                .map(|[z, y]| ([z, y], 1.0 - (2.0 * y - 1.0).abs()))
+                .map(|[z, y]| ([z, y], 2.0 - (2.0 * y - 1.0).abs()))
                 .collect::<Vec<_>>()
                 .into_iter(),
             0.02,
