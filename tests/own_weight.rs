@@ -1,4 +1,4 @@
-//! Spread forces and own weight against closed forms, and against the same member cut into many pieces with point masses.
+//! Spread forces and own weight against closed forms.
 
 #![expect(
     clippy::unwrap_used,
@@ -11,7 +11,7 @@ use stiffbench::robot::{
     FittingFactors, GRAVITY_M_PER_S2, JointModel, Masses, MechanismModel, Predictor, Robot, Theory,
 };
 use stiffbench::source_text::SourceText;
-use stiffbench::structure::{Element, Structure, Support};
+use stiffbench::structure::{Element, ShearCoefficients, Structure, Support};
 use stiffbench::vector::{norm, scale};
 use support::{SECTION, STEEL, beam, node, solver};
 
@@ -61,6 +61,48 @@ fn a_cantilever_under_its_own_weight() {
         let u = w * l * l / (2.0 * e * SECTION.area_m2);
         assert!((hanging[0] / u - 1.0).abs() < 1e-9, "{hanging:?} {u}");
     }
+}
+
+/// With shear deformation w L²/2κGA comes on top: w L/κGA for the resultant, half of it for a spread force.
+#[test]
+fn shear_deformation_under_a_spread_force() {
+    let (l, w) = (0.4, 120.0);
+    let mut structure = cantilever(l, [1.0, 0.0, 0.0], 1);
+    structure.elements[0].shear = Some(ShearCoefficients {
+        along_y: 0.5,
+        along_z: 0.9,
+    });
+    let bending = w * l.powi(4) / (8.0 * STEEL.youngs_modulus_pa * SECTION.iz_m4);
+    let shear = w * l * l / (2.0 * 0.5 * STEEL.shear_modulus_pa * SECTION.area_m2);
+    assert!(shear > 0.05 * bending, "it is to be seen");
+    let found = spread(&structure, [0.0, w, 0.0])[1];
+    assert!((found / (bending + shear) - 1.0).abs() < 1e-9, "{found}");
+}
+
+/// ```text
+///   ▒├────────●────────┤▒   v = w L⁴/384EI in the middle        (Roark table 8.1, 2d)
+///   ▒├─────────────────△   R = 3 w L/8 where it rests           (2c)
+/// ```
+#[test]
+fn beams_held_at_both_ends() {
+    let (l, w) = (1.6, 90.0);
+    let mut structure = cantilever(l, [1.0, 0.0, 0.0], 2);
+    structure.supports.push(Support::clamped(2));
+    structure.end = 1.into();
+    let middle = w * l.powi(4) / (384.0 * STEEL.youngs_modulus_pa * SECTION.iz_m4);
+    let found = spread(&structure, [0.0, -w, 0.0])[1];
+    assert!((found / -middle - 1.0).abs() < 1e-9, "{found} {middle}");
+    let mut rests = cantilever(l, [1.0, 0.0, 0.0], 1);
+    rests.supports.push(Support {
+        node: 1,
+        held: [false, true, false, false, false, false],
+    });
+    let loads = rests.spread_force(0, [0.0, -w, 0.0]).to_vec();
+    let reaction = solver(&rests).respond(&rests, &loads).reactions[1][1];
+    assert!(
+        (reaction / (0.375 * w * l) - 1.0).abs() < 1e-9,
+        "{reaction}"
+    );
 }
 
 /// The reaction of the support is the whole weight, and its moment the weight at half the length.
