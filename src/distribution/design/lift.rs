@@ -347,43 +347,64 @@ pub fn lift(
         variables: Variables::of(model, poses, cost)?,
         kept: Vec::new(),
     };
-    let mut x = vec![0.0; search.variables.prices.len()];
-    let mut robot = model.robot().clone();
-    let start = search.point(&robot)?;
-    let least_n_per_m = start.goal_n_per_m * (1.0 + wanted.by);
-    let target_n_per_m = least_n_per_m * (1.0 + MARGIN);
-    let mut here_n_per_m = start.goal_n_per_m;
-    let mut demands = start.demands(&x, target_n_per_m);
-    for steps in 0..MOST_STEPS {
-        let (prices, bound) = (&search.variables.prices, search.variables.bound());
-        let next = cheapest(prices, &demands, bound).ok_or(NoDesign::OutOfReach {
-            percent: 100.0 * wanted.by,
-        })?;
-        let moves = x.iter().zip(&next).map(|(a, b)| (a - b).abs());
-        if moves.fold(0.0, f64::max) < SETTLED && here_n_per_m >= least_n_per_m {
-            return Ok(LiftedDesign {
-                wanted,
-                cost,
-                cost_value: search.variables.cost(&x),
-                before_n_per_m: start.goal_n_per_m,
-                predicted_n_per_m: start.predicted_n_per_m(&x),
-                after_n_per_m: here_n_per_m,
-                changes: search.variables.changes(model.robot(), &x),
-                steps,
-                robot,
-            });
+    let start = search.point(model.robot())?;
+    let found = search.settle(&start)?;
+    Ok(LiftedDesign {
+        wanted,
+        cost,
+        cost_value: search.variables.cost(&found.x),
+        before_n_per_m: start.goal_n_per_m,
+        predicted_n_per_m: start.predicted_n_per_m(&found.x),
+        after_n_per_m: found.after_n_per_m,
+        changes: search.variables.changes(model.robot(), &found.x),
+        steps: found.steps,
+        robot: found.robot,
+    })
+}
+
+/// Where a search ended.
+struct Settled {
+    x: Vec<f64>,
+    robot: Robot,
+    after_n_per_m: f64,
+    steps: usize,
+}
+
+impl Search<'_, '_> {
+    /// Goes from linearisation to linearisation until nothing moves.
+    fn settle(&mut self, start: &Point) -> Result<Settled, NoDesign> {
+        let mut x = vec![0.0; self.variables.prices.len()];
+        let mut robot = self.model.robot().clone();
+        let mut here_n_per_m = start.goal_n_per_m;
+        let least_n_per_m = start.goal_n_per_m * (1.0 + self.wanted.by);
+        let target_n_per_m = least_n_per_m * (1.0 + MARGIN);
+        let mut demands = start.demands(&x, target_n_per_m);
+        for steps in 0..MOST_STEPS {
+            let (prices, bound) = (&self.variables.prices, self.variables.bound());
+            let next = cheapest(prices, &demands, bound).ok_or(NoDesign::OutOfReach {
+                percent: 100.0 * self.wanted.by,
+            })?;
+            let moves = x.iter().zip(&next).map(|(a, b)| (a - b).abs());
+            if moves.fold(0.0, f64::max) < SETTLED && here_n_per_m >= least_n_per_m {
+                return Ok(Settled {
+                    x,
+                    robot,
+                    after_n_per_m: here_n_per_m,
+                    steps,
+                });
+            }
+            // Half steps once it should have settled: it may be swinging between two sets of lowest poses.
+            let share = if steps < MOST_STEPS / 3 { 1.0 } else { 0.5 };
+            for (x, next) in x.iter_mut().zip(&next) {
+                *x += share * (next - *x);
+            }
+            robot = self.variables.changed(self.model.robot(), &x);
+            let here = self.point(&robot)?;
+            here_n_per_m = here.goal_n_per_m;
+            demands = here.demands(&x, target_n_per_m);
         }
-        // Half steps once it should have settled: it may be swinging between two sets of lowest poses.
-        let share = if steps < MOST_STEPS / 3 { 1.0 } else { 0.5 };
-        for (x, next) in x.iter_mut().zip(&next) {
-            *x += share * (next - *x);
-        }
-        robot = search.variables.changed(model.robot(), &x);
-        let here = search.point(&robot)?;
-        here_n_per_m = here.goal_n_per_m;
-        demands = here.demands(&x, target_n_per_m);
+        Err(NoDesign::Unsettled)
     }
-    Err(NoDesign::Unsettled)
 }
 
 /// Adds the rows that are lowest now to those that ever were.

@@ -4,7 +4,9 @@ use std::fmt::Write;
 
 use serde_json::{Value, json};
 
-use crate::distribution::{DesignCost, DesignGoal, DesignSensitivity, LiftedDesign};
+use crate::distribution::{
+    DesignCost, DesignGoal, DesignSensitivity, JointSensitivity, LiftedDesign,
+};
 use crate::quantity::NEWTON_PER_METRE_PER_NEWTON_PER_MICROMETRE as N_PER_UM;
 use crate::report::text::{TextTable, significant};
 use crate::structure::Property;
@@ -12,8 +14,9 @@ use crate::structure::Property;
 const AXES: [&str; 3] = ["x", "y", "z"];
 /// Sections that move a stiffness by less than this share of it per share of all their constants are counted, not listed.
 const WORTH_LISTING: f64 = 5e-4;
-/// A joint that would take this share of the stiffness: the size in which joints are compared.
-const SHARE_OF_JOINT: f64 = 0.01;
+/// Joints that take less of a stiffness than so many per cent per urad/(N·m) are counted, not listed.
+const JOINT_WORTH_LISTING: f64 = 0.001;
+const RAD_PER_MICRORADIAN: f64 = 1e-6;
 
 /// Sensitivities of one mechanism along one axis, for people.
 #[must_use]
@@ -64,33 +67,24 @@ fn joints_text(found: &DesignSensitivity) -> String {
     }
     let mut joints: Vec<_> = found.joints.iter().collect();
     joints.sort_by(|a, b| (a.smallest + a.mean).total_cmp(&(b.smallest + b.mean)));
-    let mut table = TextTable::new(&["joint", "takes 1 % of the least", "takes 1 % of the mean"]);
-    let number = |slope: f64| {
-        if slope < 0.0 {
-            significant(-SHARE_OF_JOINT / slope, 3)
-        } else {
-            "no compliance".to_owned()
-        }
-    };
-    let mut idle = 0;
-    for joint in joints {
-        // A compliance of 1 rad/(N·m) takes less than a millionth: the joint carries no moment from here.
-        if joint.smallest > -1e-6 && joint.mean > -1e-6 {
-            idle += 1;
-            continue;
-        }
-        table.row([
-            joint.joint.clone(),
-            number(joint.smallest),
-            number(joint.mean),
-        ]);
+    let percent = |slope: f64| 100.0 * slope * RAD_PER_MICRORADIAN;
+    let is_listed = |slope: f64| percent(slope).abs() >= JOINT_WORTH_LISTING;
+    let listed = |joint: &&&JointSensitivity| is_listed(joint.smallest) || is_listed(joint.mean);
+    let mut table = TextTable::new(&["joint", "least", "mean"]);
+    for joint in joints.iter().filter(listed) {
+        let numbers = [joint.smallest, joint.mean].map(|slope| significant(percent(slope), 3));
+        table.row([joint.joint.clone()].into_iter().chain(numbers));
     }
     let mut text = format!(
-        "\nCompliance of a joint, rad/(N*m), that takes 1 %:\n\n{}",
+        "\nPer cent of stiffness per urad/(N*m) of compliance in a joint that was rigid, to first order:\n\n{}",
         table.text()
     );
-    if idle > 0 {
-        let _ = writeln!(text, "{idle} joints carry no moment from this load.");
+    let rest = joints.len() - joints.iter().filter(listed).count();
+    if rest > 0 {
+        let _ = writeln!(
+            text,
+            "{rest} joints take less than {JOINT_WORTH_LISTING} % of either."
+        );
     }
     text
 }
