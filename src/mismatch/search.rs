@@ -267,9 +267,10 @@ impl Bench<'_> {
             let again = self.rank(&baseline, &options.without)?;
             let rarefied =
                 |ranked: &Ranked| gaussian_gain(ranked.gain, parameters_of(ranked), ranked.dof);
-            let passing = again.ranked.iter().find(|ranked| {
-                ranked.log_bayes > 0.0 && rarefied(ranked) > limit(ranked)
-            });
+            let passing = again
+                .ranked
+                .iter()
+                .find(|ranked| ranked.log_bayes > 0.0 && rarefied(ranked) > limit(ranked));
             let Some(passing) = passing else {
                 return Ok(None);
             };
