@@ -17,11 +17,12 @@ use super::leftover::Pattern;
 use super::screen::WhiteCandidate;
 use super::space::dot;
 
-/// Chance that noise alone passes for one of the laws.
-pub const LAW_LEVEL: f64 = 0.03;
+/// Chance that noise alone passes for one of the laws, as the draws have it. Whole sessions give about 1.2 times as many alarms, because a fit
+/// moves the shapes that the draws hold still, and a coarse gauge errs alike in every repeat: together with what is left over 4 % are aimed at.
+pub const LAW_LEVEL: f64 = 0.024;
 
 /// Chance that noise alone passes for structure that is left over.
-pub const LEFT_OVER_LEVEL: f64 = 0.008;
+pub const LEFT_OVER_LEVEL: f64 = 0.005;
 
 /// Draws of noise.
 pub const DRAWS: usize = 10_000;
