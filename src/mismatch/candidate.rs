@@ -19,6 +19,9 @@ pub(super) const NOMINAL_PERIODS_M: [f64; 15] = [
     5e-5, 6e-5, 8e-5, 1e-4, 1.25e-4, 1.5e-4, 2e-4, 2.5e-4, 3e-4, 4e-4, 5e-4, 6e-4, 8e-4, 1e-3, 2e-3,
 ];
 
+/// How far a wheel, a rack or a scale is from its nominal period; one that is farther is found by the wide search, 1.
+const NOMINAL_TOLERANCE: f64 = 0.01;
+
 /// One shape of a law: values at which its effect is worked out, and how far its size may be scaled from there.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Shape {
@@ -26,8 +29,6 @@ pub(super) struct Shape {
     pub(super) values: Vec<f64>,
     /// Smallest and largest multiple of the size for which the shape holds.
     pub(super) scale: [f64; 2],
-    /// Share of the prior.
-    pub(super) weight: f64,
     /// Compliance times the stiffness of the loop it sits in: the effect grows as s/(1 + s), not as s.
     pub(super) saturation: f64,
 }
@@ -47,7 +48,7 @@ pub(super) struct Candidate {
     pub(super) law: Law,
     pub(super) place: Place,
     pub(super) shapes: Vec<Shape>,
-    /// Size at which the half-normal prior has its standard deviation.
+    /// Largest size that is plausible.
     pub(super) largest: f64,
     /// Whether it belongs to the wide search of a law that has a narrow one.
     pub(super) wide: bool,
@@ -91,15 +92,6 @@ fn bounds(law: Law, shapes: &[Shape]) -> Vec<[f64; 2]> {
         .collect()
 }
 
-/// Shapes whose shares of the prior add up to one.
-fn normalised(mut shapes: Vec<Shape>) -> Vec<Shape> {
-    let sum: f64 = shapes.iter().map(|shape| shape.weight).sum();
-    for shape in &mut shapes {
-        shape.weight /= sum;
-    }
-    shapes
-}
-
 /// How far beyond its shapes a fit may go.
 const SHAPE_ROOM: f64 = 1.12;
 
@@ -108,10 +100,19 @@ impl Candidate {
         let shapes = vec![Shape {
             values: vec![size],
             scale: any_scale(law),
-            weight: 1.0,
             saturation: 0.0,
         }];
         Self::of_shapes(law, place, shapes, largest, false)
+    }
+
+    /// Bounds of the parameters for a fit that starts at a shape: a nominal period stays what it is.
+    pub(super) fn bounds_near(&self, shape: &Shape) -> Vec<[f64; 2]> {
+        let mut bounds = self.bounds.clone();
+        if self.law == Law::GaugePeriodic && !self.wide {
+            let period_m = shape.values[1];
+            bounds[1] = [1.0 - NOMINAL_TOLERANCE, 1.0 + NOMINAL_TOLERANCE].map(|f| f * period_m);
+        }
+        bounds
     }
 
     pub(super) fn of_shapes(
@@ -125,7 +126,7 @@ impl Candidate {
             bounds: bounds(law, &shapes),
             law,
             place,
-            shapes: normalised(shapes),
+            shapes,
             largest,
             wide,
         }
@@ -260,7 +261,6 @@ fn growth_candidates(observations: &Observations, _scales: &Scales, out: &mut Ve
             .map(|&shape| Shape {
                 values: vec![size, shape],
                 scale: any_scale(law),
-                weight: 1.0,
                 saturation: 0.0,
             })
             .collect();
@@ -344,7 +344,6 @@ fn period_candidates(scales: &Scales, out: &mut Vec<Candidate>) {
         let shape = |period| Shape {
             values: vec![1e-6, period, 0.0],
             scale: [0.0, f64::INFINITY],
-            weight: 1.0,
             saturation: 0.0,
         };
         periods.map(shape).collect()

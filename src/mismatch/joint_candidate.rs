@@ -106,26 +106,14 @@ fn compliance_shapes(view: &JointView) -> Vec<Shape> {
         .map(|(c, scale, saturation)| Shape {
             values: vec![c],
             scale,
-            weight: 1.0,
             saturation,
         })
         .collect()
 }
 
-/// Levels of a moment as shares of the largest, closer where small ones differ most, with the width each stands for.
-const LEVELS: [(f64, f64); 12] = [
-    (0.015, 0.03),
-    (0.05, 0.04),
-    (0.09, 0.05),
-    (0.15, 0.06),
-    (0.21, 0.07),
-    (0.29, 0.08),
-    (0.37, 0.09),
-    (0.46, 0.1),
-    (0.56, 0.1),
-    (0.66, 0.1),
-    (0.77, 0.1),
-    (0.88, 0.1),
+/// Levels of a moment as shares of the largest, closer where small ones differ most.
+const LEVELS: [f64; 12] = [
+    0.015, 0.05, 0.09, 0.15, 0.21, 0.29, 0.37, 0.46, 0.56, 0.66, 0.77, 0.88,
 ];
 
 fn backlash_shapes(view: &JointView) -> Vec<Shape> {
@@ -137,13 +125,12 @@ fn backlash_shapes(view: &JointView) -> Vec<Shape> {
         (0.95, [0.8, 1.2]),
     ];
     let mut shapes = Vec::new();
-    for (level, weight) in LEVELS {
+    for level in LEVELS {
         let seat_moment = level * view.moment_nm;
         let mut add = |play, scale| {
             shapes.push(Shape {
                 values: vec![play, seat_moment],
                 scale,
-                weight,
                 saturation: 0.0,
             });
         };
@@ -161,12 +148,11 @@ fn backlash_shapes(view: &JointView) -> Vec<Shape> {
 
 fn friction_shapes(view: &JointView) -> Vec<Shape> {
     let mut shapes = Vec::new();
-    for (level, weight) in LEVELS {
+    for level in LEVELS {
         for (c, scale, saturation) in compliances(view) {
             shapes.push(Shape {
                 values: vec![c, level * view.moment_nm],
                 scale,
-                weight,
                 saturation,
             });
         }
@@ -188,7 +174,6 @@ fn nonlinear_shapes(view: &JointView) -> Vec<Shape> {
             shapes.push(Shape {
                 values: vec![c, share * c * (1.0 + saturation) / view.moment_nm],
                 scale,
-                weight: 1.0,
                 saturation,
             });
         }

@@ -44,10 +44,10 @@ pub type Family = (Law, bool);
 pub fn level_share((law, wide): Family) -> f64 {
     match law {
         Law::JointCompliance => 0.10,
-        Law::JointBacklash => 0.15,
+        Law::JointBacklash => 0.20,
         Law::JointFriction => 0.15,
         Law::JointNonlinearity => 0.12,
-        Law::BaseCompliance => 0.03,
+        Law::BaseCompliance => 0.04,
         Law::GaugeStandCompliance => 0.03,
         Law::LoadMisalignment => 0.04,
         Law::LooseMember => 0.05,
@@ -77,6 +77,13 @@ pub struct Limits {
 }
 
 impl Limits {
+    /// The limit of a law; of one that had no shape when the limits were drawn, the highest of all.
+    #[must_use]
+    pub fn of(&self, family: Family) -> f64 {
+        let highest = || self.laws.values().copied().fold(0.0, f64::max);
+        self.laws.get(&family).copied().unwrap_or_else(highest)
+    }
+
     /// Chance that noise alone leaves a pattern with this gain.
     #[must_use]
     pub fn left_over_p(&self, gain: f64) -> f64 {

@@ -53,7 +53,6 @@ impl Bench<'_> {
                 let shape = Shape {
                     values: Vec::new(),
                     scale: [1.0, 1.0],
-                    weight: 1.0,
                     saturation: 0.0,
                 };
                 Ok((square > 1e-6).then(|| WhiteCandidate {
@@ -115,7 +114,7 @@ impl Bench<'_> {
                     effect,
                     wide: false,
                     gain,
-                    log_bayes: 0.5 * gain,
+                    log_bayes: f64::NEG_INFINITY,
                     white,
                     whole,
                     dof: 1e6,

@@ -10,7 +10,6 @@ mod design;
 mod detection;
 mod diagnosis;
 mod error;
-mod evidence;
 mod found_model;
 mod given_noise;
 mod held_out;

@@ -6,7 +6,7 @@ use crate::physics::{Effect, Law, Place, Twists};
 
 use super::candidate::{Candidate, candidates};
 use super::error::MismatchError;
-use super::evidence::{log_shape_prior, log_size_prior};
+use super::limits::Limits;
 use super::predictor::ReadingPredictor;
 use super::refit::{Fitted, Model, Refit, is_smooth};
 use super::screen::{Frozen, Screened, WhiteCandidate, screen, white_candidates};
@@ -26,7 +26,7 @@ pub(super) struct Ranked {
     pub(super) wide: bool,
     /// Drop of the weighted squares against the state.
     pub(super) gain: f64,
-    /// Logarithm of the Bayes factor against the state.
+    /// Logarithm of the Bayes factor against the state; minus infinity until it is weighed.
     pub(super) log_bayes: f64,
     /// The model with the candidate in it.
     pub(super) fitted: Fitted,
@@ -59,7 +59,7 @@ struct Field<'a> {
 
 /// All candidates against a state.
 pub(super) struct Ranking {
-    /// Fitted candidates, the best evidence first.
+    /// Fitted candidates; when weighed, the best evidence first.
     pub(super) ranked: Vec<Ranked>,
     /// Candidates that would need an impossible value, the largest gain first.
     pub(super) impossible: Vec<Impossible>,
@@ -71,12 +71,42 @@ pub(super) struct Ranking {
     pub(super) residuals: Vec<f64>,
 }
 
+impl Ranking {
+    /// Weighs the evidence of every candidate and puts the best first.
+    ///
+    /// The prior of a law is such that a gain at its limit leaves it even: the law whose many shapes and places noise imitates well
+    /// must be that much better than one with a single shape, and the odds of no law depend on what its size was thought to be.
+    pub(super) fn weigh(&mut self, limits: &Limits) {
+        for ranked in &mut self.ranked {
+            let limit = limits.of((ranked.effect.law, ranked.wide));
+            ranked.log_bayes = 0.5 * (ranked.gain - limit);
+        }
+        self.ranked
+            .sort_by(|a, b| b.log_bayes.total_cmp(&a.log_bayes));
+    }
+}
+
 impl Bench<'_> {
-    /// Ranks every law at every place against a state.
+    /// Fits every law at every place against a state and weighs the evidence.
     ///
     /// # Arguments
     /// - `without`: laws left out.
-    pub(super) fn rank(&self, state: &State, without: &[Law]) -> Result<Ranking, MismatchError> {
+    pub(super) fn rank(
+        &self,
+        state: &State,
+        without: &[Law],
+        limits: &Limits,
+    ) -> Result<Ranking, MismatchError> {
+        let mut ranking = self.try_all(state, without)?;
+        ranking.weigh(limits);
+        Ok(ranking)
+    }
+
+    /// Fits every law at every place against a state, not yet weighed.
+    ///
+    /// # Arguments
+    /// - `without`: laws left out.
+    pub(super) fn try_all(&self, state: &State, without: &[Law]) -> Result<Ranking, MismatchError> {
         let (space, frozen, residuals) = self.space(state)?;
         let effects = &state.fitted.model.effects;
         let list = candidates(self.observations, &frozen, without);
@@ -105,7 +135,6 @@ impl Bench<'_> {
         if !without.contains(&Law::LooseMember) {
             ranked.extend(self.loose_members(state, &space)?);
         }
-        ranked.sort_by(|a, b| b.log_bayes.total_cmp(&a.log_bayes));
         Ok(Ranking {
             ranked,
             impossible,
@@ -127,7 +156,7 @@ impl Bench<'_> {
         let shape = &white.shapes[screened.shape];
         let mut effect = shape.effect(&white.candidate, screened.scale, field.residuals);
         let existing = &state.fitted.model.effects;
-        let bounds = &white.candidate.bounds;
+        let bounds = &white.candidate.bounds_near(&shape.shape);
         self.polish(field, bounds, &mut effect);
         let start = Model {
             parameters: state.fitted.model.parameters.clone(),
@@ -147,7 +176,7 @@ impl Bench<'_> {
         self.ranked(field, predictor, white, fitted)
     }
 
-    /// Evidence of a fitted candidate.
+    /// A fitted candidate, not yet weighed.
     fn ranked(
         &self,
         field: &Field<'_>,
@@ -162,35 +191,20 @@ impl Bench<'_> {
         };
         let last = fitted.model.effects.len() - 1;
         let (vector, whole) = self.effect_vector(predictor, &fitted.model, last, field.space)?;
-        let length = dot(&vector, &vector).sqrt();
         let mut scratch = Vec::new();
         let shares = state
             .whitening
             .variance_shares(self.observations, &vector, &mut scratch);
-        let size = effect.values.first().copied().unwrap_or(0.0);
-        let log_bayes = 0.5 * gain
-            + log_size_prior(&white.candidate, size, length)
-            + log_shape_prior(white, field.residuals)
-            - self.places_of(white.candidate.law);
         Ok(Some(Ranked {
             wide: white.candidate.wide,
             gain,
-            log_bayes,
+            log_bayes: f64::NEG_INFINITY,
             white: vector,
             whole,
             dof: state.noise.degrees_of_freedom(shares),
             fitted,
             effect,
         }))
-    }
-
-    /// Logarithm of the number of places that share the prior of a law: a slip can be anywhere.
-    fn places_of(&self, law: Law) -> f64 {
-        if law == Law::Slip {
-            (self.observations.len() as f64).ln()
-        } else {
-            0.0
-        }
     }
 
     /// An effect of a model, white and projected, and its squared length before projection.

@@ -148,18 +148,19 @@ impl Bench<'_> {
         let before = self
             .settle(self.start(), options.noise)?
             .ok_or(MismatchError::Empty)?;
-        let first = self.rank(&before, &options.without)?;
+        let mut first = self.try_all(&before, &options.without)?;
         let limits = match known {
             Some(limits) => limits.clone(),
             None => self.limits(&first, &before, options.seed)?,
         };
+        first.weigh(&limits);
         let mut state = before.clone();
         let mut families: Vec<f64> = Vec::new();
         for step in 0..MOST_EFFECTS {
             let ranking = if step == 0 {
                 None
             } else {
-                Some(self.rank(&state, &options.without)?)
+                Some(self.rank(&state, &options.without, &limits)?)
             };
             let ranking = ranking.as_ref().unwrap_or(&first);
             let Some((next, p, asked)) = self.accept(&state, ranking, options, &limits)? else {
@@ -169,10 +170,10 @@ impl Bench<'_> {
             let next = if step == 0 {
                 next
             } else {
-                self.swap(next, options)?
+                self.swap(next, options, &limits)?
             };
             // Each further name is one more chance to be wrong: it is told apart from no further name as from another.
-            if step > 0 && self.weakest(&next, options)? <= TELL_APART {
+            if step > 0 && self.weakest(&next, options, &limits)? <= TELL_APART {
                 break;
             }
             if asked && self.held_out_fall(&next, &state.fitted.model)? <= HELD_OUT_LIMIT {
@@ -181,7 +182,7 @@ impl Bench<'_> {
             state = next;
             families.push(p);
         }
-        let chosen = self.rivals(&state, options, &families)?;
+        let chosen = self.rivals(&state, options, &limits, &families)?;
         if let Some(best) = chosen.first().filter(|_| chosen.len() == 1) {
             // Its own ranking may have found a simpler or better member.
             let model = best.ranked[0].fitted.model.clone();
@@ -230,7 +231,7 @@ impl Bench<'_> {
             .filter(|(_, kept)| **kept)
             .map(|(chosen, _)| chosen.family_p)
             .collect();
-        found.chosen = self.rivals(&state, options, &families)?;
+        found.chosen = self.rivals(&state, options, limits, &families)?;
         found.left = self.left_over(&state, limits)?;
         found.after = state;
         Ok(())
@@ -247,10 +248,7 @@ impl Bench<'_> {
     ) -> Result<Option<(State, f64, bool)>, MismatchError> {
         // Under the noise of the state an effect that differs between repeats hides part of itself: most of the limit is worth a look.
         const WORTH: f64 = 0.7;
-        let limit = |ranked: &Ranked| {
-            let family = (ranked.effect.law, ranked.wide);
-            limits.laws.get(&family).copied().unwrap_or(f64::INFINITY)
-        };
+        let limit = |ranked: &Ranked| limits.of((ranked.effect.law, ranked.wide));
         let worth = |ranked: &&Ranked| ranked.gain > WORTH * limit(ranked);
         let Some(mut best) = ranking.ranked.iter().find(worth).cloned() else {
             return Ok(None);
@@ -264,13 +262,13 @@ impl Bench<'_> {
             let Some(baseline) = self.settle(rest.clone(), Some(settled.noise))? else {
                 return Ok(None);
             };
-            let again = self.rank(&baseline, &options.without)?;
+            let again = self.rank(&baseline, &options.without, limits)?;
             let rarefied =
                 |ranked: &Ranked| gaussian_gain(ranked.gain, parameters_of(ranked), ranked.dof);
             let passing = again
                 .ranked
                 .iter()
-                .find(|ranked| ranked.log_bayes > 0.0 && rarefied(ranked) > limit(ranked));
+                .find(|ranked| rarefied(ranked) > limit(ranked));
             let Some(passing) = passing else {
                 return Ok(None);
             };
@@ -302,12 +300,17 @@ impl Bench<'_> {
     }
 
     /// Replaces effects one at a time by whatever explains more in their stead.
-    fn swap(&self, state: State, options: &SearchOptions) -> Result<State, MismatchError> {
+    fn swap(
+        &self,
+        state: State,
+        options: &SearchOptions,
+        limits: &Limits,
+    ) -> Result<State, MismatchError> {
         let mut state = state;
         for _ in 0..MOST_EFFECTS {
             let mut improved = false;
             for place in 0..state.fitted.model.effects.len() {
-                let ranking = self.rank_without(&state, place, options)?;
+                let ranking = self.rank_without(&state, place, options, limits)?;
                 let Some(best) = ranking.ranked.first() else {
                     continue;
                 };
@@ -334,10 +337,15 @@ impl Bench<'_> {
     }
 
     /// Log Bayes factor of that effect of a state which the readings need least, beside the others.
-    fn weakest(&self, state: &State, options: &SearchOptions) -> Result<f64, MismatchError> {
+    fn weakest(
+        &self,
+        state: &State,
+        options: &SearchOptions,
+        limits: &Limits,
+    ) -> Result<f64, MismatchError> {
         let mut weakest = f64::INFINITY;
         for (place, effect) in state.fitted.model.effects.iter().enumerate() {
-            let ranking = self.rank_without(state, place, options)?;
+            let ranking = self.rank_without(state, place, options, limits)?;
             let mut ranked = ranking.ranked.iter();
             let own = ranked.find(|ranked| same(&ranked.effect, effect));
             weakest = weakest.min(own.map_or(f64::NEG_INFINITY, |own| own.log_bayes));
@@ -351,13 +359,14 @@ impl Bench<'_> {
         state: &State,
         place: usize,
         options: &SearchOptions,
+        limits: &Limits,
     ) -> Result<Ranking, MismatchError> {
         let mut rest = state.fitted.model.clone();
         rest.effects.remove(place);
         let baseline = self
             .settle(rest, Some(state.noise))?
             .ok_or(MismatchError::Empty)?;
-        self.rank(&baseline, &options.without)
+        self.rank(&baseline, &options.without, limits)
     }
 
     /// For each effect of a state the candidates that could stand in its place.
@@ -365,11 +374,12 @@ impl Bench<'_> {
         &self,
         state: &State,
         options: &SearchOptions,
+        limits: &Limits,
         families: &[f64],
     ) -> Result<Vec<Chosen>, MismatchError> {
         (0..state.fitted.model.effects.len())
             .map(|place| {
-                let mut ranking = self.rank_without(state, place, options)?;
+                let mut ranking = self.rank_without(state, place, options, limits)?;
                 simplest_first(&mut ranking.ranked);
                 Ok(Chosen {
                     ranked: ranking.ranked,

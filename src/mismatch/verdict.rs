@@ -9,22 +9,19 @@ use super::error::MismatchError;
 use super::leftover::Stratum;
 use super::limits::{LEFT_OVER_LEVEL, Limits};
 use super::rank::{Ranked, Ranking};
-use super::search::{Chosen, Found, LeftOver, TELL_APART, same};
+use super::search::{Chosen, Found, LeftOver, same};
 use super::space::dot;
 use super::state::{Bench, State, end_effect_m};
 
-/// A rival as alike as this to the winner (cosine) must be further behind to be told apart:
+/// A rival as alike as this to the winner (cosine) is spoken for by the same readings.
 const ALIKE: f64 = 0.8;
 
-/// How far: by half of the gain that is three standard errors.
-const TELL_ALIKE_APART: f64 = 0.5 * THREE_STANDARD_ERRORS;
+/// Log Bayes factor by which a rival of the winner's very shape must be behind to be told apart; of others it takes the squared cosine of it:
+/// what differs more is told apart by less, for then the readings that speak for the one say nothing of the other.
+const TELL_ALIKE_APART: f64 = 5.0;
 
 /// Gain by which a rival three standard errors away falls short.
 const THREE_STANDARD_ERRORS: f64 = 9.0;
-
-/// Log Bayes factor against nothing at all below which the readings speak against a rival that does not look like the winner. Down to
-/// here they are nearly even (Kass & Raftery, Journal of the American Statistical Association 90, 1995, p. 777).
-const SPEAKS_AGAINST: f64 = -1.0;
 
 /// Rivals that are printed.
 const RIVALS: usize = 8;
@@ -363,15 +360,17 @@ fn members(chosen: &Chosen) -> Vec<usize> {
     let mut seen: Vec<(&'static str, &crate::physics::Place)> = Vec::new();
     for (place, ranked) in chosen.ranked.iter().enumerate() {
         let behind = top - ranked.log_bayes;
-        let alike = dot(&winner.white, &ranked.white).powi(2)
-            > ALIKE * ALIKE * dot(&winner.white, &winner.white) * dot(&ranked.white, &ranked.white);
-        let apart = if alike { TELL_ALIKE_APART } else { TELL_APART };
+        let squared_cosine = dot(&winner.white, &ranked.white).powi(2)
+            / (dot(&winner.white, &winner.white) * dot(&ranked.white, &ranked.white))
+                .max(f64::MIN_POSITIVE);
+        let told_apart = behind > TELL_ALIKE_APART * squared_cosine;
         let name = (ranked.effect.law.name(), &ranked.effect.place);
         // A rival three standard errors away is told apart, however little evidence the winner has.
         let near = most - ranked.gain <= THREE_STANDARD_ERRORS;
-        // What looks like the winner is spoken for by the same readings.
-        let likely = place == 0 || alike || ranked.log_bayes > SPEAKS_AGAINST;
-        if behind <= apart && near && likely && !seen.contains(&name) {
+        // What does not look like the winner must pass its own limit.
+        let likely = squared_cosine > ALIKE * ALIKE || ranked.log_bayes > 0.0;
+        let rival = near && likely && !told_apart;
+        if (place == 0 || rival) && !seen.contains(&name) {
             seen.push(name);
             out.push(place);
         }

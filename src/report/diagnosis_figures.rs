@@ -3,7 +3,7 @@
 mod law;
 mod map;
 
-use crate::mismatch::{Finding, Impossible};
+use crate::mismatch::{Finding, Impossible, Limits};
 use crate::physics::{Effect, title};
 use crate::plot::{
     BeforeAfterPoint, DetectionLimit, DetectionLimits, EvidenceBars, EvidenceCandidate,
@@ -65,11 +65,11 @@ pub fn diagnosis_figures(report: &DiagnosisReport<'_>) -> Vec<(String, Figure)> 
             } else {
                 Vec::new()
             };
-            let figure = evidence_bars(&evidence(answer, &impossible));
+            let figure = evidence_bars(&evidence(answer, &impossible, report.limits));
             let note = if impossible.is_empty() {
                 ""
             } else {
-                " A hatched bar is half the fall of the weighted squares, the most that its evidence could have been."
+                " A hatched bar is what its evidence would have been with a value that cannot be."
             };
             figures.push((numbered("evidence_bars", place), noted(figure, note)));
         }
@@ -139,7 +139,7 @@ fn before_after(report: &DiagnosisReport<'_>, found: &str) -> ResidualsBeforeAft
     }
 }
 
-fn evidence(answer: &Answer<'_>, impossible: &[&Impossible]) -> EvidenceBars {
+fn evidence(answer: &Answer<'_>, impossible: &[&Impossible], limits: &Limits) -> EvidenceBars {
     let members = answer.members();
     let named = members.iter().map(|finding| EvidenceCandidate {
         name: title(finding.effect.law, &finding.effect.place),
@@ -161,8 +161,8 @@ fn evidence(answer: &Answer<'_>, impossible: &[&Impossible]) -> EvidenceBars {
         let parameter = one.law.parameters().first();
         EvidenceCandidate {
             name: title(one.law, &one.place),
-            // Its prior excludes the value, so that it has no Bayes factor: the best it could have had.
-            log_bayes_factor: 0.5 * one.gain,
+            // What physics excludes has no Bayes factor: the best it could have had.
+            log_bayes_factor: 0.5 * (one.gain - limits.of((one.law, false))),
             standing: Standing::Impossible {
                 reason: format!("{} < 0", parameter.map_or("size", |p| p.name)),
             },
