@@ -25,6 +25,7 @@ mod predictor;
 mod rank;
 mod refit;
 mod restricted_likelihood;
+mod rounding;
 mod screen;
 mod search;
 mod space;
