@@ -351,7 +351,7 @@ fn groups(
     whole_cells: bool,
 ) -> impl Iterator<Item = Range<usize>> + '_ {
     const MOST_RUNS: usize = 30;
-    const MOST_ZEROS_OF_A_CELL: usize = 12;
+    const MOST_ZEROS_OF_A_CELL: usize = 9;
     observations.cells.iter().flat_map(move |cell| {
         let mut out: Vec<Range<usize>> = Vec::new();
         let mut runs_in_last = 0;
