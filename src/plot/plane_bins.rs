@@ -9,7 +9,8 @@ const WANTED_IN_A_BIN: f64 = 12.0;
 const MOST_BINS: f64 = 110.0;
 /// Fewest points behind the smooth estimate: a plane has three coefficients.
 const FEWEST_OF_A_PLANE: usize = 4;
-/// Neighbours with points, of eight, among which an empty bin is a gap that chance left.
+/// Neighbours with points, of eight, among which an empty bin is a gap that chance left; one less will do where two of them face each
+/// other across it, which is how a straight border is notched.
 const FEWEST_AROUND_A_GAP: usize = 6;
 /// A plane fitted to points on (nearly) a line tells nothing across it: least ratio of the two spreads.
 const LEAST_SPREAD_RATIO: f64 = 1e-3;
@@ -243,13 +244,23 @@ impl PlaneBins {
             places = std::array::from_fn(|i| places[i] + p[i]);
             values = std::array::from_fn(|i| values[i] + v[i]);
         }
-        if own.is_none() && bins < FEWEST_AROUND_A_GAP {
+        if own.is_none() && bins + usize::from(self.is_between([column, row])) < FEWEST_AROUND_A_GAP
+        {
             return None;
         }
         if count < FEWEST_OF_A_PLANE {
             return mean;
         }
         plane_at_centre(count as f64, places, values).or(mean)
+    }
+
+    /// Whether the bins to the left and right, or those above and below, have points.
+    fn is_between(&self, place: [usize; 2]) -> bool {
+        let [column, row] = place.map(|n| n as i64);
+        let facing = |da: i64, db: i64| {
+            self.at(column - da, row - db).is_some() && self.at(column + da, row + db).is_some()
+        };
+        facing(1, 0) || facing(0, 1)
     }
 
     fn at(&self, column: i64, row: i64) -> Option<&Sums> {
@@ -375,6 +386,21 @@ mod tests {
         let value = bins.smooth([2, 4]).unwrap();
         assert!((value - (0.125 - 2.0 * 0.225)).abs() < 1e-12, "{value}");
         assert_eq!(bins.smooth([8, 4]), None);
+    }
+
+    #[test]
+    fn a_notch_in_a_straight_border_is_a_gap_and_a_corner_is_none() {
+        let lattice =
+            (0..40).flat_map(|i| (0..40).map(move |j| [i, j].map(|k| 0.005 + 0.01 * f64::from(k))));
+        let is_out = |[a, b]: [f64; 2]| a < 0.05 && ((0.2..0.25).contains(&b) || b > 0.35);
+        let points = lattice
+            .filter(|at| !is_out(*at))
+            .map(|[a, b]| ([a, b], a - 2.0 * b));
+        let bins = PlaneBins::gather(points, 0.05);
+        let value = bins.smooth([0, 4]).unwrap();
+        assert!((value - (0.025 - 2.0 * 0.225)).abs() < 1e-12, "{value}");
+        assert_eq!(bins.smooth([0, 7]), None);
+        assert!(bins.drawn().any(|(place, _)| place == [0, 4]));
     }
 
     #[test]

@@ -21,6 +21,8 @@ const ROOM: [f64; 2] = [0.115, 0.075];
 const LEVELS: usize = 10;
 /// A line shorter than this many times its number stays without it.
 const SHORTEST: f64 = 1.6;
+/// A line shorter than this many squares is a speck that the steps of the border left.
+const SPECK: f64 = 2.0;
 
 /// A quantity over the plane of the arm.
 #[derive(Debug, Clone, PartialEq)]
@@ -160,7 +162,7 @@ fn push_contours(panel: &mut Panel, map: &PlaneMap, scale: &ColourScale, per_px_
     let grid = smooth_grid(&map.bins);
     let side = map.bins.side_m();
     let origin = map.bins.centre_m([0, 0]);
-    // Numbers keep clear of one another and of the points.
+    // Numbers keep clear of one another, of the points, and of other lines.
     let mut taken: Vec<[f64; 2]> = map.extremes.iter().map(|p| [p.z_m, p.y_m]).collect();
     taken.extend(
         [map.least, map.greatest]
@@ -168,7 +170,20 @@ fn push_contours(panel: &mut Panel, map: &PlaneMap, scale: &ColourScale, per_px_
             .flatten()
             .map(|at| at.z_y_m),
     );
-    for level in scale.levels(LEVELS) {
+    let lines: Vec<(Tick, Vec<[f64; 2]>)> = scale
+        .levels(LEVELS)
+        .into_iter()
+        .flat_map(|level| {
+            let lines = grid.contours(level.value).into_iter();
+            lines.map(move |line| (level.clone(), line))
+        })
+        .map(|(level, line)| {
+            let place = |at: [f64; 2]| [0, 1].map(|i| origin[i] + side * at[i]);
+            (level, line.into_iter().map(place).collect::<Vec<_>>())
+        })
+        .filter(|(_, line)| length(line) >= SPECK * side)
+        .collect();
+    for (index, (level, line)) in lines.iter().enumerate() {
         let ink = scale.colour(level.value).readable_ink();
         let style = Style::new(ink, Marker::Dot).stroke(0.9);
         let half_px = [
@@ -176,25 +191,28 @@ fn push_contours(panel: &mut Panel, map: &PlaneMap, scale: &ColourScale, per_px_
             0.5 * LEVEL_PX + 2.0,
         ];
         let half_m = half_px.map(|px| px * per_px_m);
-        let room_m = half_m[0];
-        for line in grid.contours(level.value) {
-            let line: Vec<[f64; 2]> = line
-                .into_iter()
-                .map(|at| [0, 1].map(|i| origin[i] + side * at[i]))
-                .collect();
-            let spot = (length(&line) > 2.0 * SHORTEST * room_m)
-                .then(|| label_spot(&line, half_m, |at| is_free(map, &taken, at, half_m)))
-                .flatten();
-            let Some(spot) = spot else {
-                panel.series.push(Series::new(style, Marks::Line(line)));
-                continue;
-            };
-            taken.push(spot);
-            for piece in without_box(&line, spot, half_m) {
-                panel.series.push(Series::new(style, Marks::Line(piece)));
-            }
-            panel.notes.push(number_on_line(&level, spot, ink));
+        let others = lines
+            .iter()
+            .enumerate()
+            .filter(|(other, _)| *other != index);
+        let is_clear = |at: [f64; 2]| {
+            let in_box = |point: &[f64; 2]| is_in_box(point, at, half_m);
+            is_free(map, &taken, at, half_m)
+                && !others.clone().any(|(_, (_, line))| line.iter().any(in_box))
+        };
+        let spot = (length(line) > 2.0 * SHORTEST * half_m[0])
+            .then(|| label_spot(line, half_m, is_clear))
+            .flatten();
+        let Some(spot) = spot else {
+            let marks = Marks::Line(line.clone());
+            panel.series.push(Series::new(style, marks));
+            continue;
+        };
+        taken.push(spot);
+        for piece in without_box(line, spot, half_m) {
+            panel.series.push(Series::new(style, Marks::Line(piece)));
         }
+        panel.notes.push(number_on_line(level, spot, ink));
     }
 }
 
@@ -249,10 +267,13 @@ fn is_free(map: &PlaneMap, taken: &[[f64; 2]], at: [f64; 2], half_m: [f64; 2]) -
             .all(|other| distance(*other, at) > 2.2 * half_m[0])
 }
 
+fn is_in_box(at: &[f64; 2], centre: [f64; 2], half_m: [f64; 2]) -> bool {
+    (0..2).all(|i| (at[i] - centre[i]).abs() < half_m[i])
+}
+
 /// What of a line lies outside a rectangle, as pieces.
 fn without_box(line: &[[f64; 2]], centre: [f64; 2], half_m: [f64; 2]) -> Vec<Vec<[f64; 2]>> {
-    let is_inside = |at: &[f64; 2]| (0..2).all(|i| (at[i] - centre[i]).abs() < half_m[i]);
-    line.split(is_inside)
+    line.split(|at| is_in_box(at, centre, half_m))
         .filter(|piece| piece.len() > 1)
         .map(<[_]>::to_vec)
         .collect()

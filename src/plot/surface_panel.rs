@@ -8,6 +8,7 @@
 use super::colour_scale::ColourScale;
 use super::contour::Grid;
 use super::figure::{Axis, Marks, Note, Panel, Placement, Point, Polygon, Series, Style};
+use super::font;
 use super::palette::{Colour, Marker};
 use super::plane_bins::PlaneBins;
 use super::plane_panel::{POINT_STYLES, PlaneMap, smooth_grid};
@@ -28,6 +29,8 @@ const MOST_FACETS: usize = 60;
 /// Sizes of texts, px.
 const TICK_PX: f64 = 10.0;
 const NAME_PX: f64 = 11.0;
+/// What a name may take of the margin to the left of the panel, px.
+const MARGIN_PX: f64 = 12.0;
 
 /// The view: from shares of the three ranges to places in the panel, px.
 #[derive(Debug, Clone, Copy)]
@@ -205,7 +208,25 @@ fn push_walls(panel: &mut Panel, view: &View, scale: &ColourScale) {
     panel.series.push(Series::new(axis, flat(&edges)));
     push_name(panel, "z, radial (m)", [0.5, 0.0, 0.0], [-30.0, -32.0]);
     push_name(panel, "y, vertical (m)", [1.0, 0.5, 0.0], [44.0, -30.0]);
-    push_name(panel, &scale.axis.label, [0.0, 0.0, 1.0], [14.0, 22.0]);
+    push_value_name(panel, &scale.axis.label);
+}
+
+/// The name of the upright axis above it; in two lines, the unit below, where one would leave the panel.
+fn push_value_name(panel: &mut Panel, label: &str) {
+    let [x, _] = View::project([0.0, 0.0, 1.0]);
+    let [dx, dy] = [14.0, 22.0];
+    let room = |dx: f64| x + dx + MARGIN_PX;
+    let fits = 0.5 * font::width_px(label, NAME_PX) <= room(dx);
+    let lines: Vec<&str> = match label.rfind(" (") {
+        Some(at) if !fits => vec![&label[at + 1..], &label[..at]],
+        _ => vec![label],
+    };
+    for (index, line) in lines.into_iter().enumerate() {
+        // Still wider ones move to the right until they fit.
+        let dx = dx.max(0.5 * font::width_px(line, NAME_PX) - room(0.0));
+        let dy = dy + 1.3 * NAME_PX * index as f64;
+        push_name(panel, line, [0.0, 0.0, 1.0], [dx, dy]);
+    }
 }
 
 fn push_tick(panel: &mut Panel, tick: &Tick, at: [f64; 3], toward: [f64; 2]) {
@@ -330,6 +351,26 @@ mod tests {
         });
         let sides: Vec<f64> = sides.collect();
         sides.iter().all(|s| *s >= 0.0) || sides.iter().all(|s| *s <= 0.0)
+    }
+
+    #[test]
+    fn a_long_name_of_the_upright_axis_stays_in_the_panel() {
+        let mut panel = Panel::new("", Axis::linear("", ""), Axis::linear("", ""));
+        let long = "displacement of the end under a load that has a long name (um)";
+        for label in [
+            "stiffness along x (N/mm)",
+            "weakest principal stiffness (N/mm)",
+            long,
+        ] {
+            push_value_name(&mut panel, label);
+        }
+        let texts: Vec<&str> = panel.notes.iter().map(|note| note.text.as_str()).collect();
+        assert_eq!(texts[0], "stiffness along x (N/mm)");
+        assert_eq!(texts[1..3], ["(N/mm)", "weakest principal stiffness"]);
+        for note in &panel.notes {
+            let left = note.at[0] - 0.5 * font::width_px(&note.text, note.size_px);
+            assert!(left >= -MARGIN_PX - 1e-9, "{}: {left}", note.text);
+        }
     }
 
     #[test]

@@ -6,12 +6,16 @@ use super::caption::{if_any, joined};
 use super::figure::{
     Axis, Figure, LegendEntry, Marks, Note, Panel, Placement, Point, Polygon, Sample, Series, Style,
 };
+use super::font;
 use super::palette::{Colour, Marker, qualitative, sequential};
 
 /// Up to this many points are drawn one by one; more become a density, which also keeps the file small.
 const SINGLE_POINTS: usize = 3000;
 /// Width of a density cell, px.
 const CELL_PX: f64 = 6.0;
+/// Size of the names of points, and room between a name and both its point and the border, px.
+const NAME_PX: f64 = 12.0;
+const NAME_GAP_PX: f64 = 16.0;
 /// Least and largest side of the plot area, px.
 const SIDE_PX: [f64; 2] = [260.0, 560.0];
 
@@ -49,6 +53,7 @@ pub fn workspace(input: &WorkspaceProjection) -> Figure {
         .filter(|point| point.iter().all(|c| c.is_finite()))
         .collect();
     let [z, y] = [0, 1].map(|axis| span(input, &finite, axis));
+    let z = with_names(input, &finite, z, (y[1] - y[0]) / SIDE_PX[1]);
     let [wide, high] = [z[1] - z[0], y[1] - y[0]];
     let per_px = wide.max(high) / SIDE_PX[1];
     let panel_px = [wide, high].map(|span| (span / per_px).max(SIDE_PX[0]));
@@ -132,9 +137,45 @@ fn span(input: &WorkspaceProjection, finite: &[[f64; 2]], axis: usize) -> [f64; 
     [low - room, high + room]
 }
 
-fn push_named(panel: &mut Panel, input: &WorkspaceProjection, finite: &[[f64; 2]]) {
+/// The range of z, wider where names beside the cloud would cross the border.
+fn with_names(
+    input: &WorkspaceProjection,
+    finite: &[[f64; 2]],
+    [mut low, mut high]: [f64; 2],
+    per_px_m: f64,
+) -> [f64; 2] {
+    let centre = centre(finite);
+    for point in named(input) {
+        let [out, up] = [point.z_m - centre[0], point.y_m - centre[1]];
+        // As far as the name stands beside its point rather than above or below it.
+        let share = out.abs() / out.hypot(up).max(f64::MIN_POSITIVE);
+        let width_px = 0.5 * (1.0 + share) * font::width_px(&point.name, NAME_PX);
+        let reach_m = (width_px + NAME_GAP_PX) * per_px_m;
+        if out < 0.0 {
+            low = low.min(point.z_m - reach_m);
+        } else {
+            high = high.max(point.z_m + reach_m);
+        }
+    }
+    [low, high]
+}
+
+fn centre(finite: &[[f64; 2]]) -> [f64; 2] {
     let count = finite.len().max(1) as f64;
-    let centre = [0, 1].map(|axis| finite.iter().map(|p| p[axis]).sum::<f64>() / count);
+    [0, 1].map(|axis| finite.iter().map(|p| p[axis]).sum::<f64>() / count)
+}
+
+/// The points whose names are written: a stated point without a name among the extremes too.
+fn named(input: &WorkspaceProjection) -> impl Iterator<Item = &NamedPoint> {
+    let others = input
+        .stated
+        .iter()
+        .filter(|stated| input.extremes.iter().all(|own| own.name != stated.name));
+    input.extremes.iter().chain(others)
+}
+
+fn push_named(panel: &mut Panel, input: &WorkspaceProjection, finite: &[[f64; 2]]) {
+    let centre = centre(finite);
     let marked = |points: &[NamedPoint]| {
         Marks::Points(points.iter().map(|p| Point::new(p.z_m, p.y_m)).collect())
     };
@@ -152,18 +193,13 @@ fn push_named(panel: &mut Panel, input: &WorkspaceProjection, finite: &[[f64; 2]
             marked(&input.extremes),
         ));
     }
-    // Names stand outside the cloud. A stated point without a name among the extremes is named too.
-    let extremes = input.extremes.iter();
-    let others = input
-        .stated
-        .iter()
-        .filter(|stated| input.extremes.iter().all(|own| own.name != stated.name));
-    for point in extremes.chain(others) {
+    // Names stand outside the cloud.
+    for point in named(input) {
         panel.notes.push(Note {
             at: [point.z_m, point.y_m],
             text: point.name.clone(),
             colour: Colour::INK,
-            size_px: 12.0,
+            size_px: NAME_PX,
             placement: Placement::Toward([point.z_m - centre[0], point.y_m - centre[1]]),
         });
     }

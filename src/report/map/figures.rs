@@ -25,7 +25,7 @@ impl MapReport<'_> {
                 title,
                 quantity: words.clone(),
                 unit: "N/mm".to_owned(),
-                about: self.about(),
+                about: self.about_stiffness(),
                 maps,
                 range: None,
             };
@@ -63,7 +63,7 @@ impl MapReport<'_> {
                         title: format!("{}: {words}, {after} against {before}", self.robot.name),
                         quantity: words,
                         unit: "N/mm".to_owned(),
-                        about: self.about(),
+                        about: self.about_stiffness(),
                         before: before_map,
                         after: after_map,
                     });
@@ -98,6 +98,11 @@ impl MapReport<'_> {
             self.factors_name,
             self.sampling_words()
         )
+    }
+
+    /// The same, and how the unit of the figures goes with that of the tables.
+    fn about_stiffness(&self) -> String {
+        format!("{} 1\u{a0}N/mm is 0.001\u{a0}N/µm.", self.about())
     }
 
     /// The maps of a column, all with bins of one side.
