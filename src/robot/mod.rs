@@ -17,6 +17,7 @@ mod parameters;
 mod place_many;
 mod predict;
 mod predict_many;
+mod resized;
 mod shapes;
 mod shipped;
 mod sweep;

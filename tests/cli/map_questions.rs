@@ -145,6 +145,43 @@ fn what_the_stiffness_depends_on_and_the_cheapest_lift() {
 }
 
 #[test]
+fn the_robot_of_a_lift_is_a_robot_file() {
+    let desk = Desk::new();
+    let study = "--poses 200 --mechanism F";
+    let design = desk.data(&format!("map {study} --lift min:y:20% --out changed"));
+    let after = design["design"]["lifts"][0]["after"]["value"]
+        .as_f64()
+        .unwrap();
+    let file = desk.read("changed/robot-F.toml");
+    let first = file.lines().next().unwrap();
+    for words in [
+        "# Sections changed",
+        "hp-robot",
+        "least",
+        "along y",
+        "m_fsd",
+    ] {
+        assert!(first.contains(words), "{first}");
+    }
+    // All that is no section stands as it stood, comments too.
+    assert!(file.contains("[recon]"));
+    let map = desk.data(&format!(
+        "map --robot changed/robot-F.toml {study} --direction y --no-principal"
+    ));
+    let least = map["mechanisms"][0]["stiffness"][0]["smallest"]["sampled"]["value"]["value"]
+        .as_f64()
+        .unwrap();
+    // The same numbers, printed and read.
+    assert!((least / after - 1.0).abs() < 1e-12, "{least} {after}");
+    desk.run("robot compliance --robot changed/robot-F.toml --pose P1")
+        .succeeds();
+    // One of each mechanism.
+    desk.run("map --poses 50 --mechanism A,B --lift mean:z:5% --out two")
+        .succeeds();
+    assert!(desk.path("two/robot-A.toml").is_file() && desk.path("two/robot-B.toml").is_file());
+}
+
+#[test]
 fn questions_that_cannot_be_asked() {
     let desk = Desk::new();
     for arguments in [

@@ -13,7 +13,7 @@ use super::files::WantedFigures;
 #[derive(Debug, Args)]
 #[command(
     args_conflicts_with_subcommands = true,
-    after_help = "Examples:\n  stiffbench map                                     the paper's six mechanisms in 50 000 random poses\n  stiffbench map --mechanism A,F --poses 200000 --out maps\n  stiffbench map --mechanism F --direction x,y,z --direction 0,1,1 --json\n  stiffbench map --model my-session/diagnosis/model.toml --at-load 50\n  stiffbench map --out maps --figures --difference A,F\n  stiffbench map --load 0,-50,0 --limit 0.5           pose accuracy under 50 N downward, largest load for half a millimetre\n  stiffbench map --lift min:y:20%                     cheapest change that lifts the least stiffness along y by 20 %\n  stiffbench map --poses 1000000 --shard 3/8 --out shards\n  stiffbench map merge shards/*.map-shard --out maps"
+    after_help = "Examples:\n  stiffbench map                                     the paper's six mechanisms in 50 000 random poses\n  stiffbench map --mechanism A,F --poses 200000 --out maps\n  stiffbench map --mechanism F --direction x,y,z --direction 0,1,1 --json\n  stiffbench map --model my-session/diagnosis/model.toml --at-load 50\n  stiffbench map --out maps --figures --difference A,F\n  stiffbench map --load 0,-50,0 --limit 0.5           pose accuracy under 50 N downward, largest load for half a millimetre\n  stiffbench map --lift min:y:20%                     cheapest change that lifts the least stiffness along y by 20 %\n  stiffbench map --lift mean:z:5% --out changed       and the changed robot file, changed/robot-F.toml\n  stiffbench map --poses 1000000 --shard 3/8 --out shards\n  stiffbench map merge shards/*.map-shard --out maps"
 )]
 pub(in crate::cli) struct MapArgs {
     /// Joining shards instead.
@@ -25,7 +25,7 @@ pub(in crate::cli) struct MapArgs {
     /// Work out the share K of N only and write it as a shard file into the folder of --out; map merge joins them
     #[arg(long, value_name = "K/N", value_parser = shard, requires = "out")]
     pub(super) shard: Option<Shard>,
-    /// Folder for the points (CSV), meshes for ParaView (VTU), tables and numbers
+    /// Folder for the points (CSV), meshes for ParaView (VTU), tables and numbers; with --lift, for the changed robot file
     #[arg(long, value_name = "FOLDER")]
     pub(super) out: Option<PathBuf>,
     /// With --out: also figures (SVG and PNG) of every mechanism and direction, and of all mechanisms with one scale

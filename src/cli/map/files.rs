@@ -95,20 +95,28 @@ pub(super) fn write_figures(
 pub(super) fn write_text(folder: &Path, text: &str, data: &Value) -> Result<Vec<PathBuf>, Failure> {
     let mut object = envelope("map", true);
     object["data"] = data.clone();
-    let mut written = Vec::new();
-    for (name, content) in [
-        ("map.txt", text.to_owned()),
-        ("map.json", format!("{object:#}\n")),
-    ] {
+    let files = [
+        ("map.txt".to_owned(), text.to_owned()),
+        ("map.json".to_owned(), format!("{object:#}\n")),
+    ];
+    write_files(folder, &files)
+}
+
+/// Writes texts by name.
+pub(super) fn write_files(
+    folder: &Path,
+    files: &[(String, String)],
+) -> Result<Vec<PathBuf>, Failure> {
+    let write_one = |(name, content): &(String, String)| {
         let path = folder.join(name);
         write(&path, content.as_bytes())?;
-        written.push(path);
-    }
-    Ok(written)
+        Ok(path)
+    };
+    files.iter().map(write_one).collect()
 }
 
 /// The name of a mechanism as a part of a file's name.
-fn file_part(name: &str) -> String {
+pub(super) fn file_part(name: &str) -> String {
     let plain = |c: char| c.is_alphanumeric() || matches!(c, '-' | '_' | '.');
     name.chars()
         .map(|c| if plain(c) { c } else { '_' })

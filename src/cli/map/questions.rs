@@ -7,17 +7,20 @@ use serde_json::{Value, json};
 use crate::cli::failure::Failure;
 use crate::cli::outcome::Outcome;
 use crate::distribution::{
-    DesignCost, PoseSet, Shard, ShiftMap, StiffnessMap, StudyPoses, design_sensitivity, lift,
+    DesignCost, LiftedDesign, PoseSet, Shard, ShiftMap, StiffnessMap, StudyPoses,
+    design_sensitivity, lift,
 };
 use crate::physics::ActingPhysics;
 use crate::plot::Figure;
 use crate::report::{
-    MapReport, ShiftCause, ShiftReport, lift_json, lift_text, sensitivity_json, sensitivity_text,
+    MapReport, ShiftCause, ShiftReport, lift_json, lift_sentence, lift_text, sensitivity_json,
+    sensitivity_text,
 };
 use crate::robot::{JointModel, Masses, MechanismModel, Robot, Theory};
+use crate::source_text::SourceText;
 
 use super::args::{Asked, CostWord};
-use super::files::{write_figures, write_text};
+use super::files::{file_part, write_figures, write_files, write_text};
 use super::job::{MapJob, wrong};
 
 const MM: f64 = 1e-3;
@@ -74,6 +77,7 @@ pub(super) fn run(job: &MapJob, asked: &Asked, out: Option<&Path>) -> Result<Out
     let mut warnings = Vec::new();
     if let Some(folder) = out {
         let mut written = write_figures(folder, &answer.figures)?;
+        written.extend(write_files(folder, &answer.files)?);
         written.extend(write_text(folder, &answer.text, &answer.data)?);
         warnings.extend(
             written
@@ -90,6 +94,8 @@ struct Answer {
     text: String,
     data: Value,
     figures: Vec<(String, Figure)>,
+    /// Further files, by name.
+    files: Vec<(String, String)>,
 }
 
 impl Answer {
@@ -168,6 +174,10 @@ fn design(
             text.push_str(&lift_text(name, &found));
             text.push('\n');
             lifts.push(lift_json(name, &found));
+            let file = format!("robot-{}.toml", file_part(name));
+            answer
+                .files
+                .push((file, changed_file(job, robot, name, &found)));
         }
         if !asked.design {
             continue;
@@ -195,4 +205,17 @@ fn design(
         json!({ "sensitivities": sensitivities, "lifts": lifts }),
     );
     Ok(())
+}
+
+/// The robot file with the sections of a design; its first line says where they come from.
+fn changed_file(job: &MapJob, robot: &Robot, mechanism: &str, found: &LiftedDesign) -> String {
+    let source = SourceText::new(job.robot_file.clone(), job.robot_text.clone());
+    format!(
+        "# Sections changed by stiffbench {} from {}: {}, factors {}.\n{}",
+        job.version,
+        job.robot_file,
+        lift_sentence(mechanism, found),
+        job.factors_name,
+        robot.text_with_sections(&source, &found.robot),
+    )
 }

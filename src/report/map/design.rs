@@ -125,6 +125,19 @@ fn goal_word(goal: DesignGoal) -> &'static str {
     }
 }
 
+/// What a design did, in one line.
+#[must_use]
+pub fn lift_sentence(mechanism: &str, design: &LiftedDesign) -> String {
+    let number = |n_per_m: f64| significant(n_per_m / N_PER_UM, 5);
+    format!(
+        "{} stiffness of mechanism {mechanism} along {} from {} to {} N/um",
+        goal_word(design.wanted.goal),
+        AXES[design.wanted.axis],
+        number(design.before_n_per_m),
+        number(design.after_n_per_m),
+    )
+}
+
 /// A design for people.
 #[must_use]
 pub fn lift_text(mechanism: &str, design: &LiftedDesign) -> String {
