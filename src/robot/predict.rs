@@ -99,6 +99,12 @@ impl<'a> Predictor<'a> {
             .compliance_gradient(self.model.structure(), i, out);
     }
 
+    /// The same for the displacement along a unit vector per force along it.
+    pub fn compliance_gradient_along(&self, unit: [f64; 3], out: &mut [ComplianceGradient]) {
+        self.solver
+            .compliance_gradient_along(self.model.structure(), unit, out);
+    }
+
     /// The structure's model.
     #[must_use]
     pub fn model(&self) -> &MechanismModel<'a> {

@@ -13,6 +13,9 @@ use super::predict::Predictor;
 /// Classes of elements, in the order of their derivatives.
 const CLASSES: [ElementClass; 2] = [ElementClass::Beam, ElementClass::Link];
 
+/// The global axes.
+const AXES: [[f64; 3]; 3] = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
+
 /// Derivatives of a compliance to ln A, ln Iy, ln Iz, ln J of all beams, and of all links.
 pub type ClassGradient = [[f64; 4]; CLASSES.len()];
 
@@ -25,6 +28,8 @@ pub struct BatchPredictor<'a> {
     model: MechanismModel<'a>,
     solver: Option<BatchSolver>,
     poses: Vec<Option<Pose>>,
+    /// Directions of the derivatives in each pose.
+    units: Vec<[[f64; 3]; 3]>,
     /// What the general solver found in the poses that needed it.
     exceptions: Vec<Option<Solution>>,
     general: Predictor<'a>,
@@ -90,6 +95,7 @@ impl<'a> BatchPredictor<'a> {
             model,
             solver,
             poses: vec![None; pose_count],
+            units: vec![AXES; pose_count],
             exceptions: vec![None; pose_count],
         })
     }
@@ -118,6 +124,17 @@ impl<'a> BatchPredictor<'a> {
             empty => *empty = Some(pose.clone()),
         }
         Ok(())
+    }
+
+    /// Takes the derivatives in pose number `index` along these unit vectors instead of x, y, z, from the next solution on.
+    ///
+    /// # Panics
+    /// If `index` is out of range.
+    pub fn differentiate_along(&mut self, index: usize, units: &[[f64; 3]; 3]) {
+        self.units[index] = *units;
+        if let Some(solver) = &mut self.solver {
+            solver.differentiate_along(index, units);
+        }
     }
 
     /// Solves every placed pose with the given factors; `gradients` tells whether [`BatchPredictor::gradient`] will be asked for.
@@ -158,8 +175,9 @@ impl<'a> BatchPredictor<'a> {
             gradients: [[[0.0; 4]; CLASSES.len()]; 3],
         };
         if gradients {
-            for (axis, by_class) in solution.gradients.iter_mut().enumerate() {
-                self.general.compliance_gradient(axis, &mut self.gradient);
+            for (unit, by_class) in self.units[index].iter().zip(&mut solution.gradients) {
+                self.general
+                    .compliance_gradient_along(*unit, &mut self.gradient);
                 for (of_element, &class) in self.gradient.iter().zip(&self.classes) {
                     for (sum, derivative) in by_class[class].iter_mut().zip(of_element) {
                         *sum += derivative;
@@ -189,7 +207,8 @@ impl<'a> BatchPredictor<'a> {
         }
     }
 
-    /// Derivatives of [`BatchPredictor::direct_compliance`] by class of element, m/N; zero if the solution was not asked for them.
+    /// Derivatives of [`BatchPredictor::direct_compliance`], or of the compliance along the direction that stands in its place, by class
+    /// of element, m/N; zero if the solution was not asked for them.
     #[must_use]
     pub fn gradient(&self, index: usize, axis: usize) -> Option<ClassGradient> {
         if let Some(solution) = self.exceptions.get(index)? {
@@ -248,6 +267,43 @@ mod tests {
         for theory in [Theory::EulerBernoulli, Theory::Timoshenko] {
             let difference = largest_difference(&JointModel::Rigid, theory);
             assert!(difference < 2e-9, "{theory:?}: {difference:e}");
+        }
+    }
+
+    #[test]
+    fn derivatives_along_any_direction() {
+        let robot = robot();
+        let mechanism = robot.mechanism(None).unwrap();
+        let factors = robot.factor_set("m_fsd").unwrap();
+        let joint = robot.joints.iter().position(|j| j.name == "A3").unwrap();
+        let (sin, cos) = 0.7_f64.sin_cos();
+        let units = [[0.6, 0.0, 0.8], [0.0, cos, -sin], [0.48, 0.6, -0.64]];
+        // Through the lanes, and through the general solver.
+        for joints in [JointModel::Rigid, JointModel::Hinged(vec![(joint, 1e6)])] {
+            let theory = Theory::EulerBernoulli;
+            let mut batch = BatchPredictor::with(&robot, mechanism, &joints, theory, 2).unwrap();
+            batch.place(1, &robot.poses[1].pose).unwrap();
+            batch.differentiate_along(1, &units);
+            let mut along = |beam_bending: f64| {
+                let mut factors = factors;
+                factors.beam[1] *= beam_bending.exp();
+                batch.solve(&factors, true).unwrap();
+                let compliance = batch.compliance(1).unwrap().translation();
+                let values = units.map(|u| {
+                    let terms = (0..9).map(|k| u[k / 3] * compliance[k / 3][k % 3] * u[k % 3]);
+                    terms.sum::<f64>()
+                });
+                (values, [0, 1, 2].map(|i| batch.gradient(1, i).unwrap()))
+            };
+            // Central differences of 1e-4: truncation 1e-9 of the compliance, rounding of it 1e-9/1e-4.
+            let (up, down) = (along(1e-4).0, along(-1e-4).0);
+            let (values, gradients) = along(0.0);
+            for i in 0..3 {
+                let slope = (up[i] - down[i]) / 2e-4;
+                let error = (gradients[i][0][1] - slope).abs() / values[i];
+                assert!(error < 1e-5, "{joints:?} {i}: {error:e}");
+                assert!(slope < -1e-3 * values[i], "there is something to see");
+            }
         }
     }
 

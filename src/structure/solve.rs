@@ -373,6 +373,31 @@ impl Solver {
         }
     }
 
+    /// The same for the displacement along a unit vector per force along it.
+    pub fn compliance_gradient_along(
+        &self,
+        structure: &Structure,
+        unit: [f64; 3],
+        out: &mut [ComplianceGradient],
+    ) {
+        for (element, gradient) in out.iter_mut().enumerate() {
+            let mut strains = [0.0; STRAINS];
+            for (axis, share) in unit
+                .into_iter()
+                .enumerate()
+                .filter(|(_, share)| *share != 0.0)
+            {
+                let of_axis = self.strains(structure, element, axis);
+                for (sum, strain) in strains.iter_mut().zip(of_axis) {
+                    *sum += share * strain;
+                }
+            }
+            *gradient = self.natural[element]
+                .energy_by_property(&strains, &strains)
+                .map(|energy| -energy);
+        }
+    }
+
     /// Displacements, element forces and reactions under any loads (force and moment where they act).
     ///
     /// Call [`Solver::update`] first; `structure` is the one given there.

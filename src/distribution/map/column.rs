@@ -104,8 +104,8 @@ pub(super) fn fill_row(columns: &[MapColumn], compliance: &[[f64; 3]; 3], row: &
             }
         };
     }
-    if let Some((_, direction)) = principal {
-        weakest.copy_from_slice(&direction);
+    if let Some((_, directions)) = principal {
+        weakest.copy_from_slice(&directions[0]);
     }
 }
 
@@ -123,16 +123,34 @@ fn along(compliance: &[[f64; 3]; 3], unit: [f64; 3]) -> f64 {
     sum
 }
 
-/// Principal stiffnesses from the weakest on, and the direction of the weakest, its largest component positive.
-fn principal(compliance: &[[f64; 3]; 3]) -> ([f64; 3], [f64; 3]) {
+/// Stiffness of a column and the direction it is along.
+pub(super) fn stiffness_and_unit(
+    column: &MapColumn,
+    compliance: &[[f64; 3]; 3],
+) -> (f64, [f64; 3]) {
+    match column {
+        MapColumn::Direction { unit, .. } => (1.0 / along(compliance, *unit), *unit),
+        MapColumn::Principal(order) => {
+            let (stiffness, directions) = principal(compliance);
+            let order = usize::from(*order);
+            (stiffness[order], directions[order])
+        }
+    }
+}
+
+/// Principal stiffnesses from the weakest on, and their directions, the largest component of each positive.
+fn principal(compliance: &[[f64; 3]; 3]) -> ([f64; 3], [[f64; 3]; 3]) {
     let symmetric =
         Matrix3::from_fn(|i, j| 0.5 * (compliance[i][j] + compliance[j][i])).symmetric_eigen();
     let mut order = [0, 1, 2];
     order.sort_by(|&a, &b| symmetric.eigenvalues[b].total_cmp(&symmetric.eigenvalues[a]));
     let stiffness = order.map(|place| 1.0 / symmetric.eigenvalues[place]);
-    let weakest = symmetric.eigenvectors.column(order[0]);
-    let sign = weakest[weakest.iamax()].signum();
-    (stiffness, [0, 1, 2].map(|i| sign * weakest[i]))
+    let directions = order.map(|place| {
+        let direction = symmetric.eigenvectors.column(place);
+        let sign = direction[direction.iamax()].signum();
+        [0, 1, 2].map(|i| sign * direction[i])
+    });
+    (stiffness, directions)
 }
 
 #[cfg(test)]

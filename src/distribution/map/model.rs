@@ -269,7 +269,7 @@ impl<'a> MapModel<'a> {
     }
 
     /// The compliance with what the rocking of the base adds.
-    fn on_its_base(&self, compliance: &Compliance6, end_m: [f64; 3]) -> Compliance6 {
+    pub(super) fn on_its_base(&self, compliance: &Compliance6, end_m: [f64; 3]) -> Compliance6 {
         self.rocks_at_m.map_or(*compliance, |support_m| {
             self.physics.with_base_at(compliance, support_m, end_m)
         })

@@ -24,6 +24,8 @@ pub(super) struct Bundle<S: Simd> {
     /// Unit vectors n, p, q: the normal of the main plane, and two axes in it; n × p = q.
     pub(super) frame: [[Lane<S>; 3]; 3],
     pub(super) elements: Vec<ElementGeometry<S>>,
+    /// Global unit vectors along which derivatives are taken.
+    pub(super) toward: [[Lane<S>; 3]; 3],
     /// Elements without length or plane, by pose.
     degenerate: Lane<S>,
     /// Elements that should lie in the main plane and do not, by pose.
@@ -90,6 +92,8 @@ impl<S: Simd> Bundle<S> {
             prepared: false,
             frame: [[zero; 3]; 3],
             elements: vec![unset; structure.elements.len()],
+            toward: [0, 1, 2]
+                .map(|axis| [0, 1, 2].map(|i| if i == axis { Lane::one(simd) } else { zero })),
             degenerate: zero,
             out_of_plane: zero,
             results: Results::new(simd, groups),
@@ -202,6 +206,6 @@ fn local_axes<S: Simd>(
 
 /// Components of a global vector in a frame.
 #[inline(always)]
-fn components<S: Simd>(frame: &[[Lane<S>; 3]; 3], v: &[Lane<S>; 3]) -> [Lane<S>; 3] {
+pub(super) fn components<S: Simd>(frame: &[[Lane<S>; 3]; 3], v: &[Lane<S>; 3]) -> [Lane<S>; 3] {
     [dot(&frame[0], v), dot(&frame[1], v), dot(&frame[2], v)]
 }

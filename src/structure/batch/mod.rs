@@ -116,6 +116,15 @@ impl BatchSolver {
         self.lanes.place(pose, structure);
     }
 
+    /// Takes the derivatives in pose number `pose` along these unit vectors instead of x, y, z, from the next solution on.
+    ///
+    /// # Panics
+    /// If `pose` is out of range.
+    pub fn differentiate_along(&mut self, pose: usize, units: &[[f64; 3]; 3]) {
+        assert!(pose < self.pose_count, "pose {pose} of {}", self.pose_count);
+        self.lanes.differentiate_along(pose, units);
+    }
+
     /// Solves every placed pose.
     ///
     /// # Arguments
@@ -149,7 +158,7 @@ impl BatchSolver {
         self.lanes.direct_compliance(pose, axis)
     }
 
-    /// Derivatives of the direct compliance along `axis` (0 to 2) to the logarithms of A, Iy, Iz, J of all elements of a group, m/N.
+    /// Derivatives of the direct compliance along `axis` (0 to 2; another direction after [`BatchSolver::differentiate_along`]) to the logarithms of A, Iy, Iz, J of all elements of a group, m/N.
     ///
     /// Exact, -uᵀ ∂K/∂ln p u; over all groups and properties they add up to minus the compliance. Zero for a group without
     /// elements, and if the last solution was not asked for them.

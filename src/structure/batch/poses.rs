@@ -14,6 +14,7 @@ use crate::structure::parts::Structure;
 /// A batch whose number of lanes is not named.
 pub(super) trait Lanes: std::fmt::Debug + Send {
     fn place(&mut self, pose: usize, structure: &Structure);
+    fn differentiate_along(&mut self, pose: usize, units: &[[f64; 3]; 3]);
     fn solve(&mut self, multipliers: &[[f64; 4]], derivatives: bool);
     fn is_solved(&self, pose: usize) -> bool;
     fn compliance(&self, pose: usize) -> Compliance6;
@@ -156,6 +157,13 @@ fn main_plane(roles: &[ElementRole]) -> usize {
 impl<S: Simd> Lanes for Batch<S> {
     fn place(&mut self, pose: usize, structure: &Structure) {
         self.bundles[pose / Lane::<S>::COUNT].place(pose % Lane::<S>::COUNT, structure);
+    }
+
+    fn differentiate_along(&mut self, pose: usize, units: &[[f64; 3]; 3]) {
+        let toward = &mut self.bundles[pose / Lane::<S>::COUNT].toward;
+        for (toward, unit) in toward.iter_mut().flatten().zip(units.iter().flatten()) {
+            toward.set(pose % Lane::<S>::COUNT, *unit);
+        }
     }
 
     fn solve(&mut self, multipliers: &[[f64; 4]], derivatives: bool) {

@@ -2,7 +2,7 @@
 
 use pulp::Simd;
 
-use super::bundle::{Bundle, ElementGeometry};
+use super::bundle::{Bundle, ElementGeometry, components};
 use super::elimination::{Block, Elimination, zero};
 use super::plan::{ACROSS, ElementPlaces, IN_PLANE, Plan};
 use super::rigidity::Rigidity;
@@ -157,7 +157,8 @@ impl<S: Simd> Kernel for Differentiate<'_, S> {
     fn run(self) {
         let System { plan, matrix } = self.system;
         let bundle = self.bundle;
-        let end = end_fields(&bundle.frame, &matrix.end_compliance(plan));
+        let along = [0, 1, 2].map(|load: usize| components(&bundle.frame, &bundle.toward[load]));
+        let end = end_fields(&along, &matrix.end_compliance(plan));
         matrix.respond(plan, &end);
         let held = zero(bundle.frame[0][0].simd());
         let elements = plan.elements.iter().zip(self.rigidities);
@@ -178,10 +179,10 @@ impl<S: Simd> Kernel for Differentiate<'_, S> {
     }
 }
 
-/// Displacements of the end, by half, under unit forces along the global x, y, z.
+/// Displacements of the end, by half, under unit forces along three directions, given by their components along n, p, q.
 #[inline(always)]
 fn end_fields<S: Simd>(
-    [n, p, q]: &[[Lane<S>; 3]; 3],
+    along: &[[Lane<S>; 3]; 3],
     compliance: &[[Block<S>; 2]; 2],
 ) -> [Block<S>; 2] {
     let mut fields = [compliance[0][0]; 2];
@@ -189,9 +190,8 @@ fn end_fields<S: Simd>(
         for freedom in 0..3 {
             let of_n = compliance[half][ACROSS][freedom][0];
             let [of_p, of_q, _] = compliance[half][IN_PLANE][freedom];
-            for axis in 0..3 {
-                fields[half][freedom][axis] =
-                    dot(&[n[axis], p[axis], q[axis]], &[of_n, of_p, of_q]);
+            for load in 0..3 {
+                fields[half][freedom][load] = dot(&along[load], &[of_n, of_p, of_q]);
             }
         }
     }
