@@ -1,14 +1,16 @@
-//! Spread forces and own weight against closed forms.
+//! Spread forces and own weight against closed forms and against OpenSees.
 
 #![expect(
     clippy::unwrap_used,
+    clippy::print_stdout,
     reason = "a test stops at the first thing that is not as it must be"
 )]
 
 mod support;
 
 use stiffbench::robot::{
-    FittingFactors, GRAVITY_M_PER_S2, JointModel, Masses, MechanismModel, Predictor, Robot, Theory,
+    FittingFactors, GRAVITY_M_PER_S2, JointModel, Masses, MechanismModel, Pose, Predictor, Robot,
+    Theory, shipped_robot,
 };
 use stiffbench::source_text::SourceText;
 use stiffbench::structure::{Element, ShearCoefficients, Structure, Support};
@@ -210,6 +212,59 @@ fn density_mass_per_length_and_a_tool_weigh_what_they_say() {
     .unwrap();
     model.place(&robot.poses[0].pose).unwrap();
     assert!((model.mass_kg() - 19.0).abs() < 1e-12);
+}
+
+/// One row of `fixtures/opensees/weight.csv`.
+type Row = std::collections::BTreeMap<String, String>;
+
+/// All that `fixtures/opensees/generate_weight.py` gives the robot: 7850 kg/m3 and masses at A4, F6 and F8.
+fn heavy_robot() -> Robot {
+    let text = shipped_robot("hp-robot").unwrap().text;
+    assert_eq!(text.matches("\nG = ").count(), 1, "one material");
+    let dense = text.replace("\nG = ", "\ndensity = 7850.0\nG = ");
+    robot(&format!(
+        "{dense}\n[masses]\nA4 = 18.5\nF6 = 3.25\nF8 = 12.0\n"
+    ))
+}
+
+/// OpenSees spreads the weight over its elements itself, from another reader's kinematics. It keeps 2.3e-10 of the compliance here
+/// (agreement.csv), and displacements are sums of products with it: 1e-8, as for the compliance itself.
+#[test]
+fn the_sag_of_all_mechanisms_against_opensees() {
+    let robot = heavy_robot();
+    let path = concat!(env!("CARGO_MANIFEST_DIR"), "/fixtures/opensees/weight.csv");
+    let mut reader = csv::Reader::from_path(path).unwrap();
+    let rows: Vec<Row> = reader.deserialize().collect::<Result<_, _>>().unwrap();
+    assert_eq!(rows.len(), 63);
+    let mut largest = 0.0_f64;
+    for row in &rows {
+        let number = |key: &str| row[key].parse::<f64>().unwrap();
+        let pose = Pose {
+            angles_deg: robot
+                .variables
+                .iter()
+                .map(|variable| number(&format!("{}_deg", variable.name)))
+                .collect(),
+        };
+        let mechanism = robot.mechanism(Some(&row["mechanism"])).unwrap();
+        let factors = robot.factor_set(&row["factors"]).unwrap();
+        let mut predictor = Predictor::new(&robot, mechanism, &factors).unwrap();
+        predictor.place(&pose).unwrap();
+        let (solver, model) = predictor.parts();
+        let found = solver.respond(model.structure(), &model.weight());
+        let end = found.nodes[model.structure().end.node];
+        for keys in [["ux", "uy", "uz"], ["rx", "ry", "rz"]] {
+            let expected = keys.map(number);
+            let first = usize::from(keys[0] == "rx") * 3;
+            let error = norm([0, 1, 2].map(|i| end[first + i] - expected[i])) / norm(expected);
+            largest = largest.max(error);
+            assert!(error < 1e-8, "{row:?}: {error:e}");
+        }
+        assert!((model.mass_kg() / number("mass_kg") - 1.0).abs() < 1e-13);
+        let carried: f64 = found.reactions.iter().map(|reaction| reaction[1]).sum();
+        assert!((carried / number("reaction_N") - 1.0).abs() < 1e-8);
+    }
+    println!("largest difference {largest:e}");
 }
 
 /// Weight acts against the vertical of the file, whatever its length.
