@@ -7,7 +7,7 @@ default:
 # Format, lints and documentation
 check:
     cargo fmt --check
-    cargo clippy --all-targets --locked -- -D warnings
+    cargo clippy --all-targets --all-features --locked -- -D warnings
     RUSTDOCFLAGS="-D warnings" cargo doc --no-deps --locked
 
 # All tests; arguments go to cargo test, for example `just test --test cli`
@@ -21,6 +21,14 @@ demo:
 # The proof that diagnoses can be trusted, whole (an hour or so on two cores); the result is kept in the repository
 prove *arguments:
     cargo run --release --locked -- prove --out data/concealed/results {{arguments}}
+
+# Points of maps as Parquet: the test of the feature, and a map read back by Apache Arrow (another build, so no part of `ci`)
+parquet:
+    cargo test --release --locked --features parquet --lib report::map::parquet
+    cargo run --release --locked --features parquet -- map --poses 2000 --out target/parquet-check --quiet
+    python3 -m venv target/parquet-check/venv
+    target/parquet-check/venv/bin/pip install --quiet pyarrow==26.0.1
+    target/parquet-check/venv/bin/python fixtures/parquet/check.py target/parquet-check
 
 # Benchmarks; arguments go to cargo bench
 bench *arguments:

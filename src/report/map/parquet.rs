@@ -67,3 +67,60 @@ pub fn points_parquet(
     group.close()?;
     writer.into_inner()
 }
+
+#[cfg(test)]
+mod tests {
+    use std::io::Write;
+
+    use parquet::file::reader::{FileReader, SerializedFileReader};
+    use parquet::record::Field;
+
+    use super::*;
+    use crate::distribution::{MapColumn, MapModel, PosePlan, Sampling, Shard};
+    use crate::physics::ActingPhysics;
+    use crate::report::points_csv;
+    use crate::robot::shipped_robot;
+
+    #[test]
+    fn a_reader_finds_every_number_of_the_table() {
+        let robot = Robot::parse(&shipped_robot("hp-robot").unwrap()).unwrap();
+        let physics = ActingPhysics::new(&robot, robot.mechanism(None).unwrap(), Vec::new());
+        let (physics, factors) = (physics.unwrap(), robot.default_factors().1);
+        let plan = PosePlan {
+            sampling: Sampling::MonteCarlo,
+            poses: 70,
+            seed: 3,
+            held: Vec::new(),
+        };
+        let poses = PoseSet::draw(&robot, &plan, Shard::WHOLE).unwrap();
+        let model = MapModel::new(&robot, &physics, &factors, None).unwrap();
+        let mut columns = MapColumn::axes();
+        columns.extend(MapColumn::along("0,1,1", [0.0, 1.0, 1.0]));
+        columns.extend(MapColumn::principal());
+        let map = StiffnessMap::over(&model, &poses, &columns).unwrap();
+
+        let mut file = tempfile::tempfile().unwrap();
+        file.write_all(&points_parquet(&robot, &poses, &map).unwrap())
+            .unwrap();
+        let reader = SerializedFileReader::new(file).unwrap();
+        let table = points_csv(&robot, &poses, &map);
+        let mut lines = table.lines();
+        let heads: Vec<&str> = lines.next().unwrap().split(',').collect();
+        let mut count = 0;
+        for (row, line) in reader.get_row_iter(None).unwrap().zip(lines.by_ref()) {
+            let row = row.unwrap();
+            let fields: Vec<_> = row.get_column_iter().collect();
+            assert_eq!(fields.len(), heads.len());
+            for (((name, field), head), text) in fields.iter().zip(&heads).zip(line.split(',')) {
+                assert_eq!(name, head);
+                match field {
+                    Field::Long(id) => assert_eq!(*id, text.parse::<i64>().unwrap()),
+                    Field::Double(value) => assert_eq!(*value, text.parse::<f64>().unwrap()),
+                    other => panic!("{name}: {other:?}"),
+                }
+            }
+            count += 1;
+        }
+        assert_eq!((count, lines.next()), (70, None));
+    }
+}
