@@ -159,9 +159,6 @@ pub(super) fn smooth_grid(bins: &PlaneBins) -> Grid {
 }
 
 fn push_contours(panel: &mut Panel, map: &PlaneMap, scale: &ColourScale, per_px_m: f64) {
-    let grid = smooth_grid(&map.bins);
-    let side = map.bins.side_m();
-    let origin = map.bins.centre_m([0, 0]);
     // Numbers keep clear of one another, of the points, and of other lines.
     let mut taken: Vec<[f64; 2]> = map.extremes.iter().map(|p| [p.z_m, p.y_m]).collect();
     taken.extend(
@@ -170,19 +167,7 @@ fn push_contours(panel: &mut Panel, map: &PlaneMap, scale: &ColourScale, per_px_
             .flatten()
             .map(|at| at.z_y_m),
     );
-    let lines: Vec<(Tick, Vec<[f64; 2]>)> = scale
-        .levels(LEVELS)
-        .into_iter()
-        .flat_map(|level| {
-            let lines = grid.contours(level.value).into_iter();
-            lines.map(move |line| (level.clone(), line))
-        })
-        .map(|(level, line)| {
-            let place = |at: [f64; 2]| [0, 1].map(|i| origin[i] + side * at[i]);
-            (level, line.into_iter().map(place).collect::<Vec<_>>())
-        })
-        .filter(|(_, line)| length(line) >= SPECK * side)
-        .collect();
+    let lines = contour_lines(map, scale);
     for (index, (level, line)) in lines.iter().enumerate() {
         let ink = scale.colour(level.value).readable_ink();
         let style = Style::new(ink, Marker::Dot).stroke(0.9);
@@ -214,6 +199,24 @@ fn push_contours(panel: &mut Panel, map: &PlaneMap, scale: &ColourScale, per_px_
         }
         panel.notes.push(number_on_line(level, spot, ink));
     }
+}
+
+/// Lines of equal value with their levels, m, without specks.
+fn contour_lines(map: &PlaneMap, scale: &ColourScale) -> Vec<(Tick, Vec<[f64; 2]>)> {
+    let grid = smooth_grid(&map.bins);
+    let side = map.bins.side_m();
+    let origin = map.bins.centre_m([0, 0]);
+    let place = |at: [f64; 2]| [0, 1].map(|i| origin[i] + side * at[i]);
+    let mut lines = Vec::new();
+    for level in scale.levels(LEVELS) {
+        for line in grid.contours(level.value) {
+            let line: Vec<[f64; 2]> = line.into_iter().map(place).collect();
+            if length(&line) >= SPECK * side {
+                lines.push((level.clone(), line));
+            }
+        }
+    }
+    lines
 }
 
 fn number_on_line(level: &Tick, at: [f64; 2], colour: Colour) -> Note {
