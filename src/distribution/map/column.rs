@@ -104,8 +104,8 @@ pub(super) fn fill_row(columns: &[MapColumn], compliance: &[[f64; 3]; 3], row: &
             }
         };
     }
-    if let Some((_, directions)) = principal {
-        weakest.copy_from_slice(&directions[0]);
+    if let Some((_, [direction, ..])) = principal {
+        weakest.copy_from_slice(&direction);
     }
 }
 
