@@ -140,7 +140,7 @@ impl<'a> RobotBaseline<'a> {
             rest.members.retain(|other| *other != member);
             let name = robot.members[member].name.clone();
             // What carries no load in some pose is no variant.
-            if Mechanics::new(robot, &rest, &factors, &poses).is_ok() {
+            if Mechanics::rigid(robot, &rest, &factors, &poses).is_ok() {
                 mechanisms.push((vec![name], rest));
             }
         }
@@ -204,7 +204,7 @@ impl Baseline for RobotBaseline<'_> {
 
     fn solver(&self, variant: usize) -> Result<Box<dyn PoseSolver + '_>, MismatchError> {
         let mechanism = &self.mechanisms[variant].1;
-        let mechanics = Mechanics::new(self.robot, mechanism, &self.factors, &self.poses)?;
+        let mechanics = Mechanics::rigid(self.robot, mechanism, &self.factors, &self.poses)?;
         Ok(Box::new(RobotSolver {
             mechanics,
             factors: self.factors,
@@ -310,7 +310,7 @@ impl PoseSolver for RobotSolver<'_> {
     fn solve(&mut self, parameters: &[f64]) -> Result<(), MismatchError> {
         self.solve_rigid(parameters)?;
         if self.joints != JointsSolved::All {
-            self.mechanics.solve_joints(|_| true);
+            self.mechanics.solve_joints(|_| true)?;
             self.joints = JointsSolved::All;
         }
         Ok(())
@@ -324,7 +324,8 @@ impl PoseSolver for RobotSolver<'_> {
             JointsSolved::All => true,
         };
         if !known {
-            self.mechanics.solve_joints(|joint| joints.contains(&joint));
+            self.mechanics
+                .solve_joints(|joint| joints.contains(&joint))?;
             self.joints = JointsSolved::Some(joints.to_vec());
         }
         Ok(())

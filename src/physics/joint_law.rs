@@ -3,6 +3,9 @@
 //! In a closed loop the twist unloads the joint: τ = T - k φ, with T the moment of the rigid joint (other joints' twists included) and
 //! k the stiffness that the structure sets against the twist. Each law below solves that with its own equation in closed form.
 
+use super::effect::Effect;
+use super::law::Law;
+
 /// A law of a joint with its values.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) enum JointLaw {
@@ -17,6 +20,23 @@ pub(super) enum JointLaw {
 }
 
 impl JointLaw {
+    /// The law of an effect that sits in a joint.
+    pub(super) fn of(effect: &Effect) -> Self {
+        let v = |index: usize| effect.values.get(index).copied().unwrap_or(0.0);
+        match effect.law {
+            Law::JointBacklash => Self::Backlash {
+                play: v(0),
+                seat_moment: v(1),
+            },
+            Law::JointFriction => Self::Friction {
+                c: v(0),
+                friction_moment: v(1),
+            },
+            Law::JointNonlinearity => Self::Nonlinearity { c: v(0), q: v(1) },
+            _ => Self::Compliance { c: v(0) },
+        }
+    }
+
     /// Moment per twist in a state, N·m/rad; infinite where the joint does not turn, zero where it turns freely.
     ///
     /// # Arguments
@@ -37,6 +57,29 @@ impl JointLaw {
                 friction_moment: 0.0,
             } => 1.0 / c,
             Self::Backlash { .. } | Self::Friction { .. } => f64::INFINITY,
+        }
+    }
+
+    /// How fast the twist grows with the driving moment, rad/(N·m); arguments as of [`JointLaw::twist_rad`], at that twist.
+    pub(super) fn slope_rad_per_nm(
+        self,
+        driving_nm: f64,
+        stiffness_nm_per_rad: f64,
+        before_rad: f64,
+    ) -> f64 {
+        let k = stiffness_nm_per_rad.max(0.0);
+        let twist = self.twist_rad(driving_nm, k, before_rad);
+        match self {
+            Self::Compliance { c } => c / (1.0 + c * k),
+            Self::Backlash { play, .. } if twist == 0.0 || twist.abs() >= play => 0.0,
+            Self::Backlash { .. } => 1.0 / k,
+            Self::Friction { .. } if twist == before_rad => 0.0,
+            Self::Friction { c, .. } => c / (1.0 + c * k),
+            Self::Nonlinearity { c, q } => {
+                // φ = c τ + q τ |τ|, τ = T - k φ.
+                let growth = (c + 2.0 * q * (driving_nm - k * twist).abs()).max(0.0);
+                growth / (1.0 + growth * k)
+            }
         }
     }
 

@@ -9,12 +9,7 @@ use super::joint_law::JointLaw;
 use super::law::Law;
 use super::mechanics::PoseMechanics;
 use super::place::Place;
-
-/// Rounds in which the twists of several joints agree; each round is exact for one joint, and the energy they share is convex.
-const ROUNDS: usize = 200;
-
-/// Twists agree when a round changes none of them by more than this share.
-const AGREED: f64 = 1e-12;
+use super::turning::Twists;
 
 /// One load of a run.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
@@ -51,7 +46,7 @@ pub struct RunLoads<'a> {
 /// Effects ready to act on readings.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct LawSet {
-    joints: Vec<(usize, JointLaw)>,
+    pub(super) joints: Vec<(usize, JointLaw)>,
     /// Compliance of the base about x, y, z, rad/(N·m).
     base: [f64; 3],
     /// Compliance of the gauge's stand in x, y, z, m/N.
@@ -64,26 +59,7 @@ pub struct LawSet {
     per_kelvin: f64,
     setting: Vec<[f64; 2]>,
     slips: Vec<(PoseId, Direction, u32, u32, f64)>,
-    periods: Vec<[f64; 3]>,
-}
-
-/// Twists of the joints with laws: the history of a run, and its scratch memory.
-#[derive(Debug, Clone, Default)]
-pub struct Twists {
-    now: Vec<f64>,
-    /// At the load before; scratch memory.
-    before: Vec<f64>,
-    /// Whether a load has acted.
-    loaded: bool,
-}
-
-impl Twists {
-    /// No twist, no load before.
-    fn begin(&mut self, joints: usize) {
-        self.now.clear();
-        self.now.resize(joints, 0.0);
-        self.loaded = false;
-    }
+    pub(super) periods: Vec<[f64; 3]>,
 }
 
 impl LawSet {
@@ -138,21 +114,9 @@ impl LawSet {
     pub fn push(&mut self, effect: &Effect, joint: Option<usize>) {
         let v = |index: usize| effect.values.get(index).copied().unwrap_or(0.0);
         match (&effect.place, effect.law) {
-            (Place::Joint(_), law) => {
-                let law = match law {
-                    Law::JointBacklash => JointLaw::Backlash {
-                        play: v(0),
-                        seat_moment: v(1),
-                    },
-                    Law::JointFriction => JointLaw::Friction {
-                        c: v(0),
-                        friction_moment: v(1),
-                    },
-                    Law::JointNonlinearity => JointLaw::Nonlinearity { c: v(0), q: v(1) },
-                    _ => JointLaw::Compliance { c: v(0) },
-                };
+            (Place::Joint(_), _) => {
                 if let Some(joint) = joint {
-                    self.joints.push((joint, law));
+                    self.joints.push((joint, JointLaw::of(effect)));
                 }
             }
             (Place::Axis(axis), _) => self.base[axis.index()] += v(0),
@@ -250,7 +214,7 @@ impl LawSet {
     }
 
     /// Factor of creep and setting-in.
-    fn growth(&self, hold_s: f64, repeat: u32) -> f64 {
+    pub(super) fn growth(&self, hold_s: f64, repeat: u32) -> f64 {
         let creep: f64 = self
             .creep
             .iter()
@@ -264,15 +228,13 @@ impl LawSet {
         1.0 + creep + setting
     }
 
-    /// Displacement of the end along an axis under a force; moves the twists on.
-    fn mechanics_m(
-        &self,
-        pose: &PoseMechanics,
-        along: usize,
-        force_n: f64,
-        twists: &mut Twists,
-    ) -> f64 {
-        let acting_n = force_n * (1.0 + self.force_q * force_n.abs());
+    /// The force that acts where one is measured, N.
+    pub(super) fn acting_n(&self, force_n: f64) -> f64 {
+        force_n * (1.0 + self.force_q * force_n.abs())
+    }
+
+    /// A force along an axis as it is turned.
+    pub(super) fn acting(&self, along: usize, acting_n: f64) -> [f64; 3] {
         let mut force = [0.0; 3];
         force[along] = acting_n;
         for (toward, &angle) in self.turn[along].iter().enumerate() {
@@ -281,6 +243,18 @@ impl LawSet {
                 force[along] *= angle.cos();
             }
         }
+        force
+    }
+
+    /// Displacement of the end along an axis under a force; moves the twists on.
+    fn mechanics_m(
+        &self,
+        pose: &PoseMechanics,
+        along: usize,
+        force_n: f64,
+        twists: &mut Twists,
+    ) -> f64 {
+        let force = self.acting(along, self.acting_n(force_n));
         let influence = &pose.influence;
         let mut displacement = dot(influence.compliance_m_per_n[along], force);
         for (lever, &compliance) in pose.base_levers_m.iter().zip(&self.base) {
@@ -325,44 +299,6 @@ impl LawSet {
     #[must_use]
     pub fn base_rad_per_nm(&self) -> [f64; 3] {
         self.base
-    }
-
-    /// Moves the twists to their values under a force.
-    fn turn_joints(&self, pose: &PoseMechanics, force: [f64; 3], twists: &mut Twists) {
-        let influence = &pose.influence;
-        if let [(joint, law)] = self.joints[..] {
-            let driving = dot(influence.levers_m[joint], force);
-            let stiffness = influence.stiffness(joint, joint);
-            twists.now[0] = law.twist_rad(driving, stiffness, twists.now[0]);
-            return;
-        }
-        if self.joints.is_empty() {
-            return;
-        }
-        twists.before.clone_from(&twists.now);
-        for _ in 0..ROUNDS {
-            let mut change = 0.0_f64;
-            let mut largest = 0.0_f64;
-            for (place, &(joint, law)) in self.joints.iter().enumerate() {
-                let others: f64 = self
-                    .joints
-                    .iter()
-                    .zip(&twists.now)
-                    .enumerate()
-                    .filter(|(other, _)| *other != place)
-                    .map(|(_, (&(other, _), twist))| influence.stiffness(joint, other) * twist)
-                    .sum();
-                let driving = dot(influence.levers_m[joint], force) - others;
-                let history = twists.before[place];
-                let twist = law.twist_rad(driving, influence.stiffness(joint, joint), history);
-                change = change.max((twist - twists.now[place]).abs());
-                largest = largest.max(twist.abs());
-                twists.now[place] = twist;
-            }
-            if change <= AGREED * largest {
-                break;
-            }
-        }
     }
 }
 

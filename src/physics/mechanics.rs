@@ -1,32 +1,54 @@
 //! The robot in the poses of a session, reduced to what the laws need.
 
 use crate::robot::{
-    ElementClass, FittingFactors, JointModel, Mechanism, MechanismModel, Pose, Robot, RobotError,
+    BatchPredictor, FittingFactors, JointModel, Mechanism, MechanismModel, Pose, Robot, RobotError,
     Theory,
 };
-use crate::structure::{ComplianceGradient, Solver, TwistInfluence};
+use crate::structure::{Solver, Structure, StructureError, TwistInfluence};
 use crate::test_point::Direction;
 use crate::vector::{cross, subtract};
 
-/// A mechanism in fixed poses, solved again with any factors.
+/// A mechanism in fixed poses, solved again with any factors: with rigid joints in all poses side by side, what twists do pose by pose
+/// and only where it is asked for.
 #[derive(Debug)]
 pub struct Mechanics<'a> {
     robot: &'a Robot,
     mechanism: &'a Mechanism,
     /// Robot joints that exist in the mechanism, in the order of the levers.
     joints: Vec<usize>,
+    /// All poses with rigid joints.
+    batch: BatchPredictor<'a>,
+    factors: FittingFactors,
     poses: Vec<Posed<'a>>,
 }
 
 /// One pose.
 #[derive(Debug)]
 struct Posed<'a> {
+    pose: Pose,
     rigid: MechanismModel<'a>,
+    /// `None` until it is asked for what twists do.
+    twisting: Option<Twisting<'a>>,
+    mechanics: PoseMechanics,
+}
+
+/// What works out the twists of one pose.
+#[derive(Debug)]
+struct Twisting<'a> {
     hinged: MechanismModel<'a>,
     solver: Solver,
-    mechanics: PoseMechanics,
-    /// Derivatives of each element; scratch memory.
-    gradient: Vec<ComplianceGradient>,
+    lacks: Lacks,
+}
+
+/// What of the structure a solver does not have yet.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Lacks {
+    /// Nothing.
+    Nothing,
+    /// The sections under the factors set last.
+    Sections,
+    /// Where the structure stands, and the sections.
+    Place,
 }
 
 /// What a load and the laws need to know of a pose.
@@ -52,47 +74,49 @@ impl<'a> Mechanics<'a> {
         factors: &FittingFactors,
         poses: &[Pose],
     ) -> Result<Self, RobotError> {
-        let joints = mechanism.joints(robot);
-        let all = JointModel::Hinged(joints.iter().map(|&joint| (joint, 0.0)).collect());
-        let theory = Theory::EulerBernoulli;
-        let model =
-            |joints: &JointModel| MechanismModel::new(robot, mechanism, joints, theory, factors);
-        let poses = poses
-            .iter()
-            .map(|pose| {
-                let mut rigid = model(&JointModel::Rigid)?;
-                let mut hinged = model(&all)?;
-                rigid.place(pose)?;
-                hinged.place(pose)?;
-                let wrap = |source| RobotError::Structure {
-                    mechanism: mechanism.name.clone(),
-                    source,
-                };
-                let mut solver = Solver::new(rigid.structure()).map_err(wrap)?;
-                solver.update(rigid.structure()).map_err(wrap)?;
-                let base_levers_m = base_levers(&rigid);
-                let mut posed = Posed {
-                    rigid,
-                    hinged,
-                    solver,
-                    mechanics: PoseMechanics {
-                        influence: TwistInfluence::default(),
-                        base_levers_m,
-                        compliance_gradient: vec![[0.0; 3]; 4],
-                    },
-                    gradient: vec![[0.0; 4]; mechanism.members.len()],
-                };
-                posed.solve_rigid();
-                posed.solve_joints(|_| true);
-                Ok(posed)
+        let mut mechanics = Self::rigid(robot, mechanism, factors, poses)?;
+        mechanics.solve_joints(|_| true)?;
+        Ok(mechanics)
+    }
+
+    /// The same with rigid joints: what twists do is not known until [`Mechanics::solve_joints`].
+    ///
+    /// # Errors
+    /// As [`Mechanics::new`].
+    pub fn rigid(
+        robot: &'a Robot,
+        mechanism: &'a Mechanism,
+        factors: &FittingFactors,
+        poses: &[Pose],
+    ) -> Result<Self, RobotError> {
+        let mut batch = BatchPredictor::new(robot, mechanism, poses.len())?;
+        let placed = poses.iter().enumerate().map(|(index, pose)| {
+            batch.place(index, pose)?;
+            let (joints, theory) = (JointModel::Rigid, Theory::EulerBernoulli);
+            let mut rigid = MechanismModel::new(robot, mechanism, &joints, theory, factors)?;
+            rigid.place(pose)?;
+            Ok(Posed {
+                pose: pose.clone(),
+                mechanics: PoseMechanics {
+                    influence: TwistInfluence::default(),
+                    base_levers_m: base_levers(&rigid),
+                    compliance_gradient: vec![[0.0; 3]; 4],
+                },
+                rigid,
+                twisting: None,
             })
-            .collect::<Result<_, RobotError>>()?;
-        Ok(Self {
+        });
+        let poses = placed.collect::<Result<Vec<_>, RobotError>>()?;
+        let mut mechanics = Self {
             robot,
             mechanism,
-            joints,
+            joints: mechanism.joints(robot),
+            batch,
+            factors: *factors,
             poses,
-        })
+        };
+        mechanics.solve_batch()?;
+        Ok(mechanics)
     }
 
     /// Solves all poses with other factors; allocates nothing.
@@ -101,8 +125,7 @@ impl<'a> Mechanics<'a> {
     /// [`RobotError::Structure`].
     pub fn set_factors(&mut self, factors: &FittingFactors) -> Result<(), RobotError> {
         self.set_factors_rigid(factors)?;
-        self.solve_joints(|_| true);
-        Ok(())
+        self.solve_joints(|_| true)
     }
 
     /// Solves all poses with other factors and rigid joints: what twists do is stale until [`Mechanics::solve_joints`].
@@ -110,16 +133,31 @@ impl<'a> Mechanics<'a> {
     /// # Errors
     /// [`RobotError::Structure`].
     pub fn set_factors_rigid(&mut self, factors: &FittingFactors) -> Result<(), RobotError> {
-        for posed in &mut self.poses {
-            posed.rigid.set_factors(factors);
-            posed
-                .solver
-                .update_sections(posed.rigid.structure())
-                .map_err(|source| RobotError::Structure {
-                    mechanism: self.mechanism.name.clone(),
-                    source,
-                })?;
-            posed.solve_rigid();
+        self.factors = *factors;
+        for twisting in self.poses.iter_mut().flat_map(|posed| &mut posed.twisting) {
+            if twisting.lacks == Lacks::Nothing {
+                twisting.lacks = Lacks::Sections;
+            }
+        }
+        self.solve_batch()
+    }
+
+    /// Compliances and their derivatives with rigid joints.
+    fn solve_batch(&mut self) -> Result<(), RobotError> {
+        self.batch.solve(&self.factors, true)?;
+        for (index, posed) in self.poses.iter_mut().enumerate() {
+            let solved = self.batch.compliance(index);
+            let compliance = solved.expect("every pose was placed and solved").0;
+            let mechanics = &mut posed.mechanics;
+            mechanics.influence.compliance_m_per_n =
+                std::array::from_fn(|i| std::array::from_fn(|j| compliance[i][j]));
+            for axis in 0..3 {
+                let solved = self.batch.gradient(index, axis);
+                let [of_beams, _] = solved.expect("every pose was placed and solved");
+                for (row, of_beams) in mechanics.compliance_gradient.iter_mut().zip(of_beams) {
+                    row[axis] = of_beams;
+                }
+            }
         }
         Ok(())
     }
@@ -131,17 +169,14 @@ impl<'a> Mechanics<'a> {
     pub fn move_to(&mut self, index: usize, pose: &Pose) -> Result<(), RobotError> {
         let posed = &mut self.poses[index];
         posed.rigid.place(pose)?;
-        posed.hinged.place(pose)?;
-        posed
-            .solver
-            .update(posed.rigid.structure())
-            .map_err(|source| RobotError::Structure {
-                mechanism: self.mechanism.name.clone(),
-                source,
-            })?;
+        posed.pose.clone_from(pose);
+        if let Some(twisting) = &mut posed.twisting {
+            twisting.hinged.place(pose)?;
+            twisting.lacks = Lacks::Place;
+        }
         posed.mechanics.base_levers_m = base_levers(&posed.rigid);
-        posed.solve_rigid();
-        Ok(())
+        self.batch.place(index, pose)?;
+        self.solve_batch()
     }
 
     /// Where the end is in pose number `pose`, m.
@@ -155,10 +190,28 @@ impl<'a> Mechanics<'a> {
     ///
     /// # Arguments
     /// - `is_asked_for`: of a joint, by its place among the levers.
-    pub fn solve_joints(&mut self, is_asked_for: impl Fn(usize) -> bool) {
+    ///
+    /// # Errors
+    /// [`RobotError::Structure`].
+    pub fn solve_joints(&mut self, is_asked_for: impl Fn(usize) -> bool) -> Result<(), RobotError> {
+        let (robot, mechanism, factors) = (self.robot, self.mechanism, &self.factors);
         for posed in &mut self.poses {
-            posed.solve_joints(&is_asked_for);
+            let twisting = match posed.twisting.take() {
+                Some(twisting) => twisting,
+                None => Twisting::new(robot, mechanism, factors, &posed.pose)?,
+            };
+            let twisting = posed.twisting.insert(twisting);
+            posed.rigid.set_factors(factors);
+            let structure = posed.rigid.structure();
+            twisting.bring_up_to_date(mechanism, structure)?;
+            twisting.solver.twist_influence_of(
+                structure,
+                twisting.hinged.structure(),
+                &is_asked_for,
+                &mut posed.mechanics.influence,
+            );
         }
+        Ok(())
     }
 
     /// What is known of pose number `pose`.
@@ -187,35 +240,48 @@ impl<'a> Mechanics<'a> {
     }
 }
 
-impl Posed<'_> {
-    fn solve_rigid(&mut self) {
-        let structure = self.rigid.structure();
-        self.mechanics.influence.compliance_m_per_n =
-            self.solver.end_translation_compliance(structure);
-        for axis in 0..3 {
-            self.solver
-                .compliance_gradient(structure, axis, &mut self.gradient);
-            let mut sums = [0.0; 4];
-            for (member, gradient) in self.rigid.members().zip(&self.gradient) {
-                if member.class == ElementClass::Beam {
-                    for (sum, part) in sums.iter_mut().zip(gradient) {
-                        *sum += part;
-                    }
-                }
-            }
-            for (row, sum) in self.mechanics.compliance_gradient.iter_mut().zip(sums) {
-                row[axis] = sum;
-            }
-        }
+impl<'a> Twisting<'a> {
+    fn new(
+        robot: &'a Robot,
+        mechanism: &'a Mechanism,
+        factors: &FittingFactors,
+        pose: &Pose,
+    ) -> Result<Self, RobotError> {
+        let joints = mechanism.joints(robot);
+        let all = JointModel::Hinged(joints.into_iter().map(|joint| (joint, 0.0)).collect());
+        let theory = Theory::EulerBernoulli;
+        let mut hinged = MechanismModel::new(robot, mechanism, &all, theory, factors)?;
+        hinged.place(pose)?;
+        let mut rigid = MechanismModel::new(robot, mechanism, &JointModel::Rigid, theory, factors)?;
+        rigid.place(pose)?;
+        Ok(Self {
+            hinged,
+            solver: Solver::new(rigid.structure()).map_err(carries_nothing(mechanism))?,
+            lacks: Lacks::Place,
+        })
     }
 
-    fn solve_joints(&mut self, is_asked_for: impl Fn(usize) -> bool) {
-        self.solver.twist_influence_of(
-            self.rigid.structure(),
-            self.hinged.structure(),
-            is_asked_for,
-            &mut self.mechanics.influence,
-        );
+    /// Gives the solver what it lacks of the structure with rigid joints.
+    fn bring_up_to_date(
+        &mut self,
+        mechanism: &Mechanism,
+        structure: &Structure,
+    ) -> Result<(), RobotError> {
+        let updated = match self.lacks {
+            Lacks::Nothing => Ok(()),
+            Lacks::Sections => self.solver.update_sections(structure),
+            Lacks::Place => self.solver.update(structure),
+        };
+        updated.map_err(carries_nothing(mechanism))?;
+        self.lacks = Lacks::Nothing;
+        Ok(())
+    }
+}
+
+fn carries_nothing(mechanism: &Mechanism) -> impl Fn(StructureError) -> RobotError {
+    |source| RobotError::Structure {
+        mechanism: mechanism.name.clone(),
+        source,
     }
 }
 

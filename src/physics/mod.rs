@@ -15,16 +15,18 @@ mod law_set;
 mod mechanics;
 mod model_file;
 mod place;
+mod turning;
 mod unit;
 
 pub use acting::ActingPhysics;
 pub use effect::{Effect, EffectError, title};
 pub use effect_text::{EffectProblem, NotAnEffect};
 pub use law::{Law, ParameterSpec, Sign};
-pub use law_set::{LawSet, LoadPoint, RunLoads, Twists, period_m, without_elements};
+pub use law_set::{LawSet, LoadPoint, RunLoads, period_m, without_elements};
 pub use mechanics::{Mechanics, PoseMechanics};
 pub use model_file::{
     FoundEffect, MODEL_SCHEMA, ModelFile, ModelFileError, ModelProblem, ParameterUncertainty,
     Provenance,
 };
 pub use place::{Place, PlaceKind};
+pub use turning::{JointPath, Twists};

@@ -372,7 +372,7 @@ impl<'m, 'a> PoseSolver<'m, 'a> {
         let (mechanics, twists) = match &mut self.secant {
             Some(known) => {
                 known.0.move_to(0, pose)?;
-                known.0.solve_joints(|_| true);
+                known.0.solve_joints(|_| true)?;
                 known
             }
             empty => {
