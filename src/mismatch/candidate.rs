@@ -3,9 +3,9 @@
 use crate::physics::{Law, Place};
 use crate::test_point::Direction;
 
+use super::changes::Frozen;
 use super::joint_candidate::joint_candidates;
 use super::observations::Observations;
-use super::screen::Frozen;
 
 /// A share of the compliance along a direction that makes an effect clearly visible and still small, 1.
 pub(super) const REFERENCE_SHARE: f64 = 0.01;

@@ -5,9 +5,8 @@ use crate::physics::{Law, Place};
 use super::diagnosis::DetectionLimit;
 use super::error::MismatchError;
 use super::limits::Limits;
-use super::screen::{WhiteCandidate, WhiteShape};
+use super::screen::{SeenCandidate, SeenShape};
 use super::search::Found;
-use super::space::dot;
 use super::state::Bench;
 
 /// Quantile of the normal distribution for a power of 80 %.
@@ -21,27 +20,31 @@ impl Bench<'_> {
         limits: &Limits,
     ) -> Result<Vec<DetectionLimit>, MismatchError> {
         let first = &found.first;
-        let of = |white: &WhiteCandidate| {
-            let family = (white.candidate.law, white.candidate.wide);
+        let of = |seen: &SeenCandidate| {
+            let family = (seen.candidate.law, seen.candidate.wide);
             let limit = limits.laws.get(&family).copied();
-            detection_limit(white, limit.unwrap_or(f64::INFINITY), &first.residuals)
+            detection_limit(seen, limit.unwrap_or(f64::INFINITY))
         };
-        let is_slip = |white: &&WhiteCandidate| white.candidate.law == Law::Slip;
+        let is_slip = |seen: &&SeenCandidate| seen.candidate.law == Law::Slip;
         let (slips, others): (Vec<_>, Vec<_>) = first
-            .white
+            .seen
             .iter()
-            .filter(|white| !white.candidate.wide)
+            .filter(|seen| !seen.candidate.wide)
             .partition(is_slip);
         let mut out: Vec<DetectionLimit> = others.into_iter().map(of).collect();
         let loose = self.loose_shapes(&found.before, &first.space)?;
-        out.extend(loose.iter().map(of));
+        out.extend(
+            loose
+                .iter()
+                .map(|white| of(&SeenCandidate::of(white, &first.residuals))),
+        );
         for cell in &self.observations.cells {
             let pose = &self.observations.poses[cell.pose];
-            let here = |white: &&&WhiteCandidate| {
-                matches!(&white.candidate.place, Place::Run { pose: own, direction, .. }
+            let here = |seen: &&&SeenCandidate| {
+                matches!(&seen.candidate.place, Place::Run { pose: own, direction, .. }
                     if own == pose && *direction == cell.direction)
             };
-            out.extend(hardest(slips.iter().filter(here).map(|white| of(white))));
+            out.extend(hardest(slips.iter().filter(here).map(|seen| of(seen))));
         }
         Ok(out)
     }
@@ -54,23 +57,23 @@ fn hardest(limits: impl Iterator<Item = DetectionLimit>) -> Option<DetectionLimi
 }
 
 /// Size of a shape for a multiple of it; of a shape without a size the multiple.
-fn size_of(shape: &WhiteShape, scale: f64) -> f64 {
+fn size_of(shape: &SeenShape, scale: f64) -> f64 {
     scale * shape.shape.values.first().copied().unwrap_or(1.0)
 }
 
-fn detection_limit(white: &WhiteCandidate, limit: f64, residuals: &[f64]) -> DetectionLimit {
-    let candidate = &white.candidate;
-    let smallest = white
+fn detection_limit(seen: &SeenCandidate, limit: f64) -> DetectionLimit {
+    let candidate = &seen.candidate;
+    let smallest = seen
         .shapes
         .iter()
         .filter_map(|shape| Some((shape, multiple_80(shape, limit)?)))
         .min_by(|a, b| a.1.total_cmp(&b.1));
-    let upper = white
+    let upper = seen
         .shapes
         .iter()
         .map(|shape| {
-            let estimate = dot(&shape.vectors[0], residuals) / shape.square;
-            size_of(shape, estimate.abs() + 1.96 / shape.square.sqrt())
+            let estimate = shape.seen.product / shape.seen.square;
+            size_of(shape, estimate.abs() + 1.96 / shape.seen.square.sqrt())
         })
         .fold(0.0, f64::max);
     DetectionLimit {
@@ -85,8 +88,8 @@ fn detection_limit(white: &WhiteCandidate, limit: f64, residuals: &[f64]) -> Det
 /// The multiple of a shape whose gain passes a limit in 80 % of sessions; `None` if it may not be as large.
 ///
 /// A size that is free gives the gain z², z normal about the length L; one that is what it is, as a member that is off or not, 2 z L - L².
-fn multiple_80(shape: &WhiteShape, limit: f64) -> Option<f64> {
-    let length = shape.square.sqrt();
+fn multiple_80(shape: &SeenShape, limit: f64) -> Option<f64> {
+    let length = shape.seen.square.sqrt();
     let [lowest, highest] = shape.shape.scale;
     if lowest == highest {
         return (length * length - limit >= 2.0 * POWER_80 * length).then_some(lowest);

@@ -71,6 +71,7 @@ impl Bench<'_> {
             whitening: &state.whitening,
             kept: Some(&kept),
             bounds_of_last: None,
+            near: None,
         };
         let mut predictor = self.predictor();
         let fitted = refit

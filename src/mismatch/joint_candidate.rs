@@ -3,8 +3,8 @@
 use crate::physics::{Law, Place};
 
 use super::candidate::{Candidate, REFERENCE_SHARE, Shape};
+use super::changes::Frozen;
 use super::observations::Observations;
-use super::screen::Frozen;
 
 /// A joint whose release would add more than this many times the compliance of the structure lies in no closed loop.
 const OPEN: f64 = 1e4;

@@ -57,12 +57,12 @@ pub(super) struct PatternGroup {
     pub(super) direction: Option<Direction>,
 }
 
-/// A pattern, white, projected and of unit length.
+/// A pattern, white, and of unit length when projected.
 #[derive(Debug, Clone)]
 pub(super) struct Pattern {
     pub(super) stratum: Stratum,
     pub(super) group: PatternGroup,
-    /// Unit vectors: one, or two for a sine and cosine.
+    /// Unit vectors: one, or two for a sine and cosine; not projected.
     pub(super) units: Vec<Vec<f64>>,
     /// Largest change of a reading for a unit along the first vector, m.
     pub(super) size_m: f64,
@@ -178,24 +178,26 @@ fn pattern(
     values: &[Vec<f64>],
 ) -> Option<Pattern> {
     let mut units: Vec<Vec<f64>> = Vec::new();
+    let mut projected: Vec<Vec<f64>> = Vec::new();
     let mut size_m = 0.0;
     for values in values {
         let mut white = space.white(values);
         let before = dot(&white, &white).sqrt();
-        space.project(&mut white);
-        for other in &units {
-            let share = dot(other, &white);
-            for (value, other) in white.iter_mut().zip(other) {
-                *value -= share * other;
-            }
+        let mut left = white.clone();
+        space.project(&mut left);
+        for (unit, other) in units.iter().zip(&projected) {
+            let share = dot(other, &left);
+            subtract(&mut left, share, other);
+            subtract(&mut white, share, unit);
         }
-        let after = dot(&white, &white).sqrt();
+        let after = dot(&left, &left).sqrt();
         if !(after > ABSORBED * before && after > 0.0) {
             return None;
         }
-        for value in &mut white {
+        for value in left.iter_mut().chain(&mut white) {
             *value /= after;
         }
+        projected.push(left);
         if units.is_empty() {
             let largest = values.iter().fold(0.0_f64, |most, v| most.max(v.abs()));
             size_m = largest / after;
@@ -208,6 +210,12 @@ fn pattern(
         units,
         size_m,
     })
+}
+
+fn subtract(vector: &mut [f64], share: f64, other: &[f64]) {
+    for (value, other) in vector.iter_mut().zip(other) {
+        *value -= share * other;
+    }
 }
 
 fn groups(observations: &Observations) -> Vec<PatternGroup> {
@@ -465,7 +473,7 @@ impl Pattern {
         }
     }
 
-    /// Drop of the weighted squares of residuals, and size along the first vector.
+    /// Drop of the weighted squares of residuals that are projected.
     pub(super) fn gain(&self, residuals: &[f64]) -> f64 {
         self.units
             .iter()

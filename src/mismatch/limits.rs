@@ -5,6 +5,7 @@
 //! common multiple makes the chance that any law passes its limit exactly the level.
 
 use std::collections::BTreeMap;
+use std::ops::Range;
 
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
@@ -13,9 +14,11 @@ use rayon::prelude::*;
 
 use crate::physics::Law;
 
-use super::leftover::Pattern;
+use super::draws::{BLOCK, DrawTable, Drawn, Kind};
+use super::leftover::{Pattern, Stratum};
+use super::observations::Observations;
 use super::screen::WhiteCandidate;
-use super::space::dot;
+use super::space::{Space, dot};
 
 /// Chance that noise alone passes for one of the laws, as the draws have it. Whole sessions give about 1.2 times as many alarms, because a fit
 /// moves the shapes that the draws hold still, and a coarse gauge errs alike in every repeat: together with what is left over 4 % are aimed at.
@@ -26,9 +29,6 @@ pub const LEFT_OVER_LEVEL: f64 = 0.005;
 
 /// Draws of noise.
 pub const DRAWS: usize = 10_000;
-
-/// Draws of one block: they share their products.
-const BLOCK: usize = 100;
 
 /// Shapes of one candidate whose directions differ by less count as one in the draws (cosine).
 const SAME: f64 = 0.985;
@@ -108,23 +108,15 @@ fn exceedance(sorted: &[f64], gain: f64) -> f64 {
     (above as f64 + 1.0) / (sorted.len() as f64 + 1.0)
 }
 
-/// One vector of the draws: its family, what its gain is made of.
-struct Drawn {
-    family: Option<usize>,
-    unit: usize,
-    second: Option<usize>,
-    length: f64,
-    scale: [f64; 2],
-}
-
 /// Works out the limits for candidates and patterns.
 ///
 /// # Arguments
 /// - `residuals`: white residuals of the baseline; the draws have their distribution, so that skewed or long-tailed readings raise the
 ///   limits of the laws that lean on few of them.
 pub(super) fn limits(
-    candidates: &[WhiteCandidate],
-    patterns: &[Pattern],
+    (observations, space): (&Observations, &Space),
+    candidates: Vec<WhiteCandidate>,
+    patterns: Vec<Pattern>,
     residuals: &[f64],
     seed: u64,
 ) -> Limits {
@@ -138,61 +130,67 @@ pub(super) fn limits(
         all.dedup();
         all
     };
-    let mut units: Vec<Vec<f64>> = Vec::new();
     let mut drawn: Vec<Drawn> = Vec::new();
     for candidate in candidates {
         let family = (candidate.candidate.law, candidate.candidate.wide);
-        let family = families.iter().position(|f| *f == family);
-        add_candidate(candidate, family, &mut units, &mut drawn);
+        let place = families.iter().position(|f| *f == family);
+        add_candidate(
+            space,
+            candidate,
+            place.unwrap_or(families.len()),
+            &mut drawn,
+        );
     }
-    for pattern in patterns {
-        let first = units.len();
-        units.extend(pattern.units.iter().cloned());
-        drawn.push(Drawn {
-            family: None,
-            unit: first,
-            second: (pattern.units.len() > 1).then_some(first + 1),
-            length: 1.0,
-            scale: [f64::NEG_INFINITY, f64::INFINITY],
-        });
-    }
-    let pool = pool(residuals);
-    let draws = draw(&units, &drawn, families.len(), &pool, seed);
+    drawn.extend(patterns.into_iter().map(|pattern| Drawn {
+        kind: match pattern.stratum {
+            Stratum::Rest => Kind::Period,
+            _ => Kind::Pattern,
+        },
+        family: families.len(),
+        units: pattern.units,
+        length: 1.0,
+        scale: [f64::NEG_INFINITY, f64::INFINITY],
+    }));
+    let cells: Vec<Range<usize>> = observations
+        .cells
+        .iter()
+        .map(|c| c.readings.clone())
+        .collect();
+    let table = DrawTable::new(space, &cells, families.len() + 1, drawn);
+    let draws = draw(&table, &pool(residuals), seed);
     settle(&families, draws)
 }
 
-fn add_candidate(
-    candidate: &WhiteCandidate,
-    family: Option<usize>,
-    units: &mut Vec<Vec<f64>>,
-    drawn: &mut Vec<Drawn>,
-) {
-    let first = drawn.len();
-    for shape in &candidate.shapes {
+fn add_candidate(space: &Space, candidate: WhiteCandidate, family: usize, drawn: &mut Vec<Drawn>) {
+    // Those of any size, with their products with what the fit absorbs.
+    let mut free: Vec<(usize, Vec<f64>)> = Vec::new();
+    let kind = if candidate.candidate.law == Law::GaugePeriodic {
+        Kind::Period
+    } else {
+        Kind::Law
+    };
+    for shape in candidate.shapes {
         let length = shape.square.sqrt();
-        let unit: Vec<f64> = shape.vectors[0].iter().map(|x| x / length).collect();
-        let free = shape.scale_is_free();
-        // Nearly the same direction with as free a size adds nothing to the largest gain.
-        let same = free
-            && drawn[first..].iter().any(|other| {
-                other.second.is_none()
-                    && other.scale == shape.shape.scale
-                    && dot(&units[other.unit], &unit) > SAME
-            });
-        if same && shape.vectors.len() == 1 {
-            continue;
+        let mut units = shape.vectors;
+        for value in &mut units[0] {
+            *value /= length;
         }
-        let place = units.len();
-        units.push(unit);
-        let second = shape.vectors.get(1).map(|vector| {
-            let length = dot(vector, vector).sqrt();
-            units.push(vector.iter().map(|x| x / length).collect());
-            place + 1
-        });
+        // Nearly the same direction with as free a size adds nothing to the largest gain.
+        if units.len() == 1 && shape.shape.scale[1] == f64::INFINITY {
+            let absorbed = space.absorbed(&units[0]);
+            let same = free.iter().any(|(place, other)| {
+                let cosine = dot(&drawn[*place].units[0], &units[0]) - dot(other, &absorbed);
+                drawn[*place].scale == shape.shape.scale && cosine > SAME
+            });
+            if same {
+                continue;
+            }
+            free.push((drawn.len(), absorbed));
+        }
         drawn.push(Drawn {
+            kind,
             family,
-            unit: place,
-            second,
+            units,
             length,
             scale: shape.shape.scale,
         });
@@ -228,56 +226,26 @@ fn pool(residuals: &[f64]) -> Vec<f64> {
 }
 
 /// Largest gain of each family, the patterns last, for each draw.
-fn draw(
-    units: &[Vec<f64>],
-    drawn: &[Drawn],
-    families: usize,
-    pool: &[f64],
-    seed: u64,
-) -> Vec<Vec<f64>> {
-    let Some(length) = units.first().map(Vec::len) else {
-        return vec![Vec::new(); families + 1];
-    };
-    let columns = units.len();
-    let flat: Vec<f64> = units.iter().flatten().copied().collect();
+fn draw(table: &DrawTable, pool: &[f64], seed: u64) -> Vec<Vec<f64>> {
     let blocks: Vec<Vec<Vec<f64>>> = (0..DRAWS / BLOCK)
         .into_par_iter()
         .map(|block| {
             let mut rng = ChaCha8Rng::seed_from_u64(seed ^ (0x9e37_79b9 + block as u64));
-            let noise: Vec<f64> = (0..length * BLOCK)
+            let mut noise: Vec<f32> = (0..table.length() * BLOCK)
                 .map(|_| {
                     let normal: f64 = StandardNormal.sample(&mut rng);
                     if pool.is_empty() {
-                        return normal;
+                        return normal as f32;
                     }
                     let residual = pool[rng.random_range(0..pool.len())];
-                    (residual + SMOOTHING * normal) / (1.0 + SMOOTHING * SMOOTHING).sqrt()
+                    ((residual + SMOOTHING * normal) / (1.0 + SMOOTHING * SMOOTHING).sqrt()) as f32
                 })
                 .collect();
-            let mut products = vec![0.0; columns * BLOCK];
-            multiply(&flat, &noise, length, columns, &mut products);
-            let mut largest = vec![vec![0.0_f64; BLOCK]; families + 1];
-            for one in drawn {
-                let row = one.family.unwrap_or(families);
-                let largest = &mut largest[row];
-                let of = |unit: usize| &products[unit * BLOCK..(unit + 1) * BLOCK];
-                if let Some(second) = one.second {
-                    let both = of(one.unit).iter().zip(of(second));
-                    for (most, (z, other)) in largest.iter_mut().zip(both) {
-                        *most = most.max(z * z + other.powi(2));
-                    }
-                } else {
-                    let [lowest, highest] = one.scale;
-                    for (most, z) in largest.iter_mut().zip(of(one.unit)) {
-                        let size = (z / one.length).clamp(lowest, highest) * one.length;
-                        *most = most.max(size * (2.0 * z - size));
-                    }
-                }
-            }
-            largest
+            table.largest(&mut noise)
         })
         .collect();
-    (0..=families)
+    let families = blocks.first().map_or(0, Vec::len);
+    (0..families)
         .map(|family| {
             blocks
                 .iter()
@@ -285,23 +253,6 @@ fn draw(
                 .collect()
         })
         .collect()
-}
-
-/// noiseᵀ units: the draws of each unit side by side, as they are gone through.
-fn multiply(units: &[f64], noise: &[f64], length: usize, columns: usize, products: &mut [f64]) {
-    use faer::linalg::matmul::matmul;
-    use faer::{Accum, MatMut, MatRef, Par};
-    let units = MatRef::from_column_major_slice(units, length, columns);
-    let noise = MatRef::from_column_major_slice(noise, length, BLOCK);
-    let products = MatMut::from_column_major_slice_mut(products, BLOCK, columns);
-    matmul(
-        products,
-        Accum::Replace,
-        noise.transpose(),
-        units,
-        1.0,
-        Par::Seq,
-    );
 }
 
 /// The common multiple of the shares that makes the chance of any law passing exactly the level.

@@ -6,9 +6,11 @@
 
 mod baseline;
 mod candidate;
+mod changes;
 mod design;
 mod detection;
 mod diagnosis;
+mod draws;
 mod error;
 mod found_model;
 mod given_noise;
@@ -17,11 +19,13 @@ mod joint_candidate;
 mod leftover;
 mod limits;
 mod loose;
+mod memory;
 mod next_measurement;
 mod noise;
 mod observations;
 mod plan;
 mod predictor;
+mod products;
 mod rank;
 mod refit;
 mod restricted_likelihood;
@@ -87,18 +91,19 @@ pub fn diagnose(
     if observations.is_empty() {
         return Err(MismatchError::Empty);
     }
+    let (at_start, moved_on);
     let rough = state::Bench::new(baseline, observations);
     let positions = rough.positions_at_start(options)?;
-    let at_start = observations.with_positions(&positions);
-    let bench = state::Bench::new(baseline, &at_start);
+    at_start = observations.with_positions(&positions);
+    let bench = rough.with_positions(&at_start);
     let (found, limits) = bench.search(options, known)?;
     // What was found moved the gauge too: where it stood is worked out again, and with it what its period would explain.
     let moved = bench.positions(&found.after)?;
     if !search::shifts_a_period(&positions, &moved) {
         return Ok((bench.conclude(&found, &limits)?, limits));
     }
-    let observations = observations.with_positions(&moved);
-    let bench = state::Bench::new(baseline, &observations);
+    moved_on = observations.with_positions(&moved);
+    let bench = bench.with_positions(&moved_on);
     let (found, limits) = bench.search(options, Some(&limits))?;
     Ok((bench.conclude(&found, &limits)?, limits))
 }

@@ -36,6 +36,13 @@ struct Group {
     rank: usize,
 }
 
+/// Readings that share zeros or runs, and columns E, one after the other, with V⁻¹ = D⁻¹ - E Eᵀ among them.
+#[derive(Debug)]
+pub(super) struct RunColumns {
+    pub(super) readings: Range<usize>,
+    pub(super) columns: Vec<f64>,
+}
+
 /// The transform W with Wᵀ W = V⁻¹.
 #[derive(Debug, Clone)]
 pub(super) struct Whitening {
@@ -103,6 +110,14 @@ impl Whitening {
     /// One over the standard deviation of each reading, without zeros and slopes of runs, 1/m.
     pub(super) fn weights(&self) -> &[f64] {
         &self.weights
+    }
+
+    /// What V⁻¹ lacks of D⁻¹, group by group.
+    pub(super) fn run_columns(&self) -> impl Iterator<Item = RunColumns> {
+        self.groups.iter().map(|group| RunColumns {
+            readings: group.readings.clone(),
+            columns: group.inverse_columns(&self.weights[group.readings.clone()]),
+        })
     }
 
     /// W times a vector of readings, in place.
@@ -283,14 +298,7 @@ impl Group {
             }));
         }
         let rank = columns.len() / n;
-        let gram = DMatrix::from_fn(rank, rank, |i, j| {
-            columns[i * n..(i + 1) * n]
-                .iter()
-                .zip(&columns[j * n..(j + 1) * n])
-                .map(|(a, b)| a * b)
-                .sum::<f64>()
-        });
-        let eigen = gram.symmetric_eigen();
+        let eigen = gram(&columns, n).symmetric_eigen();
         let mut log_determinant = 0.0;
         let mut inner = DMatrix::zeros(rank, rank);
         for (index, &value) in eigen.eigenvalues.iter().enumerate() {
@@ -323,6 +331,45 @@ impl Group {
         debug_assert!(group.rank <= 64);
         (group, log_determinant)
     }
+}
+
+impl Group {
+    /// E with (D + U Uᵀ)⁻¹ = D⁻¹ - E Eᵀ: D^(-1/2) C L⁻ᵀ with C = D^(-1/2) U and I + Cᵀ C = L Lᵀ.
+    fn inverse_columns(&self, weights: &[f64]) -> Vec<f64> {
+        let n = self.readings.len();
+        let gram = gram(&self.columns, n) + DMatrix::identity(self.rank, self.rank);
+        let lower = gram.cholesky().map(nalgebra::Cholesky::unpack);
+        let mut out = self.columns.clone();
+        for values in out.chunks_mut(n) {
+            for (value, weight) in values.iter_mut().zip(weights) {
+                *value *= weight;
+            }
+        }
+        for i in 0..self.rank {
+            let (before, rest) = out.split_at_mut(i * n);
+            let column = &mut rest[..n];
+            // Without a factor, which only numbers that are not finite can lack, the result is not finite either.
+            let entry = |j: usize| lower.as_ref().map_or(f64::NAN, |lower| lower[(i, j)]);
+            for (j, earlier) in before.chunks(n).enumerate() {
+                for (value, other) in column.iter_mut().zip(earlier) {
+                    *value -= entry(j) * other;
+                }
+            }
+            for value in column {
+                *value /= entry(i);
+            }
+        }
+        out
+    }
+}
+
+/// Products of columns of `n` numbers with each other.
+fn gram(columns: &[f64], n: usize) -> DMatrix<f64> {
+    let rank = columns.len() / n;
+    let column = |index: usize| &columns[index * n..(index + 1) * n];
+    DMatrix::from_fn(rank, rank, |i, j| {
+        column(i).iter().zip(column(j)).map(|(a, b)| a * b).sum()
+    })
 }
 
 /// Calls `action` once for each gauge zero of a range, with the test of membership.

@@ -5,9 +5,9 @@ use std::sync::{Arc, Mutex, PoisonError};
 use crate::physics::{Effect, Law, LawSet, Place, PoseMechanics, Twists};
 
 use super::baseline::{Baseline, PoseSolver};
+use super::changes::Frozen;
 use super::error::MismatchError;
 use super::observations::Observations;
-use super::screen::Frozen;
 
 /// A solver of whatever baseline.
 type AnySolver<'a> = Box<dyn PoseSolver + 'a>;
@@ -41,6 +41,8 @@ pub(super) struct ReadingPredictor<'a> {
     /// Where its solvers come from and go to.
     idle: Arc<IdleSolvers<'a>>,
     twists: Twists,
+    /// Poses whose joints act as they are there, not as the factors have them.
+    held: Option<Vec<PoseMechanics>>,
 }
 
 impl Drop for ReadingPredictor<'_> {
@@ -61,7 +63,15 @@ impl<'a> ReadingPredictor<'a> {
             solvers: (0..baseline.variants()).map(|_| None).collect(),
             idle,
             twists: Twists::default(),
+            held: None,
         }
+    }
+
+    /// From now on twists act as in a frozen structure, whatever the factors; again as the factors have it with `None`.
+    ///
+    /// What twists do changes little with the factors, and to work it out is most of the work of a prediction.
+    pub(super) fn hold_joints(&mut self, frozen: Option<&Frozen>) {
+        self.held = frozen.map(|frozen| frozen.poses.clone());
     }
 
     /// The solver of the variant that the effects ask for.
@@ -103,6 +113,7 @@ impl<'a> ReadingPredictor<'a> {
         out: &mut [f64],
     ) -> Result<bool, MismatchError> {
         let baseline = self.baseline;
+        let is_held = self.held.is_some();
         let Some((variant, solver)) = self.solver(effects)? else {
             return Ok(false);
         };
@@ -116,14 +127,22 @@ impl<'a> ReadingPredictor<'a> {
         let Some((laws, turning)) = law_set(joints, effects) else {
             return Ok(false);
         };
-        solver.solve_for(parameters, &turning)?;
+        let asked_for = if is_held { &[] } else { &turning[..] };
+        solver.solve_for(parameters, asked_for)?;
         let Some(solver) = &self.solvers[variant] else {
             return Ok(false);
         };
+        for (index, held) in self.held.iter_mut().flatten().enumerate() {
+            held.influence.compliance_m_per_n = solver.pose(index).influence.compliance_m_per_n;
+        }
         for (index, run) in self.observations.runs.iter().enumerate() {
             let pose = self.observations.cells[run.cell].pose;
+            let mechanics = match &self.held {
+                Some(held) => &held[pose],
+                None => solver.pose(pose),
+            };
             laws.displacements_m(
-                solver.pose(pose),
+                mechanics,
                 &self.observations.run_loads(index),
                 &mut self.twists,
                 &mut out[run.readings.clone()],

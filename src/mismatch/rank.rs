@@ -5,11 +5,14 @@ use rayon::prelude::*;
 use crate::physics::{Effect, Law, Place, Twists};
 
 use super::candidate::{Candidate, candidates};
+use super::changes::{Changes, Frozen};
 use super::error::MismatchError;
 use super::limits::Limits;
+use super::memory::{StateKey, key_of};
 use super::predictor::ReadingPredictor;
+use super::products::{Measured, Products};
 use super::refit::{Fitted, Model, Refit, is_smooth};
-use super::screen::{Frozen, Screened, WhiteCandidate, screen, white_candidates};
+use super::screen::{Screened, SeenCandidate, screen, seen_candidates};
 use super::space::{Space, dot};
 use super::state::{Bench, State};
 
@@ -52,9 +55,10 @@ pub struct Impossible {
 /// Where candidates are fitted: a state, and the white space of its residuals.
 struct Field<'a> {
     state: &'a State,
+    key: &'a StateKey,
     space: &'a Space,
-    frozen: &'a Frozen,
-    residuals: &'a [f64],
+    changes: &'a Changes<'a>,
+    products: &'a Products<'a>,
 }
 
 /// All candidates against a state.
@@ -63,9 +67,10 @@ pub(super) struct Ranking {
     pub(super) ranked: Vec<Ranked>,
     /// Candidates that would need an impossible value, the largest gain first.
     pub(super) impossible: Vec<Impossible>,
-    /// The shapes, for limits.
-    pub(super) white: Vec<WhiteCandidate>,
-    /// The space they live in.
+    /// The candidates with their shapes, for limits.
+    pub(super) seen: Vec<SeenCandidate>,
+    /// The poses and the space in which they were seen.
+    pub(super) frozen: Frozen,
     pub(super) space: Space,
     /// White residuals of the state.
     pub(super) residuals: Vec<f64>,
@@ -110,38 +115,61 @@ impl Bench<'_> {
         let (space, frozen, residuals) = self.space(state)?;
         let effects = &state.fitted.model.effects;
         let list = candidates(self.observations, &frozen, without);
-        let white = white_candidates(self.observations, &frozen, effects, &space, list);
-        let screened = screen(&white, &residuals);
-        let impossible = impossible(&white, &screened);
-        let chosen = choose(&white, &screened, effects);
-        let field = Field {
-            state,
-            space: &space,
-            frozen: &frozen,
-            residuals: &residuals,
-        };
-        let mut ranked: Vec<Ranked> = chosen
-            .par_iter()
-            .map_init(
-                || self.predictor(),
-                |predictor, &(place, screened)| {
-                    self.fit_candidate(&field, predictor, &white[place], screened)
-                },
-            )
-            .collect::<Result<Vec<_>, _>>()?
+        let (periods, list): (Vec<Candidate>, Vec<Candidate>) = list
             .into_iter()
-            .flatten()
-            .collect();
+            .partition(|candidate| candidate.law == Law::GaugePeriodic);
+        let key = key_of(state);
+        let mut seen = Vec::new();
+        let mut impossible = Vec::new();
+        let mut ranked = Vec::new();
+        if let Some(changes) = &Changes::new(self.observations, &frozen, effects) {
+            let products = &Products::new(&space, &residuals);
+            seen = self
+                .memory
+                .seen(&key, || seen_candidates(changes, products, list));
+            seen.extend(seen_candidates(changes, products, periods));
+            let screened = screen(&seen);
+            impossible = impossible_ones(&seen, &screened);
+            let field = Field {
+                state,
+                key: &key,
+                space: &space,
+                changes,
+                products,
+            };
+            ranked = self.fit_chosen(&field, &seen, &choose(&seen, &screened, effects))?;
+        }
         if !without.contains(&Law::LooseMember) {
-            ranked.extend(self.loose_members(state, &space)?);
+            let anew = || self.loose_members(state, &space);
+            ranked.extend(self.memory.loose(&key, anew)?);
         }
         Ok(Ranking {
             ranked,
             impossible,
-            white,
+            seen,
+            frozen,
             space,
             residuals,
         })
+    }
+
+    /// Fits the candidates that the screen has chosen.
+    fn fit_chosen(
+        &self,
+        field: &Field<'_>,
+        seen: &[SeenCandidate],
+        chosen: &[(usize, Screened)],
+    ) -> Result<Vec<Ranked>, MismatchError> {
+        let fitted: Vec<Option<Ranked>> = chosen
+            .par_iter()
+            .map_init(
+                || self.predictor(),
+                |predictor, &(place, screened)| {
+                    self.fit_candidate(field, predictor, &seen[place], screened)
+                },
+            )
+            .collect::<Result<_, _>>()?;
+        Ok(fitted.into_iter().flatten().collect())
     }
 
     /// Fits one candidate in full.
@@ -149,31 +177,48 @@ impl Bench<'_> {
         &self,
         field: &Field<'_>,
         predictor: &mut ReadingPredictor<'_>,
-        white: &WhiteCandidate,
+        seen: &SeenCandidate,
         screened: Screened,
     ) -> Result<Option<Ranked>, MismatchError> {
+        let shape = &seen.shapes[screened.shape];
+        let mut effect = shape.effect(&seen.candidate, screened.scale);
+        let bounds = &seen.candidate.bounds_near(&shape.shape);
+        field.polish(bounds, &mut effect);
+        self.memory.fitted(field.key, &effect, || {
+            self.fit_from(field, predictor, (&seen.candidate, bounds), &effect)
+        })
+    }
+
+    /// Fits a candidate from an effect.
+    fn fit_from(
+        &self,
+        field: &Field<'_>,
+        predictor: &mut ReadingPredictor<'_>,
+        (candidate, bounds): (&Candidate, &[[f64; 2]]),
+        effect: &Effect,
+    ) -> Result<Option<Ranked>, MismatchError> {
         let state = field.state;
-        let shape = &white.shapes[screened.shape];
-        let mut effect = shape.effect(&white.candidate, screened.scale, field.residuals);
         let existing = &state.fitted.model.effects;
-        let bounds = &white.candidate.bounds_near(&shape.shape);
-        self.polish(field, bounds, &mut effect);
         let start = Model {
             parameters: state.fitted.model.parameters.clone(),
-            effects: existing.iter().cloned().chain([effect]).collect(),
+            effects: existing.iter().chain([effect]).cloned().collect(),
         };
         let refit = Refit {
             bounds_of_last: Some(bounds),
             ..self.refit(&state.whitening)
         };
-        let Some(mut fitted) = refit.fit(predictor, &start, true) else {
+        let first = Refit {
+            near: Some(field.changes.frozen()),
+            ..refit
+        };
+        let Some(mut fitted) = first.fit(predictor, &start, true) else {
             return Ok(None);
         };
         // A shape that matters is searched with full fits.
         if state.fitted.squares - fitted.squares > 30.0 {
             fitted = search_shape(&refit, predictor, bounds, fitted);
         }
-        self.ranked(field, predictor, white, fitted)
+        self.ranked(field, predictor, candidate, fitted)
     }
 
     /// A fitted candidate, not yet weighed.
@@ -181,7 +226,7 @@ impl Bench<'_> {
         &self,
         field: &Field<'_>,
         predictor: &mut ReadingPredictor<'_>,
-        white: &WhiteCandidate,
+        candidate: &Candidate,
         fitted: Fitted,
     ) -> Result<Option<Ranked>, MismatchError> {
         let state = field.state;
@@ -196,7 +241,7 @@ impl Bench<'_> {
             .whitening
             .variance_shares(self.observations, &vector, &mut scratch);
         Ok(Some(Ranked {
-            wide: white.candidate.wide,
+            wide: candidate.wide,
             gain,
             log_bayes: f64::NEG_INFINITY,
             white: vector,
@@ -226,43 +271,27 @@ impl Bench<'_> {
         space.project(&mut white);
         Ok((white, whole))
     }
+}
 
+impl Field<'_> {
     /// Moves the values that readings depend on by kinks to where the linear gain is largest.
-    fn polish(&self, field: &Field<'_>, bounds: &[[f64; 2]], effect: &mut Effect) {
-        let Field {
-            state,
-            space,
-            frozen,
-            residuals,
-        } = field;
-        let existing = &state.fitted.model.effects;
+    fn polish(&self, bounds: &[[f64; 2]], effect: &mut Effect) {
         let Some(value) = kinked(effect) else { return };
-        let n = self.observations.len();
-        let mut twists = Twists::default();
-        let (mut before, mut with) = (vec![0.0; n], vec![0.0; n]);
-        let base: Vec<&Effect> = existing.iter().collect();
-        if frozen
-            .predict(self.observations, &base, &mut twists, &mut before)
-            .is_none()
-        {
-            return;
-        }
+        let mut change_m = vec![0.0; self.changes.readings()];
+        let (mut twists, mut scratch) = (Twists::default(), Vec::new());
+        let path = self.changes.path(&effect.place);
         let mut gain_of = |effect: &Effect| -> f64 {
-            let mut all = base.clone();
-            all.push(effect);
-            if frozen
-                .predict(self.observations, &all, &mut twists, &mut with)
-                .is_none()
-            {
+            let Some(range) = self
+                .changes
+                .of(effect, path.as_ref(), &mut twists, &mut change_m)
+            else {
                 return f64::NEG_INFINITY;
-            }
-            let difference: Vec<f64> = with.iter().zip(&before).map(|(a, b)| a - b).collect();
-            let white = space.projected(&difference);
-            let square = dot(&white, &white);
+            };
+            let Measured { square, product } =
+                self.products.measure(&change_m, &range, &mut scratch);
             if square == 0.0 {
                 return f64::NEG_INFINITY;
             }
-            let product = dot(&white, residuals);
             let scale = (product / square).clamp(0.5, 2.0);
             scale * (2.0 * product - scale * square)
         };
@@ -337,7 +366,7 @@ fn kinked(effect: &Effect) -> Option<usize> {
 
 /// Candidates to fit in full: the best, and those near enough to be its rivals; of slips only the best few.
 fn choose(
-    white: &[WhiteCandidate],
+    seen: &[SeenCandidate],
     screened: &[Option<Screened>],
     existing: &[Effect],
 ) -> Vec<(usize, Screened)> {
@@ -352,13 +381,13 @@ fn choose(
         .iter()
         .enumerate()
         .filter_map(|(place, screened)| Some((place, (*screened)?)))
-        .filter(|(place, _)| !there(&white[*place].candidate))
+        .filter(|(place, _)| !there(&seen[*place].candidate))
         .collect();
     all.sort_by(|a, b| b.1.gain.total_cmp(&a.1.gain).then(a.0.cmp(&b.0)));
     let best = all.first().map_or(0.0, |(_, screened)| screened.gain);
     let mut slips = 0;
     all.retain(|(place, _)| {
-        let slip = white[*place].candidate.law == Law::Slip;
+        let slip = seen[*place].candidate.law == Law::Slip;
         slips += usize::from(slip);
         !slip || slips <= SLIPS
     });
@@ -368,8 +397,8 @@ fn choose(
         .collect()
 }
 
-fn impossible(white: &[WhiteCandidate], screened: &[Option<Screened>]) -> Vec<Impossible> {
-    let mut out: Vec<Impossible> = white
+fn impossible_ones(seen: &[SeenCandidate], screened: &[Option<Screened>]) -> Vec<Impossible> {
+    let mut out: Vec<Impossible> = seen
         .iter()
         .zip(screened)
         .filter_map(|(candidate, screened)| {

@@ -4,9 +4,10 @@ use crate::least_squares::{
     EvaluationFailure, JacobianView, LeastSquaresSettings, Parameter, ParameterSet,
     ResidualFunction, minimise,
 };
-use crate::physics::{Effect, Law, Sign};
+use crate::physics::{Effect, Law, Place, Sign};
 
 use super::baseline::Baseline;
+use super::changes::Frozen;
 use super::error::MismatchError;
 use super::noise::Whitening;
 use super::observations::Observations;
@@ -36,6 +37,7 @@ pub(super) fn is_smooth(law: Law, parameter: usize) -> bool {
 const NEGLIGIBLE: f64 = 1e-3;
 
 /// Readings used by a fit: those where `weight` is not zero (held-out readings have none).
+#[derive(Clone, Copy)]
 pub(super) struct Refit<'a> {
     pub(super) baseline: &'a dyn Baseline,
     pub(super) observations: &'a Observations,
@@ -44,11 +46,31 @@ pub(super) struct Refit<'a> {
     pub(super) kept: Option<&'a [bool]>,
     /// Bounds of the values of the last effect; those of the sign alone if `None`.
     pub(super) bounds_of_last: Option<&'a [[f64; 2]]>,
+    /// A structure near the start, whose twists serve until the fit is near its end.
+    pub(super) near: Option<&'a Frozen>,
 }
 
 impl Refit<'_> {
     /// Fits from a start; `None` if the start is no structure, or lies where its law turns back.
     pub(super) fn fit(
+        &self,
+        predictor: &mut ReadingPredictor<'_>,
+        start: &Model,
+        move_effects: bool,
+    ) -> Option<Fitted> {
+        let in_a_joint = |effect: &Effect| matches!(effect.place, Place::Joint(_));
+        let near = self.near.filter(|_| start.effects.iter().any(in_a_joint));
+        let first = near.and_then(|near| {
+            predictor.hold_joints(Some(near));
+            let first = self.fit_from(predictor, start, move_effects);
+            predictor.hold_joints(None);
+            first
+        });
+        let start = first.as_ref().map_or(start, |first| &first.model);
+        self.fit_from(predictor, start, move_effects)
+    }
+
+    fn fit_from(
         &self,
         predictor: &mut ReadingPredictor<'_>,
         start: &Model,

@@ -2,68 +2,48 @@
 
 use rayon::prelude::*;
 
-use crate::physics::{Effect, Law, LawSet, Place, PoseMechanics, Twists, period_m};
+use crate::physics::{Effect, JointPath, Law, Place, Twists};
 
 use super::candidate::{Candidate, PHASES, Shape};
-use super::observations::Observations;
-use super::space::{Space, dot, norm};
+use super::changes::Changes;
+use super::products::{Measured, Products};
+use super::space::{Space, dot};
 
-/// The solved poses of one structure, shared by all threads.
+/// A candidate with its shapes ready: those that can be seen at all.
 #[derive(Debug, Clone)]
-pub(super) struct Frozen {
-    pub(super) poses: Vec<PoseMechanics>,
-    pub(super) joints: Vec<String>,
+pub(super) struct Shaped<S> {
+    pub(super) candidate: Candidate,
+    pub(super) shapes: Vec<S>,
 }
 
-impl Frozen {
-    /// Displacements of all readings under effects, m; `None` if one sits in a joint that is not there.
-    pub(super) fn predict(
-        &self,
-        observations: &Observations,
-        effects: &[&Effect],
-        twists: &mut Twists,
-        out: &mut [f64],
-    ) -> Option<()> {
-        let mut laws = LawSet::default();
-        for effect in effects
-            .iter()
-            .filter(|effect| effect.law != Law::LooseMember)
-        {
-            let joint = match &effect.place {
-                Place::Joint(name) => Some(self.joints.iter().position(|joint| joint == name)?),
-                _ => None,
-            };
-            laws.push(effect, joint);
-        }
-        for (index, run) in observations.runs.iter().enumerate() {
-            laws.displacements_m(
-                &self.poses[observations.cells[run.cell].pose],
-                &observations.run_loads(index),
-                twists,
-                &mut out[run.readings.clone()],
-            );
-        }
-        Some(())
-    }
-}
+/// A candidate whose shapes were compared with the residuals.
+pub(super) type SeenCandidate = Shaped<SeenShape>;
 
-/// A shape, white and projected.
+/// A candidate with its shapes as white vectors.
+pub(super) type WhiteCandidate = Shaped<WhiteShape>;
+
+/// A shape as the residuals see it.
 #[derive(Debug, Clone)]
-pub(super) struct WhiteShape {
+pub(super) struct SeenShape {
     pub(super) shape: Shape,
-    /// One vector, or two orthogonal ones for a law with a phase.
-    pub(super) vectors: Vec<Vec<f64>>,
-    /// Square of the first vector.
-    pub(super) square: f64,
+    /// Its white square, and its product with the residuals.
+    pub(super) seen: Measured,
+    /// The same of a law's quarter turn of phase, made orthogonal to the first.
+    pub(super) quarter: Option<Measured>,
     /// Largest change of a reading, m.
     pub(super) peak_m: f64,
 }
 
-/// A candidate with its shapes ready.
+/// A shape as a white vector.
 #[derive(Debug, Clone)]
-pub(super) struct WhiteCandidate {
-    pub(super) candidate: Candidate,
-    pub(super) shapes: Vec<WhiteShape>,
+pub(super) struct WhiteShape {
+    pub(super) shape: Shape,
+    /// One vector, or two for a law with a phase: then orthogonal when projected, the second of unit length.
+    pub(super) vectors: Vec<Vec<f64>>,
+    /// Square of the first vector when projected.
+    pub(super) square: f64,
+    /// Largest change of a reading, m.
+    pub(super) peak_m: f64,
 }
 
 /// What the screen says of a candidate.
@@ -82,79 +62,48 @@ pub(super) struct Screened {
 /// An effect this many standard errors long at its largest possible size cannot be seen.
 const INVISIBLE: f64 = 1e-3;
 
-/// Works out all shapes.
-pub(super) fn white_candidates(
-    observations: &Observations,
-    frozen: &Frozen,
-    effects: &[Effect],
-    space: &Space,
-    candidates: Vec<Candidate>,
-) -> Vec<WhiteCandidate> {
-    let n = observations.len();
-    let base: Vec<&Effect> = effects.iter().collect();
-    let mut before = vec![0.0; n];
-    let known = frozen.predict(observations, &base, &mut Twists::default(), &mut before);
-    if known.is_none() {
-        return Vec::new();
+/// Memory of one thread.
+struct Scratch {
+    /// Of the joint of the candidate at its turn.
+    path: Option<JointPath>,
+    twists: Twists,
+    change_m: [Vec<f64>; 2],
+    products: Vec<f64>,
+}
+
+impl Scratch {
+    fn new(readings: usize) -> Self {
+        Self {
+            path: None,
+            twists: Twists::default(),
+            change_m: [vec![0.0; readings], vec![0.0; readings]],
+            products: Vec::new(),
+        }
     }
-    let whiten = |candidates: Vec<Candidate>| -> Vec<WhiteCandidate> {
+}
+
+/// Compares all shapes with the residuals.
+pub(super) fn seen_candidates(
+    changes: &Changes<'_>,
+    products: &Products<'_>,
+    candidates: Vec<Candidate>,
+) -> Vec<SeenCandidate> {
+    let look = |candidates: Vec<Candidate>| -> Vec<SeenCandidate> {
         candidates
             .into_par_iter()
             .map_init(
-                || (Twists::default(), vec![0.0; n]),
-                |(twists, scratch), candidate| {
-                    let shapes = candidate
-                        .shapes
-                        .iter()
-                        .filter_map(|shape| {
-                            let mut vectors: Vec<Vec<f64>> = Vec::new();
-                            let mut peak_m = 0.0_f64;
-                            let phases: &[f64] = if candidate.law == Law::GaugePeriodic {
-                                &PHASES
-                            } else {
-                                &PHASES[..1]
-                            };
-                            for phase in phases {
-                                let mut effect = effect_of(&candidate, shape);
-                                if candidate.law == Law::GaugePeriodic {
-                                    effect.values[2] = *phase;
-                                }
-                                if !add_to_what_is_read(
-                                    observations,
-                                    effects,
-                                    &effect,
-                                    &before,
-                                    scratch,
-                                ) {
-                                    let mut all = base.clone();
-                                    all.push(&effect);
-                                    frozen.predict(observations, &all, twists, scratch)?;
-                                }
-                                for (value, before) in scratch.iter_mut().zip(&before) {
-                                    *value -= before;
-                                    peak_m = peak_m.max(value.abs());
-                                }
-                                let mut white = space.white(scratch);
-                                space.project(&mut white);
-                                for other in &vectors {
-                                    let share = dot(other, &white) / dot(other, other);
-                                    for (value, other) in white.iter_mut().zip(other) {
-                                        *value -= share * other;
-                                    }
-                                }
-                                vectors.push(white);
-                            }
-                            let square = dot(&vectors[0], &vectors[0]);
-                            let seen = square > INVISIBLE * INVISIBLE;
-                            seen.then(|| WhiteShape {
-                                shape: shape.clone(),
-                                vectors,
-                                square,
-                                peak_m,
+                || Scratch::new(changes.readings()),
+                |scratch, candidate| {
+                    scratch.path = changes.path(&candidate.place);
+                    let shapes = candidate.shapes.iter();
+                    SeenCandidate {
+                        shapes: shapes
+                            .filter_map(|shape| {
+                                seen_shape(changes, products, &candidate, shape, scratch)
                             })
-                        })
-                        .collect();
-                    WhiteCandidate { candidate, shapes }
+                            .collect(),
+                        candidate,
+                    }
                 },
             )
             .collect()
@@ -163,79 +112,161 @@ pub(super) fn white_candidates(
     let (compliances, rest): (Vec<Candidate>, Vec<Candidate>) = candidates
         .into_iter()
         .partition(|candidate| candidate.law == Law::JointCompliance);
-    let mut out = whiten(compliances);
+    let mut out = look(compliances);
     let unseen: Vec<Place> = out
         .iter()
-        .filter(|white| !white.can_be_seen())
-        .map(|white| white.candidate.place.clone())
+        .filter(|seen| !seen.can_be_seen())
+        .map(|seen| seen.candidate.place.clone())
         .collect();
     let rest = rest
         .into_iter()
         .filter(|candidate| !unseen.contains(&candidate.place))
         .collect();
-    out.extend(whiten(rest));
+    out.extend(look(rest));
     out
 }
 
-/// Displacements under one effect more, m, where those without it give them to the last bit: the effect acts after all mechanics, and
-/// nothing among the others acts after it. Slips and periods are most of the shapes, and the mechanics most of the work.
-///
-/// # Returns
-/// `false` if the effect is another one, and nothing was written.
-fn add_to_what_is_read(
-    observations: &Observations,
-    others: &[Effect],
-    effect: &Effect,
-    before: &[f64],
-    out: &mut [f64],
-) -> bool {
-    let is_last = |law: Law| law == Law::GaugePeriodic || law == effect.law;
-    if others.iter().any(|other| is_last(other.law)) {
-        return false;
-    }
-    match (&effect.place, &effect.values[..]) {
-        (Place::DisplacementGauge, &[amplitude, period, phase]) => {
-            let readings = before.iter().zip(&observations.loads);
-            for (out, (before, load)) in out.iter_mut().zip(readings) {
-                let read = load.position_m.unwrap_or(*before);
-                *out = before + period_m([amplitude, period, phase], read);
-            }
-            true
-        }
-        (
-            Place::Run {
-                pose,
-                direction,
-                repeat,
-                step,
+fn seen_shape(
+    changes: &Changes<'_>,
+    products: &Products<'_>,
+    candidate: &Candidate,
+    shape: &Shape,
+    scratch: &mut Scratch,
+) -> Option<SeenShape> {
+    let effect = effect_of(candidate, shape);
+    let [first, second] = &mut scratch.change_m;
+    let path = scratch.path.as_ref();
+    let range = changes.of(&effect, path, &mut scratch.twists, first)?;
+    let peak = |values: &[f64]| values.iter().fold(0.0_f64, |most, v| most.max(v.abs()));
+    let mut peak_m = peak(&first[range.clone()]);
+    let (seen, quarter) = if candidate.law == Law::GaugePeriodic {
+        changes.of(&quarter_turned(&effect), path, &mut scratch.twists, second)?;
+        peak_m = peak_m.max(peak(second));
+        let pair = products.measure_pair([&*first, &*second], &mut scratch.products);
+        (pair.first, Some(pair.second))
+    } else {
+        let seen = products.measure(first, &range, &mut scratch.products);
+        (seen, None)
+    };
+    (seen.square > INVISIBLE * INVISIBLE).then(|| SeenShape {
+        shape: shape.clone(),
+        seen,
+        quarter,
+        peak_m,
+    })
+}
+
+/// An effect with a phase, turned by a quarter.
+fn quarter_turned(effect: &Effect) -> Effect {
+    let mut turned = effect.clone();
+    turned.values[2] = PHASES[1];
+    turned
+}
+
+/// Makes the shapes of candidates white vectors, not projected.
+pub(super) fn white_candidates<'s>(
+    changes: &Changes<'_>,
+    space: &Space,
+    seen: impl IntoParallelIterator<Item = &'s SeenCandidate, Iter: IndexedParallelIterator>,
+) -> Vec<WhiteCandidate> {
+    seen.into_par_iter()
+        .map_init(
+            || Scratch::new(changes.readings()),
+            |scratch, seen| {
+                scratch.path = changes.path(&seen.candidate.place);
+                let shapes = seen.shapes.iter();
+                WhiteCandidate {
+                    candidate: seen.candidate.clone(),
+                    shapes: shapes
+                        .filter_map(|shape| {
+                            white_shape(changes, space, &seen.candidate, shape, scratch)
+                        })
+                        .collect(),
+                }
             },
-            &[jump],
-        ) => {
-            out.copy_from_slice(before);
-            for run in observations.runs.iter().filter(|run| run.repeat == *repeat) {
-                let cell = &observations.cells[run.cell];
-                if cell.direction != *direction || observations.poses[cell.pose] != *pose {
-                    continue;
-                }
-                for reading in run.readings.clone() {
-                    if observations.loads[reading].step >= *step {
-                        out[reading] += jump;
-                    }
-                }
-            }
-            true
-        }
-        _ => false,
+        )
+        .collect()
+}
+
+fn white_shape(
+    changes: &Changes<'_>,
+    space: &Space,
+    candidate: &Candidate,
+    shape: &SeenShape,
+    scratch: &mut Scratch,
+) -> Option<WhiteShape> {
+    let effect = effect_of(candidate, &shape.shape);
+    let turned = shape.quarter.is_some().then(|| quarter_turned(&effect));
+    let mut vectors: Vec<Vec<f64>> = Vec::new();
+    for effect in std::iter::once(&effect).chain(&turned) {
+        let change_m = &mut scratch.change_m[0];
+        let path = scratch.path.as_ref();
+        let range = changes.of(effect, path, &mut scratch.twists, change_m)?;
+        change_m[..range.start].fill(0.0);
+        change_m[range.end..].fill(0.0);
+        vectors.push(space.white(change_m));
+    }
+    if let [first, second] = &mut vectors[..] {
+        make_orthogonal(space, first, second);
+    }
+    Some(WhiteShape {
+        shape: shape.shape.clone(),
+        square: shape.seen.square,
+        vectors,
+        peak_m: shape.peak_m,
+    })
+}
+
+/// Makes the second of two white vectors orthogonal to the first and of unit length, as both are when projected.
+fn make_orthogonal(space: &Space, first: &[f64], second: &mut [f64]) {
+    let [mut own, mut other] = [second.to_vec(), first.to_vec()];
+    space.project(&mut own);
+    space.project(&mut other);
+    let share = dot(&own, &other) / dot(&other, &other);
+    for (value, other) in own.iter_mut().zip(&other) {
+        *value -= share * other;
+    }
+    let length = dot(&own, &own).sqrt().max(f64::MIN_POSITIVE);
+    for (value, first) in second.iter_mut().zip(first) {
+        *value = (*value - share * first) / length;
     }
 }
 
 impl WhiteCandidate {
+    /// Its vectors.
+    pub(super) fn vectors_mut(&mut self) -> impl Iterator<Item = &mut Vec<f64>> {
+        self.shapes.iter_mut().flat_map(|shape| &mut shape.vectors)
+    }
+}
+
+impl SeenCandidate {
     /// Whether its largest possible effect is longer than two standard errors.
     fn can_be_seen(&self) -> bool {
         self.shapes.iter().any(|shape| {
             let largest = shape.shape.scale[1];
-            largest == f64::INFINITY || largest * largest * shape.square > 4.0
+            largest == f64::INFINITY || largest * largest * shape.seen.square > 4.0
         })
+    }
+
+    /// A candidate whose vectors are known, compared with residuals.
+    pub(super) fn of(white: &WhiteCandidate, residuals: &[f64]) -> Self {
+        let measured = |vector: &Vec<f64>| Measured {
+            square: dot(vector, vector),
+            product: dot(vector, residuals),
+        };
+        Self {
+            candidate: white.candidate.clone(),
+            shapes: white
+                .shapes
+                .iter()
+                .map(|shape| SeenShape {
+                    shape: shape.shape.clone(),
+                    seen: measured(&shape.vectors[0]),
+                    quarter: shape.vectors.get(1).map(measured),
+                    peak_m: shape.peak_m,
+                })
+                .collect(),
+        }
     }
 }
 
@@ -248,21 +279,21 @@ pub(super) fn effect_of(candidate: &Candidate, shape: &Shape) -> Effect {
     }
 }
 
-impl WhiteShape {
-    /// Best size and the drop of the squares for residuals; and the drop of the impossible sign.
-    pub(super) fn gain(&self, residuals: &[f64]) -> (f64, f64, f64) {
-        let product = dot(&self.vectors[0], residuals);
-        if let [_, second] = &self.vectors[..] {
-            let first = product * product / self.square;
-            let other = dot(second, residuals).powi(2) / dot(second, second).max(f64::MIN_POSITIVE);
-            return (product / self.square, first + other, 0.0);
+impl SeenShape {
+    /// Best size and the drop of the squares; and the drop of the impossible sign.
+    pub(super) fn gain(&self) -> (f64, f64, f64) {
+        let Measured { square, product } = self.seen;
+        if let Some(quarter) = self.quarter {
+            let first = product * product / square;
+            let other = quarter.product.powi(2) / quarter.square.max(f64::MIN_POSITIVE);
+            return (product / square, first + other, 0.0);
         }
         let [lowest, highest] = self.shape.scale;
-        let free = product / self.square;
+        let free = product / square;
         let scale = free.clamp(lowest, highest);
-        let gain = scale * (2.0 * product - scale * self.square);
+        let gain = scale * (2.0 * product - scale * square);
         let impossible = if lowest >= 0.0 && free < 0.0 {
-            product * product / self.square
+            product * product / square
         } else {
             0.0
         };
@@ -270,11 +301,11 @@ impl WhiteShape {
     }
 
     /// The effect at a size, with its phase from the residuals where it has one.
-    pub(super) fn effect(&self, candidate: &Candidate, scale: f64, residuals: &[f64]) -> Effect {
+    pub(super) fn effect(&self, candidate: &Candidate, scale: f64) -> Effect {
         let mut effect = effect_of(candidate, &self.shape);
-        if let [sine, cosine] = &self.vectors[..] {
-            let s = dot(sine, residuals) / norm(sine).powi(2);
-            let c = dot(cosine, residuals) / norm(cosine).powi(2);
+        if let Some(quarter) = self.quarter {
+            let s = self.seen.product / self.seen.square;
+            let c = quarter.product / quarter.square.max(f64::MIN_POSITIVE);
             effect.values[0] *= s.hypot(c);
             effect.values[2] = c.atan2(s);
             return effect;
@@ -290,15 +321,15 @@ impl WhiteShape {
     }
 }
 
-/// Screens all candidates against residuals.
-pub(super) fn screen(candidates: &[WhiteCandidate], residuals: &[f64]) -> Vec<Option<Screened>> {
+/// The best shape of each candidate; `None` for one that cannot be seen.
+pub(super) fn screen(candidates: &[SeenCandidate]) -> Vec<Option<Screened>> {
     candidates
-        .par_iter()
+        .iter()
         .map(|candidate| {
             let mut best: Option<Screened> = None;
             let mut impossible_gain = 0.0_f64;
             for (place, shape) in candidate.shapes.iter().enumerate() {
-                let (scale, gain, impossible) = shape.gain(residuals);
+                let (scale, gain, impossible) = shape.gain();
                 impossible_gain = impossible_gain.max(impossible);
                 if best.is_none_or(|best| gain > best.gain) {
                     best = Some(Screened {
@@ -315,106 +346,4 @@ pub(super) fn screen(candidates: &[WhiteCandidate], residuals: &[f64]) -> Vec<Op
             })
         })
         .collect()
-}
-
-impl WhiteShape {
-    /// Whether the size may have any value of its sign.
-    pub(super) fn scale_is_free(&self) -> bool {
-        self.shape.scale[1] == f64::INFINITY
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::mismatch::{GaugeSteps, PlannedCell, PlannedLoad};
-    use crate::structure::TwistInfluence;
-    use crate::test_point::{Branch, Direction};
-
-    /// Two cells, two repeats of five loads.
-    fn observations() -> Observations {
-        let load = |repeat: u32, step: u32| PlannedLoad {
-            step,
-            force_n: -13.7 * f64::from(step),
-            branch: Branch::Loading,
-            repeat,
-            hold_s: 5.0,
-            time_s: 12.0 * f64::from(10 * repeat + step),
-            temperature_deg_c: None,
-            zero_before: step == 0,
-        };
-        let cell = |direction| PlannedCell {
-            pose: "P1".into(),
-            direction,
-            loads: (1..=2)
-                .flat_map(|repeat| (0..5).map(move |step| load(repeat, step)))
-                .collect(),
-        };
-        let cells = [Direction::X, Direction::Y].map(cell);
-        Observations::planned(&cells, GaugeSteps::default(), None)
-    }
-
-    #[test]
-    fn slips_and_periods_are_added_to_the_last_bit() {
-        let observations = observations();
-        let frozen = Frozen {
-            poses: vec![PoseMechanics {
-                influence: TwistInfluence::of_one_joint(3e-7, 0.3),
-                ..PoseMechanics::default()
-            }],
-            joints: vec!["A3".to_owned()],
-        };
-        let predict = |effects: &[&Effect]| {
-            let mut out = vec![f64::NAN; observations.len()];
-            frozen
-                .predict(&observations, effects, &mut Twists::default(), &mut out)
-                .unwrap();
-            out
-        };
-        let effect = |text: &str| text.parse::<Effect>().unwrap();
-        let others = [
-            effect("joint-compliance@A3:c=1urad/(N*m)"),
-            effect("creep@structure:k=0.01 1/decade,t0=1s"),
-        ];
-        let before = predict(&others.each_ref());
-        for (text, changed) in [
-            ("slip@P1.y.2.3:jump=7um", 2),
-            (
-                "gauge-periodic@displacement:amplitude=3um,period=150um,phase=0.4rad",
-                20,
-            ),
-        ] {
-            let one = effect(text);
-            let mut added = vec![f64::NAN; observations.len()];
-            assert!(add_to_what_is_read(
-                &observations,
-                &others,
-                &one,
-                &before,
-                &mut added
-            ));
-            assert_eq!(added, predict(&[&others[0], &others[1], &one]), "{text}");
-            let differ = added.iter().zip(&before).filter(|(a, b)| a != b);
-            assert_eq!(differ.count(), changed, "{text}");
-        }
-        // What acts in the joints does not only add; nor does a slip below a period that is there.
-        let compliance = effect("joint-compliance@A3:c=1urad/(N*m)");
-        let period = effect("gauge-periodic@displacement:amplitude=3um,period=150um,phase=0.4rad");
-        let slip = effect("slip@P1.y.2.3:jump=7um");
-        let mut out = before.clone();
-        assert!(!add_to_what_is_read(
-            &observations,
-            &others,
-            &compliance,
-            &before,
-            &mut out
-        ));
-        assert!(!add_to_what_is_read(
-            &observations,
-            &[period],
-            &slip,
-            &before,
-            &mut out
-        ));
-    }
 }

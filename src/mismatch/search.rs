@@ -4,12 +4,14 @@ use crate::physics::{Effect, Law};
 use crate::statistics::{chi_squared_quantile, f_upper_tail};
 
 use super::candidate::SHORTEST_PERIOD_M;
+use super::changes::Changes;
 use super::error::MismatchError;
 use super::leftover::{Pattern, autocorrelation_p, patterns};
 use super::limits::{LEFT_OVER_LEVEL, Limits, limits};
 use super::rank::{Ranked, Ranking};
 use super::refit::Model;
 use super::restricted_likelihood::EstimatedNoise;
+use super::screen::white_candidates;
 use super::state::{Bench, State};
 
 /// Most effects that are looked for.
@@ -118,10 +120,15 @@ impl Bench<'_> {
         seed: u64,
     ) -> Result<Limits, MismatchError> {
         let patterns = self.patterns(state, &first.space)?;
-        let mut white = first.white.clone();
+        let effects = &state.fitted.model.effects;
+        let changes = Changes::new(self.observations, &first.frozen, effects);
+        let mut white = changes.map_or_else(Vec::new, |changes| {
+            white_candidates(&changes, &first.space, &first.seen)
+        });
         white.extend(self.loose_shapes(state, &first.space)?);
         let readings = &first.residuals[..self.observations.len()];
-        Ok(limits(&white, &patterns, readings, seed))
+        let seen_in = (self.observations, &first.space);
+        Ok(limits(seen_in, white, patterns, readings, seed))
     }
 
     pub(super) fn patterns(

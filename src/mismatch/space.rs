@@ -54,6 +54,11 @@ impl Space {
         space
     }
 
+    /// Orthonormal columns that the fit can absorb.
+    pub(super) fn basis(&self) -> &[Vec<f64>] {
+        &self.basis
+    }
+
     /// A vector of readings, m, made white; the entries of the parameters are zero.
     pub(super) fn white(&self, readings_m: &[f64]) -> Vec<f64> {
         let mut white = Vec::with_capacity(self.length);
@@ -73,6 +78,11 @@ impl Space {
                 }
             }
         }
+    }
+
+    /// Products of a white vector with what the fit can absorb.
+    pub(super) fn absorbed(&self, white: &[f64]) -> Vec<f64> {
+        self.basis.iter().map(|column| dot(column, white)).collect()
     }
 
     /// A vector of readings made white and projected.

@@ -5,13 +5,14 @@ use std::sync::Arc;
 use crate::physics::{Effect, Twists};
 
 use super::baseline::Baseline;
+use super::changes::Frozen;
 use super::error::MismatchError;
+use super::memory::Memory;
 use super::noise::Whitening;
 use super::observations::Observations;
 use super::predictor::{IdleSolvers, ReadingPredictor};
 use super::refit::{Fitted, Model, Refit, step_of};
 use super::restricted_likelihood::{EstimatedNoise, estimate_noise};
-use super::screen::Frozen;
 use super::space::Space;
 
 /// A fitted model with its noise.
@@ -28,6 +29,7 @@ pub(super) struct Bench<'a> {
     pub(super) baseline: &'a dyn Baseline,
     pub(super) observations: &'a Observations,
     idle: Arc<IdleSolvers<'a>>,
+    pub(super) memory: Arc<Memory>,
 }
 
 impl<'a> Bench<'a> {
@@ -37,6 +39,15 @@ impl<'a> Bench<'a> {
             baseline,
             observations,
             idle: Arc::default(),
+            memory: Arc::default(),
+        }
+    }
+
+    /// The same problem with the gauge elsewhere: the same readings but for their positions.
+    pub(super) fn with_positions(&self, observations: &'a Observations) -> Self {
+        Self {
+            observations,
+            ..self.clone()
         }
     }
 
@@ -56,6 +67,7 @@ impl<'a> Bench<'a> {
             whitening,
             kept: None,
             bounds_of_last: None,
+            near: None,
         }
     }
 
@@ -64,6 +76,15 @@ impl<'a> Bench<'a> {
     /// # Arguments
     /// - `noise`: the noise, if it is known; else it is found from what the model leaves.
     pub(super) fn settle(
+        &self,
+        start: Model,
+        noise: Option<EstimatedNoise>,
+    ) -> Result<Option<State>, MismatchError> {
+        self.memory
+            .settled(start, noise, |start| self.settle_anew(start, noise))
+    }
+
+    fn settle_anew(
         &self,
         start: Model,
         noise: Option<EstimatedNoise>,

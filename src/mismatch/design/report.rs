@@ -3,11 +3,13 @@
 use rayon::prelude::*;
 
 use crate::mismatch::candidate::candidates;
+use crate::mismatch::changes::Changes;
 use crate::mismatch::error::MismatchError;
 use crate::mismatch::limits::{Limits, limits};
 use crate::mismatch::observations::Observations;
+use crate::mismatch::products::Products;
 use crate::mismatch::refit::Fitted;
-use crate::mismatch::screen::{WhiteCandidate, white_candidates};
+use crate::mismatch::screen::{WhiteCandidate, seen_candidates, white_candidates};
 use crate::mismatch::space::Space;
 use crate::mismatch::state::{Bench, State};
 use crate::physics::Law;
@@ -95,12 +97,12 @@ pub fn design_of_plan(
     seed: u64,
 ) -> Result<DesignReport, MismatchError> {
     let observations = bench.observations(procedure)?;
-    let seen = bench.white_candidates(&observations)?;
+    let (seen, space) = bench.white_candidates(&observations)?;
     let worked_out;
     let limits = if let Some(known) = known {
         known
     } else {
-        worked_out = limits(&seen, &[], &[], seed);
+        worked_out = limits((&observations, &space), seen.clone(), Vec::new(), &[], seed);
         &worked_out
     };
     let root = |law: Law| {
@@ -151,11 +153,11 @@ pub fn design_of_plan(
 }
 
 impl DesignBench<'_> {
-    /// All laws at all places as the planned readings see them.
+    /// All laws at all places as the planned readings see them, projected.
     fn white_candidates(
         &self,
         observations: &Observations,
-    ) -> Result<Vec<WhiteCandidate>, MismatchError> {
+    ) -> Result<(Vec<WhiteCandidate>, Space), MismatchError> {
         if observations.is_empty() {
             return Err(MismatchError::Empty);
         }
@@ -179,7 +181,14 @@ impl DesignBench<'_> {
         );
         let frozen = predictor.frozen(&model.parameters, &[])?;
         let list = candidates(&observations, &frozen, &[Law::Slip]);
-        let mut seen = white_candidates(&observations, &frozen, &[], &space, list);
+        let changes = Changes::new(&observations, &frozen, &[]).ok_or(MismatchError::Empty)?;
+        let nothing_left = vec![0.0; space.length];
+        let products = Products::new(&space, &nothing_left);
+        let shapes = seen_candidates(&changes, &products, list);
+        let mut seen = white_candidates(&changes, &space, &shapes);
+        for vector in seen.iter_mut().flat_map(WhiteCandidate::vectors_mut) {
+            space.project(vector);
+        }
         let state = State {
             fitted: Fitted {
                 model,
@@ -189,7 +198,7 @@ impl DesignBench<'_> {
             whitening,
         };
         seen.extend(bench.loose_shapes(&state, &space)?);
-        Ok(seen)
+        Ok((seen, space))
     }
 }
 

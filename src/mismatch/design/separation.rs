@@ -1,10 +1,10 @@
 //! How far apart effects lie in given readings, cell by cell, so that plans can be put together from cells.
 
 use crate::mismatch::candidate::candidates;
+use crate::mismatch::changes::Frozen;
 use crate::mismatch::error::MismatchError;
 use crate::mismatch::observations::Observations;
 use crate::mismatch::refit::Model;
-use crate::mismatch::screen::Frozen;
 use crate::mismatch::state::Bench;
 use crate::physics::{Effect, Law, Place, Sign, Twists};
 use crate::test_point::Direction;

@@ -1,0 +1,432 @@
+//! Draws of noise along thousands of vectors at once.
+//!
+//! What a vector of readings gives on noise z is v·(z - B Bᵀ z), B what the fit absorbs. Before projection most vectors of one kind
+//! differ little within a cell: there they span a few tens of directions, whatever their number. The noise is therefore told once along
+//! a basis of each cell, and each vector is a sum over those. A vector that lives in one cell, as a slip does, is told there alone.
+//!
+//! Products are taken in single precision: seven digits of numbers that are compared with a limit known to three.
+
+use std::collections::BTreeMap;
+use std::ops::Range;
+
+use faer::linalg::matmul::matmul;
+use faer::{Accum, MatMut, MatRef, Par};
+use rayon::prelude::*;
+
+use super::space::{Space, dot};
+
+/// Draws of one block: they share their products.
+pub(super) const BLOCK: usize = 100;
+
+/// Vectors whose products are taken before their gains are looked at: as many as stay in the cache.
+const COLUMNS: usize = 512;
+
+/// How far, in lengths of a vector as the fit leaves it, a basis may leave it out: a gain of 16 changes by 0.08 at random, a limit not.
+const LEFT_OUT: f64 = 0.01;
+
+/// A vector this much longer before the projection than after it is projected here, where there are digits enough.
+const LONG: f64 = 1e3;
+
+/// Directions in one cell from which on the readings themselves are as good a basis.
+const MOST_DIRECTIONS: usize = 64;
+
+/// Vectors of one kind, which share a basis.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+pub(super) enum Kind {
+    /// Laws but for the periods of gauges.
+    Law,
+    /// Periods of gauges.
+    Period,
+    /// Patterns without a law.
+    Pattern,
+}
+
+/// What noise gives along one or two vectors, and for whom it counts.
+#[derive(Debug)]
+pub(super) struct Drawn {
+    pub(super) kind: Kind,
+    /// Its family.
+    pub(super) family: usize,
+    /// White vectors, before or after projection; of unit length after it, and orthogonal if they are two.
+    pub(super) units: Vec<Vec<f64>>,
+    /// Length of the first as it stands for the scale.
+    pub(super) length: f64,
+    /// Smallest and largest multiple of it.
+    pub(super) scale: [f64; 2],
+}
+
+/// All vectors, ready for draws.
+#[derive(Debug)]
+pub(super) struct DrawTable {
+    length: usize,
+    families: usize,
+    /// What the fit absorbs, column by column.
+    absorbed: Vec<f32>,
+    blocks: Vec<Block>,
+}
+
+/// Vectors that are told along the same bases.
+#[derive(Debug)]
+struct Block {
+    cells: Vec<CellBasis>,
+    /// Directions of all its cells.
+    directions: usize,
+    /// Shares of the directions, vector by vector.
+    shares: Vec<f32>,
+    gains: Vec<Gain>,
+}
+
+/// A basis for the readings of a cell.
+#[derive(Debug)]
+struct CellBasis {
+    readings: Range<usize>,
+    /// Orthonormal columns; `None` where it is the readings themselves.
+    basis: Option<Vec<Vec<f64>>>,
+    /// The same, one after the other.
+    told: Vec<f32>,
+    directions: usize,
+}
+
+/// What is asked of a product, or of two.
+#[derive(Debug, Clone, Copy)]
+struct Gain {
+    family: usize,
+    is_pair: bool,
+    length: f32,
+    scale: [f32; 2],
+}
+
+impl DrawTable {
+    /// # Arguments
+    /// - `cells`: readings of each cell.
+    /// - `families`: how many there are.
+    pub(super) fn new(
+        space: &Space,
+        cells: &[Range<usize>],
+        families: usize,
+        mut drawn: Vec<Drawn>,
+    ) -> Self {
+        for unit in drawn.iter_mut().flat_map(|drawn| &mut drawn.units) {
+            if dot(unit, unit) > LONG * LONG {
+                space.project(unit);
+            }
+        }
+        let mut places: BTreeMap<(Kind, Option<usize>), Vec<Drawn>> = BTreeMap::new();
+        for one in drawn {
+            let place = (one.kind, only_cell(cells, &one.units));
+            places.entry(place).or_default().push(one);
+        }
+        let blocks = places
+            .into_iter()
+            .map(|((_, cell), drawn)| {
+                if let Some(cell) = cell {
+                    return Block::new(&drawn, vec![CellBasis::of_readings(&cells[cell])]);
+                }
+                let basis = |cell| CellBasis::new(cell, cells.len(), &drawn);
+                Block::new(&drawn, cells.par_iter().map(basis).collect())
+            })
+            .collect();
+        let absorbed = space.basis().iter().flatten().map(|x| *x as f32).collect();
+        Self {
+            length: space.length,
+            families,
+            absorbed,
+            blocks,
+        }
+    }
+
+    /// Length of a vector of noise.
+    pub(super) fn length(&self) -> usize {
+        self.length
+    }
+
+    /// Largest gain of each family in each draw.
+    ///
+    /// # Arguments
+    /// - `noise`: [`BLOCK`] white vectors, one after the other; overwritten.
+    pub(super) fn largest(&self, noise: &mut [f32]) -> Vec<Vec<f64>> {
+        let mut largest = vec![vec![0.0_f32; BLOCK]; self.families];
+        self.project(noise);
+        let noise = MatRef::from_column_major_slice(&*noise, self.length, BLOCK);
+        for block in &self.blocks {
+            block.add_to(noise, &mut largest);
+        }
+        let widen = |values: Vec<f32>| values.into_iter().map(f64::from).collect();
+        largest.into_iter().map(widen).collect()
+    }
+
+    fn project(&self, noise: &mut [f32]) {
+        let columns = self.absorbed.len() / self.length;
+        let basis = MatRef::from_column_major_slice(&self.absorbed, self.length, columns);
+        let mut shares = vec![0.0; columns * BLOCK];
+        let mut shares = MatMut::from_column_major_slice_mut(&mut shares, columns, BLOCK);
+        let mut noise = MatMut::from_column_major_slice_mut(noise, self.length, BLOCK);
+        matmul(
+            shares.as_mut(),
+            Accum::Replace,
+            basis.transpose(),
+            noise.as_ref(),
+            1.0,
+            Par::Seq,
+        );
+        matmul(
+            noise.as_mut(),
+            Accum::Add,
+            basis,
+            shares.as_ref(),
+            -1.0,
+            Par::Seq,
+        );
+    }
+}
+
+/// The one cell in which vectors have readings; `None` if there are several.
+fn only_cell(cells: &[Range<usize>], units: &[Vec<f64>]) -> Option<usize> {
+    let lives = |cell: &Range<usize>| {
+        let mut parts = units.iter().map(|unit| &unit[cell.clone()]);
+        parts.any(|part| part.iter().any(|x| *x != 0.0))
+    };
+    let mut there = (0..cells.len()).filter(|&cell| lives(&cells[cell]));
+    let first = there.next()?;
+    there.next().is_none().then_some(first)
+}
+
+impl CellBasis {
+    fn of_readings(readings: &Range<usize>) -> Self {
+        Self {
+            directions: readings.len(),
+            readings: readings.clone(),
+            basis: None,
+            told: Vec::new(),
+        }
+    }
+
+    /// A basis of what vectors are in a cell.
+    fn new(readings: &Range<usize>, cells: usize, drawn: &[Drawn]) -> Self {
+        let most = MOST_DIRECTIONS.min(readings.len() / 2);
+        let left_out = LEFT_OUT * LEFT_OUT / cells as f64;
+        let mut basis: Vec<Vec<f64>> = Vec::new();
+        let mut shares = Vec::new();
+        for unit in drawn.iter().flat_map(|drawn| &drawn.units) {
+            let part = &unit[readings.clone()];
+            shares.clear();
+            shares.extend(basis.iter().map(|column| dot(column, part)));
+            if dot(part, part) - dot(&shares, &shares) <= left_out {
+                continue;
+            }
+            if basis.len() == most {
+                return Self::of_readings(readings);
+            }
+            let mut rest = part.to_vec();
+            // Twice, so that what is left is orthogonal to the last digit.
+            for _ in 0..2 {
+                for column in &basis {
+                    let share = dot(column, &rest);
+                    for (value, unit) in rest.iter_mut().zip(column) {
+                        *value -= share * unit;
+                    }
+                }
+            }
+            let length = dot(&rest, &rest).sqrt();
+            for value in &mut rest {
+                *value /= length;
+            }
+            basis.push(rest);
+        }
+        Self {
+            readings: readings.clone(),
+            directions: basis.len(),
+            told: basis.iter().flatten().map(|x| *x as f32).collect(),
+            basis: Some(basis),
+        }
+    }
+
+    /// Shares of the directions in a vector, appended.
+    fn add_shares(&self, unit: &[f64], out: &mut Vec<f32>) {
+        let part = &unit[self.readings.clone()];
+        let Some(basis) = &self.basis else {
+            out.extend(part.iter().map(|x| *x as f32));
+            return;
+        };
+        out.extend(basis.iter().map(|column| dot(column, part) as f32));
+    }
+
+    /// Noise along the directions.
+    fn tell(&self, noise: MatRef<'_, f32>, mut out: MatMut<'_, f32>) {
+        let part = noise.subrows(self.readings.start, self.readings.len());
+        if self.basis.is_none() {
+            out.copy_from(part);
+            return;
+        }
+        let (readings, directions) = (self.readings.len(), self.directions);
+        let basis = MatRef::from_column_major_slice(&self.told, readings, directions);
+        matmul(out, Accum::Replace, basis.transpose(), part, 1.0, Par::Seq);
+    }
+}
+
+impl Block {
+    fn new(drawn: &[Drawn], cells: Vec<CellBasis>) -> Self {
+        let shares = drawn.par_iter().flat_map_iter(|drawn| {
+            let mut shares = Vec::new();
+            for unit in &drawn.units {
+                for cell in &cells {
+                    cell.add_shares(unit, &mut shares);
+                }
+            }
+            shares
+        });
+        let shares = shares.collect();
+        Self {
+            directions: cells.iter().map(|cell| cell.directions).sum(),
+            cells,
+            shares,
+            gains: drawn
+                .iter()
+                .map(|drawn| Gain {
+                    family: drawn.family,
+                    is_pair: drawn.units.len() > 1,
+                    length: drawn.length as f32,
+                    scale: drawn.scale.map(|scale| scale as f32),
+                })
+                .collect(),
+        }
+    }
+
+    fn add_to(&self, noise: MatRef<'_, f32>, largest: &mut [Vec<f32>]) {
+        if self.directions == 0 {
+            return;
+        }
+        let mut told = vec![0.0; self.directions * BLOCK];
+        let mut told = MatMut::from_column_major_slice_mut(&mut told, self.directions, BLOCK);
+        let mut first = 0;
+        for cell in &self.cells {
+            cell.tell(noise, told.as_mut().subrows_mut(first, cell.directions));
+            first += cell.directions;
+        }
+        let mut products = vec![0.0; (COLUMNS + 1) * BLOCK];
+        let mut gains = &self.gains[..];
+        let mut shares = &self.shares[..];
+        while !gains.is_empty() {
+            let mut columns = 0;
+            let fits = |gain: &&Gain| {
+                columns += 1 + usize::from(gain.is_pair);
+                columns <= COLUMNS
+            };
+            let count = gains.iter().take_while(fits).count();
+            let (now, later) = gains.split_at(count);
+            let columns = now
+                .iter()
+                .map(|gain| 1 + usize::from(gain.is_pair))
+                .sum::<usize>();
+            let (own, others) = shares.split_at(columns * self.directions);
+            let products = &mut products[..columns * BLOCK];
+            matmul(
+                MatMut::from_column_major_slice_mut(products, BLOCK, columns),
+                Accum::Replace,
+                told.as_ref().transpose(),
+                MatRef::from_column_major_slice(own, self.directions, columns),
+                1.0,
+                Par::Seq,
+            );
+            keep_largest(now, products, largest);
+            (gains, shares) = (later, others);
+        }
+    }
+}
+
+fn keep_largest(gains: &[Gain], products: &[f32], largest: &mut [Vec<f32>]) {
+    let mut products = products.chunks_exact(BLOCK);
+    for gain in gains {
+        let most = largest[gain.family].iter_mut();
+        let Some(first) = products.next() else { return };
+        if gain.is_pair {
+            let Some(second) = products.next() else {
+                return;
+            };
+            for (most, (z, other)) in most.zip(first.iter().zip(second)) {
+                *most = most.max(z * z + other * other);
+            }
+        } else {
+            let [lowest, highest] = gain.scale.map(|scale| scale * gain.length);
+            for (most, z) in most.zip(first) {
+                let size = z.max(lowest).min(highest);
+                *most = most.max(size * (2.0 * z - size));
+            }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::mismatch::ReadingNoise;
+    use crate::mismatch::changes::tests::observations;
+    use crate::mismatch::noise::Whitening;
+
+    #[test]
+    fn gains_are_those_of_the_projected_vectors() {
+        let observations = observations();
+        let n = observations.len();
+        let slope_m: Vec<f64> = observations
+            .loads
+            .iter()
+            .map(|l| 4e-7 * l.force_n)
+            .collect();
+        let noise = ReadingNoise {
+            reading_sd_m: 1e-6,
+            zero_sd_m: 2e-6,
+            run_slope_sd: 0.01,
+        };
+        let whitening = Whitening::new(&observations, &noise, &slope_m, &vec![4e-7; n]);
+        let space = Space::new(&observations, whitening, &[], &[slope_m]);
+        // Many vectors that span three directions in each cell, and one in the second cell alone.
+        let wave = |number: usize, from: usize| -> Vec<f64> {
+            let shares = [1.0, 0.3 * number as f64, 0.7 - 0.1 * number as f64];
+            let value = |i: usize| {
+                (1..4)
+                    .zip(shares)
+                    .map(move |(k, s)| s * (k as f64 * i as f64).sin())
+            };
+            let mut values: Vec<f64> = (0..n).map(|i| 1e-6 * value(i).sum::<f64>()).collect();
+            values[..from].fill(0.0);
+            values
+        };
+        let vectors: Vec<Vec<f64>> = (0..9).map(|k| wave(k, 0)).chain([wave(3, 10)]).collect();
+        let units = vectors.iter().map(|values| {
+            let left = space.projected(values);
+            let length = dot(&left, &left).sqrt();
+            let scale = |vector: Vec<f64>| vector.iter().map(|x| x / length).collect::<Vec<f64>>();
+            (scale(space.white(values)), scale(left))
+        });
+        let (units, projected): (Vec<_>, Vec<_>) = units.unzip();
+        let drawn = units.into_iter().enumerate().map(|(family, unit)| Drawn {
+            kind: Kind::Law,
+            family,
+            units: vec![unit],
+            length: 2.0,
+            scale: [0.0, 1.0],
+        });
+        let cells = [0..10, 10..20];
+        let table = DrawTable::new(&space, &cells, projected.len(), drawn.collect());
+        let told: usize = table.blocks.iter().map(|block| block.directions).sum();
+        assert!(told <= 3 + 3 + 10, "{told} directions");
+        let noise: Vec<f64> = (0..n * BLOCK)
+            .map(|i| 3.0 * (1.7 * i as f64).sin())
+            .collect();
+        let mut single: Vec<f32> = noise.iter().map(|x| *x as f32).collect();
+        let found = table.largest(&mut single);
+        for (family, unit) in projected.iter().enumerate() {
+            for (draw, noise) in noise.chunks(n).enumerate() {
+                let z = dot(unit, noise);
+                let size = z.clamp(0.0, 2.0);
+                let expected = size * (2.0 * z - size);
+                let error = (found[family][draw] - expected).abs();
+                // A hundredth of a standard deviation, and noise of three of them.
+                assert!(
+                    error < 2.0 * 2.0 * 3.0 * 4.0 * LEFT_OUT,
+                    "{family} {draw}: {error}"
+                );
+            }
+        }
+    }
+}

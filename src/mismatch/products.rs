@@ -1,0 +1,246 @@
+//! Lengths and products of vectors of readings as they are when white and projected, without making them so.
+//!
+//! With s a vector of readings, V the covariance of the noise and B the orthonormal white columns that the fit absorbs,
+//!
+//! ```text
+//!   ‖P W s‖² = sᵀ V⁻¹ s - ‖Bᵀ W s‖²,    sᵀ V⁻¹ s = Σ w² s² - ‖Eᵀ s‖²    (a few columns E for each run)
+//! ```
+//!
+//! so that a shape costs one product with each column, and no memory.
+
+use std::ops::Range;
+
+use super::noise::RunColumns;
+use super::space::{Space, dot};
+
+/// A square that is less than this share of its first term has lost too many digits, and is worked out from the white vector.
+const CANCELLED: f64 = 1e-8;
+
+/// What products with the vectors of one space need.
+#[derive(Debug)]
+pub(super) struct Products<'a> {
+    space: &'a Space,
+    /// w²: one over the variance of each reading.
+    weights: Vec<f64>,
+    /// E, one after the other.
+    runs: Vec<RunColumns>,
+    /// Wᵀ B.
+    absorbed: Vec<Vec<f64>>,
+    /// Wᵀ times the white residuals, and those themselves.
+    residual: Vec<f64>,
+    white_residual: &'a [f64],
+}
+
+/// A vector of readings in a space.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Measured {
+    /// Its square.
+    pub(super) square: f64,
+    /// Its product with the residuals.
+    pub(super) product: f64,
+}
+
+/// Two vectors of readings in a space, the second made orthogonal to the first.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct MeasuredPair {
+    pub(super) first: Measured,
+    pub(super) second: Measured,
+}
+
+impl<'a> Products<'a> {
+    /// # Arguments
+    /// - `white_residual`: the residuals, white and projected.
+    pub(super) fn new(space: &'a Space, white_residual: &'a [f64]) -> Self {
+        let whitening = &space.whitening;
+        let readings = whitening.weights().len();
+        let back = |white: &[f64]| {
+            let mut out = white[..readings].to_vec();
+            whitening.apply_transposed(&mut out);
+            out
+        };
+        Self {
+            weights: whitening.weights().iter().map(|w| w * w).collect(),
+            runs: whitening.run_columns().collect(),
+            absorbed: space.basis().iter().map(|column| back(column)).collect(),
+            residual: back(white_residual),
+            white_residual,
+            space,
+        }
+    }
+
+    /// Measures a vector of readings, m, which is zero outside a range.
+    ///
+    /// # Arguments
+    /// - `scratch`: memory.
+    pub(super) fn measure(
+        &self,
+        values_m: &[f64],
+        range: &Range<usize>,
+        scratch: &mut Vec<f64>,
+    ) -> Measured {
+        scratch.clear();
+        let whole = self.shares(values_m, range, scratch);
+        let square = whole - dot(scratch, scratch);
+        if square < CANCELLED * whole {
+            return self.measure_white(values_m, range);
+        }
+        Measured {
+            square,
+            product: dot(&values_m[range.clone()], &self.residual[range.clone()]),
+        }
+    }
+
+    /// Measures two vectors of readings, m.
+    pub(super) fn measure_pair(
+        &self,
+        values_m: [&[f64]; 2],
+        scratch: &mut Vec<f64>,
+    ) -> MeasuredPair {
+        let [first_m, second_m] = values_m;
+        let range = 0..first_m.len();
+        scratch.clear();
+        let mut squares = [first_m, second_m].map(|values| self.shares(values, &range, scratch));
+        let columns = scratch.len() / 2;
+        let (of_first, of_second) = scratch.split_at(columns);
+        squares[0] -= dot(of_first, of_first);
+        squares[1] -= dot(of_second, of_second);
+        let both = triple(&self.weights, first_m, second_m) - dot(of_first, of_second);
+        let [first, second] = [first_m, second_m].map(|values| dot(values, &self.residual));
+        let share = both / squares[0];
+        let mut rest = Measured {
+            square: squares[1] - share * both,
+            product: second - share * first,
+        };
+        if rest.square < CANCELLED * squares[1] {
+            // The second says nothing that the first does not.
+            rest.product = 0.0;
+        }
+        MeasuredPair {
+            first: Measured {
+                square: squares[0],
+                product: first,
+            },
+            second: rest,
+        }
+    }
+
+    /// Products with the columns, appended; and Σ w² s².
+    fn shares(&self, values_m: &[f64], range: &Range<usize>, out: &mut Vec<f64>) -> f64 {
+        let values = &values_m[range.clone()];
+        let first = self
+            .runs
+            .partition_point(|run| run.readings.end <= range.start);
+        let runs = self.runs[first..]
+            .iter()
+            .take_while(|run| run.readings.start < range.end);
+        for run in runs {
+            let part = &values_m[run.readings.clone()];
+            out.extend(
+                run.columns
+                    .chunks(part.len())
+                    .map(|column| short_dot(column, part)),
+            );
+        }
+        out.extend(
+            self.absorbed
+                .iter()
+                .map(|column| dot(&column[range.clone()], values)),
+        );
+        triple(&self.weights[range.clone()], values, values)
+    }
+
+    fn measure_white(&self, values_m: &[f64], range: &Range<usize>) -> Measured {
+        let mut whole = vec![0.0; self.weights.len()];
+        whole[range.clone()].copy_from_slice(&values_m[range.clone()]);
+        let white = self.space.projected(&whole);
+        Measured {
+            square: dot(&white, &white),
+            product: dot(&white, self.white_residual),
+        }
+    }
+}
+
+/// Scalar product of as many numbers as a run has.
+fn short_dot(a: &[f64], b: &[f64]) -> f64 {
+    a.iter().zip(b).map(|(a, b)| a * b).sum()
+}
+
+/// Σ a b c, eight sums side by side.
+fn triple(a: &[f64], b: &[f64], c: &[f64]) -> f64 {
+    let mut sums = [0.0; 8];
+    let whole = a.len() - a.len() % 8;
+    let chunks = a
+        .chunks_exact(8)
+        .zip(b.chunks_exact(8))
+        .zip(c.chunks_exact(8));
+    for ((a, b), c) in chunks {
+        for lane in 0..8 {
+            sums[lane] += a[lane] * b[lane] * c[lane];
+        }
+    }
+    let rest = (whole..a.len()).map(|place| a[place] * b[place] * c[place]);
+    sums.iter().sum::<f64>() + rest.sum::<f64>()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::mismatch::ReadingNoise;
+    use crate::mismatch::changes::tests::observations;
+    use crate::mismatch::noise::Whitening;
+
+    #[test]
+    fn products_are_those_of_the_white_vectors() {
+        let observations = observations();
+        let n = observations.len();
+        let slope_m: Vec<f64> = observations
+            .loads
+            .iter()
+            .map(|l| 4e-7 * l.force_n)
+            .collect();
+        let noise = ReadingNoise {
+            reading_sd_m: 1e-6,
+            zero_sd_m: 2e-6,
+            run_slope_sd: 0.01,
+        };
+        let whitening = Whitening::new(&observations, &noise, &slope_m, &vec![4e-7; n]);
+        let space = Space::new(&observations, whitening, &[], &[slope_m]);
+        let wave = |turn: f64| -> Vec<f64> {
+            (0..n)
+                .map(|i| 1e-5 * (turn * (i as f64 + 0.3)).sin())
+                .collect()
+        };
+        let residual = space.projected(&wave(2.1));
+        let products = Products::new(&space, &residual);
+        let mut scratch = Vec::new();
+        let near = |a: f64, b: f64| assert!((a - b).abs() < 1e-10 * (1.0 + b.abs()), "{a} {b}");
+        let (first, second) = (wave(0.7), wave(1.3));
+        let whites = [&first, &second].map(|values| space.projected(values));
+        let found = products.measure(&first, &(0..n), &mut scratch);
+        near(found.square, dot(&whites[0], &whites[0]));
+        near(found.product, dot(&whites[0], &residual));
+        // The second cell alone.
+        let mut part = first.clone();
+        part[..10].fill(0.0);
+        let white = space.projected(&part);
+        let found = products.measure(&first, &(10..n), &mut scratch);
+        near(found.square, dot(&white, &white));
+        near(found.product, dot(&white, &residual));
+        let share = dot(&whites[0], &whites[1]) / dot(&whites[0], &whites[0]);
+        let pair = products.measure_pair([&first, &second], &mut scratch);
+        near(pair.first.square, dot(&whites[0], &whites[0]));
+        near(
+            pair.second.square,
+            dot(&whites[1], &whites[1]) - share * dot(&whites[0], &whites[1]),
+        );
+        near(
+            pair.second.product,
+            dot(&whites[1], &residual) - share * dot(&whites[0], &residual),
+        );
+        // What the fit absorbs wholly is left to the last digit of the white vector.
+        let absorbed: Vec<f64> = observations.loads.iter().map(|l| l.force_n).collect();
+        let found = products.measure(&absorbed, &(0..n), &mut scratch);
+        let white = space.projected(&absorbed);
+        assert_eq!(found.square, dot(&white, &white));
+    }
+}
