@@ -2,7 +2,8 @@
 //! every law at every place.
 //!
 //! *The search alone* has its limits from an earlier session of the same plan; *with its limits* works them out from ten thousand
-//! simulated sessions of noise. Once with nothing missing, once with play in a joint, where all further steps follow.
+//! simulated sessions of noise. Once with nothing missing, once with play in a joint, where all further steps follow; and once for a
+//! recorded session of six poses, also with play in a joint.
 
 #![expect(
     clippy::unwrap_used,
@@ -17,7 +18,9 @@ use stiffbench::bench::{Jack, NoiseModel, VirtualBench};
 use stiffbench::mismatch::{Observations, RobotBaseline, SearchOptions, Verdict, diagnose};
 use stiffbench::physics::{ActingPhysics, Effect};
 use stiffbench::procedure::{Procedure, shipped_procedure};
+use stiffbench::readings::{ReadOptions, SessionHeader, read_readings};
 use stiffbench::robot::{Pose, Robot, shipped_robot};
+use stiffbench::source_text::SourceText;
 
 /// Bounds of the beam factors as multiples of their start, as `stiffbench diagnose` has them.
 const RANGE: [f64; 2] = [0.1, 10.0];
@@ -57,5 +60,40 @@ fn search(criterion: &mut Criterion) {
     group.finish();
 }
 
-criterion_group!(benches, search);
+/// A session of mechanism F with 1350 readings, and what is in it: `stiffbench diagnose` says play in A4F.
+const RECORDED: &str = "data/concealed/sessions/09e33188";
+
+fn recorded(criterion: &mut Criterion) {
+    let folder = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join(RECORDED);
+    let text = |name: &str| std::fs::read_to_string(folder.join(name)).unwrap();
+    let header = SessionHeader::from_toml("session.toml", &text("session.toml"));
+    let header = header.unwrap().header;
+    let name = header.robot.clone().unwrap();
+    let robot = Robot::parse(&SourceText::new(name.clone(), text(&name))).unwrap();
+    let mechanism = robot.mechanism(header.mechanism.as_deref()).unwrap();
+    let factors = robot
+        .factor_set(header.factors.as_deref().unwrap())
+        .unwrap();
+    let readings = text("readings.csv");
+    let table = read_readings("readings.csv", readings.as_bytes(), &ReadOptions::default());
+    let observations = Observations::new(&table.unwrap(), Some(&header));
+    let pose = |id| robot.pose(id).unwrap().clone();
+    let poses: Vec<Pose> = observations.poses.iter().map(pose).collect();
+    let baseline = RobotBaseline::new(&robot, mechanism, factors, poses, RANGE);
+    let options = SearchOptions::default();
+    let (found, limits) = diagnose(&baseline, &observations, &options, None).unwrap();
+    assert_eq!(found.verdict, Verdict::Explained);
+
+    let mut group = criterion.benchmark_group("diagnose");
+    group.sample_size(10);
+    group.bench_function("recorded session, the search alone", |bencher| {
+        bencher.iter(|| black_box(diagnose(&baseline, &observations, &options, Some(&limits))));
+    });
+    group.bench_function("recorded session, with its limits", |bencher| {
+        bencher.iter(|| black_box(diagnose(&baseline, &observations, &options, None)));
+    });
+    group.finish();
+}
+
+criterion_group!(benches, search, recorded);
 criterion_main!(benches);
