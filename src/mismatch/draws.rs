@@ -385,7 +385,7 @@ mod tests {
             let value = |i: usize| {
                 (1..4)
                     .zip(shares)
-                    .map(move |(k, s)| s * (k as f64 * i as f64).sin())
+                    .map(move |(k, s)| s * (f64::from(k) * i as f64).sin())
             };
             let mut values: Vec<f64> = (0..n).map(|i| 1e-6 * value(i).sum::<f64>()).collect();
             values[..from].fill(0.0);

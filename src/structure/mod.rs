@@ -15,6 +15,7 @@
 mod batch;
 mod compliance;
 mod element;
+mod gradient;
 mod influence;
 mod ordering;
 mod parts;

@@ -8,7 +8,7 @@ use faer::{Conj, MatMut, Par, Side, Spec};
 
 use crate::vector::{dot, subtract};
 
-use super::compliance::{Compliance6, ComplianceGradient};
+use super::compliance::Compliance6;
 use super::element::{NaturalStiffness, STRAINS, global_matrix, natural_strains};
 use super::parts::{Attachment, Hinge, Structure, StructureError, Support};
 use super::rotation::LocalAxes;
@@ -318,7 +318,12 @@ impl Solver {
     }
 
     /// Natural strains of an element in solution `column` of the last response.
-    fn strains(&self, structure: &Structure, element: usize, column: usize) -> [f64; STRAINS] {
+    pub(super) fn strains(
+        &self,
+        structure: &Structure,
+        element: usize,
+        column: usize,
+    ) -> [f64; STRAINS] {
         let map = &self.topology.elements[element];
         let solution = &self.solution[column * self.topology.equation_count..];
         let value = |equation: usize| {
@@ -353,49 +358,6 @@ impl Solver {
             self.add_load(structure, at, *load, 0);
         }
         self.solve_in_place(1);
-    }
-
-    /// Derivatives of entry (i, i) of the end compliance to the logarithm of each section constant of each element.
-    ///
-    /// -u_iᵀ ∂K/∂ln p u_i, exact; call after [`Solver::end_translation_compliance`] (i below 3) or
-    /// [`Solver::end_compliance`]. `out` has one entry an element, unit of the compliance entry.
-    pub fn compliance_gradient(
-        &self,
-        structure: &Structure,
-        i: usize,
-        out: &mut [ComplianceGradient],
-    ) {
-        for (element, gradient) in out.iter_mut().enumerate() {
-            let strains = self.strains(structure, element, i);
-            *gradient = self.natural[element]
-                .energy_by_property(&strains, &strains)
-                .map(|energy| -energy);
-        }
-    }
-
-    /// The same for the displacement along a unit vector per force along it.
-    pub fn compliance_gradient_along(
-        &self,
-        structure: &Structure,
-        unit: [f64; 3],
-        out: &mut [ComplianceGradient],
-    ) {
-        for (element, gradient) in out.iter_mut().enumerate() {
-            let mut strains = [0.0; STRAINS];
-            for (axis, share) in unit
-                .into_iter()
-                .enumerate()
-                .filter(|(_, share)| *share != 0.0)
-            {
-                let of_axis = self.strains(structure, element, axis);
-                for (sum, strain) in strains.iter_mut().zip(of_axis) {
-                    *sum += share * strain;
-                }
-            }
-            *gradient = self.natural[element]
-                .energy_by_property(&strains, &strains)
-                .map(|energy| -energy);
-        }
     }
 
     /// Displacements, element forces and reactions under any loads (force and moment where they act).
