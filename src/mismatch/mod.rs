@@ -29,7 +29,6 @@ mod products;
 mod rank;
 mod refit;
 mod restricted_likelihood;
-mod rounding;
 mod screen;
 mod search;
 mod space;

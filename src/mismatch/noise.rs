@@ -2,7 +2,7 @@
 //!
 //! ```text
 //!   y = prediction + zero(zero id) + slope(run) b + reading error,     b = prediction of the baseline
-//!   V = σ² I + q_F²/12 diag(C²) + σ₀² Σ 1 1ᵀ (each zero) + σₛ² Σ b bᵀ (each run)   (+ rounding of a coarse gauge)
+//!   V = σ² I + q_F²/12 diag(C²) + σ₀² Σ 1 1ᵀ (each zero) + σₛ² Σ b bᵀ (each run)
 //! ```
 //!
 //! The step of the displacement gauge is part of σ; an unloaded reading has exactly zero force and no force step.
@@ -12,7 +12,6 @@ use std::ops::Range;
 use nalgebra::DMatrix;
 
 use super::observations::Observations;
-use super::rounding::Rounding;
 
 /// Standard deviations of the noise of readings.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -68,7 +67,6 @@ impl Whitening {
         slope_m: &[f64],
         compliance: &[f64],
     ) -> Self {
-        let rounding = Rounding::new(observations, noise);
         let force_step_n = observations.steps.force_n.unwrap_or(0.0);
         let force_variance = force_step_n * force_step_n / 12.0;
         let weights: Vec<f64> = observations
@@ -81,14 +79,15 @@ impl Whitening {
                 } else {
                     force_variance * c * c
                 };
-                let of_reading = noise.reading_sd_m.powi(2) - rounding.variance();
-                (of_reading + of_force).sqrt().recip()
+                (noise.reading_sd_m * noise.reading_sd_m + of_force)
+                    .sqrt()
+                    .recip()
             })
             .collect();
         let mut log_determinant: f64 = weights.iter().map(|weight| -2.0 * weight.ln()).sum();
-        let groups = groups(observations, rounding.is_shared())
+        let groups = groups(observations)
             .map(|readings| {
-                let group = Group::new(observations, noise, &rounding, slope_m, &weights, readings);
+                let group = Group::new(observations, noise, slope_m, &weights, readings);
                 log_determinant += group.1;
                 group.0
             })
@@ -266,14 +265,12 @@ impl Group {
     fn new(
         observations: &Observations,
         noise: &ReadingNoise,
-        rounding: &Rounding,
         slope_m: &[f64],
         weights: &[f64],
         readings: Range<usize>,
     ) -> (Self, f64) {
         let n = readings.len();
         let mut columns = Vec::new();
-        rounding.add_columns(observations, slope_m, weights, &readings, &mut columns);
         for_each_zero(observations, &readings, |member| {
             columns.extend(readings.clone().map(|r| {
                 if member(r) {
@@ -373,7 +370,7 @@ fn gram(columns: &[f64], n: usize) -> DMatrix<f64> {
 }
 
 /// Calls `action` once for each gauge zero of a range, with the test of membership.
-pub(super) fn for_each_zero(
+fn for_each_zero(
     observations: &Observations,
     readings: &Range<usize>,
     mut action: impl FnMut(&dyn Fn(usize) -> bool),
@@ -389,16 +386,12 @@ pub(super) fn for_each_zero(
     }
 }
 
-/// Ranges of readings that share no zero and no run with the rest, nor rounding if whole cells share that.
+/// Ranges of readings that share no zero and no run with the rest.
 ///
 /// Runs that share a zero lie in one cell; a cell with shared zeros is one group, of at most thirty runs at a time: the rank of a
-/// group is bounded, and a zero that spans more is split, which only widens what is allowed to scatter. So are cells of many zeros.
-fn groups(
-    observations: &Observations,
-    whole_cells: bool,
-) -> impl Iterator<Item = Range<usize>> + '_ {
+/// group is bounded, and a zero that spans more is split, which only widens what is allowed to scatter.
+fn groups(observations: &Observations) -> impl Iterator<Item = Range<usize>> + '_ {
     const MOST_RUNS: usize = 30;
-    const MOST_ZEROS_OF_A_CELL: usize = 9;
     observations.cells.iter().flat_map(move |cell| {
         let mut out: Vec<Range<usize>> = Vec::new();
         let mut runs_in_last = 0;
@@ -409,9 +402,8 @@ fn groups(
                 .map(|reading| reading.zero)
                 .collect();
             let shared = zeros.iter().any(|zero| last_zeros.contains(zero));
-            let fits = whole_cells && last_zeros.len() < MOST_ZEROS_OF_A_CELL;
             match out.last_mut() {
-                Some(last) if (shared || fits) && runs_in_last < MOST_RUNS => {
+                Some(last) if shared && runs_in_last < MOST_RUNS => {
                     last.end = run.readings.end;
                     runs_in_last += 1;
                     last_zeros.extend(zeros);
