@@ -12,6 +12,9 @@ use super::screen::{WhiteCandidate, WhiteShape};
 use super::space::{Space, dot};
 use super::state::{Bench, State};
 
+/// Squared length, in standard errors, below which the readings say nothing of a member: it may as well be loose.
+const INVISIBLE: f64 = 1e-6;
+
 impl Bench<'_> {
     /// What loose members would change in readings of the baseline, for the limits; the factors fitted again, exactly.
     pub(super) fn loose_shapes(
@@ -55,7 +58,7 @@ impl Bench<'_> {
                     scale: [1.0, 1.0],
                     saturation: 0.0,
                 };
-                Ok((square > 1e-6).then(|| WhiteCandidate {
+                Ok((square > INVISIBLE).then(|| WhiteCandidate {
                     candidate: Candidate::of_shapes(
                         Law::LooseMember,
                         effect.place,
@@ -110,6 +113,9 @@ impl Bench<'_> {
                 let place = fitted.model.effects.len() - 1;
                 let (white, whole) =
                     self.effect_vector(&mut predictor, &fitted.model, place, space)?;
+                if dot(&white, &white) <= INVISIBLE {
+                    return Ok(None);
+                }
                 Ok(Some(Ranked {
                     effect,
                     wide: false,
