@@ -99,28 +99,27 @@ impl<'a> Products<'a> {
         let [first_m, second_m] = values_m;
         let range = 0..first_m.len();
         scratch.clear();
-        let mut squares = [first_m, second_m].map(|values| self.shares(values, &range, scratch));
+        let wholes = [first_m, second_m].map(|values| self.shares(values, &range, scratch));
+        let mut squares = wholes;
         let columns = scratch.len() / 2;
         let (of_first, of_second) = scratch.split_at(columns);
         squares[0] -= dot(of_first, of_first);
         squares[1] -= dot(of_second, of_second);
         let both = triple(&self.weights, first_m, second_m) - dot(of_first, of_second);
         let [first, second] = [first_m, second_m].map(|values| dot(values, &self.residual));
-        let share = both / squares[0];
-        let mut rest = Measured {
-            square: squares[1] - share * both,
-            product: second - share * first,
-        };
-        if rest.square < CANCELLED * squares[1] {
-            // The second says nothing that the first does not.
-            rest.product = 0.0;
+        let square = squares[1] - both * both / squares[0];
+        if squares[0] < CANCELLED * wholes[0] || !(square >= CANCELLED * wholes[1]) {
+            return self.measure_white_pair(values_m);
         }
         MeasuredPair {
             first: Measured {
                 square: squares[0],
                 product: first,
             },
-            second: rest,
+            second: Measured {
+                square,
+                product: second - both / squares[0] * first,
+            },
         }
     }
 
@@ -152,10 +151,31 @@ impl<'a> Products<'a> {
     fn measure_white(&self, values_m: &[f64], range: &Range<usize>) -> Measured {
         let mut whole = vec![0.0; self.weights.len()];
         whole[range.clone()].copy_from_slice(&values_m[range.clone()]);
-        let white = self.space.projected(&whole);
+        self.of_white(&self.space.projected(&whole))
+    }
+
+    fn measure_white_pair(&self, values_m: [&[f64]; 2]) -> MeasuredPair {
+        let [first, mut second] = values_m.map(|values| self.space.projected(values));
+        let [own, whole] = [&first, &second].map(|white| dot(white, white));
+        let share = dot(&first, &second) / own.max(f64::MIN_POSITIVE);
+        for (value, other) in second.iter_mut().zip(&first) {
+            *value -= share * other;
+        }
+        let mut rest = self.of_white(&second);
+        if rest.square < CANCELLED * whole {
+            // The second says nothing that the first does not.
+            rest.product = 0.0;
+        }
+        MeasuredPair {
+            first: self.of_white(&first),
+            second: rest,
+        }
+    }
+
+    fn of_white(&self, white: &[f64]) -> Measured {
         Measured {
-            square: dot(&white, &white),
-            product: dot(&white, self.white_residual),
+            square: dot(white, white),
+            product: dot(white, self.white_residual),
         }
     }
 }
@@ -237,8 +257,29 @@ mod tests {
             pair.second.product,
             dot(&whites[1], &residual) - share * dot(&whites[0], &residual),
         );
-        // What the fit absorbs wholly is left to the last digit of the white vector.
+        // A pair that is nearly one vector, and one that the fit nearly absorbs, are left to the white vectors.
+        let nearly: Vec<f64> = first
+            .iter()
+            .zip(&second)
+            .map(|(a, b)| a + 1e-5 * b)
+            .collect();
         let absorbed: Vec<f64> = observations.loads.iter().map(|l| l.force_n).collect();
+        let close: Vec<f64> = absorbed.iter().zip(&first).map(|(a, b)| a + b).collect();
+        for [one, other] in [[&first, &nearly], [&close, &first]] {
+            let [one_white, mut rest] = [one, other].map(|values| space.projected(values));
+            let share = dot(&one_white, &rest) / dot(&one_white, &one_white);
+            for (value, own) in rest.iter_mut().zip(&one_white) {
+                *value -= share * own;
+            }
+            let pair = products.measure_pair([one, other], &mut scratch);
+            let gain = |product: f64, square: f64| product * product / square;
+            near(pair.first.square, dot(&one_white, &one_white));
+            near(
+                gain(pair.second.product, pair.second.square),
+                gain(dot(&rest, &residual), dot(&rest, &rest)),
+            );
+        }
+        // What the fit absorbs wholly is left to the last digit of the white vector.
         let found = products.measure(&absorbed, &(0..n), &mut scratch);
         let white = space.projected(&absorbed);
         assert_eq!(found.square, dot(&white, &white));

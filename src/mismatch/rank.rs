@@ -80,11 +80,15 @@ impl Ranking {
     /// Weighs the evidence of every candidate and puts the best first.
     ///
     /// The prior of a law is such that a gain at its limit leaves it even: the law whose many shapes and places noise imitates well
-    /// must be that much better than one with a single shape, and the odds of no law depend on what its size was thought to be.
+    /// must be that much better than one with a single shape, and the odds of no law depend on what its size was thought to be. Beyond the
+    /// limit each value that was fitted costs what it is known better by (Laplace's approximation; Kass & Raftery, Journal of the
+    /// American Statistical Association 90, 1995, p. 777).
     pub(super) fn weigh(&mut self, limits: &Limits) {
         for ranked in &mut self.ranked {
             let limit = limits.of((ranked.effect.law, ranked.wide));
-            ranked.log_bayes = 0.5 * (ranked.gain - limit);
+            let known_better = 0.5 * (ranked.gain.max(limit) / limit).ln();
+            let values = ranked.effect.values.len() as f64;
+            ranked.log_bayes = 0.5 * (ranked.gain - limit) - values * known_better;
         }
         self.ranked
             .sort_by(|a, b| b.log_bayes.total_cmp(&a.log_bayes));
