@@ -7,8 +7,8 @@ use super::palette::{Colour, Marker, qualitative};
 use super::text_room::{Reach, range_with_texts};
 use super::ticks::signed;
 
-/// Natural logarithms of Bayes factors closer than this are not told apart (a factor of twenty).
-const NOT_APART: f64 = 3.0;
+/// Candidates that look alike are not told apart within this of the best, a difference of logarithms; those that look different are within less.
+const NOT_APART: f64 = 5.0;
 /// Candidates that are drawn: the best of them.
 const MOST_BARS: usize = 20;
 /// Width of the plot area, height of a row, size of the texts beside bars, px.
@@ -80,14 +80,14 @@ impl Look {
     fn label_and_colour(self) -> (&'static str, Colour) {
         match self {
             Self::Named => ("named", qualitative(0)),
-            Self::NotApart => ("rival within 3", qualitative(1)),
+            Self::NotApart => ("rival within 5, unlike it", qualitative(1)),
             Self::Rival => ("other rival", Colour::GREY),
             Self::Impossible => ("impossible", Colour::INK),
         }
     }
 }
 
-/// The figure: a bar for each candidate, the best at the top; the pale band reaches as far below the best as cannot be told apart.
+/// The figure: a bar for each candidate, the best at the top; in the pale band below the best those that look alike are not told apart.
 #[must_use]
 pub fn evidence_bars(input: &EvidenceBars) -> Figure {
     let mut candidates: Vec<&EvidenceCandidate> = input
@@ -148,7 +148,7 @@ fn panel(candidates: &[&EvidenceCandidate], best: f64) -> Panel {
     );
     if !candidates.is_empty() {
         panel.series.push(Series::labelled(
-            format!("within {NOT_APART} of the best: cannot be told apart"),
+            format!("within {NOT_APART} of the best: not told apart if alike"),
             Style::new(Colour::FAINT, Marker::Square),
             Marks::Polygons(vec![Polygon {
                 corners: rectangle(
@@ -375,13 +375,13 @@ mod tests {
     }
 
     #[test]
-    fn the_band_reaches_three_below_the_best_possible_candidate() {
+    fn the_band_reaches_five_below_the_best_possible_candidate() {
         let figure = evidence_bars(&input());
-        let band = bars(&figure, "within 3 of the best: cannot be told apart");
+        let band = bars(&figure, "within 5 of the best: not told apart if alike");
         let ends: Vec<f64> = band[0].corners.iter().map(|corner| corner[0]).collect();
-        assert_eq!(ends, [38.0, 41.0, 41.0, 38.0]);
+        assert_eq!(ends, [36.0, 41.0, 41.0, 36.0]);
         assert_eq!(bars(&figure, "named")[0].corners[1], [41.0, 1.0 - HALF_BAR]);
-        let not_apart = bars(&figure, "rival within 3");
+        let not_apart = bars(&figure, "rival within 5, unlike it");
         assert_eq!(not_apart.len(), 1);
         assert_eq!(not_apart[0].corners[1][0], 39.0);
         let rivals = bars(&figure, "other rival");
@@ -425,8 +425,8 @@ mod tests {
         let figure = evidence_bars(&EvidenceBars {
             candidates: vec![candidate("creep", -2.5, Standing::Rival)],
         });
-        let band = bars(&figure, "within 3 of the best: cannot be told apart");
-        assert_eq!(band[0].corners[0][0], -3.0);
+        let band = bars(&figure, "within 5 of the best: not told apart if alike");
+        assert_eq!(band[0].corners[0][0], -5.0);
         assert_eq!(band[0].corners[1][0], 0.0);
     }
 
