@@ -108,7 +108,7 @@ impl<'a> Products<'a> {
         let both = triple(&self.weights, first_m, second_m) - dot(of_first, of_second);
         let [first, second] = [first_m, second_m].map(|values| dot(values, &self.residual));
         let square = squares[1] - both * both / squares[0];
-        if squares[0] < CANCELLED * wholes[0] || !(square >= CANCELLED * wholes[1]) {
+        if squares[0] < CANCELLED * wholes[0] || square.is_nan() || square < CANCELLED * wholes[1] {
             return self.measure_white_pair(values_m);
         }
         MeasuredPair {
