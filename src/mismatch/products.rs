@@ -265,7 +265,7 @@ mod tests {
             .collect();
         let absorbed: Vec<f64> = observations.loads.iter().map(|l| l.force_n).collect();
         let close: Vec<f64> = absorbed.iter().zip(&first).map(|(a, b)| a + b).collect();
-        for [one, other] in [[&first, &nearly], [&close, &first]] {
+        for [one, other] in [[&first, &nearly], [&close, &second]] {
             let [one_white, mut rest] = [one, other].map(|values| space.projected(values));
             let share = dot(&one_white, &rest) / dot(&one_white, &one_white);
             for (value, own) in rest.iter_mut().zip(&one_white) {
@@ -274,10 +274,10 @@ mod tests {
             let pair = products.measure_pair([one, other], &mut scratch);
             let gain = |product: f64, square: f64| product * product / square;
             near(pair.first.square, dot(&one_white, &one_white));
-            near(
-                gain(pair.second.product, pair.second.square),
-                gain(dot(&rest, &residual), dot(&rest, &rest)),
-            );
+            let found = gain(pair.second.product, pair.second.square);
+            let expected = gain(dot(&rest, &residual), dot(&rest, &rest));
+            // Of a square that is a millionth of its terms ten digits are left.
+            assert!((found / expected - 1.0).abs() < 1e-8, "{found} {expected}");
         }
         // What the fit absorbs wholly is left to the last digit of the white vector.
         let found = products.measure(&absorbed, &(0..n), &mut scratch);
