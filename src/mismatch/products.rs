@@ -257,11 +257,11 @@ mod tests {
             pair.second.product,
             dot(&whites[1], &residual) - share * dot(&whites[0], &residual),
         );
-        // A pair that is nearly one vector, and one that the fit nearly absorbs, are left to the white vectors.
+        // A pair that is close to one vector, and one that the fit nearly absorbs, which is left to the white vectors.
         let nearly: Vec<f64> = first
             .iter()
             .zip(&second)
-            .map(|(a, b)| a + 1e-5 * b)
+            .map(|(a, b)| a + 0.03 * b)
             .collect();
         let absorbed: Vec<f64> = observations.loads.iter().map(|l| l.force_n).collect();
         let close: Vec<f64> = absorbed.iter().zip(&first).map(|(a, b)| a + b).collect();
