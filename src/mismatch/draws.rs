@@ -359,26 +359,13 @@ fn keep_largest(gains: &[Gain], products: &[f32], largest: &mut [Vec<f32>]) {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::mismatch::ReadingNoise;
-    use crate::mismatch::changes::tests::observations;
-    use crate::mismatch::noise::Whitening;
+    use crate::mismatch::changes::tests::{observations, space};
 
     #[test]
     fn gains_are_those_of_the_projected_vectors() {
         let observations = observations();
         let n = observations.len();
-        let slope_m: Vec<f64> = observations
-            .loads
-            .iter()
-            .map(|l| 4e-7 * l.force_n)
-            .collect();
-        let noise = ReadingNoise {
-            reading_sd_m: 1e-6,
-            zero_sd_m: 2e-6,
-            run_slope_sd: 0.01,
-        };
-        let whitening = Whitening::new(&observations, &noise, &slope_m, &vec![4e-7; n]);
-        let space = Space::new(&observations, whitening, &[], &[slope_m]);
+        let space = space(&observations);
         // Many vectors that span three directions in each cell, and one in the second cell alone.
         let wave = |number: usize, from: usize| -> Vec<f64> {
             let shares = [1.0, 0.3 * number as f64, 0.7 - 0.1 * number as f64];

@@ -205,26 +205,13 @@ fn triple(a: &[f64], b: &[f64], c: &[f64]) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::mismatch::ReadingNoise;
-    use crate::mismatch::changes::tests::observations;
-    use crate::mismatch::noise::Whitening;
+    use crate::mismatch::changes::tests::{observations, space};
 
     #[test]
     fn products_are_those_of_the_white_vectors() {
         let observations = observations();
         let n = observations.len();
-        let slope_m: Vec<f64> = observations
-            .loads
-            .iter()
-            .map(|l| 4e-7 * l.force_n)
-            .collect();
-        let noise = ReadingNoise {
-            reading_sd_m: 1e-6,
-            zero_sd_m: 2e-6,
-            run_slope_sd: 0.01,
-        };
-        let whitening = Whitening::new(&observations, &noise, &slope_m, &vec![4e-7; n]);
-        let space = Space::new(&observations, whitening, &[], &[slope_m]);
+        let space = space(&observations);
         let wave = |turn: f64| -> Vec<f64> {
             (0..n)
                 .map(|i| 1e-5 * (turn * (i as f64 + 0.3)).sin())
