@@ -2,7 +2,8 @@
 
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
-use std::sync::atomic::{AtomicU32, Ordering};
+
+use tempfile::TempDir;
 
 use crate::bench::{EmulatedBench, EmulatedSetup};
 use crate::clock::Clock;
@@ -45,7 +46,7 @@ pub(super) struct Hand {
     bench: EmulatedBench,
     host: PtyHost,
     /// Last, so that the links go before their folder.
-    _folder: Option<LinkFolder>,
+    _folder: Option<TempDir>,
 }
 
 impl Emulation<'_> {
@@ -80,9 +81,9 @@ impl Emulation<'_> {
                 std::fs::create_dir_all(folder).map_err(|source| not_made(folder, source))?;
                 None
             }
-            None => Some(LinkFolder::new()?),
+            None => Some(link_folder()?),
         };
-        let links = self.links.or(own.as_ref().map(|own| own.0.clone()));
+        let links = self.links.or(own.as_ref().map(|own| own.path().to_owned()));
         let speed = self.session.speed().clamp(1.0, FASTEST_LINE);
         let options = HostOptions {
             session: self.session,
@@ -209,27 +210,10 @@ impl Hand {
     }
 }
 
-/// A folder for links among the system's temporary ones, removed when it is dropped.
-struct LinkFolder(PathBuf);
-
-impl LinkFolder {
-    fn new() -> Result<Self, Failure> {
-        static NUMBER: AtomicU32 = AtomicU32::new(0);
-        let number = NUMBER.fetch_add(1, Ordering::SeqCst);
-        let name = format!("stiffbench-{}-{number}", std::process::id());
-        let folder = std::env::temp_dir().join(name);
-        // What is left of a process of the same number that was killed.
-        let _ = std::fs::remove_dir_all(&folder);
-        std::fs::create_dir(&folder).map_err(|source| not_made(&folder, source))?;
-        Ok(Self(folder))
-    }
-}
-
-impl Drop for LinkFolder {
-    fn drop(&mut self) {
-        // A temporary folder that stays behind harms nobody.
-        let _ = std::fs::remove_dir_all(&self.0);
-    }
+/// A folder for links among the system's temporary ones, with a name that nobody else has, whatever programs that were killed left there.
+fn link_folder() -> Result<TempDir, Failure> {
+    let made = tempfile::Builder::new().prefix("stiffbench-").tempdir();
+    Ok(made.map_err(|source| not_made(&std::env::temp_dir(), source))?)
 }
 
 fn not_made(folder: &Path, source: std::io::Error) -> CliError {
