@@ -190,7 +190,7 @@ fn called(session: &Session, path: &Path) -> String {
 }
 
 /// Laws by name; a name may stand for two, as `thermal-drift` does.
-fn laws(names: &[String]) -> Result<Vec<Law>, Failure> {
+pub(super) fn laws(names: &[String]) -> Result<Vec<Law>, Failure> {
     let mut laws = Vec::new();
     for name in names {
         let before = laws.len();

@@ -26,6 +26,7 @@ use crate::specimen::read_specimen;
 use super::args::Global;
 use super::data::robot_source;
 use super::design;
+use super::diagnose::laws;
 use super::failure::{CliError, Failure};
 use super::figure_files::{write, write_figure};
 use super::outcome::Outcome;
@@ -214,24 +215,21 @@ fn power_part(args: &ProveArgs, global: &Global, done: &mut Done) -> Result<(), 
         .map(|texts| Ok(Session::read(texts)?))
         .collect::<Result<_, Failure>>()?;
     let trials = (trials(args) / TRIALS_PER_POINT).max(LEAST_TRIALS);
-    let options = if args.quick {
-        PowerOptions {
-            laws: QUICK_LAWS.to_vec(),
-            sizes: vec![6.0],
-            trials,
-            closed_benches: 1,
-            pairs: false,
-            seed: args.seed,
-        }
-    } else {
-        PowerOptions {
-            laws: Law::ALL.to_vec(),
-            sizes: SIZES.to_vec(),
-            trials,
-            closed_benches: 2,
-            pairs: true,
-            seed: args.seed,
-        }
+    let options = PowerOptions {
+        laws: match (args.laws.as_slice(), args.quick) {
+            ([], true) => QUICK_LAWS.to_vec(),
+            ([], false) => Law::ALL.to_vec(),
+            (names, _) => laws(names)?,
+        },
+        sizes: match (args.sizes.as_slice(), args.quick) {
+            ([], true) => vec![6.0],
+            ([], false) => SIZES.to_vec(),
+            (sizes, _) => sizes.to_vec(),
+        },
+        trials,
+        closed_benches: if args.quick { 1 } else { 2 },
+        pairs: !args.quick && args.laws.is_empty(),
+        seed: args.seed,
     };
     // The number of places is known only when they have been tried: the bar counts trials.
     let bar = progress(global, "power", 0);

@@ -4,6 +4,8 @@ use std::path::PathBuf;
 
 use clap::{Args, ValueEnum};
 
+use crate::prove::LARGEST_SIZE;
+
 use super::args::at_least_one;
 
 /// Parts of the proof.
@@ -39,7 +41,7 @@ pub(super) enum SetChoice {
 /// Arguments of `prove`.
 #[derive(Debug, Args)]
 #[command(
-    after_help = "Examples:\n  stiffbench prove --quick\n  stiffbench prove --out data/concealed/results\n  stiffbench prove --only calibration --trials 200 --seed 7"
+    after_help = "Examples:\n  stiffbench prove --quick\n  stiffbench prove --out data/concealed/results\n  stiffbench prove --only calibration --trials 200 --seed 7\n  stiffbench prove --only power --laws slip,setting-in --trials 2500"
 )]
 pub(super) struct ProveArgs {
     /// A few minutes on two cores: fewer sessions, trials and sizes
@@ -57,6 +59,12 @@ pub(super) struct ProveArgs {
     /// Benches with nothing missing; each point of a power curve has a twenty-fifth of that [default: 1000; with --quick 60]
     #[arg(long, value_name = "N", value_parser = at_least_one())]
     pub(super) trials: Option<usize>,
+    /// Laws of the power curves, comma-separated; without pairs [default: all, and pairs; with --quick four]
+    #[arg(long, value_delimiter = ',', value_name = "LAW")]
+    pub(super) laws: Vec<String>,
+    /// Sizes of the power curves, standard errors, comma-separated [default: 3, 4.5, 6, 8; with --quick 6]
+    #[arg(long, value_delimiter = ',', value_name = "SIZE", value_parser = standard_errors)]
+    pub(super) sizes: Vec<f64>,
     /// Seed of everything random
     #[arg(long, default_value_t = 0)]
     pub(super) seed: u64,
@@ -66,4 +74,14 @@ pub(super) struct ProveArgs {
     /// Folder for verdicts, tables and figures
     #[arg(long, value_name = "FOLDER", default_value = "stiffbench-prove")]
     pub(super) out: PathBuf,
+}
+
+/// A size that power can be counted at.
+fn standard_errors(text: &str) -> Result<f64, String> {
+    match text.parse::<f64>() {
+        Ok(size) if (1.0..=LARGEST_SIZE).contains(&size) => Ok(size),
+        _ => Err(format!(
+            "a size is a number of standard errors from 1 to {LARGEST_SIZE}"
+        )),
+    }
 }

@@ -20,6 +20,9 @@ const MOST_EFFECTS: usize = 3;
 /// A rival within this log Bayes factor of the winner is not told apart from it.
 pub(super) const TELL_APART: f64 = 3.0;
 
+/// Gain by which what is three standard errors away falls short.
+pub(super) const THREE_STANDARD_ERRORS: f64 = 9.0;
+
 /// Poses left out must be predicted better with an effect than without, by more than this fall of the weighted squares.
 ///
 /// An effect that passed its limit by chance mostly fits the poses it was found in and fails in the one left out; a true one whose
@@ -163,7 +166,9 @@ impl Bench<'_> {
         first.weigh(&limits);
         let mut state = before.clone();
         let mut families: Vec<f64> = Vec::new();
-        for step in 0..MOST_EFFECTS {
+        // What is too little to decide about is not given names.
+        let enough = self.lacking().is_empty();
+        for step in (0..MOST_EFFECTS).take_while(|_| enough) {
             let ranking = if step == 0 {
                 None
             } else {
@@ -209,20 +214,25 @@ impl Bench<'_> {
         Ok((found, limits))
     }
 
-    /// Takes back, where structure is left that no law explains, what explains less than the largest pattern that is left: it stands for the
-    /// unknown cause as well as it can, and its name says nothing.
+    /// Takes back, where structure is left that no law explains, what explains less than the largest pattern that is left, or not clearly more
+    /// than a pattern without a law would in its stead: it stands for the unknown cause as well as it can, and its name says nothing.
     fn drop_stand_ins(
         &self,
         found: &mut Found,
         options: &SearchOptions,
         limits: &Limits,
     ) -> Result<(), MismatchError> {
-        let kept: Vec<bool> = found
-            .chosen
-            .iter()
-            .map(|chosen| chosen.ranked.iter().any(|best| best.gain > found.left.gain))
-            .collect();
-        if found.left.p > LEFT_OVER_LEVEL || kept.iter().all(|kept| *kept) {
+        if found.left.p > LEFT_OVER_LEVEL {
+            return Ok(());
+        }
+        let mut kept: Vec<bool> = Vec::new();
+        for (place, chosen) in found.chosen.iter().enumerate() {
+            let rest = self.without(&found.after, place)?;
+            let instead = self.left_over(&rest, limits)?.gain + THREE_STANDARD_ERRORS;
+            let needed = found.left.gain.max(instead);
+            kept.push(chosen.ranked.iter().any(|best| best.gain > needed));
+        }
+        if kept.iter().all(|kept| *kept) {
             return Ok(());
         }
         let mut keep = kept.iter();
@@ -368,12 +378,16 @@ impl Bench<'_> {
         options: &SearchOptions,
         limits: &Limits,
     ) -> Result<Ranking, MismatchError> {
+        let rest = self.without(state, place)?;
+        self.rank(&rest, &options.without, limits)
+    }
+
+    /// A state without one of its effects, under the same noise.
+    fn without(&self, state: &State, place: usize) -> Result<State, MismatchError> {
         let mut rest = state.fitted.model.clone();
         rest.effects.remove(place);
-        let baseline = self
-            .settle(rest, Some(state.noise))?
-            .ok_or(MismatchError::Empty)?;
-        self.rank(&baseline, &options.without, limits)
+        self.settle(rest, Some(state.noise))?
+            .ok_or(MismatchError::Empty)
     }
 
     /// For each effect of a state the candidates that could stand in its place.

@@ -13,8 +13,8 @@ const OPEN: f64 = 1e4;
 /// Share of a joint's largest moment at which its law begins.
 const BEGINS: f64 = 0.22;
 
-/// Sizes beyond which a place is called unable to show its law.
-const LARGEST_SIZE: f64 = 12.0;
+/// Size, standard errors, that a place has to reach to be tried: none beyond it can be asked for.
+pub const LARGEST_SIZE: f64 = 12.0;
 
 /// A loose member has the size it has: the smallest beyond this is taken, standard errors.
 const LEAST_LOOSE: f64 = 6.0;

@@ -26,6 +26,7 @@ mod words;
 pub use answers::{Answer, Answers, Expected, KnownRival, Set, Sets, TrueEffect, TrueParameter};
 pub use blind::{BlindVerdict, diagnose_all};
 pub use calibration::{CalibrationPlan, CalibrationRow, Variant, calibrate, calibration_plans};
+pub use cases::LARGEST_SIZE;
 pub use error::ProveError;
 pub use idealised::{ErrorRow, IDEALISED_UM, PlaceErrors, beside_idealised};
 pub use pose_errors::score_pose_errors;

@@ -9,8 +9,9 @@ use crate::report::text::TextTable;
 
 use super::{promise_table, promises_json, share_json, share_words};
 
-/// From this size on intervals are held to their promise, standard errors.
-const LARGE: f64 = 6.0;
+/// Sizes, standard errors, at which 80 % are to be rightly named, and those at which 95 % are and intervals are held to their promise.
+const AT_80: [f64; 2] = [4.49, 5.9];
+const FROM_95: [f64; 2] = [5.9, f64::INFINITY];
 
 /// The table of all points, and what was promised.
 #[must_use]
@@ -53,18 +54,56 @@ pub fn power_text(cases: &[PowerCase]) -> String {
         }
     }
     format!(
-        "Power and right names against size in standard errors; right: named alone, or with what cannot be told apart, and nothing else\n\n{}\n{}\n",
+        "Power and right names against size in standard errors; right: named alone, or with what cannot be told apart, and nothing else\n\n{}\n{}\n{}\n",
         table.text(),
+        law_table(cases).text(),
         promise_table(&promises(cases))
     )
+}
+
+/// Each law by itself, all its benches together.
+fn law_table(cases: &[PowerCase]) -> TextTable {
+    let mut table = TextTable::new(&[
+        "law",
+        "benches",
+        "4.5: right",
+        "%",
+        "95 % interval",
+        "6 and more: right",
+        "%",
+        "95 % interval",
+    ]);
+    let mut names: Vec<&str> = Law::ALL.into_iter().map(Law::name).collect();
+    names.dedup();
+    for name in names {
+        let own = || {
+            cases
+                .iter()
+                .filter(|case| case.laws.len() == 1 && case.laws[0].name() == name)
+        };
+        if name == Law::Slip.name() || own().next().is_none() {
+            continue;
+        }
+        let of_sizes = |[least, most]: [f64; 2]| {
+            let points = own().flat_map(|case| &case.points);
+            let share = sum(
+                points.filter(|point| (least..most).contains(&point.size)),
+                |point| point.right,
+            );
+            share_words(&share)
+        };
+        let mut row = vec![name.to_owned(), own().count().to_string()];
+        row.extend([AT_80, FROM_95].into_iter().flat_map(of_sizes));
+        table.row(row);
+    }
+    table
 }
 
 /// Points of single effects, of slip or of all others, in a range of sizes.
 fn points(
     cases: &[PowerCase],
     slip: bool,
-    least: f64,
-    most: f64,
+    [least, most]: [f64; 2],
 ) -> impl Iterator<Item = &PowerPoint> {
     cases
         .iter()
@@ -98,12 +137,12 @@ fn promises(cases: &[PowerCase]) -> Vec<Promise> {
         promise(
             "4.5 standard errors, not slip: rightly named",
             Target::AtLeast(0.80),
-            sum(points(cases, false, 4.49, 5.9), right),
+            sum(points(cases, false, AT_80), right),
         ),
         promise(
             "6 and more, not slip: rightly named",
             Target::AtLeast(0.95),
-            sum(points(cases, false, 5.9, f64::INFINITY), right),
+            sum(points(cases, false, FROM_95), right),
         ),
         promise(
             "slip at its limit + 0.84: rightly named",
@@ -123,16 +162,12 @@ fn promises(cases: &[PowerCase]) -> Vec<Promise> {
         promise(
             "sizes of 6 and more inside their 95 % intervals",
             Target::Between(0.93, 0.97),
-            sum(points(cases, false, LARGE - 0.1, f64::INFINITY), |p| {
-                p.sizes
-            }),
+            sum(points(cases, false, FROM_95), |p| p.sizes),
         ),
         promise(
             "identified factors inside their 95 % intervals, 6 and more",
             Target::Between(0.93, 0.97),
-            sum(points(cases, false, LARGE - 0.1, f64::INFINITY), |p| {
-                p.factors
-            }),
+            sum(points(cases, false, FROM_95), |p| p.factors),
         ),
     ]
 }
