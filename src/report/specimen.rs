@@ -4,7 +4,7 @@ use std::fmt::Write;
 
 use serde_json::{Value, json};
 
-use crate::mismatch::{Diagnosis, Finding, SpecimenScale, Verdict};
+use crate::mismatch::{Diagnosis, Finding, Quality, SpecimenScale, Verdict};
 use crate::physics::Law;
 use crate::specimen::{Scale, SpecimenTable};
 
@@ -76,7 +76,7 @@ pub fn specimen_json(report: &SpecimenReport<'_>) -> Value {
     let diagnosis = report.diagnosis;
     let (load_unit, answer_unit) = report.units();
     let rms = |value: f64| json!({ "value": value * report.scale.answer, "unit": answer_unit });
-    let quality = |quality: &crate::mismatch::Quality| json!({ "rms": rms(quality.rms_m), "reduced_chi2": quality.reduced_chi2 });
+    let quality = |quality: &Quality| json!({ "rms": rms(quality.rms_m), "reduced_chi2": quality.reduced_chi2 });
     json!({
         "verdict": diagnosis.verdict.name(),
         "lacking": diagnosis.lacking,
@@ -148,16 +148,29 @@ pub fn specimen_text(report: &SpecimenReport<'_>) -> String {
         text.push('\n');
         text.push_str(&findings_table(report));
     }
-    let (_, unit) = report.units();
-    let answer = report.scale.answer;
+    let about_line = |quality: &Quality| {
+        let unit = match report.units().1 {
+            "1" => String::new(),
+            unit => format!(" {unit}"),
+        };
+        format!(
+            "{:.4e}{unit}, {:.2} in units of the noise",
+            quality.rms_m * report.scale.answer,
+            quality.reduced_chi2.sqrt()
+        )
+    };
     let _ = writeln!(
         text,
-        "\nRoot mean square about the line: {:.4e} {unit} without, {:.4e} {unit} with what is named; {:.2} and {:.2} in units of the noise.",
-        diagnosis.before.rms_m * answer,
-        diagnosis.after.rms_m * answer,
-        diagnosis.before.reduced_chi2.sqrt(),
-        diagnosis.after.reduced_chi2.sqrt(),
+        "\nRoot mean square about the line: {}.",
+        about_line(&diagnosis.before)
     );
+    if !diagnosis.findings.is_empty() {
+        let _ = writeln!(
+            text,
+            "With what is named: {}.",
+            about_line(&diagnosis.after)
+        );
+    }
     let _ = writeln!(
         text,
         "What is left would be seen in {:.2} % of tables with noise alone (largest in {}).",
