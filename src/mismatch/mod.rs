@@ -29,6 +29,7 @@ mod products;
 mod rank;
 mod refit;
 mod restricted_likelihood;
+mod rounded;
 mod screen;
 mod search;
 mod space;

@@ -101,6 +101,16 @@ impl Whitening {
         }
     }
 
+    /// The noise that is made white.
+    pub(super) fn noise(&self) -> &ReadingNoise {
+        &self.noise
+    }
+
+    /// What the slope of a run multiplies, m.
+    pub(super) fn slope_m(&self) -> &[f64] {
+        &self.slope_m
+    }
+
     /// ln det V.
     pub(super) fn log_determinant(&self) -> f64 {
         self.log_determinant

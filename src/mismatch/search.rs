@@ -11,6 +11,7 @@ use super::limits::{LEFT_OVER_LEVEL, Limits, limits};
 use super::rank::{Ranked, Ranking};
 use super::refit::Model;
 use super::restricted_likelihood::EstimatedNoise;
+use super::rounded::RoundedNoise;
 use super::screen::white_candidates;
 use super::state::{Bench, State};
 
@@ -131,7 +132,16 @@ impl Bench<'_> {
         white.extend(self.loose_shapes(state, &first.space)?);
         let readings = &first.residuals[..self.observations.len()];
         let seen_in = (self.observations, &first.space);
-        Ok(limits(seen_in, white, patterns, readings, seed))
+        let predicted = self.predicted(&mut self.predictor(), &state.fitted.model)?;
+        let rounded = RoundedNoise::new(self.observations, &state.whitening, predicted);
+        Ok(limits(
+            seen_in,
+            white,
+            patterns,
+            readings,
+            rounded.as_ref(),
+            seed,
+        ))
     }
 
     pub(super) fn patterns(

@@ -20,6 +20,9 @@ const FACTORS: [f64; 2] = [0.55, 1.8];
 /// Displacements nearer than this are the same, m: rounding to the step of a gauge may fall either way.
 const SAME_M: f64 = 1.1e-6;
 
+/// A gauge with this step or more is coarse, m.
+const COARSE_STEP_M: f64 = 1e-5;
+
 /// Range of the noise of a trial: reading and zero, µm; slope of a run, 1. As in the concealed sessions.
 const READING_UM: [f64; 2] = [0.9, 2.2];
 const ZERO_UM: [f64; 2] = [1.2, 3.0];
@@ -104,7 +107,8 @@ impl<'a> TrialBench<'a> {
     /// [`ProveError::Mismatch`].
     pub(super) fn diagnose(&self, truth: &Truth, seed: u64) -> Result<Diagnosis, ProveError> {
         let readings = simulate(&self.baseline, &self.plan, truth, seed)?;
-        let known = Some(&self.limits);
+        // Where a coarse gauge stands, its rounding depends on: limits are those of the readings, not of the plan.
+        let known = (self.noise.displacement_step_m < COARSE_STEP_M).then_some(&self.limits);
         let (diagnosis, _) = diagnose(&self.baseline, &readings, &self.options, known)?;
         Ok(diagnosis)
     }

@@ -102,7 +102,14 @@ pub fn design_of_plan(
     let limits = if let Some(known) = known {
         known
     } else {
-        worked_out = limits((&observations, &space), seen.clone(), Vec::new(), &[], seed);
+        worked_out = limits(
+            (&observations, &space),
+            seen.clone(),
+            Vec::new(),
+            &[],
+            None,
+            seed,
+        );
         &worked_out
     };
     let root = |law: Law| {
