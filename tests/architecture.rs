@@ -32,7 +32,7 @@ const MAY_IMPORT: [(&str, &[&str]); 27] = [
     ("bench", &["clock", "test_point", "readings", "procedure", "robot", "physics"]),
     ("least_squares", &["statistics"]),
     ("fit", &["quantity", "statistics", "test_point", "readings", "stiffness", "structure", "robot", "physics", "least_squares"]),
-    ("mismatch", &["statistics", "vector", "test_point", "readings", "procedure", "specimen", "structure", "robot", "physics", "least_squares"]),
+    ("mismatch", &["statistics", "lanes", "vector", "test_point", "readings", "procedure", "specimen", "structure", "robot", "physics", "least_squares"]),
     ("prove", &["statistics", "source_text", "test_point", "readings", "specimen", "robot", "physics", "least_squares", "mismatch"]),
     ("distribution", &["statistics", "source_text", "vector", "test_point", "structure", "robot", "physics"]),
     ("plot", &["quantity", "vector", "test_point"]),

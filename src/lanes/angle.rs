@@ -1,6 +1,6 @@
 //! Sine and cosine of angles in degrees.
 
-use pulp::Simd;
+use pulp::{Simd, WithSimd};
 
 use super::lane::{Lane, multiply_add, multiply_subtract};
 
@@ -59,6 +59,39 @@ pub(crate) fn sin_cos_deg<S: Simd>(angle_deg: Lane<S>) -> (Lane<S>, Lane<S>) {
     )
 }
 
+/// Sines of many angles, and the same a quarter of a turn further.
+///
+/// # Arguments
+/// - `[amplitude, per_unit_deg, phase_deg]`: of the sine of a place.
+/// - `places`: where it is asked for; `out` as long.
+pub(crate) fn waves(wave: [f64; 3], places: &[f64], out: [&mut [f64]; 2]) {
+    pulp::Arch::new().dispatch(Waves { wave, places, out });
+}
+
+struct Waves<'a> {
+    wave: [f64; 3],
+    places: &'a [f64],
+    out: [&'a mut [f64]; 2],
+}
+
+impl WithSimd for Waves<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, simd: S) {
+        let [amplitude, per_unit_deg, phase_deg] = self.wave.map(|x| Lane::splat(simd, x));
+        let [sines, cosines] = self.out;
+        let count = Lane::<S>::COUNT;
+        let out = sines.chunks_mut(count).zip(cosines.chunks_mut(count));
+        for (place, (sine, cosine)) in self.places.chunks(count).zip(out) {
+            let place = Lane::read(simd, place);
+            let (s, c) = sin_cos_deg(multiply_add(place, per_unit_deg, phase_deg));
+            (amplitude * s).write(sine);
+            (amplitude * c).write(cosine);
+        }
+    }
+}
+
 /// The nearest whole number.
 #[inline(always)]
 fn rounded<S: Simd>(value: Lane<S>) -> Lane<S> {
@@ -94,6 +127,22 @@ mod tests {
                 (cos.get(0) - expected_cos).abs() < 1.5e-15,
                 "cos {angle_deg}"
             );
+        }
+    }
+
+    #[test]
+    fn waves_are_those_of_every_place() {
+        let places: Vec<f64> = (0..21).map(|i| 1.3e-4 * f64::from(i * i)).collect();
+        let (mut sines, mut cosines) = (vec![0.0; 21], vec![0.0; 21]);
+        waves(
+            [2e-6, 360.0 / 5e-5, 30.0],
+            &places,
+            [&mut sines, &mut cosines],
+        );
+        for (place, (sine, cosine)) in places.iter().zip(sines.iter().zip(&cosines)) {
+            let (s, c) = (std::f64::consts::TAU * place / 5e-5 + 30_f64.to_radians()).sin_cos();
+            assert!((sine - 2e-6 * s).abs() < 1e-17, "{place}");
+            assert!((cosine - 2e-6 * c).abs() < 1e-17, "{place}");
         }
     }
 

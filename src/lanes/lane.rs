@@ -34,6 +34,21 @@ impl<S: Simd> Lane<S> {
         Self::splat(self.simd, value)
     }
 
+    /// The first numbers of a slice; zero where it has none.
+    #[inline(always)]
+    pub(crate) fn read(simd: S, values: &[f64]) -> Self {
+        Self {
+            simd,
+            values: simd.partial_load_f64s(values),
+        }
+    }
+
+    /// Writes as many numbers as a slice has room for.
+    #[inline(always)]
+    pub(crate) fn write(self, out: &mut [f64]) {
+        self.simd.partial_store_f64s(out, self.values);
+    }
+
     #[inline(always)]
     pub(crate) fn zero(simd: S) -> Self {
         Self::splat(simd, 0.0)
@@ -255,6 +270,15 @@ pub(crate) trait Kernel {
 #[inline]
 pub(crate) fn run<S: Simd>(simd: S, kernel: impl Kernel) {
     simd.vectorize(Within(kernel));
+}
+
+/// Runs a loop with the instructions of the widest set of this machine: the compiler makes lanes of it.
+///
+/// For loops over slices whose sums stand side by side already: the results are the same with every set. What is called in it must be
+/// `#[inline(always)]`.
+#[inline]
+pub(crate) fn widest<R>(work: impl FnOnce() -> R) -> R {
+    pulp::Arch::new().dispatch(work)
 }
 
 struct Within<K>(K);

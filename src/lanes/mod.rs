@@ -20,9 +20,9 @@ mod angle;
 mod lane;
 mod simd;
 
-pub(crate) use angle::sin_cos_deg;
+pub(crate) use angle::{sin_cos_deg, waves};
 pub(crate) use lane::{
     Aligned, Kernel, Lane, across, cross, dot, frame_on, multiply_add, multiply_subtract, run,
-    scale, subtract,
+    scale, subtract, widest,
 };
 pub(crate) use simd::InstructionSet;

@@ -1,8 +1,9 @@
 //! Draws of noise along thousands of vectors at once.
 //!
-//! What a vector of readings gives on noise z is v·(z - B Bᵀ z), B what the fit absorbs. Before projection most vectors of one kind
-//! differ little within a cell: there they span a few tens of directions, whatever their number. The noise is therefore told once along
-//! a basis of each cell, and each vector is a sum over those. A vector that lives in one cell, as a slip does, is told there alone.
+//! What a vector of readings gives on noise z is v·(z - B Bᵀ z), B what the fit absorbs. Before projection vectors of one kind, as are
+//! those of all laws at one joint, differ little within a cell: there they span a few tens of directions, whatever their number. The noise
+//! is therefore told once along a basis of each cell, and each vector is a sum over those. A vector is told only in the cells where it
+//! lives. Over all cells most vectors of a kind are nearly sums of a few of them, and only these few are told.
 //!
 //! Products are taken in single precision: seven digits of numbers that are compared with a limit known to three.
 
@@ -13,16 +14,21 @@ use faer::linalg::matmul::matmul;
 use faer::{Accum, MatMut, MatRef, Par};
 use rayon::prelude::*;
 
+use crate::lanes::widest;
+
+use super::few::Few;
 use super::space::{Space, dot};
 
 /// Draws of one block: they share their products.
-pub(super) const BLOCK: usize = 100;
+///
+/// As many as fill five registers of sixteen numbers: products of other counts waste lanes.
+pub(super) const BLOCK: usize = 80;
 
 /// Vectors whose products are taken before their gains are looked at: as many as stay in the cache.
 const COLUMNS: usize = 512;
 
-/// How far, in lengths of a vector as the fit leaves it, a basis may leave it out: a gain of 16 changes by 0.08 at random, a limit not.
-const LEFT_OUT: f64 = 0.01;
+/// How far, in lengths of a vector as the fit leaves it, a basis may leave it out, and a sum over a few be from it: a gain of 16 changes by 0.08 at random, a limit not.
+pub(super) const LEFT_OUT: f64 = 0.01;
 
 /// A vector this much longer before the projection than after it is projected here, where there are digits enough.
 const LONG: f64 = 1e3;
@@ -30,15 +36,19 @@ const LONG: f64 = 1e3;
 /// Directions in one cell from which on the readings themselves are as good a basis.
 const MOST_DIRECTIONS: usize = 64;
 
-/// Vectors of one kind, which share a basis.
+/// Vectors of one kind, which share bases.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub(super) enum Kind {
-    /// Laws but for the periods of gauges.
-    Law,
+    /// Laws at one joint, by a number of it.
+    Joint(usize),
+    /// Slips.
+    Slip,
     /// Periods of gauges.
     Period,
-    /// Patterns without a law.
-    Pattern,
+    /// All other laws.
+    Law,
+    /// Patterns without a law in the same readings, by a number of these.
+    Pattern(usize),
 }
 
 /// What noise gives along one or two vectors, and for whom it counts.
@@ -71,7 +81,9 @@ struct Block {
     cells: Vec<CellBasis>,
     /// Directions of all its cells.
     directions: usize,
-    /// Shares of the directions, vector by vector.
+    /// Shares of the directions in the few vectors of which all are sums, one after the other; `None` if all are told themselves.
+    few: Option<Vec<f32>>,
+    /// Shares of the few or else of the directions, vector by vector.
     shares: Vec<f32>,
     gains: Vec<Gain>,
 }
@@ -111,19 +123,19 @@ impl DrawTable {
                 space.project(unit);
             }
         }
-        let mut places: BTreeMap<(Kind, Option<usize>), Vec<Drawn>> = BTreeMap::new();
+        let mut places: BTreeMap<(Kind, Vec<usize>), Vec<Drawn>> = BTreeMap::new();
         for one in drawn {
-            let place = (one.kind, only_cell(cells, &one.units));
+            let place = (one.kind, lived_in(cells, &one.units));
             places.entry(place).or_default().push(one);
         }
         let blocks = places
-            .into_iter()
-            .map(|((_, cell), drawn)| {
-                if let Some(cell) = cell {
-                    return Block::new(&drawn, vec![CellBasis::of_readings(&cells[cell])]);
-                }
-                let basis = |cell| CellBasis::new(cell, cells.len(), &drawn);
-                Block::new(&drawn, cells.par_iter().map(basis).collect())
+            .into_par_iter()
+            .map(|((_, lived_in), drawn)| {
+                let basis = |cell: &usize| match lived_in[..] {
+                    [_] => CellBasis::of_readings(&cells[*cell]),
+                    _ => CellBasis::new(&cells[*cell], cells.len(), &drawn),
+                };
+                Block::new(space, &drawn, lived_in.iter().map(basis).collect())
             })
             .collect();
         let absorbed = space.basis().iter().flatten().map(|x| *x as f32).collect();
@@ -143,11 +155,11 @@ impl DrawTable {
     /// Largest gain of each family in each draw.
     ///
     /// # Arguments
-    /// - `noise`: [`BLOCK`] white vectors, one after the other; overwritten.
+    /// - `noise`: white noise, [`BLOCK`] draws of each reading, one reading after the other; overwritten.
     pub(super) fn largest(&self, noise: &mut [f32]) -> Vec<Vec<f64>> {
         let mut largest = vec![vec![0.0_f32; BLOCK]; self.families];
         self.project(noise);
-        let noise = MatRef::from_column_major_slice(&*noise, self.length, BLOCK);
+        let noise = MatRef::from_column_major_slice(&*noise, BLOCK, self.length);
         for block in &self.blocks {
             block.add_to(noise, &mut largest);
         }
@@ -159,36 +171,30 @@ impl DrawTable {
         let columns = self.absorbed.len() / self.length;
         let basis = MatRef::from_column_major_slice(&self.absorbed, self.length, columns);
         let mut shares = vec![0.0; columns * BLOCK];
-        let mut shares = MatMut::from_column_major_slice_mut(&mut shares, columns, BLOCK);
-        let mut noise = MatMut::from_column_major_slice_mut(noise, self.length, BLOCK);
-        matmul(
-            shares.as_mut(),
-            Accum::Replace,
-            basis.transpose(),
-            noise.as_ref(),
-            1.0,
-            Par::Seq,
-        );
-        matmul(
-            noise.as_mut(),
-            Accum::Add,
-            basis,
-            shares.as_ref(),
-            -1.0,
-            Par::Seq,
-        );
+        let mut shares = MatMut::from_column_major_slice_mut(&mut shares, BLOCK, columns);
+        let mut noise = MatMut::from_column_major_slice_mut(noise, BLOCK, self.length);
+        let (all, shares) = (noise.as_ref(), &mut shares);
+        matmul(shares.as_mut(), Accum::Replace, all, basis, 1.0, Par::Seq);
+        let (shares, back) = (shares.as_ref(), basis.transpose());
+        matmul(noise.as_mut(), Accum::Add, shares, back, -1.0, Par::Seq);
     }
 }
 
-/// The one cell in which vectors have readings; `None` if there are several.
-fn only_cell(cells: &[Range<usize>], units: &[Vec<f64>]) -> Option<usize> {
+/// The cells in which vectors have readings that count.
+fn lived_in(cells: &[Range<usize>], units: &[Vec<f64>]) -> Vec<usize> {
+    let left_out = left_out(cells.len());
     let lives = |cell: &Range<usize>| {
         let mut parts = units.iter().map(|unit| &unit[cell.clone()]);
-        parts.any(|part| part.iter().any(|x| *x != 0.0))
+        parts.any(|part| dot(part, part) > left_out)
     };
-    let mut there = (0..cells.len()).filter(|&cell| lives(&cells[cell]));
-    let first = there.next()?;
-    there.next().is_none().then_some(first)
+    (0..cells.len())
+        .filter(|&cell| lives(&cells[cell]))
+        .collect()
+}
+
+/// Square of what a basis of one cell out of several may leave out of a vector.
+fn left_out(cells: usize) -> f64 {
+    LEFT_OUT * LEFT_OUT / cells as f64
 }
 
 impl CellBasis {
@@ -204,7 +210,7 @@ impl CellBasis {
     /// A basis of what vectors are in a cell.
     fn new(readings: &Range<usize>, cells: usize, drawn: &[Drawn]) -> Self {
         let most = MOST_DIRECTIONS.min(readings.len() / 2);
-        let left_out = LEFT_OUT * LEFT_OUT / cells as f64;
+        let left_out = left_out(cells);
         let mut basis: Vec<Vec<f64>> = Vec::new();
         let mut shares = Vec::new();
         for unit in drawn.iter().flat_map(|drawn| &drawn.units) {
@@ -242,43 +248,49 @@ impl CellBasis {
     }
 
     /// Shares of the directions in a vector, appended.
-    fn add_shares(&self, unit: &[f64], out: &mut Vec<f32>) {
+    fn add_shares(&self, unit: &[f64], out: &mut Vec<f64>) {
         let part = &unit[self.readings.clone()];
-        let Some(basis) = &self.basis else {
-            out.extend(part.iter().map(|x| *x as f32));
-            return;
-        };
-        out.extend(basis.iter().map(|column| dot(column, part) as f32));
+        match &self.basis {
+            None => out.extend_from_slice(part),
+            Some(basis) => out.extend(basis.iter().map(|column| dot(column, part))),
+        }
     }
 
-    /// Noise along the directions.
+    /// Noise along the directions, draw by draw.
     fn tell(&self, noise: MatRef<'_, f32>, mut out: MatMut<'_, f32>) {
-        let part = noise.subrows(self.readings.start, self.readings.len());
+        let part = noise.subcols(self.readings.start, self.readings.len());
         if self.basis.is_none() {
             out.copy_from(part);
             return;
         }
         let (readings, directions) = (self.readings.len(), self.directions);
         let basis = MatRef::from_column_major_slice(&self.told, readings, directions);
-        matmul(out, Accum::Replace, basis.transpose(), part, 1.0, Par::Seq);
+        matmul(out, Accum::Replace, part, basis, 1.0, Par::Seq);
     }
 }
 
 impl Block {
-    fn new(drawn: &[Drawn], cells: Vec<CellBasis>) -> Self {
-        let shares = drawn.par_iter().flat_map_iter(|drawn| {
+    fn new(space: &Space, drawn: &[Drawn], cells: Vec<CellBasis>) -> Self {
+        let shares_of = |vector: &Vec<f64>| {
             let mut shares = Vec::new();
-            for unit in &drawn.units {
-                for cell in &cells {
-                    cell.add_shares(unit, &mut shares);
-                }
+            for cell in &cells {
+                cell.add_shares(vector, &mut shares);
             }
             shares
-        });
-        let shares = shares.collect();
+        };
+        let units = drawn.iter().flat_map(|drawn| &drawn.units);
+        let shares: Vec<f64> = units.flat_map(shares_of).collect();
+        let absorbed: Vec<f64> = space.basis().iter().flat_map(shares_of).collect();
+        let directions = cells.iter().map(|cell| cell.directions).sum();
+        let single = |shares: &[f64]| shares.iter().map(|x| *x as f32).collect::<Vec<f32>>();
+        let (few, shares) = match Few::new(directions, &shares, &absorbed) {
+            Some(few) => (Some(single(&few.vectors)), single(&few.shares)),
+            None => (None, single(&shares)),
+        };
         Self {
-            directions: cells.iter().map(|cell| cell.directions).sum(),
+            directions,
             cells,
+            few,
             shares,
             gains: drawn
                 .iter()
@@ -297,13 +309,19 @@ impl Block {
             return;
         }
         let mut told = vec![0.0; self.directions * BLOCK];
-        let mut told = MatMut::from_column_major_slice_mut(&mut told, self.directions, BLOCK);
+        let mut told = MatMut::from_column_major_slice_mut(&mut told, BLOCK, self.directions);
         let mut first = 0;
         for cell in &self.cells {
-            cell.tell(noise, told.as_mut().subrows_mut(first, cell.directions));
+            cell.tell(noise, told.as_mut().subcols_mut(first, cell.directions));
             first += cell.directions;
         }
-        let mut products = vec![0.0; (COLUMNS + 1) * BLOCK];
+        let mut told_few = Vec::new();
+        let told = match &self.few {
+            None => told.as_ref(),
+            Some(few) => self.tell_few(few, told.as_ref(), &mut told_few),
+        };
+        let directions = told.ncols();
+        let mut products = vec![0.0; COLUMNS.min(self.shares.len() / directions) * BLOCK];
         let mut gains = &self.gains[..];
         let mut shares = &self.shares[..];
         while !gains.is_empty() {
@@ -318,13 +336,13 @@ impl Block {
                 .iter()
                 .map(|gain| 1 + usize::from(gain.is_pair))
                 .sum::<usize>();
-            let (own, others) = shares.split_at(columns * self.directions);
+            let (own, others) = shares.split_at(columns * directions);
             let products = &mut products[..columns * BLOCK];
             matmul(
                 MatMut::from_column_major_slice_mut(products, BLOCK, columns),
                 Accum::Replace,
-                told.as_ref().transpose(),
-                MatRef::from_column_major_slice(own, self.directions, columns),
+                told,
+                MatRef::from_column_major_slice(own, directions, columns),
                 1.0,
                 Par::Seq,
             );
@@ -332,9 +350,41 @@ impl Block {
             (gains, shares) = (later, others);
         }
     }
+
+    /// Noise along the few vectors.
+    fn tell_few<'m>(
+        &self,
+        few: &[f32],
+        told: MatRef<'_, f32>,
+        memory: &'m mut Vec<f32>,
+    ) -> MatRef<'m, f32> {
+        let count = few.len() / self.directions;
+        memory.resize(count * BLOCK, 0.0);
+        matmul(
+            MatMut::from_column_major_slice_mut(memory, BLOCK, count),
+            Accum::Replace,
+            told,
+            MatRef::from_column_major_slice(few, self.directions, count),
+            1.0,
+            Par::Seq,
+        );
+        MatRef::from_column_major_slice(memory, BLOCK, count)
+    }
 }
 
 fn keep_largest(gains: &[Gain], products: &[f32], largest: &mut [Vec<f32>]) {
+    widest(
+        #[inline(always)]
+        || keep_largest_in_lanes(gains, products, largest),
+    );
+}
+
+#[inline(always)]
+#[expect(
+    clippy::inline_always,
+    reason = "it is compiled for the instructions of its caller"
+)]
+fn keep_largest_in_lanes(gains: &[Gain], products: &[f32], largest: &mut [Vec<f32>]) {
     let mut products = products.chunks_exact(BLOCK);
     for gain in gains {
         let most = largest[gain.family].iter_mut();
@@ -400,7 +450,8 @@ mod tests {
         let noise: Vec<f64> = (0..n * BLOCK)
             .map(|i| 3.0 * (1.7 * i as f64).sin())
             .collect();
-        let mut single: Vec<f32> = noise.iter().map(|x| *x as f32).collect();
+        let by_reading = (0..n).flat_map(|reading| noise.chunks(n).map(move |draw| draw[reading]));
+        let mut single: Vec<f32> = by_reading.map(|x| x as f32).collect();
         let found = table.largest(&mut single);
         for (family, unit) in projected.iter().enumerate() {
             for (draw, noise) in noise.chunks(n).enumerate() {

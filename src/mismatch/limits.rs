@@ -7,13 +7,14 @@
 use std::collections::BTreeMap;
 use std::ops::Range;
 
-use rand::{RngExt, SeedableRng};
+use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, StandardNormal};
 use rayon::prelude::*;
 
-use crate::physics::Law;
+use crate::physics::{Law, Place};
 
+use super::candidate::Candidate;
 use super::draws::{BLOCK, DrawTable, Drawn, Kind};
 use super::leftover::{Pattern, Stratum};
 use super::observations::Observations;
@@ -138,20 +139,23 @@ pub(super) fn limits(
         all
     };
     let mut drawn: Vec<Drawn> = Vec::new();
+    let mut joints = Vec::new();
     for candidate in candidates {
         let family = (candidate.candidate.law, candidate.candidate.wide);
         let place = families.iter().position(|f| *f == family);
+        let kind = kind_of(&candidate.candidate, &mut joints);
         add_candidate(
             space,
-            candidate,
+            (candidate, kind),
             place.unwrap_or(families.len()),
             &mut drawn,
         );
     }
+    let mut groups = Vec::new();
     drawn.extend(patterns.into_iter().map(|pattern| Drawn {
         kind: match pattern.stratum {
             Stratum::Rest => Kind::Period,
-            _ => Kind::Pattern,
+            _ => Kind::Pattern(number_of(&mut groups, &pattern.group)),
         },
         family: families.len(),
         units: pattern.units,
@@ -164,18 +168,43 @@ pub(super) fn limits(
         .map(|c| c.readings.clone())
         .collect();
     let table = DrawTable::new(space, &cells, families.len() + 1, drawn);
-    let draws = draw(&table, &pool(residuals), rounded, seed);
+    let pool = smoothed(&pool(residuals), seed);
+    let draws = draw(&table, &pool, rounded, seed);
     settle(&families, draws)
 }
 
-fn add_candidate(space: &Space, candidate: WhiteCandidate, family: usize, drawn: &mut Vec<Drawn>) {
+/// What a candidate shares its bases with.
+///
+/// # Arguments
+/// - `joints`: those met before.
+fn kind_of(candidate: &Candidate, joints: &mut Vec<Place>) -> Kind {
+    match (candidate.law, &candidate.place) {
+        (Law::GaugePeriodic, _) => Kind::Period,
+        (Law::Slip, _) => Kind::Slip,
+        (_, place @ Place::Joint(_)) => Kind::Joint(number_of(joints, place)),
+        _ => Kind::Law,
+    }
+}
+
+/// The place of something in a list, appended where it is new.
+fn number_of<T: PartialEq + Clone>(known: &mut Vec<T>, wanted: &T) -> usize {
+    known
+        .iter()
+        .position(|one| one == wanted)
+        .unwrap_or_else(|| {
+            known.push(wanted.clone());
+            known.len() - 1
+        })
+}
+
+fn add_candidate(
+    space: &Space,
+    (candidate, kind): (WhiteCandidate, Kind),
+    family: usize,
+    drawn: &mut Vec<Drawn>,
+) {
     // Those of any size, with their products with what the fit absorbs.
     let mut free: Vec<(usize, Vec<f64>)> = Vec::new();
-    let kind = if candidate.candidate.law == Law::GaugePeriodic {
-        Kind::Period
-    } else {
-        Kind::Law
-    };
     for shape in candidate.shapes {
         let length = shape.square.sqrt();
         let mut units = shape.vectors;
@@ -232,10 +261,44 @@ fn pool(residuals: &[f64]) -> Vec<f64> {
     limited.iter().map(|r| (r - mean) / sd).collect()
 }
 
+/// Smoothed residuals from which draws are taken: so many that each is rare.
+const SMOOTHED: usize = 1 << 16;
+
+/// Residuals of a pool, each as often as any other, with other normal parts each time.
+fn smoothed(pool: &[f64], seed: u64) -> Vec<f32> {
+    let mut rng = ChaCha8Rng::seed_from_u64(seed);
+    let each = SMOOTHED / pool.len().max(1);
+    let all = std::iter::repeat_n(pool, each).flatten();
+    all.map(|residual| {
+        let normal: f64 = StandardNormal.sample(&mut rng);
+        ((residual + SMOOTHING * normal) / (1.0 + SMOOTHING * SMOOTHING).sqrt()) as f32
+    })
+    .collect()
+}
+
+/// Fills memory with noise.
+///
+/// # Arguments
+/// - `pool`: what is drawn from; normal numbers if it is empty.
+fn fill(noise: &mut [f32], pool: &[f32], rng: &mut ChaCha8Rng) {
+    if pool.is_empty() {
+        noise.fill_with(|| StandardNormal.sample(rng));
+        return;
+    }
+    // The high half of 32 random bits times the count is a place in it: two from one random number.
+    let taken = |bits: u64| pool[((bits & 0xffff_ffff) * pool.len() as u64 >> 32) as usize];
+    for pair in noise.chunks_mut(2) {
+        let bits = rng.next_u64();
+        for (value, bits) in pair.iter_mut().zip([bits, bits >> 32]) {
+            *value = taken(bits);
+        }
+    }
+}
+
 /// Largest gain of each family, the patterns last, for each draw.
 fn draw(
     table: &DrawTable,
-    pool: &[f64],
+    pool: &[f32],
     rounded: Option<&RoundedNoise<'_>>,
     seed: u64,
 ) -> Vec<Vec<f64>> {
@@ -243,16 +306,8 @@ fn draw(
         .into_par_iter()
         .map(|block| {
             let mut rng = ChaCha8Rng::seed_from_u64(seed ^ (0x9e37_79b9 + block as u64));
-            let mut noise: Vec<f32> = (0..table.length() * BLOCK)
-                .map(|_| {
-                    let normal: f64 = StandardNormal.sample(&mut rng);
-                    if pool.is_empty() {
-                        return normal as f32;
-                    }
-                    let residual = pool[rng.random_range(0..pool.len())];
-                    ((residual + SMOOTHING * normal) / (1.0 + SMOOTHING * SMOOTHING).sqrt()) as f32
-                })
-                .collect();
+            let mut noise = vec![0.0; table.length() * BLOCK];
+            fill(&mut noise, pool, &mut rng);
             if let Some(rounded) = rounded {
                 for one in noise.chunks_mut(table.length()) {
                     for (value, drawn) in one.iter_mut().zip(rounded.draw(&mut rng)) {

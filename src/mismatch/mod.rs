@@ -12,6 +12,7 @@ mod detection;
 mod diagnosis;
 mod draws;
 mod error;
+mod few;
 mod found_model;
 mod given_noise;
 mod held_out;
