@@ -335,9 +335,6 @@ fn slip_candidates(observations: &Observations, out: &mut Vec<Candidate>) {
     }
 }
 
-/// Phases of a period: sine and cosine span all of them.
-pub(super) const PHASES: [f64; 2] = [0.0, std::f64::consts::FRAC_PI_2];
-
 fn period_candidates(scales: &Scales, out: &mut Vec<Candidate>) {
     let range_m = scales.largest_displacement_m;
     let shapes = |periods: &mut dyn Iterator<Item = f64>| -> Vec<Shape> {

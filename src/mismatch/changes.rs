@@ -2,6 +2,7 @@
 
 use std::ops::Range;
 
+use crate::lanes::waves;
 use crate::physics::{Effect, JointPath, Law, LawSet, Place, PoseMechanics, Twists, period_m};
 
 use super::observations::Observations;
@@ -68,6 +69,8 @@ pub(super) struct Changes<'a> {
     laws: LawSet,
     /// Displacements under the effects, m.
     before_m: Vec<f64>,
+    /// Where the gauge stood, m.
+    stood_m: Vec<f64>,
 }
 
 impl<'a> Changes<'a> {
@@ -80,11 +83,14 @@ impl<'a> Changes<'a> {
         let all: Vec<&Effect> = effects.iter().collect();
         let mut before_m = vec![0.0; observations.len()];
         frozen.predict(observations, &all, &mut Twists::default(), &mut before_m)?;
+        let readings = before_m.iter().zip(&observations.loads);
+        let stood_m = readings.map(|(before, load)| load.position_m.unwrap_or(*before));
         Some(Self {
             observations,
             frozen,
             effects,
             laws: frozen.laws(&all)?,
+            stood_m: stood_m.collect(),
             before_m,
         })
     }
@@ -129,6 +135,33 @@ impl<'a> Changes<'a> {
         Some(0..out.len())
     }
 
+    /// Changes by a period of the gauge, and by the same a quarter of a turn further, m; `None` if another effect is in its way.
+    ///
+    /// # Arguments
+    /// - `out`: overwritten.
+    pub(super) fn of_both_phases(
+        &self,
+        effect: &Effect,
+        twists: &mut Twists,
+        out: [&mut [f64]; 2],
+    ) -> Option<()> {
+        let &[amplitude, period_m, phase] = &effect.values[..] else {
+            return None;
+        };
+        let is_period = |other: &Effect| other.law == Law::GaugePeriodic;
+        if self.effects.iter().any(is_period) {
+            let mut turned = effect.clone();
+            turned.values[2] += std::f64::consts::FRAC_PI_2;
+            let [first, second] = out;
+            self.of(effect, None, twists, first)?;
+            self.of(&turned, None, twists, second)?;
+            return Some(());
+        }
+        let wave = [amplitude, 360.0 / period_m, phase.to_degrees()];
+        waves(wave, &self.stood_m, out);
+        Some(())
+    }
+
     /// Changes by an effect that acts after all mechanics, with nothing among the others that acts after it: slips and periods are most
     /// of the shapes.
     ///
@@ -142,10 +175,8 @@ impl<'a> Changes<'a> {
         }
         match (&effect.place, &effect.values[..]) {
             (Place::DisplacementGauge, &[amplitude, period, phase]) => {
-                let readings = self.before_m.iter().zip(&observations.loads);
-                for (out, (before, load)) in out.iter_mut().zip(readings) {
-                    let read = load.position_m.unwrap_or(*before);
-                    *out = period_m([amplitude, period, phase], read);
+                for (out, stood_m) in out.iter_mut().zip(&self.stood_m) {
+                    *out = period_m([amplitude, period, phase], *stood_m);
                 }
                 Some(0..out.len())
             }

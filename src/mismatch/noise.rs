@@ -11,7 +11,10 @@ use std::ops::Range;
 
 use nalgebra::DMatrix;
 
+use crate::lanes::widest;
+
 use super::observations::Observations;
+use super::space::sums_side_by_side;
 
 /// Standard deviations of the noise of readings.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -185,19 +188,14 @@ impl Whitening {
     }
 
     fn symmetric<'g>(groups: impl Iterator<Item = &'g Group>, vector: &mut [f64]) {
-        for group in groups {
-            let part = &mut vector[group.readings.clone()];
-            let n = part.len();
-            let mut products = [0.0; 64];
-            for (product, column) in products.iter_mut().zip(group.columns.chunks(n)) {
-                *product = column.iter().zip(part.iter()).map(|(c, x)| c * x).sum();
-            }
-            for (product, column) in products.iter().zip(group.weighted.chunks(n)) {
-                for (value, w) in part.iter_mut().zip(column) {
-                    *value -= w * product;
+        widest(
+            #[inline(always)]
+            || {
+                for group in groups {
+                    group.symmetric(vector);
                 }
-            }
-        }
+            },
+        );
     }
 
     /// Best estimate of each reading without its own error and without its zero, m: where the gauge really stood.
@@ -271,6 +269,26 @@ impl Whitening {
 }
 
 impl Group {
+    /// The symmetric root of (I + columns columnsᵀ)⁻¹ times its part of a vector, in place.
+    #[inline(always)]
+    #[expect(
+        clippy::inline_always,
+        reason = "it is compiled for the instructions of its caller"
+    )]
+    fn symmetric(&self, vector: &mut [f64]) {
+        let part = &mut vector[self.readings.clone()];
+        let n = part.len();
+        let mut products = [0.0; 64];
+        for (product, column) in products.iter_mut().zip(self.columns.chunks(n)) {
+            *product = sums_side_by_side(column, part);
+        }
+        for (product, column) in products.iter().zip(self.weighted.chunks(n)) {
+            for (value, w) in part.iter_mut().zip(column) {
+                *value -= w * product;
+            }
+        }
+    }
+
     /// The group and its part of ln det V.
     fn new(
         observations: &Observations,

@@ -10,8 +10,10 @@
 
 use std::ops::Range;
 
+use crate::lanes::widest;
+
 use super::noise::RunColumns;
-use super::space::{Space, dot};
+use super::space::{Space, dot, sums_side_by_side};
 
 /// A square that is less than this share of its first term has lost too many digits, and is worked out from the white vector.
 const CANCELLED: f64 = 1e-8;
@@ -125,6 +127,18 @@ impl<'a> Products<'a> {
 
     /// Products with the columns, appended; and Σ w² s².
     fn shares(&self, values_m: &[f64], range: &Range<usize>, out: &mut Vec<f64>) -> f64 {
+        widest(
+            #[inline(always)]
+            || self.shares_in_lanes(values_m, range, out),
+        )
+    }
+
+    #[inline(always)]
+    #[expect(
+        clippy::inline_always,
+        reason = "it is compiled for the instructions of its caller"
+    )]
+    fn shares_in_lanes(&self, values_m: &[f64], range: &Range<usize>, out: &mut Vec<f64>) -> f64 {
         let values = &values_m[range.clone()];
         let first = self
             .runs
@@ -143,7 +157,7 @@ impl<'a> Products<'a> {
         out.extend(
             self.absorbed
                 .iter()
-                .map(|column| dot(&column[range.clone()], values)),
+                .map(|column| sums_side_by_side(&column[range.clone()], values)),
         );
         triple(&self.weights[range.clone()], values, values)
     }
@@ -181,11 +195,21 @@ impl<'a> Products<'a> {
 }
 
 /// Scalar product of as many numbers as a run has.
+#[inline(always)]
+#[expect(
+    clippy::inline_always,
+    reason = "it is compiled for the instructions of its caller"
+)]
 fn short_dot(a: &[f64], b: &[f64]) -> f64 {
     a.iter().zip(b).map(|(a, b)| a * b).sum()
 }
 
 /// Σ a b c, eight sums side by side.
+#[inline(always)]
+#[expect(
+    clippy::inline_always,
+    reason = "it is compiled for the instructions of its caller"
+)]
 fn triple(a: &[f64], b: &[f64], c: &[f64]) -> f64 {
     let mut sums = [0.0; 8];
     let whole = a.len() - a.len() % 8;

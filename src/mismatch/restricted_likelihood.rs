@@ -7,6 +7,7 @@ use nalgebra::{DMatrix, DVector, Matrix3, Vector3};
 
 use super::noise::{ReadingNoise, Whitening};
 use super::observations::Observations;
+use super::space::dot;
 
 /// Standard deviations are found between these multiples of the start.
 const RANGE: f64 = 1e4;
@@ -152,7 +153,7 @@ impl Problem<'_> {
                     .copy_from_slice(&column[part.readings.clone()]);
             }
             let target = DVector::from_column_slice(&y[part.readings.clone()]);
-            let normal = x.tr_mul(&x);
+            let normal = products(&x);
             let moment = x.tr_mul(&target);
             let Some(factor) = normal.cholesky() else {
                 continue;
@@ -243,6 +244,19 @@ impl Problem<'_> {
         }
         (gradient, curvature)
     }
+}
+
+/// Products of the columns of a matrix with each other, those below the diagonal: a Cholesky factor needs no others.
+fn products(matrix: &DMatrix<f64>) -> DMatrix<f64> {
+    let count = matrix.ncols();
+    let mut out = DMatrix::zeros(count, count);
+    let columns: Vec<&[f64]> = matrix.as_slice().chunks_exact(matrix.nrows()).collect();
+    for (j, right) in columns.iter().enumerate() {
+        for (i, left) in columns.iter().enumerate().skip(j) {
+            out[(i, j)] = dot(left, right);
+        }
+    }
+    out
 }
 
 /// Newton step of a curvature made positive.

@@ -2,9 +2,10 @@
 
 use rayon::prelude::*;
 
+use crate::lanes::widest;
 use crate::physics::{Effect, JointPath, Law, Place, Twists};
 
-use super::candidate::{Candidate, PHASES, Shape};
+use super::candidate::{Candidate, Shape};
 use super::changes::Changes;
 use super::products::{Measured, Products};
 use super::space::{Space, dot};
@@ -135,18 +136,16 @@ fn seen_shape(
 ) -> Option<SeenShape> {
     let effect = effect_of(candidate, shape);
     let [first, second] = &mut scratch.change_m;
-    let path = scratch.path.as_ref();
-    let range = changes.of(&effect, path, &mut scratch.twists, first)?;
-    let peak = |values: &[f64]| values.iter().fold(0.0_f64, |most, v| most.max(v.abs()));
-    let mut peak_m = peak(&first[range.clone()]);
-    let (seen, quarter) = if candidate.law == Law::GaugePeriodic {
-        changes.of(&quarter_turned(&effect), path, &mut scratch.twists, second)?;
-        peak_m = peak_m.max(peak(second));
+    let (seen, quarter, peak_m) = if candidate.law == Law::GaugePeriodic {
+        changes.of_both_phases(&effect, &mut scratch.twists, [first, second])?;
         let pair = products.measure_pair([&*first, &*second], &mut scratch.products);
-        (pair.first, Some(pair.second))
+        let peak_m = peak(first).max(peak(second));
+        (pair.first, Some(pair.second), peak_m)
     } else {
+        let path = scratch.path.as_ref();
+        let range = changes.of(&effect, path, &mut scratch.twists, first)?;
         let seen = products.measure(first, &range, &mut scratch.products);
-        (seen, None)
+        (seen, None, peak(&first[range]))
     };
     (seen.square > INVISIBLE * INVISIBLE).then(|| SeenShape {
         shape: shape.clone(),
@@ -156,11 +155,18 @@ fn seen_shape(
     })
 }
 
-/// An effect with a phase, turned by a quarter.
-fn quarter_turned(effect: &Effect) -> Effect {
-    let mut turned = effect.clone();
-    turned.values[2] = PHASES[1];
-    turned
+/// Largest size.
+fn peak(values: &[f64]) -> f64 {
+    let most = |values: &[f64]| {
+        let mut most = [0.0_f64; 8];
+        for values in values.chunks(8) {
+            for (most, value) in most.iter_mut().zip(values) {
+                *most = most.max(value.abs());
+            }
+        }
+        most.into_iter().fold(0.0, f64::max)
+    };
+    widest(|| most(values))
 }
 
 /// Makes the shapes of candidates white vectors, not projected.
@@ -196,19 +202,19 @@ fn white_shape(
     scratch: &mut Scratch,
 ) -> Option<WhiteShape> {
     let effect = effect_of(candidate, &shape.shape);
-    let turned = shape.quarter.is_some().then(|| quarter_turned(&effect));
-    let mut vectors: Vec<Vec<f64>> = Vec::new();
-    for effect in std::iter::once(&effect).chain(&turned) {
-        let change_m = &mut scratch.change_m[0];
+    let [first, second] = &mut scratch.change_m;
+    let vectors = if shape.quarter.is_some() {
+        changes.of_both_phases(&effect, &mut scratch.twists, [first, second])?;
+        let [first, mut second] = [&*first, &*second].map(|change_m| space.white(change_m));
+        make_orthogonal(space, &first, &mut second);
+        vec![first, second]
+    } else {
         let path = scratch.path.as_ref();
-        let range = changes.of(effect, path, &mut scratch.twists, change_m)?;
-        change_m[..range.start].fill(0.0);
-        change_m[range.end..].fill(0.0);
-        vectors.push(space.white(change_m));
-    }
-    if let [first, second] = &mut vectors[..] {
-        make_orthogonal(space, first, second);
-    }
+        let range = changes.of(&effect, path, &mut scratch.twists, first)?;
+        first[..range.start].fill(0.0);
+        first[range.end..].fill(0.0);
+        vec![space.white(first)]
+    };
     Some(WhiteShape {
         shape: shape.shape.clone(),
         square: shape.seen.square,

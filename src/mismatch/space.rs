@@ -1,5 +1,7 @@
 //! Readings made white, with everything that the fit can absorb projected out.
 
+use crate::lanes::widest;
+
 use super::baseline::BaselineParameter;
 use super::noise::Whitening;
 use super::observations::Observations;
@@ -70,14 +72,17 @@ impl Space {
 
     /// Takes out what the fit can absorb.
     pub(super) fn project(&self, white: &mut [f64]) {
-        for column in &self.basis {
-            let product = dot(column, white);
-            if product != 0.0 {
-                for (value, unit) in white.iter_mut().zip(column) {
-                    *value -= product * unit;
+        widest(
+            #[inline(always)]
+            || {
+                for column in &self.basis {
+                    let product = sums_side_by_side(column, white);
+                    for (value, unit) in white.iter_mut().zip(column) {
+                        *value -= product * unit;
+                    }
                 }
-            }
-        }
+            },
+        );
     }
 
     /// Products of a white vector with what the fit can absorb.
@@ -93,8 +98,21 @@ impl Space {
     }
 }
 
-/// Scalar product; four sums side by side, which the compiler makes lanes of.
+/// Scalar product.
 pub(super) fn dot(a: &[f64], b: &[f64]) -> f64 {
+    widest(
+        #[inline(always)]
+        || sums_side_by_side(a, b),
+    )
+}
+
+/// Scalar product; eight sums side by side, which the compiler makes lanes of.
+#[inline(always)]
+#[expect(
+    clippy::inline_always,
+    reason = "it is compiled for the instructions of its caller"
+)]
+pub(super) fn sums_side_by_side(a: &[f64], b: &[f64]) -> f64 {
     let mut sums = [0.0; 8];
     let (a_chunks, b_chunks) = (a.chunks_exact(8), b.chunks_exact(8));
     let rest: f64 = a_chunks
