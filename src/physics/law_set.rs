@@ -62,6 +62,15 @@ pub struct LawSet {
     pub(super) periods: Vec<[f64; 3]>,
 }
 
+/// Loads along an axis of a pose.
+struct Reach {
+    along: usize,
+    /// The force that acts for 1 N along the axis.
+    force: [f64; 3],
+    /// What gives along the axis without joints that turn, m/N.
+    linear_m_per_n: f64,
+}
+
 impl LawSet {
     /// Resolves effects; loose members are not in it, they change the mechanism (see [`without_elements`]).
     ///
@@ -180,6 +189,7 @@ impl LawSet {
             twists.begin(self.joints.len());
         }
         let along = run.direction.index();
+        let reach = self.reach(pose, along);
         let slips = |step: u32| -> f64 {
             self.slips
                 .iter()
@@ -194,10 +204,10 @@ impl LawSet {
         };
         for (load, displacement) in run.loads.iter().zip(out.iter_mut()) {
             if let Some(release_n) = run.release_n.filter(|_| twists.loaded) {
-                self.mechanics_m(pose, along, release_n, twists);
+                self.mechanics_m(pose, &reach, release_n, twists);
             }
             twists.loaded = true;
-            let mechanics = self.mechanics_m(pose, along, load.force_n, twists);
+            let mechanics = self.mechanics_m(pose, &reach, load.force_n, twists);
             let mut sum = mechanics * self.growth(load.hold_s, run.repeat)
                 + self.stand[along] * load.force_n
                 + self.per_second * load.since_zero_s
@@ -246,23 +256,36 @@ impl LawSet {
         force
     }
 
+    /// What all loads along an axis have in common.
+    fn reach(&self, pose: &PoseMechanics, along: usize) -> Reach {
+        let force = self.acting(along, 1.0);
+        let mut linear_m_per_n = dot(pose.influence.compliance_m_per_n[along], force);
+        for (lever, &compliance) in pose.base_levers_m.iter().zip(&self.base) {
+            linear_m_per_n += lever[along] * compliance * dot(*lever, force);
+        }
+        Reach {
+            along,
+            force,
+            linear_m_per_n,
+        }
+    }
+
     /// Displacement of the end along an axis under a force; moves the twists on.
     fn mechanics_m(
         &self,
         pose: &PoseMechanics,
-        along: usize,
+        reach: &Reach,
         force_n: f64,
         twists: &mut Twists,
     ) -> f64 {
-        let force = self.acting(along, self.acting_n(force_n));
-        let influence = &pose.influence;
-        let mut displacement = dot(influence.compliance_m_per_n[along], force);
-        for (lever, &compliance) in pose.base_levers_m.iter().zip(&self.base) {
-            displacement += lever[along] * compliance * dot(*lever, force);
+        let acting_n = self.acting_n(force_n);
+        let mut displacement = reach.linear_m_per_n * acting_n;
+        if self.joints.is_empty() {
+            return displacement;
         }
-        self.turn_joints(pose, force, twists);
+        self.turn_joints(pose, reach.force.map(|share| share * acting_n), twists);
         for (&(joint, _), &twist) in self.joints.iter().zip(&twists.now) {
-            displacement += influence.levers_m[joint][along] * twist;
+            displacement += pose.influence.levers_m[joint][reach.along] * twist;
         }
         displacement
     }
