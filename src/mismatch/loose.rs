@@ -7,7 +7,7 @@ use crate::physics::{Effect, Law};
 use super::candidate::{Candidate, Shape};
 use super::error::MismatchError;
 use super::rank::Ranked;
-use super::refit::{Model, Refit};
+use super::refit::{Model, Near, Refit};
 use super::screen::{WhiteCandidate, WhiteShape};
 use super::space::{Space, dot};
 use super::state::{Bench, State};
@@ -102,7 +102,10 @@ impl Bench<'_> {
                     return Ok(None);
                 }
                 let mut predictor = self.predictor();
-                let refit = self.refit(&state.whitening);
+                let refit = Refit {
+                    near: Some(Near::Start),
+                    ..self.refit(&state.whitening)
+                };
                 let Some(fitted) = refit.fit(&mut predictor, &start, true) else {
                     return Ok(None);
                 };

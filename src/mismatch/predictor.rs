@@ -74,6 +74,23 @@ impl<'a> ReadingPredictor<'a> {
         self.held = frozen.map(|frozen| frozen.poses.clone());
     }
 
+    /// From now on twists act as in the structure of parameters and effects.
+    pub(super) fn hold_joints_as_at(
+        &mut self,
+        parameters: &[f64],
+        effects: &[Effect],
+    ) -> Result<(), MismatchError> {
+        let count = self.observations.poses.len();
+        let Some((_, solver)) = self.solver(effects)? else {
+            return Ok(());
+        };
+        if let Some((_, turning)) = law_set(&solver.joint_names(), effects) {
+            solver.solve_for(parameters, &turning)?;
+            self.held = Some((0..count).map(|pose| solver.pose(pose).clone()).collect());
+        }
+        Ok(())
+    }
+
     /// The solver of the variant that the effects ask for.
     fn solver(
         &mut self,

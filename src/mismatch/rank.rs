@@ -11,7 +11,7 @@ use super::limits::Limits;
 use super::memory::{StateKey, key_of};
 use super::predictor::ReadingPredictor;
 use super::products::{Measured, Products};
-use super::refit::{Fitted, Model, Refit, is_smooth};
+use super::refit::{Fitted, Model, Near, Refit, is_smooth};
 use super::screen::{Screened, SeenCandidate, screen, seen_candidates};
 use super::space::{Space, dot};
 use super::state::{Bench, State};
@@ -212,7 +212,7 @@ impl Bench<'_> {
             ..self.refit(&state.whitening)
         };
         let first = Refit {
-            near: Some(field.changes.frozen()),
+            near: Some(Near::Known(field.changes.frozen())),
             ..refit
         };
         let Some(mut fitted) = first.fit(predictor, &start, true) else {

@@ -46,8 +46,17 @@ pub(super) struct Refit<'a> {
     pub(super) kept: Option<&'a [bool]>,
     /// Bounds of the values of the last effect; those of the sign alone if `None`.
     pub(super) bounds_of_last: Option<&'a [[f64; 2]]>,
-    /// A structure near the start, whose twists serve until the fit is near its end.
-    pub(super) near: Option<&'a Frozen>,
+    /// The structure whose twists serve until the fit is near its end.
+    pub(super) near: Option<Near<'a>>,
+}
+
+/// A structure near that of a fit.
+#[derive(Clone, Copy)]
+pub(super) enum Near<'a> {
+    /// A known one.
+    Known(&'a Frozen),
+    /// The one at the start.
+    Start,
 }
 
 impl Refit<'_> {
@@ -61,7 +70,12 @@ impl Refit<'_> {
         let in_a_joint = |effect: &Effect| matches!(effect.place, Place::Joint(_));
         let near = self.near.filter(|_| start.effects.iter().any(in_a_joint));
         let first = near.and_then(|near| {
-            predictor.hold_joints(Some(near));
+            match near {
+                Near::Known(frozen) => predictor.hold_joints(Some(frozen)),
+                Near::Start => predictor
+                    .hold_joints_as_at(&start.parameters, &start.effects)
+                    .ok()?,
+            }
             let first = self.fit_from(predictor, start, move_effects);
             predictor.hold_joints(None);
             first
