@@ -5,7 +5,7 @@
 
 use crate::test_point::{Branch, Direction};
 
-use super::observations::Observations;
+use super::observations::{Observations, ObservedCell};
 use super::space::{Space, dot};
 
 /// A row of the decomposition of the residuals.
@@ -57,6 +57,13 @@ pub(super) struct PatternGroup {
     pub(super) direction: Option<Direction>,
 }
 
+impl PatternGroup {
+    fn holds(&self, cell: &ObservedCell) -> bool {
+        self.pose.is_none_or(|pose| pose == cell.pose)
+            && self.direction.is_none_or(|d| d == cell.direction)
+    }
+}
+
 /// A pattern, white, and of unit length when projected.
 #[derive(Debug, Clone)]
 pub(super) struct Pattern {
@@ -88,36 +95,23 @@ pub(super) fn patterns(
     use rayon::prelude::*;
     let profiles = profiles(observations);
     let groups = groups(observations);
-    let wanted: Vec<(&Profile, PatternGroup, bool)> = profiles
-        .iter()
-        .flat_map(|profile| {
-            let groups = &groups;
-            [false, true]
-                .into_iter()
-                .filter(|scaled| !scaled || profile.scaled)
-                .flat_map(move |scaled| groups.iter().map(move |group| (profile, *group, scaled)))
-        })
-        .collect();
     // The values are worked out first: a boxed closure does not pass between threads.
-    let values: Vec<(Stratum, PatternGroup, Vec<f64>)> = wanted
-        .into_iter()
-        .map(|(profile, group, scaled)| {
-            let values = (0..observations.len())
-                .map(|reading| {
-                    let cell = &observations.cells[observations.cell_of(reading)];
-                    let inside = group.pose.is_none_or(|pose| pose == cell.pose)
-                        && group.direction.is_none_or(|d| d == cell.direction);
-                    let scale = if scaled { compliance[reading] } else { 1e-6 };
-                    if inside {
-                        scale * (profile.value)(reading)
-                    } else {
-                        0.0
+    let mut values: Vec<(Stratum, PatternGroup, Vec<f64>)> = Vec::new();
+    for profile in &profiles {
+        let plain: Vec<f64> = (0..observations.len()).map(&profile.value).collect();
+        for scaled in [false, true].into_iter().filter(|s| !s || profile.scaled) {
+            let scale = |reading: usize| if scaled { compliance[reading] } else { 1e-6 };
+            for group in &groups {
+                let mut values_m = vec![0.0; observations.len()];
+                for cell in observations.cells.iter().filter(|cell| group.holds(cell)) {
+                    for reading in cell.readings.clone() {
+                        values_m[reading] = scale(reading) * plain[reading];
                     }
-                })
-                .collect();
-            (profile.stratum, group, values)
-        })
-        .collect();
+                }
+                values.push((profile.stratum, *group, values_m));
+            }
+        }
+    }
     let mut out: Vec<Pattern> = values
         .into_par_iter()
         .filter_map(|(stratum, group, values)| pattern(space, stratum, group, &[values]))
