@@ -286,7 +286,7 @@ fn fill(noise: &mut [f32], pool: &[f32], rng: &mut ChaCha8Rng) {
         return;
     }
     // The high half of 32 random bits times the count is a place in it: two from one random number.
-    let taken = |bits: u64| pool[((bits & 0xffff_ffff) * pool.len() as u64 >> 32) as usize];
+    let taken = |bits: u64| pool[(((bits & 0xffff_ffff) * pool.len() as u64) >> 32) as usize];
     for pair in noise.chunks_mut(2) {
         let bits = rng.next_u64();
         for (value, bits) in pair.iter_mut().zip([bits, bits >> 32]) {

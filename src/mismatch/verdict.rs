@@ -107,7 +107,8 @@ impl Bench<'_> {
             .any(|cell| cell.runs.len() > 1);
         // A line through many readings shows its own scatter.
         let is_line = self.observations.free_zeros;
-        if !several && !(is_line && self.observations.len() >= ENOUGH_OF_A_LINE) {
+        let is_long = is_line && self.observations.len() >= ENOUGH_OF_A_LINE;
+        if !several && !is_long {
             let or = if is_line {
                 format!(", or {ENOUGH_OF_A_LINE} readings along the line")
             } else {
