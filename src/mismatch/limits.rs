@@ -305,7 +305,9 @@ fn draw(
     let blocks: Vec<Vec<Vec<f64>>> = (0..DRAWS / BLOCK)
         .into_par_iter()
         .map(|block| {
-            let mut rng = ChaCha8Rng::seed_from_u64(seed ^ (0x9e37_79b9 + block as u64));
+            // Each block has a stream of its own, the smoothed residuals have the first: no seed has blocks of another.
+            let mut rng = ChaCha8Rng::seed_from_u64(seed);
+            rng.set_stream(1 + block as u64);
             let mut noise = vec![0.0; table.length() * BLOCK];
             fill(&mut noise, pool, &mut rng);
             if let Some(rounded) = rounded {
