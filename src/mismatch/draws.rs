@@ -27,7 +27,8 @@ pub(super) const BLOCK: usize = 80;
 /// Vectors whose products are taken before their gains are looked at: as many as stay in the cache.
 const COLUMNS: usize = 512;
 
-/// How far, in lengths of a vector as the fit leaves it, a basis may leave it out, and a sum over a few be from it: a gain of 16 changes by 0.08 at random, a limit not.
+/// How far, in lengths of a vector as the fit leaves it, a basis may leave it out, and a sum over a few be from it: a gain of 16 changes by
+/// 0.08 at random, a limit not.
 pub(super) const LEFT_OUT: f64 = 0.01;
 
 /// A vector this much longer before the projection than after it is projected here, where there are digits enough.

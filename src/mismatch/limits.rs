@@ -295,6 +295,16 @@ fn fill(noise: &mut [f32], pool: &[f32], rng: &mut ChaCha8Rng) {
     }
 }
 
+/// Puts the noise of a coarse gauge in the place of that of its readings.
+fn fill_rounded(noise: &mut [f32], rounded: &RoundedNoise<'_>, rng: &mut ChaCha8Rng) {
+    for draw in 0..BLOCK {
+        let of_draw = noise.iter_mut().skip(draw).step_by(BLOCK);
+        for (value, white) in of_draw.zip(rounded.draw(rng)) {
+            *value = white as f32;
+        }
+    }
+}
+
 /// Largest gain of each family, the patterns last, for each draw.
 fn draw(
     table: &DrawTable,
@@ -311,11 +321,7 @@ fn draw(
             let mut noise = vec![0.0; table.length() * BLOCK];
             fill(&mut noise, pool, &mut rng);
             if let Some(rounded) = rounded {
-                for one in noise.chunks_mut(table.length()) {
-                    for (value, drawn) in one.iter_mut().zip(rounded.draw(&mut rng)) {
-                        *value = drawn as f32;
-                    }
-                }
+                fill_rounded(&mut noise, rounded, &mut rng);
             }
             table.largest(&mut noise)
         })
@@ -393,4 +399,49 @@ fn quantile(sorted: &[f64], share: f64) -> f64 {
     }
     let place = (share * sorted.len() as f64).ceil() as usize;
     sorted[place.clamp(1, sorted.len()) - 1]
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::mismatch::ReadingNoise;
+    use crate::mismatch::changes::tests::observations;
+    use crate::mismatch::noise::Whitening;
+    use crate::mismatch::{GaugeSteps, Observations};
+
+    #[test]
+    fn errors_of_a_coarse_gauge_keep_their_readings_in_every_draw() {
+        // A gauge of 10 um with errors of 0.5 um, always at 3 um in the first run and at -3 um in the others: it reads zero.
+        let observations = Observations {
+            steps: GaugeSteps {
+                displacement_m: Some(1e-5),
+                ..GaugeSteps::default()
+            },
+            ..observations()
+        };
+        let noise = ReadingNoise {
+            reading_sd_m: (2.5e-13_f64 + 1e-10 / 12.0).sqrt(),
+            zero_sd_m: 1e-9,
+            run_slope_sd: 1e-9,
+        };
+        let zeros = vec![0.0; observations.len()];
+        let whitening = Whitening::new(&observations, &noise, &zeros, &zeros);
+        let stood_m = |run: usize| if run == 0 { 3e-6 } else { -3e-6 };
+        let stood: Vec<f64> = observations
+            .readings
+            .iter()
+            .map(|r| stood_m(r.run))
+            .collect();
+        let rounded = RoundedNoise::new(&observations, &whitening, stood.clone()).unwrap();
+        let mut block = vec![f32::NAN; observations.len() * BLOCK];
+        fill_rounded(&mut block, &rounded, &mut ChaCha8Rng::seed_from_u64(1));
+        for (draws, stood) in block.chunks(BLOCK).zip(&stood) {
+            let error = -stood / noise.reading_sd_m;
+            assert!(
+                draws
+                    .iter()
+                    .all(|white| (f64::from(*white) - error).abs() < 1e-3)
+            );
+        }
+    }
 }
