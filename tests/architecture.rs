@@ -30,7 +30,7 @@ const MAY_IMPORT: [(&str, &[&str]); 27] = [
     ("robot", &["source_text", "nearest", "lanes", "vector", "test_point", "structure"]),
     ("physics", &["source_text", "nearest", "vector", "test_point", "structure", "robot"]),
     ("bench", &["clock", "test_point", "readings", "procedure", "robot", "physics"]),
-    ("least_squares", &["statistics"]),
+    ("least_squares", &["statistics", "lanes"]),
     ("fit", &["quantity", "statistics", "test_point", "readings", "stiffness", "structure", "robot", "physics", "least_squares"]),
     ("mismatch", &["statistics", "lanes", "vector", "test_point", "readings", "procedure", "specimen", "structure", "robot", "physics", "least_squares"]),
     ("prove", &["statistics", "source_text", "test_point", "readings", "specimen", "robot", "physics", "least_squares", "mismatch"]),

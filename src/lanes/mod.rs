@@ -19,6 +19,7 @@
 mod angle;
 mod lane;
 mod simd;
+mod sums;
 
 pub(crate) use angle::{sin_cos_deg, waves};
 pub(crate) use lane::{
@@ -26,3 +27,4 @@ pub(crate) use lane::{
     scale, subtract, widest,
 };
 pub(crate) use simd::InstructionSet;
+pub(crate) use sums::sums_side_by_side;

@@ -4,6 +4,8 @@
 //! keeps the small singular values of a matrix with scaled columns to full relative accuracy (Demmel and Veselić, SIAM J. Matrix
 //! Anal. Appl. 13 (1992) 1204), and those are the ones that decide standard errors. Memory is kept between uses.
 
+use crate::lanes::sums_side_by_side;
+
 /// The decomposition and the memory for it; matrices are stored by columns.
 #[derive(Debug, Clone, Default)]
 pub(super) struct SingularValues {
@@ -157,18 +159,9 @@ fn rotate(a: &mut [f64], b: &mut [f64], cosine: f64, sine: f64) {
     }
 }
 
-/// Sum of products; eight sums side by side, so that none waits for the one before.
+/// Sum of products.
 pub(super) fn dot(a: &[f64], b: &[f64]) -> f64 {
-    let mut sums = [0.0; 8];
-    let (a, b) = (a.chunks_exact(8), b.chunks_exact(8));
-    let rest = a.remainder().iter().zip(b.remainder());
-    let rest: f64 = rest.map(|(a, b)| a * b).sum();
-    for (a, b) in a.zip(b) {
-        for lane in 0..8 {
-            sums[lane] += a[lane] * b[lane];
-        }
-    }
-    sums.iter().sum::<f64>() + rest
+    sums_side_by_side(a, b)
 }
 
 /// Euclidean length.

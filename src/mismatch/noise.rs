@@ -11,10 +11,9 @@ use std::ops::Range;
 
 use nalgebra::DMatrix;
 
-use crate::lanes::widest;
+use crate::lanes::{sums_side_by_side, widest};
 
 use super::observations::Observations;
-use super::space::sums_side_by_side;
 
 /// Standard deviations of the noise of readings.
 #[derive(Debug, Clone, Copy, PartialEq)]

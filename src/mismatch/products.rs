@@ -10,10 +10,10 @@
 
 use std::ops::Range;
 
-use crate::lanes::widest;
+use crate::lanes::{sums_side_by_side, widest};
 
 use super::noise::RunColumns;
-use super::space::{Space, dot, sums_side_by_side};
+use super::space::{Space, dot};
 
 /// A square that is less than this share of its first term has lost too many digits, and is worked out from the white vector.
 const CANCELLED: f64 = 1e-8;

@@ -1,6 +1,6 @@
 //! Readings made white, with everything that the fit can absorb projected out.
 
-use crate::lanes::widest;
+use crate::lanes::{sums_side_by_side, widest};
 
 use super::baseline::BaselineParameter;
 use super::noise::Whitening;
@@ -104,29 +104,6 @@ pub(super) fn dot(a: &[f64], b: &[f64]) -> f64 {
         #[inline(always)]
         || sums_side_by_side(a, b),
     )
-}
-
-/// Scalar product; eight sums side by side, which the compiler makes lanes of.
-#[inline(always)]
-#[expect(
-    clippy::inline_always,
-    reason = "it is compiled for the instructions of its caller"
-)]
-pub(super) fn sums_side_by_side(a: &[f64], b: &[f64]) -> f64 {
-    let mut sums = [0.0; 8];
-    let (a_chunks, b_chunks) = (a.chunks_exact(8), b.chunks_exact(8));
-    let rest: f64 = a_chunks
-        .remainder()
-        .iter()
-        .zip(b_chunks.remainder())
-        .map(|(x, y)| x * y)
-        .sum();
-    for (x, y) in a_chunks.zip(b_chunks) {
-        for lane in 0..8 {
-            sums[lane] += x[lane] * y[lane];
-        }
-    }
-    sums.iter().sum::<f64>() + rest
 }
 
 /// Euclidean length.
