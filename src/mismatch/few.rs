@@ -3,6 +3,8 @@
 use faer::linalg::matmul::matmul;
 use faer::{Accum, MatMut, MatRef, Par};
 
+use crate::lanes::widest;
+
 use super::draws::LEFT_OUT;
 
 /// A few of many vectors, and all of them as sums over the few.
@@ -59,9 +61,7 @@ impl Few {
         if chosen.is_empty() {
             return None;
         }
-        let shares = (0..count)
-            .flat_map(|vector| sum_of(vector, &chosen, &rows))
-            .collect();
+        let shares = sums(count, &chosen, &rows);
         let of_few = chosen
             .iter()
             .flat_map(|&vector| &vectors[vector * directions..][..directions]);
@@ -72,16 +72,37 @@ impl Few {
     }
 }
 
-/// Shares of the chosen in a vector, from rows of the factor.
-fn sum_of(vector: usize, chosen: &[usize], rows: &[Vec<f64>]) -> Vec<f64> {
-    let mut shares: Vec<f64> = rows.iter().map(|row| row[vector]).collect();
-    for place in (0..chosen.len()).rev() {
-        shares[place] /= rows[place][chosen[place]];
-        for earlier in 0..place {
-            shares[earlier] -= shares[place] * rows[earlier][chosen[place]];
-        }
+/// Shares of the chosen in each vector, from rows of the factor.
+fn sums(count: usize, chosen: &[usize], rows: &[Vec<f64>]) -> Vec<f64> {
+    // Columns of the triangle of the chosen themselves: contiguous, for they are read once for each vector.
+    let columns: Vec<Vec<f64>> = chosen
+        .iter()
+        .enumerate()
+        .map(|(place, &vector)| rows[..=place].iter().map(|row| row[vector]).collect())
+        .collect();
+    let mut out = Vec::with_capacity(count * chosen.len());
+    for vector in 0..count {
+        let first = out.len();
+        out.extend(rows.iter().map(|row| row[vector]));
+        solve_upper(&columns, &mut out[first..]);
     }
-    shares
+    out
+}
+
+/// Solves an upper triangle, given by columns, in place.
+fn solve_upper(columns: &[Vec<f64>], shares: &mut [f64]) {
+    widest(
+        #[inline(always)]
+        || {
+            for (place, column) in columns.iter().enumerate().rev() {
+                let (before, rest) = shares.split_at_mut(place);
+                rest[0] /= column[place];
+                for (share, entry) in before.iter_mut().zip(column) {
+                    *share -= rest[0] * entry;
+                }
+            }
+        },
+    );
 }
 
 /// Products of vectors with each other when projected.
