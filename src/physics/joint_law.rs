@@ -3,6 +3,11 @@
 //! In a closed loop the twist unloads the joint: τ = T - k φ, with T the moment of the rigid joint (other joints' twists included) and
 //! k the stiffness that the structure sets against the twist. Each law below solves that with its own equation in closed form.
 
+#![expect(
+    clippy::inline_always,
+    reason = "twists side by side are compiled for the instructions of their caller"
+)]
+
 use super::effect::Effect;
 use super::law::Law;
 
@@ -97,49 +102,67 @@ impl JointLaw {
     ) -> f64 {
         let k = stiffness_nm_per_rad.max(0.0);
         match self {
-            Self::Compliance { c } => c * driving_nm / (1.0 + c * k),
+            Self::Compliance { c } => compliance_twist(c, driving_nm, k),
             Self::Backlash { play, seat_moment } => {
-                let beyond = driving_nm.abs() - seat_moment;
-                let taken_up = if beyond <= 0.0 {
-                    0.0
-                } else if beyond >= k * play {
-                    play
-                } else {
-                    beyond / k
-                };
-                taken_up.copysign(driving_nm)
+                backlash_twist([play, seat_moment], driving_nm, k)
             }
             Self::Friction { c, friction_moment } => {
-                if c == 0.0 {
-                    return 0.0;
-                }
-                let slider = driving_nm - (k + 1.0 / c) * before_rad;
-                if slider.abs() <= friction_moment {
-                    before_rad
-                } else {
-                    c * (driving_nm - friction_moment.copysign(slider)) / (1.0 + c * k)
-                }
+                friction_twist([c, friction_moment], driving_nm, k, before_rad)
             }
-            Self::Nonlinearity { c, q } => nonlinear_twist(c, q, driving_nm, k),
+            Self::Nonlinearity { c, q } => nonlinear_twist([c, q], driving_nm, k),
         }
     }
 }
 
-/// Twist of c τ + q τ|τ| with τ = T - k twist.
+/// Twist of c τ with τ = T - k twist.
+#[inline(always)]
+pub(super) fn compliance_twist(c: f64, driving_nm: f64, k: f64) -> f64 {
+    c * driving_nm / (1.0 + c * k)
+}
+
+/// Twist of play behind a seat; all cases are worked out, so that loads can stand side by side.
+#[inline(always)]
+pub(super) fn backlash_twist([play, seat_moment]: [f64; 2], driving_nm: f64, k: f64) -> f64 {
+    let beyond = driving_nm.abs() - seat_moment;
+    let partly = beyond / k;
+    let taken_up = if beyond >= k * play { play } else { partly };
+    let taken_up = if beyond <= 0.0 { 0.0 } else { taken_up };
+    taken_up.copysign(driving_nm)
+}
+
+/// Twist of a spring 1/c in parallel with a Coulomb slider.
+#[inline(always)]
+pub(super) fn friction_twist(
+    [c, friction_moment]: [f64; 2],
+    driving_nm: f64,
+    k: f64,
+    before_rad: f64,
+) -> f64 {
+    if c == 0.0 {
+        return 0.0;
+    }
+    let slider = driving_nm - (k + 1.0 / c) * before_rad;
+    if slider.abs() <= friction_moment {
+        before_rad
+    } else {
+        c * (driving_nm - friction_moment.copysign(slider)) / (1.0 + c * k)
+    }
+}
+
+/// Twist of c τ + q τ|τ| with τ = T - k twist; all cases are worked out, so that loads can stand side by side.
 ///
 /// With q below zero the law has a largest twist, c²/(4|q|), at the moment c/(2|q|): beyond it the joint is at its stop.
-fn nonlinear_twist(c: f64, q: f64, driving_nm: f64, k: f64) -> f64 {
+#[inline(always)]
+pub(super) fn nonlinear_twist([c, q]: [f64; 2], driving_nm: f64, k: f64) -> f64 {
     let driving = driving_nm.abs();
     let linear = 1.0 + c * k;
     let root = linear * linear + 4.0 * q * k * driving;
-    let at_the_stop = q < 0.0 && {
-        let stop = c / (-2.0 * q);
-        driving >= stop + k * c * stop * 0.5
-    };
-    let twist = if at_the_stop || root < 0.0 {
+    let stop = c / (-2.0 * q);
+    let at_the_stop = (q < 0.0) & (driving >= stop + k * c * stop * 0.5);
+    let moment = 2.0 * driving / (linear + root.sqrt());
+    let twist = if at_the_stop | (root < 0.0) {
         c * c / (-4.0 * q)
     } else {
-        let moment = 2.0 * driving / (linear + root.sqrt());
         (c + q * moment) * moment
     };
     twist.copysign(driving_nm)

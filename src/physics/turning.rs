@@ -1,9 +1,12 @@
 //! How far joints with laws turn under a load, several of them together, and what one more would add.
 
+use crate::lanes::widest;
 use crate::vector::dot;
 
 use super::effect::Effect;
-use super::joint_law::JointLaw;
+use super::joint_law::{
+    JointLaw, backlash_twist, compliance_twist, friction_twist, nonlinear_twist,
+};
 use super::law_set::{LawSet, RunLoads};
 use super::mechanics::PoseMechanics;
 
@@ -40,30 +43,33 @@ impl Twists {
 /// A joint that turns already gives way a little more: it is taken as linear about where it stands, exact until it meets a kink.
 #[derive(Debug, Clone, Default)]
 pub struct JointPath {
-    steps: Vec<PathStep>,
+    /// Moment of the joint at zero twist under each load that is read, N·m.
+    driving_nm: Vec<f64>,
+    /// Moment against a twist, N·m/rad.
+    stiffness_nm_per_rad: Vec<f64>,
+    /// Displacement per twist, m/rad.
+    lever_m: Vec<f64>,
+    /// What came before each load.
+    before: Vec<Before>,
+}
+
+/// What a joint met before a load.
+#[derive(Debug, Clone, Copy, PartialEq)]
+enum Before {
+    /// Nothing: it is the first load of a run, the joint is virgin.
+    Nothing,
+    /// Another load.
+    Load,
+    /// Another load and a release, which is not read.
+    Release(PathStep),
 }
 
 /// A load, or a release before one.
-#[derive(Debug, Clone, Copy)]
+#[derive(Debug, Clone, Copy, PartialEq)]
 struct PathStep {
-    /// Moment of the joint at zero twist, N·m.
     driving_nm: f64,
-    /// Moment against a twist, N·m/rad.
     stiffness_nm_per_rad: f64,
-    /// Displacement per twist, m/rad.
     lever_m: f64,
-    /// Where its history is.
-    kind: StepKind,
-}
-
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum StepKind {
-    /// The first load of a run: the joint is virgin.
-    First,
-    /// A further load.
-    Further,
-    /// A release between two loads, which is not read.
-    Release,
 }
 
 impl JointPath {
@@ -74,29 +80,70 @@ impl JointPath {
     pub fn added_m(&self, effect: &Effect, out: &mut [f64]) {
         // One loop for each law, so that none is chosen anew for every load.
         match JointLaw::of(effect) {
-            law @ JointLaw::Compliance { .. } => self.follow(|t, k, b| law.twist_rad(t, k, b), out),
-            law @ JointLaw::Backlash { .. } => self.follow(|t, k, b| law.twist_rad(t, k, b), out),
-            law @ JointLaw::Friction { .. } => self.follow(|t, k, b| law.twist_rad(t, k, b), out),
-            law @ JointLaw::Nonlinearity { .. } => {
-                self.follow(|t, k, b| law.twist_rad(t, k, b), out);
+            JointLaw::Compliance { c } => {
+                self.side_by_side(
+                    #[inline(always)]
+                    |t, k| compliance_twist(c, t, k),
+                    out,
+                );
+            }
+            JointLaw::Backlash { play, seat_moment } => {
+                self.side_by_side(
+                    #[inline(always)]
+                    |t, k| backlash_twist([play, seat_moment], t, k),
+                    out,
+                );
+            }
+            JointLaw::Friction { c, friction_moment } => {
+                self.follow(|t, k, b| friction_twist([c, friction_moment], t, k, b), out);
+            }
+            JointLaw::Nonlinearity { c, q } => {
+                self.side_by_side(
+                    #[inline(always)]
+                    |t, k| nonlinear_twist([c, q], t, k),
+                    out,
+                );
             }
         }
     }
 
+    /// A law without memory: what came before a load is nothing to it.
+    fn side_by_side(&self, twist_rad: impl Fn(f64, f64) -> f64, out: &mut [f64]) {
+        widest(
+            #[inline(always)]
+            || {
+                let joint = self.driving_nm.iter().zip(&self.stiffness_nm_per_rad);
+                let loads = joint.zip(&self.lever_m);
+                for (added, ((&driving, &k), lever_m)) in out.iter_mut().zip(loads) {
+                    *added = lever_m * twist_rad(driving, k.max(0.0));
+                }
+            },
+        );
+    }
+
     fn follow(&self, twist_rad: impl Fn(f64, f64, f64) -> f64, out: &mut [f64]) {
-        let mut out = out.iter_mut();
         let mut twist = 0.0;
-        for step in &self.steps {
-            if step.kind == StepKind::First {
-                twist = 0.0;
+        let joint = self.driving_nm.iter().zip(&self.stiffness_nm_per_rad);
+        let loads = joint.zip(&self.lever_m).zip(&self.before);
+        for (added, (((&driving, &k), lever_m), before)) in out.iter_mut().zip(loads) {
+            match before {
+                Before::Nothing => twist = 0.0,
+                Before::Load => {}
+                Before::Release(step) => {
+                    let k = step.stiffness_nm_per_rad.max(0.0);
+                    twist = twist_rad(step.driving_nm, k, twist);
+                }
             }
-            twist = twist_rad(step.driving_nm, step.stiffness_nm_per_rad, twist);
-            if step.kind != StepKind::Release
-                && let Some(added) = out.next()
-            {
-                *added = step.lever_m * twist;
-            }
+            twist = twist_rad(driving, k.max(0.0), twist);
+            *added = lever_m * twist;
         }
+    }
+
+    fn push(&mut self, before: Before, load: PathStep) {
+        self.driving_nm.push(load.driving_nm);
+        self.stiffness_nm_per_rad.push(load.stiffness_nm_per_rad);
+        self.lever_m.push(load.lever_m);
+        self.before.push(before);
     }
 }
 
@@ -131,13 +178,12 @@ impl LawSet {
         let turned = self.acting(along, 1.0);
         let moment_m = dot(lever, turned);
         let mut other_twist = 0.0;
-        let mut step = |force_n: f64, growth: f64, kind: StepKind| {
+        let mut step = |force_n: f64, growth: f64| {
             let acting_n = self.acting_n(force_n);
             let mut step = PathStep {
                 driving_nm: moment_m * acting_n,
                 stiffness_nm_per_rad: influence.stiffness(joint, joint),
                 lever_m: lever[along],
-                kind,
             };
             if let Some((other, law)) = known {
                 let driving = dot(influence.levers_m[other], turned) * acting_n;
@@ -153,16 +199,13 @@ impl LawSet {
             step
         };
         for (place, load) in run.loads.iter().enumerate() {
-            if let Some(release_n) = run.release_n.filter(|_| place > 0) {
-                path.steps.push(step(release_n, 0.0, StepKind::Release));
-            }
-            let kind = if place == 0 {
-                StepKind::First
-            } else {
-                StepKind::Further
+            let before = match run.release_n {
+                _ if place == 0 => Before::Nothing,
+                Some(release_n) => Before::Release(step(release_n, 0.0)),
+                None => Before::Load,
             };
             let growth = self.growth(load.hold_s, run.repeat);
-            path.steps.push(step(load.force_n, growth, kind));
+            path.push(before, step(load.force_n, growth));
         }
         true
     }
