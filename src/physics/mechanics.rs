@@ -195,10 +195,15 @@ impl<'a> Mechanics<'a> {
     /// [`RobotError::Structure`].
     pub fn solve_joints(&mut self, is_asked_for: impl Fn(usize) -> bool) -> Result<(), RobotError> {
         let (robot, mechanism, factors) = (self.robot, self.mechanism, &self.factors);
-        for posed in &mut self.poses {
+        for index in 0..self.poses.len() {
+            let (before, rest) = self.poses.split_at_mut(index);
+            let posed = &mut rest[0];
             let twisting = match posed.twisting.take() {
                 Some(twisting) => twisting,
-                None => Twisting::new(robot, mechanism, factors, &posed.pose)?,
+                None => {
+                    let first = before.first().and_then(|first| first.twisting.as_ref());
+                    Twisting::new(robot, mechanism, factors, posed, first)?
+                }
             };
             let twisting = posed.twisting.insert(twisting);
             posed.rigid.set_factors(factors);
@@ -241,22 +246,27 @@ impl<'a> Mechanics<'a> {
 }
 
 impl<'a> Twisting<'a> {
+    /// # Arguments
+    /// - `known`: of another pose, if there is one: its structure is connected like this.
     fn new(
         robot: &'a Robot,
         mechanism: &'a Mechanism,
         factors: &FittingFactors,
-        pose: &Pose,
+        posed: &Posed<'a>,
+        known: Option<&Self>,
     ) -> Result<Self, RobotError> {
         let joints = mechanism.joints(robot);
         let all = JointModel::Hinged(joints.into_iter().map(|joint| (joint, 0.0)).collect());
         let theory = Theory::EulerBernoulli;
         let mut hinged = MechanismModel::new(robot, mechanism, &all, theory, factors)?;
-        hinged.place(pose)?;
-        let mut rigid = MechanismModel::new(robot, mechanism, &JointModel::Rigid, theory, factors)?;
-        rigid.place(pose)?;
+        hinged.place(&posed.pose)?;
+        let solver = match known {
+            Some(known) => known.solver.another(),
+            None => Solver::new(posed.rigid.structure()).map_err(carries_nothing(mechanism))?,
+        };
         Ok(Self {
             hinged,
-            solver: Solver::new(rigid.structure()).map_err(carries_nothing(mechanism))?,
+            solver,
             lacks: Lacks::Place,
         })
     }

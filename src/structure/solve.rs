@@ -1,5 +1,7 @@
 //! Factorising and solving one structure after another of the same topology.
 
+use std::sync::Arc;
+
 use faer::dyn_stack::{MemBuffer, MemStack};
 use faer::linalg::cholesky::llt::factor::{LltError, LltRegularization};
 use faer::sparse::SparseColMatRef;
@@ -23,7 +25,7 @@ pub(super) const LOST_PIVOT: f64 = 1e-13;
 
 /// Solver of all structures with one topology; moves and re-rates in place and allocates nothing after it was made.
 pub struct Solver {
-    pub(super) topology: Topology,
+    pub(super) topology: Arc<Topology>,
     pub(super) axes: Vec<LocalAxes>,
     pub(super) lengths_m: Vec<f64>,
     pub(super) natural: Vec<NaturalStiffness>,
@@ -73,7 +75,16 @@ impl Solver {
     /// # Errors
     /// [`StructureError::UnknownIndex`] for a reference that points nowhere.
     pub fn new(structure: &Structure) -> Result<Self, StructureError> {
-        let topology = Topology::new(structure)?;
+        Ok(Self::of(Arc::new(Topology::new(structure)?)))
+    }
+
+    /// Another solver of structures connected like those of this one; it knows no structure yet.
+    #[must_use]
+    pub fn another(&self) -> Self {
+        Self::of(Arc::clone(&self.topology))
+    }
+
+    fn of(topology: Arc<Topology>) -> Self {
         let scratch = topology
             .symbolic
             .factorize_numeric_llt_scratch::<f64>(Par::Seq, Spec::default())
@@ -84,7 +95,7 @@ impl Solver {
             y: [0.0; 3],
             z: [0.0; 3],
         };
-        Ok(Self {
+        Self {
             axes: vec![unset; element_count],
             lengths_m: vec![0.0; element_count],
             natural: Vec::with_capacity(element_count),
@@ -93,7 +104,7 @@ impl Solver {
             solution: vec![0.0; 6 * topology.equation_count],
             memory: MemBuffer::new(scratch),
             topology,
-        })
+        }
     }
 
     /// Takes positions, axes, sections and hinge stiffnesses of `structure` and factorises.
