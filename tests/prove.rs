@@ -399,3 +399,47 @@ fn without_its_data_the_proof_says_where_they_are() {
     let help = printed["error"]["help"].as_str().unwrap();
     assert!(help.contains("--data"), "{help}");
 }
+
+#[test]
+fn power_is_counted_for_the_laws_and_sizes_that_are_asked_for() {
+    let folder = tempfile::tempdir().unwrap();
+    let (data, out) = (data(), folder.path().join("power"));
+    let power = |laws: &str| {
+        let places = [
+            "--data",
+            data.to_str().unwrap(),
+            "--out",
+            out.to_str().unwrap(),
+        ];
+        let asked = [
+            "--only", "power", "--laws", laws, "--sizes", "8", "--trials", "1", "--json",
+        ];
+        let output = prove(&[&places[..], &asked[..]].concat(), "2");
+        let printed: Json = serde_json::from_slice(&output.stdout).unwrap();
+        (output.status.code(), printed)
+    };
+    let (code, printed) = power("creep");
+    assert_eq!(code, Some(0));
+    let cases = printed["data"]["parts"]["power"]["cases"].as_array();
+    let [case] = &cases.unwrap()[..] else {
+        panic!("creep is tried on one bench: {printed}");
+    };
+    assert_eq!(case["laws"], json!(["creep"]));
+    let points = case["points"].as_array().unwrap();
+    assert_eq!(points.len(), 1);
+    assert_eq!(points[0]["standard_errors"], 8.0);
+    // At eight standard errors a diagnosis that finds creep in less than half of six benches has lost its way.
+    assert!(points[0]["found"]["hits"].as_u64().unwrap() >= 3, "{case}");
+    let tables = fs::read_to_string(out.join("tables.txt")).unwrap();
+    let by_law = tables.lines().find(|line| line.starts_with("| creep  "));
+    assert!(by_law.is_some(), "{tables}");
+
+    let (code, printed) = power("cereep");
+    assert_eq!(code, Some(10), "{printed}");
+    assert!(
+        printed["error"]["help"]
+            .as_str()
+            .unwrap()
+            .contains("did you mean creep?")
+    );
+}

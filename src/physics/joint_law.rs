@@ -158,9 +158,9 @@ pub(super) fn nonlinear_twist([c, q]: [f64; 2], driving_nm: f64, k: f64) -> f64 
     let linear = 1.0 + c * k;
     let root = linear * linear + 4.0 * q * k * driving;
     let stop = c / (-2.0 * q);
-    let at_the_stop = (q < 0.0) & (driving >= stop + k * c * stop * 0.5);
+    let at_the_stop = q < 0.0 && driving >= stop + k * c * stop * 0.5;
     let moment = 2.0 * driving / (linear + root.sqrt());
-    let twist = if at_the_stop | (root < 0.0) {
+    let twist = if at_the_stop || root < 0.0 {
         c * c / (-4.0 * q)
     } else {
         (c + q * moment) * moment

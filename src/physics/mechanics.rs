@@ -198,12 +198,11 @@ impl<'a> Mechanics<'a> {
         for index in 0..self.poses.len() {
             let (before, rest) = self.poses.split_at_mut(index);
             let posed = &mut rest[0];
-            let twisting = match posed.twisting.take() {
-                Some(twisting) => twisting,
-                None => {
-                    let first = before.first().and_then(|first| first.twisting.as_ref());
-                    Twisting::new(robot, mechanism, factors, posed, first)?
-                }
+            let twisting = if let Some(twisting) = posed.twisting.take() {
+                twisting
+            } else {
+                let first = before.first().and_then(|first| first.twisting.as_ref());
+                Twisting::new(robot, mechanism, factors, posed, first)?
             };
             let twisting = posed.twisting.insert(twisting);
             posed.rigid.set_factors(factors);
