@@ -28,7 +28,7 @@ const MAY_IMPORT: [(&str, &[&str]); 27] = [
     ("structure", &["lanes", "vector"]),
     ("reference", &["structure"]),
     ("robot", &["source_text", "nearest", "lanes", "vector", "test_point", "structure"]),
-    ("physics", &["source_text", "nearest", "vector", "test_point", "structure", "robot"]),
+    ("physics", &["source_text", "nearest", "lanes", "vector", "test_point", "structure", "robot"]),
     ("bench", &["clock", "test_point", "readings", "procedure", "robot", "physics"]),
     ("least_squares", &["statistics", "lanes"]),
     ("fit", &["quantity", "statistics", "test_point", "readings", "stiffness", "structure", "robot", "physics", "least_squares"]),
