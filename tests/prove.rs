@@ -431,7 +431,7 @@ fn power_is_counted_for_the_laws_and_sizes_that_are_asked_for() {
     // At eight standard errors a diagnosis that finds creep in less than half of six benches has lost its way.
     assert!(points[0]["found"]["hits"].as_u64().unwrap() >= 3, "{case}");
     let tables = fs::read_to_string(out.join("tables.txt")).unwrap();
-    let by_law = tables.lines().find(|line| line.starts_with("| creep  "));
+    let by_law = tables.lines().find(|line| line.starts_with("| creep | "));
     assert!(by_law.is_some(), "{tables}");
 
     let (code, printed) = power("cereep");
