@@ -435,7 +435,7 @@ fn power_is_counted_for_the_laws_and_sizes_that_are_asked_for() {
     assert!(by_law.is_some(), "{tables}");
 
     let (code, printed) = power("cereep");
-    assert_eq!(code, Some(10), "{printed}");
+    assert_eq!(code, Some(2), "{printed}");
     assert!(
         printed["error"]["help"]
             .as_str()
