@@ -22,7 +22,7 @@ use super::rounded::RoundedNoise;
 use super::screen::WhiteCandidate;
 use super::space::{Space, dot};
 
-/// Chance that noise alone passes for one of the laws, as the draws have it. Whole sessions give about 1.3 times as many alarms, because a
+/// Chance that noise alone passes for one of the laws, as the draws have it. Whole sessions give about 1.2 times as many alarms, because a
 /// fit moves the shapes that the draws hold still: together with what is left over 4 % are aimed at.
 pub const LAW_LEVEL: f64 = 0.027;
 
@@ -31,6 +31,7 @@ pub const LEFT_OVER_LEVEL: f64 = 0.005;
 
 /// Draws of noise.
 pub const DRAWS: usize = 10_000;
+const _: () = assert!(DRAWS.is_multiple_of(BLOCK), "draws come in whole blocks");
 
 /// Shapes of one candidate whose directions differ by less count as one in the draws (cosine).
 const SAME: f64 = 0.985;

@@ -20,8 +20,8 @@ const ALIKE: f64 = 0.8;
 /// what differs more is told apart by less, for then the readings that speak for the one say nothing of the other.
 const TELL_ALIKE_APART: f64 = 5.0;
 
-/// Readings of a single line from which on what it leaves out is found together with what it could be. With a dozen, a drift of six
-/// standard errors is missed, or missing from the set, in one case of three (`tests/mismatch_specimens.rs` has such lines).
+/// Readings of a single line from which on what it leaves out is found together with what it could be: a drift of six standard errors in
+/// 95 % (`tests/mismatch_specimens.rs`).
 const ENOUGH_OF_A_LINE: usize = 18;
 
 /// Rivals that are printed.
