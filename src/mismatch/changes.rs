@@ -135,7 +135,7 @@ impl<'a> Changes<'a> {
         Some(0..out.len())
     }
 
-    /// Changes by a period of the gauge, and by the same a quarter of a turn further, m; `None` if another effect is in its way.
+    /// Changes by a period of the gauge, and by the same a quarter of a turn further, m; `None` where they cannot be worked out.
     ///
     /// # Arguments
     /// - `out`: overwritten.
