@@ -55,8 +55,13 @@ fn compare(
 ) -> (usize, f64) {
     let mechanism = robot.mechanism(Some(mechanism)).unwrap();
     let rigid = JointModel::Rigid;
-    let mut single = Predictor::with(robot, mechanism, &rigid, theory, factors).unwrap();
+    let single = Predictor::with(robot, mechanism, &rigid, theory, factors).unwrap();
     let sweep = PoseSweep::with(robot, mechanism, rigid, theory, factors, path).unwrap();
+    compare_with(single, &sweep, poses)
+}
+
+/// The same for a sweep and a predictor of the same structure.
+fn compare_with(mut single: Predictor, sweep: &PoseSweep, poses: &[Pose]) -> (usize, f64) {
     assert!(!sweep.methods().is_empty());
     let swept = sweep.run(poses, Keep::Full);
     assert_eq!(
@@ -231,6 +236,53 @@ fn a_pose_that_a_loop_cannot_take_is_named_and_leaves_the_others_alone() {
     let (theory, path) = (Theory::EulerBernoulli, SolutionPath::Fastest);
     let (reached, _) = compare(&robot, "C", theory, path, &poses, &factors);
     assert!((10..50).contains(&reached), "{reached}");
+}
+
+/// Every joint of every mechanism by itself, and all that the lanes serve at once.
+#[test]
+fn joints_that_yield() {
+    for (name, set) in [("hp-robot", "m_fsd"), ("serial-arm", "unit")] {
+        let robot = robot(name);
+        let factors = robot.factor_set(set).unwrap();
+        let poses = lattice(&robot, 40);
+        for (title, mechanism) in &robot.mechanisms {
+            let (mut served, mut left) = (Vec::new(), Vec::new());
+            let solved = |stiffness: Vec<(usize, f64)>| -> bool {
+                let (joints, theory) = (JointModel::Hinged(stiffness), Theory::EulerBernoulli);
+                let mut all = true;
+                for path in [SolutionPath::Fastest, SolutionPath::Spatial] {
+                    let single =
+                        Predictor::with(&robot, mechanism, &joints, theory, &factors).unwrap();
+                    let joints = joints.clone();
+                    let sweep = PoseSweep::with(&robot, mechanism, joints, theory, &factors, path);
+                    let sweep = sweep.unwrap();
+                    all = !sweep.methods().is_empty();
+                    if all {
+                        let (reached, largest) = compare_with(single, &sweep, &poses);
+                        assert!(reached > 8, "{title}: {reached}");
+                        assert!(largest < PAPER_FACTORS, "{title}: {largest:e}");
+                    }
+                }
+                all
+            };
+            for joint in mechanism.joints(&robot) {
+                if solved(vec![(joint, 3e4)]) {
+                    served.push((joint, 3e4));
+                } else {
+                    left.push(robot.joints[joint].name.as_str());
+                }
+            }
+            assert!(solved(served.clone()), "{title}: all at once");
+            // What has several elements on either side is for the single solver.
+            let expected: &[&str] = match title.as_str() {
+                "A" | "B" => &[],
+                "C" => &["A4"],
+                "D" | "E" => &["A3", "A4"],
+                _ => &["A3", "A4", "A5B", "A3F"],
+            };
+            assert_eq!(left, expected, "{name} {title}");
+        }
+    }
 }
 
 #[test]

@@ -133,6 +133,14 @@ fn linear_physics_is_exact_and_its_method_said() {
             ],
             "general solver",
         ),
+        (
+            vec![
+                "joint-compliance@A5F:c=2urad/(N*m)",
+                "joint-compliance@E6:c=3urad/(N*m)",
+                "base-compliance@x:c=0.2urad/(N*m)",
+            ],
+            "a joint that yields",
+        ),
         (vec!["loose-member@B1B2"], "elements"),
     ] {
         let physics = physics(&robot, "F", &effects);

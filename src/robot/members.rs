@@ -218,6 +218,12 @@ impl<'a> MechanismModel<'a> {
             .map(|&member| &self.robot.members[member])
     }
 
+    /// For each hinge of the structure the plane whose normal is its axis.
+    pub(super) fn hinge_planes(&self) -> impl Iterator<Item = usize> {
+        let joints = self.hinge_joints.iter();
+        joints.map(|&joint| self.robot.joints[joint].plane)
+    }
+
     /// The mechanism this is the structure of.
     #[must_use]
     pub fn mechanism(&self) -> &'a Mechanism {

@@ -20,7 +20,7 @@ const CHUNK: usize = 2048;
 /// One mechanism with its factors, ready for any number of poses.
 ///
 /// Each pose has the result that it would have alone, whatever the number of poses or threads. What the lanes do not serve
-/// (turning joints, elements that carry nothing) or do not solve goes to a [`Predictor`], pose by pose, which also names what is
+/// (pins, joints with several elements on either side, elements that carry nothing) or do not solve goes to a [`Predictor`], pose by pose, which also names what is
 /// wrong.
 #[derive(Debug)]
 pub struct PoseSweep<'a> {
@@ -102,7 +102,8 @@ impl<'a> PoseSweep<'a> {
         let model = MechanismModel::new(robot, mechanism, &joints, theory, &unit)?;
         let members: Vec<_> = model.members().collect();
         let planes: Vec<usize> = members.iter().map(|member| member.plane).collect();
-        let mut reduction = Reduction::of(model.structure(), &planes, path);
+        let hinge_planes: Vec<usize> = model.hinge_planes().collect();
+        let mut reduction = Reduction::of(model.structure(), &planes, &hinge_planes, path);
         if let Some(found) = &mut reduction {
             let usable = found.rate(model.structure(), |element| {
                 factors.of(members[element].class)

@@ -27,7 +27,7 @@ pub(super) struct Bundles<'a, S: Simd> {
     simd: S,
     model: &'a MechanismModel<'a>,
     reduction: &'a Reduction,
-    /// Planes whose normals elements need.
+    /// Planes whose normals elements and hinges need.
     planes: Vec<usize>,
     placer: Placer<S>,
     placed: Vec<Placed<S>>,
@@ -44,7 +44,8 @@ impl<'a, S: Simd> Bundles<'a, S> {
         pose_count: usize,
     ) -> Self {
         let robot = model.robot();
-        let mut planes: Vec<usize> = model.members().map(|member| member.plane).collect();
+        let of_members = model.members().map(|member| member.plane);
+        let mut planes: Vec<usize> = of_members.chain(model.hinge_planes()).collect();
         planes.sort_unstable();
         planes.dedup();
         let placed = Placed::new(simd, model.nodes().len(), robot.planes.len());

@@ -97,6 +97,15 @@ pub struct Structure {
     pub end: Attachment,
 }
 
+impl Structure {
+    /// The node that a hinge sits at; `None` if nothing lies behind it.
+    pub(super) fn node_of_hinge(&self, hinge: usize) -> Option<usize> {
+        let ends = self.elements.iter().flat_map(|element| &element.ends);
+        let mut all = ends.chain([&self.end]);
+        Some(all.find(|at| at.hinges.contains(&hinge))?.node)
+    }
+}
+
 /// One freedom of a structure, by name.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum Freedom {

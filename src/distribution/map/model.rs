@@ -1,8 +1,8 @@
 //! A mechanism with its physics, solved in any pose.
 //!
-//! Rigid joints go through the lanes of [`PoseSweep`], a rocking base beside them; joints that yield in proportion go through the general
-//! solver; laws that are not linear have the secant stiffness of a stated load along each axis, from the unloaded state. What is used is
-//! said ([`MapModel::method`]).
+//! Joints that are rigid or yield in proportion go through the lanes of [`PoseSweep`], a rocking base beside them, and what those do not
+//! serve through the general solver; laws that are not linear have the secant stiffness of a stated load along each axis, from the
+//! unloaded state. What is used is said ([`MapModel::method`]).
 
 mod whole;
 
@@ -192,7 +192,8 @@ impl<'a> MapModel<'a> {
             }
             Means::Sweep { joints, .. } => vec![match joints {
                 JointModel::Rigid => "general solver, pose by pose".to_owned(),
-                _ => "general solver, pose by pose: joints yield".to_owned(),
+                _ => "general solver, pose by pose: a joint with several elements on either side yields"
+                    .to_owned(),
             }],
             Means::Secant { load_n, effect } => vec![format!(
                 "secant stiffness from no load to {load_n} N, pose by pose: {effect} is not linear"

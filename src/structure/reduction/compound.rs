@@ -1,15 +1,15 @@
-//! Elements in series and side by side, merged until nothing of either is left; what remains is eliminated node by node.
+//! Elements and hinges in series and side by side, merged until nothing of either is left; what remains is eliminated node by node.
 
 use std::collections::{BTreeMap, BTreeSet};
 
 use super::graph::{Edge, GROUND, Segment};
-use super::program::{Form, Op, Program, Slot, Update};
+use super::program::{Form, Op, Piece, Program, Slot, Update};
 use crate::structure::ordering::{Eliminated, minimum_degree_before};
 
 /// An assembly that hangs on the rest by two nodes: motions of its parts add up in series, their forces side by side.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(super) enum Compound {
-    Element(usize),
+    Piece(Piece),
     Series(Vec<Compound>),
     Parallel(Vec<Compound>),
 }
@@ -22,6 +22,20 @@ struct Link {
 }
 
 impl Compound {
+    /// Whether it can be written down in a form: a hinge, which is rigid but for its turn, has a stiffness only together with what it is
+    /// in series with.
+    fn has(&self, form: Form) -> bool {
+        match self {
+            Self::Piece(Piece::Element(_)) => true,
+            Self::Piece(Piece::Hinge(_)) => form == Form::Compliance,
+            Self::Series(parts) => {
+                let sum = parts.iter().all(|part| part.has(Form::Compliance));
+                sum && (form == Form::Compliance || parts.iter().any(|p| p.has(Form::Stiffness)))
+            }
+            Self::Parallel(parts) => parts.iter().all(|part| part.has(Form::Stiffness)),
+        }
+    }
+
     fn joined(self, other: Self, wrap: fn(Vec<Self>) -> Self) -> Self {
         let mut parts = Vec::new();
         for part in [self, other] {
@@ -35,23 +49,24 @@ impl Compound {
     }
 }
 
-/// Merges the elements of a segment as far as series and parallels go.
+/// Merges the pieces of a segment as far as series and parallels go.
 fn merged(segment: &Segment) -> Vec<Link> {
     let link = |edge: &Edge| Link {
-        compound: Compound::Element(edge.element),
+        compound: Compound::Piece(edge.piece),
         ends: edge.ends,
     };
+    let nothing = || Compound::Series(Vec::new());
     let mut links: Vec<Link> = segment.edges.iter().map(link).collect();
     loop {
         if let Some((first, second)) = side_by_side(&links) {
             let second = links.remove(second);
             let first = &mut links[first];
-            let compound = std::mem::replace(&mut first.compound, Compound::Element(0));
+            let compound = std::mem::replace(&mut first.compound, nothing());
             first.compound = compound.joined(second.compound, Compound::Parallel);
         } else if let Some((first, second, ends)) = in_series(&links, segment.terminals) {
             let second = links.remove(second);
             let first = &mut links[first];
-            let compound = std::mem::replace(&mut first.compound, Compound::Element(0));
+            let compound = std::mem::replace(&mut first.compound, nothing());
             first.compound = compound.joined(second.compound, Compound::Series);
             first.ends = ends;
         } else {
@@ -98,7 +113,8 @@ pub(super) struct Builder {
 }
 
 impl Builder {
-    pub(super) fn build<'a>(segments: impl Iterator<Item = &'a Segment>) -> Program {
+    /// `None` if a hinge is in series with nothing that bends.
+    pub(super) fn build<'a>(segments: impl Iterator<Item = &'a Segment>) -> Option<Program> {
         let mut builder = Self {
             program: Program {
                 slot_count: 1,
@@ -108,13 +124,20 @@ impl Builder {
         };
         for segment in segments {
             let links = merged(segment);
+            let all_have = |form| links.iter().all(|link| link.compound.has(form));
             if let [link] = &links[..] {
+                if !all_have(Form::Compliance) {
+                    return None;
+                }
                 builder.evaluate(&link.compound, Form::Compliance, 0);
             } else {
+                if !all_have(Form::Stiffness) {
+                    return None;
+                }
                 builder.eliminate(&links, segment.terminals);
             }
         }
-        builder.program
+        Some(builder.program)
     }
 
     fn slot(&mut self) -> Slot {
@@ -130,10 +153,10 @@ impl Builder {
     /// Adds a compound to a slot as compliance or stiffness.
     fn evaluate(&mut self, compound: &Compound, form: Form, into: Slot) {
         let (parts, own) = match compound {
-            Compound::Element(element) => {
-                let (element, fresh) = (*element, self.begins(into));
-                self.program.ops.push(Op::Element {
-                    element,
+            Compound::Piece(piece) => {
+                let (piece, fresh) = (*piece, self.begins(into));
+                self.program.ops.push(Op::Piece {
+                    piece,
                     form,
                     into,
                     fresh,

@@ -3,7 +3,7 @@
 use pulp::Simd;
 
 use super::block::{Block, add, add_product, factorise, inverse, mirror, reduce, subtract_square};
-use super::program::{Form, Op, Program};
+use super::program::{Form, Op, Piece, Program};
 use crate::lanes::{Aligned, Lane};
 
 /// The matrices of a program: `H` uncoupled halves of `N` freedoms each.
@@ -14,9 +14,9 @@ pub(super) struct Memory<S: Simd, const N: usize, const H: usize> {
     undivided: Vec<Aligned<[Block<S, N>; H]>>,
 }
 
-/// What gives a program its elements.
+/// What gives a program its elements and hinges.
 pub(super) trait Members<S: Simd, const N: usize, const H: usize> {
-    fn member(&mut self, element: usize, form: Form) -> [Block<S, N>; H];
+    fn member(&mut self, piece: Piece, form: Form) -> [Block<S, N>; H];
 }
 
 impl<S: Simd, const N: usize, const H: usize> Memory<S, N, H> {
@@ -38,13 +38,13 @@ impl<S: Simd, const N: usize, const H: usize> Memory<S, N, H> {
     ) -> &[Block<S, N>; H] {
         for op in &program.ops {
             match *op {
-                Op::Element {
-                    element,
+                Op::Piece {
+                    piece,
                     form,
                     into,
                     fresh,
                 } => {
-                    let member = members.member(element, form);
+                    let member = members.member(piece, form);
                     for half in 0..H {
                         add(&mut self.slots[into].0[half], fresh, &member[half]);
                     }

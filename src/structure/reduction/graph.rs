@@ -1,26 +1,27 @@
-//! Which elements lie between the ground and the end, and at which nodes that way hangs on a single node.
+//! Which elements and hinges lie between the ground and the end, and at which nodes that way hangs on a single node.
 
 use std::collections::BTreeMap;
 
-use crate::structure::parts::Structure;
+use super::program::Piece;
+use crate::structure::parts::{Attachment, Structure};
 use crate::structure::topology::held_freedoms;
 
-/// The ground, to which all held nodes belong; free nodes follow from 1.
+/// The ground, to which all held nodes belong; free nodes follow from 1, then what lies behind each hinge.
 pub(super) const GROUND: usize = 0;
 
-/// A stretch of the way from the ground to the end: all its elements hang on the rest by its two terminals alone.
+/// A stretch of the way from the ground to the end: all its pieces hang on the rest by its two terminals alone.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(super) struct Segment {
     /// Vertex towards the ground, and vertex towards the end.
     pub(super) terminals: [usize; 2],
-    /// Elements that carry load, with their vertices.
+    /// Pieces that carry load, with their vertices.
     pub(super) edges: Vec<Edge>,
 }
 
-/// An element and its two vertices.
+/// A piece and its two vertices.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) struct Edge {
-    pub(super) element: usize,
+    pub(super) piece: Piece,
     pub(super) ends: [usize; 2],
 }
 
@@ -35,32 +36,45 @@ pub(super) struct Graph {
 }
 
 impl Graph {
-    /// The graph of a structure; `None` if it has a hinge, a node held in part, a held end, an element from a node to itself, or
-    /// something that hangs on no support: those are for [`Solver`](crate::structure::Solver).
+    /// The graph of a structure; `None` if something lies behind several hinges, or it has a node held in part, a held end, an element
+    /// from a node to itself, or something that hangs on no support: those are for [`Solver`](crate::structure::Solver).
     pub(super) fn of(structure: &Structure) -> Option<Self> {
         let held = held_freedoms(structure);
         let whole = held.iter().all(|h| *h == [true; 6] || *h == [false; 6]);
-        if !whole || !structure.hinges.is_empty() {
+        if !whole {
             return None;
         }
-        let nodes: Vec<usize> = (0..held.len()).filter(|&n| !held[n][0]).collect();
+        let mut nodes: Vec<usize> = (0..held.len()).filter(|&n| !held[n][0]).collect();
         let free: BTreeMap<usize, usize> = nodes.iter().copied().zip(1..).collect();
-        let vertex = |node: usize| free.get(&node).copied().unwrap_or(GROUND);
+        let on_node = |node: usize| free.get(&node).copied().unwrap_or(GROUND);
+        let first_behind = nodes.len() + 1;
+        let vertex = |at: &Attachment| match at.hinges[..] {
+            [] => Some(on_node(at.node)),
+            [hinge] => Some(first_behind + hinge),
+            _ => None,
+        };
         let mut edges = Vec::new();
         for (element, parts) in structure.elements.iter().enumerate() {
-            let ends = [0, 1].map(|end| parts.ends[end].node);
-            if ends[0] == ends[1] {
+            if parts.ends[0].node == parts.ends[1].node {
                 return None;
             }
             edges.push(Edge {
-                element,
-                ends: ends.map(vertex),
+                piece: Piece::Element(element),
+                ends: [vertex(&parts.ends[0])?, vertex(&parts.ends[1])?],
             });
+        }
+        for hinge in 0..structure.hinges.len() {
+            let node = structure.node_of_hinge(hinge)?;
+            edges.push(Edge {
+                piece: Piece::Hinge(hinge),
+                ends: [on_node(node), first_behind + hinge],
+            });
+            nodes.push(node);
         }
         let graph = Self {
             vertex_count: nodes.len() + 1,
             edges,
-            end: vertex(structure.end.node),
+            end: vertex(&structure.end)?,
             nodes,
         };
         let all_hang_on_the_ground = !graph.reached(&[GROUND], None).contains(&false);

@@ -247,6 +247,43 @@ pub(super) fn in_space<S: Simd>(
     [whole]
 }
 
+/// Compliance of a hinge about the normal, in the plane of the frame n, p, q through the point: it moves nothing across.
+///
+/// # Arguments
+/// - `node`: components p and q of the hinge, seen from the point, m.
+#[inline(always)]
+pub(super) fn hinge_in_plane<S: Simd>(rad_per_nm: f64, [p, q]: [Lane<S>; 2]) -> [Block<S, 3>; 2] {
+    // A turn rn moves the point by q along p and by -p along q.
+    let (c, zero) = (p.of(rad_per_nm), p.of(0.0));
+    let (pn, minus_qn) = (c * q, c * p);
+    let (pp, minus_pq, qq) = (pn * q, pn * p, minus_qn * p);
+    let (pq, qn) = (-minus_pq, -minus_qn);
+    [[[pp, pq, pn], [pq, qq, qn], [pn, qn, c]], [[zero; 3]; 3]]
+}
+
+/// Compliance of a hinge anywhere.
+///
+/// # Arguments
+/// - `node`: the hinge, seen from the point, m.
+/// - `axis`: unit vector of its axis.
+#[inline(always)]
+pub(super) fn hinge_in_space<S: Simd>(
+    rad_per_nm: f64,
+    node: &[Lane<S>; 3],
+    axis: &[Lane<S>; 3],
+) -> [Block<S, 6>; 1] {
+    let moved = cross(node, axis);
+    let twist = [moved[0], moved[1], moved[2], axis[0], axis[1], axis[2]];
+    let mut whole = [twist; 6];
+    for i in 0..6 {
+        let weighted = twist[i] * twist[i].of(rad_per_nm);
+        for j in i..6 {
+            whole[i][j] = weighted * twist[j];
+        }
+    }
+    [whole]
+}
+
 /// Σ weights x xᵀ over the axes x, y, z.
 #[inline(always)]
 fn triad<S: Simd>(axes: &[[Lane<S>; 3]; 3], weights: &[Lane<S>; 3]) -> Block<S, 3> {

@@ -12,10 +12,13 @@
 //! 4. A part whose elements lie in one plane moves in that plane and across it without mixing: two problems of three freedoms a
 //!    node for one of six. Whether they do lie in it is looked at pose by pose; where not, the part is solved in space.
 //!
+//! 5. A joint that yields adds the compliance of its turn to what it is in series with. One that is in series with nothing that bends,
+//!    because several elements end on either side of it, is left to [`Solver`](super::Solver).
+//!
 //! Rounding costs no more than in [`Solver`](super::Solver), in the plane a third of it: `tests/pose_sweep.rs` holds both against
 //! extended precision.
 //!
-//! Decision: no derivatives, no loads but on the end, no structure with a hinge. Fits have [`BatchSolver`](super::BatchSolver).
+//! Decision: no derivatives, no loads but on the end, no pins. Fits have [`BatchSolver`](super::BatchSolver).
 
 #![expect(
     clippy::inline_always,

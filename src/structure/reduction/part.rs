@@ -6,7 +6,7 @@ use std::fmt;
 use super::compound::Builder;
 use super::graph::{Graph, Segment};
 use super::member::Constants;
-use super::program::{Op, Program};
+use super::program::{Op, Piece, Program};
 use crate::structure::parts::Structure;
 
 /// Which ways of solving a part are open.
@@ -28,6 +28,8 @@ pub struct PartMethod {
     pub to: String,
     /// Elements that carry load on the end.
     pub elements: usize,
+    /// Joints among them that yield.
+    pub yielding_joints: usize,
     /// Nodes that series and parallels did not make superfluous.
     pub eliminated_nodes: usize,
     /// Whether motion in its plane and across it are solved apart, in poses that leave it in its plane.
@@ -44,21 +46,26 @@ impl fmt::Display for PartMethod {
         } else {
             "in space"
         };
+        let yielding = match self.yielding_joints {
+            0 => String::new(),
+            1 => ", a joint that yields".to_owned(),
+            several => format!(", {several} joints that yield"),
+        };
         write!(
             f,
-            "{from} to {}: {} elements, {} nodes eliminated, {way}",
+            "{from} to {}: {} elements{yielding}, {} nodes eliminated, {way}",
             self.to, self.elements, self.eliminated_nodes
         )
     }
 }
 
-/// Operations of a part, counted in the functions that do them: those of an element, and of a node seen from the end of the part.
+/// Operations of a part, counted in the functions that do them: those of an element, of a hinge, and of a node seen from the end of the part.
 fn operations(part: &Part) -> u64 {
     let nodes = part.nodes.len() as u64;
     if part.plane.is_some() {
-        part.program.operations(3, 2, 59) + 24 * nodes
+        part.program.operations(3, 2, [59, 5]) + 24 * nodes
     } else {
-        part.program.operations(6, 1, 204) + 3 * nodes
+        part.program.operations(6, 1, [204, 36]) + 3 * nodes
     }
 }
 
@@ -75,19 +82,29 @@ pub(crate) struct Reduction {
     /// Elements that carry nothing, but must have a length.
     pub(super) idle: Vec<usize>,
     pub(super) constants: Vec<Constants>,
+    pub(super) hinges: Vec<YieldingHinge>,
     methods: Vec<PartMethod>,
+}
+
+/// A hinge that turns in proportion to its moment.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct YieldingHinge {
+    pub(super) node: usize,
+    /// The plane whose normal is its axis.
+    pub(super) plane: usize,
+    pub(super) rad_per_nm: f64,
 }
 
 /// A part that hangs on the rest by its two terminals.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(super) struct Part {
-    /// The plane that all its elements share, if they are to be solved in it.
+    /// The plane that all its pieces share, if they are to be solved in it.
     pub(super) plane: Option<usize>,
     /// Node towards the end, at which its compliance is told.
     pub(super) far: usize,
     /// Its nodes, held ones included.
     pub(super) nodes: Vec<usize>,
-    /// Planes of its elements.
+    /// Planes of its pieces.
     pub(super) planes: Vec<usize>,
     pub(super) program: Program,
 }
@@ -97,14 +114,26 @@ impl Reduction {
     ///
     /// # Arguments
     /// - `planes`: for each element the plane whose normal is its local y.
+    /// - `hinge_planes`: for each hinge the plane whose normal is its axis.
     ///
     /// # Returns
-    /// `None` for a structure with a hinge, a node held in part, a held end, or something that hangs on no support.
-    pub(crate) fn of(structure: &Structure, planes: &[usize], path: SolutionPath) -> Option<Self> {
+    /// `None` for a structure with a pin, a hinge that is in series with nothing that bends, something behind several hinges, a node held
+    /// in part, a held end, or something that hangs on no support.
+    pub(crate) fn of(
+        structure: &Structure,
+        planes: &[usize],
+        hinge_planes: &[usize],
+        path: SolutionPath,
+    ) -> Option<Self> {
         let graph = Graph::of(structure)?;
         let segments = graph.segments();
+        let hinges = yielding_hinges(structure, hinge_planes)?;
+        let plane_of_piece = |piece: Piece| match piece {
+            Piece::Element(element) => planes[element],
+            Piece::Hinge(hinge) => hinge_planes[hinge],
+        };
         let plane_of = |segment: &Segment| {
-            let mut planes = segment.edges.iter().map(|edge| planes[edge.element]);
+            let mut planes = segment.edges.iter().map(|edge| plane_of_piece(edge.piece));
             let first = planes.next()?;
             planes.all(|plane| plane == first).then_some(first)
         };
@@ -120,29 +149,36 @@ impl Reduction {
         let mut idle: BTreeSet<usize> = (0..ends.len()).collect();
         for run in runs {
             let (near, far) = (run[0].terminals[0], run[run.len() - 1].terminals[1]);
-            let elements: Vec<usize> = run
-                .iter()
-                .flat_map(|segment| segment.edges.iter().map(|edge| edge.element))
-                .collect();
-            for element in &elements {
-                idle.remove(element);
+            let edges = run.iter().flat_map(|segment| &segment.edges);
+            let pieces: Vec<Piece> = edges.map(|edge| edge.piece).collect();
+            let mut elements = 0;
+            for piece in &pieces {
+                if let Piece::Element(element) = piece {
+                    elements += 1;
+                    idle.remove(element);
+                }
             }
+            let nodes_of = |piece: Piece| match piece {
+                Piece::Element(element) => ends[element],
+                Piece::Hinge(hinge) => [hinges[hinge].node; 2],
+            };
             let distinct = |all: &mut dyn Iterator<Item = usize>| -> Vec<usize> {
                 all.collect::<BTreeSet<usize>>().into_iter().collect()
             };
             let part = Part {
                 plane: plane_of(&run[0]).filter(|_| path == SolutionPath::Fastest),
                 far: graph.node(far)?,
-                nodes: distinct(&mut elements.iter().flat_map(|&element| ends[element])),
-                planes: distinct(&mut elements.iter().map(|&element| planes[element])),
-                program: Builder::build(run.iter()),
+                nodes: distinct(&mut pieces.iter().flat_map(|&piece| nodes_of(piece))),
+                planes: distinct(&mut pieces.iter().map(|&piece| plane_of_piece(piece))),
+                program: Builder::build(run.iter())?,
             };
             let name = |node: usize| structure.nodes[node].name.to_string();
             let eliminated = |op: &&Op| matches!(op, Op::Eliminate { .. });
             methods.push(PartMethod {
                 from: graph.node(near).map(name),
                 to: name(part.far),
-                elements: elements.len(),
+                elements,
+                yielding_joints: pieces.len() - elements,
                 eliminated_nodes: part.program.ops.iter().filter(eliminated).count(),
                 planar: part.plane.is_some(),
                 operations: operations(&part),
@@ -155,6 +191,7 @@ impl Reduction {
             ends,
             planes: planes.to_vec(),
             node_count: structure.nodes.len(),
+            hinges,
             end: structure.end.node,
             idle: idle.into_iter().collect(),
             methods,
@@ -181,4 +218,19 @@ impl Reduction {
     pub(crate) fn methods(&self) -> &[PartMethod] {
         &self.methods
     }
+}
+
+/// The hinges of a structure; `None` if one is a pin, or has nothing behind it.
+fn yielding_hinges(structure: &Structure, planes: &[usize]) -> Option<Vec<YieldingHinge>> {
+    let hinges = structure.hinges.iter().zip(planes).enumerate();
+    hinges
+        .map(|(index, (hinge, &plane))| {
+            let rad_per_nm = 1.0 / hinge.stiffness_nm_per_rad;
+            Some(YieldingHinge {
+                node: structure.node_of_hinge(index)?,
+                plane,
+                rad_per_nm: (rad_per_nm.is_normal() && rad_per_nm > 0.0).then_some(rad_per_nm)?,
+            })
+        })
+        .collect()
 }

@@ -12,12 +12,21 @@ pub(super) enum Form {
     Stiffness,
 }
 
+/// What a structure is put together of.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Piece {
+    /// An element, by its index.
+    Element(usize),
+    /// A hinge, by its index. It has a compliance only: nothing but a turn about its axis moves its sides against each other.
+    Hinge(usize),
+}
+
 /// A step. Where it is `fresh`, what it adds to holds nothing yet and is set.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(super) enum Op {
-    /// Adds an element; of the matrix only the upper triangle is kept.
-    Element {
-        element: usize,
+    /// Adds an element or a hinge; of the matrix only the upper triangle is kept.
+    Piece {
+        piece: Piece,
         form: Form,
         into: Slot,
         fresh: bool,
@@ -57,9 +66,9 @@ pub(super) struct Program {
 }
 
 impl Program {
-    /// Floating-point operations of one pose, a fused product counted as two: `halves` problems of `n` freedoms a node, `of_element`
-    /// operations for what an element gives to all of them.
-    pub(super) fn operations(&self, n: u64, halves: u64, of_element: u64) -> u64 {
+    /// Floating-point operations of one pose, a fused product counted as two: `halves` problems of `n` freedoms a node, `of_element` and
+    /// `of_hinge` operations for what an element and a hinge give to all of them.
+    pub(super) fn operations(&self, n: u64, halves: u64, [of_element, of_hinge]: [u64; 2]) -> u64 {
         let triangle = n * (n + 1) / 2;
         // Inverses and ratios of n pivots; factor and update of what is right of and below each.
         let factorise = 2 * n + (0..n).map(|left| left + left * (left + 1)).sum::<u64>();
@@ -78,7 +87,13 @@ impl Program {
             }
         };
         let of_op = |op: &Op| match op {
-            Op::Element { fresh, .. } => of_element + halves * sum(*fresh, triangle),
+            Op::Piece { piece, fresh, .. } => {
+                let own = match piece {
+                    Piece::Element(_) => of_element,
+                    Piece::Hinge(_) => of_hinge,
+                };
+                own + halves * sum(*fresh, triangle)
+            }
             Op::Invert { fresh, .. } => halves * (invert + sum(*fresh, triangle)),
             Op::Add { fresh, .. } => halves * sum(*fresh, triangle),
             Op::Mirror { .. } => 0,

@@ -4,9 +4,9 @@ use pulp::Simd;
 
 use super::block::Block;
 use super::execute::{Members, Memory};
-use super::member::{in_plane, in_space};
+use super::member::{hinge_in_plane, hinge_in_space, in_plane, in_space};
 use super::part::{Part, Reduction};
-use super::program::Form;
+use super::program::{Form, Piece};
 use crate::lanes::{Aligned, Kernel, Lane, cross, dot, frame_on, multiply_add, run, subtract};
 use crate::structure::solve::LOST_PIVOT;
 
@@ -257,10 +257,18 @@ struct FlatMembers<'a, S: Simd> {
 
 impl<S: Simd> Members<S, 3, 2> for FlatMembers<'_, S> {
     #[inline(always)]
-    fn member(&mut self, element: usize, form: Form) -> [Block<S, 3>; 2] {
-        let [first, second] = self.reduction.ends[element];
-        let constants = &self.reduction.constants[element];
-        in_plane(constants, form, [self.nodes[first].0, self.nodes[second].0])
+    fn member(&mut self, piece: Piece, form: Form) -> [Block<S, 3>; 2] {
+        match piece {
+            Piece::Element(element) => {
+                let [first, second] = self.reduction.ends[element];
+                let constants = &self.reduction.constants[element];
+                in_plane(constants, form, [self.nodes[first].0, self.nodes[second].0])
+            }
+            Piece::Hinge(hinge) => {
+                let hinge = &self.reduction.hinges[hinge];
+                hinge_in_plane(hinge.rad_per_nm, self.nodes[hinge.node].0)
+            }
+        }
     }
 }
 
@@ -310,15 +318,24 @@ struct DeepMembers<'a, S: Simd> {
 
 impl<S: Simd> Members<S, 6, 1> for DeepMembers<'_, S> {
     #[inline(always)]
-    fn member(&mut self, element: usize, form: Form) -> [Block<S, 6>; 1] {
-        let [first, second] = self.reduction.ends[element];
-        in_space(
-            &self.reduction.constants[element],
-            form,
-            [&self.nodes[first].0, &self.nodes[second].0],
-            &self.normals[self.reduction.planes[element]].0,
-            &mut self.faults,
-        )
+    fn member(&mut self, piece: Piece, form: Form) -> [Block<S, 6>; 1] {
+        match piece {
+            Piece::Element(element) => {
+                let [first, second] = self.reduction.ends[element];
+                in_space(
+                    &self.reduction.constants[element],
+                    form,
+                    [&self.nodes[first].0, &self.nodes[second].0],
+                    &self.normals[self.reduction.planes[element]].0,
+                    &mut self.faults,
+                )
+            }
+            Piece::Hinge(hinge) => {
+                let hinge = &self.reduction.hinges[hinge];
+                let axis = &self.normals[hinge.plane].0;
+                hinge_in_space(hinge.rad_per_nm, &self.nodes[hinge.node].0, axis)
+            }
+        }
     }
 }
 

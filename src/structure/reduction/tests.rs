@@ -2,7 +2,7 @@ use std::sync::Arc;
 
 use pulp::Simd;
 
-use super::program::{Form, Op, Program};
+use super::program::{Form, Op, Piece, Program};
 use super::*;
 use crate::lanes::{InstructionSet, Lane};
 use crate::structure::{
@@ -91,17 +91,42 @@ fn with_an_arm_across(lean: f64) -> (Structure, Vec<usize>) {
     (structure, planes)
 }
 
+/// A hinge about the normal of a plane, behind which the given ends of elements lie.
+fn add_hinge(structure: &mut Structure, plane: usize, nm_per_rad: f64, behind: &[(usize, usize)]) {
+    let hinge = structure.hinges.len();
+    structure.hinges.push(Hinge {
+        name: Arc::from(hinge.to_string()),
+        axis: NORMALS[plane],
+        stiffness_nm_per_rad: nm_per_rad,
+    });
+    for &(element, end) in behind {
+        structure.elements[element].ends[end].hinges.push(hinge);
+    }
+}
+
+/// The square with joints that yield: on a support, between a brace and its node, at the foot of the chain, and at the end.
+fn with_yielding_joints(lean: f64) -> Structure {
+    let mut structure = square(lean, None);
+    add_hinge(&mut structure, 0, 3e3, &[(0, 0)]);
+    add_hinge(&mut structure, 0, 2e4, &[(3, 1)]);
+    add_hinge(&mut structure, 0, 1e4, &[(6, 1), (9, 1)]);
+    add_hinge(&mut structure, 0, 5e3, &[(7, 0)]);
+    structure
+}
+
 /// Solves structures side by side; `None` where there is no solution.
 struct Together<'a> {
     structures: &'a [Structure],
     planes: &'a [usize],
+    hinge_planes: &'a [usize],
     path: SolutionPath,
 }
 
 impl Together<'_> {
     fn solve<S: Simd>(&self, simd: S) -> Vec<Option<Compliance6>> {
         let model = &self.structures[0];
-        let mut reduction = Reduction::of(model, self.planes, self.path).unwrap();
+        let reduced = Reduction::of(model, self.planes, self.hinge_planes, self.path);
+        let mut reduction = reduced.unwrap();
         assert!(reduction.rate(model, |_| [1.0; 4]));
         let mut reducer = Reducer::new(simd, &reduction);
         let mut results = Vec::new();
@@ -174,6 +199,7 @@ fn every_instruction_set_and_both_ways_agree_with_the_general_solver() {
                 let together = Together {
                     structures: &structures,
                     planes: &planes,
+                    hinge_planes: &[],
                     path,
                 };
                 assert_agree(&together.on(instructions), &structures);
@@ -184,6 +210,38 @@ fn every_instruction_set_and_both_ways_agree_with_the_general_solver() {
             let together = Together {
                 structures: &structures,
                 planes: &planes[0],
+                hinge_planes: &[],
+                path,
+            };
+            assert_agree(&together.on(instructions), &structures);
+        }
+    }
+}
+
+#[test]
+fn joints_that_yield_agree_with_the_general_solver() {
+    for instructions in InstructionSet::all() {
+        for path in PATHS {
+            let leans = (0..11).map(|i| 0.03 * f64::from(i));
+            let structures: Vec<Structure> = leans.clone().map(with_yielding_joints).collect();
+            let together = Together {
+                structures: &structures,
+                planes: &[0; 10],
+                hinge_planes: &[0; 4],
+                path,
+            };
+            assert_agree(&together.on(instructions), &structures);
+            // One whose axis lies in the plane of its neighbours: that part is solved in space.
+            let across = leans.map(|lean| {
+                let (mut structure, _) = with_an_arm_across(lean);
+                add_hinge(&mut structure, 1, 1e4, &[(6, 0)]);
+                structure
+            });
+            let structures: Vec<Structure> = across.collect();
+            let together = Together {
+                structures: &structures,
+                planes: &with_an_arm_across(0.0).1,
+                hinge_planes: &[1],
                 path,
             };
             assert_agree(&together.on(instructions), &structures);
@@ -203,6 +261,7 @@ fn a_pose_out_of_its_plane_is_solved_beside_others_that_are_in_theirs() {
             let together = Together {
                 structures,
                 planes: &planes,
+                hinge_planes: &[],
                 path: SolutionPath::Fastest,
             };
             together.on(instructions)
@@ -231,6 +290,7 @@ fn what_cannot_be_solved_is_told_pose_by_pose() {
             let together = Together {
                 structures: &structures,
                 planes: &planes,
+                hinge_planes: &[],
                 path,
             };
             let solved: Vec<bool> = together
@@ -247,7 +307,7 @@ fn what_cannot_be_solved_is_told_pose_by_pose() {
 fn parts_are_cut_where_the_plane_changes() {
     let (structure, planes) = with_an_arm_across(0.1);
     let said = |path| -> Vec<String> {
-        let reduction = Reduction::of(&structure, &planes, path).unwrap();
+        let reduction = Reduction::of(&structure, &planes, &[], path).unwrap();
         reduction
             .methods()
             .iter()
@@ -270,17 +330,25 @@ fn structures_for_the_general_solver_are_passed_on() {
     let refused = |change: &dyn Fn(&mut Structure)| {
         let mut structure = square(0.0, None);
         change(&mut structure);
-        Reduction::of(&structure, &planes, SolutionPath::Fastest).is_none()
+        let hinge_planes = vec![0; structure.hinges.len()];
+        Reduction::of(&structure, &planes, &hinge_planes, SolutionPath::Fastest).is_none()
     };
     assert!(!refused(&|_| {}));
     assert!(refused(&|s| s.supports[0].held[3] = false));
     assert!(refused(&|s| s.end = Attachment::from(0)));
     assert!(refused(&|s| s.elements[8].ends[0] = 6.into()));
-    assert!(refused(&|s| s.hinges.push(Hinge {
-        name: Arc::from("pin"),
-        axis: [0.0, 0.0, 1.0],
-        stiffness_nm_per_rad: 0.0,
-    })));
+    // A hinge with something behind it, in series with an element: but for a pin, none of these is refused.
+    assert!(!refused(&|s| add_hinge(s, 0, 1e4, &[(0, 1)])));
+    assert!(refused(&|s| add_hinge(s, 0, 0.0, &[(0, 1)])));
+    assert!(refused(&|s| add_hinge(s, 0, f64::INFINITY, &[(0, 1)])));
+    assert!(refused(&|s| add_hinge(s, 0, 1e4, &[])));
+    // Two braces behind it, three elements before it.
+    assert!(refused(&|s| add_hinge(s, 0, 1e4, &[(1, 1), (3, 1)])));
+    // Behind one hinge, and behind another.
+    assert!(refused(&|s| {
+        add_hinge(s, 0, 1e4, &[(0, 1)]);
+        add_hinge(s, 0, 1e4, &[(0, 1)]);
+    }));
     // What hangs on nothing moves, even if it does not touch the way to the end.
     assert!(refused(&|s| {
         let lone = Node {
@@ -291,7 +359,7 @@ fn structures_for_the_general_solver_are_passed_on() {
         s.elements[8].ends[0] = 7.into();
     }));
     let structure = square(0.0, None);
-    let mut reduction = Reduction::of(&structure, &planes, SolutionPath::Fastest).unwrap();
+    let mut reduction = Reduction::of(&structure, &planes, &[], SolutionPath::Fastest).unwrap();
     for impossible in [0.0, -1.0, f64::NAN, f64::INFINITY, 1e-320] {
         assert!(!reduction.rate(&structure, |_| [1.0, impossible, 1.0, 1.0]));
     }
@@ -300,8 +368,8 @@ fn structures_for_the_general_solver_are_passed_on() {
 #[test]
 fn operations_are_counted() {
     let mut program = Program::default();
-    program.ops.push(Op::Element {
-        element: 0,
+    program.ops.push(Op::Piece {
+        piece: Piece::Element(0),
         form: Form::Compliance,
         into: 1,
         fresh: true,
@@ -312,7 +380,15 @@ fn operations_are_counted() {
         fresh: false,
     });
     // One freedom: 7 for the element; 1/d and its ratio, the entry itself counted as one product, and one sum.
-    assert_eq!(program.operations(1, 1, 7), 7 + 2 + 1 + 1);
+    assert_eq!(program.operations(1, 1, [7, 5]), 7 + 2 + 1 + 1);
     // Two halves of two freedoms: twice 4 + 1 + 2 to factorise, 1 + 1 + 1 + 3 for the inverse, 3 sums.
-    assert_eq!(program.operations(2, 2, 7), 7 + 2 * (7 + 6 + 3));
+    assert_eq!(program.operations(2, 2, [7, 5]), 7 + 2 * (7 + 6 + 3));
+    // A hinge is written into a slot that holds something: once 5, and a sum.
+    program.ops.push(Op::Piece {
+        piece: Piece::Hinge(0),
+        form: Form::Compliance,
+        into: 1,
+        fresh: false,
+    });
+    assert_eq!(program.operations(1, 1, [7, 5]), 7 + 2 + 1 + 1 + 5 + 1);
 }
