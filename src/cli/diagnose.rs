@@ -7,7 +7,7 @@ use serde_json::{Value, json};
 
 use crate::mismatch::{
     Baseline, Diagnosis, EstimatedNoise, MismatchError, Observations, RobotBaseline, SearchOptions,
-    Verdict, diagnose, given_noise, locate, trace,
+    Verdict, diagnose_and_locate, given_noise, trace,
 };
 use crate::nearest::nearest;
 use crate::physics::{Law, ModelFile};
@@ -59,9 +59,8 @@ pub(super) fn run(args: &DiagnoseArgs, global: &Global) -> Result<Outcome, Failu
         seed: args.seed,
         without,
     };
-    let (diagnosis, limits) = diagnose(&baseline, &observations, &options, None)?;
+    let (diagnosis, limits, located) = diagnose_and_locate(&baseline, &observations, &options)?;
     bar.inc(1);
-    let located = locate(&baseline, &observations, &options)?;
     let trace = trace(&baseline, &observations, &diagnosis)?;
     let (next, procedures) = design::proposals(
         &chosen,

@@ -1,7 +1,7 @@
 //! What is fitted again with every candidate: the beam factors of a robot, or the slopes of specimens.
 
 use crate::physics::{Effect, Law, Mechanics, Place, PoseMechanics, without_elements};
-use crate::robot::{FittingFactors, Mechanism, Pose, Predictor, Robot, RobotError};
+use crate::robot::{BatchPredictor, FittingFactors, Mechanism, Pose, Predictor, Robot, RobotError};
 
 use super::error::MismatchError;
 
@@ -139,8 +139,7 @@ impl<'a> RobotBaseline<'a> {
             let mut rest = mechanism.clone();
             rest.members.retain(|other| *other != member);
             let name = robot.members[member].name.clone();
-            // What carries no load in some pose is no variant.
-            if Mechanics::rigid(robot, &rest, &factors, &poses).is_ok() {
+            if carries_loads(robot, &rest, &factors, &poses) {
                 mechanisms.push((vec![name], rest));
             }
         }
@@ -183,6 +182,23 @@ impl<'a> RobotBaseline<'a> {
         }
         Ok(())
     }
+}
+
+/// Whether a mechanism carries a load in every pose.
+fn carries_loads(
+    robot: &Robot,
+    mechanism: &Mechanism,
+    factors: &FittingFactors,
+    poses: &[Pose],
+) -> bool {
+    let solved = || {
+        let mut batch = BatchPredictor::new(robot, mechanism, poses.len())?;
+        for (index, pose) in poses.iter().enumerate() {
+            batch.place(index, pose)?;
+        }
+        batch.solve(factors, false)
+    };
+    solved().is_ok()
 }
 
 fn loose_names(effects: &[Effect]) -> Vec<String> {

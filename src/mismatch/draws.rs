@@ -76,6 +76,22 @@ pub(super) struct DrawTable {
     blocks: Vec<Block>,
 }
 
+/// Memory of one thread for products with noise, [`BLOCK`] draws one after the other.
+#[derive(Debug, Default)]
+pub(super) struct Products {
+    along_directions: Vec<f32>,
+    along_few: Vec<f32>,
+    along_vectors: Vec<f32>,
+}
+
+/// A matrix of [`BLOCK`] rows in memory that grows as needed; what is in it is left from before.
+fn columns_in(memory: &mut Vec<f32>, count: usize) -> MatMut<'_, f32> {
+    if memory.len() < count * BLOCK {
+        memory.resize(count * BLOCK, 0.0);
+    }
+    MatMut::from_column_major_slice_mut(&mut memory[..count * BLOCK], BLOCK, count)
+}
+
 /// Vectors that are told along the same bases.
 #[derive(Debug)]
 struct Block {
@@ -157,15 +173,14 @@ impl DrawTable {
     ///
     /// # Arguments
     /// - `noise`: white noise, [`BLOCK`] draws of each reading, one reading after the other; overwritten.
-    pub(super) fn largest(&self, noise: &mut [f32]) -> Vec<Vec<f64>> {
-        let mut largest = vec![vec![0.0_f32; BLOCK]; self.families];
+    pub(super) fn largest(&self, noise: &mut [f32], memory: &mut Products) -> Vec<[f32; BLOCK]> {
+        let mut largest = vec![[0.0_f32; BLOCK]; self.families];
         self.project(noise);
         let noise = MatRef::from_column_major_slice(&*noise, BLOCK, self.length);
         for block in &self.blocks {
-            block.add_to(noise, &mut largest);
+            block.add_to(noise, memory, &mut largest);
         }
-        let widen = |values: Vec<f32>| values.into_iter().map(f64::from).collect();
-        largest.into_iter().map(widen).collect()
+        largest
     }
 
     fn project(&self, noise: &mut [f32]) {
@@ -305,75 +320,60 @@ impl Block {
         }
     }
 
-    fn add_to(&self, noise: MatRef<'_, f32>, largest: &mut [Vec<f32>]) {
+    fn add_to(&self, noise: MatRef<'_, f32>, memory: &mut Products, largest: &mut [[f32; BLOCK]]) {
         if self.directions == 0 {
             return;
         }
-        let mut told = vec![0.0; self.directions * BLOCK];
-        let mut told = MatMut::from_column_major_slice_mut(&mut told, BLOCK, self.directions);
+        let mut along_directions = columns_in(&mut memory.along_directions, self.directions);
         let mut first = 0;
         for cell in &self.cells {
-            cell.tell(noise, told.as_mut().subcols_mut(first, cell.directions));
+            let out = along_directions.as_mut();
+            cell.tell(noise, out.subcols_mut(first, cell.directions));
             first += cell.directions;
         }
-        let mut told_few = Vec::new();
-        let told = match &self.few {
-            None => told.as_ref(),
-            Some(few) => self.tell_few(few, told.as_ref(), &mut told_few),
-        };
-        let directions = told.ncols();
-        let mut products = vec![0.0; COLUMNS.min(self.shares.len() / directions) * BLOCK];
-        let mut gains = &self.gains[..];
+        let mut along_few;
+        let mut told = along_directions.as_ref();
+        if let Some(few) = &self.few {
+            let count = few.len() / self.directions;
+            let few = MatRef::from_column_major_slice(few, self.directions, count);
+            along_few = columns_in(&mut memory.along_few, count);
+            matmul(along_few.as_mut(), Accum::Replace, told, few, 1.0, Par::Seq);
+            told = along_few.as_ref();
+        }
         let mut shares = &self.shares[..];
-        while !gains.is_empty() {
-            let mut columns = 0;
-            let fits = |gain: &&Gain| {
-                columns += 1 + usize::from(gain.is_pair);
-                columns <= COLUMNS
-            };
-            let count = gains.iter().take_while(fits).count();
-            let (now, later) = gains.split_at(count);
-            let columns = now
-                .iter()
-                .map(|gain| 1 + usize::from(gain.is_pair))
-                .sum::<usize>();
-            let (own, others) = shares.split_at(columns * directions);
-            let products = &mut products[..columns * BLOCK];
-            matmul(
-                MatMut::from_column_major_slice_mut(products, BLOCK, columns),
-                Accum::Replace,
-                told,
-                MatRef::from_column_major_slice(own, directions, columns),
-                1.0,
-                Par::Seq,
-            );
-            keep_largest(now, products, largest);
-            (gains, shares) = (later, others);
+        for gains in self.batches() {
+            let columns = gains.iter().map(Gain::columns).sum();
+            let (own, others) = shares.split_at(columns * told.ncols());
+            let own = MatRef::from_column_major_slice(own, told.ncols(), columns);
+            let mut products = columns_in(&mut memory.along_vectors, columns);
+            matmul(products.as_mut(), Accum::Replace, told, own, 1.0, Par::Seq);
+            keep_largest(gains, &memory.along_vectors[..columns * BLOCK], largest);
+            shares = others;
         }
     }
 
-    /// Noise along the few vectors.
-    fn tell_few<'m>(
-        &self,
-        few: &[f32],
-        told: MatRef<'_, f32>,
-        memory: &'m mut Vec<f32>,
-    ) -> MatRef<'m, f32> {
-        let count = few.len() / self.directions;
-        memory.resize(count * BLOCK, 0.0);
-        matmul(
-            MatMut::from_column_major_slice_mut(memory, BLOCK, count),
-            Accum::Replace,
-            told,
-            MatRef::from_column_major_slice(few, self.directions, count),
-            1.0,
-            Par::Seq,
-        );
-        MatRef::from_column_major_slice(memory, BLOCK, count)
+    /// Its gains, as many at a time as have at most [`COLUMNS`] products.
+    fn batches(&self) -> impl Iterator<Item = &[Gain]> {
+        let mut columns = 0;
+        self.gains.chunk_by(move |gain, next| {
+            columns += gain.columns();
+            let fits = columns + next.columns() <= COLUMNS;
+            if !fits {
+                columns = 0;
+            }
+            fits
+        })
     }
 }
 
-fn keep_largest(gains: &[Gain], products: &[f32], largest: &mut [Vec<f32>]) {
+impl Gain {
+    /// Products that it is made of.
+    fn columns(&self) -> usize {
+        1 + usize::from(self.is_pair)
+    }
+}
+
+fn keep_largest(gains: &[Gain], products: &[f32], largest: &mut [[f32; BLOCK]]) {
     widest(
         #[inline(always)]
         || keep_largest_in_lanes(gains, products, largest),
@@ -385,25 +385,33 @@ fn keep_largest(gains: &[Gain], products: &[f32], largest: &mut [Vec<f32>]) {
     clippy::inline_always,
     reason = "it is compiled for the instructions of its caller"
 )]
-fn keep_largest_in_lanes(gains: &[Gain], products: &[f32], largest: &mut [Vec<f32>]) {
-    let mut products = products.chunks_exact(BLOCK);
-    for gain in gains {
-        let most = largest[gain.family].iter_mut();
-        let Some(first) = products.next() else { return };
-        if gain.is_pair {
-            let Some(second) = products.next() else {
-                return;
-            };
-            for (most, (z, other)) in most.zip(first.iter().zip(second)) {
-                *most = most.max(z * z + other * other);
+fn keep_largest_in_lanes(gains: &[Gain], products: &[f32], largest: &mut [[f32; BLOCK]]) {
+    // Plain comparisons, which are one instruction each: no product is without a number.
+    let larger = |a: f32, b: f32| if a > b { a } else { b };
+    let smaller = |a: f32, b: f32| if a < b { a } else { b };
+    let (mut products, _) = products.as_chunks::<BLOCK>();
+    for gains in gains.chunk_by(|a, b| (a.family, a.is_pair) == (b.family, b.is_pair)) {
+        let mut most = largest[gains[0].family];
+        if gains[0].is_pair {
+            let (own, others) = products.split_at(2 * gains.len());
+            for [first, second] in own.as_chunks().0 {
+                for (most, (z, other)) in most.iter_mut().zip(first.iter().zip(second)) {
+                    *most = larger(z * z + other * other, *most);
+                }
             }
+            products = others;
         } else {
-            let [lowest, highest] = gain.scale.map(|scale| scale * gain.length);
-            for (most, z) in most.zip(first) {
-                let size = z.max(lowest).min(highest);
-                *most = most.max(size * (2.0 * z - size));
+            let (own, others) = products.split_at(gains.len());
+            for (gain, products) in gains.iter().zip(own) {
+                let [lowest, highest] = gain.scale.map(|scale| scale * gain.length);
+                for (most, z) in most.iter_mut().zip(products) {
+                    let size = smaller(larger(*z, lowest), highest);
+                    *most = larger(size * (2.0 * z - size), *most);
+                }
             }
+            products = others;
         }
+        largest[gains[0].family] = most;
     }
 }
 
@@ -453,13 +461,13 @@ mod tests {
             .collect();
         let by_reading = (0..n).flat_map(|reading| noise.chunks(n).map(move |draw| draw[reading]));
         let mut single: Vec<f32> = by_reading.map(|x| x as f32).collect();
-        let found = table.largest(&mut single);
+        let found = table.largest(&mut single, &mut Products::default());
         for (family, unit) in projected.iter().enumerate() {
             for (draw, noise) in noise.chunks(n).enumerate() {
                 let z = dot(unit, noise);
                 let size = z.clamp(0.0, 2.0);
                 let expected = size * (2.0 * z - size);
-                let error = (found[family][draw] - expected).abs();
+                let error = (f64::from(found[family][draw]) - expected).abs();
                 // A hundredth of a standard deviation, and noise of three of them.
                 assert!(
                     error < 2.0 * 2.0 * 3.0 * 4.0 * LEFT_OUT,

@@ -15,7 +15,7 @@ use rayon::prelude::*;
 use crate::physics::{Law, Place};
 
 use super::candidate::Candidate;
-use super::draws::{BLOCK, DrawTable, Drawn, Kind};
+use super::draws::{BLOCK, DrawTable, Drawn, Kind, Products};
 use super::leftover::{Pattern, Stratum};
 use super::observations::Observations;
 use super::rounded::RoundedNoise;
@@ -313,9 +313,9 @@ fn draw(
     rounded: Option<&RoundedNoise<'_>>,
     seed: u64,
 ) -> Vec<Vec<f64>> {
-    let blocks: Vec<Vec<Vec<f64>>> = (0..DRAWS / BLOCK)
+    let blocks: Vec<Vec<[f32; BLOCK]>> = (0..DRAWS / BLOCK)
         .into_par_iter()
-        .map(|block| {
+        .map_init(Products::default, |memory, block| {
             // Each block has a stream of its own, the smoothed residuals have the first: no seed has blocks of another.
             let mut rng = ChaCha8Rng::seed_from_u64(seed);
             rng.set_stream(1 + block as u64);
@@ -324,7 +324,7 @@ fn draw(
             if let Some(rounded) = rounded {
                 fill_rounded(&mut noise, rounded, &mut rng);
             }
-            table.largest(&mut noise)
+            table.largest(&mut noise, memory)
         })
         .collect();
     let families = blocks.first().map_or(0, Vec::len);
@@ -332,7 +332,7 @@ fn draw(
         .map(|family| {
             blocks
                 .iter()
-                .flat_map(|block| block[family].iter().copied())
+                .flat_map(|block| block[family].map(f64::from))
                 .collect()
         })
         .collect()

@@ -73,6 +73,8 @@ pub use trace::{EffectTrace, ReadingTrace, Trace, trace};
 pub use trial::{TrialNoise, Truth, scale_to, simulate, standard_errors, standard_errors_between};
 pub use verdict::first_of_alternatives;
 
+use state::Bench;
+
 /// Finds what a baseline cannot explain, and which physics would.
 ///
 /// # Arguments
@@ -89,22 +91,49 @@ pub fn diagnose(
     options: &SearchOptions,
     known: Option<&Limits>,
 ) -> Result<(Diagnosis, Limits), MismatchError> {
+    let (diagnosis, limits, ()) = diagnose_and(baseline, observations, options, known, |_| Ok(()))?;
+    Ok((diagnosis, limits))
+}
+
+/// The same, and says where the baseline without effects fails, as [`locate`] does.
+///
+/// # Errors
+/// [`MismatchError`].
+pub fn diagnose_and_locate(
+    baseline: &dyn Baseline,
+    observations: &Observations,
+    options: &SearchOptions,
+) -> Result<(Diagnosis, Limits, Located), MismatchError> {
+    diagnose_and(baseline, observations, options, None, |bench| {
+        bench.located_at_start(options)
+    })
+}
+
+/// Diagnoses, and asks something else of the same bench, which keeps what it has worked out.
+fn diagnose_and<T>(
+    baseline: &dyn Baseline,
+    observations: &Observations,
+    options: &SearchOptions,
+    known: Option<&Limits>,
+    ask: impl FnOnce(&Bench<'_>) -> Result<T, MismatchError>,
+) -> Result<(Diagnosis, Limits, T), MismatchError> {
     if observations.is_empty() {
         return Err(MismatchError::Empty);
     }
     let (at_start, moved_on);
-    let rough = state::Bench::new(baseline, observations);
+    let rough = Bench::new(baseline, observations);
     let positions = rough.positions_at_start(options)?;
+    let asked = ask(&rough)?;
     at_start = observations.with_positions(&positions);
     let bench = rough.with_positions(&at_start);
     let (found, limits) = bench.search(options, known)?;
     // What was found moved the gauge too: where it stood is worked out again, and with it what its period would explain.
     let moved = bench.positions(&found.after)?;
     if !search::shifts_a_period(&positions, &moved) {
-        return Ok((bench.conclude(&found, &limits)?, limits));
+        return Ok((bench.conclude(&found, &limits)?, limits, asked));
     }
     moved_on = observations.with_positions(&moved);
     let bench = bench.with_positions(&moved_on);
     let (found, limits) = bench.search(options, Some(&limits))?;
-    Ok((bench.conclude(&found, &limits)?, limits))
+    Ok((bench.conclude(&found, &limits)?, limits, asked))
 }

@@ -90,10 +90,11 @@ impl<'a> Mechanics<'a> {
         poses: &[Pose],
     ) -> Result<Self, RobotError> {
         let mut batch = BatchPredictor::new(robot, mechanism, poses.len())?;
+        let (joints, theory) = (JointModel::Rigid, Theory::EulerBernoulli);
+        let model = MechanismModel::new(robot, mechanism, &joints, theory, factors)?;
         let placed = poses.iter().enumerate().map(|(index, pose)| {
             batch.place(index, pose)?;
-            let (joints, theory) = (JointModel::Rigid, Theory::EulerBernoulli);
-            let mut rigid = MechanismModel::new(robot, mechanism, &joints, theory, factors)?;
+            let mut rigid = model.clone();
             rigid.place(pose)?;
             Ok(Posed {
                 pose: pose.clone(),

@@ -45,9 +45,15 @@ impl<'a> Predictor<'a> {
         theory: Theory,
         factors: &FittingFactors,
     ) -> Result<Self, RobotError> {
-        let model = MechanismModel::new(robot, mechanism, joints, theory, factors)?;
+        Self::of(MechanismModel::new(
+            robot, mechanism, joints, theory, factors,
+        )?)
+    }
+
+    /// Predictor of a model.
+    pub(super) fn of(model: MechanismModel<'a>) -> Result<Self, RobotError> {
         let solver = Solver::new(model.structure()).map_err(|source| RobotError::Structure {
-            mechanism: mechanism.name.clone(),
+            mechanism: model.mechanism().name.clone(),
             source,
         })?;
         Ok(Self { model, solver })

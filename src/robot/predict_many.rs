@@ -32,7 +32,8 @@ pub struct BatchPredictor<'a> {
     units: Vec<[[f64; 3]; 3]>,
     /// What the general solver found in the poses that needed it.
     exceptions: Vec<Option<Solution>>,
-    general: Predictor<'a>,
+    /// Made for the first pose that needs it.
+    general: Option<Predictor<'a>>,
     classes: Vec<usize>,
     gradient: Vec<ComplianceGradient>,
 }
@@ -89,7 +90,7 @@ impl<'a> BatchPredictor<'a> {
             source,
         })?;
         Ok(Self {
-            general: Predictor::with(robot, mechanism, joints, theory, &unit)?,
+            general: None,
             gradient: vec![[0.0; 4]; classes.len()],
             classes,
             model,
@@ -145,7 +146,6 @@ impl<'a> BatchPredictor<'a> {
         if let Some(solver) = &mut self.solver {
             solver.solve(&CLASSES.map(|class| factors.of(class)), gradients);
         }
-        let mut rated = false;
         for index in 0..self.poses.len() {
             let solved = self
                 .solver
@@ -155,29 +155,34 @@ impl<'a> BatchPredictor<'a> {
             if solved || self.poses[index].is_none() {
                 continue;
             }
-            if !rated {
-                self.general.rate(factors);
-                rated = true;
-            }
-            self.solve_alone(index, gradients)?;
+            self.solve_alone(index, factors, gradients)?;
         }
         Ok(())
     }
 
     /// Solves one pose by the general solver.
-    fn solve_alone(&mut self, index: usize, gradients: bool) -> Result<(), RobotError> {
+    fn solve_alone(
+        &mut self,
+        index: usize,
+        factors: &FittingFactors,
+        gradients: bool,
+    ) -> Result<(), RobotError> {
         let Some(pose) = &self.poses[index] else {
             return Ok(());
         };
-        self.general.place(pose)?;
+        let general = match &mut self.general {
+            Some(general) => general,
+            none => none.insert(Predictor::of(self.model.clone())?),
+        };
+        general.rate(factors);
+        general.place(pose)?;
         let mut solution = Solution {
-            compliance: self.general.compliance(),
+            compliance: general.compliance(),
             gradients: [[[0.0; 4]; CLASSES.len()]; 3],
         };
         if gradients {
             for (unit, by_class) in self.units[index].iter().zip(&mut solution.gradients) {
-                self.general
-                    .compliance_gradient_along(*unit, &mut self.gradient);
+                general.compliance_gradient_along(*unit, &mut self.gradient);
                 for (of_element, &class) in self.gradient.iter().zip(&self.classes) {
                     for (sum, derivative) in by_class[class].iter_mut().zip(of_element) {
                         *sum += derivative;

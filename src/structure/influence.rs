@@ -75,7 +75,7 @@ impl Solver {
         self.twist_influence_of(rigid, hinged, |_| true, out);
     }
 
-    /// The same of some hinges only; levers and stiffness of the others are zero, or as if they were asked for too.
+    /// The same of some hinges only; levers and stiffness of the others are zero.
     ///
     /// What is worked out has the same bytes, whichever others are.
     pub fn twist_influence_of(
@@ -91,33 +91,34 @@ impl Solver {
         out.displacements.resize(equations * hinges, 0.0);
         out.levers_m.clear();
         out.levers_m.resize(hinges, [0.0; 3]);
-        self.distortion_loads(hinged, &mut out.displacements);
-        for (chunk, first) in out
-            .displacements
-            .chunks_mut(AT_ONCE * equations)
-            .zip((0..hinges).step_by(AT_ONCE))
-        {
-            let count = chunk.len() / equations;
-            if !(first..first + count).any(&is_asked_for) {
-                continue;
+        self.distortion_loads(hinged, &is_asked_for, &mut out.displacements);
+        let asked_for: Vec<usize> = (0..hinges).filter(|hinge| is_asked_for(*hinge)).collect();
+        for together in asked_for.chunks(AT_ONCE) {
+            let place = |hinge: usize| hinge * equations..(hinge + 1) * equations;
+            for (column, &hinge) in together.iter().enumerate() {
+                self.solution[place(column)].copy_from_slice(&out.displacements[place(hinge)]);
             }
-            self.solution[..chunk.len()].copy_from_slice(chunk);
-            self.solve_in_place(count);
-            chunk.copy_from_slice(&self.solution[..chunk.len()]);
-            for column in 0..count {
+            self.solve_in_place(together.len());
+            for (column, &hinge) in together.iter().enumerate() {
+                out.displacements[place(hinge)].copy_from_slice(&self.solution[place(column)]);
                 let end = &self.topology.end;
-                out.levers_m[first + column] =
-                    std::array::from_fn(|i| self.read(rigid, end, i, column));
+                out.levers_m[hinge] = std::array::from_fn(|i| self.read(rigid, end, i, column));
             }
         }
         self.twist_stiffness(hinged, is_asked_for, out);
     }
 
     /// Loads that hold the nodes' freedoms against a unit twist in each hinge: -Σ Kₑ (axis at the ends behind it).
-    fn distortion_loads(&self, hinged: &Structure, loads: &mut [f64]) {
+    fn distortion_loads(
+        &self,
+        hinged: &Structure,
+        is_asked_for: impl Fn(usize) -> bool,
+        loads: &mut [f64],
+    ) {
         let equations = self.topology.equation_count;
         for (index, element) in hinged.elements.iter().enumerate() {
-            if element.ends.iter().all(|end| end.hinges.is_empty()) {
+            let mut hinges = element.ends.iter().flat_map(|end| &end.hinges);
+            if !hinges.any(|hinge| is_asked_for(*hinge)) {
                 continue;
             }
             let matrix = global_matrix(
@@ -126,7 +127,7 @@ impl Solver {
                 &self.natural[index],
             );
             for (end, attachment) in element.ends.iter().enumerate() {
-                for &hinge in &attachment.hinges {
+                for &hinge in attachment.hinges.iter().filter(|h| is_asked_for(**h)) {
                     let axis = hinged.hinges[hinge].axis;
                     for (row, &equation) in
                         matrix.iter().zip(&self.topology.elements[index].equations)
@@ -154,7 +155,8 @@ impl Solver {
         out.stiffness_nm_per_rad.clear();
         out.stiffness_nm_per_rad.resize(hinges * hinges, 0.0);
         for (index, element) in hinged.elements.iter().enumerate() {
-            if element.ends.iter().all(|end| end.hinges.is_empty()) {
+            let mut behind = element.ends.iter().flat_map(|end| &end.hinges);
+            if !behind.any(|hinge| is_asked_for(*hinge)) {
                 continue;
             }
             let matrix = global_matrix(
@@ -181,7 +183,7 @@ impl Solver {
                     }
                 }
                 for (end, attachment) in element.ends.iter().enumerate() {
-                    for &hinge in &attachment.hinges {
+                    for &hinge in attachment.hinges.iter().filter(|h| is_asked_for(**h)) {
                         let axis = hinged.hinges[hinge].axis;
                         let moment: f64 = (0..3)
                             .map(|component| {

@@ -58,14 +58,21 @@ pub fn locate(
     if observations.is_empty() {
         return Err(MismatchError::Empty);
     }
-    let bench = Bench::new(baseline, observations);
-    let state = bench
-        .settle(bench.start(), options.noise)?
-        .ok_or(MismatchError::Empty)?;
-    bench.located(&state, options.noise.as_ref())
+    Bench::new(baseline, observations).located_at_start(options)
 }
 
 impl Bench<'_> {
+    /// Says where the model without effects fails.
+    pub(super) fn located_at_start(
+        &self,
+        options: &SearchOptions,
+    ) -> Result<Located, MismatchError> {
+        let state = self
+            .settle(self.start(), options.noise)?
+            .ok_or(MismatchError::Empty)?;
+        self.located(&state, options.noise.as_ref())
+    }
+
     /// Says where a state fails.
     ///
     /// # Arguments
