@@ -18,6 +18,7 @@
 
 mod angle;
 mod lane;
+mod products;
 mod simd;
 mod sums;
 
@@ -26,5 +27,6 @@ pub(crate) use lane::{
     Aligned, Kernel, Lane, across, cross, dot, frame_on, multiply_add, multiply_subtract, run,
     scale, subtract, widest,
 };
+pub(crate) use products::sums_of_blocks;
 pub(crate) use simd::InstructionSet;
 pub(crate) use sums::sums_side_by_side;

@@ -14,7 +14,7 @@ use faer::linalg::matmul::matmul;
 use faer::{Accum, MatMut, MatRef, Par};
 use rayon::prelude::*;
 
-use crate::lanes::widest;
+use crate::lanes::sums_of_blocks;
 
 use super::few::Few;
 use super::space::{Space, dot};
@@ -23,9 +23,6 @@ use super::space::{Space, dot};
 ///
 /// As many as fill five registers of sixteen numbers: products of other counts waste lanes.
 pub(super) const BLOCK: usize = 80;
-
-/// Vectors whose products are taken before their gains are looked at: as many as stay in the cache.
-const COLUMNS: usize = 512;
 
 /// How far, in lengths of a vector as the fit leaves it, a basis may leave it out, and a sum over a few be from it: a gain of 16 changes by
 /// 0.08 at random, a limit not.
@@ -76,20 +73,11 @@ pub(super) struct DrawTable {
     blocks: Vec<Block>,
 }
 
-/// Memory of one thread for products with noise, [`BLOCK`] draws one after the other.
+/// Noise along directions and along the few vectors of a block; memory of one thread.
 #[derive(Debug, Default)]
-pub(super) struct Products {
-    along_directions: Vec<f32>,
-    along_few: Vec<f32>,
-    along_vectors: Vec<f32>,
-}
-
-/// A matrix of [`BLOCK`] rows in memory that grows as needed; what is in it is left from before.
-fn columns_in(memory: &mut Vec<f32>, count: usize) -> MatMut<'_, f32> {
-    if memory.len() < count * BLOCK {
-        memory.resize(count * BLOCK, 0.0);
-    }
-    MatMut::from_column_major_slice_mut(&mut memory[..count * BLOCK], BLOCK, count)
+pub(super) struct Told {
+    directions: Vec<[f32; BLOCK]>,
+    few: Vec<[f32; BLOCK]>,
 }
 
 /// Vectors that are told along the same bases.
@@ -116,13 +104,20 @@ struct CellBasis {
     directions: usize,
 }
 
-/// What is asked of a product, or of two.
+/// What is asked of the product with a vector.
 #[derive(Debug, Clone, Copy)]
 struct Gain {
     family: usize,
-    is_pair: bool,
-    length: f32,
-    scale: [f32; 2],
+    of: Of,
+}
+
+#[derive(Debug, Clone, Copy)]
+enum Of {
+    /// One vector; smallest and largest size.
+    Size([f32; 2]),
+    /// Vectors with a phase between them.
+    FirstOfTwo,
+    SecondOfTwo,
 }
 
 impl DrawTable {
@@ -173,10 +168,10 @@ impl DrawTable {
     ///
     /// # Arguments
     /// - `noise`: white noise, [`BLOCK`] draws of each reading, one reading after the other; overwritten.
-    pub(super) fn largest(&self, noise: &mut [f32], memory: &mut Products) -> Vec<[f32; BLOCK]> {
+    pub(super) fn largest(&self, noise: &mut [f32], memory: &mut Told) -> Vec<[f32; BLOCK]> {
         let mut largest = vec![[0.0_f32; BLOCK]; self.families];
         self.project(noise);
-        let noise = MatRef::from_column_major_slice(&*noise, BLOCK, self.length);
+        let (noise, _) = noise.as_chunks();
         for block in &self.blocks {
             block.add_to(noise, memory, &mut largest);
         }
@@ -272,16 +267,13 @@ impl CellBasis {
         }
     }
 
-    /// Noise along the directions, draw by draw.
-    fn tell(&self, noise: MatRef<'_, f32>, mut out: MatMut<'_, f32>) {
-        let part = noise.subcols(self.readings.start, self.readings.len());
-        if self.basis.is_none() {
-            out.copy_from(part);
-            return;
+    /// Noise along the directions, appended.
+    fn tell(&self, noise: &[[f32; BLOCK]], out: &mut Vec<[f32; BLOCK]>) {
+        let part = &noise[self.readings.clone()];
+        match &self.basis {
+            None => out.extend_from_slice(part),
+            Some(_) => sums_of_blocks(part, &self.told, |along| out.push(*along)),
         }
-        let (readings, directions) = (self.readings.len(), self.directions);
-        let basis = MatRef::from_column_major_slice(&self.told, readings, directions);
-        matmul(out, Accum::Replace, part, basis, 1.0, Par::Seq);
     }
 }
 
@@ -308,110 +300,92 @@ impl Block {
             cells,
             few,
             shares,
-            gains: drawn
-                .iter()
-                .map(|drawn| Gain {
-                    family: drawn.family,
-                    is_pair: drawn.units.len() > 1,
-                    length: drawn.length as f32,
-                    scale: drawn.scale.map(|scale| scale as f32),
-                })
-                .collect(),
+            gains: drawn.iter().flat_map(Gain::of).collect(),
         }
     }
 
-    fn add_to(&self, noise: MatRef<'_, f32>, memory: &mut Products, largest: &mut [[f32; BLOCK]]) {
+    fn add_to(&self, noise: &[[f32; BLOCK]], memory: &mut Told, largest: &mut [[f32; BLOCK]]) {
         if self.directions == 0 {
             return;
         }
-        let mut along_directions = columns_in(&mut memory.along_directions, self.directions);
-        let mut first = 0;
-        for cell in &self.cells {
-            let out = along_directions.as_mut();
-            cell.tell(noise, out.subcols_mut(first, cell.directions));
-            first += cell.directions;
-        }
-        let mut along_few;
-        let mut told = along_directions.as_ref();
-        if let Some(few) = &self.few {
-            let count = few.len() / self.directions;
-            let few = MatRef::from_column_major_slice(few, self.directions, count);
-            along_few = columns_in(&mut memory.along_few, count);
-            matmul(along_few.as_mut(), Accum::Replace, told, few, 1.0, Par::Seq);
-            told = along_few.as_ref();
-        }
-        let mut shares = &self.shares[..];
-        for gains in self.batches() {
-            let columns = gains.iter().map(Gain::columns).sum();
-            let (own, others) = shares.split_at(columns * told.ncols());
-            let own = MatRef::from_column_major_slice(own, told.ncols(), columns);
-            let mut products = columns_in(&mut memory.along_vectors, columns);
-            matmul(products.as_mut(), Accum::Replace, told, own, 1.0, Par::Seq);
-            keep_largest(gains, &memory.along_vectors[..columns * BLOCK], largest);
-            shares = others;
-        }
-    }
-
-    /// Its gains, as many at a time as have at most [`COLUMNS`] products.
-    fn batches(&self) -> impl Iterator<Item = &[Gain]> {
-        let mut columns = 0;
-        self.gains.chunk_by(move |gain, next| {
-            columns += gain.columns();
-            let fits = columns + next.columns() <= COLUMNS;
-            if !fits {
-                columns = 0;
+        let mut told = match &self.cells[..] {
+            [only] if only.basis.is_none() => &noise[only.readings.clone()],
+            cells => {
+                memory.directions.clear();
+                for cell in cells {
+                    cell.tell(noise, &mut memory.directions);
+                }
+                &memory.directions
             }
-            fits
-        })
+        };
+        if let Some(few) = &self.few {
+            memory.few.clear();
+            sums_of_blocks(told, few, |along| memory.few.push(*along));
+            told = &memory.few;
+        }
+        let mut gains = self.gains.iter();
+        let mut squares = [0.0; BLOCK];
+        sums_of_blocks(
+            told,
+            &self.shares,
+            #[inline(always)]
+            |along| {
+                if let Some(gain) = gains.next() {
+                    gain.keep_largest(along, &mut squares, &mut largest[gain.family]);
+                }
+            },
+        );
     }
 }
 
 impl Gain {
-    /// Products that it is made of.
-    fn columns(&self) -> usize {
-        1 + usize::from(self.is_pair)
+    /// What is asked of the products with the vectors of one [`Drawn`].
+    fn of(drawn: &Drawn) -> impl Iterator<Item = Self> {
+        let size = || {
+            let length = drawn.length as f32;
+            Of::Size(drawn.scale.map(|scale| scale as f32 * length))
+        };
+        let of = match drawn.units.len() {
+            1 => vec![size()],
+            _ => vec![Of::FirstOfTwo, Of::SecondOfTwo],
+        };
+        let family = drawn.family;
+        of.into_iter().map(move |of| Self { family, of })
     }
-}
 
-fn keep_largest(gains: &[Gain], products: &[f32], largest: &mut [[f32; BLOCK]]) {
-    widest(
-        #[inline(always)]
-        || keep_largest_in_lanes(gains, products, largest),
-    );
-}
-
-#[inline(always)]
-#[expect(
-    clippy::inline_always,
-    reason = "it is compiled for the instructions of its caller"
-)]
-fn keep_largest_in_lanes(gains: &[Gain], products: &[f32], largest: &mut [[f32; BLOCK]]) {
-    // Plain comparisons, which are one instruction each: no product is without a number.
-    let larger = |a: f32, b: f32| if a > b { a } else { b };
-    let smaller = |a: f32, b: f32| if a < b { a } else { b };
-    let (mut products, _) = products.as_chunks::<BLOCK>();
-    for gains in gains.chunk_by(|a, b| (a.family, a.is_pair) == (b.family, b.is_pair)) {
-        let mut most = largest[gains[0].family];
-        if gains[0].is_pair {
-            let (own, others) = products.split_at(2 * gains.len());
-            for [first, second] in own.as_chunks().0 {
-                for (most, (z, other)) in most.iter_mut().zip(first.iter().zip(second)) {
-                    *most = larger(z * z + other * other, *most);
-                }
-            }
-            products = others;
-        } else {
-            let (own, others) = products.split_at(gains.len());
-            for (gain, products) in gains.iter().zip(own) {
-                let [lowest, highest] = gain.scale.map(|scale| scale * gain.length);
-                for (most, z) in most.iter_mut().zip(products) {
+    /// Keeps the largest gain of each draw.
+    ///
+    /// # Arguments
+    /// - `along`: the draws along its vector.
+    /// - `squares`: of the first of two vectors, for the second.
+    #[inline(always)]
+    #[expect(
+        clippy::inline_always,
+        reason = "it is compiled for the instructions of its caller"
+    )]
+    fn keep_largest(
+        &self,
+        along: &[f32; BLOCK],
+        squares: &mut [f32; BLOCK],
+        most: &mut [f32; BLOCK],
+    ) {
+        // Plain comparisons, which are one instruction each: no product lacks a number.
+        let larger = |a: f32, b: f32| if a > b { a } else { b };
+        let smaller = |a: f32, b: f32| if a < b { a } else { b };
+        match self.of {
+            Of::Size([lowest, highest]) => {
+                for (most, z) in most.iter_mut().zip(along) {
                     let size = smaller(larger(*z, lowest), highest);
                     *most = larger(size * (2.0 * z - size), *most);
                 }
             }
-            products = others;
+            Of::FirstOfTwo => *squares = along.map(|z| z * z),
+            Of::SecondOfTwo => {
+                for ((most, z), square) in most.iter_mut().zip(along).zip(squares) {
+                    *most = larger(*square + z * z, *most);
+                }
+            }
         }
-        largest[gains[0].family] = most;
     }
 }
 
@@ -461,7 +435,7 @@ mod tests {
             .collect();
         let by_reading = (0..n).flat_map(|reading| noise.chunks(n).map(move |draw| draw[reading]));
         let mut single: Vec<f32> = by_reading.map(|x| x as f32).collect();
-        let found = table.largest(&mut single, &mut Products::default());
+        let found = table.largest(&mut single, &mut Told::default());
         for (family, unit) in projected.iter().enumerate() {
             for (draw, noise) in noise.chunks(n).enumerate() {
                 let z = dot(unit, noise);

@@ -15,7 +15,7 @@ use rayon::prelude::*;
 use crate::physics::{Law, Place};
 
 use super::candidate::Candidate;
-use super::draws::{BLOCK, DrawTable, Drawn, Kind, Products};
+use super::draws::{BLOCK, DrawTable, Drawn, Kind, Told};
 use super::leftover::{Pattern, Stratum};
 use super::observations::Observations;
 use super::rounded::RoundedNoise;
@@ -315,7 +315,7 @@ fn draw(
 ) -> Vec<Vec<f64>> {
     let blocks: Vec<Vec<[f32; BLOCK]>> = (0..DRAWS / BLOCK)
         .into_par_iter()
-        .map_init(Products::default, |memory, block| {
+        .map_init(Told::default, |memory, block| {
             // Each block has a stream of its own, the smoothed residuals have the first: no seed has blocks of another.
             let mut rng = ChaCha8Rng::seed_from_u64(seed);
             rng.set_stream(1 + block as u64);
