@@ -4,7 +4,7 @@
 //! keeps the small singular values of a matrix with scaled columns to full relative accuracy (Demmel and Veselić, SIAM J. Matrix
 //! Anal. Appl. 13 (1992) 1204), and those are the ones that decide standard errors. Memory is kept between uses.
 
-use crate::lanes::sums_side_by_side;
+use crate::lanes::{sums_side_by_side, widest};
 
 /// The decomposition and the memory for it; matrices are stored by columns.
 #[derive(Debug, Clone, Default)]
@@ -125,7 +125,8 @@ impl SingularValues {
                 for p in 0..q {
                     let (left, right) = self.matrix.split_at_mut(q * rows);
                     let (a, b) = (&mut left[p * rows..][..height], &mut right[..height]);
-                    let (aa, bb, ab) = (dot(a, a), dot(b, b), dot(a, b));
+                    let short = sums_side_by_side;
+                    let (aa, bb, ab) = (short(a, a), short(b, b), short(a, b));
                     if ab.abs() <= COSINE_EPSILONS * f64::EPSILON * (aa * bb).sqrt() {
                         continue;
                     }
@@ -147,10 +148,15 @@ impl SingularValues {
 }
 
 fn reflect(mirror: &[f64], half: f64, vector: &mut [f64]) {
-    let factor = dot(mirror, vector) / half;
-    for (v, m) in vector.iter_mut().zip(mirror) {
-        *v -= factor * m;
-    }
+    widest(
+        #[inline(always)]
+        || {
+            let factor = sums_side_by_side(mirror, vector) / half;
+            for (v, m) in vector.iter_mut().zip(mirror) {
+                *v -= factor * m;
+            }
+        },
+    );
 }
 
 fn rotate(a: &mut [f64], b: &mut [f64], cosine: f64, sine: f64) {
@@ -161,7 +167,10 @@ fn rotate(a: &mut [f64], b: &mut [f64], cosine: f64, sine: f64) {
 
 /// Sum of products.
 pub(super) fn dot(a: &[f64], b: &[f64]) -> f64 {
-    sums_side_by_side(a, b)
+    widest(
+        #[inline(always)]
+        || sums_side_by_side(a, b),
+    )
 }
 
 /// Euclidean length.

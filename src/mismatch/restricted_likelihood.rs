@@ -5,9 +5,10 @@
 
 use nalgebra::{DMatrix, DVector, Matrix3, Vector3};
 
+use crate::lanes::{sums_side_by_side, widest};
+
 use super::noise::{ReadingNoise, Whitening};
 use super::observations::Observations;
-use super::space::dot;
 
 /// Standard deviations are found between these multiples of the start.
 const RANGE: f64 = 1e4;
@@ -251,11 +252,16 @@ fn products(matrix: &DMatrix<f64>) -> DMatrix<f64> {
     let count = matrix.ncols();
     let mut out = DMatrix::zeros(count, count);
     let columns: Vec<&[f64]> = matrix.as_slice().chunks_exact(matrix.nrows()).collect();
-    for (j, right) in columns.iter().enumerate() {
-        for (i, left) in columns.iter().enumerate().skip(j) {
-            out[(i, j)] = dot(left, right);
-        }
-    }
+    widest(
+        #[inline(always)]
+        || {
+            for (j, right) in columns.iter().enumerate() {
+                for (i, left) in columns.iter().enumerate().skip(j) {
+                    out[(i, j)] = sums_side_by_side(left, right);
+                }
+            }
+        },
+    );
     out
 }
 
