@@ -3,9 +3,15 @@
 //! Each pattern is a profile (over load, branch, repeat, time) on a group of readings (all, a direction, a pose, a cell), in displacement
 //! or in proportion to the compliance. An effect outside the library shows in some of them; their maximum is calibrated like a law's.
 
-use crate::test_point::{Branch, Direction};
+use std::ops::Range;
+
+use rayon::prelude::*;
+
+use crate::test_point::Direction;
 
 use super::observations::{Observations, ObservedCell};
+use super::products::{Measured, Products};
+use super::profiles::profiles;
 use super::space::{Space, dot};
 
 /// A row of the decomposition of the residuals.
@@ -62,6 +68,16 @@ impl PatternGroup {
         self.pose.is_none_or(|pose| pose == cell.pose)
             && self.direction.is_none_or(|d| d == cell.direction)
     }
+
+    /// Readings from the first to the last cell of the group.
+    fn range(&self, observations: &Observations) -> Range<usize> {
+        let mut cells = observations.cells.iter().filter(|cell| self.holds(cell));
+        let Some(first) = cells.next() else {
+            return 0..0;
+        };
+        let last = cells.next_back().unwrap_or(first);
+        first.readings.start..last.readings.end
+    }
 }
 
 /// A pattern, white, and of unit length when projected.
@@ -75,16 +91,15 @@ pub(super) struct Pattern {
     pub(super) size_m: f64,
 }
 
-/// A profile: what it is called under, and its value at a reading.
-struct Profile {
-    stratum: Stratum,
-    /// Whether it is tried in proportion to the compliance too.
-    scaled: bool,
-    value: Box<dyn Fn(usize) -> f64>,
-}
-
 /// A pattern shorter than this share of its length before projection is absorbed by the fit.
 const ABSORBED: f64 = 1e-3;
+
+/// A pattern in readings, m: one vector, or two for a sine and cosine.
+struct InReadings {
+    stratum: Stratum,
+    group: PatternGroup,
+    values_m: Vec<Vec<f64>>,
+}
 
 /// All patterns that these observations can show.
 pub(super) fn patterns(
@@ -92,12 +107,59 @@ pub(super) fn patterns(
     compliance: &[f64],
     space: &Space,
 ) -> Vec<Pattern> {
-    use rayon::prelude::*;
-    let profiles = profiles(observations);
+    in_readings(observations, compliance)
+        .par_iter()
+        .filter_map(|pattern| pattern.white(space))
+        .collect()
+}
+
+/// The largest pattern of each stratum in white residuals, and its gain; of equal ones the first.
+pub(super) fn largest_patterns(
+    observations: &Observations,
+    compliance: &[f64],
+    space: &Space,
+    residuals: &[f64],
+) -> Vec<(f64, Pattern)> {
+    // Gains by products have lost some of their digits.
+    const NEARLY: f64 = 1.0 - 1e-6;
+    let all = in_readings(observations, compliance);
+    let products = Products::new(space, residuals);
+    let gains: Vec<f64> = all
+        .par_iter()
+        .map_init(Vec::new, |memory, pattern| {
+            pattern.gain(observations, &products, memory)
+        })
+        .collect();
+    let largest_of = |stratum: Stratum| {
+        let mut places: Vec<usize> = (0..all.len())
+            .filter(|&place| all[place].stratum == stratum)
+            .collect();
+        places.sort_by(|&a, &b| gains[b].total_cmp(&gains[a]));
+        let mut best: Option<(f64, usize, Pattern)> = None;
+        for place in places {
+            let most = best.as_ref().map_or(f64::NEG_INFINITY, |best| best.0);
+            if gains[place] < NEARLY * most {
+                break;
+            }
+            let Some(pattern) = all[place].white(space) else {
+                continue;
+            };
+            let gain = pattern.gain(residuals);
+            let is_first = |best: &(f64, usize, Pattern)| place < best.1;
+            if gain > most || gain == most && best.as_ref().is_none_or(is_first) {
+                best = Some((gain, place, pattern));
+            }
+        }
+        best
+    };
+    let largest = Stratum::ALL.into_iter().filter_map(largest_of);
+    largest.map(|(gain, _, pattern)| (gain, pattern)).collect()
+}
+
+fn in_readings(observations: &Observations, compliance: &[f64]) -> Vec<InReadings> {
     let groups = groups(observations);
-    // The values are worked out first: a boxed closure does not pass between threads.
-    let mut values: Vec<(Stratum, PatternGroup, Vec<f64>)> = Vec::new();
-    for profile in &profiles {
+    let mut out = Vec::new();
+    for profile in profiles(observations) {
         let plain: Vec<f64> = (0..observations.len()).map(&profile.value).collect();
         for scaled in [false, true].into_iter().filter(|s| !s || profile.scaled) {
             let scale = |reading: usize| if scaled { compliance[reading] } else { 1e-6 };
@@ -108,16 +170,16 @@ pub(super) fn patterns(
                         values_m[reading] = scale(reading) * plain[reading];
                     }
                 }
-                values.push((profile.stratum, *group, values_m));
+                out.push(InReadings {
+                    stratum: profile.stratum,
+                    group: *group,
+                    values_m: vec![values_m],
+                });
             }
         }
     }
-    let mut out: Vec<Pattern> = values
-        .into_par_iter()
-        .filter_map(|(stratum, group, values)| pattern(space, stratum, group, &[values]))
-        .collect();
-    out.extend(period_patterns(observations, space));
-    out.extend(order_patterns(observations, space));
+    out.extend(period_patterns(observations));
+    out.extend(order_patterns(observations));
     out
 }
 
@@ -128,8 +190,7 @@ const ENOUGH_FOR_A_RHYTHM: usize = 32;
 const FREQUENCIES: usize = 200;
 
 /// Sines and cosines of the place in the run: something that repeats itself with the readings.
-fn order_patterns(observations: &Observations, space: &Space) -> Vec<Pattern> {
-    use rayon::prelude::*;
+fn order_patterns(observations: &Observations) -> Vec<InReadings> {
     let longest = observations
         .runs
         .iter()
@@ -146,7 +207,7 @@ fn order_patterns(observations: &Observations, space: &Space) -> Vec<Pattern> {
     let count = (longest / 2).min(FREQUENCIES);
     (1..count)
         .into_par_iter()
-        .filter_map(|number| {
+        .map(|number| {
             let cycles = 0.5 * number as f64 / count as f64;
             let turn = |phase: f64| -> Vec<f64> {
                 (0..observations.len())
@@ -159,51 +220,73 @@ fn order_patterns(observations: &Observations, space: &Space) -> Vec<Pattern> {
                     })
                     .collect()
             };
-            let values = [turn(0.0), turn(std::f64::consts::FRAC_PI_2)];
-            pattern(space, Stratum::Rest, all, &values)
+            InReadings {
+                stratum: Stratum::Rest,
+                group: all,
+                values_m: vec![turn(0.0), turn(std::f64::consts::FRAC_PI_2)],
+            }
         })
         .collect()
 }
 
-fn pattern(
-    space: &Space,
-    stratum: Stratum,
-    group: PatternGroup,
-    values: &[Vec<f64>],
-) -> Option<Pattern> {
-    let mut units: Vec<Vec<f64>> = Vec::new();
-    let mut projected: Vec<Vec<f64>> = Vec::new();
-    let mut size_m = 0.0;
-    for values in values {
-        let mut white = space.white(values);
-        let before = dot(&white, &white).sqrt();
-        let mut left = white.clone();
-        space.project(&mut left);
-        for (unit, other) in units.iter().zip(&projected) {
-            let share = dot(other, &left);
-            subtract(&mut left, share, other);
-            subtract(&mut white, share, unit);
+impl InReadings {
+    /// Made white; `None` if the fit absorbs it.
+    fn white(&self, space: &Space) -> Option<Pattern> {
+        let mut units: Vec<Vec<f64>> = Vec::new();
+        let mut projected: Vec<Vec<f64>> = Vec::new();
+        let mut size_m = 0.0;
+        for values in &self.values_m {
+            let mut white = space.white(values);
+            let before = dot(&white, &white).sqrt();
+            let mut left = white.clone();
+            space.project(&mut left);
+            for (unit, other) in units.iter().zip(&projected) {
+                let share = dot(other, &left);
+                subtract(&mut left, share, other);
+                subtract(&mut white, share, unit);
+            }
+            let after = dot(&left, &left).sqrt();
+            if !(after > ABSORBED * before && after > 0.0) {
+                return None;
+            }
+            for value in left.iter_mut().chain(&mut white) {
+                *value /= after;
+            }
+            projected.push(left);
+            if units.is_empty() {
+                let largest = values.iter().fold(0.0_f64, |most, v| most.max(v.abs()));
+                size_m = largest / after;
+            }
+            units.push(white);
         }
-        let after = dot(&left, &left).sqrt();
-        if !(after > ABSORBED * before && after > 0.0) {
-            return None;
-        }
-        for value in left.iter_mut().chain(&mut white) {
-            *value /= after;
-        }
-        projected.push(left);
-        if units.is_empty() {
-            let largest = values.iter().fold(0.0_f64, |most, v| most.max(v.abs()));
-            size_m = largest / after;
-        }
-        units.push(white);
+        Some(Pattern {
+            stratum: self.stratum,
+            group: self.group,
+            units,
+            size_m,
+        })
     }
-    Some(Pattern {
-        stratum,
-        group,
-        units,
-        size_m,
-    })
+
+    /// Drop of the weighted squares, by products; that of what the fit absorbs is not to be relied on.
+    fn gain(
+        &self,
+        observations: &Observations,
+        products: &Products<'_>,
+        memory: &mut Vec<f64>,
+    ) -> f64 {
+        let share = |seen: Measured| match seen.square > 0.0 {
+            true => seen.product * seen.product / seen.square,
+            false => 0.0,
+        };
+        match &self.values_m[..] {
+            [values] => share(products.measure(values, &self.group.range(observations), memory)),
+            [sine, cosine, ..] => {
+                let pair = products.measure_pair([sine, cosine], memory);
+                share(pair.first) + share(pair.second)
+            }
+            [] => 0.0,
+        }
+    }
 }
 
 fn subtract(vector: &mut [f64], share: f64, other: &[f64]) {
@@ -237,157 +320,8 @@ fn groups(observations: &Observations) -> Vec<PatternGroup> {
     groups
 }
 
-fn profiles(observations: &Observations) -> Vec<Profile> {
-    let details = Details::of(observations);
-    let mut out = Vec::new();
-    load_profiles(&details, &mut out);
-    repeat_profiles(&details, &mut out);
-    time_profiles(&details, &mut out);
-    if observations.recorded.hold {
-        let (f, h) = (details.load.clone(), details.hold.clone());
-        add(&mut out, Stratum::RepeatTime, true, move |i| f[i] * h[i]);
-        let (f, h) = (details.load, details.hold);
-        add(&mut out, Stratum::RepeatTime, true, move |i| {
-            f[i] * f[i].abs() * h[i]
-        });
-    }
-    out
-}
-
-/// What profiles are made of, one value a reading.
-struct Details {
-    /// Force over the largest.
-    load: Vec<f64>,
-    /// 1 while unloading.
-    unloading: Vec<f64>,
-    /// Repeat, from 0.
-    repeat: Vec<f64>,
-    /// Time since the zero over the longest.
-    within: Vec<f64>,
-    /// Clock over the length of the session.
-    clock: Vec<f64>,
-    /// Logarithm of the time under load.
-    hold: Vec<f64>,
-    /// Longest time since a zero, s.
-    longest_s: f64,
-}
-
-impl Details {
-    fn of(observations: &Observations) -> Self {
-        let loads = &observations.loads;
-        let readings = &observations.readings;
-        let most = |values: &mut dyn Iterator<Item = f64>| values.fold(0.0, f64::max);
-        let largest = most(&mut loads.iter().map(|load| load.force_n.abs())).max(f64::MIN_POSITIVE);
-        let longest_s = most(&mut loads.iter().map(|load| load.since_zero_s));
-        let end = most(&mut readings.iter().filter_map(|r| r.time_s)).max(f64::MIN_POSITIVE);
-        let unloading = |branch| f64::from(u8::from(branch == Branch::Unloading));
-        let repeat = |run: usize| f64::from(observations.runs[run].repeat) - 1.0;
-        Self {
-            load: loads.iter().map(|load| load.force_n / largest).collect(),
-            unloading: readings.iter().map(|r| unloading(r.branch)).collect(),
-            repeat: readings.iter().map(|r| repeat(r.run)).collect(),
-            within: loads
-                .iter()
-                .map(|load| load.since_zero_s / longest_s.max(f64::MIN_POSITIVE))
-                .collect(),
-            clock: readings
-                .iter()
-                .map(|reading| reading.time_s.unwrap_or(0.0) / end)
-                .collect(),
-            hold: loads
-                .iter()
-                .map(|load| (1.0 + load.hold_s.max(0.0)).log10())
-                .collect(),
-            longest_s,
-        }
-    }
-}
-
-fn add(
-    out: &mut Vec<Profile>,
-    stratum: Stratum,
-    scaled: bool,
-    value: impl Fn(usize) -> f64 + 'static,
-) {
-    out.push(Profile {
-        stratum,
-        scaled,
-        value: Box::new(value),
-    });
-}
-
-/// Profiles over the load, its sign and its branch.
-fn load_profiles(details: &Details, out: &mut Vec<Profile>) {
-    let load = &details.load;
-    let f = load.clone();
-    add(out, Stratum::CellSlope, false, move |i| f[i]);
-    let shapes: [fn(f64) -> f64; 5] = [
-        |f| f * f.abs(),
-        |f| f * f * f,
-        |f| f.abs().sqrt().copysign(f),
-        |f| if f == 0.0 { 0.0 } else { f.signum() },
-        |f| (std::f64::consts::TAU * f).sin(),
-    ];
-    for shape in shapes {
-        let f = load.clone();
-        add(out, Stratum::LoadStep, true, move |i| shape(f[i]));
-    }
-    if load.iter().any(|f| *f > 0.0) && load.iter().any(|f| *f < 0.0) {
-        let shapes: [fn(f64) -> f64; 2] = [f64::abs, |f| f * f];
-        for shape in shapes {
-            let f = load.clone();
-            add(out, Stratum::Sign, true, move |i| shape(f[i]));
-        }
-    }
-    if details.unloading.contains(&1.0) {
-        let shapes: [fn(f64) -> f64; 3] = [|_| 1.0, |f| f, |f| 4.0 * f * (1.0 - f.abs())];
-        for shape in shapes {
-            let (f, b) = (load.clone(), details.unloading.clone());
-            add(out, Stratum::Branch, true, move |i| b[i] * shape(f[i]));
-        }
-    }
-}
-
-/// Profiles over the repeats.
-fn repeat_profiles(details: &Details, out: &mut Vec<Profile>) {
-    if details.repeat.iter().all(|repeat| *repeat == 0.0) {
-        return;
-    }
-    let trends: [fn(f64) -> f64; 3] = [|r| f64::from(u8::from(r == 0.0)), |r| (-r).exp(), |r| r];
-    for trend in trends {
-        let (f, r) = (details.load.clone(), details.repeat.clone());
-        add(out, Stratum::RepeatTime, true, move |i| f[i] * trend(r[i]));
-    }
-}
-
-/// Profiles over the time within a run, and over the clock: a drift whose rate changes over the session.
-fn time_profiles(details: &Details, out: &mut Vec<Profile>) {
-    if details.longest_s == 0.0 {
-        return;
-    }
-    let trends: [fn(f64) -> f64; 2] = [|t| t, |t| t * t];
-    for trend in trends {
-        let t = details.within.clone();
-        add(out, Stratum::RepeatTime, false, move |i| trend(t[i]));
-    }
-    let (f, t) = (details.load.clone(), details.within.clone());
-    add(out, Stratum::RepeatTime, true, move |i| f[i] * t[i]);
-    let slow: [fn(f64) -> f64; 3] = [
-        |t| t - 0.5,
-        |t| (std::f64::consts::TAU * t).sin(),
-        |t| (std::f64::consts::TAU * t).cos(),
-    ];
-    for trend in slow {
-        let (w, t) = (details.within.clone(), details.clock.clone());
-        add(out, Stratum::RepeatTime, false, move |i| w[i] * trend(t[i]));
-        let (f, t) = (details.load.clone(), details.clock.clone());
-        add(out, Stratum::RepeatTime, true, move |i| f[i] * trend(t[i]));
-    }
-}
-
 /// Sines and cosines of the reading, in all cells together and in each pose: periods of gauges, and half of them for their harmonics.
-fn period_patterns(observations: &Observations, space: &Space) -> Vec<Pattern> {
-    use rayon::prelude::*;
+fn period_patterns(observations: &Observations) -> Vec<InReadings> {
     let range_m = observations
         .displacement_m
         .iter()
@@ -415,7 +349,7 @@ fn period_patterns(observations: &Observations, space: &Space) -> Vec<Pattern> {
         .collect();
     wanted
         .into_par_iter()
-        .filter_map(|(period, group)| {
+        .map(|(period, group)| {
             let turn = |phase: f64| -> Vec<f64> {
                 (0..observations.len())
                     .map(|reading| {
@@ -429,8 +363,11 @@ fn period_patterns(observations: &Observations, space: &Space) -> Vec<Pattern> {
                     })
                     .collect()
             };
-            let values = [turn(0.0), turn(std::f64::consts::FRAC_PI_2)];
-            pattern(space, Stratum::Rest, group, &values)
+            InReadings {
+                stratum: Stratum::Rest,
+                group,
+                values_m: vec![turn(0.0), turn(std::f64::consts::FRAC_PI_2)],
+            }
         })
         .collect()
 }

@@ -27,6 +27,7 @@ mod observations;
 mod plan;
 mod predictor;
 mod products;
+mod profiles;
 mod rank;
 mod refit;
 mod restricted_likelihood;

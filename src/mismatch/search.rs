@@ -6,13 +6,14 @@ use crate::statistics::{chi_squared_quantile, f_upper_tail};
 use super::candidate::SHORTEST_PERIOD_M;
 use super::changes::Changes;
 use super::error::MismatchError;
-use super::leftover::{Pattern, autocorrelation_p, patterns};
+use super::leftover::{Pattern, autocorrelation_p, largest_patterns, patterns};
 use super::limits::{LEFT_OVER_LEVEL, Limits, limits};
 use super::rank::{Ranked, Ranking};
 use super::refit::Model;
 use super::restricted_likelihood::EstimatedNoise;
 use super::rounded::RoundedNoise;
 use super::screen::white_candidates;
+use super::space::Space;
 use super::state::{Bench, State};
 
 /// Most effects that are looked for.
@@ -144,16 +145,26 @@ impl Bench<'_> {
         ))
     }
 
-    pub(super) fn patterns(
+    fn patterns(&self, state: &State, space: &Space) -> Result<Vec<Pattern>, MismatchError> {
+        let (_, compliance) = self.slope(&mut self.predictor(), &state.fitted.model)?;
+        Ok(patterns(self.observations, &compliance, space))
+    }
+
+    /// The largest pattern of each stratum that a state leaves, and its gain.
+    pub(super) fn largest_patterns(
         &self,
         state: &State,
-        space: &super::space::Space,
-    ) -> Result<Vec<Pattern>, MismatchError> {
-        let mut predictor = self.predictor();
-        let mut compliance = vec![0.0; self.observations.len()];
-        let model = &state.fitted.model;
-        predictor.compliance(&model.parameters, &model.effects, &mut compliance)?;
-        Ok(patterns(self.observations, &compliance, space))
+        space: &Space,
+        residuals: &[f64],
+    ) -> Result<Vec<(f64, Pattern)>, MismatchError> {
+        let (_, compliance) = self.slope(&mut self.predictor(), &state.fitted.model)?;
+        let observations = self.observations;
+        Ok(largest_patterns(
+            observations,
+            &compliance,
+            space,
+            residuals,
+        ))
     }
 
     /// Searches for what is missing.
@@ -424,8 +435,7 @@ impl Bench<'_> {
     fn left_over(&self, state: &State, limits: &Limits) -> Result<LeftOver, MismatchError> {
         let (space, _, residuals) = self.space(state)?;
         let mut best: Option<(f64, Pattern)> = None;
-        for pattern in self.patterns(state, &space)? {
-            let gain = pattern.gain(&residuals);
+        for (gain, pattern) in self.largest_patterns(state, &space, &residuals)? {
             if best.as_ref().is_none_or(|(most, _)| gain > *most) {
                 best = Some((gain, pattern));
             }

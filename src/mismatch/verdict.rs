@@ -295,22 +295,15 @@ impl Bench<'_> {
 
     /// Patterns of the baseline's residuals that noise does not explain, the largest of each stratum.
     fn locations(&self, found: &Found, limits: &Limits) -> Result<Vec<Location>, MismatchError> {
-        let patterns = self.patterns(&found.before, &found.first.space)?;
-        let mut best: Vec<Option<LeftOver>> = vec![None; Stratum::ALL.len()];
-        for pattern in patterns {
-            let gain = pattern.gain(&found.first.residuals);
-            let row = &mut best[pattern.stratum as usize];
-            if row.as_ref().is_none_or(|most| gain > most.gain) {
-                *row = Some(LeftOver {
-                    p: limits.left_over_p(gain),
-                    gain,
-                    pattern: Some(pattern),
-                });
-            }
-        }
-        let mut out: Vec<Location> = best
+        let first = &found.first;
+        let largest = self.largest_patterns(&found.before, &first.space, &first.residuals)?;
+        let mut out: Vec<Location> = largest
             .into_iter()
-            .flatten()
+            .map(|(gain, pattern)| LeftOver {
+                p: limits.left_over_p(gain),
+                gain,
+                pattern: Some(pattern),
+            })
             .filter(|left| left.p < 0.05)
             .map(|left| self.location_of(&left))
             .collect();
