@@ -7,8 +7,8 @@ default:
 # Format, lints and documentation
 check:
     cargo fmt --check
-    cargo clippy --all-targets --all-features --locked -- -D warnings
-    RUSTDOCFLAGS="-D warnings" cargo doc --no-deps --locked
+    cargo clippy --release --all-targets --all-features --locked -- -D warnings
+    RUSTDOCFLAGS="-D warnings" cargo doc --release --no-deps --locked
 
 # All tests; arguments go to cargo test, for example `just test --test cli`
 test *arguments:

@@ -274,9 +274,12 @@ impl InReadings {
         products: &Products<'_>,
         memory: &mut Vec<f64>,
     ) -> f64 {
-        let share = |seen: Measured| match seen.square > 0.0 {
-            true => seen.product * seen.product / seen.square,
-            false => 0.0,
+        let share = |seen: Measured| {
+            if seen.square > 0.0 {
+                seen.product * seen.product / seen.square
+            } else {
+                0.0
+            }
         };
         match &self.values_m[..] {
             [values] => share(products.measure(values, &self.group.range(observations), memory)),
