@@ -177,10 +177,16 @@ fn expected(structure: &Structure) -> Compliance6 {
 }
 
 fn assert_agree(found: &[Option<Compliance6>], structures: &[Structure]) {
+    // A joint a thousand times softer than the elements around it costs the general solver digits.
+    let bound = if structures[0].hinges.is_empty() {
+        1e-11
+    } else {
+        1e-10
+    };
     assert_eq!(found.len(), structures.len());
     for (found, structure) in found.iter().zip(structures) {
         let difference = found.unwrap().relative_difference(&expected(structure));
-        assert!(difference < 1e-11, "{difference:e}");
+        assert!(difference < bound, "{difference:e}");
     }
 }
 
@@ -342,8 +348,9 @@ fn structures_for_the_general_solver_are_passed_on() {
     assert!(refused(&|s| add_hinge(s, 0, 0.0, &[(0, 1)])));
     assert!(refused(&|s| add_hinge(s, 0, f64::INFINITY, &[(0, 1)])));
     assert!(refused(&|s| add_hinge(s, 0, 1e4, &[])));
-    // Two braces behind it, three elements before it.
-    assert!(refused(&|s| add_hinge(s, 0, 1e4, &[(1, 1), (3, 1)])));
+    // Two braces behind it are as one; a brace and the foot of the chain are not, and before it are two more.
+    assert!(!refused(&|s| add_hinge(s, 0, 1e4, &[(1, 1), (3, 1)])));
+    assert!(refused(&|s| add_hinge(s, 0, 1e4, &[(1, 1), (6, 0)])));
     // Behind one hinge, and behind another.
     assert!(refused(&|s| {
         add_hinge(s, 0, 1e4, &[(0, 1)]);
