@@ -41,6 +41,17 @@ pub(super) struct Ranked {
     pub(super) dof: f64,
 }
 
+impl Ranked {
+    /// Parameters by which its gain grows on noise alone: its sizes, of which a period has two.
+    pub(super) fn size_count(&self) -> f64 {
+        if self.effect.law == Law::GaugePeriodic {
+            2.0
+        } else {
+            1.0
+        }
+    }
+}
+
 /// A law that would explain the readings with an impossible value.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Impossible {

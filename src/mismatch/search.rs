@@ -302,7 +302,7 @@ impl Bench<'_> {
             };
             let again = self.rank(&baseline, &options.without, limits)?;
             let rarefied =
-                |ranked: &Ranked| gaussian_gain(ranked.gain, parameters_of(ranked), ranked.dof);
+                |ranked: &Ranked| gaussian_gain(ranked.gain, ranked.size_count(), ranked.dof);
             let passing = again
                 .ranked
                 .iter()
@@ -471,15 +471,6 @@ fn simplest_first(ranked: &mut [Ranked]) {
     });
     if let Some(simpler) = simpler {
         ranked[..=simpler].rotate_right(1);
-    }
-}
-
-/// Parameters by which a candidate's gain grows on noise alone: its sizes.
-fn parameters_of(ranked: &Ranked) -> f64 {
-    if ranked.effect.law == Law::GaugePeriodic {
-        2.0
-    } else {
-        1.0
     }
 }
 
