@@ -28,7 +28,7 @@ pub struct PartMethod {
     pub to: String,
     /// Elements that carry load on the end.
     pub elements: usize,
-    /// Joints among them that yield.
+    /// Joints that yield on the way of that load.
     pub yielding_joints: usize,
     /// Nodes that series and parallels did not make superfluous.
     pub eliminated_nodes: usize,
@@ -59,7 +59,8 @@ impl fmt::Display for PartMethod {
     }
 }
 
-/// Operations of a part, counted in the functions that do them: those of an element, of a hinge, and of a node seen from the end of the part.
+/// Operations of a part, counted in the functions that do them: those of an element, of a hinge, and of a node seen from the end of the
+/// part.
 fn operations(part: &Part) -> u64 {
     let nodes = part.nodes.len() as u64;
     if part.plane.is_some() {
