@@ -1,8 +1,7 @@
 //! Draws of noise along thousands of vectors at once.
 //!
-//! What a vector of readings gives on noise z is v·(z - B Bᵀ z), B what the fit absorbs. Before projection vectors of one kind, as are
-//! those of all laws at one joint, differ little within a cell: there they span a few tens of directions, whatever their number. The noise
-//! is therefore told once along a basis of each cell, and each vector is a sum over those. A vector is told only in the cells where it
+//! What a vector of readings gives on noise z is v·(z - B Bᵀ z), B what the fit absorbs. Vectors of one kind span few directions in each
+//! cell, so that the noise is told once along those, and each vector is a sum over them. A vector is told only in the cells where it
 //! lives. Over all cells most vectors of a kind are nearly sums of a few of them, and only these few are told.
 //!
 //! Products are taken in single precision: seven digits of numbers that are compared with a limit known to three.
@@ -16,6 +15,7 @@ use rayon::prelude::*;
 
 use crate::lanes::sums_of_blocks;
 
+use super::directions::{CellBasis, Directions, Source, left_out};
 use super::few::Few;
 use super::space::{Space, dot};
 
@@ -28,19 +28,19 @@ pub(super) const BLOCK: usize = 80;
 /// 0.08 at random, a limit not.
 pub(super) const LEFT_OUT: f64 = 0.01;
 
+/// Vectors from which few are chosen: those of more are chosen apart, for neighbours in the list are most alike.
+const TOGETHER: usize = 160;
+
 /// A vector this much longer before the projection than after it is projected here, where there are digits enough.
 const LONG: f64 = 1e3;
-
-/// Directions in one cell from which on the readings themselves are as good a basis.
-const MOST_DIRECTIONS: usize = 64;
 
 /// Vectors of one kind, which share bases.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub(super) enum Kind {
     /// Laws at one joint, by a number of it.
     Joint(usize),
-    /// Slips.
-    Slip,
+    /// Slips in one run, by a number of it.
+    Slip(usize),
     /// Periods of gauges.
     Period,
     /// All other laws.
@@ -70,6 +70,7 @@ pub(super) struct DrawTable {
     families: usize,
     /// What the fit absorbs, column by column.
     absorbed: Vec<f32>,
+    directions: Directions,
     blocks: Vec<Block>,
 }
 
@@ -80,28 +81,15 @@ pub(super) struct Told {
     few: Vec<[f32; BLOCK]>,
 }
 
-/// Vectors that are told along the same bases.
+/// Vectors that are sums over the same directions.
 #[derive(Debug)]
 struct Block {
-    cells: Vec<CellBasis>,
-    /// Directions of all its cells.
-    directions: usize,
+    source: Source,
     /// Shares of the directions in the few vectors of which all are sums, one after the other; `None` if all are told themselves.
     few: Option<Vec<f32>>,
     /// Shares of the few or else of the directions, vector by vector.
     shares: Vec<f32>,
     gains: Vec<Gain>,
-}
-
-/// A basis for the readings of a cell.
-#[derive(Debug)]
-struct CellBasis {
-    readings: Range<usize>,
-    /// Orthonormal columns; `None` where it is the readings themselves.
-    basis: Option<Vec<Vec<f64>>>,
-    /// The same, one after the other.
-    told: Vec<f32>,
-    directions: usize,
 }
 
 /// What is asked of the product with a vector.
@@ -135,19 +123,35 @@ impl DrawTable {
                 space.project(unit);
             }
         }
-        let mut places: BTreeMap<(Kind, Vec<usize>), Vec<Drawn>> = BTreeMap::new();
+        let mut alike: BTreeMap<(Kind, Vec<usize>), Vec<Drawn>> = BTreeMap::new();
         for one in drawn {
-            let place = (one.kind, lived_in(cells, &one.units));
-            places.entry(place).or_default().push(one);
+            let lived_in = lived_in(cells, &one.units);
+            alike.entry((one.kind, lived_in)).or_default().push(one);
         }
-        let blocks = places
+        let with_bases: Vec<(Vec<Drawn>, Vec<(usize, CellBasis)>)> = alike
             .into_par_iter()
             .map(|((_, lived_in), drawn)| {
                 let basis = |cell: &usize| match lived_in[..] {
-                    [_] => CellBasis::of_readings(&cells[*cell]),
+                    [_] => CellBasis::of_readings(&lived_on(&cells[*cell], &drawn)),
                     _ => CellBasis::new(&cells[*cell], cells.len(), &drawn),
                 };
-                Block::new(space, &drawn, lived_in.iter().map(basis).collect())
+                let bases = lived_in.iter().map(|cell| (*cell, basis(cell))).collect();
+                (drawn, bases)
+            })
+            .collect();
+        let mut directions = Directions::new(cells);
+        let sources: Vec<Source> = with_bases
+            .iter()
+            .map(|(_, bases)| directions.take_in(bases))
+            .collect();
+        let blocks = with_bases
+            .into_par_iter()
+            .zip(sources)
+            .flat_map_iter(|((drawn, bases), source)| {
+                let vectors: usize = drawn.iter().map(|drawn| drawn.units.len()).sum();
+                let each = drawn.len().div_ceil(vectors.div_ceil(TOGETHER));
+                let block = |drawn| Block::new(space, drawn, &bases, source.clone());
+                drawn.chunks(each).map(block).collect::<Vec<Block>>()
             })
             .collect();
         let absorbed = space.basis().iter().flatten().map(|x| *x as f32).collect();
@@ -155,6 +159,7 @@ impl DrawTable {
             length: space.length,
             families,
             absorbed,
+            directions,
             blocks,
         }
     }
@@ -172,6 +177,7 @@ impl DrawTable {
         let mut largest = vec![[0.0_f32; BLOCK]; self.families];
         self.project(noise);
         let (noise, _) = noise.as_chunks();
+        self.directions.tell(noise, &mut memory.directions);
         for block in &self.blocks {
             block.add_to(noise, memory, &mut largest);
         }
@@ -203,101 +209,37 @@ fn lived_in(cells: &[Range<usize>], units: &[Vec<f64>]) -> Vec<usize> {
         .collect()
 }
 
-/// Square of what a basis of one cell out of several may leave out of a vector.
-fn left_out(cells: usize) -> f64 {
-    LEFT_OUT * LEFT_OUT / cells as f64
-}
-
-impl CellBasis {
-    fn of_readings(readings: &Range<usize>) -> Self {
-        Self {
-            directions: readings.len(),
-            readings: readings.clone(),
-            basis: None,
-            told: Vec::new(),
-        }
-    }
-
-    /// A basis of what vectors are in a cell.
-    fn new(readings: &Range<usize>, cells: usize, drawn: &[Drawn]) -> Self {
-        let most = MOST_DIRECTIONS.min(readings.len() / 2);
-        let left_out = left_out(cells);
-        let mut basis: Vec<Vec<f64>> = Vec::new();
-        let mut shares = Vec::new();
-        for unit in drawn.iter().flat_map(|drawn| &drawn.units) {
-            let part = &unit[readings.clone()];
-            shares.clear();
-            shares.extend(basis.iter().map(|column| dot(column, part)));
-            if dot(part, part) - dot(&shares, &shares) <= left_out {
-                continue;
-            }
-            if basis.len() == most {
-                return Self::of_readings(readings);
-            }
-            let mut rest = part.to_vec();
-            // Twice, so that what is left is orthogonal to the last digit.
-            for _ in 0..2 {
-                for column in &basis {
-                    let share = dot(column, &rest);
-                    for (value, unit) in rest.iter_mut().zip(column) {
-                        *value -= share * unit;
-                    }
-                }
-            }
-            let length = dot(&rest, &rest).sqrt();
-            for value in &mut rest {
-                *value /= length;
-            }
-            basis.push(rest);
-        }
-        Self {
-            readings: readings.clone(),
-            directions: basis.len(),
-            told: basis.iter().flatten().map(|x| *x as f32).collect(),
-            basis: Some(basis),
-        }
-    }
-
-    /// Shares of the directions in a vector, appended.
-    fn add_shares(&self, unit: &[f64], out: &mut Vec<f64>) {
-        let part = &unit[self.readings.clone()];
-        match &self.basis {
-            None => out.extend_from_slice(part),
-            Some(basis) => out.extend(basis.iter().map(|column| dot(column, part))),
-        }
-    }
-
-    /// Noise along the directions, appended.
-    fn tell(&self, noise: &[[f32; BLOCK]], out: &mut Vec<[f32; BLOCK]>) {
-        let part = &noise[self.readings.clone()];
-        match &self.basis {
-            None => out.extend_from_slice(part),
-            Some(_) => sums_of_blocks(part, &self.told, |along| out.push(*along)),
-        }
-    }
+/// Readings of a cell from the first to the last that count in vectors.
+fn lived_on(cell: &Range<usize>, drawn: &[Drawn]) -> Range<usize> {
+    let counts = |reading: &usize| {
+        let mut units = drawn.iter().flat_map(|drawn| &drawn.units);
+        units.any(|unit| unit[*reading] != 0.0)
+    };
+    let first = cell.clone().find(counts).unwrap_or(cell.end);
+    let last = cell.clone().rfind(counts).unwrap_or(cell.start);
+    first..last + 1
 }
 
 impl Block {
-    fn new(space: &Space, drawn: &[Drawn], cells: Vec<CellBasis>) -> Self {
+    fn new(space: &Space, drawn: &[Drawn], bases: &[(usize, CellBasis)], source: Source) -> Self {
         let shares_of = |vector: &Vec<f64>| {
             let mut shares = Vec::new();
-            for cell in &cells {
-                cell.add_shares(vector, &mut shares);
+            for (_, basis) in bases {
+                basis.add_shares(vector, &mut shares);
             }
             shares
         };
         let units = drawn.iter().flat_map(|drawn| &drawn.units);
         let shares: Vec<f64> = units.flat_map(shares_of).collect();
         let absorbed: Vec<f64> = space.basis().iter().flat_map(shares_of).collect();
-        let directions = cells.iter().map(|cell| cell.directions).sum();
+        let directions = bases.iter().map(|(_, basis)| basis.count()).sum();
         let single = |shares: &[f64]| shares.iter().map(|x| *x as f32).collect::<Vec<f32>>();
         let (few, shares) = match Few::new(directions, &shares, &absorbed) {
             Some(few) => (Some(single(&few.vectors)), single(&few.shares)),
             None => (None, single(&shares)),
         };
         Self {
-            directions,
-            cells,
+            source,
             few,
             shares,
             gains: drawn.iter().flat_map(Gain::of).collect(),
@@ -305,19 +247,13 @@ impl Block {
     }
 
     fn add_to(&self, noise: &[[f32; BLOCK]], memory: &mut Told, largest: &mut [[f32; BLOCK]]) {
-        if self.directions == 0 {
+        let mut told = match &self.source {
+            Source::Readings(readings) => &noise[readings.clone()],
+            Source::Directions(places) => &memory.directions[places.clone()],
+        };
+        if told.is_empty() {
             return;
         }
-        let mut told = match &self.cells[..] {
-            [only] if only.basis.is_none() => &noise[only.readings.clone()],
-            cells => {
-                memory.directions.clear();
-                for cell in cells {
-                    cell.tell(noise, &mut memory.directions);
-                }
-                &memory.directions
-            }
-        };
         if let Some(few) = &self.few {
             memory.few.clear();
             sums_of_blocks(told, few, |along| memory.few.push(*along));
@@ -428,7 +364,11 @@ mod tests {
         });
         let cells = [0..10, 10..20];
         let table = DrawTable::new(&space, &cells, projected.len(), drawn.collect());
-        let told: usize = table.blocks.iter().map(|block| block.directions).sum();
+        let told = |block: &Block| match &block.source {
+            Source::Readings(readings) => readings.len(),
+            Source::Directions(places) => places.len(),
+        };
+        let told: usize = table.blocks.iter().map(told).sum();
         assert!(told <= 3 + 3 + 10, "{told} directions");
         let noise: Vec<f64> = (0..n * BLOCK)
             .map(|i| 3.0 * (1.7 * i as f64).sin())

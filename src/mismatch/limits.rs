@@ -140,11 +140,11 @@ pub(super) fn limits(
         all
     };
     let mut drawn: Vec<Drawn> = Vec::new();
-    let mut joints = Vec::new();
+    let mut places = Vec::new();
     for candidate in candidates {
         let family = (candidate.candidate.law, candidate.candidate.wide);
         let place = families.iter().position(|f| *f == family);
-        let kind = kind_of(&candidate.candidate, &mut joints);
+        let kind = kind_of(&candidate.candidate, &mut places);
         add_candidate(
             space,
             (candidate, kind),
@@ -177,12 +177,25 @@ pub(super) fn limits(
 /// What a candidate shares its bases with.
 ///
 /// # Arguments
-/// - `joints`: those met before.
-fn kind_of(candidate: &Candidate, joints: &mut Vec<Place>) -> Kind {
-    match (candidate.law, &candidate.place) {
-        (Law::GaugePeriodic, _) => Kind::Period,
-        (Law::Slip, _) => Kind::Slip,
-        (_, place @ Place::Joint(_)) => Kind::Joint(number_of(joints, place)),
+/// - `places`: those met before, of runs without their step.
+fn kind_of(candidate: &Candidate, places: &mut Vec<Place>) -> Kind {
+    match &candidate.place {
+        joint @ Place::Joint(_) => Kind::Joint(number_of(places, joint)),
+        Place::Run {
+            pose,
+            direction,
+            repeat,
+            ..
+        } => {
+            let run = Place::Run {
+                pose: pose.clone(),
+                direction: *direction,
+                repeat: *repeat,
+                step: 0,
+            };
+            Kind::Slip(number_of(places, &run))
+        }
+        _ if candidate.law == Law::GaugePeriodic => Kind::Period,
         _ => Kind::Law,
     }
 }

@@ -10,6 +10,7 @@ mod changes;
 mod design;
 mod detection;
 mod diagnosis;
+mod directions;
 mod draws;
 mod error;
 mod few;

@@ -4,6 +4,7 @@
 //! that no physics that repeats itself can pass for noise. What is left is the scatter between runs.
 
 use nalgebra::{DMatrix, DVector, Matrix3, Vector3};
+use rayon::prelude::*;
 
 use crate::lanes::{sums_side_by_side, widest};
 
@@ -223,22 +224,33 @@ impl Problem<'_> {
         centre: &Vector3<f64>,
     ) -> (Vector3<f64>, Matrix3<f64>) {
         const H: f64 = 0.02;
-        let at = |moves: &[(usize, f64)]| {
+        // Up and down each axis, and up two of them at once.
+        let moves: [&[(usize, f64)]; 9] = [
+            &[(0, 1.0)],
+            &[(1, 1.0)],
+            &[(2, 1.0)],
+            &[(0, -1.0)],
+            &[(1, -1.0)],
+            &[(2, -1.0)],
+            &[(1, 1.0), (0, 1.0)],
+            &[(2, 1.0), (0, 1.0)],
+            &[(2, 1.0), (1, 1.0)],
+        ];
+        let at = |moves: &&[(usize, f64)]| {
             let mut moved = *point;
-            for &(index, by) in moves {
+            for &(index, by) in *moves {
                 moved[index] += by * H;
             }
             self.objective(&moved, centre)
         };
-        let up: Vec<f64> = (0..3).map(|i| at(&[(i, 1.0)])).collect();
-        let down: Vec<f64> = (0..3).map(|i| at(&[(i, -1.0)])).collect();
+        let values: Vec<f64> = moves.par_iter().with_max_len(1).map(at).collect();
+        let (up, down, both) = (&values[..3], &values[3..6], &values[6..]);
         let gradient = Vector3::from_fn(|i, _| (up[i] - down[i]) / (2.0 * H));
         let mut curvature = Matrix3::zeros();
         for i in 0..3 {
             curvature[(i, i)] = (up[i] - 2.0 * value + down[i]) / (H * H);
             for j in 0..i {
-                let both = at(&[(i, 1.0), (j, 1.0)]);
-                let mixed = (both - up[i] - up[j] + value) / (H * H);
+                let mixed = (both[i + j - 1] - up[i] - up[j] + value) / (H * H);
                 curvature[(i, j)] = mixed;
                 curvature[(j, i)] = mixed;
             }

@@ -63,6 +63,12 @@ pub(super) struct Screened {
 /// An effect this many standard errors long at its largest possible size cannot be seen.
 const INVISIBLE: f64 = 1e-3;
 
+/// Shapes that one thread takes at a time: a period has hundreds, a slip has one.
+const AT_A_TIME: usize = 32;
+
+/// Candidates that one thread takes at a time, so that none is left alone with those that cost most.
+const CANDIDATES_AT_A_TIME: usize = 4;
+
 /// Memory of one thread.
 struct Scratch {
     /// Of the joint of the candidate at its turn.
@@ -92,17 +98,16 @@ pub(super) fn seen_candidates(
     let look = |candidates: Vec<Candidate>| -> Vec<SeenCandidate> {
         candidates
             .into_par_iter()
+            .with_max_len(CANDIDATES_AT_A_TIME)
             .map_init(
                 || Scratch::new(changes.readings()),
                 |scratch, candidate| {
-                    scratch.path = changes.path(&candidate.place);
-                    let shapes = candidate.shapes.iter();
+                    let look = |shape: &Shape, scratch: &mut Scratch| {
+                        seen_shape(changes, products, &candidate, shape, scratch)
+                    };
+                    let shapes = &candidate.shapes;
                     SeenCandidate {
-                        shapes: shapes
-                            .filter_map(|shape| {
-                                seen_shape(changes, products, &candidate, shape, scratch)
-                            })
-                            .collect(),
+                        shapes: each_shape(changes, &candidate.place, shapes, look, scratch),
                         candidate,
                     }
                 },
@@ -125,6 +130,30 @@ pub(super) fn seen_candidates(
         .collect();
     out.extend(look(rest));
     out
+}
+
+/// What there is of each shape at a place, in order.
+fn each_shape<S: Sync, T: Send>(
+    changes: &Changes<'_>,
+    place: &Place,
+    shapes: &[S],
+    look: impl Fn(&S, &mut Scratch) -> Option<T> + Sync,
+    scratch: &mut Scratch,
+) -> Vec<T> {
+    let look_at = |shapes: &[S], scratch: &mut Scratch| -> Vec<T> {
+        scratch.path = changes.path(place);
+        let found = shapes.iter().map(|shape| look(shape, scratch));
+        found.flatten().collect()
+    };
+    if shapes.len() <= AT_A_TIME {
+        return look_at(shapes, scratch);
+    }
+    let parts = shapes.par_chunks(AT_A_TIME).with_max_len(1);
+    let found = parts.map_init(
+        || Scratch::new(changes.readings()),
+        |scratch, shapes| look_at(shapes, scratch),
+    );
+    found.flatten_iter().collect()
 }
 
 fn seen_shape(
@@ -176,18 +205,16 @@ pub(super) fn white_candidates<'s>(
     seen: impl IntoParallelIterator<Item = &'s SeenCandidate, Iter: IndexedParallelIterator>,
 ) -> Vec<WhiteCandidate> {
     seen.into_par_iter()
+        .with_max_len(CANDIDATES_AT_A_TIME)
         .map_init(
             || Scratch::new(changes.readings()),
-            |scratch, seen| {
-                scratch.path = changes.path(&seen.candidate.place);
-                let shapes = seen.shapes.iter();
+            |scratch, SeenCandidate { candidate, shapes }| {
+                let look = |shape: &SeenShape, scratch: &mut Scratch| {
+                    white_shape(changes, space, candidate, shape, scratch)
+                };
                 WhiteCandidate {
-                    candidate: seen.candidate.clone(),
-                    shapes: shapes
-                        .filter_map(|shape| {
-                            white_shape(changes, space, &seen.candidate, shape, scratch)
-                        })
-                        .collect(),
+                    candidate: candidate.clone(),
+                    shapes: each_shape(changes, &candidate.place, shapes, look, scratch),
                 }
             },
         )
