@@ -111,6 +111,22 @@ pub enum ReferenceError {
         /// What stands there.
         found: String,
     },
+    /// A record of a run that was stopped.
+    #[error("{file}: the run was stopped after {done} of {} cases; {first} is the first without a result", done + missing)]
+    #[diagnostic(
+        code(stiffbench::reference::unfinished),
+        help("stiffbench reference run FOLDER goes on where it was stopped")
+    )]
+    Unfinished {
+        /// The file.
+        file: String,
+        /// Cases with a result.
+        done: usize,
+        /// Cases without one.
+        missing: usize,
+        /// The first of them.
+        first: String,
+    },
     /// A record of another format, or none.
     #[error("{file} is no record of a reference: {problem}")]
     #[diagnostic(

@@ -172,6 +172,40 @@ impl ReferenceRecord {
         }
     }
 
+    /// The cases of the model that have no displacement yet, as pose, direction and force.
+    #[must_use]
+    pub fn missing(&self) -> Vec<String> {
+        let is_there = |pose: &PoseModel, case: &LoadCase| {
+            self.cells.iter().any(|cell| {
+                (&cell.pose, &cell.direction, cell.force_n)
+                    == (&pose.pose, &case.direction, case.force_n)
+            })
+        };
+        let poses = self.model.poses.iter();
+        let cases = poses.flat_map(|pose| pose.cases.iter().map(move |case| (pose, case)));
+        cases
+            .filter(|(pose, case)| !is_there(pose, case))
+            .map(|(pose, case)| format!("{} {} {} N", pose.pose, case.direction, case.force_n))
+            .collect()
+    }
+
+    /// Checks that every case of the model has its displacement.
+    ///
+    /// # Errors
+    /// [`ReferenceError::Unfinished`].
+    pub fn check_finished(&self, file: &str) -> Result<(), ReferenceError> {
+        let missing = self.missing();
+        let Some(first) = missing.first() else {
+            return Ok(());
+        };
+        Err(ReferenceError::Unfinished {
+            file: file.to_owned(),
+            done: self.cells.len(),
+            missing: missing.len(),
+            first: first.clone(),
+        })
+    }
+
     /// The displacements as a list that `fit` takes.
     #[must_use]
     pub fn csv(&self) -> String {

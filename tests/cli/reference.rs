@@ -98,6 +98,58 @@ fn without_calculix_the_message_says_what_to_do() {
     assert_says(&error, &["missing field"]);
 }
 
+/// A program that answers as CalculiX does, notes its cases, and stops at the second one while there is a file `stop`.
+const STAND_IN: &str = r#"#!/bin/sh
+if [ "$1" = -v ]; then echo "This is Version 0.0"; exit; fi
+echo "$1" >> cases.txt
+if [ -e stop ] && [ "$1" = P1_y-50N ]; then exit 1; fi
+echo " displacements (vx,vy,vz) for set ENDNODE and time  0.1000000E+01" > "$1.dat"
+echo " 7 -1.0E-01 -2.0E-01 -3.0E-01" >> "$1.dat"
+"#;
+
+#[cfg(unix)]
+#[test]
+fn a_run_that_was_stopped_says_so_and_goes_on_where_it_was() {
+    use std::os::unix::fs::PermissionsExt;
+
+    let desk = Desk::new();
+    desk.run("reference export --robot serial-arm --size 40 --out solids")
+        .succeeds();
+    desk.write("ccx", STAND_IN);
+    let program = desk.path("ccx");
+    std::fs::set_permissions(&program, std::fs::Permissions::from_mode(0o755)).unwrap();
+    let run = format!("reference run solids --ccx {}", program.display());
+    desk.write("solids/stop", "");
+    desk.refusal(&run, 11, "stiffbench::reference::answer");
+    let error = desk.refusal(
+        "reference compare solids",
+        11,
+        "stiffbench::reference::unfinished",
+    );
+    assert_says(
+        &error,
+        &[
+            "stopped after 1 of 3 cases",
+            "P1 y -50 N is the first",
+            "reference run",
+        ],
+    );
+    std::fs::remove_file(desk.path("solids/stop")).unwrap();
+    let text = desk.run(&run).succeeds().stdout;
+    assert!(
+        text.contains("1 of them are of a run that was stopped"),
+        "{text}"
+    );
+    assert_eq!(
+        desk.read("solids/cases.txt"),
+        "P1_x-50N\nP1_y-50N\nP1_y-50N\nP1_z-50N\n"
+    );
+    desk.run("reference compare solids").succeeds();
+    // One that came to its end is run again from the first case on.
+    desk.run(&run).succeeds();
+    assert_eq!(desk.read("solids/cases.txt").lines().count(), 4 + 3);
+}
+
 #[test]
 fn the_recorded_reference_repeats_table_iv() {
     let desk = Desk::new();

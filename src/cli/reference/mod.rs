@@ -69,6 +69,7 @@ fn compare(args: &ReferenceCompareArgs) -> Result<Outcome, Failure> {
         }
     };
     let record = ReferenceRecord::parse(&name, &text)?;
+    record.check_finished(&name)?;
     let source = robot_source(args.robot.as_deref().unwrap_or(&record.model.robot), None)?;
     let robot = Robot::parse(&source)?;
     let mechanism = robot.mechanism(Some(&record.model.mechanism))?;

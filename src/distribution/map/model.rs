@@ -192,7 +192,7 @@ impl<'a> MapModel<'a> {
             }
             Means::Sweep { joints, .. } => vec![match joints {
                 JointModel::Rigid => "general solver, pose by pose".to_owned(),
-                _ => "general solver, pose by pose: a joint with several elements on either side yields"
+                _ => "general solver, pose by pose: with these yielding joints and sections there are no parts in series"
                     .to_owned(),
             }],
             Means::Secant { load_n, effect } => vec![format!(
