@@ -242,6 +242,7 @@ impl Failure {
             ("stiffbench::reference::size", 2),
             ("stiffbench::reference::record", 11),
             ("stiffbench::reference::answer", 11),
+            ("stiffbench::reference::unfinished", 11),
             ("stiffbench::reference", 10),
             ("stiffbench::robot", 10),
             ("stiffbench::structure", 10),
