@@ -174,6 +174,9 @@ impl Directions {
             for &first in &cell.copies {
                 out[first..first + noise.len()].copy_from_slice(noise);
             }
+            if cell.columns.is_empty() {
+                continue;
+            }
             let mut places = cell.places.iter();
             sums_of_blocks(noise, &cell.columns, |along| {
                 if let Some(&place) = places.next() {

@@ -149,7 +149,7 @@ impl DrawTable {
             .zip(sources)
             .flat_map_iter(|((drawn, bases), source)| {
                 let vectors: usize = drawn.iter().map(|drawn| drawn.units.len()).sum();
-                let each = drawn.len().div_ceil(vectors.div_ceil(TOGETHER));
+                let each = drawn.len().div_ceil(vectors.div_ceil(TOGETHER).max(1));
                 let block = |drawn| Block::new(space, drawn, &bases, source.clone());
                 drawn.chunks(each).map(block).collect::<Vec<Block>>()
             })
