@@ -81,6 +81,13 @@ pub(super) struct Told {
     few: Vec<[f32; BLOCK]>,
 }
 
+/// Vectors of one kind that live in the same cells.
+struct Group {
+    drawn: Vec<Drawn>,
+    /// Cells by number, and the basis in each.
+    bases: Vec<(usize, CellBasis)>,
+}
+
 /// Vectors that are sums over the same directions.
 #[derive(Debug)]
 struct Block {
@@ -128,31 +135,19 @@ impl DrawTable {
             let lived_in = lived_in(cells, &one.units);
             alike.entry((one.kind, lived_in)).or_default().push(one);
         }
-        let with_bases: Vec<(Vec<Drawn>, Vec<(usize, CellBasis)>)> = alike
+        let groups: Vec<Group> = alike
             .into_par_iter()
-            .map(|((_, lived_in), drawn)| {
-                let basis = |cell: &usize| match lived_in[..] {
-                    [_] => CellBasis::of_readings(&lived_on(&cells[*cell], &drawn)),
-                    _ => CellBasis::new(&cells[*cell], cells.len(), &drawn),
-                };
-                let bases = lived_in.iter().map(|cell| (*cell, basis(cell))).collect();
-                (drawn, bases)
-            })
+            .map(|((_, lived_in), drawn)| Group::new(&lived_in, drawn, cells))
             .collect();
         let mut directions = Directions::new(cells);
-        let sources: Vec<Source> = with_bases
+        let sources: Vec<Source> = groups
             .iter()
-            .map(|(_, bases)| directions.take_in(bases))
+            .map(|group| directions.take_in(&group.bases))
             .collect();
-        let blocks = with_bases
+        let blocks = groups
             .into_par_iter()
             .zip(sources)
-            .flat_map_iter(|((drawn, bases), source)| {
-                let vectors: usize = drawn.iter().map(|drawn| drawn.units.len()).sum();
-                let each = drawn.len().div_ceil(vectors.div_ceil(TOGETHER).max(1));
-                let block = |drawn| Block::new(space, drawn, &bases, source.clone());
-                drawn.chunks(each).map(block).collect::<Vec<Block>>()
-            })
+            .flat_map_iter(|(group, source)| group.blocks(space, &source))
             .collect();
         let absorbed = space.basis().iter().flatten().map(|x| *x as f32).collect();
         Self {
@@ -218,6 +213,28 @@ fn lived_on(cell: &Range<usize>, drawn: &[Drawn]) -> Range<usize> {
     let first = cell.clone().find(counts).unwrap_or(cell.end);
     let last = cell.clone().rfind(counts).unwrap_or(cell.start);
     first..last + 1
+}
+
+impl Group {
+    fn new(lived_in: &[usize], drawn: Vec<Drawn>, cells: &[Range<usize>]) -> Self {
+        let basis = |cell: &usize| match lived_in {
+            [_] => CellBasis::of_readings(&lived_on(&cells[*cell], &drawn)),
+            _ => CellBasis::new(&cells[*cell], cells.len(), &drawn),
+        };
+        Self {
+            bases: lived_in.iter().map(|cell| (*cell, basis(cell))).collect(),
+            drawn,
+        }
+    }
+
+    fn blocks(&self, space: &Space, source: &Source) -> Vec<Block> {
+        let vectors: usize = self.drawn.iter().map(|drawn| drawn.units.len()).sum();
+        let each = self.drawn.len().div_ceil(vectors.div_ceil(TOGETHER).max(1));
+        let parts = self.drawn.chunks(each);
+        parts
+            .map(|drawn| Block::new(space, drawn, &self.bases, source.clone()))
+            .collect()
+    }
 }
 
 impl Block {
