@@ -134,20 +134,19 @@ fn a_run_that_was_stopped_says_so_and_goes_on_where_it_was() {
             "reference run",
         ],
     );
-    std::fs::remove_file(desk.path("solids/stop")).unwrap();
+    for file in ["solids/stop", "solids/cases.txt"] {
+        std::fs::remove_file(desk.path(file)).unwrap();
+    }
     let text = desk.run(&run).succeeds().stdout;
     assert!(
         text.contains("1 of them are of a run that was stopped"),
         "{text}"
     );
-    assert_eq!(
-        desk.read("solids/cases.txt"),
-        "P1_x-50N\nP1_y-50N\nP1_y-50N\nP1_z-50N\n"
-    );
+    assert_eq!(desk.read("solids/cases.txt"), "P1_y-50N\nP1_z-50N\n");
     desk.run("reference compare solids").succeeds();
     // One that came to its end is run again from the first case on.
     desk.run(&run).succeeds();
-    assert_eq!(desk.read("solids/cases.txt").lines().count(), 4 + 3);
+    assert_eq!(desk.read("solids/cases.txt").lines().count(), 2 + 3);
 }
 
 #[test]
