@@ -66,11 +66,11 @@ impl Shared {
         while !self.stop.load(Ordering::SeqCst) {
             let due = lock(&self.runner).at_time(self.session.now_s());
             self.begin(&due);
-            let now_s = self.line.now_s();
-            if now_s < *lock(&self.suspended_until_s) {
+            if self.is_suspended() {
                 self.wait(NOBODY_THERE);
                 continue;
             }
+            let now_s = self.line.now_s();
             self.end_faults(place, now_s);
             if !self.is_plugged_in(place, now_s) {
                 terminal = None;
@@ -94,6 +94,11 @@ impl Shared {
         }
     }
 
+    /// Whether the machine sleeps.
+    fn is_suspended(&self) -> bool {
+        self.line.now_s() < *lock(&self.suspended_until_s)
+    }
+
     /// Waits for bytes, at most until something is due, and hands on both ways; whether somebody has the line open.
     fn serve_once(&self, place: usize, terminal: &mut TTYPort) -> bool {
         let due_s = lock(&self.slots[place]).line.next_due_s();
@@ -105,6 +110,10 @@ impl Shared {
             .set_timeout(wait.min(LONGEST_WAIT))
             .map_err(std::io::Error::from)
             .and_then(|()| terminal.read(&mut bytes));
+        // It may have fallen asleep over them.
+        while self.is_suspended() && !self.stop.load(Ordering::SeqCst) {
+            self.wait(NOBODY_THERE);
+        }
         let mut slot = lock(&self.slots[place]);
         let sent = slot.line.packets_sent();
         let channel = slot.line.gauge().channel();
