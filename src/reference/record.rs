@@ -115,6 +115,12 @@ pub struct ReferenceCell {
 }
 
 impl ReferenceCell {
+    /// Whether it is the answer to a case.
+    #[must_use]
+    pub fn is_of(&self, pose: &PoseModel, case: &LoadCase) -> bool {
+        (&self.pose, &self.direction, self.force_n) == (&pose.pose, &case.direction, case.force_n)
+    }
+
     /// Displacement along the force, µm.
     #[must_use]
     pub fn along_um(&self) -> Option<f64> {
@@ -175,16 +181,10 @@ impl ReferenceRecord {
     /// The cases of the model that have no displacement yet, as pose, direction and force.
     #[must_use]
     pub fn missing(&self) -> Vec<String> {
-        let is_there = |pose: &PoseModel, case: &LoadCase| {
-            self.cells.iter().any(|cell| {
-                (&cell.pose, &cell.direction, cell.force_n)
-                    == (&pose.pose, &case.direction, case.force_n)
-            })
-        };
         let poses = self.model.poses.iter();
         let cases = poses.flat_map(|pose| pose.cases.iter().map(move |case| (pose, case)));
         cases
-            .filter(|(pose, case)| !is_there(pose, case))
+            .filter(|(pose, case)| !self.cells.iter().any(|cell| cell.is_of(pose, case)))
             .map(|(pose, case)| format!("{} {} {} N", pose.pose, case.direction, case.force_n))
             .collect()
     }

@@ -147,6 +147,15 @@ fn a_run_that_was_stopped_says_so_and_goes_on_where_it_was() {
     // One that came to its end is run again from the first case on.
     desk.run(&run).succeeds();
     assert_eq!(desk.read("solids/cases.txt").lines().count(), 2 + 3);
+    // A case that somebody took out of the middle is run, and no other.
+    let file = "solids/reference.json";
+    let mut record: serde_json::Value = serde_json::from_str(&desk.read(file)).unwrap();
+    record["cells"].as_array_mut().unwrap().remove(1);
+    desk.write(file, &record.to_string());
+    std::fs::remove_file(desk.path("solids/cases.txt")).unwrap();
+    desk.run(&run).succeeds();
+    assert_eq!(desk.read("solids/cases.txt"), "P1_y-50N\n");
+    desk.run("reference compare solids").succeeds();
 }
 
 #[test]
