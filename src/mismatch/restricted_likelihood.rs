@@ -224,7 +224,7 @@ impl Problem<'_> {
         centre: &Vector3<f64>,
     ) -> (Vector3<f64>, Matrix3<f64>) {
         const H: f64 = 0.02;
-        // Up and down each axis, and up two of them at once.
+        // Up and down each axis, and up two of them, i and j, at once: these stand at i + j - 1.
         let moves: [&[(usize, f64)]; 9] = [
             &[(0, 1.0)],
             &[(1, 1.0)],

@@ -64,7 +64,7 @@ pub(super) struct Screened {
 const INVISIBLE: f64 = 1e-3;
 
 /// Shapes that one thread takes at a time: a period has hundreds, a slip has one.
-const AT_A_TIME: usize = 32;
+const SHAPES_AT_A_TIME: usize = 32;
 
 /// Candidates that one thread takes at a time, so that none is left alone with those that cost most.
 const CANDIDATES_AT_A_TIME: usize = 4;
@@ -145,10 +145,10 @@ fn each_shape<S: Sync, T: Send>(
         let found = shapes.iter().map(|shape| look(shape, scratch));
         found.flatten().collect()
     };
-    if shapes.len() <= AT_A_TIME {
+    if shapes.len() <= SHAPES_AT_A_TIME {
         return look_at(shapes, scratch);
     }
-    let parts = shapes.par_chunks(AT_A_TIME).with_max_len(1);
+    let parts = shapes.par_chunks(SHAPES_AT_A_TIME).with_max_len(1);
     let found = parts.map_init(
         || Scratch::new(changes.readings()),
         |scratch, shapes| look_at(shapes, scratch),
