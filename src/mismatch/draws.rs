@@ -125,14 +125,17 @@ impl DrawTable {
         families: usize,
         mut drawn: Vec<Drawn>,
     ) -> Self {
-        for unit in drawn.iter_mut().flat_map(|drawn| &mut drawn.units) {
-            if dot(unit, unit) > LONG * LONG {
-                space.project(unit);
+        let prepare = |drawn: &mut Drawn| {
+            for unit in &mut drawn.units {
+                if dot(unit, unit) > LONG * LONG {
+                    space.project(unit);
+                }
             }
-        }
+            lived_in(cells, &drawn.units)
+        };
+        let living: Vec<Vec<usize>> = drawn.par_iter_mut().map(prepare).collect();
         let mut alike: BTreeMap<(Kind, Vec<usize>), Vec<Drawn>> = BTreeMap::new();
-        for one in drawn {
-            let lived_in = lived_in(cells, &one.units);
+        for (one, lived_in) in drawn.into_iter().zip(living) {
             alike.entry((one.kind, lived_in)).or_default().push(one);
         }
         let groups: Vec<Group> = alike

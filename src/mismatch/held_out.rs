@@ -2,6 +2,8 @@
 
 use rayon::prelude::*;
 
+use crate::test_point::PoseId;
+
 use super::diagnosis::Quality;
 use super::error::MismatchError;
 use super::refit::{Model, Refit};
@@ -15,16 +17,20 @@ impl Bench<'_> {
         let all = vec![true; residuals.len()];
         let free: usize =
             model.parameters.len() + model.effects.iter().map(|e| e.values.len()).sum::<usize>();
-        let mut held_out = Vec::new();
-        let mut squares = 0.0;
         let poses = self.observations.poses.len();
-        if poses > 1 {
-            for pose in 0..poses {
-                let (rms_m, white) = self.without_pose(state, model, pose)?;
-                squares += white;
-                held_out.push((self.observations.poses[pose].clone(), rms_m));
-            }
-        }
+        let left_out = if poses > 1 { 0..poses } else { 0..0 };
+        let predicted: Vec<(f64, f64)> = left_out
+            .into_par_iter()
+            .map(|pose| self.without_pose(state, model, pose))
+            .collect::<Result<_, MismatchError>>()?;
+        let squares: f64 = predicted.iter().map(|(_, white)| white).sum();
+        let held_out: Vec<(PoseId, f64)> = self
+            .observations
+            .poses
+            .iter()
+            .zip(&predicted)
+            .map(|(pose, (rms_m, _))| (pose.clone(), *rms_m))
+            .collect();
         let mean =
             held_out.iter().map(|(_, rms)| rms * rms).sum::<f64>() / held_out.len().max(1) as f64;
         Ok(Quality {

@@ -139,19 +139,20 @@ pub(super) fn limits(
         all.dedup();
         all
     };
-    let mut drawn: Vec<Drawn> = Vec::new();
     let mut places = Vec::new();
-    for candidate in candidates {
-        let family = (candidate.candidate.law, candidate.candidate.wide);
+    let of_candidate = |candidate: &Candidate| {
+        let family = (candidate.law, candidate.wide);
         let place = families.iter().position(|f| *f == family);
-        let kind = kind_of(&candidate.candidate, &mut places);
-        add_candidate(
-            space,
-            (candidate, kind),
-            place.unwrap_or(families.len()),
-            &mut drawn,
-        );
-    }
+        let kind = kind_of(candidate, &mut places);
+        (kind, place.unwrap_or(families.len()))
+    };
+    let seen = candidates.iter().map(|white| &white.candidate);
+    let kinds: Vec<(Kind, usize)> = seen.map(of_candidate).collect();
+    let mut drawn: Vec<Drawn> = candidates
+        .into_par_iter()
+        .zip(kinds)
+        .flat_map_iter(|(candidate, (kind, family))| drawn_of(space, candidate, kind, family))
+        .collect();
     let mut groups = Vec::new();
     drawn.extend(patterns.into_iter().map(|pattern| Drawn {
         kind: match pattern.stratum {
@@ -211,12 +212,9 @@ fn number_of<T: PartialEq + Clone>(known: &mut Vec<T>, wanted: &T) -> usize {
         })
 }
 
-fn add_candidate(
-    space: &Space,
-    (candidate, kind): (WhiteCandidate, Kind),
-    family: usize,
-    drawn: &mut Vec<Drawn>,
-) {
+/// What of a candidate is drawn: its shapes, but for those of nearly the same direction.
+fn drawn_of(space: &Space, candidate: WhiteCandidate, kind: Kind, family: usize) -> Vec<Drawn> {
+    let mut drawn: Vec<Drawn> = Vec::new();
     // Those of any size, with their products with what the fit absorbs.
     let mut free: Vec<(usize, Vec<f64>)> = Vec::new();
     for shape in candidate.shapes {
@@ -245,6 +243,7 @@ fn add_candidate(
             scale: shape.shape.scale,
         });
     }
+    drawn
 }
 
 /// Readings from which on their residuals tell their distribution; with fewer the draws are normal.
@@ -354,12 +353,12 @@ fn draw(
 /// The common multiple of the shares that makes the chance of any law passing exactly the level.
 fn settle(families: &[Family], mut draws: Vec<Vec<f64>>) -> Limits {
     let mut left_over_draws = draws.pop().unwrap_or_default();
-    left_over_draws.sort_by(f64::total_cmp);
+    left_over_draws.par_sort_unstable_by(f64::total_cmp);
     let sorted: Vec<Vec<f64>> = draws
-        .iter()
+        .par_iter()
         .map(|values| {
             let mut sorted = values.clone();
-            sorted.sort_by(f64::total_cmp);
+            sorted.sort_unstable_by(f64::total_cmp);
             sorted
         })
         .collect();
@@ -374,6 +373,8 @@ fn settle(families: &[Family], mut draws: Vec<Vec<f64>>) -> Limits {
     let count = draws.first().map_or(0, Vec::len);
     let passing = |limits: &[f64]| {
         (0..count)
+            .into_par_iter()
+            .with_min_len(BLOCK)
             .filter(|&number| {
                 draws
                     .iter()

@@ -2,12 +2,14 @@
 //!
 //! A search asks the same of the same model again and again: to swap an effect, to weigh it, to list its rivals; and a second search,
 //! with what was found in the gauge's positions, differs from the first in the gauge's periods only. What is kept here would come out the
-//! same to the last bit.
+//! same to the last bit, but for the noise of the first model, from which other models are only given a start.
 
-use std::sync::{Arc, Mutex, PoisonError};
+use std::sync::{Arc, Mutex, OnceLock, PoisonError};
 
 use crate::physics::{Effect, Law};
 
+use super::loose::LooseChange;
+use super::noise::ReadingNoise;
 use super::rank::Ranked;
 use super::refit::Model;
 use super::restricted_likelihood::EstimatedNoise;
@@ -20,7 +22,8 @@ pub(super) struct Memory {
     settled: Kept<(Model, Option<EstimatedNoise>), Option<State>>,
     seen: Kept<StateKey, Vec<SeenCandidate>>,
     fitted: Kept<(StateKey, Effect), Option<Ranked>>,
-    loose: Kept<StateKey, Vec<Ranked>>,
+    noise: OnceLock<ReadingNoise>,
+    loose_changes: OnceLock<Vec<LooseChange>>,
 }
 
 /// What tells a state from others under the same readings.
@@ -86,16 +89,26 @@ impl Memory {
         Ok((*known).clone())
     }
 
-    /// Loose members fitted from a state.
-    pub(super) fn loose<E>(
+    /// The noise that the first model left, where the search for that of others starts.
+    pub(super) fn noise(&self) -> Option<&ReadingNoise> {
+        self.noise.get()
+    }
+
+    /// Keeps a noise, if it is the first.
+    pub(super) fn keep_noise(&self, noise: ReadingNoise) {
+        self.noise.get_or_init(|| noise);
+    }
+
+    /// What loose members would change.
+    pub(super) fn loose_changes<E>(
         &self,
-        key: &StateKey,
-        work: impl FnOnce() -> Result<Vec<Ranked>, E>,
-    ) -> Result<Vec<Ranked>, E> {
-        if !stands_anywhere(&key.0.effects) {
-            return work();
+        work: impl FnOnce() -> Result<Vec<LooseChange>, E>,
+    ) -> Result<&[LooseChange], E> {
+        if let Some(known) = self.loose_changes.get() {
+            return Ok(known);
         }
-        Ok((*self.loose.of(key, work)?).clone())
+        let changes = work()?;
+        Ok(self.loose_changes.get_or_init(|| changes))
     }
 }
 

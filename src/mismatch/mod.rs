@@ -75,6 +75,7 @@ pub use trace::{EffectTrace, ReadingTrace, Trace, trace};
 pub use trial::{TrialNoise, Truth, scale_to, simulate, standard_errors, standard_errors_between};
 pub use verdict::first_of_alternatives;
 
+use candidate::SHORTEST_PERIOD_M;
 use state::Bench;
 
 /// Finds what a baseline cannot explain, and which physics would.
@@ -131,11 +132,17 @@ fn diagnose_and<T>(
     let (found, limits) = bench.search(options, known)?;
     // What was found moved the gauge too: where it stood is worked out again, and with it what its period would explain.
     let moved = bench.positions(&found.after)?;
-    if !search::shifts_a_period(&positions, &moved) {
+    if !shifts_a_period(&positions, &moved) {
         return Ok((bench.conclude(&found, &limits)?, limits, asked));
     }
     moved_on = observations.with_positions(&moved);
     let bench = bench.with_positions(&moved_on);
     let (found, limits) = bench.search(options, Some(&limits))?;
     Ok((bench.conclude(&found, &limits)?, limits, asked))
+}
+
+/// Whether positions differ by so much, m, that the shortest period looked for is in another phase: by 0.3 rad.
+fn shifts_a_period(before: &[f64], after: &[f64]) -> bool {
+    let shifts = before.iter().zip(after).map(|(a, b)| (a - b).abs());
+    shifts.fold(0.0, f64::max) > 0.05 * SHORTEST_PERIOD_M
 }

@@ -26,6 +26,18 @@ pub struct ReadingNoise {
     pub run_slope_sd: f64,
 }
 
+impl ReadingNoise {
+    /// How much larger than in another noise the variance is that exceeds it most; not below 1.
+    pub(super) fn largest_variance_ratio(&self, other: &Self) -> f64 {
+        let ratios = [
+            self.reading_sd_m / other.reading_sd_m,
+            self.zero_sd_m / other.zero_sd_m,
+            self.run_slope_sd / other.run_slope_sd,
+        ];
+        ratios.into_iter().fold(1.0, f64::max).powi(2)
+    }
+}
+
 /// Readings that share zeros or runs, and their part of the whitening transform.
 #[derive(Debug, Clone)]
 struct Group {
@@ -297,7 +309,7 @@ impl Group {
         readings: Range<usize>,
     ) -> (Self, f64) {
         let n = readings.len();
-        let mut columns = Vec::new();
+        let mut columns = Vec::with_capacity(2 * n);
         for_each_zero(observations, &readings, |member| {
             columns.extend(readings.clone().map(|r| {
                 if member(r) {
@@ -322,21 +334,7 @@ impl Group {
             }));
         }
         let rank = columns.len() / n;
-        let eigen = gram(&columns, n).symmetric_eigen();
-        let mut log_determinant = 0.0;
-        let mut inner = DMatrix::zeros(rank, rank);
-        for (index, &value) in eigen.eigenvalues.iter().enumerate() {
-            let value = value.max(0.0);
-            log_determinant += value.ln_1p();
-            // (1 - 1/√(1+λ))/λ, whose limit at zero is a half.
-            let weight = if value < 1e-12 {
-                0.5
-            } else {
-                (1.0 - (1.0 + value).sqrt().recip()) / value
-            };
-            let vector = eigen.eigenvectors.column(index);
-            inner += weight * vector * vector.transpose();
-        }
+        let (inner, log_determinant) = inner_root(&gram(&columns, n));
         let mut weighted = vec![0.0; rank * n];
         for i in 0..rank {
             for j in 0..rank {
@@ -385,6 +383,49 @@ impl Group {
         }
         out
     }
+}
+
+/// The matrix M that makes I - C M Cᵀ the symmetric root of (I + C Cᵀ)⁻¹, and ln det (I + C Cᵀ).
+///
+/// # Arguments
+/// - `gram`: Cᵀ C.
+fn inner_root(gram: &DMatrix<f64>) -> (DMatrix<f64>, f64) {
+    // (1 - 1/√(1+λ))/λ, whose limit at zero is a half.
+    let weight = |value: f64| {
+        if value < 1e-12 {
+            0.5
+        } else {
+            (1.0 - (1.0 + value).sqrt().recip()) / value
+        }
+    };
+    let rank = gram.nrows();
+    if rank == 2 {
+        // A run with a zero of its own: most groups. A turn of the axes makes the matrix diagonal.
+        let (a, b, d) = (gram[(0, 0)], gram[(1, 0)], gram[(1, 1)]);
+        let (sin, cos) = (0.5 * (2.0 * b).atan2(a - d)).sin_cos();
+        let large = 0.5 * (a + d) + (0.5 * (a - d)).hypot(b);
+        let small = ((a * d - b * b) / large.max(f64::MIN_POSITIVE)).max(0.0);
+        let [of_large, of_small] = [large, small].map(weight);
+        let mixed = (of_large - of_small) * sin * cos;
+        let inner = [
+            of_large * cos * cos + of_small * sin * sin,
+            mixed,
+            mixed,
+            of_large * sin * sin + of_small * cos * cos,
+        ];
+        let inner = DMatrix::from_row_slice(2, 2, &inner);
+        return (inner, large.ln_1p() + small.ln_1p());
+    }
+    let eigen = gram.clone().symmetric_eigen();
+    let mut inner = DMatrix::zeros(rank, rank);
+    let mut log_determinant = 0.0;
+    for (index, &value) in eigen.eigenvalues.iter().enumerate() {
+        let value = value.max(0.0);
+        log_determinant += value.ln_1p();
+        let vector = eigen.eigenvectors.column(index);
+        inner += weight(value) * vector * vector.transpose();
+    }
+    (inner, log_determinant)
 }
 
 /// Products of columns of `n` numbers with each other.

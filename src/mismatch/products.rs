@@ -148,17 +148,13 @@ impl<'a> Products<'a> {
             .take_while(|run| run.readings.start < range.end);
         for run in runs {
             let part = &values_m[run.readings.clone()];
-            out.extend(
-                run.columns
-                    .chunks(part.len())
-                    .map(|column| short_dot(column, part)),
-            );
+            for column in run.columns.chunks_exact(part.len()) {
+                out.push(short_dot(column, part));
+            }
         }
-        out.extend(
-            self.absorbed
-                .iter()
-                .map(|column| sums_side_by_side(&column[range.clone()], values)),
-        );
+        for column in &self.absorbed {
+            out.push(sums_side_by_side(&column[range.clone()], values));
+        }
         triple(&self.weights[range.clone()], values, values)
     }
 
@@ -194,14 +190,23 @@ impl<'a> Products<'a> {
     }
 }
 
-/// Scalar product of as many numbers as a run has.
+/// Scalar product of as many numbers as a run has, four sums side by side.
 #[inline(always)]
 #[expect(
     clippy::inline_always,
     reason = "it is compiled for the instructions of its caller"
 )]
 fn short_dot(a: &[f64], b: &[f64]) -> f64 {
-    a.iter().zip(b).map(|(a, b)| a * b).sum()
+    let mut sums = [0.0; 4];
+    let (a, b) = (a.chunks_exact(4), b.chunks_exact(4));
+    let rest = a.remainder().iter().zip(b.remainder());
+    let rest: f64 = rest.map(|(a, b)| a * b).sum();
+    for (a, b) in a.zip(b) {
+        for lane in 0..4 {
+            sums[lane] += a[lane] * b[lane];
+        }
+    }
+    (sums[0] + sums[1]) + (sums[2] + sums[3]) + rest
 }
 
 /// Σ a b c, eight sums side by side.

@@ -3,12 +3,14 @@
 use rayon::prelude::*;
 
 use crate::physics::{Effect, Law, Place, Twists};
+use crate::statistics::{chi_squared_quantile, f_upper_tail};
 
 use super::candidate::{Candidate, candidates};
 use super::changes::{Changes, Frozen};
 use super::error::MismatchError;
 use super::limits::Limits;
 use super::memory::{StateKey, key_of};
+use super::noise::ReadingNoise;
 use super::predictor::ReadingPredictor;
 use super::products::{Measured, Products};
 use super::refit::{Fitted, Model, Near, Refit, is_smooth};
@@ -42,13 +44,25 @@ pub(super) struct Ranked {
 }
 
 impl Ranked {
-    /// Parameters by which its gain grows on noise alone: its sizes, of which a period has two.
-    pub(super) fn size_count(&self) -> f64 {
-        if self.effect.law == Law::GaugePeriodic {
+    /// The gain that would be as rare if the noise were known exactly: F to χ².
+    pub(super) fn gaussian_gain(&self) -> f64 {
+        if self.dof > 1e5 || self.gain <= 0.0 {
+            return self.gain;
+        }
+        // On noise alone a gain grows by the sizes, of which a period has two.
+        let sizes = if self.effect.law == Law::GaugePeriodic {
             2.0
         } else {
             1.0
+        };
+        let Some(p) = f_upper_tail(self.gain / sizes, sizes, self.dof) else {
+            return self.gain;
+        };
+        // Beyond what the tail can say in 16 digits the effect needs no exact limit.
+        if p < 1e-14 {
+            return self.gain.min(60.0);
         }
+        chi_squared_quantile(1.0 - p, sizes).unwrap_or(self.gain)
     }
 }
 
@@ -72,13 +86,9 @@ struct Field<'a> {
     products: &'a Products<'a>,
 }
 
-/// All candidates against a state.
-pub(super) struct Ranking {
-    /// Fitted candidates; when weighed, the best evidence first.
-    pub(super) ranked: Vec<Ranked>,
-    /// Candidates that would need an impossible value, the largest gain first.
-    pub(super) impossible: Vec<Impossible>,
-    /// The candidates with their shapes, for limits.
+/// All candidates as the residuals of a state see them.
+pub(super) struct View {
+    /// The candidates with their shapes; loose members, which have none, are not among them.
     pub(super) seen: Vec<SeenCandidate>,
     /// The poses and the space in which they were seen.
     pub(super) frozen: Frozen,
@@ -87,85 +97,131 @@ pub(super) struct Ranking {
     pub(super) residuals: Vec<f64>,
 }
 
-impl Ranking {
-    /// Weighs the evidence of every candidate and puts the best first.
+impl View {
+    /// Candidates that would need an impossible value, the largest gain first.
+    pub(super) fn impossible(&self) -> Vec<Impossible> {
+        impossible_ones(&self.seen, &screen(&self.seen))
+    }
+}
+
+impl Ranked {
+    /// Weighs its evidence.
     ///
     /// The prior of a law is such that a gain at its limit leaves it even: the law whose many shapes and places noise imitates well
     /// must be that much better than one with a single shape, and the odds of no law depend on what its size was thought to be. Beyond the
     /// limit each value that was fitted costs what it is known better by (Laplace's approximation; Kass & Raftery, Journal of the
     /// American Statistical Association 90, 1995, p. 777).
-    pub(super) fn weigh(&mut self, limits: &Limits) {
-        for ranked in &mut self.ranked {
-            let limit = limits.of((ranked.effect.law, ranked.wide));
-            let known_better = 0.5 * (ranked.gain.max(limit) / limit).ln();
-            let values = ranked.effect.values.len() as f64;
-            ranked.log_bayes = 0.5 * (ranked.gain - limit) - values * known_better;
-        }
-        self.ranked
-            .sort_by(|a, b| b.log_bayes.total_cmp(&a.log_bayes));
+    fn weigh(&mut self, limits: &Limits) {
+        let limit = limits.of((self.effect.law, self.wide));
+        let known_better = 0.5 * (self.gain.max(limit) / limit).ln();
+        let values = self.effect.values.len() as f64;
+        self.log_bayes = 0.5 * (self.gain - limit) - values * known_better;
     }
 }
 
 impl Bench<'_> {
-    /// Fits every law at every place against a state and weighs the evidence.
+    /// Every law at every place as a state leaves it to be seen, nothing fitted.
     ///
     /// # Arguments
     /// - `without`: laws left out.
-    pub(super) fn rank(
-        &self,
-        state: &State,
-        without: &[Law],
-        limits: &Limits,
-    ) -> Result<Ranking, MismatchError> {
-        let mut ranking = self.try_all(state, without)?;
-        ranking.weigh(limits);
-        Ok(ranking)
-    }
-
-    /// Fits every law at every place against a state, not yet weighed.
-    ///
-    /// # Arguments
-    /// - `without`: laws left out.
-    pub(super) fn try_all(&self, state: &State, without: &[Law]) -> Result<Ranking, MismatchError> {
-        let (space, frozen, residuals) = self.space(state)?;
-        let effects = &state.fitted.model.effects;
-        let list = candidates(self.observations, &frozen, without);
+    pub(super) fn look(&self, state: &State, without: &[Law]) -> Result<View, MismatchError> {
+        let mut view = self.empty_view(state)?;
+        let list = candidates(self.observations, &view.frozen, without);
         let (periods, list): (Vec<Candidate>, Vec<Candidate>) = list
             .into_iter()
             .partition(|candidate| candidate.law == Law::GaugePeriodic);
-        let key = key_of(state);
-        let mut seen = Vec::new();
-        let mut impossible = Vec::new();
-        let mut ranked = Vec::new();
-        if let Some(changes) = &Changes::new(self.observations, &frozen, effects) {
-            let products = &Products::new(&space, &residuals);
-            seen = self
-                .memory
-                .seen(&key, || seen_candidates(changes, products, list));
-            seen.extend(seen_candidates(changes, products, periods));
-            let screened = screen(&seen);
-            impossible = impossible_ones(&seen, &screened);
-            let field = Field {
-                state,
-                key: &key,
-                space: &space,
-                changes,
-                products,
-            };
-            ranked = self.fit_chosen(&field, &seen, &choose(&seen, &screened, effects))?;
-        }
-        if !without.contains(&Law::LooseMember) {
-            let anew = || self.loose_members(state, &space);
-            ranked.extend(self.memory.loose(&key, anew)?);
-        }
-        Ok(Ranking {
-            ranked,
-            impossible,
-            seen,
-            frozen,
+        let mut seen = self
+            .memory
+            .seen(&key_of(state), || self.see(state, &view, list));
+        seen.extend(self.see(state, &view, periods));
+        view.seen = seen;
+        Ok(view)
+    }
+
+    /// The same again under another noise, of those candidates only that may reach a share of their limits.
+    ///
+    /// # Arguments
+    /// - `before`: the view under the noise of the state before.
+    pub(super) fn look_again(
+        &self,
+        state: &State,
+        (before, noise_before): (&View, &ReadingNoise),
+        (limits, least): (&Limits, f64),
+    ) -> Result<View, MismatchError> {
+        // A gain grows with the inverse of the variances, at most by what that of them does which falls most.
+        let growth = noise_before.largest_variance_ratio(&state.noise.noise);
+        let screened = screen(&before.seen);
+        let list = before.seen.iter().zip(screened).filter(|(seen, screened)| {
+            let limit = limits.of((seen.candidate.law, seen.candidate.wide));
+            screened.is_some_and(|screened| growth * screened.gain >= least * limit)
+        });
+        let list = list.map(|(seen, _)| seen.candidate.clone()).collect();
+        let mut view = self.empty_view(state)?;
+        view.seen = self.see(state, &view, list);
+        Ok(view)
+    }
+
+    /// A view of no candidate.
+    fn empty_view(&self, state: &State) -> Result<View, MismatchError> {
+        let (space, residuals) = self.space(state)?;
+        let model = &state.fitted.model;
+        Ok(View {
+            seen: Vec::new(),
+            frozen: self.predictor().frozen(&model.parameters, &model.effects)?,
             space,
             residuals,
         })
+    }
+
+    /// Candidates compared with the residuals of a view.
+    fn see(&self, state: &State, view: &View, list: Vec<Candidate>) -> Vec<SeenCandidate> {
+        let effects = &state.fitted.model.effects;
+        let changes = Changes::new(self.observations, &view.frozen, effects);
+        let products = Products::new(&view.space, &view.residuals);
+        changes.map_or_else(Vec::new, |changes| {
+            seen_candidates(&changes, &products, list)
+        })
+    }
+
+    /// Fits what a view shows and weighs the evidence: the best first.
+    ///
+    /// # Arguments
+    /// - `without`: laws left out.
+    /// - `least`: share of its limit below which the linear gain of a candidate is of no interest; minus infinity to fit all.
+    pub(super) fn rank(
+        &self,
+        state: &State,
+        view: &View,
+        without: &[Law],
+        (limits, least): (&Limits, f64),
+    ) -> Result<Vec<Ranked>, MismatchError> {
+        let effects = &state.fitted.model.effects;
+        let enough = |law, wide, gain: f64| gain >= least * limits.of((law, wide));
+        let mut ranked = Vec::new();
+        if let Some(changes) = &Changes::new(self.observations, &view.frozen, effects) {
+            let field = Field {
+                state,
+                key: &key_of(state),
+                space: &view.space,
+                changes,
+                products: &Products::new(&view.space, &view.residuals),
+            };
+            let mut chosen = choose(&view.seen, &screen(&view.seen), effects);
+            chosen.retain(|&(place, screened)| {
+                let Candidate { law, wide, .. } = view.seen[place].candidate;
+                enough(law, wide, screened.gain)
+            });
+            ranked = self.fit_chosen(&field, &view.seen, &chosen)?;
+        }
+        if !without.contains(&Law::LooseMember) {
+            let worth = |gain| enough(Law::LooseMember, false, gain);
+            ranked.extend(self.loose_members(state, view, worth)?);
+        }
+        for ranked in &mut ranked {
+            ranked.weigh(limits);
+        }
+        ranked.sort_by(|a, b| b.log_bayes.total_cmp(&a.log_bayes));
+        Ok(ranked)
     }
 
     /// Fits the candidates that the screen has chosen.

@@ -51,12 +51,13 @@ struct FixedPart {
 /// # Arguments
 /// - `residual_m`: readings minus the baseline (and minus effects already found), m.
 /// - `slope_m`, `compliance`: the baseline's prediction and compliance at each reading.
+/// - `near`: the noise of a similar baseline, to start from.
 #[must_use]
 pub(super) fn estimate_noise(
     observations: &Observations,
     residual_m: &[f64],
-    slope_m: &[f64],
-    compliance: &[f64],
+    (slope_m, compliance): (&[f64], &[f64]),
+    near: Option<&ReadingNoise>,
 ) -> EstimatedNoise {
     let fixed: Vec<FixedPart> = (0..observations.cells.len())
         .map(|cell| fixed_part(observations, cell))
@@ -85,7 +86,8 @@ pub(super) fn estimate_noise(
         (rough * rough).ln(),
         (3e-3_f64).powi(2).ln(),
     );
-    let (best, hessian) = problem.maximise(centre);
+    let start = near.map_or(centre, |near| problem.log_variances(near, &centre));
+    let (best, hessian) = problem.maximise(start, &centre);
     let covariance = hessian
         .try_inverse()
         .unwrap_or_else(|| Matrix3::identity() * 2.0);
@@ -122,6 +124,22 @@ impl Problem<'_> {
         }
     }
 
+    /// The logarithms of variances that give a noise, within range of `centre`; a zero that may be anything has none.
+    fn log_variances(&self, noise: &ReadingNoise, centre: &Vector3<f64>) -> Vector3<f64> {
+        let reading = noise.reading_sd_m.powi(2) - self.floor_m.powi(2);
+        let zero = if self.observations.free_zeros {
+            centre[1]
+        } else {
+            2.0 * noise.zero_sd_m.ln()
+        };
+        let logarithms = Vector3::new(
+            reading.max(f64::MIN_POSITIVE).ln(),
+            zero,
+            2.0 * noise.run_slope_sd.ln(),
+        );
+        within_range(&logarithms, centre)
+    }
+
     /// A first guess: scatter of differences between runs at the same step.
     fn rough_sd(&self) -> f64 {
         let whitening = self.whitening(&ReadingNoise {
@@ -142,34 +160,17 @@ impl Problem<'_> {
     fn restricted_sum(&self, whitening: &Whitening) -> (f64, f64, usize) {
         let mut y = self.residual_m.to_vec();
         whitening.apply(&mut y);
+        let parts = self.fixed.par_iter().map_init(
+            || vec![0.0; y.len()],
+            |column, part| restricted_part(part, whitening, &y, column),
+        );
+        let parts: Vec<Option<RestrictedPart>> = parts.collect();
+        // Summed in order, so that the number of threads does not show in the last digit.
         let (mut squares, mut log_determinant, mut dof) = (0.0, 0.0, 0);
-        let mut column = vec![0.0; y.len()];
-        for part in &self.fixed {
-            let n = part.readings.len();
-            let p = part.columns.len();
-            let mut x = DMatrix::zeros(n, p);
-            for (index, values) in part.columns.iter().enumerate() {
-                column[part.readings.clone()].copy_from_slice(values);
-                whitening.apply_range(&mut column, &part.readings);
-                x.column_mut(index)
-                    .copy_from_slice(&column[part.readings.clone()]);
-            }
-            let target = DVector::from_column_slice(&y[part.readings.clone()]);
-            let normal = products(&x);
-            let moment = x.tr_mul(&target);
-            let Some(factor) = normal.cholesky() else {
-                continue;
-            };
-            let solution = factor.solve(&moment);
-            // Below zero by rounding where the fixed part takes all there is.
-            squares += (target.norm_squared() - moment.dot(&solution)).max(0.0);
-            log_determinant += factor
-                .l_dirty()
-                .diagonal()
-                .iter()
-                .map(|d| 2.0 * d.ln())
-                .sum::<f64>();
-            dof += n - p.min(n);
+        for part in parts.into_iter().flatten() {
+            squares += part.squares;
+            log_determinant += part.log_determinant;
+            dof += part.dof;
         }
         (squares, log_determinant, dof)
     }
@@ -187,21 +188,19 @@ impl Problem<'_> {
     }
 
     /// Newton steps with differences for derivatives: three parameters, a smooth function.
-    fn maximise(&self, centre: Vector3<f64>) -> (Vector3<f64>, Matrix3<f64>) {
-        let limit = 2.0 * RANGE.ln();
-        let mut point = centre;
-        let mut value = self.objective(&point, &centre);
+    fn maximise(&self, start: Vector3<f64>, centre: &Vector3<f64>) -> (Vector3<f64>, Matrix3<f64>) {
+        let mut point = start;
+        let mut value = self.objective(&point, centre);
         let mut hessian = Matrix3::identity();
         for _ in 0..25 {
-            let (gradient, curvature) = self.derivatives(&point, value, &centre);
+            let (gradient, curvature) = self.derivatives(&point, value, centre);
             hessian = 0.5 * curvature;
             let step = damped(&curvature, &gradient);
             let mut moved = false;
             let mut length = 1.0;
             for _ in 0..6 {
-                let trial =
-                    (point + length * step).zip_map(&centre, |t, c| t.clamp(c - limit, c + limit));
-                let trial_value = self.objective(&trial, &centre);
+                let trial = within_range(&(point + length * step), centre);
+                let trial_value = self.objective(&trial, centre);
                 if trial_value < value {
                     moved = value - trial_value > 1e-5;
                     point = trial;
@@ -259,6 +258,45 @@ impl Problem<'_> {
     }
 }
 
+/// A cell's part of the restricted likelihood.
+struct RestrictedPart {
+    squares: f64,
+    log_determinant: f64,
+    dof: usize,
+}
+
+/// Weighted squares that the fixed part of a cell leaves, and what else it adds; `None` where the fixed part cannot be told.
+///
+/// # Arguments
+/// - `white`: the residuals of all readings, white.
+/// - `column`: memory for one column.
+fn restricted_part(
+    part: &FixedPart,
+    whitening: &Whitening,
+    white: &[f64],
+    column: &mut [f64],
+) -> Option<RestrictedPart> {
+    let (n, p) = (part.readings.len(), part.columns.len());
+    let mut x = DMatrix::zeros(n, p);
+    for (index, values) in part.columns.iter().enumerate() {
+        column[part.readings.clone()].copy_from_slice(values);
+        whitening.apply_range(column, &part.readings);
+        x.column_mut(index)
+            .copy_from_slice(&column[part.readings.clone()]);
+    }
+    let target = DVector::from_column_slice(&white[part.readings.clone()]);
+    let moment = x.tr_mul(&target);
+    let factor = products(&x).cholesky()?;
+    let solution = factor.solve(&moment);
+    let diagonal = factor.l_dirty().diagonal();
+    Some(RestrictedPart {
+        // Below zero by rounding where the fixed part takes all there is.
+        squares: (target.norm_squared() - moment.dot(&solution)).max(0.0),
+        log_determinant: diagonal.iter().map(|d| 2.0 * d.ln()).sum(),
+        dof: n - p.min(n),
+    })
+}
+
 /// Products of the columns of a matrix with each other, those below the diagonal: a Cholesky factor needs no others.
 fn products(matrix: &DMatrix<f64>) -> DMatrix<f64> {
     let count = matrix.ncols();
@@ -275,6 +313,14 @@ fn products(matrix: &DMatrix<f64>) -> DMatrix<f64> {
         },
     );
     out
+}
+
+/// Log variances clamped to [`RANGE`] about a centre.
+fn within_range(log_variances: &Vector3<f64>, centre: &Vector3<f64>) -> Vector3<f64> {
+    let limit = 2.0 * RANGE.ln();
+    log_variances.zip_map(centre, |value, centre| {
+        value.clamp(centre - limit, centre + limit)
+    })
 }
 
 /// Newton step of a curvature made positive.

@@ -71,7 +71,8 @@ const CANDIDATES_AT_A_TIME: usize = 4;
 
 /// Memory of one thread.
 struct Scratch {
-    /// Of the joint of the candidate at its turn.
+    /// The joint of the candidate at its turn, and the path there.
+    joint: Option<Place>,
     path: Option<JointPath>,
     twists: Twists,
     change_m: [Vec<f64>; 2],
@@ -81,6 +82,7 @@ struct Scratch {
 impl Scratch {
     fn new(readings: usize) -> Self {
         Self {
+            joint: None,
             path: None,
             twists: Twists::default(),
             change_m: [vec![0.0; readings], vec![0.0; readings]],
@@ -141,7 +143,14 @@ fn each_shape<S: Sync, T: Send>(
     scratch: &mut Scratch,
 ) -> Vec<T> {
     let look_at = |shapes: &[S], scratch: &mut Scratch| -> Vec<T> {
-        scratch.path = changes.path(place);
+        if !matches!(place, Place::Joint(_)) {
+            scratch.path = None;
+            scratch.joint = None;
+        } else if scratch.joint.as_ref() != Some(place) {
+            // Several laws at one joint follow each other.
+            scratch.path = changes.path(place);
+            scratch.joint = Some(place.clone());
+        }
         let found = shapes.iter().map(|shape| look(shape, scratch));
         found.flatten().collect()
     };

@@ -1,14 +1,13 @@
 //! The decision: forward steps with swaps, each believed only beyond its calibrated limit.
 
 use crate::physics::{Effect, Law};
-use crate::statistics::{chi_squared_quantile, f_upper_tail};
 
-use super::candidate::SHORTEST_PERIOD_M;
 use super::changes::Changes;
 use super::error::MismatchError;
 use super::leftover::{Pattern, autocorrelation_p, largest_patterns, patterns};
 use super::limits::{LEFT_OVER_LEVEL, Limits, limits};
-use super::rank::{Ranked, Ranking};
+use super::memory::key_of;
+use super::rank::{Ranked, View};
 use super::refit::Model;
 use super::restricted_likelihood::EstimatedNoise;
 use super::rounded::RoundedNoise;
@@ -33,6 +32,10 @@ const HELD_OUT_LIMIT: f64 = 0.0;
 
 /// Share of an effect's squares in one pose above which the other poses do not determine it.
 const ONE_POSE: f64 = 0.5;
+
+/// Share of the gain that is asked for which the linear gain of a candidate must reach to be fitted. Fits do add several times as much now and
+/// then: a joint's effect that grows large, and what other effects could explain by values that a fit holds.
+const PROMISING: f64 = 0.3;
 
 /// What a search is to do.
 #[derive(Debug, Clone, PartialEq)]
@@ -68,10 +71,19 @@ pub(super) struct Found {
     pub(super) before: State,
     pub(super) after: State,
     pub(super) chosen: Vec<Chosen>,
-    /// Ranking against the baseline: for maps, limits and rejected candidates.
-    pub(super) first: Ranking,
+    /// What the baseline leaves to be seen: for maps, limits and rejected candidates.
+    pub(super) first: View,
+    /// The largest pattern of each stratum that the baseline leaves, with its gain.
+    pub(super) first_patterns: Vec<(f64, Pattern)>,
     /// Patterns left by the final model, and the gain of the largest.
     pub(super) left: LeftOver,
+}
+
+impl Found {
+    /// Whether the final model is another than the first.
+    pub(super) fn changed(&self) -> bool {
+        key_of(&self.before) != key_of(&self.after)
+    }
 }
 
 /// The largest pattern that a model leaves.
@@ -120,11 +132,12 @@ impl Bench<'_> {
     /// Limits for these observations: from the candidates and patterns against the baseline.
     pub(super) fn limits(
         &self,
-        first: &Ranking,
+        first: &View,
         state: &State,
         seed: u64,
     ) -> Result<Limits, MismatchError> {
-        let patterns = self.patterns(state, &first.space)?;
+        let (_, compliance) = self.slope(&mut self.predictor(), &state.fitted.model)?;
+        let patterns = patterns(self.observations, &compliance, &first.space);
         let effects = &state.fitted.model.effects;
         let changes = Changes::new(self.observations, &first.frozen, effects);
         let mut white = changes.map_or_else(Vec::new, |changes| {
@@ -145,13 +158,8 @@ impl Bench<'_> {
         ))
     }
 
-    fn patterns(&self, state: &State, space: &Space) -> Result<Vec<Pattern>, MismatchError> {
-        let (_, compliance) = self.slope(&mut self.predictor(), &state.fitted.model)?;
-        Ok(patterns(self.observations, &compliance, space))
-    }
-
     /// The largest pattern of each stratum that a state leaves, and its gain.
-    pub(super) fn largest_patterns(
+    fn largest_patterns(
         &self,
         state: &State,
         space: &Space,
@@ -179,24 +187,23 @@ impl Bench<'_> {
         let before = self
             .settle(self.start(), options.noise)?
             .ok_or(MismatchError::Empty)?;
-        let mut first = self.try_all(&before, &options.without)?;
+        let first = self.look(&before, &options.without)?;
         let limits = match known {
             Some(limits) => limits.clone(),
             None => self.limits(&first, &before, options.seed)?,
         };
-        first.weigh(&limits);
         let mut state = before.clone();
         let mut families: Vec<f64> = Vec::new();
         // What is too little to decide about is not given names.
         let enough = self.lacking().is_empty();
         for step in (0..MOST_EFFECTS).take_while(|_| enough) {
-            let ranking = if step == 0 {
+            let view = if step == 0 {
                 None
             } else {
-                Some(self.rank(&state, &options.without, &limits)?)
+                Some(self.look(&state, &options.without)?)
             };
-            let ranking = ranking.as_ref().unwrap_or(&first);
-            let Some((next, p, asked)) = self.accept(&state, ranking, options, &limits)? else {
+            let view = view.as_ref().unwrap_or(&first);
+            let Some((next, p, asked)) = self.accept(&state, view, options, &limits)? else {
                 break;
             };
             // Swaps come first: one effect found alone may stand for two, and only the two predict a pose left out.
@@ -223,12 +230,18 @@ impl Bench<'_> {
                 state = settled;
             }
         }
-        let left = self.left_over(&state, &limits)?;
+        let first_patterns = self.largest_patterns(&before, &first.space, &first.residuals)?;
+        let left = if chosen.is_empty() {
+            self.largest_left(&first_patterns, &first.residuals, &limits)
+        } else {
+            self.left_over(&state, &limits)?
+        };
         let mut found = Found {
             before,
             after: state,
             chosen,
             first,
+            first_patterns,
             left,
         };
         self.drop_stand_ins(&mut found, options, &limits)?;
@@ -280,15 +293,17 @@ impl Bench<'_> {
     fn accept(
         &self,
         state: &State,
-        ranking: &Ranking,
+        view: &View,
         options: &SearchOptions,
         limits: &Limits,
     ) -> Result<Option<(State, f64, bool)>, MismatchError> {
         // Under the noise of the state an effect that differs between repeats hides part of itself: most of the limit is worth a look.
         const WORTH: f64 = 0.7;
         let limit = |ranked: &Ranked| limits.of((ranked.effect.law, ranked.wide));
-        let worth = |ranked: &&Ranked| ranked.gain > WORTH * limit(ranked);
-        let Some(mut best) = ranking.ranked.iter().find(worth).cloned() else {
+        let worth = |ranked: &Ranked| ranked.gain > WORTH * limit(ranked);
+        let promising = (limits, PROMISING * WORTH);
+        let ranked = self.rank(state, view, &options.without, promising)?;
+        let Some(mut best) = ranked.into_iter().find(worth) else {
             return Ok(None);
         };
         let rest = &state.fitted.model;
@@ -300,27 +315,25 @@ impl Bench<'_> {
             let Some(baseline) = self.settle(rest.clone(), Some(settled.noise))? else {
                 return Ok(None);
             };
-            let again = self.rank(&baseline, &options.without, limits)?;
-            let rarefied =
-                |ranked: &Ranked| gaussian_gain(ranked.gain, ranked.size_count(), ranked.dof);
-            let passing = again
-                .ranked
-                .iter()
-                .find(|ranked| rarefied(ranked) > limit(ranked));
-            let Some(passing) = passing else {
+            let before = (view, &state.noise.noise);
+            let promising = (limits, PROMISING);
+            let view = self.look_again(&baseline, before, promising)?;
+            let again = self.rank(&baseline, &view, &options.without, promising)?;
+            let passes = |ranked: &Ranked| ranked.gaussian_gain() > limit(ranked);
+            let Some(passing) = again.into_iter().find(passes) else {
                 return Ok(None);
             };
             // Two candidates that pass under each other's noise would take turns: the last to pass is taken, the swaps decide.
             if same(&passing.effect, &best.effect) || round == MOST_EFFECTS {
                 let family = (passing.effect.law, passing.wide);
-                let p = limits.family_p(family, rarefied(passing));
+                let p = limits.family_p(family, passing.gaussian_gain());
                 let Some(next) = self.settle(passing.fitted.model.clone(), options.noise)? else {
                     return Ok(None);
                 };
                 let asked = !self.rests_on_one_pose(&passing.white);
                 return Ok(Some((next, p, asked)));
             }
-            best = passing.clone();
+            best = passing;
         }
         Ok(None)
     }
@@ -349,13 +362,12 @@ impl Bench<'_> {
             let mut improved = false;
             for place in 0..state.fitted.model.effects.len() {
                 let ranking = self.rank_without(&state, place, options, limits)?;
-                let Some(best) = ranking.ranked.first() else {
+                let Some(best) = ranking.first() else {
                     continue;
                 };
                 let now = &state.fitted.model.effects[place];
                 let same = best.effect.law == now.law && best.effect.place == now.place;
                 let own = ranking
-                    .ranked
                     .iter()
                     .find(|r| r.effect.law == now.law && r.effect.place == now.place);
                 let better = own.is_none_or(|own| best.log_bayes > own.log_bayes + 0.5);
@@ -384,7 +396,7 @@ impl Bench<'_> {
         let mut weakest = f64::INFINITY;
         for (place, effect) in state.fitted.model.effects.iter().enumerate() {
             let ranking = self.rank_without(state, place, options, limits)?;
-            let mut ranked = ranking.ranked.iter();
+            let mut ranked = ranking.iter();
             let own = ranked.find(|ranked| same(&ranked.effect, effect));
             weakest = weakest.min(own.map_or(f64::NEG_INFINITY, |own| own.log_bayes));
         }
@@ -398,9 +410,10 @@ impl Bench<'_> {
         place: usize,
         options: &SearchOptions,
         limits: &Limits,
-    ) -> Result<Ranking, MismatchError> {
+    ) -> Result<Vec<Ranked>, MismatchError> {
         let rest = self.without(state, place)?;
-        self.rank(&rest, &options.without, limits)
+        let view = self.look(&rest, &options.without)?;
+        self.rank(&rest, &view, &options.without, (limits, f64::NEG_INFINITY))
     }
 
     /// A state without one of its effects, under the same noise.
@@ -421,10 +434,10 @@ impl Bench<'_> {
     ) -> Result<Vec<Chosen>, MismatchError> {
         (0..state.fitted.model.effects.len())
             .map(|place| {
-                let mut ranking = self.rank_without(state, place, options, limits)?;
-                simplest_first(&mut ranking.ranked);
+                let mut ranked = self.rank_without(state, place, options, limits)?;
+                simplest_first(&mut ranked);
                 Ok(Chosen {
-                    ranked: ranking.ranked,
+                    ranked,
                     family_p: families.get(place).copied().unwrap_or(1.0),
                 })
             })
@@ -433,31 +446,32 @@ impl Bench<'_> {
 
     /// The largest pattern that a state leaves.
     fn left_over(&self, state: &State, limits: &Limits) -> Result<LeftOver, MismatchError> {
-        let (space, _, residuals) = self.space(state)?;
-        let mut best: Option<(f64, Pattern)> = None;
-        for (gain, pattern) in self.largest_patterns(state, &space, &residuals)? {
-            if best.as_ref().is_none_or(|(most, _)| gain > *most) {
-                best = Some((gain, pattern));
-            }
-        }
-        let gain = best.as_ref().map_or(0.0, |(gain, _)| *gain);
+        let (space, residuals) = self.space(state)?;
+        let patterns = self.largest_patterns(state, &space, &residuals)?;
+        Ok(self.largest_left(&patterns, &residuals, limits))
+    }
+
+    /// The largest of some patterns that are left in white residuals.
+    fn largest_left(
+        &self,
+        patterns: &[(f64, Pattern)],
+        residuals: &[f64],
+        limits: &Limits,
+    ) -> LeftOver {
+        // Of equal ones the first.
+        let best = patterns.iter().rev().max_by(|a, b| a.0.total_cmp(&b.0));
+        let gain = best.map_or(0.0, |(gain, _)| *gain);
         let mut p = limits.left_over_p(gain);
-        let mut pattern = best.map(|(_, pattern)| pattern);
-        if let Some(rhythm) = autocorrelation_p(self.observations, &residuals) {
+        let mut pattern = best.map(|(_, pattern)| pattern.clone());
+        if let Some(rhythm) = autocorrelation_p(self.observations, residuals) {
             // Two tests share the level.
             if rhythm < p {
                 pattern = pattern.map(Pattern::of_the_rest);
             }
             p = (2.0 * p.min(rhythm)).min(1.0);
         }
-        Ok(LeftOver { pattern, gain, p })
+        LeftOver { pattern, gain, p }
     }
-}
-
-/// Whether positions differ by so much, m, that the shortest period looked for is in another phase: by 0.3 rad.
-pub(super) fn shifts_a_period(before: &[f64], after: &[f64]) -> bool {
-    let shifts = before.iter().zip(after).map(|(a, b)| (a - b).abs());
-    shifts.fold(0.0, f64::max) > 0.05 * SHORTEST_PERIOD_M
 }
 
 /// Puts a simpler law before the one that contains it, if the data do not exclude it.
@@ -472,21 +486,6 @@ fn simplest_first(ranked: &mut [Ranked]) {
     if let Some(simpler) = simpler {
         ranked[..=simpler].rotate_right(1);
     }
-}
-
-/// The gain that would be as rare if the noise were known exactly: F to χ².
-pub(super) fn gaussian_gain(gain: f64, parameters: f64, dof: f64) -> f64 {
-    if dof > 1e5 || gain <= 0.0 {
-        return gain;
-    }
-    let Some(p) = f_upper_tail(gain / parameters, parameters, dof) else {
-        return gain;
-    };
-    // Beyond what the tail can say in 16 digits the effect needs no exact limit.
-    if p < 1e-14 {
-        return gain.min(60.0);
-    }
-    chi_squared_quantile(1.0 - p, parameters).unwrap_or(gain)
 }
 
 /// An effect without its values, for messages.

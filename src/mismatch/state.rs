@@ -140,12 +140,10 @@ impl<'a> Bench<'a> {
             .zip(&predicted)
             .map(|(measured, predicted)| measured - predicted)
             .collect();
-        Ok(Some(estimate_noise(
-            self.observations,
-            &residual,
-            &slope_m,
-            &compliance,
-        )))
+        let linear = (&slope_m[..], &compliance[..]);
+        let found = estimate_noise(self.observations, &residual, linear, self.memory.noise());
+        self.memory.keep_noise(found.noise);
+        Ok(Some(found))
     }
 
     /// The whitening of a model's noise.
@@ -226,8 +224,8 @@ impl<'a> Bench<'a> {
         Ok(columns)
     }
 
-    /// The space of a state, the structure's poses as they are in it, and its white residuals.
-    pub(super) fn space(&self, state: &State) -> Result<(Space, Frozen, Vec<f64>), MismatchError> {
+    /// The space of a state, and its white residuals.
+    pub(super) fn space(&self, state: &State) -> Result<(Space, Vec<f64>), MismatchError> {
         let mut predictor = self.predictor();
         let model = &state.fitted.model;
         let columns = self.columns(&mut predictor, model)?;
@@ -237,13 +235,12 @@ impl<'a> Bench<'a> {
             self.baseline.parameters(),
             &columns,
         );
-        let frozen = predictor.frozen(&model.parameters, &model.effects)?;
         let mut residuals = self
             .refit(&state.whitening)
             .residuals(&mut predictor, model)?
             .unwrap_or_default();
         space.project(&mut residuals);
-        Ok((space, frozen, residuals))
+        Ok((space, residuals))
     }
 
     /// Displacements of a model, m.

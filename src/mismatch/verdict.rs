@@ -8,7 +8,7 @@ use super::diagnosis::{Diagnosis, FactorShift, Finding, Location, Rival, Value, 
 use super::error::MismatchError;
 use super::leftover::Stratum;
 use super::limits::{LEFT_OVER_LEVEL, Limits};
-use super::rank::{Ranked, Ranking};
+use super::rank::{Ranked, View};
 use super::search::{Chosen, Found, LeftOver, THREE_STANDARD_ERRORS, same};
 use super::space::dot;
 use super::state::{Bench, State, end_effect_m};
@@ -69,14 +69,20 @@ impl Bench<'_> {
         } else {
             Verdict::Explained
         };
+        let before = self.quality(&found.before)?;
+        let after = if found.changed() {
+            self.quality(&found.after)?
+        } else {
+            before.clone()
+        };
         Ok(Diagnosis {
             verdict,
             lacking,
-            locations: self.locations(found, limits)?,
+            locations: self.locations(found, limits),
             findings,
             left_over: self.location_of(&found.left),
-            before: self.quality(&found.before)?,
-            after: self.quality(&found.after)?,
+            before,
+            after,
             factors: self.factor_shifts(found)?,
             noise: found.after.noise.noise,
             noise_dof: [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]]
@@ -263,7 +269,11 @@ impl Bench<'_> {
 
     fn factor_shifts(&self, found: &Found) -> Result<Vec<FactorShift>, MismatchError> {
         let before = self.covariance(&found.before, &found.before.fitted.model)?;
-        let after = self.covariance(&found.after, &found.after.fitted.model)?;
+        let after = if found.changed() {
+            self.covariance(&found.after, &found.after.fitted.model)?
+        } else {
+            before.clone()
+        };
         // Factors are told apart between cells: their noise is the scatter of run slopes.
         let dof = |state: &State| state.noise.degrees_of_freedom([0.0, 0.0, 1.0]);
         Ok(self
@@ -294,21 +304,20 @@ impl Bench<'_> {
     }
 
     /// Patterns of the baseline's residuals that noise does not explain, the largest of each stratum.
-    fn locations(&self, found: &Found, limits: &Limits) -> Result<Vec<Location>, MismatchError> {
-        let first = &found.first;
-        let largest = self.largest_patterns(&found.before, &first.space, &first.residuals)?;
-        let mut out: Vec<Location> = largest
-            .into_iter()
+    fn locations(&self, found: &Found, limits: &Limits) -> Vec<Location> {
+        let mut out: Vec<Location> = found
+            .first_patterns
+            .iter()
             .map(|(gain, pattern)| LeftOver {
-                p: limits.left_over_p(gain),
-                gain,
-                pattern: Some(pattern),
+                p: limits.left_over_p(*gain),
+                gain: *gain,
+                pattern: Some(pattern.clone()),
             })
             .filter(|left| left.p < 0.05)
             .map(|left| self.location_of(&left))
             .collect();
         out.sort_by(|a, b| a.p_family.total_cmp(&b.p_family));
-        Ok(out)
+        out
     }
 
     fn location_of(&self, left: &LeftOver) -> Location {
@@ -326,17 +335,16 @@ impl Bench<'_> {
 }
 
 /// Candidates that need an impossible value and would have passed with it.
-fn impossible(first: &Ranking, limits: &Limits) -> Vec<super::rank::Impossible> {
+fn impossible(first: &View, limits: &Limits) -> Vec<super::rank::Impossible> {
     first
-        .impossible
-        .iter()
+        .impossible()
+        .into_iter()
         .filter(|candidate| {
             limits
                 .laws
                 .get(&(candidate.law, false))
                 .is_some_and(|limit| candidate.gain > *limit)
         })
-        .cloned()
         .collect()
 }
 
