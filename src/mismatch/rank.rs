@@ -148,7 +148,7 @@ impl Bench<'_> {
         (before, noise_before): (&View, &ReadingNoise),
         (limits, least): (&Limits, f64),
     ) -> Result<View, MismatchError> {
-        // A gain grows with the inverse of the variances, at most by what that of them does which falls most.
+        // A gain grows about as the inverse of the variances: by no more than that of them falls which falls most.
         let growth = noise_before.largest_variance_ratio(&state.noise.noise);
         let screened = screen(&before.seen);
         let list = before.seen.iter().zip(screened).filter(|(seen, screened)| {

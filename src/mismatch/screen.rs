@@ -247,9 +247,7 @@ fn white_shape(
     } else {
         let path = scratch.path.as_ref();
         let range = changes.of(&effect, path, &mut scratch.twists, first)?;
-        first[..range.start].fill(0.0);
-        first[range.end..].fill(0.0);
-        vec![space.white(first)]
+        vec![space.white_part(first, &range)]
     };
     Some(WhiteShape {
         shape: shape.shape.clone(),

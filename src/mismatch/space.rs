@@ -1,5 +1,7 @@
 //! Readings made white, with everything that the fit can absorb projected out.
 
+use std::ops::Range;
+
 use crate::lanes::{sums_side_by_side, widest};
 
 use super::baseline::BaselineParameter;
@@ -67,6 +69,14 @@ impl Space {
         white.extend_from_slice(readings_m);
         self.whitening.apply(&mut white);
         white.resize(self.length, 0.0);
+        white
+    }
+
+    /// The same of a vector that counts in a range only, a union of cells, and is zero elsewhere.
+    pub(super) fn white_part(&self, readings_m: &[f64], range: &Range<usize>) -> Vec<f64> {
+        let mut white = vec![0.0; self.length];
+        white[range.clone()].copy_from_slice(&readings_m[range.clone()]);
+        self.whitening.apply_range(&mut white, range);
         white
     }
 
