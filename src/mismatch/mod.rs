@@ -39,6 +39,7 @@ mod space;
 mod specimen;
 mod state;
 mod strata;
+mod symmetric_root;
 mod trace;
 mod trial;
 mod verdict;

@@ -14,6 +14,7 @@ use nalgebra::DMatrix;
 use crate::lanes::{sums_side_by_side, widest};
 
 use super::observations::Observations;
+use super::symmetric_root::symmetric_root;
 
 /// Standard deviations of the noise of readings.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -334,7 +335,7 @@ impl Group {
             }));
         }
         let rank = columns.len() / n;
-        let (inner, log_determinant) = inner_root(&gram(&columns, n));
+        let (inner, log_determinant) = symmetric_root(&gram(&columns, n));
         let mut weighted = vec![0.0; rank * n];
         for i in 0..rank {
             for j in 0..rank {
@@ -383,49 +384,6 @@ impl Group {
         }
         out
     }
-}
-
-/// The matrix M that makes I - C M Cᵀ the symmetric root of (I + C Cᵀ)⁻¹, and ln det (I + C Cᵀ).
-///
-/// # Arguments
-/// - `gram`: Cᵀ C.
-fn inner_root(gram: &DMatrix<f64>) -> (DMatrix<f64>, f64) {
-    // (1 - 1/√(1+λ))/λ, whose limit at zero is a half.
-    let weight = |value: f64| {
-        if value < 1e-12 {
-            0.5
-        } else {
-            (1.0 - (1.0 + value).sqrt().recip()) / value
-        }
-    };
-    let rank = gram.nrows();
-    if rank == 2 {
-        // A run with a zero of its own: most groups. A turn of the axes makes the matrix diagonal.
-        let (a, b, d) = (gram[(0, 0)], gram[(1, 0)], gram[(1, 1)]);
-        let (sin, cos) = (0.5 * (2.0 * b).atan2(a - d)).sin_cos();
-        let large = 0.5 * (a + d) + (0.5 * (a - d)).hypot(b);
-        let small = ((a * d - b * b) / large.max(f64::MIN_POSITIVE)).max(0.0);
-        let [of_large, of_small] = [large, small].map(weight);
-        let mixed = (of_large - of_small) * sin * cos;
-        let inner = [
-            of_large * cos * cos + of_small * sin * sin,
-            mixed,
-            mixed,
-            of_large * sin * sin + of_small * cos * cos,
-        ];
-        let inner = DMatrix::from_row_slice(2, 2, &inner);
-        return (inner, large.ln_1p() + small.ln_1p());
-    }
-    let eigen = gram.clone().symmetric_eigen();
-    let mut inner = DMatrix::zeros(rank, rank);
-    let mut log_determinant = 0.0;
-    for (index, &value) in eigen.eigenvalues.iter().enumerate() {
-        let value = value.max(0.0);
-        log_determinant += value.ln_1p();
-        let vector = eigen.eigenvectors.column(index);
-        inner += weight(value) * vector * vector.transpose();
-    }
-    (inner, log_determinant)
 }
 
 /// Products of columns of `n` numbers with each other.
