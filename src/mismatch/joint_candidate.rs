@@ -111,10 +111,16 @@ fn compliance_shapes(view: &JointView) -> Vec<Shape> {
         .collect()
 }
 
-/// Levels of a moment as shares of the largest, closer where small ones differ most.
-const LEVELS: [f64; 12] = [
-    0.015, 0.05, 0.09, 0.15, 0.21, 0.29, 0.37, 0.46, 0.56, 0.66, 0.77, 0.88,
+/// Seat moments of a play as shares of the largest moment: where a reading lies beyond the seat or before it the play is all there or not at
+/// all, so that a fortieth changes it.
+#[rustfmt::skip]
+const SEATS: [f64; 23] = [
+    0.015, 0.03, 0.05, 0.07, 0.09, 0.12, 0.15, 0.18, 0.21, 0.25, 0.29, 0.33, 0.37, 0.415, 0.46, 0.51, 0.56, 0.61, 0.66, 0.715, 0.77, 0.825,
+    0.88,
 ];
+
+/// Friction moments as shares of the largest moment: what sticks gives way little by little.
+const FRICTION_MOMENTS: [f64; 7] = [0.02, 0.1, 0.2, 0.33, 0.48, 0.65, 0.83];
 
 fn backlash_shapes(view: &JointView) -> Vec<Shape> {
     // Play as a share of what the loads could take up, with the range of sizes each stands for.
@@ -125,7 +131,7 @@ fn backlash_shapes(view: &JointView) -> Vec<Shape> {
         (0.95, [0.8, 1.2]),
     ];
     let mut shapes = Vec::new();
-    for level in LEVELS {
+    for level in SEATS {
         let seat_moment = level * view.moment_nm;
         let mut add = |play, scale| {
             shapes.push(Shape {
@@ -148,7 +154,7 @@ fn backlash_shapes(view: &JointView) -> Vec<Shape> {
 
 fn friction_shapes(view: &JointView) -> Vec<Shape> {
     let mut shapes = Vec::new();
-    for level in LEVELS {
+    for level in FRICTION_MOMENTS {
         for (c, scale, saturation) in compliances(view) {
             shapes.push(Shape {
                 values: vec![c, level * view.moment_nm],
@@ -161,9 +167,7 @@ fn friction_shapes(view: &JointView) -> Vec<Shape> {
 }
 
 /// Quadratic share of the twist at the largest moment; below -0.5 the law would turn back.
-const QUADRATIC: [f64; 11] = [
-    -0.48, -0.35, -0.2, -0.1, 0.12, 0.3, 0.6, 1.2, 2.5, 6.0, 20.0,
-];
+const QUADRATIC: [f64; 8] = [-0.48, -0.3, -0.12, 0.2, 0.6, 1.6, 5.0, 20.0];
 
 fn nonlinear_shapes(view: &JointView) -> Vec<Shape> {
     let mut shapes = Vec::new();

@@ -7,7 +7,8 @@ use crate::physics::{Effect, Law};
 use super::candidate::{Candidate, Shape};
 use super::error::MismatchError;
 use super::memory::key_of;
-use super::rank::{Ranked, View};
+use super::rank::View;
+use super::ranked::Ranked;
 use super::refit::{Model, Near, Refit};
 use super::screen::{WhiteCandidate, WhiteShape};
 use super::space::{Space, dot};
@@ -178,6 +179,8 @@ impl Bench<'_> {
             effect: effect.clone(),
             wide: false,
             gain,
+            // It has no shape that a fit could move.
+            linear_gain: gain,
             log_bayes: f64::NEG_INFINITY,
             white,
             whole,

@@ -10,7 +10,7 @@ use crate::physics::{Effect, Law};
 
 use super::loose::LooseChange;
 use super::noise::ReadingNoise;
-use super::rank::Ranked;
+use super::ranked::Ranked;
 use super::refit::Model;
 use super::restricted_likelihood::EstimatedNoise;
 use super::screen::SeenCandidate;

@@ -3,7 +3,6 @@
 use rayon::prelude::*;
 
 use crate::physics::{Effect, Law, Place, Twists};
-use crate::statistics::{chi_squared_quantile, f_upper_tail};
 
 use super::candidate::{Candidate, candidates};
 use super::changes::{Changes, Frozen};
@@ -13,6 +12,7 @@ use super::memory::{StateKey, key_of};
 use super::noise::ReadingNoise;
 use super::predictor::ReadingPredictor;
 use super::products::{Measured, Products};
+use super::ranked::Ranked;
 use super::refit::{Fitted, Model, Near, Refit, is_smooth};
 use super::screen::{Screened, SeenCandidate, screen, seen_candidates};
 use super::space::{Space, dot};
@@ -23,48 +23,6 @@ const FITTED: usize = 24;
 
 /// Gain, below the best, to which candidates are fitted in full: a Bayes factor of e to this half.
 const WITHIN: f64 = 26.0;
-
-/// A candidate with its fit and its evidence.
-#[derive(Debug, Clone)]
-pub(super) struct Ranked {
-    pub(super) effect: Effect,
-    pub(super) wide: bool,
-    /// Drop of the weighted squares against the state.
-    pub(super) gain: f64,
-    /// Logarithm of the Bayes factor against the state; minus infinity until it is weighed.
-    pub(super) log_bayes: f64,
-    /// The model with the candidate in it.
-    pub(super) fitted: Fitted,
-    /// Its effect, white and projected, at the fitted size.
-    pub(super) white: Vec<f64>,
-    /// Squared length of the effect before projection.
-    pub(super) whole: f64,
-    /// Degrees of freedom of its standard error.
-    pub(super) dof: f64,
-}
-
-impl Ranked {
-    /// The gain that would be as rare if the noise were known exactly: F to χ².
-    pub(super) fn gaussian_gain(&self) -> f64 {
-        if self.dof > 1e5 || self.gain <= 0.0 {
-            return self.gain;
-        }
-        // On noise alone a gain grows by the sizes, of which a period has two.
-        let sizes = if self.effect.law == Law::GaugePeriodic {
-            2.0
-        } else {
-            1.0
-        };
-        let Some(p) = f_upper_tail(self.gain / sizes, sizes, self.dof) else {
-            return self.gain;
-        };
-        // Beyond what the tail can say in 16 digits the effect needs no exact limit.
-        if p < 1e-14 {
-            return self.gain.min(60.0);
-        }
-        chi_squared_quantile(1.0 - p, sizes).unwrap_or(self.gain)
-    }
-}
 
 /// A law that would explain the readings with an impossible value.
 #[derive(Debug, Clone, PartialEq)]
@@ -101,21 +59,6 @@ impl View {
     /// Candidates that would need an impossible value, the largest gain first.
     pub(super) fn impossible(&self) -> Vec<Impossible> {
         impossible_ones(&self.seen, &screen(&self.seen))
-    }
-}
-
-impl Ranked {
-    /// Weighs its evidence.
-    ///
-    /// The prior of a law is such that a gain at its limit leaves it even: the law whose many shapes and places noise imitates well
-    /// must be that much better than one with a single shape, and the odds of no law depend on what its size was thought to be. Beyond the
-    /// limit each value that was fitted costs what it is known better by (Laplace's approximation; Kass & Raftery, Journal of the
-    /// American Statistical Association 90, 1995, p. 777).
-    fn weigh(&mut self, limits: &Limits) {
-        let limit = limits.of((self.effect.law, self.wide));
-        let known_better = 0.5 * (self.gain.max(limit) / limit).ln();
-        let values = self.effect.values.len() as f64;
-        self.log_bayes = 0.5 * (self.gain - limit) - values * known_better;
     }
 }
 
@@ -256,7 +199,11 @@ impl Bench<'_> {
         let bounds = &seen.candidate.bounds_near(&shape.shape);
         field.polish(bounds, &mut effect);
         self.memory.fitted(field.key, &effect, || {
-            self.fit_from(field, predictor, (&seen.candidate, bounds), &effect)
+            let fitted = self.fit_from(field, predictor, (&seen.candidate, bounds), &effect)?;
+            Ok(fitted.map(|ranked| Ranked {
+                linear_gain: screened.gain,
+                ..ranked
+            }))
         })
     }
 
@@ -314,6 +261,7 @@ impl Bench<'_> {
         Ok(Some(Ranked {
             wide: candidate.wide,
             gain,
+            linear_gain: gain,
             log_bayes: f64::NEG_INFINITY,
             white: vector,
             whole,

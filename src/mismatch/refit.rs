@@ -60,7 +60,7 @@ pub(super) enum Near<'a> {
 }
 
 impl Refit<'_> {
-    /// Fits from a start; `None` if the start is no structure, or lies where its law turns back.
+    /// Fits from a start; `None` if the start is no structure.
     pub(super) fn fit(
         &self,
         predictor: &mut ReadingPredictor<'_>,
@@ -142,9 +142,9 @@ impl Refit<'_> {
                     .law
                     .parameters()
                     .iter()
-                    .zip(&effect.values)
+                    .zip(moved_values(effect))
                     .enumerate()
-                    .map(move |(index, (parameter, &value))| {
+                    .map(move |(index, (parameter, value))| {
                         let name = format!("{place}.{}", parameter.name);
                         if !(move_effects && is_smooth(effect.law, index)) {
                             return Parameter::fixed(name, value);
@@ -155,7 +155,6 @@ impl Refit<'_> {
                             f64::NEG_INFINITY
                         };
                         let [lower, upper] = bounds
-                            .filter(|_| (effect.law, index) != (Law::JointNonlinearity, 1))
                             .and_then(|bounds| bounds.get(index).copied())
                             .unwrap_or([lower, f64::INFINITY]);
                         Parameter::free(name, value.clamp(lower, upper), lower, upper)
@@ -209,10 +208,44 @@ impl Refit<'_> {
     }
 }
 
+/// The values of an effect as a fit moves them: of a nonlinear joint the quadratic term over the linear one, for it is that which has bounds.
+fn moved_values(effect: &Effect) -> impl Iterator<Item = f64> + '_ {
+    effect.values.iter().enumerate().map(|(index, &value)| {
+        let linear = effect.values[0];
+        match (effect.law, index) {
+            (Law::JointNonlinearity, 1) if linear != 0.0 => value / linear,
+            _ => value,
+        }
+    })
+}
+
+/// Puts values as a fit moves them into effects.
 fn put_values(effects: &mut [Effect], values: &[f64]) {
     let all = effects.iter_mut().flat_map(|effect| &mut effect.values);
     for (target, value) in all.zip(values) {
         *target = *value;
+    }
+    for effect in effects {
+        if effect.law == Law::JointNonlinearity {
+            effect.values[1] *= effect.values[0];
+        }
+    }
+}
+
+/// Moves one value of an effect as a fit moves it, by a small step, and says by how much.
+fn step_on(effect: &mut Effect, value: usize) -> f64 {
+    let step = step_of(effect, value);
+    let before = effect.values[value];
+    effect.values[value] += step;
+    match (effect.law, value) {
+        (Law::JointNonlinearity, 0) if before != 0.0 => {
+            effect.values[1] *= (before + step) / before;
+            step
+        }
+        // Without a linear term the ratio moves nothing: over an endless step the difference is none.
+        (Law::JointNonlinearity, 1) if effect.values[0] == 0.0 => f64::INFINITY,
+        (Law::JointNonlinearity, 1) => step / effect.values[0],
+        _ => step,
     }
 }
 
@@ -244,9 +277,6 @@ impl ResidualFunction for Problem<'_, '_, '_> {
         let count = self.refit.baseline.parameters().len();
         let (of_baseline, of_effects) = parameters.split_at(count);
         put_values(&mut self.effects, of_effects);
-        if self.turns_back() {
-            return Err(EvaluationFailure::of_model(NoStructure));
-        }
         let n = self.scratch.len();
         let there = self
             .predictor
@@ -271,18 +301,6 @@ impl ResidualFunction for Problem<'_, '_, '_> {
 }
 
 impl Problem<'_, '_, '_> {
-    /// Whether the quadratic term of the last effect has left its bounds, which are those of its ratio to the linear one.
-    fn turns_back(&self) -> bool {
-        let (Some(bounds), Some(effect)) = (self.refit.bounds_of_last, self.effects.last()) else {
-            return false;
-        };
-        effect.law == Law::JointNonlinearity && {
-            let [lower, upper] = bounds[1];
-            effect.values[1] < lower * effect.values[0]
-                || effect.values[1] > upper * effect.values[0]
-        }
-    }
-
     fn baseline_columns(
         &mut self,
         of_baseline: &[f64],
@@ -316,13 +334,18 @@ impl Problem<'_, '_, '_> {
         for effect in 0..self.effects.len() {
             for value in 0..self.effects[effect].values.len() {
                 if let Some(out) = jacobian.column_mut(parameter) {
-                    let before = self.effects[effect].values[value];
-                    let step = step_of(&self.effects[effect], value);
-                    self.effects[effect].values[value] = before + step;
+                    let own = &mut self.effects[effect];
+                    let (before, last) = (own.values[value], own.values.last().copied());
+                    let step = step_on(own, value);
                     self.predictor
                         .predict(of_baseline, &self.effects, &mut self.shifted)
                         .map_err(EvaluationFailure::of_model)?;
-                    self.effects[effect].values[value] = before;
+                    let own = &mut self.effects[effect];
+                    // A step of the first value may have taken the last along.
+                    if let (Some(target), Some(last)) = (own.values.last_mut(), last) {
+                        *target = last;
+                    }
+                    own.values[value] = before;
                     for (shifted, value) in self.shifted.iter_mut().zip(&self.scratch) {
                         *shifted = (*shifted - value) / step;
                     }
@@ -350,5 +373,40 @@ pub(super) fn step_of(effect: &Effect, value: usize) -> f64 {
         (Law::JointNonlinearity, 1) => 1e-3 * now.abs().max(1e-3 * effect.values[0]),
         _ if now == 0.0 => 1e-9,
         _ => 1e-3 * now,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn nonlinear(values: [f64; 2]) -> Effect {
+        Effect {
+            law: Law::JointNonlinearity,
+            place: Place::Joint("A3".into()),
+            values: values.to_vec(),
+        }
+    }
+
+    #[test]
+    fn a_fit_moves_the_ratio_of_the_quadratic_term() {
+        let mut effects = [nonlinear([2e-6, -6e-7])];
+        let moved: Vec<f64> = moved_values(&effects[0]).collect();
+        assert!((moved[0] - 2e-6).abs() < 1e-18 && (moved[1] + 0.3).abs() < 1e-12);
+        put_values(&mut effects, &[4e-6, -0.25]);
+        assert_eq!(effects[0].values, [4e-6, -1e-6]);
+        // The linear term takes the quadratic one along, the ratio stays.
+        let step = step_on(&mut effects[0], 0);
+        let moved: Vec<f64> = moved_values(&effects[0]).collect();
+        assert!((moved[0] - 4e-6 - step).abs() < 1e-18 && (moved[1] + 0.25).abs() < 1e-12);
+        let step = step_on(&mut effects[0], 1);
+        let then: Vec<f64> = moved_values(&effects[0]).collect();
+        assert!((then[1] - moved[1] - step).abs() < 1e-12 && then[0] == moved[0]);
+    }
+
+    #[test]
+    fn without_a_linear_term_the_ratio_has_no_derivative() {
+        let mut effect = nonlinear([0.0, 0.0]);
+        assert!(step_on(&mut effect, 1).is_infinite());
     }
 }

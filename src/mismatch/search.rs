@@ -1,13 +1,15 @@
 //! The decision: forward steps with swaps, each believed only beyond its calibrated limit.
 
-use crate::physics::{Effect, Law};
+use crate::physics::Law;
 
 use super::changes::Changes;
 use super::error::MismatchError;
 use super::leftover::{Pattern, autocorrelation_p, largest_patterns, patterns};
 use super::limits::{LEFT_OVER_LEVEL, Limits, limits};
 use super::memory::key_of;
-use super::rank::{Ranked, View};
+use super::outlier::is_outlier;
+use super::rank::View;
+use super::ranked::{Ranked, same};
 use super::refit::Model;
 use super::restricted_likelihood::EstimatedNoise;
 use super::rounded::RoundedNoise;
@@ -319,14 +321,19 @@ impl Bench<'_> {
             let promising = (limits, PROMISING);
             let view = self.look_again(&baseline, before, promising)?;
             let again = self.rank(&baseline, &view, &options.without, promising)?;
-            let passes = |ranked: &Ranked| ranked.gaussian_gain() > limit(ranked);
+            let alone = rest.effects.is_empty();
+            let passes = |ranked: &Ranked| {
+                ranked.judged_gain(alone) > limit(ranked)
+                    && !(ranked.effect.law == Law::Slip
+                        && is_outlier(self.observations, &ranked.white, &view.residuals))
+            };
             let Some(passing) = again.into_iter().find(passes) else {
                 return Ok(None);
             };
             // Two candidates that pass under each other's noise would take turns: the last to pass is taken, the swaps decide.
             if same(&passing.effect, &best.effect) || round == MOST_EFFECTS {
                 let family = (passing.effect.law, passing.wide);
-                let p = limits.family_p(family, passing.gaussian_gain());
+                let p = limits.family_p(family, passing.judged_gain(alone));
                 let Some(next) = self.settle(passing.fitted.model.clone(), options.noise)? else {
                     return Ok(None);
                 };
@@ -486,9 +493,4 @@ fn simplest_first(ranked: &mut [Ranked]) {
     if let Some(simpler) = simpler {
         ranked[..=simpler].rotate_right(1);
     }
-}
-
-/// An effect without its values, for messages.
-pub(super) fn same(effect: &Effect, other: &Effect) -> bool {
-    effect.law == other.law && effect.place == other.place
 }

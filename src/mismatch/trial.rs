@@ -9,12 +9,16 @@ use rand_distr::{Distribution, Gamma, StandardNormal};
 use crate::physics::{Effect, Law, Sign};
 
 use super::baseline::Baseline;
+use super::candidate::candidates;
+use super::changes::Changes;
 use super::error::MismatchError;
 use super::noise::ReadingNoise;
 use super::observations::Observations;
 use super::predictor::ReadingPredictor;
+use super::products::Products;
 use super::refit::Model;
 use super::restricted_likelihood::EstimatedNoise;
+use super::screen::{screen, seen_candidates};
 use super::space::{Space, dot};
 use super::state::Bench;
 
@@ -124,7 +128,8 @@ pub fn standard_errors(
 
 /// What a rival leaves of the last effect of a truth, in standard errors: how far apart the two are.
 ///
-/// The rival has its best size, which physics may forbid to be below zero; the baseline and the other effects are projected out.
+/// The rival has its best size, which physics may forbid to be below zero, and its own shape or the best of those that are searched; the
+/// baseline and the other effects are projected out.
 ///
 /// # Errors
 /// [`MismatchError`] if the structure cannot be solved.
@@ -142,6 +147,7 @@ pub fn standard_errors_between(
     let mut with_rival = others.to_vec();
     with_rival.push(rival.clone());
     let own = space.vector(&truth.effects, last)?;
+    let nearest = space.nearest_shape(others, rival, &own)?;
     let other = space.vector(&with_rival, last)?;
     let (square, product) = (dot(&own, &own), dot(&own, &other));
     let positive = rival
@@ -150,11 +156,12 @@ pub fn standard_errors_between(
         .first()
         .is_none_or(|parameter| parameter.sign == Sign::Positive);
     if product == 0.0 || (positive && product < 0.0) {
-        return Ok(square.sqrt());
+        return Ok(square.sqrt().min(nearest));
     }
     Ok((square - product * product / dot(&other, &other))
         .max(0.0)
-        .sqrt())
+        .sqrt()
+        .min(nearest))
 }
 
 /// The space that is white under the true noise of a truth, with the baseline and some of its effects projected out.
@@ -198,6 +205,26 @@ impl<'a> TrueSpace<'a> {
         let (bench, space) = (&self.bench, &self.space);
         let (white, _) = bench.effect_vector(&mut self.predictor, &model, effect, space)?;
         Ok(white)
+    }
+
+    /// What the best shape of a rival leaves of an effect, standard errors.
+    fn nearest_shape(
+        &mut self,
+        beside: &[Effect],
+        rival: &Effect,
+        own: &[f64],
+    ) -> Result<f64, MismatchError> {
+        let observations = self.bench.observations;
+        let frozen = self.predictor.frozen(self.parameters, beside)?;
+        let mut list = candidates(observations, &frozen, &[]);
+        list.retain(|one| one.law == rival.law && one.place == rival.place);
+        let products = Products::new(&self.space, own);
+        let seen = Changes::new(observations, &frozen, beside).map_or_else(Vec::new, |changes| {
+            seen_candidates(&changes, &products, list)
+        });
+        let gains = screen(&seen).into_iter().flatten();
+        let gain = gains.map(|screened| screened.gain).fold(0.0, f64::max);
+        Ok((dot(own, own) - gain).max(0.0).sqrt())
     }
 
     /// Its length, standard errors.

@@ -8,13 +8,11 @@ use super::diagnosis::{Diagnosis, FactorShift, Finding, Location, Rival, Value, 
 use super::error::MismatchError;
 use super::leftover::Stratum;
 use super::limits::{LEFT_OVER_LEVEL, Limits};
-use super::rank::{Ranked, View};
-use super::search::{Chosen, Found, LeftOver, THREE_STANDARD_ERRORS, same};
+use super::rank::View;
+use super::ranked::{Ranked, same};
+use super::search::{Chosen, Found, LeftOver, THREE_STANDARD_ERRORS};
 use super::space::dot;
 use super::state::{Bench, State, end_effect_m};
-
-/// A rival as alike as this to the winner (cosine) is spoken for by the same readings.
-const ALIKE: f64 = 0.8;
 
 /// Log Bayes factor by which a rival of the winner's very shape must be behind to be told apart; of others it takes the squared cosine of it:
 /// what differs more is told apart by less, for then the readings that speak for the one say nothing of the other.
@@ -348,16 +346,13 @@ fn impossible(first: &View, limits: &Limits) -> Vec<super::rank::Impossible> {
         .collect()
 }
 
-/// Places in the ranking of those that cannot be told apart from the first.
+/// Places in the ranking of the first and of those that cannot be told apart from the likeliest.
 fn members(chosen: &Chosen) -> Vec<usize> {
-    let Some(winner) = chosen.ranked.first() else {
+    // The first may be a simpler law than the likeliest. Of equal ones the first.
+    let likeliest = chosen.ranked.iter().rev();
+    let Some(winner) = likeliest.max_by(|a, b| a.log_bayes.total_cmp(&b.log_bayes)) else {
         return Vec::new();
     };
-    let top = chosen
-        .ranked
-        .iter()
-        .map(|ranked| ranked.log_bayes)
-        .fold(f64::NEG_INFINITY, f64::max);
     let most = chosen
         .ranked
         .iter()
@@ -366,7 +361,7 @@ fn members(chosen: &Chosen) -> Vec<usize> {
     let mut out: Vec<usize> = Vec::new();
     let mut seen: Vec<(&'static str, &crate::physics::Place)> = Vec::new();
     for (place, ranked) in chosen.ranked.iter().enumerate() {
-        let behind = top - ranked.log_bayes;
+        let behind = winner.log_bayes - ranked.log_bayes;
         let squared_cosine = dot(&winner.white, &ranked.white).powi(2)
             / (dot(&winner.white, &winner.white) * dot(&ranked.white, &ranked.white))
                 .max(f64::MIN_POSITIVE);
@@ -374,9 +369,7 @@ fn members(chosen: &Chosen) -> Vec<usize> {
         let name = (ranked.effect.law.name(), &ranked.effect.place);
         // A rival three standard errors away is told apart, however little evidence the winner has.
         let near = most - ranked.gain <= THREE_STANDARD_ERRORS;
-        // What does not look like the winner must pass its own limit.
-        let likely = squared_cosine > ALIKE * ALIKE || ranked.log_bayes > 0.0;
-        let rival = near && likely && !told_apart;
+        let rival = near && !told_apart;
         if (place == 0 || rival) && !seen.contains(&name) {
             seen.push(name);
             out.push(place);

@@ -1,5 +1,8 @@
 //! Which effects the power is counted on: each law at a place where these data could show it.
 
+use rand::{RngExt, SeedableRng};
+use rand_chacha::ChaCha8Rng;
+
 use crate::mismatch::{Baseline, Truth, scale_to, standard_errors};
 use crate::physics::{Effect, Law, Place};
 use crate::test_point::Direction;
@@ -145,6 +148,30 @@ fn slip(bench: &TrialBench<'_>) -> Option<Effect> {
         step: observations.loads[middle].step,
     };
     Effect::new(Law::Slip, place, small_values(Law::Slip, 1.0)).ok()
+}
+
+/// The same effect with another shape, drawn by a seed: no search has all shapes.
+pub(super) fn reshaped(effect: &Effect, seed: u64) -> Effect {
+    let mut rng = ChaCha8Rng::seed_from_u64(seed);
+    // Even in the logarithm.
+    let mut times = |value: &mut f64, most: f64| {
+        *value *= most.powf(2.0 * rng.random::<f64>() - 1.0);
+    };
+    let mut effect = effect.clone();
+    match (effect.law, &mut effect.values[..]) {
+        (Law::JointBacklash | Law::JointFriction | Law::SettingIn, [_, shape]) => {
+            times(shape, 2.0);
+        }
+        (Law::JointNonlinearity, [_, quadratic]) => times(quadratic, 2.0),
+        (Law::Creep, [_, t0]) => times(t0, 4.0),
+        (Law::GaugePeriodic, [_, period, phase]) => {
+            // A wheel or a rack is as wide as it is made.
+            times(period, 1.005);
+            *phase = std::f64::consts::TAU * rng.random::<f64>();
+        }
+        _ => {}
+    }
+    effect
 }
 
 /// Values small enough to be scaled up, with a shape in the middle of what is plausible.

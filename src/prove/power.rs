@@ -6,7 +6,7 @@ use crate::mismatch::{SearchOptions, Truth};
 use crate::physics::{Effect, Law};
 
 use super::calibration::{is_full, places_of_benches};
-use super::cases::{loose, reaching, scaled, testable};
+use super::cases::{loose, reaching, reshaped, scaled, testable};
 use super::error::ProveError;
 use super::session::Session;
 use super::share::Share;
@@ -183,7 +183,8 @@ fn law_case(
                     truth.effects.push(effect.clone());
                     return Ok(Some(truth));
                 }
-                scaled(bench, std::slice::from_ref(&effect), &truth, size)
+                let other = reshaped(&effect, seed_of(&[factors_seed, 1]));
+                scaled(bench, &[other], &truth, size)
             };
             point(bench, size, seed, options.trials, &truth_at, done)
         })

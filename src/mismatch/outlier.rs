@@ -1,0 +1,104 @@
+//! A jump that rests on one reading: where errors have long tails it is one of them.
+//!
+//! The tail of a distribution beyond the few hundred errors of a session is not known, so that no limit can be drawn for what one reading
+//! decides.
+
+use super::observations::Observations;
+
+/// Share of a gain's product above which one reading decides.
+const DECIDES: f64 = 0.5;
+
+/// Standard errors from which on skewness and kurtosis are not those of normal errors.
+const NOT_NORMAL: f64 = 5.0;
+
+/// Whether one reading decides about an effect, and the errors of the other runs are not normal.
+///
+/// # Arguments
+/// - `white`: the effect, white and projected.
+/// - `residuals`: the residuals that it explains, white.
+pub(super) fn is_outlier(observations: &Observations, white: &[f64], residuals: &[f64]) -> bool {
+    let product = |reading: usize| white[reading] * residuals[reading];
+    let all = 0..observations.len();
+    let whole: f64 = all.clone().map(product).sum();
+    let Some(most) = all
+        .clone()
+        .max_by(|a, b| product(*a).total_cmp(&product(*b)))
+    else {
+        return false;
+    };
+    if product(most) <= DECIDES * whole {
+        return false;
+    }
+    let run = observations.readings[most].run;
+    let others = all.filter(|&reading| observations.readings[reading].run != run);
+    let others: Vec<f64> = others.map(|reading| residuals[reading]).collect();
+    !is_normal(&others)
+}
+
+/// Whether skewness and excess kurtosis are what normal numbers may have; a kurtosis below theirs makes no outliers.
+fn is_normal(values: &[f64]) -> bool {
+    let n = values.len().max(1) as f64;
+    let mean = values.iter().sum::<f64>() / n;
+    let moment = |power: i32| values.iter().map(|x| (x - mean).powi(power)).sum::<f64>() / n;
+    let variance = moment(2);
+    if variance == 0.0 {
+        return true;
+    }
+    let skewness = moment(3) / variance.powf(1.5);
+    let kurtosis = moment(4) / (variance * variance) - 3.0;
+    // Standard errors of both for normal numbers, n large.
+    skewness.abs() <= NOT_NORMAL * (6.0 / n).sqrt() && kurtosis <= NOT_NORMAL * (24.0 / n).sqrt()
+}
+
+#[cfg(test)]
+mod tests {
+    use rand::SeedableRng;
+    use rand_chacha::ChaCha8Rng;
+    use rand_distr::{Distribution, Gamma, StandardNormal};
+
+    use super::*;
+    use crate::mismatch::changes::tests::observations;
+
+    #[test]
+    fn gamma_errors_are_told_from_normal_and_even_ones() {
+        let mut rng = ChaCha8Rng::seed_from_u64(1);
+        let normal: Vec<f64> = (0..1000).map(|_| StandardNormal.sample(&mut rng)).collect();
+        let gamma = Gamma::new(2.0, 1.0).unwrap();
+        let skewed: Vec<f64> = (0..1000).map(|_| gamma.sample(&mut rng)).collect();
+        let even: Vec<f64> = (0..1000).map(f64::from).collect();
+        assert!(is_normal(&normal));
+        assert!(!is_normal(&skewed));
+        // A coarse gauge has errors that are spread evenly.
+        assert!(is_normal(&even));
+        assert!(is_normal(&[]) && is_normal(&[1.0; 9]));
+    }
+
+    #[test]
+    fn one_reading_decides_only_where_errors_are_not_normal() {
+        let observations = observations();
+        let n = observations.len();
+        let own = observations.readings[0].run;
+        assert!(observations.readings.iter().any(|r| r.run != own));
+        let mut white = vec![0.0; n];
+        white[0] = 1.0;
+        let with_outlier = |tail: f64| -> Vec<f64> {
+            let error = |i: usize| {
+                if i == n - 1 {
+                    tail
+                } else {
+                    (1.7 * i as f64).sin()
+                }
+            };
+            (0..n)
+                .map(|i| if i == 0 { 6.0 } else { error(i) })
+                .collect()
+        };
+        assert!(!is_outlier(&observations, &white, &with_outlier(1.0)));
+        assert!(is_outlier(&observations, &white, &with_outlier(50.0)));
+        // Two readings that say the same.
+        white[1] = 1.0;
+        let mut two = with_outlier(50.0);
+        two[1] = 6.0;
+        assert!(!is_outlier(&observations, &white, &two));
+    }
+}
