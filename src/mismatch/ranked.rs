@@ -130,7 +130,8 @@ mod tests {
         let judged = ranked(16.0, 16.0, 20.0).judged_gain(true);
         let as_rare = f_upper_tail(judged, 1.0, 1e9).unwrap();
         let rare = f_upper_tail(16.0, 1.0, 20.0).unwrap();
-        assert!((as_rare - rare).abs() < 1e-6 * rare, "{as_rare} {rare}");
+        // Quantiles are found to six digits.
+        assert!((as_rare - rare).abs() < 1e-5 * rare, "{as_rare} {rare}");
         assert!(judged < 12.0, "{judged}");
     }
 }
