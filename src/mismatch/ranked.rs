@@ -32,7 +32,7 @@ impl Ranked {
     ///
     /// # Arguments
     /// - `alone`: whether no other effect stands beside it. Then it is the gain of a shape that the limits were drawn of: a fit moves the
-    ///   shape to where noise suits it best, and passes about half as often again. Beside other effects the linear gain takes some of
+    ///   shape to where noise suits it best, and passes a quarter more often. Beside other effects the linear gain takes some of
     ///   their values for fixed, and the fit counts.
     pub(super) fn judged_gain(&self, alone: bool) -> f64 {
         let gain = if alone {

@@ -334,7 +334,7 @@ fn limits(report: &DiagnosisReport<'_>) -> String {
         let level = limits.levels.get(family);
         rows.row([
             name,
-            format!("{:.2}", level_share(*family)),
+            format!("{:.3}", level_share(*family)),
             level.map_or_else(|| "-".to_owned(), |level| significant(100.0 * level, 2)),
             format!("{limit:.1}"),
         ]);
