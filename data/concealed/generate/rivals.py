@@ -22,6 +22,7 @@ PLAUSIBLE = {
     "load-misalignment": 0.1, "creep": 0.3, "setting-in": 0.5, "force-gauge-nonlinearity": 5e-3, "joint-compliance": 0.1,
     "joint-friction": 0.1, "joint-backlash": 0.1, "base-compliance": 1e-2, "gauge-stand-compliance": 1e-3,
 }
+JOINT = ("joint-compliance", "joint-backlash", "joint-friction", "joint-nonlinearity")
 SHARES = (0.03, 0.1, 0.25, 0.45, 0.65, 0.85)
 
 
@@ -169,6 +170,17 @@ class Library:
         return float(found.fun), at(found.x)
 
 
+    def best(self, effect: Effect, target: np.ndarray, beside: np.ndarray, linear: float) -> tuple[float, Effect]:
+        """What the law itself leaves at its best: a joint in a closed loop gives no more than a pin would, however large its size."""
+        found = []
+        for part in (1.0, 0.1, 0.01):
+            start = effect.scaled(part * effect.parameters[effect.size])
+            found.append(self.refine(start, target, beside))
+            if effect.physics not in JOINT or found[0][0] < linear + 0.05:
+                break
+        return min(found, key=lambda item: item[0])
+
+
 def simplex(n: int) -> np.ndarray:
     return np.vstack([np.zeros(n), 0.35 * np.eye(n)])
 
@@ -246,8 +258,7 @@ def rivals_of(library: Library, truth: Effect, others: list[Effect], limit: floa
     for count, (left, effect, _) in enumerate(close):
         if left > 0.97 * whole or count >= 14:
             break
-        refined, better = library.refine(effect, target, beside)
-        found.append((min(left, refined), better if refined < left else effect))
+        found.append(library.best(effect, target, beside, left))
     found += [item for item in loose_members(information, target, beside) if not contains(item[1], truth)]
     if truth.physics != "slip":
         left, where = slip_gain(information, target, beside)
