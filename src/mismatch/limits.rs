@@ -22,8 +22,8 @@ use super::rounded::RoundedNoise;
 use super::screen::WhiteCandidate;
 use super::space::{Space, dot};
 
-/// Chance that noise alone passes for one of the laws: together with what is left over a little less than 4 %.
-pub const LAW_LEVEL: f64 = 0.034;
+/// Chance that noise alone passes for one of the laws: together with what is left over 4 %.
+pub const LAW_LEVEL: f64 = 0.035;
 
 /// Chance that noise alone passes for structure that is left over.
 pub const LEFT_OVER_LEVEL: f64 = 0.005;
@@ -51,16 +51,16 @@ pub type Family = (Law, bool);
 pub fn level_share((law, wide): Family) -> f64 {
     match law {
         Law::JointCompliance => 0.06,
-        Law::JointBacklash => 0.37,
+        Law::JointBacklash => 0.41,
         Law::JointFriction => 0.08,
         Law::JointNonlinearity => 0.075,
-        Law::BaseCompliance => 0.065,
-        Law::GaugeStandCompliance => 0.04,
-        Law::LoadMisalignment => 0.05,
+        Law::BaseCompliance => 0.05,
+        Law::GaugeStandCompliance => 0.035,
+        Law::LoadMisalignment => 0.04,
         Law::LooseMember => 0.01,
         Law::ForceGaugeNonlinearity => 0.03,
         Law::Creep => 0.02,
-        Law::DriftPerSecond | Law::DriftPerKelvin => 0.025,
+        Law::DriftPerSecond | Law::DriftPerKelvin => 0.02,
         Law::SettingIn => 0.06,
         Law::Slip => 0.02,
         Law::GaugePeriodic if wide => 0.01,

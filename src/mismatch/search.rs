@@ -24,7 +24,7 @@ const MOST_EFFECTS: usize = 3;
 pub(super) const TELL_APART: f64 = 3.0;
 
 /// Gain by which what is three standard errors away falls short.
-pub(super) const THREE_STANDARD_ERRORS: f64 = 9.0;
+const THREE_STANDARD_ERRORS: f64 = 9.0;
 
 /// Poses left out must be predicted better with an effect than without, by more than this fall of the weighted squares.
 ///

@@ -10,13 +10,13 @@ use super::leftover::Stratum;
 use super::limits::{LEFT_OVER_LEVEL, Limits};
 use super::rank::View;
 use super::ranked::{Ranked, same};
-use super::search::{Chosen, Found, LeftOver, THREE_STANDARD_ERRORS};
+use super::search::{Chosen, Found, LeftOver};
 use super::space::dot;
 use super::state::{Bench, State, end_effect_m};
 
-/// Log Bayes factor by which a rival of the winner's very shape must be behind to be told apart; of others it takes the squared cosine of it:
-/// what differs more is told apart by less, for then the readings that speak for the one say nothing of the other.
-const TELL_ALIKE_APART: f64 = 5.0;
+/// Log Bayes factor by which a rival of the winner's very shape must be behind to be told apart; of others it takes the fourth power of the
+/// cosine of it: what differs more is told apart by less, for then the readings that speak for the one say nothing of the other.
+const TELL_ALIKE_APART: f64 = 8.0;
 
 /// Readings of a single line from which on what it leaves out is found together with what it could be: a drift of six standard errors in
 /// 95 % (`tests/mismatch_specimens.rs`).
@@ -353,11 +353,6 @@ fn members(chosen: &Chosen) -> Vec<usize> {
     let Some(winner) = likeliest.max_by(|a, b| a.log_bayes.total_cmp(&b.log_bayes)) else {
         return Vec::new();
     };
-    let most = chosen
-        .ranked
-        .iter()
-        .map(|ranked| ranked.gain)
-        .fold(0.0, f64::max);
     let mut out: Vec<usize> = Vec::new();
     let mut seen: Vec<(&'static str, &crate::physics::Place)> = Vec::new();
     for (place, ranked) in chosen.ranked.iter().enumerate() {
@@ -365,12 +360,9 @@ fn members(chosen: &Chosen) -> Vec<usize> {
         let squared_cosine = dot(&winner.white, &ranked.white).powi(2)
             / (dot(&winner.white, &winner.white) * dot(&ranked.white, &ranked.white))
                 .max(f64::MIN_POSITIVE);
-        let told_apart = behind > TELL_ALIKE_APART * squared_cosine;
+        let told_apart = behind > TELL_ALIKE_APART * squared_cosine.powi(2);
         let name = (ranked.effect.law.name(), &ranked.effect.place);
-        // A rival three standard errors away is told apart, however little evidence the winner has.
-        let near = most - ranked.gain <= THREE_STANDARD_ERRORS;
-        let rival = near && !told_apart;
-        if (place == 0 || rival) && !seen.contains(&name) {
+        if (place == 0 || !told_apart) && !seen.contains(&name) {
             seen.push(name);
             out.push(place);
         }
