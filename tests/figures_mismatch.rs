@@ -373,7 +373,10 @@ fn evidence_for_candidates() {
     ];
     check(
         "evidence",
-        &evidence_bars(&EvidenceBars { candidates: few }),
+        &evidence_bars(&EvidenceBars {
+            candidates: few,
+            alike_within: 8.0,
+        }),
     );
     let strong = PHYSICS.iter().enumerate().flat_map(|(i, physics)| {
         ["A3", "B1B2"].map(|place| {
@@ -388,6 +391,7 @@ fn evidence_for_candidates() {
     });
     let strong = EvidenceBars {
         candidates: strong.collect(),
+        alike_within: 8.0,
     };
     check("evidence-strong", &evidence_bars(&strong));
     let nothing = PHYSICS
@@ -396,6 +400,7 @@ fn evidence_for_candidates() {
         .map(|(i, physics)| candidate(physics, 0.4 - 0.35 * i as f64, Standing::Rival));
     let nothing = EvidenceBars {
         candidates: nothing.collect(),
+        alike_within: 8.0,
     };
     check("evidence-nothing-missing", &evidence_bars(&nothing));
 }

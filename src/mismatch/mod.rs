@@ -76,7 +76,7 @@ pub use strata::{
 };
 pub use trace::{EffectTrace, ReadingTrace, Trace, trace};
 pub use trial::{TrialNoise, Truth, scale_to, simulate, standard_errors, standard_errors_between};
-pub use verdict::first_of_alternatives;
+pub use verdict::{TELL_ALIKE_APART, first_of_alternatives};
 
 use candidate::SHORTEST_PERIOD_M;
 use state::Bench;

@@ -16,7 +16,7 @@ use super::state::{Bench, State, end_effect_m};
 
 /// Log Bayes factor by which a rival of the winner's very shape must be behind to be told apart; of others it takes the fourth power of the
 /// cosine of it: what differs more is told apart by less, for then the readings that speak for the one say nothing of the other.
-const TELL_ALIKE_APART: f64 = 8.0;
+pub const TELL_ALIKE_APART: f64 = 8.0;
 
 /// Readings of a single line from which on what it leaves out is found together with what it could be: a drift of six standard errors in
 /// 95 % (`tests/mismatch_specimens.rs`).

@@ -7,8 +7,6 @@ use super::palette::{Colour, Marker, qualitative};
 use super::text_room::{Reach, range_with_texts};
 use super::ticks::signed;
 
-/// Candidates that look alike are not told apart within this of the best, a difference of logarithms; those that look different are within less.
-const NOT_APART: f64 = 5.0;
 /// Candidates that are drawn: the best of them.
 const MOST_BARS: usize = 20;
 /// Width of the plot area, height of a row, size of the texts beside bars, px.
@@ -29,6 +27,8 @@ const HATCH_PX: f64 = 6.0;
 pub struct EvidenceBars {
     /// The candidates in any order.
     pub candidates: Vec<EvidenceCandidate>,
+    /// Difference of logarithms within which candidates that look alike are not told apart; those that look different are within less.
+    pub alike_within: f64,
 }
 
 /// One candidate physics.
@@ -68,22 +68,38 @@ enum Look {
 impl Look {
     const FILLED: [Self; 3] = [Self::Named, Self::NotApart, Self::Rival];
 
-    fn of(candidate: &EvidenceCandidate, best: f64) -> Self {
+    fn of(candidate: &EvidenceCandidate, band: Band) -> Self {
         match &candidate.standing {
             Standing::Named => Self::Named,
-            Standing::Rival if candidate.log_bayes_factor >= best - NOT_APART => Self::NotApart,
+            Standing::Rival if candidate.log_bayes_factor >= band.lowest() => Self::NotApart,
             Standing::Rival => Self::Rival,
             Standing::Impossible { .. } => Self::Impossible,
         }
     }
 
-    fn label_and_colour(self) -> (&'static str, Colour) {
+    fn label_and_colour(self, band: Band) -> (String, Colour) {
         match self {
-            Self::Named => ("named", qualitative(0)),
-            Self::NotApart => ("rival within 5, unlike it", qualitative(1)),
-            Self::Rival => ("other rival", Colour::GREY),
-            Self::Impossible => ("impossible", Colour::INK),
+            Self::Named => ("named".to_owned(), qualitative(0)),
+            Self::NotApart => (
+                format!("rival within {}, unlike it", band.width),
+                qualitative(1),
+            ),
+            Self::Rival => ("other rival".to_owned(), Colour::GREY),
+            Self::Impossible => ("impossible".to_owned(), Colour::INK),
         }
+    }
+}
+
+/// Where those that look alike are not told apart.
+#[derive(Debug, Clone, Copy, PartialEq)]
+struct Band {
+    best: f64,
+    width: f64,
+}
+
+impl Band {
+    fn lowest(self) -> f64 {
+        self.best - self.width
     }
 }
 
@@ -108,8 +124,11 @@ pub fn evidence_bars(input: &EvidenceBars) -> Figure {
         stays
     });
     let left_out = all - candidates.len();
-    let best = best(&candidates);
-    let panel = panel(&candidates, best);
+    let band = Band {
+        best: best(&candidates),
+        width: input.alike_within,
+    };
+    let panel = panel(&candidates, band);
     Figure {
         panel_px: [WIDTH_PX, ROW_PX * candidates.len().max(3) as f64],
         panels: vec![panel],
@@ -129,9 +148,9 @@ fn best(candidates: &[&EvidenceCandidate]) -> f64 {
         .fold(0.0, f64::max)
 }
 
-fn panel(candidates: &[&EvidenceCandidate], best: f64) -> Panel {
+fn panel(candidates: &[&EvidenceCandidate], band: Band) -> Panel {
     let names = candidates.iter().map(|c| c.name.clone()).collect();
-    let range = range(candidates, best);
+    let range = range(candidates, band);
     let mut panel = Panel::new(
         "",
         Axis {
@@ -148,11 +167,11 @@ fn panel(candidates: &[&EvidenceCandidate], best: f64) -> Panel {
     );
     if !candidates.is_empty() {
         panel.series.push(Series::labelled(
-            format!("within {NOT_APART} of the best: not told apart if alike"),
+            format!("within {} of the best: not told apart if alike", band.width),
             Style::new(Colour::FAINT, Marker::Square),
             Marks::Polygons(vec![Polygon {
                 corners: rectangle(
-                    [best - NOT_APART, best],
+                    [band.lowest(), band.best],
                     [-0.5, candidates.len() as f64 - 0.5],
                 ),
                 colour: Colour::FAINT,
@@ -160,7 +179,7 @@ fn panel(candidates: &[&EvidenceCandidate], best: f64) -> Panel {
         ));
     }
     for look in Look::FILLED {
-        push_filled(&mut panel, candidates, best, look);
+        push_filled(&mut panel, candidates, band, look);
     }
     let units_per_px = (range[1] - range[0]) / WIDTH_PX;
     push_hollow(&mut panel, candidates, units_per_px);
@@ -182,12 +201,12 @@ fn panel(candidates: &[&EvidenceCandidate], best: f64) -> Panel {
     panel
 }
 
-fn push_filled(panel: &mut Panel, candidates: &[&EvidenceCandidate], best: f64, look: Look) {
-    let (label, colour) = look.label_and_colour();
+fn push_filled(panel: &mut Panel, candidates: &[&EvidenceCandidate], band: Band, look: Look) {
+    let (label, colour) = look.label_and_colour(band);
     let bars: Vec<Polygon> = candidates
         .iter()
         .enumerate()
-        .filter(|(_, candidate)| Look::of(candidate, best) == look)
+        .filter(|(_, candidate)| Look::of(candidate, band) == look)
         .map(|(place, candidate)| Polygon {
             corners: bar(place, candidate),
             colour,
@@ -270,7 +289,7 @@ fn text(candidate: &EvidenceCandidate) -> String {
 }
 
 /// Range in which all bars, their texts and the band lie.
-fn range(candidates: &[&EvidenceCandidate], best: f64) -> [f64; 2] {
+fn range(candidates: &[&EvidenceCandidate], band: Band) -> [f64; 2] {
     let mut reaches: Vec<Reach> = candidates
         .iter()
         .flat_map(|candidate| {
@@ -285,7 +304,7 @@ fn range(candidates: &[&EvidenceCandidate], best: f64) -> [f64; 2] {
         })
         .collect();
     reaches.push(Reach {
-        place: best - NOT_APART,
+        place: band.lowest(),
         left_px: 4.0,
         right_px: 0.0,
     });
@@ -359,6 +378,7 @@ mod tests {
                 candidate("slip", f64::NAN, Standing::Rival),
                 candidate("setting-in", 12.0, Standing::Rival),
             ],
+            alike_within: 5.0,
         }
     }
 
@@ -424,6 +444,7 @@ mod tests {
     fn without_a_better_candidate_the_baseline_is_the_best() {
         let figure = evidence_bars(&EvidenceBars {
             candidates: vec![candidate("creep", -2.5, Standing::Rival)],
+            alike_within: 5.0,
         });
         let band = bars(&figure, "within 5 of the best: not told apart if alike");
         assert_eq!(band[0].corners[0][0], -5.0);
@@ -436,11 +457,21 @@ mod tests {
             .map(|i| candidate("rival", f64::from(i), Standing::Rival))
             .collect();
         candidates[0].standing = Standing::Named;
-        let figure = evidence_bars(&EvidenceBars { candidates });
+        let figure = evidence_bars(&EvidenceBars {
+            candidates,
+            alike_within: 5.0,
+        });
         assert_eq!(figure.panels[0].notes.len(), 20);
         assert_eq!(figure.panels[0].notes[19].text, "0.0");
         assert!(figure.caption.contains("10 further candidates"));
         parse(&figure.to_svg()).unwrap();
-        parse(&evidence_bars(&EvidenceBars { candidates: vec![] }).to_svg()).unwrap();
+        parse(
+            &evidence_bars(&EvidenceBars {
+                candidates: vec![],
+                alike_within: 5.0,
+            })
+            .to_svg(),
+        )
+        .unwrap();
     }
 }

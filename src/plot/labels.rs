@@ -47,7 +47,7 @@ pub(super) fn draw(canvas: &mut Canvas<'_>, panel: &Panel, frame: &Frame) {
             Placement::Centred | Placement::Free => [0.0, 0.0],
         };
         let spot = beside(at, note, side, GAP_PX);
-        if note.placement != Placement::Centred && crossings(spot, &lines) > 0 {
+        if note.placement != Placement::Centred && crossings(ground(spot), &lines) > 0 {
             lay_ground(canvas, spot);
         }
         write(canvas, note, spot);
@@ -98,16 +98,17 @@ fn crossings([left, top, right, bottom]: Box, lines: &[[[f64; 2]; 2]]) -> usize 
         .count()
 }
 
+/// What is paled under a text: it and the strokes that touch it.
+fn ground([left, top, right, bottom]: Box) -> Box {
+    [left - 1.0, top - 2.0, right + 1.0, bottom + 2.0]
+}
+
 /// Pales what lies under a text, so that it can be read.
-fn lay_ground(canvas: &mut Canvas<'_>, [left, top, right, bottom]: Box) {
+fn lay_ground(canvas: &mut Canvas<'_>, spot: Box) {
+    let [left, top, right, bottom] = ground(spot);
     canvas.rectangle(
-        [
-            left - 1.0,
-            top - 1.0,
-            right - left + 2.0,
-            bottom - top + 2.0,
-        ],
-        Colour::WHITE.with_opacity(0.75),
+        [left, top, right - left, bottom - top],
+        Colour::WHITE.with_opacity(0.85),
     );
 }
 

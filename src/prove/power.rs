@@ -59,6 +59,8 @@ pub struct PowerPoint {
     pub right: Share,
     /// Each true effect named by itself.
     pub alone: Share,
+    /// Of a slip: nothing but slips of its run named, at whichever steps.
+    pub in_run: Share,
     /// Something named that is not there.
     pub wrong: Share,
     /// Sizes of named effects inside their 95 % intervals.
@@ -291,6 +293,7 @@ fn point(
         named: Share::of(&judged, |judged| judged.named),
         right: Share::of(&judged, |judged| judged.right),
         alone: Share::of(&judged, |judged| judged.alone),
+        in_run: Share::of(&judged, |judged| judged.in_run),
         wrong: Share::of(&judged, |judged| judged.wrong),
         sizes: sum(|judged| judged.sizes),
         factors: sum(|judged| judged.factors),

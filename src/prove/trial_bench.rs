@@ -7,7 +7,8 @@ use crate::mismatch::{
     Baseline, Diagnosis, Limits, Observations, ReadingNoise, RobotBaseline, SearchOptions,
     TrialNoise, Truth, Verdict, diagnose, simulate, standard_errors, standard_errors_between,
 };
-use crate::physics::Effect;
+use crate::physics::{Effect, Place};
+use crate::test_point::{Direction, PoseId};
 
 use super::error::ProveError;
 use super::score::{APART, APART_SHARE, groups};
@@ -154,6 +155,7 @@ impl<'a> TrialBench<'a> {
             named: named > 0,
             alone: all && decided && groups.len() == alone,
             right: all && decided && groups.len() == named && !padded,
+            in_run: decided && named_in_run_of(truth, diagnosis),
             wrong: decided && groups.len() > named,
             sizes,
             factors: factors_covered(truth, diagnosis),
@@ -203,12 +205,40 @@ pub(super) struct Judged {
     pub(super) alone: bool,
     /// Each true effect is named, by itself or among those that cannot be told apart from it, and nothing else.
     pub(super) right: bool,
+    /// Whatever is named lies in the run of the true slip, at whichever steps.
+    pub(super) in_run: bool,
     /// Something is named that is not there.
     pub(super) wrong: bool,
     /// Sizes of named effects inside their intervals.
     pub(super) sizes: Share,
     /// Identified factors inside their intervals.
     pub(super) factors: Share,
+}
+
+/// Whether all that is named are slips of the run in which the only true effect, a slip, happened.
+fn named_in_run_of(truth: &Truth, diagnosis: &Diagnosis) -> bool {
+    let [slip] = &truth.effects[..] else {
+        return false;
+    };
+    let own = run_of(&slip.place);
+    own.is_some()
+        && diagnosis
+            .findings
+            .iter()
+            .all(|finding| run_of(&finding.effect.place) == own)
+}
+
+/// The run of a place: pose, direction and repeat.
+fn run_of(place: &Place) -> Option<(&PoseId, Direction, u32)> {
+    match place {
+        Place::Run {
+            pose,
+            direction,
+            repeat,
+            ..
+        } => Some((pose, *direction, *repeat)),
+        _ => None,
+    }
 }
 
 /// Whether a diagnosis says that something is missing.

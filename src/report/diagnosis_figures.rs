@@ -3,7 +3,7 @@
 mod law;
 mod map;
 
-use crate::mismatch::{Finding, Impossible, Limits};
+use crate::mismatch::{Finding, Impossible, Limits, TELL_ALIKE_APART};
 use crate::physics::{Effect, title};
 use crate::plot::{
     BeforeAfterPoint, DetectionLimit, DetectionLimits, EvidenceBars, EvidenceCandidate,
@@ -170,6 +170,7 @@ fn evidence(answer: &Answer<'_>, impossible: &[&Impossible], limits: &Limits) ->
     });
     EvidenceBars {
         candidates: named.chain(rivals).chain(refused).collect(),
+        alike_within: TELL_ALIKE_APART,
     }
 }
 

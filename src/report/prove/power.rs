@@ -13,6 +13,9 @@ use super::{promise_table, promises_json, share_json, share_words};
 const AT_80: [f64; 2] = [4.49, 5.9];
 const FROM_95: [f64; 2] = [5.9, f64::INFINITY];
 
+/// What is counted of a point.
+type Counted = fn(&PowerPoint) -> Share;
+
 /// The table of all points, and what was promised.
 #[must_use]
 pub fn power_text(cases: &[PowerCase]) -> String {
@@ -72,6 +75,9 @@ fn law_table(cases: &[PowerCase]) -> TextTable {
         "6 and more: right",
         "%",
         "95 % interval",
+        "truth in the set",
+        "%",
+        "95 % interval",
     ]);
     let mut names: Vec<&str> = Law::ALL.into_iter().map(Law::name).collect();
     names.dedup();
@@ -84,16 +90,18 @@ fn law_table(cases: &[PowerCase]) -> TextTable {
         if name == Law::Slip.name() || own().next().is_none() {
             continue;
         }
-        let of_sizes = |[least, most]: [f64; 2]| {
+        let of_sizes = |([least, most], of): ([f64; 2], Counted)| {
             let points = own().flat_map(|case| &case.points);
-            let share = sum(
-                points.filter(|point| (least..most).contains(&point.size)),
-                |point| point.right,
-            );
-            share_words(&share)
+            let within = points.filter(|point| (least..most).contains(&point.size));
+            share_words(&sum(within, of))
         };
+        let counts: [([f64; 2], Counted); 3] = [
+            (AT_80, |point| point.right),
+            (FROM_95, |point| point.right),
+            (FROM_95, |point| point.named),
+        ];
         let mut row = vec![name.to_owned(), own().count().to_string()];
-        row.extend([AT_80, FROM_95].into_iter().flat_map(of_sizes));
+        row.extend(counts.into_iter().flat_map(of_sizes));
         table.row(row);
     }
     table
@@ -112,7 +120,7 @@ fn points(
         .filter(move |point| (least..most).contains(&point.size))
 }
 
-fn sum<'a>(points: impl Iterator<Item = &'a PowerPoint>, of: fn(&PowerPoint) -> Share) -> Share {
+fn sum<'a>(points: impl Iterator<Item = &'a PowerPoint>, of: Counted) -> Share {
     points.fold(Share::default(), |sum, point| sum.with(of(point)))
 }
 
@@ -154,6 +162,11 @@ fn promises(cases: &[PowerCase]) -> Vec<Promise> {
             Target::AtLeast(0.95),
             sum(of_slip(1), right),
         ),
+        Promise {
+            what: "the same: nothing but slips of its run named",
+            target: None,
+            share: sum(of_slip(1), |point| point.in_run),
+        },
         promise(
             "two effects of 12 each: both rightly named and nothing else",
             Target::AtLeast(0.90),
@@ -221,6 +234,7 @@ pub fn power_json(cases: &[PowerCase]) -> Value {
                 "named": share_json(&point.named),
                 "right": share_json(&point.right),
                 "alone": share_json(&point.alone),
+                "in_run": share_json(&point.in_run),
                 "wrong": share_json(&point.wrong),
                 "sizes_in_intervals": share_json(&point.sizes),
                 "factors_in_intervals": share_json(&point.factors),
