@@ -375,7 +375,7 @@ fn evidence_for_candidates() {
         "evidence",
         &evidence_bars(&EvidenceBars {
             candidates: few,
-            alike_within: 8.0,
+            alike_within: 5.0,
         }),
     );
     let strong = PHYSICS.iter().enumerate().flat_map(|(i, physics)| {
@@ -391,7 +391,7 @@ fn evidence_for_candidates() {
     });
     let strong = EvidenceBars {
         candidates: strong.collect(),
-        alike_within: 8.0,
+        alike_within: 5.0,
     };
     check("evidence-strong", &evidence_bars(&strong));
     let nothing = PHYSICS
@@ -400,7 +400,7 @@ fn evidence_for_candidates() {
         .map(|(i, physics)| candidate(physics, 0.4 - 0.35 * i as f64, Standing::Rival));
     let nothing = EvidenceBars {
         candidates: nothing.collect(),
-        alike_within: 8.0,
+        alike_within: 5.0,
     };
     check("evidence-nothing-missing", &evidence_bars(&nothing));
 }

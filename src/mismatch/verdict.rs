@@ -14,9 +14,11 @@ use super::search::{Chosen, Found, LeftOver};
 use super::space::dot;
 use super::state::{Bench, State, end_effect_m};
 
-/// Log Bayes factor by which a rival of the winner's very shape must be behind to be told apart; of others it takes the fourth power of the
-/// cosine of it: what differs more is told apart by less, for then the readings that speak for the one say nothing of the other.
-pub const TELL_ALIKE_APART: f64 = 8.0;
+/// Log Bayes factor by which a rival must be behind to be told apart from a winner that it looks like.
+pub const TELL_ALIKE_APART: f64 = 5.0;
+
+/// The same of what looks different is this times the fourth power of the cosine: the readings that speak for the one say nothing of the other.
+const TELL_APART_BY_COSINE: f64 = 8.0;
 
 /// Readings of a single line from which on what it leaves out is found together with what it could be: a drift of six standard errors in
 /// 95 % (`tests/mismatch_specimens.rs`).
@@ -360,7 +362,8 @@ fn members(chosen: &Chosen) -> Vec<usize> {
         let squared_cosine = dot(&winner.white, &ranked.white).powi(2)
             / (dot(&winner.white, &winner.white) * dot(&ranked.white, &ranked.white))
                 .max(f64::MIN_POSITIVE);
-        let told_apart = behind > TELL_ALIKE_APART * squared_cosine.powi(2);
+        let needed = (TELL_APART_BY_COSINE * squared_cosine.powi(2)).min(TELL_ALIKE_APART);
+        let told_apart = behind > needed;
         let name = (ranked.effect.law.name(), &ranked.effect.place);
         if (place == 0 || !told_apart) && !seen.contains(&name) {
             seen.push(name);
