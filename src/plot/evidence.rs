@@ -327,7 +327,7 @@ fn caption(candidates: &[&EvidenceCandidate], left_out: usize, unknown: usize) -
         if_any(
             impossible,
             format!(
-                "{} well only with a value that cannot be.",
+                "{} well only with a value that cannot be, and the bar is what the evidence would have been with it.",
                 counted(impossible, "hatched candidate fits", "hatched candidates fit")
 ),
         ),

@@ -66,12 +66,7 @@ pub fn diagnosis_figures(report: &DiagnosisReport<'_>) -> Vec<(String, Figure)> 
                 Vec::new()
             };
             let figure = evidence_bars(&evidence(answer, &impossible, report.limits));
-            let note = if impossible.is_empty() {
-                ""
-            } else {
-                " A hatched bar is what its evidence would have been with a value that cannot be."
-            };
-            figures.push((numbered("evidence_bars", place), noted(figure, note)));
+            figures.push((numbered("evidence_bars", place), figure));
         }
         figures.push((
             "factor_shift".to_owned(),

@@ -4,6 +4,9 @@ use crate::mismatch::Finding;
 
 use super::words::{listed, phrase};
 
+/// Where naming all alternatives would take more than this, bytes, a headline says how many there are.
+const LONGEST_IN_A_HEADLINE: usize = 150;
+
 /// What a diagnosis says in one place: one finding, or several of which one is true.
 pub(in crate::report) enum Answer<'a> {
     Single(&'a Finding),
@@ -61,10 +64,73 @@ impl<'a> Answer<'a> {
             _ => listed(&names, "or"),
         }
     }
+
+    /// The same of several, for a headline.
+    pub(super) fn open_question(&self) -> String {
+        let (phrase, members) = (self.phrase(), self.members());
+        match members {
+            [first, ..] if phrase.len() > LONGEST_IN_A_HEADLINE => format!(
+                "one of {} things, listed below, that these readings do not tell apart; {} explains them as well as any",
+                members.len(),
+                phrase_of(first)
+            ),
+            _ => format!("{phrase}; these readings do not tell which"),
+        }
+    }
 }
 
 /// What a finding says is missing.
 pub(super) fn phrase_of(finding: &Finding) -> String {
     let effect = &finding.effect;
     phrase(effect.law, &effect.place, &effect.values)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::physics::{Effect, Law, Place};
+
+    fn finding(law: Law, joint: &str) -> Finding {
+        let size = vec![1e-5; law.parameters().len()];
+        Finding {
+            effect: Effect::new(law, Place::Joint(joint.to_owned()), size).unwrap(),
+            values: Vec::new(),
+            alternative_group: Some(1),
+            end_effect_m: 1e-5,
+            absorbed_share: 0.0,
+            log_bayes: 10.0,
+            standard_errors: 6.0,
+            p_family: 1e-3,
+            rivals: Vec::new(),
+        }
+    }
+
+    fn question(findings: &[Finding]) -> String {
+        let answers = Answer::all(findings);
+        assert_eq!(answers.len(), 1);
+        answers[0].open_question()
+    }
+
+    #[test]
+    fn many_places_of_one_law_stand_in_the_headline() {
+        let joints = ["A3", "A4", "A5B", "B1", "B2a", "B2b", "B3"];
+        let findings = joints.map(|joint| finding(Law::JointFriction, joint));
+        assert_eq!(
+            question(&findings),
+            "friction in joint A3, joint A4, joint A5B, joint B1, joint B2a, joint B2b or joint B3; these readings do not tell which"
+        );
+    }
+
+    #[test]
+    fn of_many_laws_and_places_the_headline_gives_the_count_and_the_first() {
+        let laws = [Law::JointCompliance, Law::JointFriction, Law::JointBacklash];
+        let findings: Vec<Finding> = ["B1", "A5F", "B3"]
+            .iter()
+            .flat_map(|joint| laws.map(|law| finding(law, joint)))
+            .collect();
+        assert_eq!(
+            question(&findings),
+            "one of 9 things, listed below, that these readings do not tell apart; a springy joint B1 explains them as well as any"
+        );
+    }
 }

@@ -104,7 +104,7 @@ fn headline(report: &DiagnosisReport<'_>, answers: &[Answer<'_>]) -> String {
     let diagnosis = report.diagnosis;
     let sized = |answer: &Answer<'_>| match answer {
         Answer::Single(one) => format!("{} ({})", phrase_of(one), size(one)),
-        Answer::OneOf(_) => format!("{}; these readings do not tell which", answer.phrase()),
+        Answer::OneOf(_) => answer.open_question(),
     };
     match diagnosis.verdict {
         Verdict::Explained => {
