@@ -5,6 +5,7 @@ use serde_json::{Value, json};
 use crate::physics::Law;
 use crate::plot::{Figure, LawPower, PowerAtSize, PowerCurves, Rate, power_curves};
 use crate::prove::{PowerCase, PowerPoint, Promise, Share, Target};
+use crate::report::diagnosis::law_row;
 use crate::report::text::TextTable;
 
 use super::{promise_table, promises_json, share_json, share_words};
@@ -37,7 +38,7 @@ pub fn power_text(cases: &[PowerCase]) -> String {
         for point in &case.points {
             let [_, right, interval] = share_words(&point.right);
             table.row([
-                case.title.clone(),
+                title(case),
                 case.bench.clone(),
                 match case.in_closed_loop {
                     None => "",
@@ -62,6 +63,14 @@ pub fn power_text(cases: &[PowerCase]) -> String {
         law_table(cases).text(),
         promise_table(&promises(cases))
     )
+}
+
+/// Laws and places of a case; the two drifts share a name.
+fn title(case: &PowerCase) -> String {
+    match case.laws[..] {
+        [law] => case.title.replacen(law.name(), &law_row(law), 1),
+        _ => case.title.clone(),
+    }
 }
 
 /// Each law by itself, all its benches together.
@@ -198,8 +207,8 @@ pub fn power_figure(cases: &[PowerCase]) -> Figure {
         .filter(|case| case.laws.len() == 1 && case.laws[0] != Law::LooseMember)
         .map(|case| LawPower {
             name: match case.in_closed_loop {
-                Some(false) => format!("{}, open", case.title),
-                _ => case.title.clone(),
+                Some(false) => format!("{}, open", title(case)),
+                _ => title(case),
             },
             sizes: case
                 .points
