@@ -122,20 +122,20 @@ pub(super) fn proposals(
     let mut files = Vec::new();
     let next = all
         .iter()
-        .enumerate()
-        .map(|(number, proposal)| told(proposal, number + 1, &mut files))
+        .map(|proposal| told(proposal, &mut files))
         .collect();
     Ok((next, files))
 }
 
-fn told(
-    proposal: &ProposedMeasurement,
-    number: usize,
-    files: &mut Vec<(String, String)>,
-) -> NextMeasurement {
+/// A proposal as it is told, its procedure among the files; the same procedure is written once.
+fn told(proposal: &ProposedMeasurement, files: &mut Vec<(String, String)>) -> NextMeasurement {
     let file = proposal.procedure.as_ref().map(|procedure| {
-        let name = format!("next-{number}.toml");
-        files.push((name.clone(), procedure.to_toml()));
+        let text = procedure.to_toml();
+        if let Some((name, _)) = files.iter().find(|(_, written)| *written == text) {
+            return name.clone();
+        }
+        let name = format!("next-{}.toml", files.len() + 1);
+        files.push((name.clone(), text));
         name
     });
     NextMeasurement {

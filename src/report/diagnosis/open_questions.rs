@@ -2,6 +2,7 @@
 
 use std::fmt::Write;
 
+use crate::mismatch::NextMeasurement;
 use crate::physics::{Law, title};
 use crate::test_point::Branch;
 
@@ -95,31 +96,52 @@ pub(super) fn rejected(report: &DiagnosisReport<'_>) -> String {
     text
 }
 
-/// Plans that would separate what is open.
+/// Plans that would separate what is open, each with all that it separates.
 pub(super) fn next(report: &DiagnosisReport<'_>) -> String {
     if report.next.is_empty() {
         return String::new();
     }
     let mut text = head("What to measure next");
+    let mut told: Vec<&NextMeasurement> = Vec::new();
     for plan in report.next {
-        let [a, b] = &plan.separates;
-        let file = plan
-            .file
-            .as_ref()
-            .map_or_else(String::new, |file| format!(" Procedure: {file}."));
-        let worth = if plan.expected_log_lr.is_some_and(|expected| expected < 3.0) {
+        if told.iter().any(|other| same_advice(other, plan)) {
+            continue;
+        }
+        told.push(plan);
+        let alike = report.next.iter().filter(|other| same_advice(other, plan));
+        let pairs: Vec<String> = alike.map(pair).collect();
+        let worth = if is_weak(plan) {
             "this will probably not be enough to tell"
         } else {
             "this should tell"
         };
-        let expected = plan.expected_log_lr.map_or_else(String::new, |j| {
-            format!(" (expected log likelihood ratio {j:.1})")
-        });
+        let file = plan.file.as_ref();
         let sentence = format!(
-            "{} About {:.0} minutes; {worth} {a} from {b}{expected}.{file}",
-            plan.plan, plan.minutes
+            "{}. About {:.0} minutes; {worth} {}.{}",
+            capital(&plan.plan),
+            plan.minutes,
+            listed(&pairs, "and"),
+            file.map_or_else(String::new, |file| format!(" Procedure: {file}."))
         );
         text.push_str(&paragraph(&sentence, "- ", "  "));
     }
     text
+}
+
+/// Whether two plans ask for the same and promise as much.
+fn same_advice(one: &NextMeasurement, other: &NextMeasurement) -> bool {
+    one.plan == other.plan && one.file == other.file && is_weak(one) == is_weak(other)
+}
+
+/// Whether a plan does not settle its pair.
+fn is_weak(plan: &NextMeasurement) -> bool {
+    plan.expected_log_lr.is_some_and(|expected| expected < 3.0)
+}
+
+fn pair(plan: &NextMeasurement) -> String {
+    let [a, b] = &plan.separates;
+    let expected = plan.expected_log_lr.map_or_else(String::new, |j| {
+        format!(" (expected log likelihood ratio {j:.1})")
+    });
+    format!("{a} from {b}{expected}")
 }
