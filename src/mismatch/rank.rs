@@ -199,11 +199,10 @@ impl Bench<'_> {
         let bounds = &seen.candidate.bounds_near(&shape.shape);
         field.polish(bounds, &mut effect);
         self.memory.fitted(field.key, &effect, || {
-            let fitted = self.fit_from(field, predictor, (&seen.candidate, bounds), &effect)?;
-            Ok(fitted.map(|ranked| Ranked {
-                linear_gain: screened.gain,
-                ..ranked
-            }))
+            let fitted = self.fit_from(field, predictor, bounds, &effect);
+            fitted.map_or(Ok(None), |fitted| {
+                self.ranked(field, predictor, (&seen.candidate, screened.gain), fitted)
+            })
         })
     }
 
@@ -212,9 +211,9 @@ impl Bench<'_> {
         &self,
         field: &Field<'_>,
         predictor: &mut ReadingPredictor<'_>,
-        (candidate, bounds): (&Candidate, &[[f64; 2]]),
+        bounds: &[[f64; 2]],
         effect: &Effect,
-    ) -> Result<Option<Ranked>, MismatchError> {
+    ) -> Option<Fitted> {
         let state = field.state;
         let existing = &state.fitted.model.effects;
         let start = Model {
@@ -229,14 +228,12 @@ impl Bench<'_> {
             near: Some(Near::Known(field.changes.frozen())),
             ..refit
         };
-        let Some(mut fitted) = first.fit(predictor, &start, true) else {
-            return Ok(None);
-        };
+        let mut fitted = first.fit(predictor, &start, true)?;
         // A shape that matters is searched with full fits.
         if state.fitted.squares - fitted.squares > 30.0 {
             fitted = search_shape(&refit, predictor, bounds, fitted);
         }
-        self.ranked(field, predictor, candidate, fitted)
+        Some(fitted)
     }
 
     /// A fitted candidate, not yet weighed.
@@ -244,7 +241,7 @@ impl Bench<'_> {
         &self,
         field: &Field<'_>,
         predictor: &mut ReadingPredictor<'_>,
-        candidate: &Candidate,
+        (candidate, linear_gain): (&Candidate, f64),
         fitted: Fitted,
     ) -> Result<Option<Ranked>, MismatchError> {
         let state = field.state;
@@ -261,7 +258,7 @@ impl Bench<'_> {
         Ok(Some(Ranked {
             wide: candidate.wide,
             gain,
-            linear_gain: gain,
+            linear_gain,
             log_bayes: f64::NEG_INFINITY,
             white: vector,
             whole,

@@ -155,13 +155,12 @@ pub fn standard_errors_between(
         .parameters()
         .first()
         .is_none_or(|parameter| parameter.sign == Sign::Positive);
-    if product == 0.0 || (positive && product < 0.0) {
-        return Ok(square.sqrt().min(nearest));
-    }
-    Ok((square - product * product / dot(&other, &other))
-        .max(0.0)
-        .sqrt()
-        .min(nearest))
+    let left = if product == 0.0 || (positive && product < 0.0) {
+        square
+    } else {
+        square - product * product / dot(&other, &other)
+    };
+    Ok(left.max(0.0).sqrt().min(nearest))
 }
 
 /// The space that is white under the true noise of a truth, with the baseline and some of its effects projected out.
