@@ -9,8 +9,8 @@
 )]
 
 use stiffbench::mismatch::{
-    Diagnosis, Limits, Observations, ReadingNoise, RobotBaseline, SearchOptions, Stratum,
-    TrialNoise, Truth, Verdict, diagnose, scale_to, simulate,
+    Diagnosis, IdealSearch, LAW_LEVEL, Limits, Observations, ReadingNoise, RobotBaseline,
+    SearchOptions, Stratum, TrialNoise, Truth, Verdict, diagnose, scale_to, simulate,
 };
 use stiffbench::physics::{ActingPhysics, Effect, Law, Place};
 use stiffbench::procedure::{Procedure, shipped_procedure};
@@ -259,4 +259,41 @@ fn the_same_session_gives_the_same_diagnosis() {
     ));
     let [a, b] = [(); 2].map(|()| arm.diagnose(&truth, 4, Vec::new()));
     assert_eq!(a, b);
+}
+
+/// The draws of the limits and the sessions of the observer are two ways to the same chances: over few vectors, and over all of them.
+#[test]
+fn an_observer_who_knows_the_noise_is_alarmed_at_the_level_of_the_laws() {
+    let arm = Arm::new("load-unload");
+    let null = simulate(&arm.baseline, &arm.plan, &truth(Vec::new()), 77).unwrap();
+    let options = SearchOptions::default();
+    let ideal = IdealSearch::new(&arm.baseline, &null, &options, &arm.limits).unwrap();
+    let run = &arm.plan.runs[arm.plan.runs.len() / 2];
+    let cell = &arm.plan.cells[run.cell];
+    let slip = Place::Run {
+        pose: arm.plan.poses[cell.pose].clone(),
+        direction: cell.direction,
+        repeat: run.repeat,
+        step: 7,
+    };
+    let found = |size: f64| {
+        let sessions = ideal.sessions((Law::Slip, &slip), size, 20_000, 3);
+        assert_eq!(sessions.len(), 20_000);
+        sessions.iter().filter(|session| session.found).count() as f64 / 20_000.0
+    };
+    // Four standard errors of the share of 20 000 sessions, and of the limits, which 10 000 draws tell.
+    let alarms = found(0.0);
+    let near = 4.0 * (LAW_LEVEL * (1.0 / 20_000.0 + 1.0 / 10_000.0)).sqrt();
+    assert!((alarms - LAW_LEVEL).abs() < near, "{alarms}");
+    // The slip itself passes its limit in 80 %; with what noise adds elsewhere and at the steps beside it a little more is found.
+    let limit = arm.limits.of((Law::Slip, false)).sqrt();
+    let seen = found(limit + 0.84);
+    assert!((0.79..0.86).contains(&seen), "{seen}");
+    // The same seed gives the same sessions, whatever the number of threads.
+    let again = || ideal.sessions((Law::Slip, &slip), 5.0, 100, 9);
+    let pool = rayon::ThreadPoolBuilder::new()
+        .num_threads(1)
+        .build()
+        .unwrap();
+    assert_eq!(pool.install(again), again());
 }

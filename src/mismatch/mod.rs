@@ -17,6 +17,7 @@ mod few;
 mod found_model;
 mod given_noise;
 mod held_out;
+mod ideal;
 mod joint_candidate;
 mod leftover;
 mod limits;
@@ -58,6 +59,7 @@ pub use diagnosis::{
 };
 pub use error::MismatchError;
 pub use given_noise::{GivenNoise, given_noise};
+pub use ideal::{IdealSearch, IdealSession};
 pub use leftover::Stratum;
 pub use limits::{DRAWS, Family, LAW_LEVEL, LEFT_OVER_LEVEL, Limits, level_share};
 pub use next_measurement::NextMeasurement;

@@ -14,7 +14,9 @@ use super::predictor::ReadingPredictor;
 use super::products::{Measured, Products};
 use super::ranked::Ranked;
 use super::refit::{Fitted, Model, Near, Refit, is_smooth};
-use super::screen::{Screened, SeenCandidate, screen, seen_candidates};
+use super::screen::{
+    Screened, SeenCandidate, WhiteCandidate, screen, seen_candidates, white_candidates,
+};
 use super::space::{Space, dot};
 use super::state::{Bench, State};
 
@@ -124,6 +126,21 @@ impl Bench<'_> {
         changes.map_or_else(Vec::new, |changes| {
             seen_candidates(&changes, &products, list)
         })
+    }
+
+    /// All that is searched, as white vectors: what a view shows, and loose members.
+    pub(super) fn white_shapes(
+        &self,
+        view: &View,
+        state: &State,
+    ) -> Result<Vec<WhiteCandidate>, MismatchError> {
+        let effects = &state.fitted.model.effects;
+        let changes = Changes::new(self.observations, &view.frozen, effects);
+        let mut white = changes.map_or_else(Vec::new, |changes| {
+            white_candidates(&changes, &view.space, &view.seen)
+        });
+        white.extend(self.loose_shapes(state, &view.space)?);
+        Ok(white)
     }
 
     /// Fits what a view shows and weighs the evidence: the best first.

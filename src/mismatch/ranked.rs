@@ -65,17 +65,24 @@ impl Ranked {
     }
 
     /// Weighs its evidence.
-    ///
-    /// The prior of a law is such that a gain at its limit leaves it even: the law whose many shapes and places noise imitates well
-    /// must be that much better than one with a single shape, and the odds of no law depend on what its size was thought to be. Beyond the
-    /// limit each value that was fitted costs what it is known better by (Laplace's approximation; Kass & Raftery, Journal of the
-    /// American Statistical Association 90, 1995, p. 777).
     pub(super) fn weigh(&mut self, limits: &Limits) {
         let limit = limits.of((self.effect.law, self.wide));
-        let known_better = 0.5 * (self.gain.max(limit) / limit).ln();
-        let values = self.effect.values.len() as f64;
-        self.log_bayes = 0.5 * (self.gain - limit) - values * known_better;
+        self.log_bayes = log_bayes(self.gain, limit, self.effect.values.len());
     }
+}
+
+/// Logarithm of the Bayes factor of a law against no law.
+///
+/// The prior of a law is such that a gain at its limit leaves it even: the law whose many shapes and places noise imitates well
+/// must be that much better than one with a single shape, and the odds of no law depend on what its size was thought to be. Beyond the
+/// limit each value that was fitted costs what it is known better by (Laplace's approximation; Kass & Raftery, Journal of the
+/// American Statistical Association 90, 1995, p. 777).
+///
+/// # Arguments
+/// - `values`: how many were fitted.
+pub(super) fn log_bayes(gain: f64, limit: f64, values: usize) -> f64 {
+    let known_better = 0.5 * (gain.max(limit) / limit).ln();
+    0.5 * (gain - limit) - values as f64 * known_better
 }
 
 /// Whether two effects are the same law at the same place.

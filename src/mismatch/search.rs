@@ -2,7 +2,6 @@
 
 use crate::physics::Law;
 
-use super::changes::Changes;
 use super::error::MismatchError;
 use super::leftover::{Pattern, autocorrelation_p, largest_patterns, patterns};
 use super::limits::{LEFT_OVER_LEVEL, Limits, limits};
@@ -13,7 +12,6 @@ use super::ranked::{Ranked, same};
 use super::refit::Model;
 use super::restricted_likelihood::EstimatedNoise;
 use super::rounded::RoundedNoise;
-use super::screen::white_candidates;
 use super::space::Space;
 use super::state::{Bench, State};
 
@@ -140,12 +138,7 @@ impl Bench<'_> {
     ) -> Result<Limits, MismatchError> {
         let (_, compliance) = self.slope(&mut self.predictor(), &state.fitted.model)?;
         let patterns = patterns(self.observations, &compliance, &first.space);
-        let effects = &state.fitted.model.effects;
-        let changes = Changes::new(self.observations, &first.frozen, effects);
-        let mut white = changes.map_or_else(Vec::new, |changes| {
-            white_candidates(&changes, &first.space, &first.seen)
-        });
-        white.extend(self.loose_shapes(state, &first.space)?);
+        let white = self.white_shapes(first, state)?;
         let readings = &first.residuals[..self.observations.len()];
         let seen_in = (self.observations, &first.space);
         let predicted = self.predicted(&mut self.predictor(), &state.fitted.model)?;

@@ -348,6 +348,15 @@ fn impossible(first: &View, limits: &Limits) -> Vec<super::rank::Impossible> {
         .collect()
 }
 
+/// Whether the readings tell a rival apart from the likeliest.
+///
+/// # Arguments
+/// - `behind`: log Bayes factor by which it is behind.
+/// - `squared_cosine`: of the angle between the two.
+pub(super) fn told_apart(behind: f64, squared_cosine: f64) -> bool {
+    behind > (TELL_APART_BY_COSINE * squared_cosine.powi(2)).min(TELL_ALIKE_APART)
+}
+
 /// Places in the ranking of the first and of those that cannot be told apart from the likeliest.
 fn members(chosen: &Chosen) -> Vec<usize> {
     // The first may be a simpler law than the likeliest. Of equal ones the first.
@@ -362,10 +371,8 @@ fn members(chosen: &Chosen) -> Vec<usize> {
         let squared_cosine = dot(&winner.white, &ranked.white).powi(2)
             / (dot(&winner.white, &winner.white) * dot(&ranked.white, &ranked.white))
                 .max(f64::MIN_POSITIVE);
-        let needed = (TELL_APART_BY_COSINE * squared_cosine.powi(2)).min(TELL_ALIKE_APART);
-        let told_apart = behind > needed;
         let name = (ranked.effect.law.name(), &ranked.effect.place);
-        if (place == 0 || !told_apart) && !seen.contains(&name) {
+        if (place == 0 || !told_apart(behind, squared_cosine)) && !seen.contains(&name) {
             seen.push(name);
             out.push(place);
         }

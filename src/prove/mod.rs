@@ -30,7 +30,7 @@ pub use cases::LARGEST_SIZE;
 pub use error::ProveError;
 pub use idealised::{ErrorRow, IDEALISED_UM, PlaceErrors, beside_idealised};
 pub use pose_errors::score_pose_errors;
-pub use power::{PowerCase, PowerOptions, PowerPoint, power};
+pub use power::{IdealPoint, PowerCase, PowerOptions, PowerPoint, power};
 pub use promises::promises;
 pub use recordings::{
     ComparedFigure, Recording, RecordingScore, Recordings, judge, score_recording,

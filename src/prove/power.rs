@@ -2,18 +2,22 @@
 
 use rayon::prelude::*;
 
-use crate::mismatch::{SearchOptions, Truth};
+use crate::mismatch::{IdealSearch, SearchOptions, Truth};
 use crate::physics::{Effect, Law};
 
 use super::calibration::{is_full, places_of_benches};
 use super::cases::{loose, reaching, reshaped, scaled, testable};
 use super::error::ProveError;
+use super::score::is_apart;
 use super::session::Session;
 use super::share::Share;
 use super::trial_bench::{Judged, NoiseKind, TrialBench, seed_of};
 
 /// Trials that share their factors: scaling an effect to its size costs as much as several trials.
 const SHARE_FACTORS: usize = 8;
+
+/// Sessions of an observer who knows the noise: shares are known to half a percent.
+const IDEAL_SESSIONS: usize = 4000;
 
 /// Quantiles of the normal distribution for 80 and 95 %: slip is judged at its own limit and so much more.
 const SLIP_BEYOND_LIMIT: [f64; 2] = [0.84, 1.64];
@@ -67,6 +71,19 @@ pub struct PowerPoint {
     pub sizes: Share,
     /// Identified factors inside their 95 % intervals.
     pub factors: Share,
+    /// What could be counted at best; `None` of pairs and of what has no size.
+    pub ideal: Option<IdealPoint>,
+}
+
+/// The same effect at the same size, seen by an observer who knows the noise and for whom it is one of the shapes that are searched.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct IdealPoint {
+    /// Something was found.
+    pub found: Share,
+    /// The true effect named, alone or with what cannot be told apart from it, and nothing else.
+    pub right: Share,
+    /// Found, and the likeliest is the true effect or may be named with it: no set around the likeliest can be right more often.
+    pub nameable: Share,
 }
 
 /// Trials of one effect, or of a pair.
@@ -124,10 +141,11 @@ pub fn power<E: From<ProveError>>(
         }
         *count += 1;
         let first_closed = is_closed && *count == 1;
+        let ideal = bench.ideal()?;
         for &law in &options.laws {
             let here = law.is_of_a_joint() || (first_closed && law != Law::Creep);
             if here {
-                cases.extend(law_case(&bench, law, !is_closed, options, done)?);
+                cases.extend(law_case((&bench, &ideal), law, !is_closed, options, done)?);
                 so_far(&cases)?;
             }
         }
@@ -139,7 +157,15 @@ pub fn power<E: From<ProveError>>(
         }
     }
     if let Some(&place) = held.first().filter(|_| options.laws.contains(&Law::Creep)) {
-        cases.extend(law_case(&bench(place)?, Law::Creep, false, options, done)?);
+        let bench = bench(place)?;
+        let ideal = bench.ideal()?;
+        cases.extend(law_case(
+            (&bench, &ideal),
+            Law::Creep,
+            false,
+            options,
+            done,
+        )?);
         so_far(&cases)?;
     }
     Ok(cases)
@@ -151,7 +177,7 @@ fn has_holds(session: &Session) -> bool {
 }
 
 fn law_case(
-    bench: &TrialBench<'_>,
+    (bench, ideal): (&TrialBench<'_>, &IdealSearch),
     law: Law,
     open: bool,
     options: &PowerOptions,
@@ -188,7 +214,10 @@ fn law_case(
                 let other = reshaped(&effect, seed_of(&[factors_seed, 1]));
                 scaled(bench, &[other], &truth, size)
             };
-            point(bench, size, seed, options.trials, &truth_at, done)
+            Ok::<_, ProveError>(PowerPoint {
+                ideal: ideal_point(ideal, &effect, size, seed_of(&[seed, 3])),
+                ..point(bench, size, seed, options.trials, &truth_at, done)?
+            })
         })
         .collect::<Result<_, _>>()?;
     Ok(Some(PowerCase {
@@ -198,6 +227,20 @@ fn law_case(
         in_closed_loop: law.is_of_a_joint().then_some(!open),
         points,
     }))
+}
+
+/// What an observer who knows the noise finds and names of an effect.
+fn ideal_point(ideal: &IdealSearch, effect: &Effect, size: f64, seed: u64) -> Option<IdealPoint> {
+    let sessions = ideal.sessions((effect.law, &effect.place), size, IDEAL_SESSIONS, seed);
+    (!sessions.is_empty()).then(|| IdealPoint {
+        found: Share::of(&sessions, |session| session.found),
+        right: Share::of(&sessions, |session| {
+            session.found && session.named && !is_apart(session.farthest_apart, size)
+        }),
+        nameable: Share::of(&sessions, |session| {
+            session.found && !is_apart(session.likeliest_apart, size)
+        }),
+    })
 }
 
 /// The sizes of a power curve; slip is judged at its own limit.
@@ -297,5 +340,6 @@ fn point(
         wrong: Share::of(&judged, |judged| judged.wrong),
         sizes: sum(|judged| judged.sizes),
         factors: sum(|judged| judged.factors),
+        ideal: None,
     })
 }

@@ -295,6 +295,11 @@ fn is_rival(rival: &KnownRival, truth: &TrueEffect, effect: &Effect) -> bool {
     rival.physics == effect.law.name() && rival.place == effect.place.to_json() && !truth.is(effect)
 }
 
+/// Whether a rival must be told apart from an effect of a length, both in standard errors.
+pub(super) fn is_apart(between: f64, length: f64) -> bool {
+    between >= APART && between >= APART_SHARE * length
+}
+
 /// Whether a member of a set can be told apart from the truth, by the rules of the answers.
 fn is_padding(truth: &TrueEffect, member: &Effect) -> bool {
     if truth.is(member) {
@@ -303,9 +308,7 @@ fn is_padding(truth: &TrueEffect, member: &Effect) -> bool {
     if is_neighbouring_slip(truth, member) {
         return false;
     }
-    let near = |between: f64| {
-        between < APART || between < APART_SHARE * truth.standard_errors_beside_the_others
-    };
+    let near = |between| !is_apart(between, truth.standard_errors_beside_the_others);
     // A richer law is as near as the simpler one that it contains, and is not listed for that.
     let simpler = simpler_of(member);
     if simpler.as_ref().is_some_and(|simpler| truth.is(simpler)) {

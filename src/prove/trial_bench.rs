@@ -4,14 +4,15 @@ use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
 use crate::mismatch::{
-    Baseline, Diagnosis, Limits, Observations, ReadingNoise, RobotBaseline, SearchOptions,
-    TrialNoise, Truth, Verdict, diagnose, simulate, standard_errors, standard_errors_between,
+    Baseline, Diagnosis, IdealSearch, Limits, Observations, ReadingNoise, RobotBaseline,
+    SearchOptions, TrialNoise, Truth, Verdict, diagnose, simulate, standard_errors,
+    standard_errors_between,
 };
 use crate::physics::{Effect, Place};
 use crate::test_point::{Direction, PoseId};
 
 use super::error::ProveError;
-use super::score::{APART, APART_SHARE, groups};
+use super::score::{groups, is_apart};
 use super::session::Session;
 use super::share::Share;
 
@@ -56,6 +57,8 @@ pub(super) struct TrialBench<'a> {
     pub(super) limits: Limits,
     /// The first trial's truth, without an effect, and its diagnosis.
     pub(super) first: (Truth, Diagnosis),
+    /// The readings of the first trial.
+    readings: Observations,
     options: SearchOptions,
 }
 
@@ -89,8 +92,18 @@ impl<'a> TrialBench<'a> {
             noise,
             limits,
             first: (truth, diagnosis),
+            readings,
             options: options.clone(),
         })
+    }
+
+    /// What is searched on this bench, for an observer who knows the noise.
+    ///
+    /// # Errors
+    /// [`ProveError::Mismatch`].
+    pub(super) fn ideal(&self) -> Result<IdealSearch, ProveError> {
+        let search = IdealSearch::new(&self.baseline, &self.readings, &self.options, &self.limits);
+        Ok(search?)
     }
 
     /// A truth without effects, its factors drawn by a seed.
@@ -174,7 +187,7 @@ impl<'a> TrialBench<'a> {
         }
         let own = standard_errors(&self.baseline, &self.plan, truth)?;
         let between = standard_errors_between(&self.baseline, &self.plan, truth, member)?;
-        Ok(between >= APART && between >= APART_SHARE * own)
+        Ok(is_apart(between, own))
     }
 
     /// Whether the bench would show anything else if another member were loose instead of the last effect of a truth.

@@ -4,7 +4,7 @@ use serde_json::{Value, json};
 
 use crate::physics::Law;
 use crate::plot::{Figure, LawPower, PowerAtSize, PowerCurves, Rate, power_curves};
-use crate::prove::{PowerCase, PowerPoint, Promise, Share, Target};
+use crate::prove::{IdealPoint, PowerCase, PowerPoint, Promise, Share, Target};
 use crate::report::diagnosis::law_row;
 use crate::report::text::TextTable;
 
@@ -58,12 +58,17 @@ pub fn power_text(cases: &[PowerCase]) -> String {
         }
     }
     format!(
-        "Power and right names against size in standard errors; right: named alone, or with what cannot be told apart, and nothing else\n\n{}\n{}\n{}\n",
+        "Power and right names against size in standard errors; right: named alone, or with what cannot be told apart, and nothing else\n\n{}\n{}\n{IDEAL}\n\n{}\n{}\n",
         table.text(),
         law_table(cases).text(),
+        ideal_table(cases).text(),
         promise_table(&promises(cases))
     )
 }
+
+/// What the second table of laws holds the counts against.
+const IDEAL: &str = "The same beside an observer who knows the noise, and for whom each effect is one of the shapes that are searched; limits and rules are the same. \
+Nameable: found, and the likeliest is the truth or may be named with it, which no set around the likeliest exceeds";
 
 /// Laws and places of a case; the two drifts share a name.
 fn title(case: &PowerCase) -> String {
@@ -88,30 +93,86 @@ fn law_table(cases: &[PowerCase]) -> TextTable {
         "%",
         "95 % interval",
     ]);
-    let mut names: Vec<&str> = Law::ALL.into_iter().map(Law::name).collect();
-    names.dedup();
-    for name in names {
-        let own = || {
-            cases
-                .iter()
-                .filter(|case| case.laws.len() == 1 && case.laws[0].name() == name)
-        };
-        if name == Law::Slip.name() || own().next().is_none() {
+    for name in law_names().filter(|name| *name != Law::Slip.name()) {
+        let benches = cases.iter().filter(|case| is_of_law(case, name)).count();
+        if benches == 0 {
             continue;
         }
-        let of_sizes = |([least, most], of): ([f64; 2], Counted)| {
-            let points = own().flat_map(|case| &case.points);
-            let within = points.filter(|point| (least..most).contains(&point.size));
-            share_words(&sum(within, of))
+        let of_sizes = |(range, of): ([f64; 2], Counted)| {
+            share_words(&sum(of_law(cases, name, range).into_iter(), of))
         };
         let counts: [([f64; 2], Counted); 3] = [
             (AT_80, |point| point.right),
             (FROM_95, |point| point.right),
             (FROM_95, |point| point.named),
         ];
-        let mut row = vec![name.to_owned(), own().count().to_string()];
+        let mut row = vec![name.to_owned(), benches.to_string()];
         row.extend(counts.into_iter().flat_map(of_sizes));
         table.row(row);
+    }
+    table
+}
+
+/// Names of laws, each once.
+fn law_names() -> impl Iterator<Item = &'static str> {
+    let mut names: Vec<&str> = Law::ALL.into_iter().map(Law::name).collect();
+    names.dedup();
+    names.into_iter()
+}
+
+fn is_of_law(case: &PowerCase, name: &str) -> bool {
+    case.laws.len() == 1 && case.laws[0].name() == name
+}
+
+/// Points of a law in a range of sizes.
+fn of_law<'a>(cases: &'a [PowerCase], name: &str, [least, most]: [f64; 2]) -> Vec<&'a PowerPoint> {
+    let own = cases.iter().filter(|case| is_of_law(case, name));
+    own.flat_map(|case| &case.points)
+        .filter(|point| (least..most).contains(&point.size))
+        .collect()
+}
+
+/// Each law by itself, counted and at best.
+fn ideal_table(cases: &[PowerCase]) -> TextTable {
+    let mut table = TextTable::new(&[
+        "law",
+        "size",
+        "counted: right, %",
+        "95 % interval",
+        "ideal: found, %",
+        "ideal: right, %",
+        "ideal: nameable, %",
+    ]);
+    let mut row = |name: &str, size: &str, points: &[&PowerPoint]| {
+        let ideal = |of: fn(&IdealPoint) -> Share| {
+            let seen = points.iter().filter_map(|point| point.ideal.as_ref());
+            share_words(&seen.fold(Share::default(), |sum, ideal| sum.with(of(ideal))))[1].clone()
+        };
+        if points.iter().any(|point| point.ideal.is_some()) {
+            let [_, right, interval] = share_words(&sum(points.iter().copied(), |p| p.right));
+            table.row([
+                name.to_owned(),
+                size.to_owned(),
+                right,
+                interval,
+                ideal(|ideal| ideal.found),
+                ideal(|ideal| ideal.right),
+                ideal(|ideal| ideal.nameable),
+            ]);
+        }
+    };
+    let sizes = [("4.5", AT_80), ("6 and more", FROM_95)];
+    for name in law_names().filter(|name| *name != Law::Slip.name()) {
+        for (size, range) in sizes {
+            row(name, size, &of_law(cases, name, range));
+        }
+    }
+    for (size, range) in sizes {
+        let all: Vec<&PowerPoint> = points(cases, false, range).collect();
+        row("all of these", size, &all);
+    }
+    for point in points(cases, true, [0.0, f64::INFINITY]) {
+        row("slip", &format!("{:.1}", point.size), &[point]);
     }
     table
 }
@@ -247,6 +308,11 @@ pub fn power_json(cases: &[PowerCase]) -> Value {
                 "wrong": share_json(&point.wrong),
                 "sizes_in_intervals": share_json(&point.sizes),
                 "factors_in_intervals": share_json(&point.factors),
+                "ideal": point.ideal.as_ref().map(|ideal| json!({
+                    "found": share_json(&ideal.found),
+                    "right": share_json(&ideal.right),
+                    "nameable": share_json(&ideal.nameable),
+                })),
             })).collect::<Vec<_>>(),
         })).collect::<Vec<_>>(),
     })
