@@ -459,6 +459,7 @@ fn power_of_the_search() {
                     trials: 200,
                     detected: rate(hits((0.04 + grows(2.8)).min(1.0)), 200.0),
                     named: (size > 0.0).then(|| rate(hits(grows(slower)), 200.0)),
+                    ideal: (size > 2.0).then(|| grows(slower - 0.2)),
                     covered: (size > 2.0).then(|| rate(hits(0.95), 200.0)),
                 }
             })

@@ -40,6 +40,8 @@ pub struct PowerAtSize {
     pub detected: Rate,
     /// Share of trials in which it was found under its right name; `None` where there is no right name.
     pub named: Option<Rate>,
+    /// Share, 0 to 1, that an observer who knows the noise finds under its right name; `None` where it was not worked out.
+    pub ideal: Option<f64>,
     /// Share of named effects whose size lies in its 95 % interval; `None` where none was named or it has no size.
     pub covered: Option<Rate>,
 }
@@ -136,6 +138,19 @@ fn panel(law: &LawPower, shown: [f64; 2]) -> Panel {
         Style::new(qualitative(2), Marker::Triangle),
         covered.collect(),
     );
+    let ideal = sizes
+        .iter()
+        .filter_map(|size| Some([size.size_standard_errors, 100.0 * size.ideal?]));
+    let ideal: Vec<[f64; 2]> = ideal.collect();
+    if !ideal.is_empty() {
+        panel.series.push(Series::labelled(
+            "right names of an observer who knows the noise",
+            Style::new(qualitative(4), Marker::Square)
+                .stroke(0.8)
+                .dashed(),
+            Marks::Line(ideal),
+        ));
+    }
     panel
 }
 
@@ -214,6 +229,7 @@ mod tests {
             trials: 200,
             detected: rate(detected),
             named: named.map(rate),
+            ideal: named.map(|share| 0.5 * share),
             covered: None,
         }
     }
@@ -241,6 +257,7 @@ mod tests {
         let expected = [
             vec![[-ASIDE, 4.0], [2.25 - ASIDE, 50.0], [4.5 - ASIDE, 100.0]],
             vec![[2.25, 40.0], [4.5, 80.0]],
+            vec![[2.25, 20.0], [4.5, 40.0]],
         ];
         assert_eq!(curves, expected);
         assert_eq!(figure.panels[0].x.range, Some([-ROOM, 9.0]));

@@ -89,7 +89,7 @@ fn law_table(cases: &[PowerCase]) -> TextTable {
         "6 and more: right",
         "%",
         "95 % interval",
-        "truth in the set",
+        "6 and more: truth in the set",
         "%",
         "95 % interval",
     ]);
@@ -280,6 +280,7 @@ pub fn power_figure(cases: &[PowerCase]) -> Figure {
                     trials: point.found.trials,
                     detected: rate(&point.found),
                     named: Some(rate(&point.right)),
+                    ideal: point.ideal.and_then(|ideal| ideal.right.value()),
                     covered: (point.sizes.trials > 0).then(|| rate(&point.sizes)),
                 })
                 .collect(),
