@@ -143,36 +143,41 @@ fn ideal_table(cases: &[PowerCase]) -> TextTable {
         "ideal: right, %",
         "ideal: nameable, %",
     ]);
-    let mut row = |name: &str, size: &str, points: &[&PowerPoint]| {
-        let ideal = |of: fn(&IdealPoint) -> Share| {
-            let seen = points.iter().filter_map(|point| point.ideal.as_ref());
-            share_words(&seen.fold(Share::default(), |sum, ideal| sum.with(of(ideal))))[1].clone()
+    let mut row = |name: &str, size: &str, points: Vec<&PowerPoint>| {
+        // What has no size, the observer has not tried: it is left out of the counts too.
+        let tried = || {
+            let points = points.iter();
+            points.filter_map(|point| Some((*point, point.ideal.as_ref()?)))
         };
-        if points.iter().any(|point| point.ideal.is_some()) {
-            let [_, right, interval] = share_words(&sum(points.iter().copied(), |p| p.right));
-            table.row([
-                name.to_owned(),
-                size.to_owned(),
-                right,
-                interval,
-                ideal(|ideal| ideal.found),
-                ideal(|ideal| ideal.right),
-                ideal(|ideal| ideal.nameable),
-            ]);
+        if tried().next().is_none() {
+            return;
         }
+        let ideal = |of: fn(&IdealPoint) -> Share| {
+            let all = tried().fold(Share::default(), |sum, (_, ideal)| sum.with(of(ideal)));
+            share_words(&all)[1].clone()
+        };
+        let [_, right, interval] = share_words(&sum(tried().map(|(point, _)| point), |p| p.right));
+        table.row([
+            name.to_owned(),
+            size.to_owned(),
+            right,
+            interval,
+            ideal(|ideal| ideal.found),
+            ideal(|ideal| ideal.right),
+            ideal(|ideal| ideal.nameable),
+        ]);
     };
     let sizes = [("4.5", AT_80), ("6 and more", FROM_95)];
     for name in law_names().filter(|name| *name != Law::Slip.name()) {
         for (size, range) in sizes {
-            row(name, size, &of_law(cases, name, range));
+            row(name, size, of_law(cases, name, range));
         }
     }
     for (size, range) in sizes {
-        let all: Vec<&PowerPoint> = points(cases, false, range).collect();
-        row("all of these", size, &all);
+        row("all of these", size, points(cases, false, range).collect());
     }
     for point in points(cases, true, [0.0, f64::INFINITY]) {
-        row("slip", &format!("{:.1}", point.size), &[point]);
+        row("slip", &format!("{:.1}", point.size), vec![point]);
     }
     table
 }
