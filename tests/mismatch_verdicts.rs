@@ -9,8 +9,9 @@
 )]
 
 use stiffbench::mismatch::{
-    Diagnosis, IdealSearch, LAW_LEVEL, Limits, Observations, ReadingNoise, RobotBaseline,
+    Baseline, Diagnosis, IdealSearch, LAW_LEVEL, Limits, Observations, ReadingNoise, RobotBaseline,
     SearchOptions, Stratum, TrialNoise, Truth, Verdict, diagnose, scale_to, simulate,
+    standard_errors, standard_errors_between,
 };
 use stiffbench::physics::{ActingPhysics, Effect, Law, Place};
 use stiffbench::procedure::{Procedure, shipped_procedure};
@@ -37,8 +38,12 @@ struct Arm {
 
 impl Arm {
     fn new(procedure: &str) -> Self {
+        Self::of("serial-arm", procedure)
+    }
+
+    fn of(robot: &str, procedure: &str) -> Self {
         let robot: &'static Robot = Box::leak(Box::new(
-            Robot::parse(&shipped_robot("serial-arm").unwrap()).unwrap(),
+            Robot::parse(&shipped_robot(robot).unwrap()).unwrap(),
         ));
         let (procedure, _) = Procedure::parse(&shipped_procedure(procedure).unwrap()).unwrap();
         let mechanism = robot.mechanism(None).unwrap();
@@ -259,6 +264,41 @@ fn the_same_session_gives_the_same_diagnosis() {
     ));
     let [a, b] = [(); 2].map(|()| arm.diagnose(&truth, 4, Vec::new()));
     assert_eq!(a, b);
+}
+
+/// A member is loose or it is not: what it leaves of another effect is what they differ by, not what its best multiple would leave.
+#[test]
+fn a_loose_member_is_held_against_an_effect_with_the_size_it_has() {
+    let arm = Arm::of("hp-robot", "load-unload");
+    let (baseline, plan) = (&arm.baseline, &arm.plan);
+    let length = |truth: &Truth| standard_errors(baseline, plan, truth).unwrap();
+    let between = |truth: &Truth, rival: &Effect| {
+        standard_errors_between(baseline, plan, truth, rival).unwrap()
+    };
+    let loose = baseline.loose_effects();
+    assert!(!loose.is_empty());
+    for member in &loose {
+        let own = truth(vec![member.clone()]);
+        let size = length(&own);
+        assert!(between(&own, member) < 1e-6 * size.max(1.0));
+        let other = arm.twelve(effect(
+            Law::ForceGaugeNonlinearity,
+            Place::ForceGauge,
+            &[1e-10],
+        ));
+        let apart = between(&other, member);
+        // Triangle inequality, both ways; both solve the same structure, so that rounding is all that separates them.
+        assert!(
+            ((12.0 - size).abs() - 1e-3..=12.0 + size + 1e-3).contains(&apart),
+            "{}: {size} {apart}",
+            member.title()
+        );
+    }
+    assert!(
+        loose
+            .iter()
+            .any(|member| length(&truth(vec![member.clone()])) > 30.0)
+    );
 }
 
 /// The draws of the limits and the sessions of the observer are two ways to the same chances: over few vectors, and over all of them.

@@ -287,8 +287,7 @@ impl IdealSearch {
             if at_place && (other.law == own.law || other.law.contains(own.law)) {
                 return 0.0;
             }
-            let cosine = self.largest_cosine(other, effect);
-            size * (1.0 - cosine * cosine).max(0.0).sqrt()
+            self.left_by(other, effect, size)
         };
         let members = self.members(&all, along);
         let is_truth = |best: &Best| {
@@ -357,27 +356,30 @@ impl IdealSearch {
         self.combined(shape, [first / length, second / length])
     }
 
-    /// Cosine between an effect and the shape of a candidate that is most like it.
-    fn largest_cosine(&self, searched: &Searched, effect: &[f32]) -> f64 {
-        let cosine = |shape: &UnitShape| {
-            let first = product(self.vector(shape.vector), effect);
-            match shape.vectors {
-                1 if shape.sizes[0] < 0.0 => first.abs(),
-                1 => first,
-                _ => first.hypot(product(self.vector(shape.vector + 1), effect)),
-            }
+    /// What the shape of a candidate that is most like an effect of a size leaves of it, standard errors.
+    fn left_by(&self, searched: &Searched, effect: &[f32], size: f64) -> f64 {
+        let gain = |shape: &UnitShape| {
+            let along = |number| size * product(self.vector(shape.vector + number), effect);
+            shape.gain_along(along(0), || along(1))
         };
-        searched.shapes.iter().map(cosine).fold(0.0, f64::max)
+        let gains = searched.shapes.iter().map(gain);
+        // A loose member may make it worse.
+        let most = gains.fold(f64::NEG_INFINITY, f64::max);
+        (size * size - most).max(0.0).sqrt()
     }
 }
 
 impl UnitShape {
     /// Fall of the weighted squares by its best possible length.
     fn gain(&self, along: &[f32]) -> f64 {
-        let first = f64::from(along[self.vector]);
+        let along = |number| f64::from(along[self.vector + number]);
+        self.gain_along(along(0), || along(1))
+    }
+
+    /// The same from the products of the readings with its first vector and, where it has two, its second.
+    fn gain_along(&self, first: f64, second: impl FnOnce() -> f64) -> f64 {
         if self.vectors > 1 {
-            let second = f64::from(along[self.vector + 1]);
-            return first * first + second * second;
+            return first * first + second().powi(2);
         }
         let size = first.clamp(self.sizes[0], self.sizes[1]);
         size * (2.0 * first - size)

@@ -128,8 +128,8 @@ pub fn standard_errors(
 
 /// What a rival leaves of the last effect of a truth, in standard errors: how far apart the two are.
 ///
-/// The rival has its best size, which physics may forbid to be below zero, and its own shape or the best of those that are searched; the
-/// baseline and the other effects are projected out.
+/// The rival has its best size, which physics may forbid to be below zero, and its own shape or the best of those that are searched; a
+/// loose member has the size it has. The baseline and the other effects are projected out.
 ///
 /// # Errors
 /// [`MismatchError`] if the structure cannot be solved.
@@ -147,9 +147,14 @@ pub fn standard_errors_between(
     let mut with_rival = others.to_vec();
     with_rival.push(rival.clone());
     let own = space.vector(&truth.effects, last)?;
-    let nearest = space.nearest_shape(others, rival, &own)?;
     let other = space.vector(&with_rival, last)?;
     let (square, product) = (dot(&own, &own), dot(&own, &other));
+    if rival.values.is_empty() {
+        return Ok((square - 2.0 * product + dot(&other, &other))
+            .max(0.0)
+            .sqrt());
+    }
+    let nearest = space.nearest_shape(others, rival, &own)?;
     let positive = rival
         .law
         .parameters()

@@ -81,41 +81,39 @@ pub(super) fn testable(
         .collect()
 }
 
-/// The first testable effect that reaches a size at some factors, with its truth scaled to that size.
+/// A truth with one effect more, scaled to a size; `None` if no multiple of it reaches the size.
 ///
 /// # Errors
 /// [`ProveError`].
 pub(super) fn scaled(
     bench: &TrialBench<'_>,
-    effects: &[Effect],
+    effect: &Effect,
     beside: &Truth,
     size: f64,
 ) -> Result<Option<Truth>, ProveError> {
-    for effect in effects {
-        let mut truth = beside.clone();
-        truth.effects.push(effect.clone());
-        if let Some(truth) = scale_to(&bench.baseline, &bench.plan, &truth, size)? {
-            return Ok(Some(truth));
-        }
-    }
-    Ok(None)
+    let mut truth = beside.clone();
+    truth.effects.push(effect.clone());
+    Ok(scale_to(&bench.baseline, &bench.plan, &truth, size)?)
 }
 
-/// Which of these effects reaches every size of a power curve, at the factors of the first trial.
+/// Those of these effects that reach every size of a power curve, at the factors of the first trial; no more than `most`.
 ///
 /// # Errors
 /// [`ProveError`].
 pub(super) fn reaching(
     bench: &TrialBench<'_>,
     effects: &[Effect],
-) -> Result<Option<Effect>, ProveError> {
+    most: usize,
+) -> Result<Vec<Effect>, ProveError> {
+    let mut reaching = Vec::new();
     for effect in effects {
-        let one = std::slice::from_ref(effect);
-        if let Some(truth) = scaled(bench, one, &bench.first.0, LARGEST_SIZE)? {
-            return Ok(truth.effects.into_iter().last());
+        if reaching.len() == most {
+            break;
         }
+        let truth = scaled(bench, effect, &bench.first.0, LARGEST_SIZE)?;
+        reaching.extend(truth.and_then(|truth| truth.effects.into_iter().last()));
     }
-    Ok(None)
+    Ok(reaching)
 }
 
 /// The loose member with the smallest effect that is still to be found, and its size.

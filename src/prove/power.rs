@@ -2,8 +2,8 @@
 
 use rayon::prelude::*;
 
-use crate::mismatch::{IdealSearch, SearchOptions, Truth};
-use crate::physics::{Effect, Law};
+use crate::mismatch::{IdealSearch, IdealSession, SearchOptions, Truth};
+use crate::physics::{Effect, Law, Place};
 
 use super::calibration::{is_full, places_of_benches};
 use super::cases::{loose, reaching, reshaped, scaled, testable};
@@ -13,8 +13,11 @@ use super::session::Session;
 use super::share::Share;
 use super::trial_bench::{Judged, NoiseKind, TrialBench, seed_of};
 
-/// Trials that share their factors: scaling an effect to its size costs as much as several trials.
+/// Trials that share their factors and place: scaling an effect to its size costs as much as several trials.
 const SHARE_FACTORS: usize = 8;
+
+/// Places of a law that are tried on one bench, from the one in the middle by its smallest visible size outwards.
+const MOST_PLACES: usize = 12;
 
 /// Sessions of an observer who knows the noise: shares are known to half a percent.
 const IDEAL_SESSIONS: usize = 4000;
@@ -93,6 +96,8 @@ pub struct PowerCase {
     pub laws: Vec<Law>,
     /// Laws and places in words.
     pub title: String,
+    /// The places, one for each block of trials in turn; of a pair one for each law.
+    pub places: Vec<Place>,
     /// Robot and mechanism.
     pub bench: String,
     /// Whether its joint lies in a closed loop; `None` for other laws.
@@ -183,16 +188,18 @@ fn law_case(
     options: &PowerOptions,
     done: &(dyn Fn() + Sync),
 ) -> Result<Option<PowerCase>, ProveError> {
-    let (effect, sizes) = if law == Law::LooseMember {
+    let (effects, sizes) = if law == Law::LooseMember {
         let Some((effect, size)) = loose(bench)? else {
             return Ok(None);
         };
-        (effect, vec![size])
+        (vec![effect], vec![size])
     } else {
-        let Some(effect) = reaching(bench, &testable(bench, law, open)?)? else {
-            return Ok(None);
-        };
-        (effect, sizes_of(bench, law, options))
+        let most = options.trials.div_ceil(SHARE_FACTORS).min(MOST_PLACES);
+        let effects = reaching(bench, &testable(bench, law, open)?, most)?;
+        (effects, sizes_of(bench, law, options))
+    };
+    let Some(first) = effects.first() else {
+        return Ok(None);
     };
     let points = sizes
         .into_iter()
@@ -205,33 +212,46 @@ fn law_case(
                 u64::from(open),
                 number as u64,
             ]);
-            let truth_at = |factors_seed: u64| -> Result<Option<Truth>, ProveError> {
+            let truth_at = |block: usize| -> Result<Option<Truth>, ProveError> {
+                let factors_seed = seed_of(&[seed, 1, block as u64]);
+                let effect = &effects[block % effects.len()];
                 let mut truth = bench.truth(factors_seed);
                 if law == Law::LooseMember {
                     truth.effects.push(effect.clone());
                     return Ok(Some(truth));
                 }
-                let other = reshaped(&effect, seed_of(&[factors_seed, 1]));
-                scaled(bench, &[other], &truth, size)
+                let other = reshaped(effect, seed_of(&[factors_seed, 1]));
+                scaled(bench, &other, &truth, size)
             };
             Ok::<_, ProveError>(PowerPoint {
-                ideal: ideal_point(ideal, &effect, size, seed_of(&[seed, 3])),
+                ideal: ideal_point(ideal, &effects, size, seed_of(&[seed, 3])),
                 ..point(bench, size, seed, options.trials, &truth_at, done)?
             })
         })
         .collect::<Result<_, _>>()?;
     Ok(Some(PowerCase {
         laws: vec![law],
-        title: effect.title(),
+        title: match effects.len() {
+            1 => first.title(),
+            count => format!("{} at {count} places", law.name()),
+        },
+        places: effects.iter().map(|effect| effect.place.clone()).collect(),
         bench: bench.session.bench(),
         in_closed_loop: law.is_of_a_joint().then_some(!open),
         points,
     }))
 }
 
-/// What an observer who knows the noise finds and names of an effect.
-fn ideal_point(ideal: &IdealSearch, effect: &Effect, size: f64, seed: u64) -> Option<IdealPoint> {
-    let sessions = ideal.sessions((effect.law, &effect.place), size, IDEAL_SESSIONS, seed);
+/// What an observer who knows the noise finds and names of effects, each as often as any other.
+fn ideal_point(
+    ideal: &IdealSearch,
+    effects: &[Effect],
+    size: f64,
+    seed: u64,
+) -> Option<IdealPoint> {
+    let each = IDEAL_SESSIONS / effects.len();
+    let seen = |effect: &Effect| ideal.sessions((effect.law, &effect.place), size, each, seed);
+    let sessions: Vec<IdealSession> = effects.iter().flat_map(seen).collect();
     (!sessions.is_empty()).then(|| IdealPoint {
         found: Share::of(&sessions, |session| session.found),
         right: Share::of(&sessions, |session| {
@@ -263,19 +283,20 @@ fn pair_case(
 ) -> Result<Option<PowerCase>, ProveError> {
     let mut effects: Vec<Effect> = Vec::new();
     for law in laws {
-        let Some(effect) = reaching(bench, &testable(bench, law, false)?)? else {
+        let reaching = reaching(bench, &testable(bench, law, false)?, 1)?;
+        let Some(effect) = reaching.into_iter().next() else {
             return Ok(None);
         };
         effects.push(effect);
     }
     let seed = seed_of(&[options.seed, 400, laws[0] as u64, laws[1] as u64]);
-    let truth_at = |factors_seed: u64| -> Result<Option<Truth>, ProveError> {
-        let mut truth = Some(bench.truth(factors_seed));
+    let truth_at = |block: usize| -> Result<Option<Truth>, ProveError> {
+        let mut truth = Some(bench.truth(seed_of(&[seed, 1, block as u64])));
         for effect in &effects {
             let Some(beside) = truth else {
                 return Ok(None);
             };
-            truth = scaled(bench, std::slice::from_ref(effect), &beside, PAIR_SIZE)?;
+            truth = scaled(bench, effect, &beside, PAIR_SIZE)?;
         }
         Ok(truth)
     };
@@ -287,6 +308,7 @@ fn pair_case(
             .map(Effect::title)
             .collect::<Vec<_>>()
             .join(" and "),
+        places: effects.iter().map(|effect| effect.place.clone()).collect(),
         bench: bench.session.bench(),
         in_closed_loop: laws.iter().any(|law| law.is_of_a_joint()).then_some(true),
         points: vec![found],
@@ -299,7 +321,7 @@ fn point(
     size: f64,
     seed: u64,
     trials: usize,
-    truth_at: &(dyn Fn(u64) -> Result<Option<Truth>, ProveError> + Sync),
+    truth_at: &(dyn Fn(usize) -> Result<Option<Truth>, ProveError> + Sync),
     done: &(dyn Fn() + Sync),
 ) -> Result<PowerPoint, ProveError> {
     let blocks = trials.div_ceil(SHARE_FACTORS);
@@ -307,7 +329,7 @@ fn point(
         .into_par_iter()
         .map(|block| {
             // Other factors may not let the effect grow to its size; then the trial is made without.
-            let Some(truth) = truth_at(seed_of(&[seed, 1, block as u64]))? else {
+            let Some(truth) = truth_at(block)? else {
                 return Ok(Vec::new());
             };
             let last = trials.min((block + 1) * SHARE_FACTORS);

@@ -19,9 +19,6 @@ use super::share::Share;
 /// How far the beam factors of a trial lie from their start, as in the concealed sessions.
 const FACTORS: [f64; 2] = [0.55, 1.8];
 
-/// Displacements nearer than this are the same, m: rounding to the step of a gauge may fall either way.
-const SAME_M: f64 = 1.1e-6;
-
 /// A gauge with this step or more is coarse, m.
 const COARSE_STEP_M: f64 = 1e-5;
 
@@ -181,25 +178,9 @@ impl<'a> TrialBench<'a> {
         if last.is_some_and(|own| member.law.contains(own.law) && member.place == own.place) {
             return Ok(false);
         }
-        // A loose member has no size to hold against another: it is none too many if the robot is the same without it.
-        if member.values.is_empty() {
-            return self.differs_without(truth, member);
-        }
         let own = standard_errors(&self.baseline, &self.plan, truth)?;
         let between = standard_errors_between(&self.baseline, &self.plan, truth, member)?;
         Ok(is_apart(between, own))
-    }
-
-    /// Whether the bench would show anything else if another member were loose instead of the last effect of a truth.
-    fn differs_without(&self, truth: &Truth, member: &Effect) -> Result<bool, ProveError> {
-        let mut instead = truth.clone();
-        instead.effects.pop();
-        instead.effects.push(member.clone());
-        // The same errors on both: what differs is the robot.
-        let readings = |truth| simulate(&self.baseline, &self.plan, truth, 0);
-        let (own, other) = (readings(truth)?, readings(&instead)?);
-        let mut pairs = own.displacement_m.iter().zip(&other.displacement_m);
-        Ok(pairs.any(|(own_m, other_m)| (own_m - other_m).abs() > SAME_M))
     }
 }
 

@@ -83,6 +83,21 @@ fn a_phase_makes_two_directions_one_effect() {
 }
 
 #[test]
+fn what_has_one_size_is_held_against_an_effect_with_it() {
+    let mut ideal = along_readings(&[(Law::LooseMember, vec![vec![1.0, 0.0, 0.0, 0.0]])], 9.0);
+    let left =
+        |ideal: &IdealSearch, effect: [f32; 4]| ideal.left_by(&ideal.candidates[0], &effect, 4.0);
+    let along = [0.6, 0.8, 0.0, 0.0];
+    let against = [-1.0, 0.0, 0.0, 0.0];
+    // With any size what lies across is left, 4 times 0.8; with three standard errors 0.6 of them too much; what points the other way adds.
+    assert!((left(&ideal, along) - 3.2).abs() < 1e-6);
+    assert!((left(&ideal, against) - 4.0).abs() < 1e-6);
+    ideal.candidates[0].shapes[0].sizes = [3.0, 3.0];
+    assert!((left(&ideal, along) - 3.2_f64.hypot(0.6)).abs() < 1e-6);
+    assert!((left(&ideal, against) - 7.0).abs() < 1e-6);
+}
+
+#[test]
 fn what_is_not_searched_has_no_sessions() {
     let ideal = along_readings(&[(Law::Creep, vec![vec![1.0, 0.0, 0.0, 0.0]])], 9.0);
     assert!(

@@ -2,7 +2,7 @@
 
 use serde_json::{Value, json};
 
-use crate::physics::Law;
+use crate::physics::{Law, Place};
 use crate::plot::{Figure, LawPower, PowerAtSize, PowerCurves, Rate, power_curves};
 use crate::prove::{IdealPoint, PowerCase, PowerPoint, Promise, Share, Target};
 use crate::report::diagnosis::law_row;
@@ -302,6 +302,7 @@ pub fn power_json(cases: &[PowerCase]) -> Value {
         "cases": cases.iter().map(|case| json!({
             "laws": case.laws.iter().map(|law| law.name()).collect::<Vec<_>>(),
             "effects": case.title,
+            "places": case.places.iter().map(Place::to_json).collect::<Vec<_>>(),
             "bench": case.bench,
             "in_closed_loop": case.in_closed_loop,
             "points": case.points.iter().map(|point| json!({
