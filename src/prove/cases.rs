@@ -1,4 +1,4 @@
-//! Which effects the power is counted on: each law at a place where these data could show it.
+//! Which effects the power is counted on: each law at the places where these data could show it.
 
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
