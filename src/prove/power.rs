@@ -53,7 +53,7 @@ pub struct PowerOptions {
     pub seed: u64,
 }
 
-/// Trials of one effect at one size.
+/// Trials of one law at one size.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct PowerPoint {
     /// Its size, standard errors.
@@ -78,7 +78,7 @@ pub struct PowerPoint {
     pub ideal: Option<IdealPoint>,
 }
 
-/// The same effect at the same size, seen by an observer who knows the noise and for whom it is one of the shapes that are searched.
+/// Effects of the same law, places and size, seen by an observer who knows the noise and for whom each is one of the shapes that are searched.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct IdealPoint {
     /// Something was found.
@@ -89,12 +89,12 @@ pub struct IdealPoint {
     pub nameable: Share,
 }
 
-/// Trials of one effect, or of a pair.
+/// Trials of one law on one bench, or of a pair.
 #[derive(Debug, Clone, PartialEq)]
 pub struct PowerCase {
     /// The laws: one, or two.
     pub laws: Vec<Law>,
-    /// Laws and places in words.
+    /// Laws and places in words; of several places their number.
     pub title: String,
     /// The places, one for each block of trials in turn; of a pair one for each law.
     pub places: Vec<Place>,
