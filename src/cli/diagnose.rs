@@ -6,13 +6,14 @@ use std::path::{Path, PathBuf};
 use serde_json::{Value, json};
 
 use crate::mismatch::{
-    Baseline, Diagnosis, EstimatedNoise, MismatchError, Observations, RobotBaseline, SearchOptions,
-    Verdict, diagnose_and_locate, given_noise, trace,
+    Baseline, Diagnosis, EstimatedNoise, KnownNoise, MismatchError, Observations, RobotBaseline,
+    SearchOptions, Verdict, diagnose_and_locate, given_noise, trace,
 };
 use crate::nearest::nearest;
 use crate::physics::{Law, ModelFile};
 use crate::report::{
-    DiagnosisReport, diagnosis_appendix, diagnosis_figures, diagnosis_json, diagnosis_page,
+    DiagnosisReport, NoiseOrigin, diagnosis_appendix, diagnosis_figures, diagnosis_json,
+    diagnosis_page,
 };
 use crate::robot::{FittingFactors, Pose};
 
@@ -20,6 +21,7 @@ use super::args::{Global, LogArgs};
 use super::data::{Chosen, Session, choose, load_session, sha256};
 use super::design;
 use super::diagnose_args::{DiagnoseArgs, NoiseSource};
+use super::diagnose_earlier::earlier_noise;
 use super::diagnose_specimen;
 use super::failure::{CliError, Failure};
 use super::figure_files::{write, write_figure};
@@ -47,18 +49,22 @@ pub(super) fn run(args: &DiagnoseArgs, global: &Global) -> Result<Outcome, Failu
     refuse_known_physics(&chosen)?;
     let mechanism = chosen.robot.mechanism(Some(&chosen.mechanism))?;
     let observations = Observations::new(&session.table, session.header.as_ref());
-    let poses = observations
-        .poses
-        .iter()
-        .map(|pose| chosen.robot.pose(pose).cloned())
-        .collect::<Result<Vec<Pose>, _>>()?;
+    let poses = poses_of(&chosen, &observations)?;
     let baseline = RobotBaseline::new(&chosen.robot, mechanism, chosen.factors, poses, RANGE);
     bar.inc(1);
-    let options = SearchOptions {
-        noise: noise(args, &baseline, &observations, &mut session)?,
+    let mut options = SearchOptions {
+        noise: KnownNoise::Nothing,
         seed: args.seed,
         without,
     };
+    let (noise, noise_origin) = noise(
+        args,
+        &baseline,
+        &observations,
+        (&options, &mut session),
+        global,
+    )?;
+    options.noise = noise;
     let (diagnosis, limits, located) = diagnose_and_locate(&baseline, &observations, &options)?;
     bar.inc(1);
     let trace = trace(&baseline, &observations, &diagnosis)?;
@@ -82,7 +88,7 @@ pub(super) fn run(args: &DiagnoseArgs, global: &Global) -> Result<Outcome, Failu
         trace: &trace,
         next: &next,
         without: &options.without,
-        noise_from_records: args.noise == NoiseSource::Records,
+        noise_origin: &noise_origin,
         seed: args.seed,
     };
     let mut text = diagnosis_page(&report);
@@ -179,7 +185,7 @@ fn robot_seen_from(chosen: &Chosen, folder: &Path) -> Result<String, CliError> {
 }
 
 /// What the page calls the data: not by a path, so that a session says the same wherever it lies.
-fn called(session: &Session, path: &Path) -> String {
+pub(super) fn called(session: &Session, path: &Path) -> String {
     let id = session.header.as_ref().and_then(|header| header.id.clone());
     id.or_else(|| {
         path.file_name()
@@ -217,16 +223,38 @@ fn unknown_law(name: &str) -> Failure {
     .into()
 }
 
-/// The noise, as far as the records of the instruments are to give it.
+/// The poses that were observed.
+pub(super) fn poses_of(chosen: &Chosen, observations: &Observations) -> Result<Vec<Pose>, Failure> {
+    let poses = observations.poses.iter();
+    let known = poses.map(|pose| chosen.robot.pose(pose).cloned());
+    Ok(known.collect::<Result<_, _>>()?)
+}
+
+/// What is known of the noise beforehand, and where from.
 fn noise(
     args: &DiagnoseArgs,
     baseline: &RobotBaseline<'_>,
     observations: &Observations,
-    session: &mut Session,
-) -> Result<Option<EstimatedNoise>, Failure> {
-    if args.noise == NoiseSource::Estimated {
-        return Ok(None);
+    (search, session): (&SearchOptions, &mut Session),
+    global: &Global,
+) -> Result<(KnownNoise, NoiseOrigin), Failure> {
+    if args.noise == NoiseSource::Records {
+        let noise = recorded_noise(baseline, observations, session)?;
+        return Ok((KnownNoise::Given(noise), NoiseOrigin::Records));
     }
+    if args.earlier.is_empty() {
+        return Ok((KnownNoise::Nothing, NoiseOrigin::Readings));
+    }
+    let (known, sessions) = earlier_noise(args, baseline, observations, (search, session), global)?;
+    Ok((known, NoiseOrigin::EarlierSessions(sessions)))
+}
+
+/// The noise, its part of single readings from the records of the instruments.
+fn recorded_noise(
+    baseline: &RobotBaseline<'_>,
+    observations: &Observations,
+    session: &mut Session,
+) -> Result<EstimatedNoise, Failure> {
     let Some(step_m) = observations.steps.displacement_m else {
         return Err(CliError::NoResolution {
             data: session.name.clone(),
@@ -249,7 +277,7 @@ fn noise(
             sd_m * 1e6
         ));
     }
-    Ok(Some(given.noise))
+    Ok(given.noise)
 }
 
 /// Where the results go: where the user says, else into the session folder.

@@ -10,7 +10,7 @@ use super::specimen_args::SpecimenArgs;
 /// Arguments of `diagnose`.
 #[derive(Debug, Args)]
 #[command(
-    after_help = "Writes verdict.txt, diagnosis.json and figures to SESSION/diagnosis. docs/diagnosis.md explains them.\n\nExamples:\n  stiffbench diagnose my-session\n  stiffbench diagnose readings.csv --robot my-robot.toml --out diagnosis --json\n  stiffbench diagnose my-session --without slip,gauge-periodic --no-figures\n  stiffbench diagnose cell.csv --specimen --force-column load --force-unit kN --displacement-column travel --displacement-unit mm"
+    after_help = "Writes verdict.txt, diagnosis.json and figures to SESSION/diagnosis. docs/diagnosis.md explains them.\n\nExamples:\n  stiffbench diagnose my-session\n  stiffbench diagnose readings.csv --robot my-robot.toml --out diagnosis --json\n  stiffbench diagnose my-session --earlier last-week --earlier yesterday\n  stiffbench diagnose my-session --without slip,gauge-periodic --no-figures\n  stiffbench diagnose cell.csv --specimen --force-column load --force-unit kN --displacement-column travel --displacement-unit mm"
 )]
 pub(super) struct DiagnoseArgs {
     /// Session folder or readings file
@@ -31,6 +31,9 @@ pub(super) struct DiagnoseArgs {
     /// Where the scatter of single readings comes from
     #[arg(long, value_enum, default_value_t = NoiseSource::Estimated)]
     pub(super) noise: NoiseSource,
+    /// Earlier session (folder or readings file) of the same bench, whose scatter tells that of this one too; may be given several times
+    #[arg(long, value_name = "SESSION", conflicts_with_all = ["design", "specimen", "noise"])]
+    pub(super) earlier: Vec<PathBuf>,
     /// Folder for the results [default: diagnosis in the session folder; for a bare file nothing is written]
     #[arg(long, value_name = "FOLDER")]
     pub(super) out: Option<PathBuf>,

@@ -8,6 +8,7 @@ mod descriptions;
 mod design;
 mod diagnose;
 mod diagnose_args;
+mod diagnose_earlier;
 mod diagnose_specimen;
 #[cfg(unix)]
 mod emulate;

@@ -130,15 +130,20 @@ impl Done {
         let data = json!({
             "quick": args.quick,
             "seed": args.seed,
+            "earlier_sessions": args.earlier,
             "seconds": seconds.round(),
             "threads": threads,
             "parts": self.json,
         });
         let text = format!(
-            "stiffbench {} prove{}, seed {}, {seconds:.0} s on {threads} threads\n\n{}",
+            "stiffbench {} prove{}, seed {}{}, {seconds:.0} s on {threads} threads\n\n{}",
             env!("CARGO_PKG_VERSION"),
             if args.quick { " --quick" } else { "" },
             args.seed,
+            match args.earlier {
+                0 => String::new(),
+                count => format!(", noise told by {count} earlier sessions too"),
+            },
             self.text
         );
         let mut stored = super::outcome::envelope("prove", true);
@@ -198,7 +203,7 @@ fn calibration(args: &ProveArgs, global: &Global, done: &mut Done) -> Result<(),
     let trials = trials(args);
     let bar = progress(global, "benches with nothing missing", trials as u64);
     let done_one = || step_on(global, &bar, "benches with nothing missing");
-    let rows = calibrate(&plans, trials, args.seed, &done_one)?;
+    let rows = calibrate(&plans, (trials, args.earlier), args.seed, &done_one)?;
     bar.finish_and_clear();
     done.add(
         "calibration",
@@ -228,6 +233,7 @@ fn power_part(args: &ProveArgs, global: &Global, done: &mut Done) -> Result<(), 
         },
         trials,
         closed_benches: if args.quick { 1 } else { 2 },
+        earlier: args.earlier,
         pairs: !args.quick && args.laws.is_empty(),
         seed: args.seed,
     };

@@ -65,6 +65,9 @@ pub(super) struct ProveArgs {
     /// Sizes of the power curves, standard errors, comma-separated [default: 3, 4.5, 6, 8; with --quick 6]
     #[arg(long, value_delimiter = ',', value_name = "SIZE", value_parser = standard_errors)]
     pub(super) sizes: Vec<f64>,
+    /// Sessions of the same bench before each simulated one, which tell its noise too (calibration and power), as with diagnose --earlier
+    #[arg(long, value_name = "N", default_value_t = 0)]
+    pub(super) earlier: usize,
     /// Seed of everything random
     #[arg(long, default_value_t = 0)]
     pub(super) seed: u64,

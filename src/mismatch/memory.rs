@@ -8,6 +8,7 @@ use std::sync::{Arc, Mutex, OnceLock, PoisonError};
 
 use crate::physics::{Effect, Law};
 
+use super::known_noise::KnownNoise;
 use super::loose::LooseChange;
 use super::noise::ReadingNoise;
 use super::ranked::Ranked;
@@ -19,7 +20,7 @@ use super::state::State;
 /// Results of searches that share baseline and readings, but for where the gauge stood.
 #[derive(Debug, Default)]
 pub(super) struct Memory {
-    settled: Kept<(Model, Option<EstimatedNoise>), Option<State>>,
+    settled: Kept<(Model, KnownNoise), Option<State>>,
     seen: Kept<StateKey, Vec<SeenCandidate>>,
     fitted: Kept<(StateKey, Effect), Option<Ranked>>,
     noise: OnceLock<ReadingNoise>,
@@ -46,7 +47,7 @@ impl Memory {
     pub(super) fn settled<E>(
         &self,
         start: Model,
-        noise: Option<EstimatedNoise>,
+        noise: KnownNoise,
         work: impl FnOnce(Model) -> Result<Option<State>, E>,
     ) -> Result<Option<State>, E> {
         if !stands_anywhere(&start.effects) {

@@ -12,13 +12,14 @@ mod detection;
 mod diagnosis;
 mod directions;
 mod draws;
+mod earlier_noise;
 mod error;
 mod few;
 mod found_model;
-mod given_noise;
 mod held_out;
 mod ideal;
 mod joint_candidate;
+mod known_noise;
 mod leftover;
 mod limits;
 mod loose;
@@ -57,9 +58,10 @@ pub use design::{
 pub use diagnosis::{
     DetectionLimit, Diagnosis, FactorShift, Finding, Location, Quality, Rival, Value, Verdict,
 };
+pub use earlier_noise::EarlierNoise;
 pub use error::MismatchError;
-pub use given_noise::{GivenNoise, given_noise};
 pub use ideal::{IdealSearch, IdealSession};
+pub use known_noise::{GivenNoise, KnownNoise, given_noise};
 pub use leftover::Stratum;
 pub use limits::{DRAWS, Family, LAW_LEVEL, LEFT_OVER_LEVEL, Limits, level_share};
 pub use next_measurement::NextMeasurement;

@@ -1,4 +1,4 @@
-//! Variances of the noise from the readings alone.
+//! Variances of the noise from the readings, alone or together with what earlier sessions tell.
 //!
 //! Restricted likelihood of Patterson and Thompson, Biometrika 58 (1971): the mean of every load step of every cell is left free, so
 //! that no physics that repeats itself can pass for noise. What is left is the scatter between runs.
@@ -8,6 +8,7 @@ use rayon::prelude::*;
 
 use crate::lanes::{sums_side_by_side, widest};
 
+use super::earlier_noise::EarlierNoise;
 use super::noise::{ReadingNoise, Whitening};
 use super::observations::Observations;
 
@@ -52,12 +53,14 @@ struct FixedPart {
 /// - `residual_m`: readings minus the baseline (and minus effects already found), m.
 /// - `slope_m`, `compliance`: the baseline's prediction and compliance at each reading.
 /// - `near`: the noise of a similar baseline, to start from.
+/// - `earlier`: how earlier sessions scattered; the noise is the likeliest for these readings and those.
 #[must_use]
 pub(super) fn estimate_noise(
     observations: &Observations,
     residual_m: &[f64],
     (slope_m, compliance): (&[f64], &[f64]),
     near: Option<&ReadingNoise>,
+    earlier: Option<&EarlierNoise>,
 ) -> EstimatedNoise {
     let fixed: Vec<FixedPart> = (0..observations.cells.len())
         .map(|cell| fixed_part(observations, cell))
@@ -73,6 +76,7 @@ pub(super) fn estimate_noise(
         residual_m,
         slope_m,
         compliance,
+        earlier,
         floor_m,
         free_zero_sd_m: 10.0
             * observations
@@ -104,6 +108,7 @@ struct Problem<'a> {
     residual_m: &'a [f64],
     slope_m: &'a [f64],
     compliance: &'a [f64],
+    earlier: Option<&'a EarlierNoise>,
     floor_m: f64,
     /// What a zero that may be anything scatters by, m.
     free_zero_sd_m: f64,
@@ -177,14 +182,16 @@ impl Problem<'_> {
 
     /// Minus twice the logarithm of the restricted likelihood, with a wide prior about `centre` for what the data do not tell.
     fn objective(&self, log_variances: &Vector3<f64>, centre: &Vector3<f64>) -> f64 {
-        let whitening = self.whitening(&self.noise(log_variances));
+        let noise = self.noise(log_variances);
+        let whitening = self.whitening(&noise);
         let (squares, log_determinant, _) = self.restricted_sum(&whitening);
         // Standard deviation 4 of a log variance: a factor of seven either way of the standard deviation.
         let prior: f64 = (log_variances - centre)
             .iter()
             .map(|d| (d / 4.0).powi(2))
             .sum();
-        whitening.log_determinant() + log_determinant + squares + prior
+        let earlier = self.earlier.map_or(0.0, |earlier| earlier.misfit(&noise));
+        whitening.log_determinant() + log_determinant + squares + earlier + prior
     }
 
     /// Newton steps with differences for derivatives: three parameters, a smooth function.

@@ -3,6 +3,7 @@
 use crate::physics::Law;
 
 use super::error::MismatchError;
+use super::known_noise::KnownNoise;
 use super::leftover::{Pattern, autocorrelation_p, largest_patterns, patterns};
 use super::limits::{LEFT_OVER_LEVEL, Limits, limits};
 use super::memory::key_of;
@@ -10,7 +11,6 @@ use super::outlier::is_outlier;
 use super::rank::View;
 use super::ranked::{Ranked, same};
 use super::refit::Model;
-use super::restricted_likelihood::EstimatedNoise;
 use super::rounded::RoundedNoise;
 use super::space::Space;
 use super::state::{Bench, State};
@@ -44,8 +44,8 @@ pub struct SearchOptions {
     pub without: Vec<Law>,
     /// Seed of the limits' draws.
     pub seed: u64,
-    /// The noise, if it is known from elsewhere; else it is found from the readings.
-    pub noise: Option<EstimatedNoise>,
+    /// What is known of the noise before the readings are looked at.
+    pub noise: KnownNoise,
 }
 
 impl Default for SearchOptions {
@@ -54,7 +54,7 @@ impl Default for SearchOptions {
         Self {
             without: Vec::new(),
             seed: 0,
-            noise: None,
+            noise: KnownNoise::Nothing,
         }
     }
 }
@@ -307,7 +307,8 @@ impl Bench<'_> {
             let Some(settled) = self.settle(best.fitted.model.clone(), options.noise)? else {
                 return Ok(None);
             };
-            let Some(baseline) = self.settle(rest.clone(), Some(settled.noise))? else {
+            let Some(baseline) = self.settle(rest.clone(), KnownNoise::Given(settled.noise))?
+            else {
                 return Ok(None);
             };
             let before = (view, &state.noise.noise);
@@ -420,7 +421,7 @@ impl Bench<'_> {
     fn without(&self, state: &State, place: usize) -> Result<State, MismatchError> {
         let mut rest = state.fitted.model.clone();
         rest.effects.remove(place);
-        self.settle(rest, Some(state.noise))?
+        self.settle(rest, KnownNoise::Given(state.noise))?
             .ok_or(MismatchError::Empty)
     }
 

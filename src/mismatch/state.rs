@@ -7,6 +7,7 @@ use crate::physics::{Effect, Twists};
 use super::baseline::Baseline;
 use super::changes::Frozen;
 use super::error::MismatchError;
+use super::known_noise::KnownNoise;
 use super::memory::Memory;
 use super::noise::Whitening;
 use super::observations::Observations;
@@ -74,28 +75,25 @@ impl<'a> Bench<'a> {
     /// Fits a model and finds its noise, each from the other, twice round.
     ///
     /// # Arguments
-    /// - `noise`: the noise, if it is known; else it is found from what the model leaves.
+    /// - `known`: the noise, if it is given; else it is found from what the model leaves.
     pub(super) fn settle(
         &self,
         start: Model,
-        noise: Option<EstimatedNoise>,
+        known: KnownNoise,
     ) -> Result<Option<State>, MismatchError> {
         self.memory
-            .settled(start, noise, |start| self.settle_anew(start, noise))
+            .settled(start, known, |start| self.settle_anew(start, known))
     }
 
-    fn settle_anew(
-        &self,
-        start: Model,
-        noise: Option<EstimatedNoise>,
-    ) -> Result<Option<State>, MismatchError> {
+    fn settle_anew(&self, start: Model, known: KnownNoise) -> Result<Option<State>, MismatchError> {
         let mut predictor = self.predictor();
         let mut model = start;
-        let mut found = noise;
+        let given = known.given().copied();
+        let mut found = given;
         let mut state = None;
         for round in 0..3 {
-            if noise.is_none() && (round > 0 || found.is_none()) {
-                let Some(estimate) = self.noise_of(&mut predictor, &model)? else {
+            if given.is_none() && (round > 0 || found.is_none()) {
+                let Some(estimate) = self.noise_of(&mut predictor, &model, &known)? else {
                     return Ok(None);
                 };
                 let settled = found.is_some_and(|before| alike(&before, &estimate));
@@ -103,7 +101,7 @@ impl<'a> Bench<'a> {
                 if settled {
                     break;
                 }
-            } else if noise.is_some() && round > 0 {
+            } else if given.is_some() && round > 0 {
                 break;
             }
             let Some(noise) = found else { return Ok(None) };
@@ -121,11 +119,12 @@ impl<'a> Bench<'a> {
         Ok(state)
     }
 
-    /// The noise that a model leaves.
+    /// The noise that a model leaves, by the readings and what is known beforehand.
     pub(super) fn noise_of(
         &self,
         predictor: &mut ReadingPredictor<'a>,
         model: &Model,
+        known: &KnownNoise,
     ) -> Result<Option<EstimatedNoise>, MismatchError> {
         let n = self.observations.len();
         let mut predicted = vec![0.0; n];
@@ -141,7 +140,13 @@ impl<'a> Bench<'a> {
             .map(|(measured, predicted)| measured - predicted)
             .collect();
         let linear = (&slope_m[..], &compliance[..]);
-        let found = estimate_noise(self.observations, &residual, linear, self.memory.noise());
+        let found = estimate_noise(
+            self.observations,
+            &residual,
+            linear,
+            self.memory.noise(),
+            known.earlier(),
+        );
         self.memory.keep_noise(found.noise);
         Ok(Some(found))
     }

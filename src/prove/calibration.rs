@@ -168,13 +168,14 @@ pub(super) fn is_full(session: &Session) -> bool {
 ///
 /// # Arguments
 /// - `trials`: in all, spread evenly over the plans; at least one each.
+/// - `earlier`: sessions of the same bench before each trial, which tell the noise too.
 /// - `done`: called after each trial.
 ///
 /// # Errors
 /// [`ProveError`] if a trial cannot be worked out.
 pub fn calibrate(
     plans: &[CalibrationPlan],
-    trials: usize,
+    (trials, earlier): (usize, usize),
     seed: u64,
     done: &(dyn Fn() + Sync),
 ) -> Result<Vec<CalibrationRow>, ProveError> {
@@ -184,14 +185,14 @@ pub fn calibrate(
         .map(|(number, plan)| {
             let share = trials / plans.len() + usize::from(number < trials % plans.len());
             let own = seed_of(&[seed, 100, number as u64]);
-            calibrate_plan(plan, share.max(1), own, done)
+            calibrate_plan(plan, (share.max(1), earlier), own, done)
         })
         .collect()
 }
 
 fn calibrate_plan(
     plan: &CalibrationPlan,
-    trials: usize,
+    (trials, earlier): (usize, usize),
     seed: u64,
     done: &(dyn Fn() + Sync),
 ) -> Result<CalibrationRow, ProveError> {
@@ -199,7 +200,7 @@ fn calibrate_plan(
         seed,
         ..SearchOptions::default()
     };
-    let bench = TrialBench::new(&plan.session, plan.variant.noise(), &options, seed)?;
+    let bench = TrialBench::new(&plan.session, plan.variant.noise(), &options, earlier, seed)?;
     let (truth, diagnosis) = &bench.first;
     let mut counted = vec![(
         seed,
@@ -212,7 +213,9 @@ fn calibrate_plan(
         .map(|trial| {
             let own = seed_of(&[seed, trial]);
             let truth = bench.truth(own);
-            let diagnosis = bench.diagnose(&truth, own);
+            let diagnosis = bench
+                .earlier(&truth, own)
+                .and_then(|earlier| bench.diagnose(&truth, &earlier, own));
             done();
             // A trial without a diagnosis is no reason to lose all others; it counts against the tool.
             match diagnosis {

@@ -47,6 +47,8 @@ pub struct PowerOptions {
     pub trials: usize,
     /// Benches with closed loops that the laws of joints are tried on.
     pub closed_benches: usize,
+    /// Sessions of the same bench before each block of trials, which tell the noise too.
+    pub earlier: usize,
     /// Whether pairs are tried.
     pub pairs: bool,
     /// Seed.
@@ -129,7 +131,13 @@ pub fn power<E: From<ProveError>>(
     let held = places_of_benches(sessions, has_holds);
     let bench = |place: usize| {
         let seed = seed_of(&[options.seed, 200, place as u64]);
-        TrialBench::new(&sessions[place], NoiseKind::Normal, &search, seed)
+        TrialBench::new(
+            &sessions[place],
+            NoiseKind::Normal,
+            &search,
+            options.earlier,
+            seed,
+        )
     };
     let mut cases: Vec<PowerCase> = Vec::new();
     let (mut closed, mut open) = (0, 0);
@@ -332,11 +340,13 @@ fn point(
             let Some(truth) = truth_at(block)? else {
                 return Ok(Vec::new());
             };
+            let earlier = bench.earlier(&truth, seed_of(&[seed, 4, block as u64]))?;
             let last = trials.min((block + 1) * SHARE_FACTORS);
             (block * SHARE_FACTORS..last)
                 .into_par_iter()
                 .map(|trial| {
-                    let diagnosis = bench.diagnose(&truth, seed_of(&[seed, 2, trial as u64]));
+                    let own = seed_of(&[seed, 2, trial as u64]);
+                    let diagnosis = bench.diagnose(&truth, &earlier, own);
                     done();
                     // A trial without a diagnosis found nothing.
                     diagnosis.map_or(Ok(Judged::default()), |diagnosis| {

@@ -4,11 +4,11 @@ use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
 use crate::mismatch::{
-    Baseline, Diagnosis, IdealSearch, Limits, Observations, ReadingNoise, RobotBaseline,
-    SearchOptions, TrialNoise, Truth, Verdict, diagnose, simulate, standard_errors,
+    Baseline, Diagnosis, EarlierNoise, IdealSearch, KnownNoise, Limits, Observations, ReadingNoise,
+    RobotBaseline, SearchOptions, TrialNoise, Truth, Verdict, diagnose, simulate, standard_errors,
     standard_errors_between,
 };
-use crate::physics::{Effect, Place};
+use crate::physics::{Effect, Law, Place};
 use crate::test_point::{Direction, PoseId};
 
 use super::error::ProveError;
@@ -57,10 +57,15 @@ pub(super) struct TrialBench<'a> {
     /// The readings of the first trial.
     readings: Observations,
     options: SearchOptions,
+    /// Sessions of the same bench before each trial, which tell the noise too.
+    earlier: usize,
 }
 
 impl<'a> TrialBench<'a> {
     /// A plan with noise drawn by a seed, its limits worked out on a first trial with nothing missing.
+    ///
+    /// # Arguments
+    /// - `earlier`: sessions of the same bench before each trial.
     ///
     /// # Errors
     /// [`ProveError`].
@@ -68,6 +73,7 @@ impl<'a> TrialBench<'a> {
         session: &'a Session,
         kind: NoiseKind,
         options: &SearchOptions,
+        earlier: usize,
         seed: u64,
     ) -> Result<Self, ProveError> {
         let baseline = session.baseline()?;
@@ -82,7 +88,7 @@ impl<'a> TrialBench<'a> {
         };
         let readings = simulate(&baseline, &plan, &truth, seed)?;
         let (diagnosis, limits) = diagnose(&baseline, &readings, options, None)?;
-        Ok(Self {
+        let mut bench = Self {
             session,
             baseline,
             plan,
@@ -91,7 +97,13 @@ impl<'a> TrialBench<'a> {
             first: (truth, diagnosis),
             readings,
             options: options.clone(),
-        })
+            earlier,
+        };
+        if earlier > 0 {
+            let known = bench.earlier(&bench.first.0, seed)?;
+            bench.first.1 = bench.diagnose(&bench.first.0, &known, seed)?;
+        }
+        Ok(bench)
     }
 
     /// What is searched on this bench, for an observer who knows the noise.
@@ -112,15 +124,63 @@ impl<'a> TrialBench<'a> {
         }
     }
 
-    /// Makes the readings of a truth and diagnoses them.
+    /// How earlier sessions of the same bench scattered: of the same truth but for slips, which happen once.
     ///
     /// # Errors
     /// [`ProveError::Mismatch`].
-    pub(super) fn diagnose(&self, truth: &Truth, seed: u64) -> Result<Diagnosis, ProveError> {
+    pub(super) fn earlier(
+        &self,
+        truth: &Truth,
+        seed: u64,
+    ) -> Result<Vec<EarlierNoise>, ProveError> {
+        let mut lasting = truth.clone();
+        lasting.effects.retain(|effect| effect.law != Law::Slip);
+        let scatter = |number: usize| {
+            let own = seed_of(&[seed, 3, number as u64]);
+            let readings = simulate(&self.baseline, &self.plan, &lasting, own)?;
+            let diagnosis = self.search(&readings, KnownNoise::Nothing)?;
+            Ok(EarlierNoise::of(&diagnosis))
+        };
+        let told: Result<Vec<_>, ProveError> = (0..self.earlier).map(scatter).collect();
+        Ok(told?.into_iter().flatten().collect())
+    }
+
+    /// Makes the readings of a truth and diagnoses them.
+    ///
+    /// # Arguments
+    /// - `earlier`: how earlier sessions scattered; as in a user's hands only those count that scatter as this one.
+    ///
+    /// # Errors
+    /// [`ProveError::Mismatch`].
+    pub(super) fn diagnose(
+        &self,
+        truth: &Truth,
+        earlier: &[EarlierNoise],
+        seed: u64,
+    ) -> Result<Diagnosis, ProveError> {
         let readings = simulate(&self.baseline, &self.plan, truth, seed)?;
+        let alone = self.search(&readings, KnownNoise::Nothing)?;
+        if earlier.is_empty() {
+            return Ok(alone);
+        }
+        let own = EarlierNoise::of(&alone);
+        let like = |one: &&EarlierNoise| own.is_none_or(|own| one.is_like(&own));
+        let used: Vec<EarlierNoise> = earlier.iter().filter(like).copied().collect();
+        match EarlierNoise::pooled(&used) {
+            Some(pooled) => self.search(&readings, KnownNoise::Earlier(pooled)),
+            None => Ok(alone),
+        }
+    }
+
+    /// Diagnoses readings.
+    fn search(&self, readings: &Observations, noise: KnownNoise) -> Result<Diagnosis, ProveError> {
         // Where a coarse gauge stands, its rounding depends on: limits are those of the readings, not of the plan.
         let known = (self.noise.displacement_step_m < COARSE_STEP_M).then_some(&self.limits);
-        let (diagnosis, _) = diagnose(&self.baseline, &readings, &self.options, known)?;
+        let options = SearchOptions {
+            noise,
+            ..self.options.clone()
+        };
+        let (diagnosis, _) = diagnose(&self.baseline, readings, &options, known)?;
         Ok(diagnosis)
     }
 

@@ -3,6 +3,7 @@
 mod answer;
 mod appendix;
 mod limits_json;
+mod noise;
 mod open_questions;
 mod page;
 mod tables;
@@ -22,7 +23,9 @@ use crate::test_point::Direction;
 
 pub(super) use answer::Answer;
 pub use appendix::diagnosis_appendix;
-use limits_json::{detection_limits_json, levels_json, noise_json};
+use limits_json::{detection_limits_json, levels_json};
+use noise::noise_json;
+pub use noise::{EarlierSession, NoiseOrigin};
 pub use page::diagnosis_page;
 use where_json::{carriers_json, location_json, strata_json, where_json};
 pub(super) use words::{law_row, listed, short_phrase};
@@ -54,8 +57,8 @@ pub struct DiagnosisReport<'a> {
     pub next: &'a [NextMeasurement],
     /// Laws that the search left out.
     pub without: &'a [Law],
-    /// Whether the noise of a reading was taken from the records of the instruments.
-    pub noise_from_records: bool,
+    /// Where the noise comes from.
+    pub noise_origin: &'a NoiseOrigin,
     /// Seed of the limits' draws.
     pub seed: u64,
 }

@@ -18,7 +18,10 @@ mod stiffness;
 mod text;
 
 pub use compare::{comparison_json, comparison_text};
-pub use diagnosis::{DiagnosisReport, diagnosis_appendix, diagnosis_json, diagnosis_page};
+pub use diagnosis::{
+    DiagnosisReport, EarlierSession, NoiseOrigin, diagnosis_appendix, diagnosis_json,
+    diagnosis_page,
+};
 pub use diagnosis_figures::diagnosis_figures;
 pub use figures::{
     FitFigures, correlation_figure, fit_figures, load_displacement_figure, residuals_figure,

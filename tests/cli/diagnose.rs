@@ -302,6 +302,71 @@ fn noise_from_the_records_needs_a_record() {
 }
 
 #[test]
+fn earlier_sessions_tell_the_noise_too() {
+    let desk = Desk::new();
+    let simulate = |name: &str, options: &str| {
+        desk.run(&format!(
+            "simulate {name} --mechanism A --procedure load-unload {options}"
+        ))
+        .succeeds();
+    };
+    simulate("now", "--seed 1");
+    simulate("before", "--seed 2");
+    simulate("long-before", "--seed 3");
+    // Its runs scatter three times as much.
+    simulate("worn", "--seed 4 --run-slope-sd 0.012");
+    let told = |options: &str| {
+        let run = desk.run(&format!("diagnose now --no-figures {options} --json"));
+        let object = run.succeeds().json();
+        assert_valid(&object);
+        object
+    };
+    let alone = told("");
+    let object = told("--earlier before --earlier long-before --earlier worn");
+    let noise = &object["data"]["noise"];
+    assert_eq!(noise["source"], "earlier-sessions");
+    let sessions = noise["earlier"].as_array().unwrap();
+    let used: Vec<bool> = sessions
+        .iter()
+        .filter_map(|s| s["used"].as_bool())
+        .collect();
+    assert_eq!(used, [true, true, false]);
+    let dof = |noise: &Value| noise["run_slope_sd"]["dof"].as_f64().unwrap();
+    let sum = dof(&alone["data"]["noise"]) + dof(&sessions[0]) + dof(&sessions[1]);
+    // A curvature at the likeliest noise, which moves a little: a tenth.
+    assert!((dof(noise) / sum - 1.0).abs() < 0.1, "{} {sum}", dof(noise));
+    let warnings = object["warnings"].to_string();
+    assert!(
+        warnings.contains("scatters otherwise than this session")
+            && warnings.contains("simulated-4"),
+        "{warnings}"
+    );
+    let page =
+        std::fs::read_to_string(desk.folder.path().join("now/diagnosis/verdict.txt")).unwrap();
+    assert!(
+        page.contains("simulated-3") && page.contains("together"),
+        "{page}"
+    );
+    for (twice, name) in [
+        ("--earlier now", "now"),
+        ("--earlier before --earlier ./before", "./before"),
+    ] {
+        let error = desk.run(&format!("diagnose now {twice} --json"));
+        let error = error.exits_with(2).json()["error"].clone();
+        assert_eq!(error["code"], "stiffbench::usage::argument");
+        assert!(error["message"].as_str().unwrap().contains(name), "{error}");
+    }
+    // A bare file without repeats tells no scatter.
+    desk.write("once.csv", &five_columns(&["P1", "P2"], 1));
+    let error = desk.run("diagnose now --earlier once.csv --json");
+    let error = error.exits_with(2).json()["error"].clone();
+    assert!(
+        error["message"].as_str().unwrap().contains("once.csv"),
+        "{error}"
+    );
+}
+
+#[test]
 fn what_cannot_be_diagnosed_is_refused() {
     let desk = Desk::new();
     desk.write("readings.csv", &five_columns(&["P1", "P9"], 3));

@@ -70,7 +70,7 @@ impl Bench<'_> {
         let state = self
             .settle(self.start(), options.noise)?
             .ok_or(MismatchError::Empty)?;
-        self.located(&state, options.noise.as_ref())
+        self.located(&state, options.noise.given())
     }
 
     /// Says where a state fails.

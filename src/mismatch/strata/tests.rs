@@ -7,6 +7,7 @@ use rand_distr::{Distribution, StandardNormal};
 use super::decomposition::squares;
 use super::testing::holm;
 use super::*;
+use crate::mismatch::KnownNoise;
 use crate::mismatch::noise::Whitening;
 use crate::mismatch::{GaugeSteps, PlannedCell, PlannedLoad, ReadingNoise, RobotBaseline, Stratum};
 use crate::physics::{Effect, Law, Place};
@@ -447,7 +448,7 @@ fn what_a_plan_lacks_is_said() {
     let robot = robot();
     let baseline = baseline(&robot, "A");
     let options = SearchOptions {
-        noise: Some(known(NOISE)),
+        noise: KnownNoise::Given(known(NOISE)),
         ..SearchOptions::default()
     };
     let found = locate(&baseline, &once.observations, &options).unwrap();

@@ -8,8 +8,9 @@ use crate::mismatch::{
 use crate::physics::{Law, Place};
 use crate::report::{TextTable, significant};
 
+use super::noise::noise_text;
 use super::words::{law_row, listed, paragraph, printed_unit, um};
-use super::{DiagnosisReport, is_known, parameter_interval};
+use super::{DiagnosisReport, parameter_interval};
 
 /// The technical appendix of the verdict page: all tables.
 #[must_use]
@@ -17,7 +18,7 @@ pub fn diagnosis_appendix(report: &DiagnosisReport<'_>) -> String {
     let diagnosis = report.diagnosis;
     let mut text = "APPENDIX: THE NUMBERS\n".to_owned();
     text.push_str(&provenance(report));
-    text.push_str(&noise(report));
+    text.push_str(&noise_text(report));
     if !diagnosis.findings.is_empty() {
         text.push_str("\nFindings. absorbed: share of the whitened effect that the factors take; p: chance that noise alone gives any law as much.\n");
         text.push_str(&findings(&diagnosis.findings));
@@ -66,24 +67,6 @@ fn provenance(report: &DiagnosisReport<'_>) -> String {
         observations.runs.len(),
         observations.cells.len(),
         report.seed
-    );
-    paragraph(&sentence, "", "")
-}
-
-fn noise(report: &DiagnosisReport<'_>) -> String {
-    let noise = &report.diagnosis.noise;
-    let [reading, zero, slope] = report.diagnosis.noise_dof.map(|dof| {
-        if is_known(dof) {
-            "given".to_owned()
-        } else {
-            format!("{dof:.0} degrees of freedom")
-        }
-    });
-    let sentence = format!(
-        "Noise, standard deviations: reading {} ({reading}), gauge zero {} ({zero}), slope of a run {} % ({slope}).",
-        um(noise.reading_sd_m),
-        um(noise.zero_sd_m),
-        significant(100.0 * noise.run_slope_sd, 2)
     );
     paragraph(&sentence, "", "")
 }

@@ -4,10 +4,9 @@ use serde_json::{Value, json};
 
 use crate::mismatch::{DRAWS, DetectionLimit, LAW_LEVEL, LEFT_OVER_LEVEL, Limits, level_share};
 use crate::physics::{Law, Place};
-use crate::quantity::METRES_PER_MICROMETRE;
 
 use super::testable::untestable;
-use super::{DiagnosisReport, finite, is_known, um};
+use super::{DiagnosisReport, finite, um};
 
 /// Size of each law and place that these readings would have shown, or the reason why there is none.
 pub(super) fn detection_limits_json(report: &DiagnosisReport<'_>) -> Vec<Value> {
@@ -40,27 +39,6 @@ pub(super) fn detection_limits_json(report: &DiagnosisReport<'_>) -> Vec<Value> 
         value
     });
     known.chain(unknown).collect()
-}
-
-/// The standard deviations of the noise.
-pub(super) fn noise_json(report: &DiagnosisReport<'_>) -> Value {
-    let (noise, dof) = (&report.diagnosis.noise, report.diagnosis.noise_dof);
-    let one = |value: f64, unit: &str, dof: f64| {
-        let mut quantity = json!({ "value": finite(value), "unit": unit, "dof": finite(dof) });
-        if is_known(dof) {
-            quantity["dof"] = Value::Null;
-            quantity["reason"] = json!("given, not estimated");
-        }
-        quantity
-    };
-    let [reading, zero, slope] = dof;
-    json!({
-        "source": if report.noise_from_records { "records" } else { "estimated" },
-        "reading_sd": one(noise.reading_sd_m / METRES_PER_MICROMETRE, "um", reading),
-        "zero_sd": one(noise.zero_sd_m / METRES_PER_MICROMETRE, "um", zero),
-        "run_slope_sd": one(noise.run_slope_sd, "1", slope),
-        "floor_rms_um": um(report.noise_floor_m()),
-    })
 }
 
 /// How the level is split between the laws, and the limits that follow.

@@ -1,10 +1,41 @@
-//! Noise of which a part is known from elsewhere.
+//! Noise that is known from elsewhere, or a part of it.
 
 use super::baseline::Baseline;
+use super::earlier_noise::EarlierNoise;
 use super::error::MismatchError;
 use super::observations::Observations;
 use super::restricted_likelihood::EstimatedNoise;
 use super::state::Bench;
+
+/// What is known of the noise before the readings are looked at.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub enum KnownNoise {
+    /// Nothing: the readings alone tell it.
+    #[default]
+    Nothing,
+    /// How earlier sessions on the same bench scattered: the readings tell it together with them.
+    Earlier(EarlierNoise),
+    /// All: the readings are not asked.
+    Given(EstimatedNoise),
+}
+
+impl KnownNoise {
+    /// The noise, where the readings are not asked.
+    pub(super) fn given(&self) -> Option<&EstimatedNoise> {
+        match self {
+            Self::Given(noise) => Some(noise),
+            Self::Nothing | Self::Earlier(_) => None,
+        }
+    }
+
+    /// What earlier sessions tell of it.
+    pub(super) fn earlier(&self) -> Option<&EarlierNoise> {
+        match self {
+            Self::Earlier(noise) => Some(noise),
+            Self::Nothing | Self::Given(_) => None,
+        }
+    }
+}
 
 /// Noise whose part of single readings is given, for example by the records of the instruments.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -29,7 +60,7 @@ pub fn given_noise(
 ) -> Result<GivenNoise, MismatchError> {
     let bench = Bench::new(baseline, observations);
     let seen = bench
-        .settle(bench.start(), None)?
+        .settle(bench.start(), KnownNoise::Nothing)?
         .ok_or(MismatchError::Empty)?
         .noise;
     let mut noise = seen;

@@ -1,0 +1,138 @@
+//! The noise of a diagnosis, and where it comes from.
+
+use serde_json::{Value, json};
+
+use crate::mismatch::{EarlierNoise, ReadingNoise};
+use crate::quantity::METRES_PER_MICROMETRE;
+use crate::report::{TextTable, significant};
+
+use super::words::{paragraph, um};
+use super::{DiagnosisReport, finite, is_known};
+
+/// Where the noise of a diagnosis comes from.
+#[derive(Debug, Clone, PartialEq)]
+pub enum NoiseOrigin {
+    /// The readings.
+    Readings,
+    /// The readings, but for that of single ones, which the records of the instruments give.
+    Records,
+    /// The readings, together with those of earlier sessions on the same bench.
+    EarlierSessions(Vec<EarlierSession>),
+}
+
+/// What an earlier session tells of the noise.
+#[derive(Debug, Clone, PartialEq)]
+pub struct EarlierSession {
+    /// What the user calls it.
+    pub name: String,
+    /// How it scattered.
+    pub noise: EarlierNoise,
+    /// Chance that two sessions with the same noise differ as much as this one and that of the diagnosis.
+    pub chance: f64,
+    /// Whether it counts; one that scatters otherwise does not.
+    pub used: bool,
+}
+
+/// The standard deviations of the noise, and where they come from.
+pub(super) fn noise_json(report: &DiagnosisReport<'_>) -> Value {
+    let diagnosis = report.diagnosis;
+    let mut object = deviations_json(&diagnosis.noise, diagnosis.noise_dof);
+    object["source"] = json!(match report.noise_origin {
+        NoiseOrigin::Readings => "estimated",
+        NoiseOrigin::Records => "records",
+        NoiseOrigin::EarlierSessions(_) => "earlier-sessions",
+    });
+    if let NoiseOrigin::EarlierSessions(sessions) = report.noise_origin {
+        object["earlier"] = sessions.iter().map(earlier_json).collect();
+    }
+    object["floor_rms_um"] = super::um(report.noise_floor_m());
+    object
+}
+
+fn earlier_json(told: &EarlierSession) -> Value {
+    let mut object = deviations_json(&told.noise.noise(), told.noise.degrees_of_freedom());
+    object["session"] = json!(told.name);
+    object["p_same"] = finite(told.chance);
+    object["used"] = json!(told.used);
+    object
+}
+
+fn deviations_json(noise: &ReadingNoise, dof: [f64; 3]) -> Value {
+    let one = |value: f64, unit: &str, dof: f64| {
+        let mut quantity = json!({ "value": finite(value), "unit": unit, "dof": finite(dof) });
+        if is_known(dof) {
+            quantity["dof"] = Value::Null;
+            quantity["reason"] = json!("given, not estimated");
+        }
+        quantity
+    };
+    let [reading, zero, slope] = dof;
+    json!({
+        "reading_sd": one(noise.reading_sd_m / METRES_PER_MICROMETRE, "um", reading),
+        "zero_sd": one(noise.zero_sd_m / METRES_PER_MICROMETRE, "um", zero),
+        "run_slope_sd": one(noise.run_slope_sd, "1", slope),
+    })
+}
+
+/// The standard deviations of the noise, and a table of the earlier sessions that tell them too.
+pub(super) fn noise_text(report: &DiagnosisReport<'_>) -> String {
+    let noise = &report.diagnosis.noise;
+    let [reading, zero, slope] = report.diagnosis.noise_dof.map(|dof| {
+        if is_known(dof) {
+            "given".to_owned()
+        } else {
+            format!("{dof:.0} degrees of freedom")
+        }
+    });
+    let NoiseOrigin::EarlierSessions(sessions) = report.noise_origin else {
+        let sentence = format!(
+            "Noise, standard deviations: reading {} ({reading}), gauge zero {} ({zero}), slope of a run {} % ({slope}).",
+            um(noise.reading_sd_m),
+            um(noise.zero_sd_m),
+            percent(noise.run_slope_sd)
+        );
+        return paragraph(&sentence, "", "");
+    };
+    let mut rows = TextTable::new(&[
+        "noise told by",
+        "reading, um",
+        "dof",
+        "gauge zero, um",
+        "dof",
+        "run slope, %",
+        "dof",
+        "p same",
+        "counts",
+    ]);
+    let mut row = |name: &str, noise: &ReadingNoise, dof: [f64; 3], same: &str, counts: &str| {
+        let [reading, zero, slope] = dof.map(|dof| format!("{dof:.0}"));
+        rows.row([
+            name.to_owned(),
+            significant(noise.reading_sd_m / METRES_PER_MICROMETRE, 2),
+            reading,
+            significant(noise.zero_sd_m / METRES_PER_MICROMETRE, 2),
+            zero,
+            percent(noise.run_slope_sd),
+            slope,
+            same.to_owned(),
+            counts.to_owned(),
+        ]);
+    };
+    for told in sessions {
+        row(
+            &told.name,
+            &told.noise.noise(),
+            told.noise.degrees_of_freedom(),
+            &significant(told.chance, 2),
+            if told.used { "yes" } else { "no" },
+        );
+    }
+    row("together", noise, report.diagnosis.noise_dof, "", "");
+    let head = "Noise, standard deviations with their degrees of freedom (dof): of earlier sessions, and of those that count together with this one. \
+                p same: chance that two sessions with the same noise differ as much as the earlier one and this.";
+    format!("{}{}", paragraph(head, "", ""), rows.text())
+}
+
+fn percent(share: f64) -> String {
+    significant(100.0 * share, 2)
+}
