@@ -22,6 +22,9 @@ pub const LARGEST_SIZE: f64 = 12.0;
 /// A loose member has the size it has: the smallest beyond this is taken, standard errors.
 const LEAST_LOOSE: f64 = 6.0;
 
+/// Slips, which happen at any of a thousand steps, are tried at as many of them.
+const SLIPS: usize = 12;
+
 /// What is known of a joint under the loads of a plan.
 struct JointView {
     name: String,
@@ -42,7 +45,7 @@ pub(super) fn testable(
     open: bool,
 ) -> Result<Vec<Effect>, ProveError> {
     if law == Law::Slip {
-        return Ok(slip(bench).into_iter().collect());
+        return Ok(slips(bench));
     }
     if law == Law::LooseMember {
         return Ok(bench.baseline.loose_effects());
@@ -133,19 +136,29 @@ pub(super) fn loose(bench: &TrialBench<'_>) -> Result<Option<(Effect, f64)>, Pro
     Ok(best)
 }
 
-/// A jump in the middle of a run in the middle of the plan.
-fn slip(bench: &TrialBench<'_>) -> Option<Effect> {
+/// Jumps in runs spread evenly over the plan, each at another part of its run.
+fn slips(bench: &TrialBench<'_>) -> Vec<Effect> {
     let observations = &bench.plan;
-    let run = observations.runs.get(observations.runs.len() / 2)?;
-    let cell = &observations.cells[run.cell];
-    let middle = run.readings.start + run.readings.len() / 2;
-    let place = Place::Run {
-        pose: observations.poses[cell.pose].clone(),
-        direction: cell.direction,
-        repeat: run.repeat,
-        step: observations.loads[middle].step,
+    let jump = |number: usize| {
+        let part = (number as f64 + 0.5) / SLIPS as f64;
+        let run = observations
+            .runs
+            .get((part * observations.runs.len() as f64) as usize)?;
+        let cell = &observations.cells[run.cell];
+        // A reading before it and two after it make a jump a slip.
+        let last = run.readings.len().checked_sub(3)?;
+        // Multiples of the golden section leave no part of a run out.
+        let part = (number as f64 * 0.618_034 + 0.5).fract();
+        let first_after = run.readings.start + 1 + (part * last as f64) as usize;
+        let place = Place::Run {
+            pose: observations.poses[cell.pose].clone(),
+            direction: cell.direction,
+            repeat: run.repeat,
+            step: observations.loads[first_after].step,
+        };
+        Effect::new(Law::Slip, place, small_values(Law::Slip, 1.0)).ok()
     };
-    Effect::new(Law::Slip, place, small_values(Law::Slip, 1.0)).ok()
+    (0..SLIPS).filter_map(jump).collect()
 }
 
 /// The same effect with another shape, drawn by a seed: no search has all shapes.
