@@ -455,3 +455,59 @@ fn power_is_counted_for_the_laws_and_sizes_that_are_asked_for() {
             .contains("did you mean creep?")
     );
 }
+
+#[test]
+fn slips_are_tried_all_over_the_plan_and_earlier_sessions_tell_the_noise() {
+    let folder = tempfile::tempdir().unwrap();
+    let (data, out) = (data(), folder.path().join("power"));
+    let counted = |arguments: &[&str]| {
+        let places = [
+            "--data",
+            data.to_str().unwrap(),
+            "--out",
+            out.to_str().unwrap(),
+            "--only",
+            "power",
+            "--json",
+        ];
+        let output = prove(&[&places[..], arguments].concat(), "2");
+        assert_eq!(output.status.code(), Some(0));
+        let printed: Json = serde_json::from_slice(&output.stdout).unwrap();
+        printed["data"].clone()
+    };
+    // 24 trials of each size, eight a place.
+    let data = counted(&["--laws", "slip", "--trials", "600"]);
+    assert_eq!(data["earlier_sessions"], 0);
+    let case = &data["parts"]["power"]["cases"][0];
+    let places = case["places"].as_array().unwrap();
+    assert_eq!(places.len(), 3);
+    for (number, place) in places.iter().enumerate() {
+        assert!(place["step"].as_u64().unwrap() >= 1, "{place}");
+        let others = places[..number].iter();
+        for other in others {
+            assert!(other["run"] != place["run"] && other["step"] != place["step"]);
+        }
+    }
+    let base = [
+        "--laws",
+        "base-compliance",
+        "--sizes",
+        "4.5",
+        "--trials",
+        "400",
+    ];
+    let alone = counted(&base);
+    let together = counted(&[&base[..], &["--earlier", "4"]].concat());
+    assert_eq!(together["earlier_sessions"], 4);
+    let found = |data: &Json| data["parts"]["power"]["cases"][0]["points"][0]["found"].clone();
+    let [alone, together] = [found(&alone), found(&together)];
+    assert_eq!(alone["trials"], together["trials"]);
+    // The same sessions, their noise known better: of 16 no more than two are lost for it.
+    let hits = |share: &Json| share["hits"].as_u64().unwrap();
+    assert!(hits(&together) + 2 >= hits(&alone), "{alone} {together}");
+    let text = fs::read_to_string(out.join("tables.txt")).unwrap();
+    assert!(
+        text.contains("noise told by 4 earlier sessions too"),
+        "{text}"
+    );
+}

@@ -8,7 +8,7 @@ use crate::mismatch::{
 use crate::readings::{InstrumentRecord, SessionHeader};
 use crate::report::EarlierSession;
 
-use super::args::Global;
+use super::args::{Global, LogArgs};
 use super::data::{Session, choose, load_session};
 use super::design;
 use super::diagnose::{RANGE, called, poses_of};
@@ -93,7 +93,7 @@ fn scatter_of(
     search: &SearchOptions,
     global: &Global,
 ) -> Result<(Session, EarlierNoise), Failure> {
-    let mut session = load_session(path, &super::args::LogArgs::default(), global)?;
+    let mut session = load_session(path, &LogArgs::default(), global)?;
     let chosen = choose(&args.model, Some(&mut session))?;
     let mechanism = chosen.robot.mechanism(Some(&chosen.mechanism))?;
     let observations = Observations::new(&session.table, session.header.as_ref());

@@ -136,20 +136,20 @@ pub(super) fn loose(bench: &TrialBench<'_>) -> Result<Option<(Effect, f64)>, Pro
     Ok(best)
 }
 
-/// Jumps in runs spread evenly over the plan, each at another part of its run.
+/// Jumps all over the plan: any first few of them lie far apart, in the order of runs and within a run.
 fn slips(bench: &TrialBench<'_>) -> Vec<Effect> {
+    // Steps of the sequence that fills a square most evenly (Roberts, "The unreasonable effectiveness of quasirandom sequences", 2018): one
+    // over the plastic number, and one over its square.
+    const STEPS: [f64; 2] = [0.754_877_666, 0.569_840_291];
     let observations = &bench.plan;
     let jump = |number: usize| {
-        let part = (number as f64 + 0.5) / SLIPS as f64;
-        let run = observations
-            .runs
-            .get((part * observations.runs.len() as f64) as usize)?;
+        let [of_runs, of_run] = STEPS.map(|step| (0.5 + number as f64 * step).fract());
+        let count = observations.runs.len() as f64;
+        let run = observations.runs.get((of_runs * count) as usize)?;
         let cell = &observations.cells[run.cell];
         // A reading before it and two after it make a jump a slip.
-        let last = run.readings.len().checked_sub(3)?;
-        // Multiples of the golden section leave no part of a run out.
-        let part = (number as f64 * 0.618_034 + 0.5).fract();
-        let first_after = run.readings.start + 1 + (part * last as f64) as usize;
+        let possible = run.readings.len().checked_sub(3)? as f64;
+        let first_after = run.readings.start + 1 + (of_run * possible) as usize;
         let place = Place::Run {
             pose: observations.poses[cell.pose].clone(),
             direction: cell.direction,
