@@ -239,6 +239,15 @@ fn noise(
     global: &Global,
 ) -> Result<(KnownNoise, NoiseOrigin), Failure> {
     if args.noise == NoiseSource::Records {
+        if !args.earlier.is_empty() {
+            return Err(CliError::Argument {
+                argument: "--earlier".to_owned(),
+                problem: "the records of the instruments give the scatter of readings already"
+                    .to_owned(),
+                help: Some("leave out --noise records, or --earlier".to_owned()),
+            }
+            .into());
+        }
         let noise = recorded_noise(baseline, observations, session)?;
         return Ok((KnownNoise::Given(noise), NoiseOrigin::Records));
     }

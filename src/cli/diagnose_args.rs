@@ -32,7 +32,7 @@ pub(super) struct DiagnoseArgs {
     #[arg(long, value_enum, default_value_t = NoiseSource::Estimated)]
     pub(super) noise: NoiseSource,
     /// Earlier session (folder or readings file) of the same bench, whose scatter tells that of this one too; may be given several times
-    #[arg(long, value_name = "SESSION", conflicts_with_all = ["design", "specimen", "noise"])]
+    #[arg(long, value_name = "SESSION", conflicts_with_all = ["design", "specimen"])]
     pub(super) earlier: Vec<PathBuf>,
     /// Folder for the results [default: diagnosis in the session folder; for a bare file nothing is written]
     #[arg(long, value_name = "FOLDER")]

@@ -356,6 +356,8 @@ fn earlier_sessions_tell_the_noise_too() {
         assert_eq!(error["code"], "stiffbench::usage::argument");
         assert!(error["message"].as_str().unwrap().contains(name), "{error}");
     }
+    desk.run("diagnose now --earlier before --noise records")
+        .exits_with(2);
     // A bare file without repeats tells no scatter.
     desk.write("once.csv", &five_columns(&["P1", "P2"], 1));
     let error = desk.run("diagnose now --earlier once.csv --json");
