@@ -22,7 +22,7 @@ pub const LARGEST_SIZE: f64 = 12.0;
 /// A loose member has the size it has: the smallest beyond this is taken, standard errors.
 const LEAST_LOOSE: f64 = 6.0;
 
-/// Slips, which happen at any of a thousand steps, are tried at as many of them.
+/// Steps of runs at which slips are tried, of the thousand at which they can happen.
 const SLIPS: usize = 12;
 
 /// What is known of a joint under the loads of a plan.

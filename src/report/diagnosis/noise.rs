@@ -74,8 +74,15 @@ fn deviations_json(noise: &ReadingNoise, dof: [f64; 3]) -> Value {
     })
 }
 
-/// The standard deviations of the noise, and a table of the earlier sessions that tell them too.
+/// The standard deviations of the noise; where earlier sessions tell them too, a table of what each told.
 pub(super) fn noise_text(report: &DiagnosisReport<'_>) -> String {
+    match report.noise_origin {
+        NoiseOrigin::EarlierSessions(sessions) => noise_table(report, sessions),
+        NoiseOrigin::Readings | NoiseOrigin::Records => noise_sentence(report),
+    }
+}
+
+fn noise_sentence(report: &DiagnosisReport<'_>) -> String {
     let noise = &report.diagnosis.noise;
     let [reading, zero, slope] = report.diagnosis.noise_dof.map(|dof| {
         if is_known(dof) {
@@ -84,15 +91,16 @@ pub(super) fn noise_text(report: &DiagnosisReport<'_>) -> String {
             format!("{dof:.0} degrees of freedom")
         }
     });
-    let NoiseOrigin::EarlierSessions(sessions) = report.noise_origin else {
-        let sentence = format!(
-            "Noise, standard deviations: reading {} ({reading}), gauge zero {} ({zero}), slope of a run {} % ({slope}).",
-            um(noise.reading_sd_m),
-            um(noise.zero_sd_m),
-            percent(noise.run_slope_sd)
-        );
-        return paragraph(&sentence, "", "");
-    };
+    let sentence = format!(
+        "Noise, standard deviations: reading {} ({reading}), gauge zero {} ({zero}), slope of a run {} % ({slope}).",
+        um(noise.reading_sd_m),
+        um(noise.zero_sd_m),
+        percent(noise.run_slope_sd)
+    );
+    paragraph(&sentence, "", "")
+}
+
+fn noise_table(report: &DiagnosisReport<'_>, sessions: &[EarlierSession]) -> String {
     let mut rows = TextTable::new(&[
         "noise told by",
         "reading, um",
@@ -127,7 +135,8 @@ pub(super) fn noise_text(report: &DiagnosisReport<'_>) -> String {
             if told.used { "yes" } else { "no" },
         );
     }
-    row("together", noise, report.diagnosis.noise_dof, "", "");
+    let diagnosis = report.diagnosis;
+    row("together", &diagnosis.noise, diagnosis.noise_dof, "", "");
     let head = "Noise, standard deviations with their degrees of freedom (dof): of earlier sessions, and of those that count together with this one. \
                 p same: chance that two sessions with the same noise differ as much as the earlier one and this.";
     format!("{}{}", paragraph(head, "", ""), rows.text())
