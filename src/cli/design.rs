@@ -147,7 +147,8 @@ fn told(proposal: &ProposedMeasurement, files: &mut Vec<(String, String)>) -> Ne
     }
 }
 
-fn baseline<'a>(
+/// The beam model of what was chosen, in these poses.
+pub(super) fn baseline<'a>(
     chosen: &'a Chosen,
     mechanism: &Mechanism,
     poses: &[PoseId],

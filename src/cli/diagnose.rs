@@ -15,7 +15,7 @@ use crate::report::{
     DiagnosisReport, NoiseOrigin, diagnosis_appendix, diagnosis_figures, diagnosis_json,
     diagnosis_page,
 };
-use crate::robot::{FittingFactors, Pose};
+use crate::robot::FittingFactors;
 
 use super::args::{Global, LogArgs};
 use super::data::{Chosen, Session, choose, load_session, sha256};
@@ -49,8 +49,7 @@ pub(super) fn run(args: &DiagnoseArgs, global: &Global) -> Result<Outcome, Failu
     refuse_known_physics(&chosen)?;
     let mechanism = chosen.robot.mechanism(Some(&chosen.mechanism))?;
     let observations = Observations::new(&session.table, session.header.as_ref());
-    let poses = poses_of(&chosen, &observations)?;
-    let baseline = RobotBaseline::new(&chosen.robot, mechanism, chosen.factors, poses, RANGE);
+    let baseline = design::baseline(&chosen, mechanism, &observations.poses, RANGE)?;
     bar.inc(1);
     let mut options = SearchOptions {
         noise: KnownNoise::Nothing,
@@ -221,13 +220,6 @@ fn unknown_law(name: &str) -> Failure {
         },
     }
     .into()
-}
-
-/// The poses that were observed.
-pub(super) fn poses_of(chosen: &Chosen, observations: &Observations) -> Result<Vec<Pose>, Failure> {
-    let poses = observations.poses.iter();
-    let known = poses.map(|pose| chosen.robot.pose(pose).cloned());
-    Ok(known.collect::<Result<_, _>>()?)
 }
 
 /// What is known of the noise beforehand, and where from.

@@ -2,16 +2,14 @@
 
 use std::path::Path;
 
-use crate::mismatch::{
-    Baseline, EarlierNoise, KnownNoise, Observations, RobotBaseline, SearchOptions, diagnose,
-};
+use crate::mismatch::{Baseline, EarlierNoise, KnownNoise, Observations, SearchOptions, diagnose};
 use crate::readings::{InstrumentRecord, SessionHeader};
 use crate::report::EarlierSession;
 
 use super::args::{Global, LogArgs};
 use super::data::{Session, choose, load_session};
 use super::design;
-use super::diagnose::{RANGE, called, poses_of};
+use super::diagnose::{RANGE, called};
 use super::diagnose_args::DiagnoseArgs;
 use super::failure::{CliError, Failure};
 use super::progress::progress;
@@ -97,8 +95,7 @@ fn scatter_of(
     let chosen = choose(&args.model, Some(&mut session))?;
     let mechanism = chosen.robot.mechanism(Some(&chosen.mechanism))?;
     let observations = Observations::new(&session.table, session.header.as_ref());
-    let poses = poses_of(&chosen, &observations)?;
-    let baseline = RobotBaseline::new(&chosen.robot, mechanism, chosen.factors, poses, RANGE);
+    let baseline = design::baseline(&chosen, mechanism, &observations.poses, RANGE)?;
     let (diagnosis, _) = diagnose(&baseline, &observations, search, None)?;
     let noise = EarlierNoise::of(&diagnosis).ok_or_else(|| CliError::Argument {
         argument: format!("--earlier {}", path.display()),
