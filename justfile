@@ -30,6 +30,12 @@ parquet:
     target/parquet-check/venv/bin/pip install --quiet pyarrow==26.0.1
     target/parquet-check/venv/bin/python fixtures/parquet/check.py target/parquet-check
 
+# Write what every command prints and writes into fixtures/goldens again, and show every byte that has changed
+goldens:
+    STIFFBENCH_GOLDENS=write cargo test --release --locked --test goldens
+    git status --short fixtures/goldens
+    git diff --stat fixtures/goldens
+
 # Benchmarks; arguments go to cargo bench
 bench *arguments:
     cargo bench --locked {{arguments}}
