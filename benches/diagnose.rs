@@ -17,9 +17,11 @@ use criterion::{Criterion, criterion_group, criterion_main};
 use stiffbench::bench::{Jack, NoiseModel, VirtualBench};
 use stiffbench::mismatch::{Observations, RobotBaseline, SearchOptions, Verdict, diagnose};
 use stiffbench::physics::{ActingPhysics, Effect};
-use stiffbench::procedure::{Procedure, shipped_procedure};
+use stiffbench::procedure::Procedure;
 use stiffbench::readings::{ReadOptions, SessionHeader, read_readings};
-use stiffbench::robot::{Pose, Robot, shipped_robot};
+use stiffbench::robot::{Pose, Robot};
+use stiffbench::shipped::shipped_procedure;
+use stiffbench::shipped::shipped_robot;
 use stiffbench::source_text::SourceText;
 
 /// Bounds of the beam factors as multiples of their start, as `stiffbench diagnose` has them.

@@ -22,7 +22,8 @@ use stiffbench::distribution::{
 };
 use stiffbench::physics::ActingPhysics;
 use stiffbench::report::points_csv;
-use stiffbench::robot::{Robot, shipped_robot};
+use stiffbench::robot::Robot;
+use stiffbench::shipped::shipped_robot;
 
 const POSES: usize = 50_000;
 

@@ -13,8 +13,9 @@ use criterion::{Criterion, Throughput, criterion_group, criterion_main};
 
 use stiffbench::robot::{
     BatchPredictor, ElementClass, FittingFactors, JointModel, MechanismModel, Pose, Predictor,
-    Robot, Theory, shipped_robot,
+    Robot, Theory,
 };
+use stiffbench::shipped::shipped_robot;
 use stiffbench::structure::{BatchSolver, ElementRole, Solver, Structure};
 
 /// Poses in a batch: enough that no lane stays empty, few enough to stay in the second-level cache.

@@ -18,7 +18,8 @@ use rand_distr::{Distribution, Normal};
 use stiffbench::fit::{
     CellModel, FactorChoice, FitProblem, MeasuredCell, MeasuredStiffness, Refitter, WeightBasis,
 };
-use stiffbench::robot::{Predictor, Robot, shipped_robot};
+use stiffbench::robot::{Predictor, Robot};
+use stiffbench::shipped::shipped_robot;
 use stiffbench::test_point::{Cell, Direction};
 
 const REFITS: usize = 1000;

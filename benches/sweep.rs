@@ -24,9 +24,8 @@ use std::time::Instant;
 use pulp::{Arch, Simd, WithSimd};
 use serde_json::json;
 
-use stiffbench::robot::{
-    FittingFactors, JointModel, Keep, Pose, PoseSweep, Robot, Swept, Theory, shipped_robot,
-};
+use stiffbench::robot::{FittingFactors, JointModel, Keep, Pose, PoseSweep, Robot, Swept, Theory};
+use stiffbench::shipped::shipped_robot;
 use stiffbench::source_text::SourceText;
 use stiffbench::structure::SolutionPath;
 

@@ -1,71 +1,64 @@
-//! What may know of what: the table of imports, and who prints, reads the clock and opens files.
-
-#![expect(
-    clippy::unwrap_used,
-    reason = "a test stops at what is not as it must be"
-)]
+//! What may know of what inside a crate, what a crate may need, and who prints, reads the clock and opens files.
+//!
+//! Which crate may know of which is held by their `Cargo.toml`.
 
 use std::fs;
 use std::path::{Path, PathBuf};
+use std::process::Command;
 
-/// Each module of `src` and the modules it may import; its own paths are always open to it. `cli` may import everything.
+/// Modules of crates with several, and which of their siblings they may import.
 #[rustfmt::skip]
-const MAY_IMPORT: [(&str, &[&str]); 27] = [
-    ("statistics", &[]),
-    ("source_text", &[]),
-    ("nearest", &[]),
-    ("vector", &[]),
-    ("clock", &[]),
-    ("quantity", &["statistics"]),
-    ("test_point", &["quantity"]),
-    ("readings", &["quantity", "test_point", "nearest"]),
-    ("specimen", &["quantity", "test_point", "nearest", "readings"]),
-    ("procedure", &["source_text", "nearest", "test_point", "readings"]),
-    ("instrument", &["clock", "source_text", "nearest", "quantity"]),
-    ("stiffness", &["quantity", "statistics", "test_point", "readings"]),
-    ("session", &["clock", "nearest", "quantity", "test_point", "readings", "procedure", "instrument", "stiffness"]),
-    ("lanes", &[]),
-    ("structure", &["lanes", "vector"]),
-    ("reference", &["structure"]),
-    ("robot", &["source_text", "nearest", "lanes", "vector", "test_point", "structure"]),
-    ("physics", &["source_text", "nearest", "lanes", "vector", "test_point", "structure", "robot"]),
-    ("bench", &["clock", "test_point", "readings", "procedure", "robot", "physics"]),
-    ("least_squares", &["statistics", "lanes"]),
-    ("fit", &["quantity", "statistics", "test_point", "readings", "stiffness", "structure", "robot", "physics", "least_squares"]),
-    ("mismatch", &["statistics", "lanes", "vector", "test_point", "readings", "procedure", "specimen", "structure", "robot", "physics", "least_squares"]),
-    ("prove", &["statistics", "source_text", "test_point", "readings", "specimen", "robot", "physics", "least_squares", "mismatch"]),
-    ("distribution", &["statistics", "source_text", "vector", "test_point", "structure", "robot", "physics"]),
-    ("plot", &["quantity", "vector", "test_point"]),
-    (
-        "report",
-        &[
-            "quantity", "test_point", "readings", "specimen", "stiffness", "structure", "reference", "robot", "physics", "least_squares", "fit", "mismatch",
-            "prove", "distribution", "plot",
-        ],
-    ),
-    ("cli", EVERYTHING),
+const MAY_IMPORT: &[(&str, &str, &[&str])] = &[
+    ("src", "shipped", &["EVERY CRATE"]),
+    ("src", "report", &["EVERY CRATE", "shipped"]),
+    ("src", "cli", &["EVERY CRATE", "report", "shipped"]),
+    ("crates/numeric/src", "vector", &[]),
+    ("crates/numeric/src", "lanes", &[]),
+    ("crates/numeric/src", "statistics", &[]),
+    ("crates/numeric/src", "reported", &["statistics"]),
+    ("crates/numeric/src", "least_squares", &["statistics", "lanes"]),
+    ("crates/units-and-text/src", "clock", &[]),
+    ("crates/units-and-text/src", "nearest", &[]),
+    ("crates/units-and-text/src", "source_text", &[]),
+    ("crates/units-and-text/src", "quantity", &[]),
+    ("crates/units-and-text/src", "test_point", &["quantity"]),
+    ("crates/beams/src", "structure", &[]),
+    ("crates/beams/src", "robot", &["structure"]),
+    ("crates/beams/src", "physics", &["structure", "robot"]),
+    ("crates/measurement/src", "readings", &[]),
+    ("crates/measurement/src", "specimen", &["readings"]),
+    ("crates/measurement/src", "procedure", &["readings"]),
+    ("crates/measurement/src", "stiffness", &["readings"]),
+    ("crates/diagnosis/src", "fit", &[]),
+    ("crates/diagnosis/src", "mismatch", &[]),
+    ("crates/diagnosis/src", "distribution", &[]),
+    ("crates/validation/src", "prove", &[]),
+    ("crates/validation/src", "reference", &[]),
 ];
 
+/// What stands for the modules that the root package takes from its crates.
+const EVERY_CRATE: &str = "EVERY CRATE";
+
+/// Crates that others may want alone, with what they must do without.
 #[rustfmt::skip]
-const EVERYTHING: &[&str] = &[
-    "quantity", "statistics", "source_text", "nearest", "lanes", "vector", "clock", "test_point", "readings", "specimen", "procedure", "instrument",
-    "session", "stiffness",
-    "structure", "reference", "robot", "physics", "bench", "least_squares", "fit", "mismatch", "prove", "distribution", "plot", "report",
+const ALONE: &[(&str, &[&str])] = &[
+    ("stiffbench-beams", &["ratatui", "crossterm", "clap", "plotters", "resvg", "tokio", "serialport", "owo-colors"]),
+    ("stiffbench-gauges", &["ratatui", "crossterm", "clap", "plotters", "resvg", "tokio", "serialport", "owo-colors", "nalgebra", "faer"]),
 ];
 
 /// Who outside `cli` may do some of that, and why it must.
 #[rustfmt::skip]
 const EXCEPTIONS: &[(&str, &[&str])] = &[
     // The one clock.
-    ("clock.rs", &["Instant::now", "SystemTime"]),
+    ("units-and-text/src/clock.rs", &["Instant::now", "SystemTime"]),
     // The journal, its lock and the live table.
-    ("session/folder.rs", &["std::fs", "File::", "OpenOptions"]),
+    ("session/src/folder.rs", &["std::fs", "File::", "OpenOptions"]),
     // What the system knows of its ports is in files (sysfs, /dev, /proc), and a port that settles or is busy is waited for.
-    ("instrument/port/", &["std::fs", "thread::sleep"]),
+    ("gauges/src/port/", &["std::fs", "thread::sleep"]),
     // A replay at the pace of a clock waits as the gauge did.
-    ("instrument/trace/replay.rs", &["thread::sleep"]),
+    ("gauges/src/trace/replay.rs", &["thread::sleep"]),
     // The far end of an emulated line is the outside world: it makes the link by which a port is found, and takes it away when the cable is pulled.
-    ("instrument/emulator/served.rs", &["std::fs"]),
+    ("gauges/src/emulator/served.rs", &["std::fs"]),
 ];
 
 /// What only `cli` may do: print, read the clock, wait, open files.
@@ -79,16 +72,18 @@ const ONLY_CLI: [&str; 16] = [
 #[rustfmt::skip]
 const TOP_LEVEL: [&str; 20] = [
     "Cargo.toml", "Cargo.lock", "README.md", "justfile", ".ci/run", "src/lib.rs", "src/main.rs", "tests", "fixtures", "fuzz", "benches",
-    "data/robots", "data/paper", "data/sessions", "data/fonts", "data/recordings", "data/concealed",
+    "data/robots", "data/paper", "data/sessions", "crates", "data/recordings", "data/concealed",
     "protocols/procedures", "protocols/instruments", "fixtures/instruments",
 ];
 
 /// Lines above which a file of `src` is to be split.
 const LONGEST_FILE: usize = 500;
 
-/// A source file with its module and its lines that are not comments.
+/// A source file with its crate, its module and its lines.
 struct Source {
     path: PathBuf,
+    /// Folder of the sources of its crate, from the root.
+    folder: String,
     module: String,
     text: String,
 }
@@ -99,7 +94,7 @@ impl Source {
         let path = self.path.to_string_lossy();
         let mut exceptions = EXCEPTIONS.iter();
         exceptions
-            .any(|(part, deeds)| path.contains(&format!("src/{part}")) && deeds.contains(&deed))
+            .any(|(part, deeds)| path.contains(&format!("crates/{part}")) && deeds.contains(&deed))
     }
 
     fn code(&self) -> impl Iterator<Item = (usize, &str)> {
@@ -119,26 +114,42 @@ fn root() -> &'static Path {
     Path::new(env!("CARGO_MANIFEST_DIR"))
 }
 
-/// All source files of modules; `lib.rs` and `main.rs` only tie them together.
+/// The source folders: of the program, and of each crate.
+fn source_folders() -> Vec<String> {
+    let crates = fs::read_dir(root().join("crates")).unwrap();
+    let names = crates.map(|entry| entry.unwrap().file_name().into_string().unwrap());
+    let mut folders: Vec<String> = names.map(|name| format!("crates/{name}/src")).collect();
+    folders.sort();
+    folders.insert(0, "src".to_owned());
+    folders
+}
+
+/// All source files; the module of a file that ties others together (`lib.rs`) is its own name.
 fn sources() -> Vec<Source> {
-    let src = root().join("src");
-    let mut folders = vec![src.clone()];
     let mut found = Vec::new();
-    while let Some(folder) = folders.pop() {
-        for entry in fs::read_dir(folder).unwrap() {
-            let path = entry.unwrap().path();
-            if path.is_dir() {
-                folders.push(path);
-                continue;
-            }
-            let module = path.strip_prefix(&src).unwrap().with_extension("");
-            let module = module.iter().next().unwrap().to_str().unwrap().to_owned();
-            if !["lib", "main"].contains(&module.as_str()) {
+    for folder in source_folders() {
+        let src = root().join(&folder);
+        let mut open = vec![src.clone()];
+        while let Some(next) = open.pop() {
+            for entry in fs::read_dir(next).unwrap() {
+                let path = entry.unwrap().path();
+                if path.is_dir() {
+                    open.push(path);
+                    continue;
+                }
+                let module = path.strip_prefix(&src).unwrap().with_extension("");
+                let module = module.iter().next().unwrap().to_str().unwrap().to_owned();
                 let text = fs::read_to_string(&path).unwrap();
-                found.push(Source { path, module, text });
+                found.push(Source {
+                    path,
+                    folder: folder.clone(),
+                    module,
+                    text,
+                });
             }
         }
     }
+    assert!(found.len() > 500, "only {} source files", found.len());
     found
 }
 
@@ -160,23 +171,39 @@ fn assert_none(complaints: &[String]) {
 #[test]
 fn modules_import_only_what_the_table_allows() {
     let mut complaints = Vec::new();
+    let row = |folder: &str, module: &str| {
+        let mut rows = MAY_IMPORT.iter();
+        rows.find(|(of, name, _)| (*of, *name) == (folder, module))
+    };
     for source in sources() {
-        let Some((_, allowed)) = MAY_IMPORT.iter().find(|(name, _)| *name == source.module) else {
+        let place = |number| format!("{}:{number}", source.path.display());
+        for (number, line) in source.code() {
+            if line.contains("super::super") {
+                let place = place(number);
+                complaints.push(format!("{place}: `super::super` walks around the table"));
+            }
+        }
+        // The table names the crates that have several modules side by side.
+        if ["lib", "main"].contains(&source.module.as_str())
+            || !MAY_IMPORT.iter().any(|(of, ..)| *of == source.folder)
+        {
+            continue;
+        }
+        let Some((_, _, allowed)) = row(&source.folder, &source.module) else {
             complaints.push(format!("{} has no row in the table", source.path.display()));
             continue;
         };
         for (number, line) in source.code() {
-            let place = format!("{}:{number}", source.path.display());
             for module in after(line, "crate::") {
-                if module != source.module && !allowed.contains(&module) {
-                    complaints.push(format!(
-                        "{place}: {} must not know of `{module}`",
-                        source.module
-                    ));
+                let from_crate = row(&source.folder, module).is_none();
+                let allowed = allowed.contains(&module)
+                    || (from_crate && allowed.contains(&EVERY_CRATE))
+                    || module == source.module;
+                if !allowed {
+                    let place = place(number);
+                    let name = &source.module;
+                    complaints.push(format!("{place}: {name} must not know of `{module}`"));
                 }
-            }
-            if line.contains("super::super") {
-                complaints.push(format!("{place}: `super::super` walks around the table"));
             }
         }
     }
@@ -185,14 +212,17 @@ fn modules_import_only_what_the_table_allows() {
 
 #[test]
 fn every_row_of_the_table_is_a_module_and_below_those_that_import_it() {
-    let modules: Vec<String> = sources().into_iter().map(|source| source.module).collect();
-    for (place, (name, imports)) in MAY_IMPORT.iter().enumerate() {
+    let sources = sources();
+    for (place, (folder, name, imports)) in MAY_IMPORT.iter().enumerate() {
+        let mut of_folder = sources.iter().filter(|source| source.folder == *folder);
         assert!(
-            modules.iter().any(|module| module == name),
-            "{name} is no module"
+            of_folder.any(|source| source.module == *name),
+            "{name} is no module of {folder}"
         );
-        for import in *imports {
-            let below = MAY_IMPORT[..place].iter().any(|(known, _)| known == import);
+        for import in imports.iter().filter(|import| **import != EVERY_CRATE) {
+            let below = MAY_IMPORT[..place]
+                .iter()
+                .any(|(of, known, _)| of == folder && known == import);
             assert!(
                 below,
                 "{name} imports {import}, which does not stand above it in the table"
@@ -201,10 +231,61 @@ fn every_row_of_the_table_is_a_module_and_below_those_that_import_it() {
     }
 }
 
+/// The root package embeds robots, procedures and instruments and hands them in.
+#[test]
+fn no_crate_embeds_a_file_outside_its_folder() {
+    let mut complaints = Vec::new();
+    for source in sources().iter().filter(|source| source.folder != "src") {
+        let src = root().join(&source.folder);
+        let depth = source.path.strip_prefix(&src).unwrap().iter().count();
+        for (number, line) in source.code() {
+            // The folder of a crate lies one above its sources.
+            let up = line.matches("../").count();
+            if (line.contains("include_str!") || line.contains("include_bytes!")) && up > depth {
+                complaints.push(format!(
+                    "{}:{number}: {}",
+                    source.path.display(),
+                    line.trim()
+                ));
+            }
+        }
+    }
+    assert_none(&complaints);
+}
+
+#[test]
+fn beams_and_gauges_can_be_had_alone() {
+    for (name, without) in ALONE {
+        let arguments = ["tree", "--locked", "--offline", "--no-default-features"];
+        let output = Command::new(env!("CARGO"))
+            .current_dir(root())
+            .args(arguments)
+            .args(["--edges", "normal", "--prefix", "none", "--package", name])
+            .output()
+            .unwrap();
+        let tree = String::from_utf8(output.stdout).unwrap();
+        assert!(
+            tree.starts_with(name),
+            "{}",
+            String::from_utf8_lossy(&output.stderr)
+        );
+        for line in tree.lines() {
+            let dependency = line.split(' ').next().unwrap();
+            assert!(!without.contains(&dependency), "{name} needs {dependency}");
+        }
+    }
+}
+
+/// Whether a file is none of the command line, nor of the files that tests read.
+fn prints_nothing(source: &Source) -> bool {
+    let cli = source.folder == "src" && source.module == "cli";
+    !cli && source.folder != "crates/test-files/src"
+}
+
 #[test]
 fn only_cli_prints_reads_the_clock_and_opens_files() {
     let mut complaints = Vec::new();
-    for source in sources().iter().filter(|source| source.module != "cli") {
+    for source in sources().iter().filter(|source| prints_nothing(source)) {
         for (number, line) in source.code_without_tests() {
             for deed in ONLY_CLI
                 .iter()

@@ -5,11 +5,6 @@
 //! that has changed: that is the comparison before and after a change that means to change nothing.
 
 #![cfg(unix)]
-#![expect(
-    clippy::unwrap_used,
-    reason = "a test stops at what is not as it must be"
-)]
-
 use std::collections::BTreeMap;
 use std::fmt::Write as _;
 use std::fs;

@@ -6,7 +6,8 @@
 )]
 
 use stiffbench::report::{PaperCell, PaperReport, paper_report};
-use stiffbench::robot::{Robot, shipped_robot};
+use stiffbench::robot::Robot;
+use stiffbench::shipped::shipped_robot;
 
 fn report(robot: &str) -> PaperReport {
     paper_report(&Robot::parse(&shipped_robot(robot).unwrap()).unwrap()).unwrap()

@@ -1,10 +1,5 @@
 //! The proof: its scorer by hand-made verdicts, its seal, and a tiny run from end to end.
 
-#![expect(
-    clippy::unwrap_used,
-    reason = "a test stops at what is not as it must be"
-)]
-
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};

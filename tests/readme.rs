@@ -1,10 +1,5 @@
 //! The commands of the README, and of what it says of maps, run as they stand there.
 
-#![expect(
-    clippy::unwrap_used,
-    reason = "a test stops at what is not as it must be"
-)]
-
 use std::process::Command;
 
 /// Starts of lines that are commands of this program, with what stands before its arguments.

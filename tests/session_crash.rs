@@ -3,11 +3,6 @@
 //! `STIFFBENCH_KILLS` says how often it is killed; the default is short enough for every test run.
 
 #![cfg(unix)]
-#![expect(
-    clippy::unwrap_used,
-    reason = "a test stops at what is not as it must be"
-)]
-
 use std::collections::BTreeMap;
 use std::fs::{self, File};
 use std::path::Path;

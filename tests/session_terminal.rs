@@ -3,21 +3,12 @@
 //! With `STIFFBENCH_PICTURE=FILE` the first test keeps its screen as an SVG, which is how `docs/session.svg` is made.
 
 #![cfg(unix)]
-#![expect(
-    clippy::unwrap_used,
-    reason = "a test stops at what is not as it must be"
-)]
-
-#[path = "support/screen_picture.rs"]
-mod screen_picture;
-#[path = "support/terminal.rs"]
-mod terminal;
-
 use std::fs;
 use std::path::Path;
 use std::process::Command;
 
-use terminal::Terminal;
+use crate::support::screen_picture;
+use crate::support::terminal::Terminal;
 
 /// A bench of one pose and direction, three loads, two runs.
 const PLAN: [&str; 12] = [

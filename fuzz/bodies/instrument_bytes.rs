@@ -1,7 +1,8 @@
 //! Any bytes from a gauge, whose description and whose cuts the first bytes choose: no panic, and the same samples however the bytes are cut.
 use std::sync::LazyLock;
 
-use stiffbench::instrument::{Decoded, Decoder, InstrumentDescription, Role, shipped_instruments};
+use stiffbench::instrument::{Decoded, Decoder, InstrumentDescription, Role};
+use stiffbench::shipped::shipped_instruments;
 
 /// The shipped descriptions, read once.
 static DESCRIPTIONS: LazyLock<Vec<InstrumentDescription>> = LazyLock::new(|| {

@@ -14,7 +14,8 @@ use crate::readings::{
     GaugeLogOptions, InstrumentRecord, LoadSign, ReadOptions, ReadingTable, SessionHeader,
     check_poses, read_gauge_log, read_readings,
 };
-use crate::robot::{FittingFactors, Robot, shipped_robot, shipped_robots};
+use crate::robot::{FittingFactors, Robot};
+use crate::shipped::{shipped_robot, shipped_robots};
 use crate::source_text::SourceText;
 use crate::stiffness::{
     Branches, GaugeTerms, Gauges, StiffnessOptions, StiffnessTable, stiffness_table,

@@ -3,7 +3,8 @@
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use crate::instrument::{InstrumentDescription, shipped_instruments, unknown_name};
+use crate::instrument::InstrumentDescription;
+use crate::shipped::{shipped_instruments, unknown_name};
 
 use super::failure::{CliError, Failure};
 use super::instrument_args::ProtocolsArgs;

@@ -6,7 +6,8 @@ use std::path::Path;
 use clap::Args;
 
 use crate::nearest::nearest;
-use crate::procedure::{DEFAULT_PROCEDURE, Procedure, shipped_procedure, shipped_procedures};
+use crate::procedure::Procedure;
+use crate::shipped::{DEFAULT_PROCEDURE, shipped_procedure, shipped_procedures};
 use crate::source_text::SourceText;
 use crate::test_point::{Direction, PoseId};
 

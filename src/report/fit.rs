@@ -10,7 +10,8 @@ use crate::fit::{
 };
 use crate::least_squares::SigmaMode;
 use crate::physics::Effect;
-use crate::quantity::{NEWTON_PER_METRE_PER_NEWTON_PER_MICROMETRE as N_PER_UM, Reported};
+use crate::quantity::NEWTON_PER_METRE_PER_NEWTON_PER_MICROMETRE as N_PER_UM;
+use crate::reported::Reported;
 use crate::robot::FittingFactors;
 
 use super::significance::{sequence_text, significance_json, significance_text};

@@ -3,7 +3,7 @@
 use super::failures::assert_says;
 use super::{Desk, Ran};
 
-#[path = "../lines/device.rs"]
+#[path = "../../crates/gauges/tests/lines/device.rs"]
 mod device;
 
 use device::Device;

@@ -4,7 +4,8 @@ use std::fs::File;
 
 use stiffbench::physics::{ActingPhysics, Effect, LoadPoint, Mechanics, RunLoads, Twists};
 use stiffbench::readings::{ReadOptions, Reading, read_readings};
-use stiffbench::robot::{Robot, shipped_robot};
+use stiffbench::robot::Robot;
+use stiffbench::shipped::shipped_robot;
 use stiffbench::test_point::PoseId;
 
 use super::Desk;

@@ -1,6 +1,6 @@
 //! `stiffbench session` on an emulated bench: measured, interrupted, gone on with, damaged and recovered.
 
-use crate::Desk;
+use super::Desk;
 
 /// One pose, one direction, four readings.
 pub(super) const SHORT: &str =

@@ -6,18 +6,19 @@ use std::time::{Duration, Instant};
 use crate::cli::emulated::{Emulation, Hand};
 use crate::cli::failure::Failure;
 use crate::clock::Clock;
+use crate::instrument::Channel;
 use crate::instrument::description::SignMeaning;
 use crate::instrument::driver::Acquisition;
 use crate::instrument::emulator::ScriptedFault;
 use crate::instrument::live::{LiveGauge, LiveGauges, Persistence};
 use crate::instrument::port::{Patience, PortIdentity};
-use crate::instrument::{Channel, shipped_instrument};
 use crate::procedure::Procedure;
 use crate::readings::Reading;
 use crate::session::{
     Answers, Bell, Bench, Event, Journal, Machine, Operator, OperatorEvent, Outcome, Prompt,
     Resumed, RunError, SessionPlan, SessionState, Settings, Started, View, run,
 };
+use crate::shipped::shipped_instrument;
 
 use super::{HelpingHand, unit_in_use};
 

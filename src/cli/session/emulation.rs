@@ -43,8 +43,9 @@ pub(super) fn emulate(
     use crate::bench::EmulatedSetup;
     use crate::cli::emulated::Emulation;
     use crate::cli::practice::unit_in_use;
+    use crate::instrument::Channel;
     use crate::instrument::emulator::FaultScript;
-    use crate::instrument::{Channel, shipped_instrument};
+    use crate::shipped::shipped_instrument;
 
     if !args.emulated {
         return Ok(None);

@@ -3,8 +3,9 @@
 use serde_json::{Map, Value, json};
 
 use crate::distribution::{ColumnStudy, MapColumn, MechanismStudy, RefinedStiffness, Region};
-use crate::quantity::{NEWTON_PER_METRE_PER_NEWTON_PER_MICROMETRE as N_PER_UM, Reported};
+use crate::quantity::NEWTON_PER_METRE_PER_NEWTON_PER_MICROMETRE as N_PER_UM;
 use crate::report::paper::cell_json;
+use crate::reported::Reported;
 
 use super::MapReport;
 

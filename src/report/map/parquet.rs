@@ -79,7 +79,7 @@ mod tests {
     use crate::distribution::{MapColumn, MapModel, PosePlan, Sampling, Shard};
     use crate::physics::ActingPhysics;
     use crate::report::points_csv;
-    use crate::robot::shipped_robot;
+    use crate::shipped::shipped_robot;
 
     #[test]
     fn a_reader_finds_every_number_of_the_table() {

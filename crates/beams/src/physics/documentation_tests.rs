@@ -1,0 +1,78 @@
+//! docs/physics.md says what the program does.
+
+use stiffbench_units_and_text::source_text::SourceText;
+
+use super::{Effect, Law, ModelFile, PlaceKind};
+
+fn document() -> &'static str {
+    stiffbench_test_files::text("docs/physics.md")
+}
+
+/// The rows of the table of laws, as the program has them.
+fn rows() -> Vec<String> {
+    let parameters = |law: Law| -> String {
+        let words: Vec<String> = law
+            .parameters()
+            .iter()
+            .map(|p| format!("`{}` ({}), {}", p.name, p.unit, p.allowed()))
+            .collect();
+        if words.is_empty() {
+            "none".to_owned()
+        } else {
+            words.join("; ")
+        }
+    };
+    Law::ALL
+        .iter()
+        .map(|&law| {
+            let kind: PlaceKind = law.place_kind();
+            format!(
+                "| `{law}` | {}, `{}` | {} | {} |",
+                kind.in_words(),
+                kind.example(),
+                parameters(law),
+                law.equation().replace('|', "\\|")
+            )
+        })
+        .collect()
+}
+
+#[test]
+fn the_table_of_laws_is_the_programs() {
+    let head = "| law | place | parameters | equation |\n| --- | --- | --- | --- |\n";
+    let table = document().split_once(head).unwrap().1;
+    let table = table.split_once("\n\n").unwrap().0;
+    let rows = rows().join("\n");
+    assert_eq!(
+        table, rows,
+        "the table of docs/physics.md is to be\n{rows}\n"
+    );
+}
+
+#[test]
+fn examples_of_the_command_line_are_effects() {
+    let lines = document()
+        .lines()
+        .filter(|line| line.starts_with("| `") && !line.contains("refused"));
+    let table = document().find("| example | meaning |").unwrap();
+    let examples: Vec<&str> = lines
+        .filter(|line| document().find(line).unwrap() > table)
+        .flat_map(|line| line.split('|').nth(1).unwrap().split(", `"))
+        .map(|cell| cell.trim().trim_matches('`'))
+        .collect();
+    assert!(examples.len() >= 11, "{examples:?}");
+    for example in examples {
+        example.parse::<Effect>().unwrap();
+    }
+    let refused = "gauge-periodic:amplitude=2um,period=0.15mm,phase=0";
+    assert!(document().contains(refused) && refused.parse::<Effect>().is_err());
+}
+
+#[test]
+fn the_example_of_a_model_is_one() {
+    let start = document().find("```toml\n").unwrap() + "```toml\n".len();
+    let text = &document()[start..];
+    let text = &text[..text.find("```").unwrap()];
+    let model = ModelFile::parse(&SourceText::new("docs/physics.md", text)).unwrap();
+    assert_eq!((model.effects.len(), model.alternatives.len()), (2, 1));
+}

@@ -1,0 +1,441 @@
+//! Effects as one writes them on the command line: `joint-backlash@A3:play=1.2e-4rad,seat_moment=3.6N*m`.
+//!
+//! ```text
+//!   effect     = law [ "@" place ] [ ":" parameter { "," parameter } ]
+//!   place      = joint | element | axis | direction | direction ">" axis | pose "." direction "." repeat "." step
+//!              | "force" | "displacement" | "structure" | "clock"
+//!   parameter  = name "=" number [ unit ]
+//! ```
+//!
+//! A place may be left out where there is only one of its kind. Every parameter of the law is given once, with its unit; the unit of
+//! a drift's rate tells its two laws apart. A unit that begins with a digit stands behind a space: `q=7e-5 1/N`.
+//! `docs/physics.md` lists laws, places and units.
+
+use std::fmt::Write as _;
+use std::str::FromStr;
+
+use stiffbench_units_and_text::nearest::nearest;
+
+use super::effect::{Effect, EffectError};
+use super::law::{Law, ParameterSpec};
+use super::place::Place;
+use super::unit::{accepted, in_si};
+
+/// What is wrong with an effect in writing.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+pub enum EffectProblem {
+    /// A law that does not exist.
+    #[error("there is no law `{name}`")]
+    Law {
+        /// The name.
+        name: String,
+    },
+    /// No place, where there are many.
+    #[error("{law} needs a place: {expected}")]
+    NoPlace {
+        /// The law.
+        law: Law,
+        /// What a place of its kind is.
+        expected: &'static str,
+    },
+    /// A place that is none for the law.
+    #[error("`{place}` is no place for {law}: it must be {expected}")]
+    Place {
+        /// The law.
+        law: Law,
+        /// The place.
+        place: String,
+        /// What a place of its kind is.
+        expected: &'static str,
+    },
+    /// A parameter without an equals sign.
+    #[error("`{text}` is no parameter: a name, an equals sign and a value are needed")]
+    NotAParameter {
+        /// The text.
+        text: String,
+    },
+    /// A parameter that the law does not have.
+    #[error("{law} has no parameter `{name}`")]
+    UnknownParameter {
+        /// The law.
+        law: Law,
+        /// The name.
+        name: String,
+    },
+    /// A parameter given twice.
+    #[error("{name} is given twice")]
+    Twice {
+        /// The name.
+        name: &'static str,
+    },
+    /// A parameter that is missing.
+    #[error("{law} needs {name}, in {unit}")]
+    Missing {
+        /// The law.
+        law: Law,
+        /// The name.
+        name: &'static str,
+        /// Its unit.
+        unit: &'static str,
+    },
+    /// A value that does not begin with a number.
+    #[error("{name} = `{text}` is not a number with a unit")]
+    Number {
+        /// The parameter.
+        name: &'static str,
+        /// The text.
+        text: String,
+    },
+    /// A unit of another quantity, or none.
+    #[error("{name} cannot have the unit `{unit}`")]
+    Unit {
+        /// The parameter.
+        name: &'static str,
+        /// The unit given.
+        unit: String,
+        /// Those that are possible.
+        accepted: String,
+    },
+    /// A value that physics does not allow.
+    #[error(transparent)]
+    Impossible(#[from] EffectError),
+}
+
+impl EffectProblem {
+    /// What to do about it.
+    #[must_use]
+    pub fn help(&self) -> Option<String> {
+        match self {
+            Self::Law { name } => nearest(name, Law::ALL.map(Law::name))
+                .map(|near| format!("did you mean {near}?"))
+                .or_else(|| Some(format!("the laws are {}", names().join(", ")))),
+            Self::NoPlace { law, .. } | Self::Place { law, .. } => {
+                let example = law.place_kind().example();
+                Some(format!("for example {law}{example}"))
+            }
+            // Few and short: all of them say more than the nearest.
+            Self::UnknownParameter { law, .. } => {
+                let known: Vec<&str> = law.parameters().iter().map(|p| p.name).collect();
+                Some(if known.is_empty() {
+                    format!("{law} has none")
+                } else {
+                    format!("it has {}", known.join(", "))
+                })
+            }
+            Self::Unit { unit, accepted, .. } if unit.starts_with('/') => Some(format!(
+                "write one of {accepted}; one that begins with a digit behind a space"
+            )),
+            Self::Unit { accepted, .. } => Some(format!("write one of {accepted}")),
+            Self::NotAParameter { .. } | Self::Missing { .. } | Self::Number { .. } => {
+                Some("for example joint-backlash@A3:play=1.2e-4rad,seat_moment=3.6N*m".to_owned())
+            }
+            Self::Twice { .. } => Some("give every parameter once".to_owned()),
+            Self::Impossible(_) => None,
+        }
+    }
+}
+
+/// An effect in writing that cannot be read.
+#[derive(Debug, Clone, PartialEq, thiserror::Error, miette::Diagnostic)]
+#[error("`{text}` is no effect: {problem}")]
+#[diagnostic(code(stiffbench::usage::effect))]
+pub struct NotAnEffect {
+    /// The text.
+    pub text: String,
+    /// What is wrong with it.
+    pub problem: EffectProblem,
+    /// What to do about it.
+    #[help]
+    pub help: Option<String>,
+}
+
+/// Names of the laws, each once.
+fn names() -> Vec<&'static str> {
+    let mut names = Law::ALL.map(Law::name).to_vec();
+    names.dedup();
+    names
+}
+
+impl FromStr for Effect {
+    type Err = NotAnEffect;
+
+    fn from_str(text: &str) -> Result<Self, NotAnEffect> {
+        read(text.trim()).map_err(|problem| NotAnEffect {
+            text: text.to_owned(),
+            help: problem.help(),
+            problem,
+        })
+    }
+}
+
+fn read(text: &str) -> Result<Effect, EffectProblem> {
+    let name_end = text.find(['@', ':']).unwrap_or(text.len());
+    let (name, rest) = text.split_at(name_end);
+    let laws = laws_named(name.trim())?;
+    let law = laws[0];
+    let (place, parameters) = match rest.strip_prefix('@') {
+        // A law without parameters: names of elements may have any letters.
+        Some(place) if law.parameters().is_empty() => (Some(place), ""),
+        Some(rest) => match rest.rsplit_once(':') {
+            Some((place, parameters)) => (Some(place), parameters),
+            None => (Some(rest), ""),
+        },
+        None => (None, rest.strip_prefix(':').unwrap_or(rest)),
+    };
+    let place = read_place(law, place.map(str::trim))?;
+    let mut given = Vec::new();
+    for part in parameters.split(',').map(str::trim) {
+        if part.is_empty() && parameters.trim().is_empty() {
+            continue;
+        }
+        let (name, value) = part
+            .split_once('=')
+            .ok_or_else(|| EffectProblem::NotAParameter {
+                text: part.to_owned(),
+            })?;
+        let spec = parameter_named(law, name.trim())?;
+        let (number, unit) = number_and_unit(spec.name, value.trim())?;
+        given.push((spec.name, number, unit));
+    }
+    with_parameters(&laws, place, &given)
+}
+
+/// The laws of a name: one, or those that the unit of a parameter tells apart.
+pub(super) fn laws_named(name: &str) -> Result<Vec<Law>, EffectProblem> {
+    let laws: Vec<Law> = Law::named(name).collect();
+    if laws.is_empty() {
+        let name = name.to_owned();
+        return Err(EffectProblem::Law { name });
+    }
+    Ok(laws)
+}
+
+/// A parameter of a law by name.
+pub(super) fn parameter_named(
+    law: Law,
+    name: &str,
+) -> Result<&'static ParameterSpec, EffectProblem> {
+    let spec = law.parameters().iter().find(|spec| spec.name == name);
+    spec.ok_or_else(|| EffectProblem::UnknownParameter {
+        law,
+        name: name.to_owned(),
+    })
+}
+
+fn read_place(law: Law, text: Option<&str>) -> Result<Place, EffectProblem> {
+    let kind = law.place_kind();
+    let expected = kind.in_words();
+    match text {
+        None => kind.only().ok_or(EffectProblem::NoPlace { law, expected }),
+        Some(text) => kind.read(text).ok_or_else(|| EffectProblem::Place {
+            law,
+            place: text.to_owned(),
+            expected,
+        }),
+    }
+}
+
+/// A number and what follows it.
+fn number_and_unit<'a>(name: &'static str, text: &'a str) -> Result<(f64, &'a str), EffectProblem> {
+    let is_number = |c: char| c.is_ascii_digit() || matches!(c, '+' | '-' | '.' | 'e' | 'E');
+    let end = text.find(|c| !is_number(c)).unwrap_or(text.len());
+    let number = text[..end].parse().map_err(|_| EffectProblem::Number {
+        name,
+        text: text.to_owned(),
+    })?;
+    Ok((number, text[end..].trim()))
+}
+
+/// An effect from a law's place and its parameters as they were given: name, number, unit.
+///
+/// # Arguments
+/// - `laws`: all laws of one name; the first whose units fit is meant.
+pub(super) fn with_parameters(
+    laws: &[Law],
+    place: Place,
+    given: &[(&str, f64, &str)],
+) -> Result<Effect, EffectProblem> {
+    let mut first_problem = None;
+    for &law in laws {
+        match values(law, given) {
+            Ok(values) => return Ok(Effect::new(law, place, values)?),
+            Err(problem) => {
+                let problem = with_units_of_all(problem, laws);
+                first_problem.get_or_insert(problem);
+            }
+        }
+    }
+    Err(first_problem.unwrap_or(EffectProblem::Law {
+        name: String::new(),
+    }))
+}
+
+fn values(law: Law, given: &[(&str, f64, &str)]) -> Result<Vec<f64>, EffectProblem> {
+    let mut values = Vec::new();
+    for ParameterSpec { name, unit, .. } in law.parameters() {
+        let mut of_name = given.iter().filter(|(given, ..)| given == name);
+        let &(_, number, given_unit) =
+            of_name
+                .next()
+                .ok_or(EffectProblem::Missing { law, name, unit })?;
+        if of_name.next().is_some() {
+            return Err(EffectProblem::Twice { name });
+        }
+        let value = in_si(number, given_unit, unit).ok_or_else(|| EffectProblem::Unit {
+            name,
+            unit: given_unit.to_owned(),
+            accepted: accepted(unit),
+        })?;
+        values.push(value);
+    }
+    Ok(values)
+}
+
+/// Adds the units of the other laws of the name to those that are possible.
+fn with_units_of_all(problem: EffectProblem, laws: &[Law]) -> EffectProblem {
+    let EffectProblem::Unit { name, unit, .. } = problem else {
+        return problem;
+    };
+    let specs = laws.iter().flat_map(|law| law.parameters());
+    let units: Vec<String> = specs
+        .filter(|spec| spec.name == name)
+        .map(|spec| accepted(spec.unit))
+        .collect();
+    let accepted = units.join(", ");
+    EffectProblem::Unit {
+        name,
+        unit,
+        accepted,
+    }
+}
+
+impl Effect {
+    /// The form that [`Effect::from_str`] reads, in SI units, every digit kept.
+    #[must_use]
+    pub fn compact(&self) -> String {
+        let mut text = format!("{}@{}", self.law, self.place.compact());
+        let mut separator = ':';
+        for (parameter, value) in self.law.parameters().iter().zip(&self.values) {
+            let _ = write!(
+                text,
+                "{separator}{}={value:?} {}",
+                parameter.name, parameter.unit
+            );
+            separator = ',';
+        }
+        text
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    fn effect(text: &str) -> Effect {
+        text.parse().unwrap()
+    }
+
+    fn problem(text: &str) -> EffectProblem {
+        text.parse::<Effect>().unwrap_err().problem
+    }
+
+    #[test]
+    fn every_kind_of_effect_is_read() {
+        let backlash = effect("joint-backlash@A3:play=1.2e-4rad, seat_moment = 3600 N*mm");
+        assert_eq!(backlash.law, Law::JointBacklash);
+        assert_eq!(backlash.place, Place::Joint("A3".into()));
+        assert_eq!(backlash.values, [1.2e-4, 3.6]);
+        let drift = |text: &str| effect(text).law;
+        assert_eq!(
+            drift("thermal-drift@clock:rate=1e-8m/s"),
+            Law::DriftPerSecond
+        );
+        assert_eq!(drift("thermal-drift:rate=-2um/K"), Law::DriftPerKelvin);
+        assert_eq!(effect("slip@P3.z.2.5:jump=-30um").values, [-3e-5]);
+        assert_eq!(effect("load-misalignment@y>z:angle=0.01rad").values, [0.01]);
+        assert!(effect("loose-member@B1B2").values.is_empty());
+        assert_eq!(effect("setting-in:k=3%,decay=1.5").values, [0.03, 1.5]);
+        let odd = effect("loose-member@odd:name");
+        assert_eq!(odd.place, Place::Element("odd:name".into()));
+    }
+
+    #[test]
+    fn what_is_wrong_is_said_with_what_is_allowed() {
+        let help = |text: &str| text.parse::<Effect>().unwrap_err().help.unwrap_or_default();
+        assert!(matches!(
+            problem("joint-play@A3"),
+            EffectProblem::Law { .. }
+        ));
+        assert!(help("joint-backlsh@A3").contains("joint-backlash"));
+        assert!(help("gremlins").contains("gauge-periodic"));
+        assert!(matches!(
+            problem("joint-compliance:c=1e-6rad/(N*m)"),
+            EffectProblem::NoPlace { .. }
+        ));
+        assert!(matches!(
+            problem("base-compliance@w:c=1"),
+            EffectProblem::Place { .. }
+        ));
+        assert!(help("base-compliance@w:c=1").contains("base-compliance@x"));
+        let unit = "joint-backlash@A3:play=3mm,seat_moment=1N*m";
+        assert!(matches!(
+            problem(unit),
+            EffectProblem::Unit { name: "play", .. }
+        ));
+        assert!(help(unit).contains("mrad"));
+        assert!(help("thermal-drift:rate=1K").contains("um/h"));
+        assert!(help("thermal-drift:rate=1K").contains("um/K"));
+        assert!(matches!(
+            problem("joint-backlash@A3:play=1mrad"),
+            EffectProblem::Missing {
+                name: "seat_moment",
+                ..
+            }
+        ));
+        assert!(matches!(
+            problem("creep:k=0.01/decade,t0=1s"),
+            EffectProblem::Unit { .. }
+        ));
+        assert!(matches!(
+            problem("creep:k=1%/decade,k=1%/decade,t0=1s"),
+            EffectProblem::Twice { name: "k" }
+        ));
+        assert!(matches!(
+            problem("creep:k=x,t0=1s"),
+            EffectProblem::Number { .. }
+        ));
+        assert!(matches!(
+            problem("creep:fast"),
+            EffectProblem::NotAParameter { .. }
+        ));
+        assert!(help("creep:k=1%/decade,t=1s").contains("t0"));
+        // Not one percent and not one per mille: 1/decade without a space before it.
+        assert!(help("creep:k=0.0041/decade,t0=1s").contains("space"));
+        assert!(matches!(
+            problem("loose-member:A3B1"),
+            EffectProblem::NoPlace { .. }
+        ));
+        for text in [
+            "joint-backlash@A3:play=-1mrad,seat_moment=1N*m",
+            "creep:k=1%/decade,t0=0s",
+            "slip@P1.x.1.1:jump=1e999m",
+        ] {
+            assert!(
+                matches!(
+                    problem(text),
+                    EffectProblem::Impossible(EffectError::Impossible { .. })
+                ),
+                "{text}"
+            );
+        }
+    }
+
+    proptest! {
+        #[test]
+        fn no_text_makes_it_panic(text in ".{0,60}", law in 0..Law::ALL.len()) {
+            let _ = text.parse::<Effect>();
+            let _ = format!("{}{text}", Law::ALL[law]).parse::<Effect>();
+        }
+    }
+}

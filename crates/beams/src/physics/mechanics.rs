@@ -1,0 +1,312 @@
+//! The robot in the poses of a session, reduced to what the laws need.
+
+use crate::robot::{
+    BatchPredictor, FittingFactors, JointModel, Mechanism, MechanismModel, Pose, Robot, RobotError,
+    Theory,
+};
+use crate::structure::{Solver, Structure, StructureError, TwistInfluence};
+use stiffbench_numeric::vector::{cross, subtract};
+use stiffbench_units_and_text::test_point::Direction;
+
+/// A mechanism in fixed poses, solved again with any factors: with rigid joints in all poses side by side, what twists do pose by pose
+/// and only where it is asked for.
+#[derive(Debug)]
+pub struct Mechanics<'a> {
+    robot: &'a Robot,
+    mechanism: &'a Mechanism,
+    /// Robot joints that exist in the mechanism, in the order of the levers.
+    joints: Vec<usize>,
+    /// All poses with rigid joints.
+    batch: BatchPredictor<'a>,
+    factors: FittingFactors,
+    poses: Vec<Posed<'a>>,
+}
+
+/// One pose.
+#[derive(Debug)]
+struct Posed<'a> {
+    pose: Pose,
+    rigid: MechanismModel<'a>,
+    /// `None` until it is asked for what twists do.
+    twisting: Option<Twisting<'a>>,
+    mechanics: PoseMechanics,
+}
+
+/// What works out the twists of one pose.
+#[derive(Debug)]
+struct Twisting<'a> {
+    hinged: MechanismModel<'a>,
+    solver: Solver,
+    lacks: Lacks,
+}
+
+/// What of the structure a solver does not have yet.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Lacks {
+    /// Nothing.
+    Nothing,
+    /// The sections under the factors set last.
+    Sections,
+    /// Where the structure stands, and the sections.
+    Place,
+}
+
+/// What a load and the laws need to know of a pose.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct PoseMechanics {
+    /// Compliance with rigid joints and the influence of a twist in each joint.
+    pub influence: TwistInfluence,
+    /// Displacement of the end per rocking of the base about x, y, z through the first support, m/rad.
+    pub base_levers_m: [[f64; 3]; 3],
+    /// Derivative of the compliance along x, y, z to each parameter of the baseline, m/N; for a robot to ln A, ln Iy, ln Iz, ln J
+    /// of its beams.
+    pub compliance_gradient: Vec<[f64; 3]>,
+}
+
+impl<'a> Mechanics<'a> {
+    /// Places a mechanism in poses and solves it there.
+    ///
+    /// # Errors
+    /// [`RobotError`] for an incomplete mechanism, a pose that cannot be reached, a structure that carries nothing.
+    pub fn new(
+        robot: &'a Robot,
+        mechanism: &'a Mechanism,
+        factors: &FittingFactors,
+        poses: &[Pose],
+    ) -> Result<Self, RobotError> {
+        let mut mechanics = Self::rigid(robot, mechanism, factors, poses)?;
+        mechanics.solve_joints(|_| true)?;
+        Ok(mechanics)
+    }
+
+    /// The same with rigid joints: what twists do is not known until [`Mechanics::solve_joints`].
+    ///
+    /// # Errors
+    /// As [`Mechanics::new`].
+    pub fn rigid(
+        robot: &'a Robot,
+        mechanism: &'a Mechanism,
+        factors: &FittingFactors,
+        poses: &[Pose],
+    ) -> Result<Self, RobotError> {
+        let mut batch = BatchPredictor::new(robot, mechanism, poses.len())?;
+        let (joints, theory) = (JointModel::Rigid, Theory::EulerBernoulli);
+        let model = MechanismModel::new(robot, mechanism, &joints, theory, factors)?;
+        let placed = poses.iter().enumerate().map(|(index, pose)| {
+            batch.place(index, pose)?;
+            let mut rigid = model.clone();
+            rigid.place(pose)?;
+            Ok(Posed {
+                pose: pose.clone(),
+                mechanics: PoseMechanics {
+                    influence: TwistInfluence::default(),
+                    base_levers_m: base_levers(&rigid),
+                    compliance_gradient: vec![[0.0; 3]; 4],
+                },
+                rigid,
+                twisting: None,
+            })
+        });
+        let poses = placed.collect::<Result<Vec<_>, RobotError>>()?;
+        let mut mechanics = Self {
+            robot,
+            mechanism,
+            joints: mechanism.joints(robot),
+            batch,
+            factors: *factors,
+            poses,
+        };
+        mechanics.solve_batch()?;
+        Ok(mechanics)
+    }
+
+    /// Solves all poses with other factors; allocates nothing.
+    ///
+    /// # Errors
+    /// [`RobotError::Structure`].
+    pub fn set_factors(&mut self, factors: &FittingFactors) -> Result<(), RobotError> {
+        self.set_factors_rigid(factors)?;
+        self.solve_joints(|_| true)
+    }
+
+    /// Solves all poses with other factors and rigid joints: what twists do is stale until [`Mechanics::solve_joints`].
+    ///
+    /// # Errors
+    /// [`RobotError::Structure`].
+    pub fn set_factors_rigid(&mut self, factors: &FittingFactors) -> Result<(), RobotError> {
+        self.factors = *factors;
+        for twisting in self.poses.iter_mut().flat_map(|posed| &mut posed.twisting) {
+            if twisting.lacks == Lacks::Nothing {
+                twisting.lacks = Lacks::Sections;
+            }
+        }
+        self.solve_batch()
+    }
+
+    /// Compliances and their derivatives with rigid joints.
+    fn solve_batch(&mut self) -> Result<(), RobotError> {
+        self.batch.solve(&self.factors, true)?;
+        for (index, posed) in self.poses.iter_mut().enumerate() {
+            let solved = self.batch.compliance(index);
+            let compliance = solved.expect("every pose was placed and solved").0;
+            let mechanics = &mut posed.mechanics;
+            mechanics.influence.compliance_m_per_n =
+                std::array::from_fn(|i| std::array::from_fn(|j| compliance[i][j]));
+            for axis in 0..3 {
+                let solved = self.batch.gradient(index, axis);
+                let [of_beams, _] = solved.expect("every pose was placed and solved");
+                for (row, of_beams) in mechanics.compliance_gradient.iter_mut().zip(of_beams) {
+                    row[axis] = of_beams;
+                }
+            }
+        }
+        Ok(())
+    }
+
+    /// Moves one of the poses and solves it there with rigid joints: what twists do is stale until [`Mechanics::solve_joints`].
+    ///
+    /// # Errors
+    /// [`RobotError`] for a pose that cannot be reached or a structure that carries nothing there.
+    pub fn move_to(&mut self, index: usize, pose: &Pose) -> Result<(), RobotError> {
+        let posed = &mut self.poses[index];
+        posed.rigid.place(pose)?;
+        posed.pose.clone_from(pose);
+        if let Some(twisting) = &mut posed.twisting {
+            twisting.hinged.place(pose)?;
+            twisting.lacks = Lacks::Place;
+        }
+        posed.mechanics.base_levers_m = base_levers(&posed.rigid);
+        self.batch.place(index, pose)?;
+        self.solve_batch()
+    }
+
+    /// Where the end is in pose number `pose`, m.
+    #[must_use]
+    pub fn end_m(&self, pose: usize) -> [f64; 3] {
+        let structure = self.poses[pose].rigid.structure();
+        structure.nodes[structure.end.node].position_m
+    }
+
+    /// Works out what twists in some joints do under the factors set last; of the others nothing is known then.
+    ///
+    /// # Arguments
+    /// - `is_asked_for`: of a joint, by its place among the levers.
+    ///
+    /// # Errors
+    /// [`RobotError::Structure`].
+    pub fn solve_joints(&mut self, is_asked_for: impl Fn(usize) -> bool) -> Result<(), RobotError> {
+        let (robot, mechanism, factors) = (self.robot, self.mechanism, &self.factors);
+        for index in 0..self.poses.len() {
+            let (before, rest) = self.poses.split_at_mut(index);
+            let posed = &mut rest[0];
+            let twisting = if let Some(twisting) = posed.twisting.take() {
+                twisting
+            } else {
+                let first = before.first().and_then(|first| first.twisting.as_ref());
+                Twisting::new(robot, mechanism, factors, posed, first)?
+            };
+            let twisting = posed.twisting.insert(twisting);
+            posed.rigid.set_factors(factors);
+            let structure = posed.rigid.structure();
+            twisting.bring_up_to_date(mechanism, structure)?;
+            twisting.solver.twist_influence_of(
+                structure,
+                twisting.hinged.structure(),
+                &is_asked_for,
+                &mut posed.mechanics.influence,
+            );
+        }
+        Ok(())
+    }
+
+    /// What is known of pose number `pose`.
+    #[must_use]
+    pub fn pose(&self, pose: usize) -> &PoseMechanics {
+        &self.poses[pose].mechanics
+    }
+
+    /// Names of the joints, in the order of the levers.
+    pub fn joint_names(&self) -> impl Iterator<Item = &'a str> {
+        self.joints
+            .iter()
+            .map(|&joint| self.robot.joints[joint].name.as_str())
+    }
+
+    /// The robot.
+    #[must_use]
+    pub fn robot(&self) -> &'a Robot {
+        self.robot
+    }
+
+    /// The mechanism.
+    #[must_use]
+    pub fn mechanism(&self) -> &'a Mechanism {
+        self.mechanism
+    }
+}
+
+impl<'a> Twisting<'a> {
+    /// # Arguments
+    /// - `known`: of another pose, if there is one: its structure is connected like this.
+    fn new(
+        robot: &'a Robot,
+        mechanism: &'a Mechanism,
+        factors: &FittingFactors,
+        posed: &Posed<'a>,
+        known: Option<&Self>,
+    ) -> Result<Self, RobotError> {
+        let joints = mechanism.joints(robot);
+        let all = JointModel::Hinged(joints.into_iter().map(|joint| (joint, 0.0)).collect());
+        let theory = Theory::EulerBernoulli;
+        let mut hinged = MechanismModel::new(robot, mechanism, &all, theory, factors)?;
+        hinged.place(&posed.pose)?;
+        let solver = match known {
+            Some(known) => known.solver.another(),
+            None => Solver::new(posed.rigid.structure()).map_err(carries_nothing(mechanism))?,
+        };
+        Ok(Self {
+            hinged,
+            solver,
+            lacks: Lacks::Place,
+        })
+    }
+
+    /// Gives the solver what it lacks of the structure with rigid joints.
+    fn bring_up_to_date(
+        &mut self,
+        mechanism: &Mechanism,
+        structure: &Structure,
+    ) -> Result<(), RobotError> {
+        let updated = match self.lacks {
+            Lacks::Nothing => Ok(()),
+            Lacks::Sections => self.solver.update_sections(structure),
+            Lacks::Place => self.solver.update(structure),
+        };
+        updated.map_err(carries_nothing(mechanism))?;
+        self.lacks = Lacks::Nothing;
+        Ok(())
+    }
+}
+
+fn carries_nothing(mechanism: &Mechanism) -> impl Fn(StructureError) -> RobotError {
+    |source| RobotError::Structure {
+        mechanism: mechanism.name.clone(),
+        source,
+    }
+}
+
+/// Displacement of the end per rocking about each axis through the first support: axis × (end - support).
+pub(super) fn base_levers(model: &MechanismModel<'_>) -> [[f64; 3]; 3] {
+    let structure = model.structure();
+    let end = structure.nodes[structure.end.node].position_m;
+    let support = structure
+        .supports
+        .first()
+        .map_or([0.0; 3], |support| structure.nodes[support.node].position_m);
+    levers_between(support, end)
+}
+
+/// The same for a given support and end.
+pub(super) fn levers_between(support_m: [f64; 3], end_m: [f64; 3]) -> [[f64; 3]; 3] {
+    Direction::ALL.map(|axis| cross(axis.unit_vector(), subtract(end_m, support_m)))
+}

@@ -1,0 +1,345 @@
+//! How far joints with laws turn under a load, several of them together, and what one more would add.
+
+use stiffbench_numeric::lanes::widest;
+use stiffbench_numeric::vector::dot;
+
+use super::effect::Effect;
+use super::joint_law::{
+    JointLaw, backlash_twist, compliance_twist, friction_twist, nonlinear_twist,
+};
+use super::law_set::{LawSet, RunLoads};
+use super::mechanics::PoseMechanics;
+
+/// Rounds in which the twists of several joints agree; each round is exact for one joint, and the energy they share is convex.
+const ROUNDS: usize = 200;
+
+/// Rounds that two joints are given with their slopes: two or three are enough unless a kink lies between.
+const ROUNDS_OF_TWO: usize = 12;
+
+/// Twists agree when a round changes none of them by more than this share.
+const AGREED: f64 = 1e-12;
+
+/// Twists of the joints with laws: the history of a run, and its scratch memory.
+#[derive(Debug, Clone, Default)]
+pub struct Twists {
+    pub(super) now: Vec<f64>,
+    /// At the load before; scratch memory.
+    before: Vec<f64>,
+    /// Whether a load has acted.
+    pub(super) loaded: bool,
+}
+
+impl Twists {
+    /// No twist, no load before.
+    pub(super) fn begin(&mut self, joints: usize) {
+        self.now.clear();
+        self.now.resize(joints, 0.0);
+        self.loaded = false;
+    }
+}
+
+/// The path of loads as one more joint meets it: what every law at that joint has to do with the structure and the laws that are there.
+///
+/// A joint that turns already gives way a little more: it is taken as linear about where it stands, exact until it meets a kink.
+#[derive(Debug, Clone, Default)]
+pub struct JointPath {
+    /// Moment of the joint at zero twist under each load that is read, N·m.
+    driving_nm: Vec<f64>,
+    /// Moment against a twist, N·m/rad.
+    stiffness_nm_per_rad: Vec<f64>,
+    /// Displacement per twist, m/rad.
+    lever_m: Vec<f64>,
+    /// What came before each load.
+    before: Vec<Before>,
+}
+
+/// What a joint met before a load.
+#[derive(Debug, Clone, Copy, PartialEq)]
+enum Before {
+    /// Nothing: it is the first load of a run, the joint is virgin.
+    Nothing,
+    /// Another load.
+    Load,
+    /// Another load and a release, which is not read.
+    Release(PathStep),
+}
+
+/// A load, or a release before one.
+#[derive(Debug, Clone, Copy, PartialEq)]
+struct PathStep {
+    driving_nm: f64,
+    stiffness_nm_per_rad: f64,
+    lever_m: f64,
+}
+
+impl JointPath {
+    /// What an effect at the joint adds to the displacements of all readings, m.
+    ///
+    /// # Arguments
+    /// - `out`: one displacement a load, in the order in which the runs were added, overwritten.
+    pub fn added_m(&self, effect: &Effect, out: &mut [f64]) {
+        // One loop for each law, so that none is chosen anew for every load.
+        match JointLaw::of(effect) {
+            JointLaw::Compliance { c } => {
+                self.side_by_side(
+                    #[inline(always)]
+                    |t, k| compliance_twist(c, t, k),
+                    out,
+                );
+            }
+            JointLaw::Backlash { play, seat_moment } => {
+                self.side_by_side(
+                    #[inline(always)]
+                    |t, k| backlash_twist([play, seat_moment], t, k),
+                    out,
+                );
+            }
+            JointLaw::Friction { c, friction_moment } => {
+                self.follow(|t, k, b| friction_twist([c, friction_moment], t, k, b), out);
+            }
+            JointLaw::Nonlinearity { c, q } => {
+                self.side_by_side(
+                    #[inline(always)]
+                    |t, k| nonlinear_twist([c, q], t, k),
+                    out,
+                );
+            }
+        }
+    }
+
+    /// A law without memory: what came before a load is nothing to it.
+    fn side_by_side(&self, twist_rad: impl Fn(f64, f64) -> f64, out: &mut [f64]) {
+        widest(
+            #[inline(always)]
+            || {
+                let joint = self.driving_nm.iter().zip(&self.stiffness_nm_per_rad);
+                let loads = joint.zip(&self.lever_m);
+                for (added, ((&driving, &k), lever_m)) in out.iter_mut().zip(loads) {
+                    *added = lever_m * twist_rad(driving, k.max(0.0));
+                }
+            },
+        );
+    }
+
+    fn follow(&self, twist_rad: impl Fn(f64, f64, f64) -> f64, out: &mut [f64]) {
+        let mut twist = 0.0;
+        let joint = self.driving_nm.iter().zip(&self.stiffness_nm_per_rad);
+        let loads = joint.zip(&self.lever_m).zip(&self.before);
+        for (added, (((&driving, &k), lever_m), before)) in out.iter_mut().zip(loads) {
+            match before {
+                Before::Nothing => twist = 0.0,
+                Before::Load => {}
+                Before::Release(step) => {
+                    let k = step.stiffness_nm_per_rad.max(0.0);
+                    twist = twist_rad(step.driving_nm, k, twist);
+                }
+            }
+            twist = twist_rad(driving, k.max(0.0), twist);
+            *added = lever_m * twist;
+        }
+    }
+
+    fn push(&mut self, before: Before, load: PathStep) {
+        self.driving_nm.push(load.driving_nm);
+        self.stiffness_nm_per_rad.push(load.stiffness_nm_per_rad);
+        self.lever_m.push(load.lever_m);
+        self.before.push(before);
+    }
+}
+
+impl LawSet {
+    /// Adds a run to the path of a joint.
+    ///
+    /// # Arguments
+    /// - `joint`: by its place among the levers.
+    ///
+    /// # Returns
+    /// `false`, and nothing added, where what a law does there does not simply add: several laws turn joints already, or the gauge's
+    /// period stands where the sum of all puts it.
+    pub fn add_to_path(
+        &self,
+        pose: &PoseMechanics,
+        run: &RunLoads<'_>,
+        joint: usize,
+        path: &mut JointPath,
+    ) -> bool {
+        let stands = || run.loads.iter().all(|load| load.position_m.is_some());
+        let known = match self.joints[..] {
+            [] => None,
+            [other] => Some(other),
+            _ => return false,
+        };
+        if !(self.periods.is_empty() || stands()) {
+            return false;
+        }
+        let along = run.direction.index();
+        let influence = &pose.influence;
+        let lever = influence.levers_m[joint];
+        let turned = self.acting(along, 1.0);
+        let moment_m = dot(lever, turned);
+        let mut other_twist = 0.0;
+        let mut step = |force_n: f64, growth: f64| {
+            let acting_n = self.acting_n(force_n);
+            let mut step = PathStep {
+                driving_nm: moment_m * acting_n,
+                stiffness_nm_per_rad: influence.stiffness(joint, joint),
+                lever_m: lever[along],
+            };
+            if let Some((other, law)) = known {
+                let driving = dot(influence.levers_m[other], turned) * acting_n;
+                let own = influence.stiffness(other, other);
+                let between = influence.stiffness(joint, other);
+                let slope = law.slope_rad_per_nm(driving, own, other_twist);
+                other_twist = law.twist_rad(driving, own, other_twist);
+                step.driving_nm -= between * other_twist;
+                step.stiffness_nm_per_rad -= slope * between * between;
+                step.lever_m -= influence.levers_m[other][along] * slope * between;
+            }
+            step.lever_m *= growth;
+            step
+        };
+        for (place, load) in run.loads.iter().enumerate() {
+            let before = match run.release_n {
+                _ if place == 0 => Before::Nothing,
+                Some(release_n) => Before::Release(step(release_n, 0.0)),
+                None => Before::Load,
+            };
+            let growth = self.growth(load.hold_s, run.repeat);
+            path.push(before, step(load.force_n, growth));
+        }
+        true
+    }
+
+    /// Moves the twists to their values under a force.
+    pub(super) fn turn_joints(&self, pose: &PoseMechanics, force: [f64; 3], twists: &mut Twists) {
+        let influence = &pose.influence;
+        if let [(joint, law)] = self.joints[..] {
+            let driving = dot(influence.levers_m[joint], force);
+            let stiffness = influence.stiffness(joint, joint);
+            twists.now[0] = law.twist_rad(driving, stiffness, twists.now[0]);
+            return;
+        }
+        if self.joints.is_empty() || self.turn_two(pose, force, twists) {
+            return;
+        }
+        twists.before.clone_from(&twists.now);
+        for _ in 0..ROUNDS {
+            let mut change = 0.0_f64;
+            let mut largest = 0.0_f64;
+            for (place, &(joint, law)) in self.joints.iter().enumerate() {
+                let others: f64 = self
+                    .joints
+                    .iter()
+                    .zip(&twists.now)
+                    .enumerate()
+                    .filter(|(other, _)| *other != place)
+                    .map(|(_, (&(other, _), twist))| influence.stiffness(joint, other) * twist)
+                    .sum();
+                let driving = dot(influence.levers_m[joint], force) - others;
+                let history = twists.before[place];
+                let twist = law.twist_rad(driving, influence.stiffness(joint, joint), history);
+                change = change.max((twist - twists.now[place]).abs());
+                largest = largest.max(twist.abs());
+                twists.now[place] = twist;
+            }
+            if change <= AGREED * largest {
+                break;
+            }
+        }
+    }
+
+    /// The same for two joints, by Newton's way: the first is taken as linear about where it stands, the second is exact against that.
+    ///
+    /// # Returns
+    /// `false`, with the twists as they were, if there are not two, or they do not agree soon.
+    fn turn_two(&self, pose: &PoseMechanics, force: [f64; 3], twists: &mut Twists) -> bool {
+        let [(first, first_law), (second, second_law)] = self.joints[..] else {
+            return false;
+        };
+        let influence = &pose.influence;
+        let [first_nm, second_nm] =
+            [first, second].map(|joint| dot(influence.levers_m[joint], force));
+        let own = |joint: usize| influence.stiffness(joint, joint);
+        let (between, back) = (
+            influence.stiffness(first, second),
+            influence.stiffness(second, first),
+        );
+        let (before_a, before_b) = (twists.now[0], twists.now[1]);
+        let mut b = before_b;
+        for _ in 0..ROUNDS_OF_TWO {
+            let driving = first_nm - between * b;
+            let a = first_law.twist_rad(driving, own(first), before_a);
+            let gives = first_law.slope_rad_per_nm(driving, own(first), before_a) * between;
+            // a + gives (b - b') for the twist b' that is looked for.
+            let next = second_law.twist_rad(
+                second_nm - back * (a + gives * b),
+                own(second) - back * gives,
+                before_b,
+            );
+            let expected = a + gives * (b - next);
+            let exact = first_law.twist_rad(first_nm - between * next, own(first), before_a);
+            b = next;
+            if (exact - expected).abs() <= AGREED * exact.abs().max(next.abs()) {
+                twists.now[0] = exact;
+                twists.now[1] = next;
+                return true;
+            }
+        }
+        false
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::physics::Effect;
+    use crate::structure::TwistInfluence;
+    use proptest::prelude::*;
+
+    fn pose(k: [f64; 3]) -> PoseMechanics {
+        let mut influence = TwistInfluence::of_one_joint(3e-7, 0.3);
+        influence.levers_m = vec![[0.3, 0.2, 0.1], [0.1, -0.4, 0.2]];
+        influence.stiffness_nm_per_rad = vec![k[0], k[1], k[1], k[2]];
+        PoseMechanics {
+            influence,
+            ..PoseMechanics::default()
+        }
+    }
+
+    const LAWS: [&str; 4] = [
+        "joint-compliance@J:c=5urad/(N*m)",
+        "joint-backlash@J:play=40urad,seat_moment=3N*m",
+        "joint-friction@J:c=8urad/(N*m),friction_moment=4N*m",
+        "joint-nonlinearity@J:c=4urad/(N*m),q=0.3urad/(N*m)^2",
+    ];
+
+    proptest! {
+        /// Each twist is what its own law says beside the other, along a path with history.
+        #[test]
+        fn two_joints_agree(
+            first in 0..4_usize, second in 0..4_usize, coupling in -0.95..0.95_f64,
+            forces in proptest::collection::vec(-70.0..70.0_f64, 1..6),
+        ) {
+            let (a, b) = (2e5_f64, 9e4_f64);
+            let pose = pose([a, coupling * (a * b).sqrt(), b]);
+            let mut laws = LawSet::default();
+            for (joint, law) in [first, second].into_iter().enumerate() {
+                laws.push(&LAWS[law].parse::<Effect>().unwrap(), Some(joint));
+            }
+            let mut twists = Twists::default();
+            twists.begin(2);
+            for force in forces {
+                let before = twists.now.clone();
+                let force = [force, 0.5 * force, 0.0];
+                laws.turn_joints(&pose, force, &mut twists);
+                for (place, &(joint, law)) in laws.joints.iter().enumerate() {
+                    let other = 1 - place;
+                    let driving = dot(pose.influence.levers_m[joint], force)
+                        - pose.influence.stiffness(joint, other) * twists.now[other];
+                    let own = law.twist_rad(driving, pose.influence.stiffness(joint, joint), before[place]);
+                    prop_assert!((own - twists.now[place]).abs() < 1e-12, "{own} {:?}", twists.now);
+                }
+            }
+        }
+    }
+}

@@ -1,0 +1,235 @@
+//! Pose to structure: bodies, joints, nodes and members of a robot, read from its file.
+//!
+//! A [`Robot`] is a checked robot file: every name resolved, every dependency in order. A [`Mechanism`] chooses which of its
+//! chains are there; a [`Pose`] fixes its angles; [`MechanismModel`] joins the three into a structure that can be solved, and
+//! moves it from pose to pose without allocating.
+
+mod compile;
+mod error;
+mod expression;
+pub mod file;
+mod kinematics;
+mod mechanism;
+mod members;
+mod mobility;
+mod model;
+mod parameters;
+mod place_many;
+mod predict;
+mod predict_many;
+mod resized;
+mod shapes;
+mod sweep;
+mod sweep_lanes;
+mod weight;
+
+use indexmap::IndexMap;
+
+use crate::structure::{Material, Section, ShearCoefficients};
+use stiffbench_units_and_text::source_text::SourceText;
+use stiffbench_units_and_text::test_point::PoseId;
+
+pub use error::{RobotError, RobotProblem};
+pub use expression::{Expression, ExpressionError};
+pub use file::ElementClass;
+pub use kinematics::{BodyAxes, Placement};
+pub use mechanism::Mechanism;
+pub use members::{JointModel, MechanismModel, Theory};
+pub use mobility::{ChainMobility, Mobility, chain_mobility, mobility};
+pub use model::{
+    Angle, Body, BodyPlace, FittingFactors, Joint, Limit, LimitViolation, Member, NamedPose,
+    NodePlace, Plane, Pose, RadiusOf, RobotNode, Variable,
+};
+pub use predict::Predictor;
+pub use predict_many::{BatchPredictor, ClassGradient};
+pub use sweep::{Keep, PoseBundles, PoseSweep, Swept, SweptPose};
+pub use weight::{GRAVITY_M_PER_S2, Masses};
+
+/// A robot, checked and ready to be posed.
+#[derive(Debug, Clone)]
+pub struct Robot {
+    /// What it is called.
+    pub name: String,
+    /// Angles that make a pose.
+    pub variables: Vec<Variable>,
+    /// Coupled limits.
+    pub limits: Vec<Limit>,
+    /// Planes in which linkages move.
+    pub planes: Vec<Plane>,
+    /// Rigid bodies.
+    pub bodies: Vec<Body>,
+    /// Joints between bodies.
+    pub joints: Vec<Joint>,
+    /// Points.
+    pub nodes: Vec<RobotNode>,
+    /// Beams between nodes.
+    pub members: Vec<Member>,
+    /// Held nodes.
+    pub supports: Vec<usize>,
+    /// The node at the end.
+    pub end: usize,
+    /// Sections with their material, by name.
+    pub sections: IndexMap<String, RatedSection>,
+    /// Unit vector of the vertical; weight acts against it.
+    pub vertical: [f64; 3],
+    /// Masses at nodes, kg.
+    pub node_masses: Vec<(usize, f64)>,
+    /// Mechanisms by name, in the order of the file.
+    pub mechanisms: IndexMap<String, Mechanism>,
+    /// Factor sets by name.
+    pub factors: IndexMap<String, FittingFactors>,
+    /// Named poses, in the order of the file.
+    pub poses: Vec<NamedPose>,
+    /// Keys of the file that this version does not know, and other things that are odd but not wrong.
+    pub warnings: Vec<String>,
+}
+
+/// A nominal section with the material it is made of.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct RatedSection {
+    /// Nominal constants, before any factor.
+    pub section: Section,
+    /// Elastic constants.
+    pub material: Material,
+    /// Shear coefficients for Timoshenko beams.
+    pub shear: ShearCoefficients,
+    /// Mass of a member per length, kg/m; `None` where the file gives neither it nor a density.
+    pub mass_kg_per_m: Option<f64>,
+}
+
+impl Robot {
+    /// Reads a robot file.
+    ///
+    /// # Errors
+    /// [`RobotError::File`] pointing at the line that is wrong.
+    pub fn parse(source: &SourceText) -> Result<Self, RobotError> {
+        compile::compile(source)
+    }
+
+    /// Mechanism by name; the last one of the file if `name` is `None` (the complete robot stands last).
+    ///
+    /// # Errors
+    /// [`RobotError::UnknownName`] with the names that exist.
+    pub fn mechanism(&self, name: Option<&str>) -> Result<&Mechanism, RobotError> {
+        match name {
+            None => Ok(self
+                .mechanisms
+                .last()
+                .expect("a robot has at least one mechanism")
+                .1),
+            Some(name) => self.mechanisms.get(name).ok_or_else(|| {
+                self.unknown(
+                    "mechanism",
+                    name,
+                    self.mechanisms.keys().map(String::as_str),
+                )
+            }),
+        }
+    }
+
+    /// Factor set by name.
+    ///
+    /// # Errors
+    /// [`RobotError::UnknownName`] with the names that exist.
+    pub fn factor_set(&self, name: &str) -> Result<FittingFactors, RobotError> {
+        if let Some(factors) = self.factors.get(name) {
+            return Ok(*factors);
+        }
+        // Every robot has the factors of a model that was never fitted, whether its file lists them or not.
+        if name == "unit" {
+            return Ok(FittingFactors::UNIT);
+        }
+        Err(self.unknown("factor set", name, self.factors.keys().map(String::as_str)))
+    }
+
+    /// Factors a model starts from when none are named: `m_fsd` if the file has them, else unit factors.
+    #[must_use]
+    pub fn default_factors(&self) -> (&'static str, FittingFactors) {
+        match self.factors.get("m_fsd") {
+            Some(factors) => ("m_fsd", *factors),
+            None => ("unit", FittingFactors::UNIT),
+        }
+    }
+
+    /// Named pose.
+    ///
+    /// # Errors
+    /// [`RobotError::UnknownName`] with the names that exist.
+    pub fn pose(&self, id: &PoseId) -> Result<&Pose, RobotError> {
+        self.poses
+            .iter()
+            .find(|named| named.id == *id)
+            .map(|named| &named.pose)
+            .ok_or_else(|| {
+                self.unknown(
+                    "pose",
+                    id.as_str(),
+                    self.poses.iter().map(|named| named.id.as_str()),
+                )
+            })
+    }
+
+    /// The pose with every variable at its nominal value.
+    #[must_use]
+    pub fn nominal_pose(&self) -> Pose {
+        Pose {
+            angles_deg: self
+                .variables
+                .iter()
+                .map(|variable| variable.nominal_deg)
+                .collect(),
+        }
+    }
+
+    /// Index of a variable.
+    ///
+    /// # Errors
+    /// [`RobotError::UnknownName`] with the names that exist.
+    pub fn variable(&self, name: &str) -> Result<usize, RobotError> {
+        self.variables
+            .iter()
+            .position(|variable| variable.name == name)
+            .ok_or_else(|| {
+                self.unknown(
+                    "variable",
+                    name,
+                    self.variables.iter().map(|v| v.name.as_str()),
+                )
+            })
+    }
+
+    /// Limits that a pose breaks by more than 1e-9 degree.
+    #[must_use]
+    pub fn violated_limits(&self, pose: &Pose) -> Vec<LimitViolation> {
+        model::violated_limits(self, pose)
+    }
+
+    /// Whether a pose breaks no limit by more than 1e-9 degree; as [`Robot::violated_limits`], without words for each.
+    #[must_use]
+    pub fn is_within_limits(&self, pose: &Pose) -> bool {
+        model::is_within_limits(self, pose)
+    }
+
+    /// The error for a name this robot lacks.
+    fn unknown<'a>(
+        &self,
+        kind: &'static str,
+        name: &str,
+        known: impl Iterator<Item = &'a str>,
+    ) -> RobotError {
+        let known: Vec<&str> = known.collect();
+        let help = stiffbench_units_and_text::nearest::nearest(name, known.iter().copied())
+            .map(|near| format!("did you mean `{near}`?"));
+        RobotError::UnknownName {
+            robot: self.name.clone(),
+            kind,
+            name: name.to_owned(),
+            known: if known.is_empty() {
+                "none".to_owned()
+            } else {
+                known.join(", ")
+            },
+            help,
+        }
+    }
+}

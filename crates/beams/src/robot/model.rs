@@ -1,0 +1,303 @@
+//! The parts of a checked robot; references are indices.
+
+use stiffbench_units_and_text::test_point::PoseId;
+
+use super::Robot;
+use super::file::ElementClass;
+
+/// A limit is broken when a pose lies beyond it by more than this, degrees: files state angles to a thousandth, sums of them
+/// round at 1e-13.
+const LIMIT_TOLERANCE_DEG: f64 = 1e-9;
+
+/// An angle of the pose.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Variable {
+    /// Name.
+    pub name: String,
+    /// Smallest value, degrees.
+    pub min_deg: f64,
+    /// Largest value, degrees.
+    pub max_deg: f64,
+    /// Value in poses that do not name it, degrees.
+    pub nominal_deg: f64,
+}
+
+/// A coupled limit: Σ coefficient × variable ≥ `at_least_deg`.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Limit {
+    /// Variable and coefficient.
+    pub terms: Vec<(usize, f64)>,
+    /// Smallest value of the sum, degrees.
+    pub at_least_deg: f64,
+}
+
+impl Limit {
+    /// What the limit bounds from below, in a pose, degrees.
+    fn sum_deg(&self, pose: &Pose) -> f64 {
+        let terms = self.terms.iter();
+        terms
+            .map(|(variable, c)| c * pose.angles_deg[*variable])
+            .sum()
+    }
+
+    /// The limit in words, for example `theta2 - theta3 >= 52.17`.
+    #[must_use]
+    pub fn in_words(&self, robot: &Robot) -> String {
+        let mut text = String::new();
+        for (place, (variable, coefficient)) in self.terms.iter().enumerate() {
+            let sign = match (place, *coefficient < 0.0) {
+                (0, false) => "",
+                (0, true) => "-",
+                (_, false) => " + ",
+                (_, true) => " - ",
+            };
+            text.push_str(sign);
+            if coefficient.abs() != 1.0 {
+                text.push_str(&coefficient.abs().to_string());
+                text.push(' ');
+            }
+            text.push_str(&robot.variables[*variable].name);
+        }
+        format!("{text} >= {}", self.at_least_deg)
+    }
+}
+
+/// A limit that a pose breaks.
+#[derive(Debug, Clone, PartialEq)]
+pub struct LimitViolation {
+    /// The limit in words, for example `theta2 - theta3 >= 52.17`.
+    pub limit: String,
+    /// How far beyond it the pose lies, degrees.
+    pub excess_deg: f64,
+}
+
+/// A plane fixed to a body.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Plane {
+    /// Name.
+    pub name: String,
+    /// Body it is fixed to.
+    pub body: usize,
+    /// Unit normal in the body's axes.
+    pub normal: [f64; 3],
+}
+
+/// A rigid body.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Body {
+    /// Name.
+    pub name: String,
+    /// Chain it is counted in; `None` for a helper.
+    pub chain: Option<String>,
+    /// How its axes follow from the pose.
+    pub place: BodyPlace,
+}
+
+/// How a body's axes follow from the pose.
+#[derive(Debug, Clone, PartialEq)]
+pub enum BodyPlace {
+    /// The reference: origin at zero, axes those of the world.
+    Ground,
+    /// Turned on a parent about an axis through a node.
+    Turned {
+        /// The parent body.
+        parent: usize,
+        /// Node at the origin.
+        origin: usize,
+        /// Unit axis in the parent's axes.
+        axis: [f64; 3],
+        /// The angle.
+        angle: Angle,
+    },
+    /// Local z from one node to another, local x along a plane's normal.
+    Along {
+        /// The two nodes.
+        nodes: [usize; 2],
+        /// The plane.
+        plane: usize,
+        /// Turn from z towards y, degrees.
+        turn_deg: f64,
+    },
+}
+
+/// offset + Σ coefficient × variable, degrees.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Angle {
+    /// Constant part, degrees.
+    pub offset_deg: f64,
+    /// Variable and coefficient.
+    pub terms: Vec<(usize, f64)>,
+}
+
+impl Angle {
+    /// Value in a pose, degrees.
+    #[must_use]
+    pub fn value_deg(&self, pose: &Pose) -> f64 {
+        self.terms
+            .iter()
+            .fold(self.offset_deg, |sum, (variable, coefficient)| {
+                sum + coefficient * pose.angles_deg[*variable]
+            })
+    }
+}
+
+/// A revolute joint.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Joint {
+    /// Name.
+    pub name: String,
+    /// Node it sits at.
+    pub node: usize,
+    /// First and second body; the second turns on the first.
+    pub bodies: [usize; 2],
+    /// Chain it is counted in.
+    pub chain: Option<String>,
+    /// Plane about whose normal it turns.
+    pub plane: usize,
+}
+
+/// A point.
+#[derive(Debug, Clone, PartialEq)]
+pub struct RobotNode {
+    /// Name.
+    pub name: std::sync::Arc<str>,
+    /// How its position follows from the pose.
+    pub place: NodePlace,
+}
+
+/// How a node's position follows from the pose.
+#[derive(Debug, Clone, PartialEq)]
+pub enum NodePlace {
+    /// Fixed on a body.
+    Fixed {
+        /// The body.
+        body: usize,
+        /// Local coordinates, m.
+        at_m: [f64; 3],
+    },
+    /// Intersection of two circles in a plane.
+    Loop {
+        /// Centres.
+        centres: [usize; 2],
+        /// Radii.
+        radii: [RadiusOf; 2],
+        /// The plane.
+        plane: usize,
+        /// +1 or -1: the side of n × u on which the node lies.
+        branch: f64,
+    },
+}
+
+/// Radius of a loop's circle.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum RadiusOf {
+    /// A length, m.
+    Length(f64),
+    /// Distance between two nodes.
+    Distance([usize; 2]),
+}
+
+/// A two-node beam of the robot.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Member {
+    /// Name.
+    pub name: String,
+    /// Its nodes.
+    pub nodes: [usize; 2],
+    /// Chain it belongs to.
+    pub chain: String,
+    /// Which factors it takes.
+    pub class: ElementClass,
+    /// Index of its section.
+    pub section: usize,
+    /// Body it is part of.
+    pub body: usize,
+    /// Plane whose normal is local y.
+    pub plane: usize,
+}
+
+/// Angles of the variables, degrees, in the order of the robot.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Pose {
+    /// One angle a variable.
+    pub angles_deg: Vec<f64>,
+}
+
+/// A pose with its name.
+#[derive(Debug, Clone, PartialEq)]
+pub struct NamedPose {
+    /// The name.
+    pub id: PoseId,
+    /// The angles.
+    pub pose: Pose,
+    /// The point (z, y) that a publication states for it, m.
+    pub stated_zy_m: Option<[f64; 2]>,
+}
+
+/// Multipliers of A, Iy, Iz, J by element class (the paper's eq. (16)).
+#[derive(Debug, Clone, Copy, PartialEq, serde::Serialize, serde::Deserialize)]
+pub struct FittingFactors {
+    /// Of beams, order A, Iy, Iz, J.
+    pub beam: [f64; 4],
+    /// Of links.
+    pub link: [f64; 4],
+}
+
+impl FittingFactors {
+    /// The model that was never fitted (eq. (11)).
+    pub const UNIT: Self = Self {
+        beam: [1.0; 4],
+        link: [1.0; 4],
+    };
+
+    /// Factors of a class.
+    #[must_use]
+    pub fn of(&self, class: ElementClass) -> [f64; 4] {
+        match class {
+            ElementClass::Beam => self.beam,
+            ElementClass::Link => self.link,
+        }
+    }
+}
+
+/// Whether a pose breaks no limit.
+pub(super) fn is_within_limits(robot: &Robot, pose: &Pose) -> bool {
+    let keeps = |(variable, &angle): (&Variable, &f64)| {
+        variable.min_deg - angle <= LIMIT_TOLERANCE_DEG
+            && angle - variable.max_deg <= LIMIT_TOLERANCE_DEG
+    };
+    let own = robot.variables.iter().zip(&pose.angles_deg).all(keeps);
+    own && robot
+        .limits
+        .iter()
+        .all(|limit| limit.at_least_deg - limit.sum_deg(pose) <= LIMIT_TOLERANCE_DEG)
+}
+
+/// Limits that a pose breaks.
+pub(super) fn violated_limits(robot: &Robot, pose: &Pose) -> Vec<LimitViolation> {
+    let mut violations = Vec::new();
+    let mut check = |excess_deg: f64, limit: &dyn Fn() -> String| {
+        if excess_deg > LIMIT_TOLERANCE_DEG {
+            violations.push(LimitViolation {
+                limit: limit(),
+                excess_deg,
+            });
+        }
+    };
+    for (variable, &angle) in robot.variables.iter().zip(&pose.angles_deg) {
+        let Variable {
+            name,
+            min_deg,
+            max_deg,
+            ..
+        } = variable;
+        check(min_deg - angle, &|| format!("{name} >= {min_deg}"));
+        check(angle - max_deg, &|| format!("{name} <= {max_deg}"));
+    }
+    for limit in &robot.limits {
+        check(limit.at_least_deg - limit.sum_deg(pose), &|| {
+            limit.in_words(robot)
+        });
+    }
+    violations
+}

@@ -1,0 +1,350 @@
+//! Compliance of the end of a robot in very many poses, on all cores.
+
+use rayon::iter::repeat_n;
+use rayon::prelude::*;
+
+use crate::structure::{Compliance6, PartMethod, Reduction, SolutionPath};
+use stiffbench_numeric::lanes::InstructionSet;
+
+use super::Robot;
+use super::error::RobotError;
+use super::mechanism::Mechanism;
+use super::members::{JointModel, MechanismModel, Theory};
+use super::model::{FittingFactors, Pose};
+use super::predict::Predictor;
+use super::sweep_lanes::{Bundles, SweepLanes};
+
+/// Poses that a thread takes at a time: enough that its memory is set up rarely, few enough that two threads share evenly.
+const CHUNK: usize = 2048;
+
+/// One mechanism with its factors, ready for any number of poses.
+///
+/// Each pose has the result that it would have alone, whatever the number of poses or threads. What the lanes do not serve (pins,
+/// joints that yield with several elements on either side, elements that carry nothing) or do not solve goes to a [`Predictor`], pose by
+/// pose, which also names what is wrong.
+#[derive(Debug)]
+pub struct PoseSweep<'a> {
+    robot: &'a Robot,
+    mechanism: &'a Mechanism,
+    joints: JointModel,
+    theory: Theory,
+    factors: FittingFactors,
+    model: MechanismModel<'a>,
+    reduction: Option<Reduction>,
+}
+
+/// What is kept of each pose besides [`SweptPose`].
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum Keep {
+    /// Nothing.
+    #[default]
+    Diagonal,
+    /// The whole compliance.
+    Full,
+}
+
+/// The end in a pose.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct SweptPose {
+    /// Position, m.
+    pub end_m: [f64; 3],
+    /// Displacement along x, y, z per force along it, m/N.
+    pub direct_m_per_n: [f64; 3],
+}
+
+/// What a sweep found, in the order of the poses.
+#[derive(Debug)]
+pub struct Swept {
+    /// One a pose; `None` for those in `failed`.
+    pub poses: Vec<Option<SweptPose>>,
+    /// The compliance of each pose, 6 × 6, SI, if it was to be kept; empty otherwise.
+    pub compliances: Vec<Option<Compliance6>>,
+    /// Poses that have no result, by index, and why.
+    pub failed: Vec<(usize, RobotError)>,
+    /// How many poses the general solver took.
+    pub alone: usize,
+}
+
+impl<'a> PoseSweep<'a> {
+    /// Sweep of the paper's structure: rigid joints, Euler-Bernoulli beams, by the fastest exact way.
+    ///
+    /// # Errors
+    /// [`RobotError::IncompleteMechanism`].
+    pub fn new(
+        robot: &'a Robot,
+        mechanism: &'a Mechanism,
+        factors: &FittingFactors,
+    ) -> Result<Self, RobotError> {
+        let (joints, theory) = (JointModel::Rigid, Theory::EulerBernoulli);
+        Self::with(
+            robot,
+            mechanism,
+            joints,
+            theory,
+            factors,
+            SolutionPath::Fastest,
+        )
+    }
+
+    /// Sweep of any structure of a mechanism.
+    ///
+    /// # Errors
+    /// [`RobotError::IncompleteMechanism`].
+    pub fn with(
+        robot: &'a Robot,
+        mechanism: &'a Mechanism,
+        joints: JointModel,
+        theory: Theory,
+        factors: &FittingFactors,
+        path: SolutionPath,
+    ) -> Result<Self, RobotError> {
+        let unit = FittingFactors::UNIT;
+        let model = MechanismModel::new(robot, mechanism, &joints, theory, &unit)?;
+        let members: Vec<_> = model.members().collect();
+        let planes: Vec<usize> = members.iter().map(|member| member.plane).collect();
+        let hinge_planes: Vec<usize> = model.hinge_planes().collect();
+        let mut reduction = Reduction::of(model.structure(), &planes, &hinge_planes, path);
+        if let Some(found) = &mut reduction {
+            let usable = found.rate(model.structure(), |element| {
+                factors.of(members[element].class)
+            });
+            if !usable {
+                reduction = None;
+            }
+        }
+        Ok(Self {
+            robot,
+            mechanism,
+            joints,
+            theory,
+            factors: *factors,
+            model,
+            reduction,
+        })
+    }
+
+    /// How each part of the structure is solved, from the ground to the end; empty if every pose goes to the general solver.
+    #[must_use]
+    pub fn methods(&self) -> &[PartMethod] {
+        self.reduction.as_ref().map_or(&[], Reduction::methods)
+    }
+
+    /// Name of the instruction set of this machine that is used, and how many poses it takes at once.
+    #[must_use]
+    pub fn instructions(&self) -> (&'static str, usize) {
+        let set = InstructionSet::for_poses(usize::MAX);
+        (set.name(), set.lanes())
+    }
+
+    /// Solves every pose; angles in degrees, in the order of the robot's variables.
+    ///
+    /// Memory grows with what is kept, no more: each thread has room for a few poses of its own.
+    #[must_use]
+    pub fn run(&self, poses: &[Pose], keep: Keep) -> Swept {
+        // Cleared by all threads: the system maps memory where it is first touched, and one thread would take a while.
+        let mut found: Vec<Option<SweptPose>> = repeat_n(None, poses.len()).collect();
+        let mut compliances: Vec<Option<Compliance6>> = match keep {
+            Keep::Diagonal => Vec::new(),
+            Keep::Full => repeat_n(None, poses.len()).collect(),
+        };
+        // Memory is made for a run of chunks, not for each: setting it up takes as long as some hundred poses.
+        let set = InstructionSet::for_poses(poses.len());
+        let memory = || self.lanes(set, set.lanes());
+        let chunks = poses.par_chunks(CHUNK).zip(found.par_chunks_mut(CHUNK));
+        let done: Vec<Chunk> = match keep {
+            Keep::Diagonal => chunks
+                .map_init(memory, |lanes, (poses, found)| {
+                    self.chunk(lanes.as_deref_mut(), poses, found, &mut [])
+                })
+                .collect(),
+            Keep::Full => chunks
+                .zip(compliances.par_chunks_mut(CHUNK))
+                .map_init(memory, |lanes, ((poses, found), compliances)| {
+                    self.chunk(lanes.as_deref_mut(), poses, found, compliances)
+                })
+                .collect(),
+        };
+        let mut swept = Swept {
+            poses: found,
+            compliances,
+            failed: Vec::new(),
+            alone: 0,
+        };
+        for (place, chunk) in done.into_iter().enumerate() {
+            let failed = chunk.failed.into_iter();
+            swept
+                .failed
+                .extend(failed.map(|(index, error)| (place * CHUNK + index, error)));
+            swept.alone += chunk.alone;
+        }
+        swept
+    }
+
+    /// Room for a number of poses, to place and solve them apart.
+    ///
+    /// `None` if every pose goes to the general solver.
+    #[must_use]
+    pub fn bundles(&self, pose_count: usize) -> Option<PoseBundles<'_>> {
+        let lanes = self.lanes(InstructionSet::for_poses(pose_count), pose_count)?;
+        Some(PoseBundles { lanes, pose_count })
+    }
+
+    fn lanes(&self, set: InstructionSet, pose_count: usize) -> Option<Box<dyn SweepLanes + '_>> {
+        let reduction = self.reduction.as_ref()?;
+        let model = &self.model;
+        Some(match set {
+            InstructionSet::Plain(set) => Box::new(Bundles::new(set, model, reduction, pose_count)),
+            #[cfg(target_arch = "aarch64")]
+            InstructionSet::Neon(set) => Box::new(Bundles::new(set, model, reduction, pose_count)),
+            #[cfg(target_arch = "x86_64")]
+            InstructionSet::Avx2(set) => Box::new(Bundles::new(set, model, reduction, pose_count)),
+            #[cfg(target_arch = "x86_64")]
+            InstructionSet::Avx512(set) => {
+                Box::new(Bundles::new(set, model, reduction, pose_count))
+            }
+        })
+    }
+
+    fn chunk(
+        &self,
+        lanes: Option<&mut (dyn SweepLanes + '_)>,
+        poses: &[Pose],
+        found: &mut [Option<SweptPose>],
+        compliances: &mut [Option<Compliance6>],
+    ) -> Chunk {
+        if let Some(lanes) = lanes {
+            let count = lanes.lane_count();
+            for (bundle, poses) in poses.chunks(count).enumerate() {
+                lanes.place(0, poses);
+                lanes.solve(0);
+                for lane in 0..poses.len() {
+                    let index = bundle * count + lane;
+                    found[index] = lanes.pose(lane);
+                    if let (Some(_), Some(kept)) = (found[index], compliances.get_mut(index)) {
+                        *kept = Some(lanes.compliance(lane));
+                    }
+                }
+            }
+        }
+        self.solve_rest(poses, found, compliances)
+    }
+
+    /// Solves by the general solver what has no result yet.
+    fn solve_rest(
+        &self,
+        poses: &[Pose],
+        found: &mut [Option<SweptPose>],
+        compliances: &mut [Option<Compliance6>],
+    ) -> Chunk {
+        let mut chunk = Chunk::default();
+        let mut general = None;
+        for (index, pose) in poses.iter().enumerate() {
+            if found[index].is_some() {
+                continue;
+            }
+            chunk.alone += 1;
+            match self.solve_alone(pose, &mut general) {
+                Ok((swept, compliance)) => {
+                    found[index] = Some(swept);
+                    if let Some(kept) = compliances.get_mut(index) {
+                        *kept = Some(compliance);
+                    }
+                }
+                Err(error) => chunk.failed.push((index, error)),
+            }
+        }
+        chunk
+    }
+
+    fn solve_alone(
+        &self,
+        pose: &Pose,
+        general: &mut Option<Predictor<'a>>,
+    ) -> Result<(SweptPose, Compliance6), RobotError> {
+        if general.is_none() {
+            let Self {
+                robot, mechanism, ..
+            } = *self;
+            let joints = &self.joints;
+            *general = Some(Predictor::with(
+                robot,
+                mechanism,
+                joints,
+                self.theory,
+                &self.factors,
+            )?);
+        }
+        let Some(predictor) = general else {
+            unreachable!("it was made above");
+        };
+        predictor.place(pose)?;
+        let compliance = predictor.compliance();
+        let structure = predictor.model().structure();
+        let swept = SweptPose {
+            end_m: structure.nodes[structure.end.node].position_m,
+            direct_m_per_n: [0, 1, 2].map(|axis| compliance.direct(axis)),
+        };
+        Ok((swept, compliance))
+    }
+}
+
+/// What the poses of a chunk leave besides their results.
+#[derive(Debug, Default)]
+struct Chunk {
+    failed: Vec<(usize, RobotError)>,
+    alone: usize,
+}
+
+/// Poses side by side in lanes: placed once, solved as often as wanted. Allocates nothing after it was made.
+///
+/// [`PoseSweep::run`] does both at once; this is for measuring them apart.
+#[derive(Debug)]
+pub struct PoseBundles<'a> {
+    lanes: Box<dyn SweepLanes + 'a>,
+    pose_count: usize,
+}
+
+impl PoseBundles<'_> {
+    /// Places poses.
+    ///
+    /// # Panics
+    /// If there are more than there is room for.
+    pub fn place(&mut self, poses: &[Pose]) {
+        assert!(
+            poses.len() <= self.pose_count,
+            "room for {}",
+            self.pose_count
+        );
+        let lanes = self.lanes.lane_count();
+        for (bundle, poses) in poses.chunks(lanes).enumerate() {
+            self.lanes.place(bundle, poses);
+        }
+    }
+
+    /// Solves all placed poses; gives the results of each bundle to `each`, as index and result of a pose.
+    pub fn solve(&mut self, mut each: impl FnMut(usize, Option<SweptPose>)) {
+        let lanes = self.lanes.lane_count();
+        for bundle in 0..self.pose_count.div_ceil(lanes) {
+            self.lanes.solve(bundle);
+            for lane in 0..lanes.min(self.pose_count - bundle * lanes) {
+                each(bundle * lanes + lane, self.lanes.pose(lane));
+            }
+        }
+    }
+
+    /// Places and solves one pose, in the first place there is room for; `None` if the lanes have no result for it.
+    ///
+    /// The results are those of [`PoseSweep::run`], byte by byte.
+    pub fn one(&mut self, pose: &Pose) -> Option<(SweptPose, Compliance6)> {
+        self.lanes.place(0, std::slice::from_ref(pose));
+        self.lanes.solve(0);
+        let swept = self.lanes.pose(0)?;
+        Some((swept, self.lanes.compliance(0)))
+    }
+
+    /// How often a part of the structure was found where it stood before, and not worked out again.
+    #[must_use]
+    pub fn reused_parts(&self) -> u64 {
+        self.lanes.reused_parts()
+    }
+}

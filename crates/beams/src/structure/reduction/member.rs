@@ -1,0 +1,302 @@
+//! A beam as seen from a point far off: motion of one end against the other, and the force for it, both told at that point.
+//!
+//! At its middle a uniform beam gives way in six ways that do not mix, each with one compliance:
+//!
+//! ```text
+//!   along x   a  = L/EA               about x   j  = L/GJ
+//!   along y   bz = L³/12EIz + L/GkA   about y   ry = L/EIy
+//!   along z   by = L³/12EIy + L/GkA   about z   rz = L/EIz
+//! ```
+//!
+//! With m from the point to the middle, a turn r moves the point by m × r more than the middle. So of the two blocks of a compliance,
+//! or of a stiffness, one stays as it is and the other is carried: with D the block that stays, E the other and X = -[m]×,
+//!
+//! ```text
+//!   [ D     D X        ]      compliance: D of turns, E of displacements,
+//!   [ ..    E + Xᵀ D X ]      stiffness:  D of displacements, E of turns.
+//! ```
+
+use pulp::Simd;
+
+use super::block::Block;
+use super::program::Form;
+use crate::structure::element::Element;
+use stiffbench_numeric::lanes::{
+    Lane, across, cross, dot, multiply_add, multiply_subtract, scale, subtract,
+};
+
+/// Constants of an element after its factors; all finite and above zero.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub(super) struct Constants {
+    /// EA (N), E Iy, E Iz, GJ (N·m²).
+    stiffness: [f64; 4],
+    /// Their inverses.
+    compliance: [f64; 4],
+    /// 1/12EI of bending by Iy and by Iz, 1/(N·m²).
+    bow: [f64; 2],
+    /// 1/GkA of the shear that goes with them, 1/N; zero for Euler-Bernoulli.
+    shear: [f64; 2],
+}
+
+impl Constants {
+    /// Of an element whose A, Iy, Iz, J are multiplied; `None` if one is zero, negative or no number, or has no inverse.
+    pub(super) fn of(element: &Element, multipliers: [f64; 4]) -> Option<Self> {
+        let section = element.section.scaled(multipliers);
+        let (e, g) = (
+            element.material.youngs_modulus_pa,
+            element.material.shear_modulus_pa,
+        );
+        let stiffness = [
+            e * section.area_m2,
+            e * section.iy_m4,
+            e * section.iz_m4,
+            g * section.j_m4,
+        ];
+        let compliance = stiffness.map(|k| 1.0 / k);
+        let shear = element.shear.map_or([0.0; 2], |k| {
+            [k.along_z, k.along_y].map(|coefficient| 1.0 / (g * coefficient * section.area_m2))
+        });
+        let bow = [compliance[1] / 12.0, compliance[2] / 12.0];
+        let usable = stiffness.iter().chain(&compliance);
+        let usable = usable.into_iter().all(|k| k.is_normal() && *k > 0.0);
+        let shears = shear.iter().all(|s| s.is_finite() && *s >= 0.0);
+        let sound = element.impossible_constant().is_none() && usable && shears;
+        sound.then_some(Self {
+            stiffness,
+            compliance,
+            bow,
+            shear,
+        })
+    }
+}
+
+/// The six compliances at the middle, or their inverses.
+struct Middle<S: Simd> {
+    along: [Lane<S>; 3],
+    about: [Lane<S>; 3],
+}
+
+impl<S: Simd> Middle<S> {
+    /// # Arguments
+    /// - `length`, `inverse`: L and 1/L, m and 1/m.
+    #[inline(always)]
+    fn of(constants: &Constants, form: Form, length: Lane<S>, inverse: Lane<S>) -> Self {
+        let ([a, ry, rz, j], factor) = match form {
+            Form::Compliance => (constants.compliance, length),
+            Form::Stiffness => (constants.stiffness, inverse),
+        };
+        let mut sway = [length; 2];
+        for plane in 0..2 {
+            sway[plane] = match form {
+                Form::Compliance => sway_compliance(constants, plane, length),
+                // 12 EI/L³ needs no division.
+                Form::Stiffness if constants.shear[plane] == 0.0 => {
+                    let twelve_ei = length.of(12.0 * constants.stiffness[1 + plane]);
+                    inverse * inverse * inverse * twelve_ei
+                }
+                Form::Stiffness => sway_compliance(constants, plane, length).inverse(),
+            };
+        }
+        Self {
+            along: [length.of(a) * factor, sway[1], sway[0]],
+            about: [
+                length.of(j) * factor,
+                length.of(ry) * factor,
+                length.of(rz) * factor,
+            ],
+        }
+    }
+}
+
+/// L³/12EI + L/GkA for bending by Iy (`plane` 0) or Iz (1).
+#[inline(always)]
+fn sway_compliance<S: Simd>(constants: &Constants, plane: usize, length: Lane<S>) -> Lane<S> {
+    let (bow, shear) = (constants.bow[plane], constants.shear[plane]);
+    multiply_add(length * length, length.of(bow), length.of(shear)) * length
+}
+
+/// An element in the plane of the frame n, p, q through the point: motion up, uq, rn in the plane, and rp, rq, un across it.
+///
+/// # Arguments
+/// - `ends`: components p and q of the two ends, seen from the point, m.
+#[inline(always)]
+pub(super) fn in_plane<S: Simd>(
+    constants: &Constants,
+    form: Form,
+    ends: [[Lane<S>; 2]; 2],
+) -> [Block<S, 3>; 2] {
+    let [[p1, q1], [p2, q2]] = ends;
+    let (dp, dq) = (p2 - p1, q2 - q1);
+    let squared = multiply_add(dp, dp, dq * dq);
+    let inverse = squared.sqrt().inverse();
+    let (c, s) = (dp * inverse, dq * inverse);
+    let half = squared.of(0.5);
+    let (mp, mq) = (half * (p1 + p2), half * (q1 + q2));
+    let Middle { along, about } = Middle::of(constants, form, squared * inverse, inverse);
+    // Local y is the normal, up to a sign; x and z lie in the plane.
+    let displacements = dyads(c, s, along[0], along[2]);
+    let turns = dyads(c, s, about[0], about[2]);
+    match form {
+        Form::Compliance => [
+            reached(displacements, about[1], mp, mq),
+            carried(turns, along[1], mp, mq),
+        ],
+        Form::Stiffness => [
+            carried(displacements, about[1], mp, mq),
+            reached(turns, along[1], mp, mq),
+        ],
+    }
+}
+
+/// of_x x xᵀ + of_z z zᵀ with x = (c, s): entries pp, pq, qq.
+#[inline(always)]
+fn dyads<S: Simd>(c: Lane<S>, s: Lane<S>, of_x: Lane<S>, of_z: Lane<S>) -> [Lane<S>; 3] {
+    let difference = of_x - of_z;
+    let (cd, sd) = (c * difference, s * difference);
+    [multiply_add(c, cd, of_z), c * sd, multiply_add(s, sd, of_z)]
+}
+
+/// The block of p and q that stays, and n carried by it: with w = (-mq, mp), pn = D w and nn = E + wᵀ D w.
+#[inline(always)]
+fn carried<S: Simd>(
+    [pp, pq, qq]: [Lane<S>; 3],
+    nn: Lane<S>,
+    mp: Lane<S>,
+    mq: Lane<S>,
+) -> Block<S, 3> {
+    let pn = multiply_subtract(pp, mq, pq * mp);
+    let qn = multiply_subtract(pq, mq, qq * mp);
+    let nn = multiply_subtract(mq, pn, multiply_add(mp, qn, nn));
+    [[pp, pq, pn], [pq, qq, qn], [pn, qn, nn]]
+}
+
+/// The entry of n that stays, and p and q carried by it.
+#[inline(always)]
+fn reached<S: Simd>(
+    [pp, pq, qq]: [Lane<S>; 3],
+    nn: Lane<S>,
+    mp: Lane<S>,
+    mq: Lane<S>,
+) -> Block<S, 3> {
+    let (pn, minus_qn) = (nn * mq, nn * mp);
+    let pp = multiply_add(pn, mq, pp);
+    let pq = multiply_subtract(pn, mp, pq);
+    let qq = multiply_add(minus_qn, mp, qq);
+    let qn = -minus_qn;
+    [[pp, pq, pn], [pq, qq, qn], [pn, qn, nn]]
+}
+
+/// An element anywhere: motion ux, uy, uz, rx, ry, rz.
+///
+/// # Arguments
+/// - `ends`: its two ends seen from the point, m.
+/// - `toward_y`: what local y is turned towards.
+/// - `fault`: gains 1 in poses in which the element has no plane.
+#[inline(always)]
+pub(super) fn in_space<S: Simd>(
+    constants: &Constants,
+    form: Form,
+    ends: [&[Lane<S>; 3]; 2],
+    toward_y: &[Lane<S>; 3],
+    fault: &mut Lane<S>,
+) -> [Block<S, 6>; 1] {
+    let [first, second] = ends;
+    let span = subtract(second, first);
+    let half = span[0].of(0.5);
+    let mut middle = span;
+    for i in 0..3 {
+        middle[i] = half * (first[i] + second[i]);
+    }
+    let squared = dot(&span, &span);
+    let inverse = squared.sqrt().inverse();
+    let x = scale(&span, inverse);
+    let y = across(toward_y, &x);
+    let y_squared = dot(&y, &y);
+    let least = dot(toward_y, toward_y) * squared.of(1e-18);
+    *fault += least.fault_unless_below(y_squared);
+    let y = scale(&y, y_squared.sqrt().inverse());
+    let z = cross(&x, &y);
+    let Middle { along, about } = Middle::of(constants, form, squared * inverse, inverse);
+    let axes = [x, y, z];
+    let (displacements, turns) = (triad(&axes, &along), triad(&axes, &about));
+    let mut whole = [[squared; 6]; 6];
+    let (stays, other, first) = match form {
+        Form::Compliance => (&turns, &displacements, 3),
+        Form::Stiffness => (&displacements, &turns, 0),
+    };
+    let second = 3 - first;
+    for i in 0..3 {
+        // Row i of D X is m × (row i of D).
+        let row = cross(&middle, &stays[i]);
+        for j in 0..3 {
+            whole[first + i][first + j] = stays[i][j];
+            whole[first + i][second + j] = row[j];
+            whole[second + j][first + i] = row[j];
+        }
+    }
+    for j in 0..3 {
+        // Column j of Xᵀ (D X) is m × (column j of D X).
+        let of_product = [
+            whole[first][second + j],
+            whole[first + 1][second + j],
+            whole[first + 2][second + j],
+        ];
+        let column = cross(&middle, &of_product);
+        for i in 0..=j {
+            whole[second + i][second + j] = other[i][j] + column[i];
+        }
+    }
+    [whole]
+}
+
+/// Compliance of a hinge about the normal, in the plane of the frame n, p, q through the point: it moves nothing across.
+///
+/// # Arguments
+/// - `node`: components p and q of the hinge, seen from the point, m.
+#[inline(always)]
+pub(super) fn hinge_in_plane<S: Simd>(rad_per_nm: f64, [p, q]: [Lane<S>; 2]) -> [Block<S, 3>; 2] {
+    // A turn rn moves the point by q along p and by -p along q.
+    let (c, zero) = (p.of(rad_per_nm), p.of(0.0));
+    let (pn, minus_qn) = (c * q, c * p);
+    let (pp, minus_pq, qq) = (pn * q, pn * p, minus_qn * p);
+    let (pq, qn) = (-minus_pq, -minus_qn);
+    [[[pp, pq, pn], [pq, qq, qn], [pn, qn, c]], [[zero; 3]; 3]]
+}
+
+/// Compliance of a hinge anywhere.
+///
+/// # Arguments
+/// - `node`: the hinge, seen from the point, m.
+/// - `axis`: unit vector of its axis.
+#[inline(always)]
+pub(super) fn hinge_in_space<S: Simd>(
+    rad_per_nm: f64,
+    node: &[Lane<S>; 3],
+    axis: &[Lane<S>; 3],
+) -> [Block<S, 6>; 1] {
+    let moved = cross(node, axis);
+    let twist = [moved[0], moved[1], moved[2], axis[0], axis[1], axis[2]];
+    let mut whole = [twist; 6];
+    for i in 0..6 {
+        let weighted = twist[i] * twist[i].of(rad_per_nm);
+        for j in i..6 {
+            whole[i][j] = weighted * twist[j];
+        }
+    }
+    [whole]
+}
+
+/// Σ weights x xᵀ over the axes x, y, z.
+#[inline(always)]
+fn triad<S: Simd>(axes: &[[Lane<S>; 3]; 3], weights: &[Lane<S>; 3]) -> Block<S, 3> {
+    let mut sum = *axes;
+    let [x, y, z] = axes;
+    for i in 0..3 {
+        let (xw, yw, zw) = (x[i] * weights[0], y[i] * weights[1], z[i] * weights[2]);
+        for j in i..3 {
+            sum[i][j] = multiply_add(xw, x[j], multiply_add(yw, y[j], zw * z[j]));
+            sum[j][i] = sum[i][j];
+        }
+    }
+    sum
+}

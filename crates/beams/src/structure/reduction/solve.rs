@@ -1,0 +1,451 @@
+//! The compliance of the end in as many poses as a lane holds.
+
+use pulp::Simd;
+
+use super::block::Block;
+use super::execute::{Members, Memory};
+use super::member::{hinge_in_plane, hinge_in_space, in_plane, in_space};
+use super::part::{Part, Reduction};
+use super::program::{Form, Piece};
+use crate::structure::solve::LOST_PIVOT;
+use stiffbench_numeric::lanes::{
+    Aligned, Kernel, Lane, cross, dot, frame_on, multiply_add, run, subtract,
+};
+
+/// A node lies in the plane of the end of its part if it leaves it by no more than this share of its distance: far above rounding,
+/// and what it leaves out is of this size and far below what any solver keeps.
+const OUT_OF_PLANE: f64 = 1e-12;
+
+/// Where a structure stands in as many poses as a lane holds.
+#[derive(Debug, Clone)]
+pub(crate) struct Placed<S: Simd> {
+    /// Position of each node, m.
+    pub(crate) nodes_m: Vec<Aligned<[Lane<S>; 3]>>,
+    /// Unit normal of each plane.
+    pub(crate) normals: Vec<Aligned<[Lane<S>; 3]>>,
+    /// Above zero in poses that could not be placed.
+    pub(crate) faults: Lane<S>,
+}
+
+impl<S: Simd> Placed<S> {
+    pub(crate) fn new(simd: S, node_count: usize, plane_count: usize) -> Self {
+        let zero = Lane::zero(simd);
+        Self {
+            nodes_m: vec![Aligned([zero; 3]); node_count],
+            normals: vec![Aligned([zero; 3]); plane_count],
+            faults: Lane::one(simd),
+        }
+    }
+}
+
+/// What a solution leaves.
+#[derive(Debug, Clone)]
+#[repr(C, align(64))]
+pub(crate) struct Results<S: Simd> {
+    /// Compliance of the end over ux uy uz rx ry rz, SI; symmetric.
+    pub(crate) compliance: Block<S, 6>,
+    /// Above zero in poses without a solution.
+    pub(crate) faults: Lane<S>,
+}
+
+/// The memory to solve with; one a thread.
+#[derive(Debug)]
+pub(crate) struct Reducer<S: Simd> {
+    simd: S,
+    parts: Vec<PartState<S>>,
+    /// Nodes of the part at its turn, seen from its far node: in its plane, and in space.
+    flat: Vec<Aligned<[Lane<S>; 2]>>,
+    deep: Vec<Aligned<[Lane<S>; 3]>>,
+    pub(crate) results: Results<S>,
+    /// How often a part stood as it stood before, in bundles of poses.
+    pub(crate) reused: u64,
+}
+
+/// A part, and what it gave the last time.
+#[derive(Debug)]
+struct PartState<S: Simd> {
+    planar: Memory<S, 3, 2>,
+    spatial: Memory<S, 6, 1>,
+    /// Nodes and normals of the last time; none before the first.
+    stood: Vec<[Lane<S>; 3]>,
+    solution: Solution<S>,
+}
+
+/// Compliance of a part at its far node, global axes.
+#[derive(Debug, Clone)]
+#[repr(C, align(64))]
+struct Solution<S: Simd> {
+    compliance: Block<S, 6>,
+    /// Largest ratio of a diagonal entry to its pivot.
+    worst: Lane<S>,
+    /// Above zero where the part is not in its plane.
+    bent: Lane<S>,
+}
+
+impl<S: Simd> Reducer<S> {
+    pub(crate) fn new(simd: S, reduction: &Reduction) -> Self {
+        let zero = Lane::zero(simd);
+        let state = |part: &Part| PartState {
+            planar: Memory::new(simd, &part.program),
+            spatial: Memory::new(simd, &part.program),
+            stood: Vec::with_capacity(part.nodes.len() + part.planes.len()),
+            solution: Solution {
+                compliance: [[zero; 6]; 6],
+                worst: zero,
+                bent: zero,
+            },
+        };
+        Self {
+            simd,
+            parts: reduction.parts.iter().map(state).collect(),
+            flat: vec![Aligned([zero; 2]); reduction.node_count],
+            deep: vec![Aligned([zero; 3]); reduction.node_count],
+            results: Results {
+                compliance: [[zero; 6]; 6],
+                faults: Lane::one(simd),
+            },
+            reused: 0,
+        }
+    }
+
+    /// Solves; the outcome is in [`Reducer::results`].
+    pub(crate) fn solve(&mut self, reduction: &Reduction, placed: &Placed<S>) {
+        for (index, part) in reduction.parts.iter().enumerate() {
+            if self.parts[index].stands(part, placed) {
+                self.reused += 1;
+                continue;
+            }
+            self.solve_part(reduction, index, placed);
+        }
+        let solutions = &self.parts;
+        let results = &mut self.results;
+        run(
+            self.simd,
+            Combine {
+                reduction,
+                placed,
+                solutions,
+                results,
+            },
+        );
+    }
+
+    /// Solves a part in its plane where it lies in it, and in space elsewhere: each pose as it would be alone.
+    fn solve_part(&mut self, reduction: &Reduction, index: usize, placed: &Placed<S>) {
+        let part = &reduction.parts[index];
+        let state = &mut self.parts[index];
+        let lanes = 0..Lane::<S>::COUNT;
+        let mut planar = None;
+        if let Some(plane) = part.plane {
+            let (flat, memory) = (&mut self.flat, &mut state.planar);
+            let solution = &mut state.solution;
+            run(
+                self.simd,
+                InPlane {
+                    reduction,
+                    part,
+                    plane,
+                    placed,
+                    flat,
+                    memory,
+                    solution,
+                },
+            );
+            let bent = &solution.bent;
+            if lanes.clone().all(|lane| bent.get(lane) == 0.0) {
+                return;
+            }
+            planar = Some(solution.clone());
+        }
+        let (deep, memory) = (&mut self.deep, &mut state.spatial);
+        let solution = &mut state.solution;
+        run(
+            self.simd,
+            InSpace {
+                reduction,
+                part,
+                placed,
+                deep,
+                memory,
+                solution,
+            },
+        );
+        if let Some(planar) = planar {
+            for lane in lanes.filter(|&lane| planar.bent.get(lane) == 0.0) {
+                solution.take(&planar, lane);
+            }
+        }
+    }
+}
+
+impl<S: Simd> Solution<S> {
+    /// Takes one pose from another solution.
+    fn take(&mut self, other: &Self, lane: usize) {
+        let entries = self.compliance.iter_mut().flatten();
+        for (entry, other) in entries.zip(other.compliance.iter().flatten()) {
+            entry.set(lane, other.get(lane));
+        }
+        self.worst.set(lane, other.worst.get(lane));
+    }
+}
+
+impl<S: Simd> PartState<S> {
+    /// Whether a part stands where it stood the last time; remembers where it stands.
+    fn stands(&mut self, part: &Part, placed: &Placed<S>) -> bool {
+        let nodes = part.nodes.iter().map(|&node| placed.nodes_m[node].0);
+        let normals = part.planes.iter().map(|&plane| placed.normals[plane].0);
+        let same = |a: &[Lane<S>; 3], b: &[Lane<S>; 3]| a.iter().zip(b).all(|(a, b)| a.is_same(b));
+        let count = part.nodes.len() + part.planes.len();
+        let all = normals.chain(nodes);
+        let stands = self.stood.len() == count
+            && self.stood.iter().zip(all.clone()).all(|(a, b)| same(a, &b));
+        if !stands {
+            self.stood.clear();
+            self.stood.extend(all);
+        }
+        stands
+    }
+}
+
+/// Solves a part in its plane and across it.
+struct InPlane<'a, S: Simd> {
+    reduction: &'a Reduction,
+    part: &'a Part,
+    plane: usize,
+    placed: &'a Placed<S>,
+    flat: &'a mut [Aligned<[Lane<S>; 2]>],
+    memory: &'a mut Memory<S, 3, 2>,
+    solution: &'a mut Solution<S>,
+}
+
+impl<S: Simd> Kernel for InPlane<'_, S> {
+    #[inline(always)]
+    fn run(self) {
+        let Self { part, placed, .. } = self;
+        let frame = frame_on(&placed.normals[self.plane].0);
+        let origin = &placed.nodes_m[part.far].0;
+        let mut bent = frame[0][0].of(0.0);
+        let (tolerance, least) = (
+            bent.of(OUT_OF_PLANE * OUT_OF_PLANE),
+            bent.of(f64::MIN_POSITIVE),
+        );
+        for &node in &part.nodes {
+            let seen = subtract(&placed.nodes_m[node].0, origin);
+            let (n, p, q) = (
+                dot(&frame[0], &seen),
+                dot(&frame[1], &seen),
+                dot(&frame[2], &seen),
+            );
+            let limit = multiply_add(tolerance, multiply_add(p, p, q * q), least);
+            bent += (n * n).fault_unless_below(limit);
+            self.flat[node].0 = [p, q];
+        }
+        let mut worst = bent.of(0.0);
+        let mut members = FlatMembers {
+            reduction: self.reduction,
+            nodes: self.flat,
+        };
+        let halves = self.memory.execute(&part.program, &mut members, &mut worst);
+        self.solution.compliance = in_global_axes(&frame, halves);
+        self.solution.worst = worst;
+        self.solution.bent = bent;
+    }
+}
+
+struct FlatMembers<'a, S: Simd> {
+    reduction: &'a Reduction,
+    nodes: &'a [Aligned<[Lane<S>; 2]>],
+}
+
+impl<S: Simd> Members<S, 3, 2> for FlatMembers<'_, S> {
+    #[inline(always)]
+    fn member(&mut self, piece: Piece, form: Form) -> [Block<S, 3>; 2] {
+        match piece {
+            Piece::Element(element) => {
+                let [first, second] = self.reduction.ends[element];
+                let constants = &self.reduction.constants[element];
+                in_plane(constants, form, [self.nodes[first].0, self.nodes[second].0])
+            }
+            Piece::Hinge(hinge) => {
+                let hinge = &self.reduction.hinges[hinge];
+                hinge_in_plane(hinge.rad_per_nm, self.nodes[hinge.node].0)
+            }
+        }
+    }
+}
+
+/// Solves a part in space.
+struct InSpace<'a, S: Simd> {
+    reduction: &'a Reduction,
+    part: &'a Part,
+    placed: &'a Placed<S>,
+    deep: &'a mut [Aligned<[Lane<S>; 3]>],
+    memory: &'a mut Memory<S, 6, 1>,
+    solution: &'a mut Solution<S>,
+}
+
+impl<S: Simd> Kernel for InSpace<'_, S> {
+    #[inline(always)]
+    fn run(self) {
+        let Self { part, placed, .. } = self;
+        let origin = &placed.nodes_m[part.far].0;
+        for &node in &part.nodes {
+            self.deep[node].0 = subtract(&placed.nodes_m[node].0, origin);
+        }
+        let mut worst = origin[0].of(0.0);
+        let mut members = DeepMembers {
+            reduction: self.reduction,
+            nodes: self.deep,
+            normals: &placed.normals,
+            faults: worst,
+        };
+        let whole = self.memory.execute(&part.program, &mut members, &mut worst);
+        self.solution.compliance = whole[0];
+        for i in 0..6 {
+            for j in 0..i {
+                self.solution.compliance[i][j] = whole[0][j][i];
+            }
+        }
+        // An element without a plane is worse than any pivot.
+        self.solution.worst = multiply_add(members.faults, worst.of(1e300), worst);
+    }
+}
+
+struct DeepMembers<'a, S: Simd> {
+    reduction: &'a Reduction,
+    nodes: &'a [Aligned<[Lane<S>; 3]>],
+    normals: &'a [Aligned<[Lane<S>; 3]>],
+    faults: Lane<S>,
+}
+
+impl<S: Simd> Members<S, 6, 1> for DeepMembers<'_, S> {
+    #[inline(always)]
+    fn member(&mut self, piece: Piece, form: Form) -> [Block<S, 6>; 1] {
+        match piece {
+            Piece::Element(element) => {
+                let [first, second] = self.reduction.ends[element];
+                in_space(
+                    &self.reduction.constants[element],
+                    form,
+                    [&self.nodes[first].0, &self.nodes[second].0],
+                    &self.normals[self.reduction.planes[element]].0,
+                    &mut self.faults,
+                )
+            }
+            Piece::Hinge(hinge) => {
+                let hinge = &self.reduction.hinges[hinge];
+                let axis = &self.normals[hinge.plane].0;
+                hinge_in_space(hinge.rad_per_nm, &self.nodes[hinge.node].0, axis)
+            }
+        }
+    }
+}
+
+/// Carries the compliances of the parts to the end and adds them up.
+struct Combine<'a, S: Simd> {
+    reduction: &'a Reduction,
+    placed: &'a Placed<S>,
+    solutions: &'a [PartState<S>],
+    results: &'a mut Results<S>,
+}
+
+impl<S: Simd> Kernel for Combine<'_, S> {
+    #[inline(always)]
+    fn run(self) {
+        let Self {
+            reduction, placed, ..
+        } = self;
+        let end = &placed.nodes_m[reduction.end].0;
+        let zero = end[0].of(0.0);
+        let mut sum = [[zero; 6]; 6];
+        let mut faults = placed.faults;
+        for (part, state) in reduction.parts.iter().zip(self.solutions) {
+            let compliance = &state.solution.compliance;
+            let seen = subtract(&placed.nodes_m[part.far].0, end);
+            if part.far == reduction.end {
+                add_whole(&mut sum, compliance);
+            } else {
+                add_whole(&mut sum, &carried_to(compliance, &seen));
+            }
+            faults += state
+                .solution
+                .worst
+                .fault_unless_below(zero.of(1.0 / LOST_PIVOT));
+        }
+        for &element in &reduction.idle {
+            let [first, second] = reduction.ends[element];
+            let span = subtract(&placed.nodes_m[second].0, &placed.nodes_m[first].0);
+            faults += (-dot(&span, &span)).fault_unless_below(zero);
+        }
+        for i in 0..6 {
+            faults += (-sum[i][i]).fault_unless_below(zero);
+            faults += sum[i][i].fault_unless_below(zero.of(f64::INFINITY));
+        }
+        self.results.compliance = sum;
+        self.results.faults = faults;
+    }
+}
+
+#[inline(always)]
+fn add_whole<S: Simd>(sum: &mut Block<S, 6>, block: &Block<S, 6>) {
+    for i in 0..6 {
+        for j in 0..6 {
+            sum[i][j] += block[i][j];
+        }
+    }
+}
+
+/// A compliance at another point; `seen` is the old one seen from there: a turn r moves it by `seen` × r more.
+#[inline(always)]
+fn carried_to<S: Simd>(compliance: &Block<S, 6>, seen: &[Lane<S>; 3]) -> Block<S, 6> {
+    let mut carried = *compliance;
+    // Columns of turns first: each gains m × its turns in its displacements.
+    for j in 0..6 {
+        let turns = [compliance[3][j], compliance[4][j], compliance[5][j]];
+        let gained = cross(seen, &turns);
+        for i in 0..3 {
+            carried[i][j] = compliance[i][j] + gained[i];
+        }
+    }
+    // Then the same for the rows.
+    for i in 0..3 {
+        let turns = [carried[i][3], carried[i][4], carried[i][5]];
+        let gained = cross(seen, &turns);
+        for j in 0..3 {
+            carried[i][j] += gained[j];
+        }
+        for j in 3..6 {
+            carried[j][i] = carried[i][j];
+        }
+    }
+    carried
+}
+
+/// The compliance over ux uy uz rx ry rz from that over up, uq, rn and that over rp, rq, un.
+#[inline(always)]
+fn in_global_axes<S: Simd>(
+    [n, p, q]: &[[Lane<S>; 3]; 3],
+    [within, across]: &[Block<S, 3>; 2],
+) -> Block<S, 6> {
+    let mut global = [[n[0]; 6]; 6];
+    let (nn, turn) = (across[2][2], within[2][2]);
+    for i in 0..3 {
+        // Rows of displacements times the in-plane block, of turns times the block across.
+        let up = multiply_add(p[i], within[0][0], q[i] * within[0][1]);
+        let uq = multiply_add(p[i], within[0][1], q[i] * within[1][1]);
+        let un = n[i] * nn;
+        let rp = multiply_add(p[i], across[0][0], q[i] * across[0][1]);
+        let rq = multiply_add(p[i], across[0][1], q[i] * across[1][1]);
+        let rn = n[i] * turn;
+        let by_n = multiply_add(p[i], within[0][2], q[i] * within[1][2]);
+        let (un_rp, un_rq) = (n[i] * across[0][2], n[i] * across[1][2]);
+        for j in 0..3 {
+            global[i][j] = multiply_add(up, p[j], multiply_add(uq, q[j], un * n[j]));
+            global[3 + i][3 + j] = multiply_add(rp, p[j], multiply_add(rq, q[j], rn * n[j]));
+            let mixed = multiply_add(un_rp, p[j], multiply_add(un_rq, q[j], by_n * n[j]));
+            global[i][3 + j] = mixed;
+            global[3 + j][i] = mixed;
+        }
+    }
+    global
+}

@@ -1,0 +1,159 @@
+//! Many poses at once against one at a time, on the shipped robot: random poses, random factors, every mechanism.
+
+#![expect(
+    clippy::unwrap_used,
+    reason = "a test stops at the first thing that is not as it must be"
+)]
+
+use proptest::prelude::*;
+
+use stiffbench_beams::robot::{
+    BatchPredictor, ElementClass, FittingFactors, JointModel, Pose, Predictor, Robot, RobotError,
+    Theory,
+};
+use stiffbench_test_files::shipped_robot;
+
+/// Largest difference allowed with random factors, relative to the diagonal of the compliance: both solvers are exact but for rounding,
+/// and the condition of structures whose constants differ by up to a hundredfold more than nominal leaves this much of it.
+const RANDOM_FACTORS: f64 = 2e-8;
+
+/// The same with the paper's factors.
+const PAPER_FACTORS: f64 = 5e-9;
+
+fn robot() -> Robot {
+    Robot::parse(&shipped_robot("hp-robot").unwrap()).unwrap()
+}
+
+/// A pose whose variables stand at the given shares of their ranges.
+fn pose(robot: &Robot, shares: &[f64]) -> Pose {
+    let angles = robot.variables.iter().zip(shares);
+    Pose {
+        angles_deg: angles
+            .map(|(v, share)| v.min_deg + share * (v.max_deg - v.min_deg))
+            .collect(),
+    }
+}
+
+fn factors(exponents: &[f64]) -> FittingFactors {
+    FittingFactors {
+        beam: std::array::from_fn(|i| 10_f64.powf(exponents[i])),
+        link: std::array::from_fn(|i| 10_f64.powf(exponents[4 + i])),
+    }
+}
+
+/// Compares all poses that the mechanism reaches; returns how many, and the largest relative difference.
+fn compare(
+    robot: &Robot,
+    mechanism: &str,
+    theory: Theory,
+    shares: &[Vec<f64>],
+    factors: &FittingFactors,
+) -> (usize, f64) {
+    let mechanism = robot.mechanism(Some(mechanism)).unwrap();
+    let rigid = JointModel::Rigid;
+    let mut single = Predictor::with(robot, mechanism, &rigid, theory, factors).unwrap();
+    let mut batch = BatchPredictor::with(robot, mechanism, &rigid, theory, shares.len()).unwrap();
+    let mut reached = Vec::new();
+    for (index, shares) in shares.iter().enumerate() {
+        let pose = pose(robot, shares);
+        match batch.place(index, &pose) {
+            Ok(()) => reached.push((index, pose)),
+            Err(RobotError::Unreachable { .. }) => {}
+            Err(error) => panic!("{error}"),
+        }
+    }
+    batch.solve(factors, true).unwrap();
+    let classes: Vec<usize> = single
+        .model()
+        .members()
+        .map(|member| usize::from(member.class == ElementClass::Link))
+        .collect();
+    let mut gradient = vec![[0.0; 4]; classes.len()];
+    let mut largest = 0.0_f64;
+    for (index, pose) in &reached {
+        single.place(pose).unwrap();
+        let expected = single.compliance();
+        let found = batch.compliance(*index).unwrap();
+        let difference = found.relative_difference(&expected);
+        assert!(!difference.is_nan());
+        largest = largest.max(difference);
+        for axis in 0..3 {
+            single.compliance_gradient(axis, &mut gradient);
+            let found = batch.gradient(*index, axis).unwrap();
+            for class in 0..2 {
+                for property in 0..4 {
+                    let of_class = gradient.iter().zip(&classes).filter(|(_, c)| **c == class);
+                    let expected: f64 = of_class.map(|(g, _)| g[property]).sum();
+                    let scale = batch.direct_compliance(*index, axis).unwrap();
+                    let difference = (found[class][property] - expected).abs() / scale;
+                    assert!(!difference.is_nan());
+                    largest = largest.max(difference);
+                }
+            }
+        }
+    }
+    (reached.len(), largest)
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(24))]
+
+    #[test]
+    fn every_mechanism_in_random_poses_with_random_factors(
+        shares in prop::collection::vec(prop::collection::vec(0.0..1.0, 6), 1..12),
+        exponents in prop::collection::vec(-1.0..1.0, 8),
+        timoshenko in any::<bool>(),
+    ) {
+        let robot = robot();
+        let theory = if timoshenko { Theory::Timoshenko } else { Theory::EulerBernoulli };
+        for mechanism in robot.mechanisms.keys() {
+            let (_, largest) = compare(&robot, mechanism, theory, &shares, &factors(&exponents));
+            prop_assert!(largest < RANDOM_FACTORS, "mechanism {}: {:e}", mechanism, largest);
+        }
+    }
+}
+
+#[test]
+fn the_paper_factors_in_many_poses() {
+    let robot = robot();
+    let factors = robot.factor_set("m_fsd").unwrap();
+    // A lattice of the pose space that repeats nowhere.
+    let shares: Vec<Vec<f64>> = (0..200)
+        .map(|i| {
+            (1..=robot.variables.len())
+                .map(|j| (f64::from(i) * 0.618_034 * j as f64).fract())
+                .collect()
+        })
+        .collect();
+    for mechanism in robot.mechanisms.keys() {
+        let (reached, largest) =
+            compare(&robot, mechanism, Theory::EulerBernoulli, &shares, &factors);
+        println!("mechanism {mechanism}: {reached} poses, largest difference {largest:e}");
+        assert!(reached > 40, "mechanism {mechanism}: {reached} poses");
+        assert!(
+            largest < PAPER_FACTORS,
+            "mechanism {mechanism}: {largest:e}"
+        );
+    }
+}
+
+#[test]
+fn a_pose_has_the_same_result_alone_and_among_others() {
+    let robot = robot();
+    let mechanism = robot.mechanism(None).unwrap();
+    let factors = robot.factor_set("m_fsd").unwrap();
+    let compliance = |count: usize, at: usize| {
+        let mut batch = BatchPredictor::new(&robot, mechanism, count).unwrap();
+        for index in 0..count {
+            let named = &robot.poses
+                [(index + robot.poses.len() - at % robot.poses.len()) % robot.poses.len()];
+            batch.place(index, &named.pose).unwrap();
+        }
+        batch.solve(&factors, false).unwrap();
+        batch.compliance(at).unwrap()
+    };
+    let alone = compliance(1, 0);
+    for (count, at) in [(2, 1), (4, 3), (5, 4), (8, 7), (19, 16)] {
+        assert_eq!(compliance(count, at), alone, "{count} poses, number {at}");
+    }
+}

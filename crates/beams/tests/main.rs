@@ -1,0 +1,20 @@
+//! The promises of this crate, tested from outside.
+
+#![expect(
+    clippy::unwrap_used,
+    reason = "a test stops at what is not as it must be"
+)]
+
+mod batch_solver;
+mod own_weight;
+mod physics_opensees;
+mod pose_sweep;
+mod robot_file_errors;
+mod robot_kinematics;
+mod robot_mobility;
+mod robot_schema;
+mod structure_errors;
+mod structure_opensees;
+mod structure_properties;
+mod structure_textbook;
+mod support;

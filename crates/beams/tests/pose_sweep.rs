@@ -1,0 +1,370 @@
+//! Sweeps over very many poses against one pose at a time, on the shipped robots: random poses, random factors, every mechanism,
+//! both ways of solving.
+
+#![expect(
+    clippy::unwrap_used,
+    reason = "a test stops at the first thing that is not as it must be"
+)]
+
+use proptest::prelude::*;
+
+use stiffbench_beams::robot::{
+    FittingFactors, JointModel, Keep, NodePlace, Pose, PoseSweep, Predictor, RadiusOf, Robot,
+    RobotError, Theory,
+};
+use stiffbench_beams::structure::{Compliance6, SolutionPath};
+use stiffbench_test_files::shipped_robot;
+
+/// Largest difference allowed, relative to the diagonal of the compliance, with the factors of the paper.
+const PAPER_FACTORS: f64 = 1e-9;
+
+/// The same with random factors, which make the single solver lose more.
+const RANDOM_FACTORS: f64 = 2e-8;
+
+fn robot(name: &str) -> Robot {
+    Robot::parse(&shipped_robot(name).unwrap()).unwrap()
+}
+
+/// A pose whose variables stand at the given shares of their ranges.
+fn pose(robot: &Robot, shares: &[f64]) -> Pose {
+    let angles = robot.variables.iter().zip(shares);
+    Pose {
+        angles_deg: angles
+            .map(|(v, share)| v.min_deg + share * (v.max_deg - v.min_deg))
+            .collect(),
+    }
+}
+
+/// Poses on a lattice of the pose space that repeats nowhere.
+fn lattice(robot: &Robot, count: u32) -> Vec<Pose> {
+    let shares = |i: u32| -> Vec<f64> {
+        (1..=robot.variables.len())
+            .map(|j| (f64::from(i) * 0.618_034 * j as f64).fract())
+            .collect()
+    };
+    (0..count).map(|i| pose(robot, &shares(i))).collect()
+}
+
+/// Compares all poses that the mechanism reaches; returns how many, and the largest relative difference.
+fn compare(
+    robot: &Robot,
+    mechanism: &str,
+    theory: Theory,
+    path: SolutionPath,
+    poses: &[Pose],
+    factors: &FittingFactors,
+) -> (usize, f64) {
+    let mechanism = robot.mechanism(Some(mechanism)).unwrap();
+    let rigid = JointModel::Rigid;
+    let single = Predictor::with(robot, mechanism, &rigid, theory, factors).unwrap();
+    let sweep = PoseSweep::with(robot, mechanism, rigid, theory, factors, path).unwrap();
+    compare_with(single, &sweep, poses)
+}
+
+/// The same for a sweep and a predictor of the same structure.
+fn compare_with(mut single: Predictor, sweep: &PoseSweep, poses: &[Pose]) -> (usize, f64) {
+    assert!(!sweep.methods().is_empty());
+    let swept = sweep.run(poses, Keep::Full);
+    assert_eq!(
+        swept.alone,
+        swept.failed.len(),
+        "the lanes leave nothing that can be solved"
+    );
+    let mut failed = swept.failed.iter();
+    let (mut reached, mut largest) = (0, 0.0_f64);
+    for (index, pose) in poses.iter().enumerate() {
+        let Some(found) = swept.poses[index] else {
+            let (at, error) = failed.next().unwrap();
+            assert_eq!(*at, index);
+            let expected = single.place(pose).unwrap_err();
+            assert_eq!(error.to_string(), expected.to_string());
+            assert!(matches!(error, RobotError::Unreachable { .. }));
+            continue;
+        };
+        single.place(pose).unwrap();
+        let expected = single.compliance();
+        let compliance = swept.compliances[index].unwrap();
+        let structure = single.model().structure();
+        for axis in 0..3 {
+            assert_eq!(found.direct_m_per_n[axis], compliance.direct(axis));
+            let at_m = structure.nodes[structure.end.node].position_m[axis];
+            assert!((found.end_m[axis] - at_m).abs() < 1e-12);
+        }
+        let difference = compliance.relative_difference(&expected);
+        assert!(!difference.is_nan());
+        largest = largest.max(difference);
+        reached += 1;
+    }
+    (reached, largest)
+}
+
+#[test]
+fn the_paper_factors_in_many_poses() {
+    for (name, set) in [
+        ("hp-robot", "m_fsd"),
+        ("hp-robot", "s_fsd"),
+        ("hp-robot-host-dominant", "m_fsd"),
+        ("serial-arm", "unit"),
+    ] {
+        let robot = robot(name);
+        let factors = robot.factor_set(set).unwrap();
+        let poses = lattice(&robot, 400);
+        for mechanism in robot.mechanisms.keys() {
+            for path in [SolutionPath::Fastest, SolutionPath::Spatial] {
+                let theory = Theory::EulerBernoulli;
+                let (reached, largest) = compare(&robot, mechanism, theory, path, &poses, &factors);
+                println!(
+                    "{name} {set} {mechanism} {path:?}: {reached} poses, largest difference {largest:.2e}"
+                );
+                assert!(reached > 80, "mechanism {mechanism}: {reached} poses");
+                assert!(
+                    largest < PAPER_FACTORS,
+                    "mechanism {mechanism}: {largest:e}"
+                );
+            }
+        }
+    }
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(24))]
+
+    #[test]
+    fn every_mechanism_in_random_poses_with_random_factors(
+        shares in prop::collection::vec(prop::collection::vec(0.0..1.0, 6), 1..20),
+        exponents in prop::collection::vec(-1.0..1.0, 8),
+        timoshenko in any::<bool>(),
+        spatial in any::<bool>(),
+    ) {
+        let robot = robot("hp-robot");
+        let theory = if timoshenko { Theory::Timoshenko } else { Theory::EulerBernoulli };
+        let path = if spatial { SolutionPath::Spatial } else { SolutionPath::Fastest };
+        let power = |i: usize| 10_f64.powf(exponents[i]);
+        let factors = FittingFactors {
+            beam: std::array::from_fn(power),
+            link: std::array::from_fn(|i| power(4 + i)),
+        };
+        let poses: Vec<Pose> = shares.iter().map(|shares| pose(&robot, shares)).collect();
+        for mechanism in robot.mechanisms.keys() {
+            let (_, largest) = compare(&robot, mechanism, theory, path, &poses, &factors);
+            prop_assert!(largest < RANDOM_FACTORS, "mechanism {}: {:e}", mechanism, largest);
+        }
+    }
+}
+
+#[test]
+fn a_pose_has_the_same_result_alone_and_among_others() {
+    let robot = robot("hp-robot");
+    let factors = robot.factor_set("m_fsd").unwrap();
+    let sweep = PoseSweep::new(&robot, robot.mechanism(None).unwrap(), &factors).unwrap();
+    let poses = lattice(&robot, 3000);
+    let together = sweep.run(&poses, Keep::Full);
+    for index in [0, 1, 7, 8, 100, 2047, 2048, 2999] {
+        let alone = sweep.run(&poses[index..=index], Keep::Full);
+        assert_eq!(alone.poses[0], together.poses[index], "pose {index}");
+        assert_eq!(alone.compliances[0], together.compliances[index]);
+    }
+    let diagonal = sweep.run(&poses, Keep::Diagonal);
+    assert_eq!(diagonal.poses, together.poses);
+    assert!(diagonal.compliances.is_empty());
+}
+
+/// The worst case for double precision: mechanism F with the paper's factors. Here two solvers differ by 1e-9, and only a solution in
+/// extended precision tells how far each of them is off.
+#[test]
+fn it_stays_near_the_exact_solution_where_double_precision_is_hard() {
+    let robot = robot("hp-robot");
+    let mechanism = robot.mechanism(Some("F")).unwrap();
+    let factors = robot.factor_set("m_fsd").unwrap();
+    let mut poses = Vec::new();
+    let mut exact = Vec::new();
+    let path = stiffbench_test_files::repository().join("fixtures/opensees/extended.csv");
+    for row in csv::Reader::from_path(path).unwrap().records() {
+        let row = row.unwrap();
+        let number = |column: usize| row[column].parse::<f64>().unwrap();
+        poses.push(Pose {
+            angles_deg: (1..5).map(number).collect(),
+        });
+        exact.push(Compliance6(std::array::from_fn(|i| {
+            std::array::from_fn(|j| number(5 + 6 * i + j))
+        })));
+    }
+    assert_eq!(poses.len(), 19);
+    let mut single = Predictor::new(&robot, mechanism, &factors).unwrap();
+    let mut largest_alone = 0.0_f64;
+    for (pose, exact) in poses.iter().zip(&exact) {
+        single.place(pose).unwrap();
+        largest_alone = largest_alone.max(single.compliance().relative_difference(exact));
+    }
+    let bounds = [
+        (SolutionPath::Fastest, 3e-10),
+        (SolutionPath::Spatial, 1e-9),
+    ];
+    for (path, bound) in bounds {
+        let (joints, theory) = (JointModel::Rigid, Theory::EulerBernoulli);
+        let sweep = PoseSweep::with(&robot, mechanism, joints, theory, &factors, path).unwrap();
+        let swept = sweep.run(&poses, Keep::Full);
+        let pairs = swept.compliances.iter().zip(&exact);
+        let largest = pairs
+            .map(|(found, exact)| found.unwrap().relative_difference(exact))
+            .fold(0.0, f64::max);
+        println!(
+            "{path:?}: {largest:.1e} from the exact solution, one at a time {largest_alone:.1e}"
+        );
+        assert!(largest < bound, "{path:?}: {largest:e}");
+        assert!(path == SolutionPath::Spatial || largest < largest_alone);
+    }
+}
+
+#[test]
+fn a_pose_that_a_loop_cannot_take_is_named_and_leaves_the_others_alone() {
+    let mut robot = robot("hp-robot");
+    let c1 = robot
+        .nodes
+        .iter_mut()
+        .find(|node| &*node.name == "C1")
+        .unwrap();
+    let NodePlace::Loop { radii, .. } = &mut c1.place else {
+        panic!("C1 is where two rods meet");
+    };
+    // A rod of chain C too short for poses that stretch it: between A3 and C2 are 0.69 to 0.83 m, its crank is 0.153 m.
+    radii[1] = RadiusOf::Length(0.6);
+    let factors = robot.factor_set("m_fsd").unwrap();
+    let poses = lattice(&robot, 60);
+    let (theory, path) = (Theory::EulerBernoulli, SolutionPath::Fastest);
+    let (reached, _) = compare(&robot, "C", theory, path, &poses, &factors);
+    assert!((10..50).contains(&reached), "{reached}");
+}
+
+/// Every joint of every mechanism by itself, and all that the lanes serve at once.
+#[test]
+fn joints_that_yield() {
+    for (name, set) in [("hp-robot", "m_fsd"), ("serial-arm", "unit")] {
+        let robot = robot(name);
+        let factors = robot.factor_set(set).unwrap();
+        let poses = lattice(&robot, 40);
+        for (title, mechanism) in &robot.mechanisms {
+            let (mut served, mut left) = (Vec::new(), Vec::new());
+            let solved = |stiffness: Vec<(usize, f64)>| -> bool {
+                let (joints, theory) = (JointModel::Hinged(stiffness), Theory::EulerBernoulli);
+                let mut all = true;
+                for path in [SolutionPath::Fastest, SolutionPath::Spatial] {
+                    let single =
+                        Predictor::with(&robot, mechanism, &joints, theory, &factors).unwrap();
+                    let joints = joints.clone();
+                    let sweep = PoseSweep::with(&robot, mechanism, joints, theory, &factors, path);
+                    let sweep = sweep.unwrap();
+                    all = !sweep.methods().is_empty();
+                    if all {
+                        let (reached, largest) = compare_with(single, &sweep, &poses);
+                        assert!(reached > 8, "{title}: {reached}");
+                        assert!(largest < PAPER_FACTORS, "{title}: {largest:e}");
+                    }
+                }
+                all
+            };
+            for joint in mechanism.joints(&robot) {
+                if solved(vec![(joint, 3e4)]) {
+                    served.push((joint, 3e4));
+                } else {
+                    left.push(robot.joints[joint].name.as_str());
+                }
+            }
+            assert!(solved(served.clone()), "{title}: all at once");
+            // What has several elements on either side is for the single solver.
+            let expected: &[&str] = match title.as_str() {
+                "A" | "B" => &[],
+                "C" => &["A4"],
+                "D" | "E" => &["A3", "A4"],
+                _ => &["A3", "A4", "A5B", "A3F"],
+            };
+            assert_eq!(left, expected, "{name} {title}");
+        }
+    }
+}
+
+#[test]
+fn what_the_lanes_do_not_serve_is_solved_all_the_same() {
+    let robot = robot("hp-robot");
+    let mechanism = robot.mechanism(None).unwrap();
+    let poses: Vec<Pose> = robot.poses.iter().map(|named| named.pose.clone()).collect();
+    let a3 = robot.joints.iter().position(|j| j.name == "A3").unwrap();
+    let hinged = JointModel::Hinged(vec![(a3, 1e4)]);
+    let mut without = FittingFactors::UNIT;
+    without.link[1] = 0.0;
+    for (joints, factors) in [(hinged, FittingFactors::UNIT), (JointModel::Rigid, without)] {
+        let theory = Theory::EulerBernoulli;
+        let path = SolutionPath::Fastest;
+        let mut single = Predictor::with(&robot, mechanism, &joints, theory, &factors).unwrap();
+        let sweep = PoseSweep::with(&robot, mechanism, joints, theory, &factors, path).unwrap();
+        assert!(sweep.methods().is_empty());
+        assert!(sweep.bundles(8).is_none());
+        let swept = sweep.run(&poses, Keep::Full);
+        assert_eq!(swept.alone, poses.len());
+        for (pose, found) in poses.iter().zip(&swept.compliances) {
+            single.place(pose).unwrap();
+            assert_eq!(found.unwrap(), single.compliance());
+        }
+    }
+    // A structure that moves is named as the single solver names it.
+    let mut loose = FittingFactors::UNIT;
+    loose.beam[3] = 0.0;
+    let mechanism = robot.mechanism(Some("A")).unwrap();
+    let swept = PoseSweep::new(&robot, mechanism, &loose)
+        .unwrap()
+        .run(&poses, Keep::Diagonal);
+    assert_eq!(swept.failed.len(), poses.len());
+    assert!(swept.poses.iter().all(Option::is_none));
+    assert!(matches!(swept.failed[0].1, RobotError::Structure { .. }));
+}
+
+#[test]
+fn it_says_how_each_part_is_solved() {
+    let robot = robot("hp-robot");
+    let said = |mechanism: &str, path: SolutionPath| -> Vec<String> {
+        let mechanism = robot.mechanism(Some(mechanism)).unwrap();
+        let (joints, theory) = (JointModel::Rigid, Theory::EulerBernoulli);
+        let unit = FittingFactors::UNIT;
+        let sweep = PoseSweep::with(&robot, mechanism, joints, theory, &unit, path).unwrap();
+        sweep.methods().iter().map(ToString::to_string).collect()
+    };
+    let fastest = SolutionPath::Fastest;
+    assert_eq!(
+        said("A", fastest),
+        ["supports to F8: 5 elements, 0 nodes eliminated, in its plane and across it apart"]
+    );
+    // Chains E and G lie in the floor plane; of chain F a loop hangs on A3 alone and carries nothing.
+    assert_eq!(
+        said("F", fastest),
+        [
+            "supports to A2: 9 elements, 0 nodes eliminated, in space",
+            "A2 to F8: 23 elements, 5 nodes eliminated, in its plane and across it apart"
+        ]
+    );
+    assert!(said("F", SolutionPath::Spatial)[1].ends_with("in space"));
+}
+
+#[test]
+fn what_lies_below_the_waist_is_worked_out_once_while_the_waist_stands() {
+    let robot = robot("hp-robot");
+    let sweep = PoseSweep::new(
+        &robot,
+        robot.mechanism(None).unwrap(),
+        &FittingFactors::UNIT,
+    )
+    .unwrap();
+    let (_, lanes) = sweep.instructions();
+    let mut turning = lattice(&robot, 8 * lanes as u32);
+    let mut bundles = sweep.bundles(turning.len()).unwrap();
+    let mut reused = |poses: &[Pose]| {
+        let before = bundles.reused_parts();
+        bundles.place(poses);
+        bundles.solve(|_, _| {});
+        bundles.reused_parts() - before
+    };
+    assert_eq!(reused(&turning), 0);
+    for pose in &mut turning {
+        pose.angles_deg[0] = 350.0;
+    }
+    assert_eq!(reused(&turning), 7);
+}

@@ -1,0 +1,76 @@
+//! The published JSON Schema of the robot file is that of the reader, and knows a robot file when it sees one.
+
+#![expect(
+    clippy::unwrap_used,
+    reason = "a test stops at the first thing that is not as it must be"
+)]
+
+use crate::support::level_arm;
+use serde_json::Value;
+use stiffbench_beams::robot::file::json_schema;
+use stiffbench_test_files::{shipped_robot, shipped_robots};
+
+/// A TOML text as the JSON value that a schema sees.
+fn json(text: &str) -> Value {
+    serde_json::to_value(toml::from_str::<toml::Value>(text).unwrap()).unwrap()
+}
+
+#[test]
+fn the_shipped_schema_is_that_of_the_reader() {
+    let shipped = stiffbench_test_files::text("data/robots/planar-linkage-robot.schema.json");
+    let generated = format!(
+        "{}\n",
+        serde_json::to_string_pretty(&json_schema()).unwrap()
+    );
+    assert!(
+        shipped == generated,
+        "write the schema anew: stiffbench robot schema > data/robots/planar-linkage-robot.schema.json"
+    );
+}
+
+#[test]
+fn toml_has_no_null() {
+    assert!(!json_schema().to_string().contains("null"));
+}
+
+#[test]
+fn the_schema_is_valid_itself() {
+    assert!(jsonschema::meta::is_valid(&json_schema()));
+}
+
+#[test]
+fn shipped_robots_and_the_example_fit() {
+    let validator = jsonschema::validator_for(&json_schema()).unwrap();
+    let shipped = shipped_robots().map(|name| shipped_robot(name).unwrap().text);
+    for text in shipped.chain([level_arm::text().to_owned()]) {
+        let errors: Vec<String> = validator
+            .iter_errors(&json(&text))
+            .map(|error| format!("{}: {error}", error.instance_path()))
+            .collect();
+        assert!(errors.is_empty(), "{errors:?}");
+    }
+}
+
+#[test]
+fn what_the_reader_refuses_by_shape_does_not_fit() {
+    let validator = jsonschema::validator_for(&json_schema()).unwrap();
+    for (find, replacement) in [
+        (r#"class = "beam""#, r#"class = "bean""#),
+        (r#"class = "beam", "#, ""),
+        (r#"nodes = ["G", "O"]"#, r#"nodes = ["G", "O", "A"]"#),
+        ("planar-linkage-robot/1", "planar-linkage-robot/2"),
+        ("A = 3.0e-3", "A = \"thick\""),
+        ("A = 3.0e-3\n", ""),
+        ("[support]\nfixed = [\"G\"]\n", ""),
+        (", plane = \"upright\", branch = -1", ""),
+        (r#"["C", "arm"]"#, r#"["C"]"#),
+        ("axis = [-1.0, 0.0, 0.0]", "axis = [-1.0, 0.0]"),
+        ("lift = 45.0", "lift = true"),
+        ("density = 7850.0", "density = \"steel\""),
+        ("mass_per_m = 2.9", "mass_per_m = [2.9]"),
+        ("E = 4.0", "E = \"4 kg\""),
+    ] {
+        let text = level_arm::with(find, replacement);
+        assert!(!validator.is_valid(&json(&text)), "{replacement}");
+    }
+}

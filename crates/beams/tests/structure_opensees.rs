@@ -1,0 +1,253 @@
+//! End compliance, node positions, forces and reactions against OpenSees, on the shipped robots.
+//!
+//! The numbers in `fixtures/opensees` were made by `fixtures/opensees/generate.py`, which reads the robot files with its own
+//! reader, its own kinematics and OpenSees' elements.
+
+#![expect(
+    clippy::unwrap_used,
+    clippy::print_stdout,
+    reason = "a test stops at the first thing that is not as it must be"
+)]
+
+use std::collections::BTreeMap;
+
+use stiffbench_beams::robot::{BatchPredictor, JointModel, Pose, Predictor, Robot, Theory};
+use stiffbench_beams::structure::Compliance6;
+use stiffbench_test_files::shipped_robot;
+
+type Row = BTreeMap<String, String>;
+
+fn rows(file: &str) -> Vec<Row> {
+    let path = stiffbench_test_files::repository()
+        .join("fixtures/opensees")
+        .join(file);
+    let mut reader = csv::Reader::from_path(path).unwrap();
+    reader.deserialize().collect::<Result<_, _>>().unwrap()
+}
+
+/// The shipped robots under the names the fixtures use.
+const ROBOTS: [(&str, &str); 2] = [("host-parasite", "hp-robot"), ("serial-arm", "serial-arm")];
+
+fn robot(name: &str) -> Robot {
+    Robot::parse(&shipped_robot(name).unwrap()).unwrap()
+}
+
+fn number(row: &Row, key: &str) -> f64 {
+    row[key]
+        .parse()
+        .unwrap_or_else(|_| panic!("{key} in {row:?}"))
+}
+
+fn pose(row: &Row, robot: &Robot) -> Pose {
+    Pose {
+        angles_deg: robot
+            .variables
+            .iter()
+            .map(|v| number(row, &format!("{}_deg", v.name)))
+            .collect(),
+    }
+}
+
+fn compliance(row: &Row) -> Compliance6 {
+    let displacements = ["ux", "uy", "uz", "rx", "ry", "rz"];
+    let forces = ["Fx", "Fy", "Fz", "Mx", "My", "Mz"];
+    Compliance6(displacements.map(|d| forces.map(|f| number(row, &format!("c_{d}_{f}")))))
+}
+
+/// Largest relative difference of our compliance to a row's, one pose at a time and in a batch, by mechanism; asserts each row
+/// against its bound.
+fn compare(
+    file: &str,
+    theory: Theory,
+    joints: impl Fn(&Row, &Robot) -> JointModel,
+    bound: impl Fn(&Row) -> f64,
+) -> usize {
+    let robots: BTreeMap<String, Robot> = ROBOTS
+        .into_iter()
+        .map(|(fixture, shipped)| (fixture.to_owned(), robot(shipped)))
+        .collect();
+    let mut worst: BTreeMap<String, f64> = BTreeMap::new();
+    let rows = rows(file);
+    for row in &rows {
+        let robot = &robots[&row["robot"]];
+        let mechanism = robot.mechanism(Some(&row["mechanism"])).unwrap();
+        let factors = robot
+            .factor_set(&row["factors"])
+            .or_else(|_| robots["host-parasite"].factor_set(&row["factors"]))
+            .unwrap();
+        let mut predictor =
+            Predictor::with(robot, mechanism, &joints(row, robot), theory, &factors).unwrap();
+        predictor.place(&pose(row, robot)).unwrap();
+        let mut batch =
+            BatchPredictor::with(robot, mechanism, &joints(row, robot), theory, 1).unwrap();
+        batch.place(0, &pose(row, robot)).unwrap();
+        batch.solve(&factors, false).unwrap();
+        let expected = compliance(row);
+        let difference = predictor
+            .compliance()
+            .relative_difference(&expected)
+            .max(batch.compliance(0).unwrap().relative_difference(&expected));
+        let key = format!("{} {} {}", row["robot"], row["mechanism"], row["factors"]);
+        let entry = worst.entry(key).or_default();
+        *entry = entry.max(difference);
+        assert!(
+            difference < bound(row),
+            "{} {} {}: {difference:e}",
+            row["mechanism"],
+            row["factors"],
+            row["pose"]
+        );
+    }
+    println!(
+        "{file}: {} rows, largest relative difference {worst:#?}",
+        rows.len()
+    );
+    rows.len()
+}
+
+#[test]
+fn end_compliance_of_all_mechanisms() {
+    // 1e-8 of the root of the product of the diagonal entries: OpenSees itself keeps 2.3e-10 here (agreement.csv).
+    let count = compare(
+        "compliance.csv",
+        Theory::EulerBernoulli,
+        |_, _| JointModel::Rigid,
+        |_| 1e-8,
+    );
+    assert!(count >= 6 * 12, "{count} rows");
+}
+
+#[test]
+fn timoshenko_beams() {
+    let count = compare(
+        "timoshenko.csv",
+        Theory::Timoshenko,
+        |_, _| JointModel::Rigid,
+        |_| 1e-8,
+    );
+    assert!(count >= 18, "{count} rows");
+}
+
+#[test]
+fn released_joints() {
+    let joints = |row: &Row, robot: &Robot| {
+        let index = |name: &str| {
+            robot
+                .joints
+                .iter()
+                .position(|joint| joint.name == name)
+                .unwrap()
+        };
+        JointModel::Hinged(
+            row["released"]
+                .split(' ')
+                .map(|name| (index(name), 0.0))
+                .collect(),
+        )
+    };
+    // With every passive joint released the structure hangs on its soft members alone and double precision itself keeps only
+    // 7e-8, its own solvers scattering to 1.6e-7 (README.md there): the bound is three times that.
+    let bound = |row: &Row| {
+        if row["released"].split(' ').count() > 2 {
+            2e-7
+        } else {
+            1e-8
+        }
+    };
+    let count = compare("pinned.csv", Theory::EulerBernoulli, joints, bound);
+    assert!(count >= 30, "{count} rows");
+}
+
+#[test]
+fn node_positions() {
+    let mut checked = 0;
+    for (fixture, shipped) in ROBOTS {
+        let robot = robot(shipped);
+        let mechanism = robot.mechanism(None).unwrap();
+        let mut predictor = Predictor::new(&robot, mechanism, &robot.default_factors().1).unwrap();
+        for row in rows("nodes.csv")
+            .iter()
+            .filter(|row| row["robot"] == fixture)
+        {
+            predictor.place(&pose(row, &robot)).unwrap();
+            let node = predictor
+                .model()
+                .structure()
+                .nodes
+                .iter()
+                .find(|node| *node.name == row["node"]);
+            let Some(node) = node else { continue };
+            for (found, key) in node.position_m.into_iter().zip(["x_m", "y_m", "z_m"]) {
+                assert!(
+                    (found - number(row, key)).abs() < 1e-12,
+                    "{} {} {key}",
+                    row["pose"],
+                    row["node"]
+                );
+            }
+            checked += 1;
+        }
+    }
+    assert!(checked > 500, "{checked} nodes");
+}
+
+#[test]
+fn reactions_and_end_forces() {
+    let robot = robot("hp-robot");
+    let mechanism = robot.mechanism(Some("F")).unwrap();
+    let mut predictor =
+        Predictor::new(&robot, mechanism, &robot.factor_set("m_fsd").unwrap()).unwrap();
+    let mut checked = 0;
+    for row in rows("forces.csv") {
+        predictor.place(&pose(&row, &robot)).unwrap();
+        let mut load = [0.0; 6];
+        load[["Fx", "Fy", "Fz"]
+            .iter()
+            .position(|l| *l == row["load"])
+            .unwrap()] = 1.0;
+        let (solver, model) = predictor.parts();
+        let structure = model.structure();
+        let loads = [(structure.end.clone(), load)];
+        let response = solver.respond(structure, &loads);
+        let keys = ["Fx", "Fy", "Fz", "Mx", "My", "Mz"];
+        let expected = keys.map(|key| number(&row, key));
+        let found = match (row["kind"].as_str(), row["axes"].as_str()) {
+            ("reaction", _) => {
+                let place = structure
+                    .supports
+                    .iter()
+                    .position(|s| *structure.nodes[s.node].name == row["node"])
+                    .unwrap();
+                response.reactions[place]
+            }
+            ("element_end", "local") => {
+                let place = model
+                    .members()
+                    .position(|member| member.name == row["id"])
+                    .unwrap();
+                let forces = response.elements[place];
+                let first = robot.nodes[mechanism_node(&robot, &row["id"], 0)]
+                    .name
+                    .as_ref()
+                    == row["node"];
+                if first { forces.first } else { forces.second }
+            }
+            _ => continue,
+        };
+        for (a, b) in found.iter().zip(expected) {
+            // A unit load and lever arms of metres: forces and moments are of order one; OpenSees balances to 1e-9.
+            assert!((a - b).abs() < 1e-7, "{row:?}: {found:?}");
+        }
+        checked += 1;
+    }
+    assert!(checked > 200, "{checked} rows");
+}
+
+fn mechanism_node(robot: &Robot, element: &str, end: usize) -> usize {
+    robot
+        .members
+        .iter()
+        .find(|member| member.name == element)
+        .unwrap()
+        .nodes[end]
+}

@@ -1,0 +1,224 @@
+//! Uphill along the limits of a robot until none of them lets one go on.
+//!
+//! Rosen's gradient projection (Journal of the Society for Industrial and Applied Mathematics 8 (1960) 181): all limits are linear in the
+//! angles. It finds the top of the hill on which it starts.
+
+use nalgebra::{DMatrix, DVector};
+
+use stiffbench_beams::robot::{Pose, Robot, RobotError};
+
+/// A limit this near is touched, degrees: as for [`Robot::violated_limits`].
+const TOUCHING_DEG: f64 = 1e-9;
+
+/// Moves after which a climb ends in any case. Corners take as many as there are limits, edges a few more.
+const MOST_MOVES: usize = 2_000;
+
+/// A limit a·x ≥ b in the free variables.
+struct LinearLimit {
+    a: DVector<f64>,
+    b: f64,
+    text: String,
+}
+
+/// Something that has a value in every pose.
+pub(super) trait Hill {
+    /// Step of the differences that give slopes, degrees.
+    const STEP_DEG: f64;
+    /// A slope below this is flat, a degree.
+    const FLAT_PER_DEG: f64;
+
+    /// The value in a pose.
+    ///
+    /// # Errors
+    /// [`RobotError`] of a pose that cannot be taken.
+    fn height(&mut self, pose: &Pose) -> Result<f64, RobotError>;
+}
+
+/// The way up a hill within the limits of a robot.
+pub(super) struct Climb<H> {
+    pub(super) hill: H,
+    /// Indices of the free variables.
+    free: Vec<usize>,
+    limits: Vec<LinearLimit>,
+    /// Where the climb is.
+    pub(super) pose: Pose,
+}
+
+impl<H: Hill> Climb<H> {
+    pub(super) fn new(robot: &Robot, free: Vec<usize>, hill: H, pose: Pose) -> Self {
+        Self {
+            hill,
+            limits: linear_limits(robot, &free, &pose),
+            free,
+            pose,
+        }
+    }
+
+    /// Goes on until no limit lets it; returns the steepest way that is left, a degree: above [`Hill::FLAT_PER_DEG`] only where it
+    /// gave up.
+    ///
+    /// # Errors
+    /// [`RobotError`] if a pose on the way cannot be taken.
+    pub(super) fn climb_out(&mut self) -> Result<f64, RobotError> {
+        let mut slope = f64::INFINITY;
+        for _ in 0..MOST_MOVES {
+            let direction = self.way_on()?;
+            slope = direction.norm();
+            if slope < H::FLAT_PER_DEG {
+                break;
+            }
+            self.follow(&(direction / slope))?;
+        }
+        Ok(slope)
+    }
+
+    /// The limits that hold it where it is.
+    pub(super) fn limits_in_words(&self) -> Vec<String> {
+        let touched = self.touched().into_iter();
+        touched
+            .map(|limit| self.limits[limit].text.clone())
+            .collect()
+    }
+
+    fn x(&self) -> DVector<f64> {
+        DVector::from_iterator(
+            self.free.len(),
+            self.free
+                .iter()
+                .map(|&variable| self.pose.angles_deg[variable]),
+        )
+    }
+
+    /// The pose with the free variables at `x`.
+    fn pose_at(&self, x: &DVector<f64>) -> Pose {
+        let mut pose = self.pose.clone();
+        for (&variable, value) in self.free.iter().zip(x.iter()) {
+            pose.angles_deg[variable] = *value;
+        }
+        pose
+    }
+
+    fn value(&mut self, x: &DVector<f64>) -> Result<f64, RobotError> {
+        let pose = self.pose_at(x);
+        self.hill.height(&pose)
+    }
+
+    /// Slope at `x` along a unit direction, a degree.
+    fn slope(&mut self, x: &DVector<f64>, direction: &DVector<f64>) -> Result<f64, RobotError> {
+        let ahead = self.value(&(x + direction * H::STEP_DEG))?;
+        let behind = self.value(&(x - direction * H::STEP_DEG))?;
+        Ok((ahead - behind) / (2.0 * H::STEP_DEG))
+    }
+
+    /// Indices of the limits the pose touches.
+    fn touched(&self) -> Vec<usize> {
+        let x = self.x();
+        (0..self.limits.len())
+            .filter(|&limit| {
+                let limit = &self.limits[limit];
+                limit.a.dot(&x) - limit.b <= TOUCHING_DEG * limit.a.norm().max(1.0)
+            })
+            .collect()
+    }
+
+    /// The steepest direction that the touched limits allow, as long as its slope; zero at the extreme.
+    fn way_on(&mut self) -> Result<DVector<f64>, RobotError> {
+        let x = self.x();
+        let n = self.free.len();
+        let mut gradient = DVector::zeros(n);
+        for i in 0..n {
+            let axis = DVector::from_fn(n, |j, _| f64::from(u8::from(i == j)));
+            gradient[i] = self.slope(&x, &axis)?;
+        }
+        let mut kept = self.touched();
+        loop {
+            if kept.is_empty() {
+                return Ok(gradient);
+            }
+            let normals = DMatrix::from_fn(n, kept.len(), |i, k| self.limits[kept[k]].a[i]);
+            // Least squares by singular values: limits that meet in one corner may depend on one another.
+            let Ok(push) = normals.clone().svd(true, true).solve(&gradient, 1e-12) else {
+                return Ok(gradient);
+            };
+            let along = &gradient - &normals * &push;
+            if along.norm() >= H::FLAT_PER_DEG {
+                return Ok(along);
+            }
+            // Held on all sides. A limit that the way uphill leads away from need not hold.
+            let (place, strongest) = push.argmax();
+            if strongest < H::FLAT_PER_DEG {
+                return Ok(along);
+            }
+            kept.remove(place);
+        }
+    }
+
+    /// Goes along a unit direction to where it stops rising or a limit stops it.
+    fn follow(&mut self, direction: &DVector<f64>) -> Result<(), RobotError> {
+        let x = self.x();
+        let mut farthest = f64::INFINITY;
+        for limit in &self.limits {
+            let toward = -limit.a.dot(direction);
+            let room = limit.a.dot(&x) - limit.b;
+            if toward > 1e-12 * limit.a.norm() {
+                farthest = farthest.min(room.max(0.0) / toward);
+            }
+        }
+        // Every free variable has limits of its own, so that every direction meets one.
+        let end = &x + direction * farthest;
+        if self.slope(&end, direction)? >= 0.0 {
+            self.pose = self.pose_at(&end);
+            return Ok(());
+        }
+        let (mut rising, mut falling) = (0.0, farthest);
+        // Bisection of the slope's sign, far below what a step of the differences tells apart.
+        while falling - rising > 1e-5 * H::STEP_DEG {
+            let middle = 0.5 * (rising + falling);
+            if self.slope(&(&x + direction * middle), direction)? >= 0.0 {
+                rising = middle;
+            } else {
+                falling = middle;
+            }
+        }
+        self.pose = self.pose_at(&(&x + direction * rising));
+        Ok(())
+    }
+}
+
+/// All limits in the free variables; held ones stand at their value in `pose`.
+fn linear_limits(robot: &Robot, free: &[usize], pose: &Pose) -> Vec<LinearLimit> {
+    let n = free.len();
+    let mut limits = Vec::new();
+    for (place, &variable) in free.iter().enumerate() {
+        let variable = &robot.variables[variable];
+        let along = |sign: f64| DVector::from_fn(n, |i, _| if i == place { sign } else { 0.0 });
+        limits.push(LinearLimit {
+            a: along(1.0),
+            b: variable.min_deg,
+            text: format!("{} >= {}", variable.name, variable.min_deg),
+        });
+        limits.push(LinearLimit {
+            a: along(-1.0),
+            b: -variable.max_deg,
+            text: format!("{} <= {}", variable.name, variable.max_deg),
+        });
+    }
+    for limit in &robot.limits {
+        let mut a = DVector::zeros(n);
+        let mut b = limit.at_least_deg;
+        for &(variable, coefficient) in &limit.terms {
+            match free.iter().position(|&f| f == variable) {
+                Some(place) => a[place] += coefficient,
+                None => b -= coefficient * pose.angles_deg[variable],
+            }
+        }
+        if a.norm() > 0.0 {
+            limits.push(LinearLimit {
+                a,
+                b,
+                text: limit.in_words(robot),
+            });
+        }
+    }
+    limits
+}

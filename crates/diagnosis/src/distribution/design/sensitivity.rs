@@ -1,0 +1,276 @@
+//! Derivatives of the least and of the mean stiffness to sections and joints.
+
+use rayon::prelude::*;
+
+use crate::distribution::map::{MapModel, StiffnessMap};
+use crate::distribution::pose_set::PoseSet;
+use stiffbench_beams::robot::{
+    JointModel, Mechanism, MechanismModel, Pose, Predictor, Robot, RobotError, Theory,
+};
+use stiffbench_beams::structure::{Solver, TwistInfluence};
+
+/// Poses that a thread takes at a time.
+const CHUNK: usize = 128;
+/// Derivatives of a mean are taken from this many poses at most, evenly chosen among all: their scatter is then below a few percent of
+/// themselves, and what they lead to is checked in all poses.
+const POSES_OF_A_MEAN: usize = 4_000;
+
+/// What moves the stiffness along an axis.
+#[derive(Debug, Clone, PartialEq)]
+pub struct DesignSensitivity {
+    /// The axis: 0 is x.
+    pub axis: usize,
+    /// Least stiffness over the poses, N/m.
+    pub smallest_n_per_m: f64,
+    /// Mean stiffness, N/m.
+    pub mean_n_per_m: f64,
+    /// Poses behind the derivatives of the mean.
+    pub poses_of_mean: usize,
+    /// The sections of the mechanism.
+    pub sections: Vec<SectionSensitivity>,
+    /// Its joints; empty where joints yield already.
+    pub joints: Vec<JointSensitivity>,
+}
+
+/// Relative change of a stiffness per relative change of the constants of a section, order A, Iy, Iz, J.
+#[derive(Debug, Clone, PartialEq)]
+pub struct SectionSensitivity {
+    /// Its name.
+    pub section: String,
+    /// Of the least stiffness.
+    pub smallest: [f64; 4],
+    /// Of the mean.
+    pub mean: [f64; 4],
+}
+
+/// Relative loss of a stiffness per compliance of a joint that was rigid, N·m/rad.
+#[derive(Debug, Clone, PartialEq)]
+pub struct JointSensitivity {
+    /// Its name.
+    pub joint: String,
+    /// Of the least stiffness.
+    pub smallest: f64,
+    /// Of the mean.
+    pub mean: f64,
+}
+
+/// Derivatives of ln K to ln A, ln Iy, ln Iz, ln J of each section, in the order of [`sections_of`].
+pub(super) type LogGradient = Vec<[f64; 4]>;
+
+/// Indices of the sections that the members of a mechanism have, in the order of the file.
+pub(super) fn sections_of(robot: &Robot, mechanism: &Mechanism) -> Vec<usize> {
+    let is_used = |section: &usize| {
+        let mut members = mechanism.members.iter();
+        members.any(|&member| robot.members[member].section == *section)
+    };
+    (0..robot.sections.len()).filter(is_used).collect()
+}
+
+/// Derivatives of ln K along an axis in poses; joints must be linear.
+pub(super) fn log_gradients(
+    model: &MapModel<'_>,
+    joints: &JointModel,
+    poses: &[Pose],
+    axis: usize,
+) -> Result<Vec<LogGradient>, RobotError> {
+    let (robot, mechanism) = (model.robot(), model.mechanism());
+    let sections = sections_of(robot, mechanism);
+    let places: Vec<usize> = mechanism
+        .members
+        .iter()
+        .filter_map(|&member| {
+            let of_member = robot.members[member].section;
+            sections.iter().position(|section| *section == of_member)
+        })
+        .collect();
+    let of_chunk = |poses: &[Pose]| -> Result<Vec<LogGradient>, RobotError> {
+        let theory = Theory::EulerBernoulli;
+        let mut predictor = Predictor::with(robot, mechanism, joints, theory, model.factors())?;
+        let mut by_element = vec![[0.0; 4]; places.len()];
+        let mut found = Vec::with_capacity(poses.len());
+        for pose in poses {
+            predictor.place(pose)?;
+            let compliance = predictor.translation_compliance()[axis][axis];
+            predictor.compliance_gradient(axis, &mut by_element);
+            let structure = predictor.model().structure();
+            let end_m = structure.nodes[structure.end.node].position_m;
+            let whole = compliance + model.rocking_m_per_n(end_m, axis);
+            let mut gradient = vec![[0.0; 4]; sections.len()];
+            for (slopes, &place) in by_element.iter().zip(&places) {
+                for (sum, slope) in gradient[place].iter_mut().zip(slopes) {
+                    *sum -= slope / whole;
+                }
+            }
+            found.push(gradient);
+        }
+        Ok(found)
+    };
+    let chunks: Result<Vec<_>, RobotError> = poses.par_chunks(CHUNK).map(of_chunk).collect();
+    Ok(chunks?.into_iter().flatten().collect())
+}
+
+/// Derivative of ln K along an axis to the compliance of each rigid joint of the mechanism in a pose, N·m/rad: minus K times the square
+/// of the moment per unit force.
+fn joint_gradients(
+    model: &MapModel<'_>,
+    poses: &[Pose],
+    axis: usize,
+) -> Result<Vec<Vec<f64>>, RobotError> {
+    let (robot, mechanism) = (model.robot(), model.mechanism());
+    let joints = mechanism.joints(robot);
+    let all = JointModel::Hinged(joints.iter().map(|&joint| (joint, 0.0)).collect());
+    let theory = Theory::EulerBernoulli;
+    let of_chunk = |poses: &[Pose]| -> Result<Vec<Vec<f64>>, RobotError> {
+        let of = |joints: &JointModel| {
+            MechanismModel::new(robot, mechanism, joints, theory, model.factors())
+        };
+        let (mut rigid, mut hinged) = (of(&JointModel::Rigid)?, of(&all)?);
+        let wrap = |source| RobotError::Structure {
+            mechanism: mechanism.name.clone(),
+            source,
+        };
+        let mut solver = Solver::new(rigid.structure()).map_err(wrap)?;
+        let mut influence = TwistInfluence::default();
+        let mut found = Vec::with_capacity(poses.len());
+        for pose in poses {
+            rigid.place(pose)?;
+            hinged.place(pose)?;
+            solver.update(rigid.structure()).map_err(wrap)?;
+            let compliance = solver.end_translation_compliance(rigid.structure())[axis][axis];
+            solver.twist_influence(rigid.structure(), hinged.structure(), &mut influence);
+            let structure = rigid.structure();
+            let end_m = structure.nodes[structure.end.node].position_m;
+            let whole = compliance + model.rocking_m_per_n(end_m, axis);
+            let levers = influence.levers_m.iter();
+            found.push(
+                levers
+                    .map(|lever| -lever[axis] * lever[axis] / whole)
+                    .collect(),
+            );
+        }
+        Ok(found)
+    };
+    let chunks: Result<Vec<_>, RobotError> = poses.par_chunks(CHUNK).map(of_chunk).collect();
+    Ok(chunks?.into_iter().flatten().collect())
+}
+
+/// Rows of a map from which the derivatives of its mean are taken.
+pub(super) fn rows_of_mean(map: &StiffnessMap) -> Vec<usize> {
+    let step = map.len().div_ceil(POSES_OF_A_MEAN).max(1);
+    (0..map.len()).step_by(step).collect()
+}
+
+/// The poses of rows.
+pub(super) fn poses_of(map: &StiffnessMap, poses: &PoseSet, rows: &[usize]) -> Vec<Pose> {
+    let pose = |&row: &usize| poses.pose(map.places[row] as usize);
+    rows.iter().map(pose).collect()
+}
+
+/// Gradient of the logarithm of a mean from those of its terms: their mean, weighted with the terms. Gradients beyond the values are left
+/// out.
+pub(super) fn of_mean(gradients: &[Vec<f64>], values: &[f64]) -> Vec<f64> {
+    let sum: f64 = values.iter().sum();
+    let mut mean = vec![0.0; gradients.first().map_or(0, Vec::len)];
+    for (gradient, value) in gradients.iter().zip(values) {
+        for (mean, slope) in mean.iter_mut().zip(gradient) {
+            *mean += slope * value / sum;
+        }
+    }
+    mean
+}
+
+/// Row of the least value of a column; `None` for a map without rows.
+fn least_row(map: &StiffnessMap, column: usize) -> Option<usize> {
+    let rows = map.column(column).enumerate();
+    rows.min_by(|a, b| a.1.total_cmp(&b.1)).map(|(row, _)| row)
+}
+
+/// Gradients of the logarithms of the least and of the mean stiffness.
+struct LeastAndMean {
+    least: Vec<f64>,
+    mean: Vec<f64>,
+}
+
+impl LeastAndMean {
+    /// From the gradients of the poses of the mean, and after them that of the least stiff pose.
+    fn of(gradients: &[Vec<f64>], values_of_mean: &[f64]) -> Self {
+        Self {
+            least: gradients.last().cloned().unwrap_or_default(),
+            mean: of_mean(gradients, values_of_mean),
+        }
+    }
+}
+
+/// What moves the least and the mean stiffness along an axis; `None` for a map without rows or without this axis.
+///
+/// # Errors
+/// [`RobotError`] if the model cannot be built.
+pub fn design_sensitivity(
+    model: &MapModel<'_>,
+    map: &StiffnessMap,
+    poses: &PoseSet,
+    axis: usize,
+) -> Result<Option<DesignSensitivity>, RobotError> {
+    let column = map
+        .columns
+        .iter()
+        .position(|column| column.axis() == Some(axis));
+    let (Some(column), Some(joints)) = (column, model.joints()) else {
+        return Ok(None);
+    };
+    let Some(least) = least_row(map, column) else {
+        return Ok(None);
+    };
+    let mut rows = rows_of_mean(map);
+    let values: Vec<f64> = rows
+        .iter()
+        .map(|&row| map.stiffness_n_per_m(row, column))
+        .collect();
+    rows.push(least);
+    let taken = poses_of(map, poses, &rows);
+    let gradients = log_gradients(model, joints, &taken, axis)?.into_iter();
+    let gradients: Vec<Vec<f64>> = gradients.map(|gradient| gradient.concat()).collect();
+    Ok(Some(DesignSensitivity {
+        axis,
+        smallest_n_per_m: map.stiffness_n_per_m(least, column),
+        mean_n_per_m: map.column(column).sum::<f64>() / map.len() as f64,
+        poses_of_mean: values.len(),
+        sections: by_section(model, &LeastAndMean::of(&gradients, &values)),
+        joints: match joints {
+            JointModel::Rigid => {
+                let gradients = joint_gradients(model, &taken, axis)?;
+                by_joint(model, &LeastAndMean::of(&gradients, &values))
+            }
+            JointModel::Pinned | JointModel::Hinged(_) => Vec::new(),
+        },
+    }))
+}
+
+fn by_section(model: &MapModel<'_>, found: &LeastAndMean) -> Vec<SectionSensitivity> {
+    let robot = model.robot();
+    let names = robot.sections.keys().collect::<Vec<_>>();
+    let four = |of: &[f64], place: usize| std::array::from_fn(|i| of[4 * place + i]);
+    let sections = sections_of(robot, model.mechanism())
+        .into_iter()
+        .enumerate();
+    sections
+        .map(|(place, section)| SectionSensitivity {
+            section: names[section].clone(),
+            smallest: four(&found.least, place),
+            mean: four(&found.mean, place),
+        })
+        .collect()
+}
+
+fn by_joint(model: &MapModel<'_>, found: &LeastAndMean) -> Vec<JointSensitivity> {
+    let robot = model.robot();
+    let joints = model.mechanism().joints(robot).into_iter();
+    joints
+        .zip(found.least.iter().zip(&found.mean))
+        .map(|(joint, (&smallest, &mean))| JointSensitivity {
+            joint: robot.joints[joint].name.clone(),
+            smallest,
+            mean,
+        })
+        .collect()
+}

@@ -1,0 +1,204 @@
+//! What the uncertainty of the fitted factors does to a map.
+//!
+//! To first order: the derivatives of a stiffness to the logarithms of the factors, exact, times their covariance. A minimum over the poses
+//! has the derivatives of its pose (the pose itself stands still to first order), a mean the mean of those of all poses. A principal
+//! stiffness has the derivatives along its direction, which stands still to first order too.
+
+use rayon::prelude::*;
+
+use stiffbench_beams::robot::{BatchPredictor, RobotError, Theory};
+use stiffbench_numeric::statistics::Estimate;
+
+use super::StiffnessMap;
+use super::column::{MapColumn, stiffness_and_unit};
+use super::model::MapModel;
+use super::statistics::ColumnStatistics;
+use crate::distribution::pose_set::PoseSet;
+
+/// Fitting factors: four of beams, four of links.
+const FACTORS: usize = 8;
+
+/// Columns that one solution has derivatives of.
+const AT_ONCE: usize = 3;
+
+/// Poses placed at once: few enough to stay in the second-level cache.
+const POSES: usize = 64;
+
+/// Rows that a thread takes at a time.
+const CHUNK: usize = 2048;
+
+/// How well the factors of a model are known.
+#[derive(Debug, Clone, Copy, PartialEq, serde::Serialize, serde::Deserialize)]
+pub struct FactorCovariance {
+    /// Covariance of ln A, ln Iy, ln Iz, ln J of beams, then of links; zero where a factor was not fitted.
+    pub matrix: [[f64; FACTORS]; FACTORS],
+    /// Its degrees of freedom; `None` where they are without limit.
+    pub dof: Option<f64>,
+}
+
+/// Characteristic values of a column with the uncertainty that the fit gives them, N/m.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct FitUncertainty {
+    /// Of the smallest stiffness.
+    pub smallest: Estimate,
+    /// Of the largest.
+    pub largest: Estimate,
+    /// Of the mean.
+    pub mean: Estimate,
+}
+
+/// Derivatives of a stiffness to the logarithms of the factors, N/m.
+type Gradient = [f64; FACTORS];
+
+/// Carries the covariance to smallest, largest and mean of every column; `None` where laws are not linear.
+///
+/// # Errors
+/// [`RobotError`] if the model cannot be built; its poses were solved before.
+pub fn fit_uncertainty(
+    model: &MapModel<'_>,
+    map: &StiffnessMap,
+    poses: &PoseSet,
+    covariance: &FactorCovariance,
+    statistics: &[ColumnStatistics],
+) -> Result<Vec<Option<FitUncertainty>>, RobotError> {
+    if !model.is_linear() || map.is_empty() {
+        return Ok(vec![None; statistics.len()]);
+    }
+    let mut found = Vec::with_capacity(statistics.len());
+    let columns = map.columns.chunks(AT_ONCE).zip(statistics.chunks(AT_ONCE));
+    for (columns, statistics) in columns {
+        let means = mean_gradients(model, map, poses, columns)?;
+        for (place, statistics) in statistics.iter().enumerate() {
+            let extremes = [&statistics.smallest, &statistics.largest];
+            let rows = extremes.map(|extreme| extreme.row);
+            let of_extremes = gradients(model, map, poses, columns, &rows)?;
+            let estimate = |value: f64, gradient: Gradient| Estimate {
+                value,
+                standard_uncertainty: covariance.carried(gradient),
+                dof: covariance.dof.unwrap_or(f64::INFINITY),
+            };
+            let [smallest, largest] = extremes.map(|extreme| extreme.stiffness_n_per_m);
+            found.push(Some(FitUncertainty {
+                smallest: estimate(smallest, of_extremes[0][place]),
+                largest: estimate(largest, of_extremes[1][place]),
+                mean: estimate(statistics.mean.value, means[place]),
+            }));
+        }
+    }
+    Ok(found)
+}
+
+/// Means of the derivatives over all rows, on all cores.
+fn mean_gradients(
+    model: &MapModel<'_>,
+    map: &StiffnessMap,
+    poses: &PoseSet,
+    columns: &[MapColumn],
+) -> Result<[Gradient; AT_ONCE], RobotError> {
+    let rows: Vec<usize> = (0..map.len()).collect();
+    let nothing = [[0.0; FACTORS]; AT_ONCE];
+    // One sum a chunk, added up in order afterwards: the same bytes for any number of threads.
+    let chunks: Vec<[Gradient; AT_ONCE]> = rows
+        .par_chunks(CHUNK)
+        .map(|rows| {
+            let gradients = gradients(model, map, poses, columns, rows)?;
+            Ok(gradients.into_iter().fold(nothing, add))
+        })
+        .collect::<Result<_, RobotError>>()?;
+    let sums = chunks.into_iter().fold(nothing, add);
+    Ok(sums.map(|sum| sum.map(|sum| sum / map.len() as f64)))
+}
+
+impl FactorCovariance {
+    /// The standard uncertainty of what has this gradient.
+    fn carried(&self, gradient: Gradient) -> f64 {
+        let rows = self.matrix.iter().zip(gradient);
+        let variance: f64 = rows
+            .map(|(row, slope)| {
+                let across: f64 = row.iter().zip(gradient).map(|(c, g)| c * g).sum();
+                slope * across
+            })
+            .sum();
+        // Rounding may leave a variance of nothing slightly below it.
+        variance.max(0.0).sqrt()
+    }
+}
+
+fn add(mut sum: [Gradient; AT_ONCE], more: [Gradient; AT_ONCE]) -> [Gradient; AT_ONCE] {
+    for (sum, more) in sum.iter_mut().flatten().zip(more.iter().flatten()) {
+        *sum += more;
+    }
+    sum
+}
+
+/// Derivatives of the stiffness of up to three columns in each of the rows.
+fn gradients(
+    model: &MapModel<'_>,
+    map: &StiffnessMap,
+    poses: &PoseSet,
+    columns: &[MapColumn],
+    rows: &[usize],
+) -> Result<Vec<[Gradient; AT_ONCE]>, RobotError> {
+    let Some(joints) = model.joints() else {
+        return Ok(Vec::new());
+    };
+    let (robot, mechanism) = (model.robot(), model.mechanism());
+    let (theory, room) = (Theory::EulerBernoulli, POSES.min(rows.len()));
+    let mut batch = BatchPredictor::with(robot, mechanism, joints, theory, room)?;
+    let mut pose = robot.nominal_pose();
+    let turns = columns.iter().any(MapColumn::is_principal);
+    let mut found = Vec::with_capacity(rows.len());
+    for rows in rows.chunks(room) {
+        for (index, &row) in rows.iter().enumerate() {
+            poses.fill(map.places[row] as usize, &mut pose);
+            batch.place(index, &pose)?;
+            if !turns {
+                batch.differentiate_along(index, &units(columns, &[[0.0; 3]; 3]));
+            }
+        }
+        if turns {
+            // A principal direction is known once the pose is solved.
+            batch.solve(model.factors(), false)?;
+            for (index, &row) in rows.iter().enumerate() {
+                let compliance = translation(model, &batch, index, map.end_m(row));
+                batch.differentiate_along(index, &units(columns, &compliance));
+            }
+        }
+        batch.solve(model.factors(), true)?;
+        for (index, &row) in rows.iter().enumerate() {
+            let compliance = translation(model, &batch, index, map.end_m(row));
+            let mut gradients = [[0.0; FACTORS]; AT_ONCE];
+            for (place, (gradient, column)) in gradients.iter_mut().zip(columns).enumerate() {
+                let (stiffness, _) = stiffness_and_unit(column, &compliance);
+                let slopes = batch.gradient(index, place).unwrap_or([[f64::NAN; 4]; 2]);
+                for (gradient, slope) in gradient.iter_mut().zip(slopes.as_flattened()) {
+                    *gradient = -slope * stiffness * stiffness;
+                }
+            }
+            found.push(gradients);
+        }
+    }
+    Ok(found)
+}
+
+/// Displacement of the end per force where a batch stands, with its base, m/N; not a number where there is none.
+fn translation(
+    model: &MapModel<'_>,
+    batch: &BatchPredictor<'_>,
+    index: usize,
+    end_m: [f64; 3],
+) -> [[f64; 3]; 3] {
+    let compliance = batch.compliance(index);
+    compliance.map_or([[f64::NAN; 3]; 3], |compliance| {
+        model.on_its_base(&compliance, end_m).translation()
+    })
+}
+
+/// Directions of the columns where the displacement per force is the given one.
+fn units(columns: &[MapColumn], compliance: &[[f64; 3]; 3]) -> [[f64; 3]; AT_ONCE] {
+    let mut units = [[0.0; 3]; AT_ONCE];
+    for (unit, column) in units.iter_mut().zip(columns) {
+        *unit = stiffness_and_unit(column, compliance).1;
+    }
+    units
+}

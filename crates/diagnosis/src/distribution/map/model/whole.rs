@@ -1,0 +1,73 @@
+//! What loads and designs need of a model beyond its stiffness: the whole compliance, the rocking base, another robot.
+
+use crate::distribution::end_load::EndShift;
+use stiffbench_beams::robot::{Keep, Pose, Robot};
+use stiffbench_beams::structure::Compliance6;
+
+use super::{MapModel, Means, NoMap};
+
+/// Where the end is and its whole compliance, or why there is none.
+type WholeCompliance = Result<([f64; 3], Compliance6), String>;
+
+impl<'a> MapModel<'a> {
+    /// The same mechanism, factors and physics with a robot that differs in its sections only.
+    pub(in crate::distribution) fn of_robot<'b>(
+        &self,
+        robot: &'b Robot,
+    ) -> Result<MapModel<'b>, NoMap>
+    where
+        'a: 'b,
+    {
+        let load_n = match &self.means {
+            Means::Sweep { .. } => None,
+            Means::Secant { load_n, .. } => Some(*load_n),
+        };
+        MapModel::new(robot, self.physics, &self.factors, load_n)
+    }
+
+    /// The whole compliance in poses, on all cores.
+    pub(in crate::distribution) fn compliances(
+        &self,
+        poses: &[Pose],
+    ) -> Result<Vec<WholeCompliance>, NoMap> {
+        let Means::Sweep { sweep, .. } = &self.means else {
+            self.check_linear()?;
+            return Ok(Vec::new());
+        };
+        let swept = sweep.run(poses, Keep::Full);
+        let solved = swept.poses.iter().zip(&swept.compliances);
+        let mut failed = swept.failed.iter();
+        Ok(solved
+            .map(|found| match found {
+                (Some(pose), Some(compliance)) => {
+                    Ok((pose.end_m, self.on_its_base(compliance, pose.end_m)))
+                }
+                _ => Err(failed
+                    .next()
+                    .map_or_else(String::new, |(_, error)| error.to_string())),
+            })
+            .collect())
+    }
+
+    /// How the end moves because the base rocks under moments, N·m, which `about` gives about a point; `None` where it stands firm.
+    pub(in crate::distribution) fn rocking_under(
+        &self,
+        about: impl Fn([f64; 3]) -> [f64; 3],
+        end_m: [f64; 3],
+    ) -> Option<EndShift> {
+        let support_m = self.rocks_at_m?;
+        let (compliance, moment) = (self.physics.laws.base_rad_per_nm(), about(support_m));
+        let rotation_rad = [0, 1, 2].map(|axis| compliance[axis] * moment[axis]);
+        Some(EndShift::turned(rotation_rad, support_m, end_m))
+    }
+
+    /// Refuses laws that are not linear.
+    pub(in crate::distribution) fn check_linear(&self) -> Result<(), NoMap> {
+        match &self.means {
+            Means::Sweep { .. } => Ok(()),
+            Means::Secant { effect, .. } => Err(NoMap::LinearOnly {
+                effect: effect.clone(),
+            }),
+        }
+    }
+}

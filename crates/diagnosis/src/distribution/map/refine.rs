@@ -1,0 +1,89 @@
+//! The extremes of a map, followed from the sampled pose to where the limits hold them.
+
+use stiffbench_beams::robot::{Pose, RobotError};
+
+use super::StiffnessMap;
+use super::column::MapColumn;
+use super::model::{MapModel, PoseSolver};
+use super::row_width;
+use crate::distribution::climb::{Climb, Hill};
+use crate::distribution::pose_set::PoseSet;
+
+/// An extreme of the stiffness over the workspace itself, next to that of the sample.
+#[derive(Debug, Clone, PartialEq)]
+pub struct RefinedStiffness {
+    /// The pose.
+    pub pose: Pose,
+    /// Position of the end, m.
+    pub end_m: [f64; 3],
+    /// Stiffness, N/m.
+    pub stiffness_n_per_m: f64,
+    /// The limits that hold it, in words.
+    pub limits: Vec<String>,
+    /// Steepest way on that the limits leave, relative to the stiffness, a degree: below 1e-7 it is the extreme.
+    pub slope_per_deg: f64,
+}
+
+impl StiffnessMap {
+    /// Follows the stiffness of a column from a row to the next maximum, or minimum, within the limits.
+    ///
+    /// The sample is to be dense enough to have found the right hill.
+    ///
+    /// # Errors
+    /// [`RobotError`] if a pose on the way cannot be taken: there the extreme has no slope to follow.
+    pub fn refined(
+        &self,
+        model: &MapModel<'_>,
+        poses: &PoseSet,
+        column: usize,
+        row: usize,
+        largest: bool,
+    ) -> Result<RefinedStiffness, RobotError> {
+        let columns = vec![self.columns[column].clone()];
+        let hill = Stiffness {
+            row: vec![0.0; row_width(&columns)],
+            columns,
+            solver: PoseSolver::new(model),
+            sign: if largest { 1.0 } else { -1.0 },
+        };
+        let start = poses.pose(self.places[row] as usize);
+        let mut climb = Climb::new(model.robot(), poses.free.clone(), hill, start);
+        let slope_per_deg = climb.climb_out()?;
+        let limits = climb.limits_in_words();
+        let Climb { mut hill, pose, .. } = climb;
+        hill.solve(&pose)?;
+        Ok(RefinedStiffness {
+            end_m: [hill.row[0], hill.row[1], hill.row[2]],
+            stiffness_n_per_m: hill.row[3],
+            pose,
+            limits,
+            slope_per_deg,
+        })
+    }
+}
+
+/// The logarithm of a stiffness, or its opposite.
+struct Stiffness<'m, 'a> {
+    solver: PoseSolver<'m, 'a>,
+    columns: Vec<MapColumn>,
+    row: Vec<f64>,
+    sign: f64,
+}
+
+impl Stiffness<'_, '_> {
+    fn solve(&mut self, pose: &Pose) -> Result<(), RobotError> {
+        self.solver.row(pose, &self.columns, &mut self.row)
+    }
+}
+
+impl Hill for Stiffness<'_, '_> {
+    /// Rounding of the stiffness, 1e-11 or so of it, then makes slopes of 1e-9; truncation is near that.
+    const STEP_DEG: f64 = 3e-3;
+    /// What is left to gain over a degree is then a ten-millionth.
+    const FLAT_PER_DEG: f64 = 1e-7;
+
+    fn height(&mut self, pose: &Pose) -> Result<f64, RobotError> {
+        self.solve(pose)?;
+        Ok(self.sign * self.row[3].ln())
+    }
+}

@@ -1,0 +1,199 @@
+//! Which measurement would determine a factor that the data leave open.
+
+use stiffbench_beams::robot::{FittingFactors, RobotError};
+use stiffbench_numeric::least_squares::{LeastSquaresFit, SigmaMode};
+use stiffbench_numeric::statistics::median;
+use stiffbench_units_and_text::test_point::{Cell, Direction};
+
+use super::cell_model::{FACTOR_NAMES, FACTORS, Shares};
+use super::choice::{FactorChoice, FactorRole};
+use super::error::FitError;
+use super::measured::MeasuredStiffness;
+use super::outcome::FitOutcome;
+use super::problem::FitProblem;
+
+/// Uncertainty of ln K assumed for a further cell when the data state none: one percent, a good bench.
+const TYPICAL_LN_UNCERTAINTY: f64 = 0.01;
+
+/// A factor whose interval reaches this far, upper end over lower end, deserves advice.
+const WIDE: f64 = 2.0;
+
+/// Length of a 95 % interval in standard uncertainties.
+const INTERVAL_LENGTH: f64 = 3.92;
+
+/// The single further cell that would help most with one factor.
+#[derive(Debug, Clone, PartialEq, serde::Serialize)]
+pub struct Advice {
+    /// The factor.
+    pub factor: &'static str,
+    /// Pose and direction to measure.
+    pub measure: Cell,
+    /// Standard uncertainty of ln a with the data at hand.
+    pub ln_uncertainty_now: f64,
+    /// The same with the further cell.
+    pub ln_uncertainty_then: f64,
+}
+
+impl Advice {
+    /// Whether the further cell halves the uncertainty; if not, no stiffness at the end determines the factor.
+    #[must_use]
+    pub fn helps(&self) -> bool {
+        self.ln_uncertainty_then < 0.5 * self.ln_uncertainty_now
+    }
+}
+
+/// For each factor that is on a bound, not determined, or known to no better than a factor of two, the cell among the robot's named poses that determines it best.
+///
+/// # Arguments
+/// - `problem`: the training cells.
+/// - `outcome`, `fit`: the fit of these cells and what was found of the factors.
+///
+/// # Errors
+/// Those of [`CellModel`](super::cell_model::CellModel); poses the mechanism cannot reach are passed over.
+pub(super) fn advise(
+    problem: &FitProblem<'_>,
+    outcome: &FitOutcome,
+    fit: &LeastSquaresFit,
+    choice: &FactorChoice,
+) -> Result<Vec<Advice>, FitError> {
+    let knowledge = Knowledge::new(fit, problem.measured, outcome, choice);
+    let open: Vec<usize> = knowledge
+        .free
+        .iter()
+        .copied()
+        .filter(|&i| {
+            outcome.estimates[i]
+                .interval_95
+                .is_none_or(|[lower, upper]| upper > WIDE * lower)
+        })
+        .collect();
+    if open.is_empty() {
+        return Ok(Vec::new());
+    }
+    let candidates = candidates(problem, &outcome.factors)?;
+    let best = |&factor: &usize| {
+        // Where factors can hardly be told apart the parabola at the minimum says little; the interval that was followed says more.
+        let followed = outcome.estimates[factor]
+            .interval_95
+            .map(|[lower, upper]| (upper / lower).ln() / INTERVAL_LENGTH);
+        let now = followed.or_else(|| knowledge.ln_uncertainty(factor, None))?;
+        let (cell, then) = candidates
+            .iter()
+            .filter_map(|(cell, shares)| {
+                Some((cell, knowledge.ln_uncertainty(factor, Some(shares))?))
+            })
+            .min_by(|a, b| a.1.total_cmp(&b.1))?;
+        Some(Advice {
+            factor: FACTOR_NAMES[factor],
+            measure: cell.clone(),
+            ln_uncertainty_now: now,
+            ln_uncertainty_then: then.min(now),
+        })
+    };
+    Ok(open.iter().filter_map(best).collect())
+}
+
+/// Every cell of the robot's named poses with the shares of the factors in its compliance.
+fn candidates(
+    problem: &FitProblem<'_>,
+    factors: &FittingFactors,
+) -> Result<Vec<(Cell, Shares)>, FitError> {
+    let mut candidates = Vec::new();
+    for named in &problem.robot.poses {
+        let cells = Direction::ALL.map(|direction| Cell {
+            pose: named.id.clone(),
+            direction,
+        });
+        let mut model = match problem.cell_model(&cells) {
+            Ok(model) => model,
+            Err(RobotError::Unreachable { .. }) => continue,
+            Err(error) => return Err(error.into()),
+        };
+        let mut shares = [[0.0; FACTORS]; 3];
+        model.evaluate(factors, &mut [0.0; 3], Some(&mut shares))?;
+        candidates.extend(cells.into_iter().zip(shares));
+    }
+    Ok(candidates)
+}
+
+/// What the training cells say of the free factors.
+struct Knowledge {
+    /// Factors that the fit moves.
+    free: Vec<usize>,
+    /// JᵀJ of ln K to ln a over the free factors, in units of the inverse variance.
+    information: Vec<Vec<f64>>,
+    /// Standard uncertainty of ln K of a further cell.
+    further_ln_uncertainty: f64,
+    /// Half the width of what bounds allow, taken as a standard deviation: keeps undetermined directions finite.
+    prior_ln: f64,
+}
+
+impl Knowledge {
+    fn new(
+        fit: &LeastSquaresFit,
+        training: &MeasuredStiffness,
+        outcome: &FitOutcome,
+        choice: &FactorChoice,
+    ) -> Self {
+        // With known uncertainties the Jacobian is in units of them. Without, it has none, and the scatter about the fit stands in.
+        let scatter = match outcome
+            .agreement
+            .as_ref()
+            .map(|a| (a.sigma, a.reduced_chi_squared))
+        {
+            Some((SigmaMode::Estimated, Some(variance))) if variance > 0.0 => Some(variance.sqrt()),
+            _ => None,
+        };
+        let mut own: Vec<f64> = training
+            .cells
+            .iter()
+            .filter_map(|cell| cell.ln_uncertainty)
+            .map(|u| u.own)
+            .collect();
+        let stated = median(&mut own).filter(|u| *u > 0.0);
+        let further = scatter.or(stated).unwrap_or(TYPICAL_LN_UNCERTAINTY);
+        let unit = if scatter.is_some() || stated.is_none() {
+            further
+        } else {
+            1.0
+        };
+        let free: Vec<usize> = (0..FACTORS)
+            .filter(|&i| choice.roles[i] == FactorRole::Free)
+            .collect();
+        let product = |(x, y): (&[f64], &[f64])| {
+            x.iter().zip(y).map(|(x, y)| x * y).sum::<f64>() / (unit * unit)
+        };
+        let entry = |a, b| {
+            fit.jacobian_column(a)
+                .zip(fit.jacobian_column(b))
+                .map_or(0.0, product)
+        };
+        Self {
+            information: (0..free.len())
+                .map(|a| (0..free.len()).map(|b| entry(a, b)).collect())
+                .collect(),
+            free,
+            further_ln_uncertainty: further,
+            prior_ln: 0.5 * (choice.range[1] / choice.range[0]).ln(),
+        }
+    }
+
+    /// Standard uncertainty of ln a of a free factor, with the data at hand or with one cell more.
+    fn ln_uncertainty(&self, factor: usize, further: Option<&Shares>) -> Option<f64> {
+        let place = self.free.iter().position(|free| *free == factor)?;
+        let count = self.free.len();
+        let weight = 1.0 / (self.further_ln_uncertainty * self.further_ln_uncertainty);
+        let matrix = nalgebra::DMatrix::from_fn(count, count, |i, j| {
+            let prior = if i == j {
+                1.0 / (self.prior_ln * self.prior_ln)
+            } else {
+                0.0
+            };
+            let more = further.map_or(0.0, |shares| {
+                shares[self.free[i]] * shares[self.free[j]] * weight
+            });
+            self.information[i][j] + prior + more
+        });
+        Some(matrix.cholesky()?.inverse()[(place, place)].sqrt())
+    }
+}

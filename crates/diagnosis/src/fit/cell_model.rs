@@ -1,0 +1,193 @@
+//! Stiffness of many cells of the experiment as a function of the fitting factors, with exact derivatives.
+
+use stiffbench_beams::robot::{
+    BatchPredictor, ClassGradient, FittingFactors, Mechanism, Robot, RobotError,
+};
+use stiffbench_units_and_text::test_point::{Cell, PoseId};
+
+use super::error::FitError;
+use super::fixed_physics::FixedPhysics;
+use super::physics_model::PhysicsModel;
+
+/// Number of fitting factors: four of beams, four of links.
+pub const FACTORS: usize = 8;
+
+/// Names of the factors in the order of [`factor_vector`].
+pub const FACTOR_NAMES: [&str; FACTORS] = [
+    "beam.A", "beam.Iy", "beam.Iz", "beam.J", "link.A", "link.Iy", "link.Iz", "link.J",
+];
+
+/// The factors as one vector: beams A, Iy, Iz, J, then links.
+#[must_use]
+pub fn factor_vector(factors: &FittingFactors) -> [f64; FACTORS] {
+    std::array::from_fn(|i| {
+        if i < 4 {
+            factors.beam[i]
+        } else {
+            factors.link[i - 4]
+        }
+    })
+}
+
+/// Factors from a vector in the order of [`factor_vector`].
+#[must_use]
+pub fn factors_from_vector(vector: &[f64; FACTORS]) -> FittingFactors {
+    FittingFactors {
+        beam: std::array::from_fn(|i| vector[i]),
+        link: std::array::from_fn(|i| vector[4 + i]),
+    }
+}
+
+/// Shares of one cell's compliance that the factors own: u ᵀ a_i K_i u / C, order of [`factor_vector`]; they add up to one.
+///
+/// The share of a factor is also ∂ ln K / ∂ ln a: K is the stiffness at the end, a homogeneous function of the factors.
+pub type Shares = [f64; FACTORS];
+
+/// Predicts the stiffness of cells (pose and direction) of one mechanism.
+///
+/// The structure stays placed in all poses, so that a change of factors costs the solution of all of them at once, not a move.
+#[derive(Debug)]
+pub struct CellModel<'a> {
+    cells: Vec<Cell>,
+    means: Means<'a>,
+}
+
+/// How the stiffness is worked out.
+#[derive(Debug)]
+enum Means<'a> {
+    /// Beams alone, all poses at once.
+    Beams {
+        /// Number of the pose of each cell.
+        pose_of_cell: Vec<usize>,
+        predictor: Box<BatchPredictor<'a>>,
+    },
+    /// From predicted readings, with the physics beside the beams.
+    Readings(Box<PhysicsModel<'a>>),
+}
+
+impl<'a> CellModel<'a> {
+    /// Places the mechanism in the poses of `cells`, whose names must be the robot's.
+    ///
+    /// # Errors
+    /// [`RobotError::UnknownName`] for a pose, [`RobotError::Unreachable`], [`RobotError::Structure`].
+    pub fn new(
+        robot: &'a Robot,
+        mechanism: &'a Mechanism,
+        cells: &[Cell],
+    ) -> Result<Self, RobotError> {
+        let mut names: Vec<&PoseId> = Vec::new();
+        let mut pose_of_cell = Vec::with_capacity(cells.len());
+        for cell in cells {
+            let known = names.iter().position(|name| **name == cell.pose);
+            pose_of_cell.push(known.unwrap_or_else(|| {
+                names.push(&cell.pose);
+                names.len() - 1
+            }));
+        }
+        let mut predictor = BatchPredictor::new(robot, mechanism, names.len())?;
+        for (index, name) in names.into_iter().enumerate() {
+            predictor.place(index, robot.pose(name)?)?;
+        }
+        // A structure that moves even with nominal sections is reported before any fit begins.
+        predictor.solve(&FittingFactors::UNIT, false)?;
+        Ok(Self {
+            cells: cells.to_vec(),
+            means: Means::Beams {
+                pose_of_cell,
+                predictor: Box::new(predictor),
+            },
+        })
+    }
+
+    /// The same with physics beside the beams: stiffness as the estimator of the data makes it of predicted readings.
+    ///
+    /// # Errors
+    /// Those of [`CellModel::new`].
+    pub fn with_physics(
+        robot: &'a Robot,
+        physics: &'a FixedPhysics,
+        cells: &[Cell],
+    ) -> Result<Self, RobotError> {
+        Ok(Self {
+            cells: cells.to_vec(),
+            means: Means::Readings(Box::new(PhysicsModel::new(robot, physics, cells)?)),
+        })
+    }
+
+    /// The cells, in the order of every result.
+    #[must_use]
+    pub fn cells(&self) -> &[Cell] {
+        &self.cells
+    }
+
+    /// Stiffness of every cell, N/m, into `stiffness_n_per_m`, and if asked for the shares of the factors; what these leave of one is the
+    /// share of the physics beside the beams.
+    ///
+    /// # Errors
+    /// [`FitError::Robot`] if the structure cannot carry a load with these factors; with physics also [`FitError::NoPrediction`] and
+    /// [`FitError::NegativePrediction`].
+    pub fn evaluate(
+        &mut self,
+        factors: &FittingFactors,
+        stiffness_n_per_m: &mut [f64],
+        mut shares: Option<&mut [Shares]>,
+    ) -> Result<(), FitError> {
+        let (pose_of_cell, predictor) = match &mut self.means {
+            Means::Beams {
+                pose_of_cell,
+                predictor,
+            } => (pose_of_cell, predictor),
+            Means::Readings(model) => return model.evaluate(factors, stiffness_n_per_m, shares),
+        };
+        predictor.solve(factors, shares.is_some())?;
+        for (place, (cell, &pose)) in self.cells.iter().zip(pose_of_cell.iter()).enumerate() {
+            let axis = cell.direction.index();
+            let compliance = predictor.direct_compliance(pose, axis);
+            let compliance = compliance.expect("every pose was placed and solved");
+            stiffness_n_per_m[place] = 1.0 / compliance;
+            if let Some(shares) = shares.as_deref_mut() {
+                let gradient = predictor.gradient(pose, axis);
+                let gradient = gradient.expect("every pose was placed and solved");
+                shares[place] = by_factor(&gradient, compliance);
+            }
+        }
+        Ok(())
+    }
+
+    /// Sequence number and displacement of every reading that the physics beside the beams was given, m; none for beams alone, of which
+    /// the stiffness says all.
+    ///
+    /// # Errors
+    /// [`FitError::Robot`].
+    pub fn displacements_m(
+        &mut self,
+        factors: &FittingFactors,
+    ) -> Result<Vec<(u32, f64)>, FitError> {
+        match &mut self.means {
+            Means::Beams { .. } => Ok(Vec::new()),
+            Means::Readings(model) => model.displacements_m(factors),
+        }
+    }
+
+    /// Stiffness of every cell, N/m.
+    ///
+    /// # Errors
+    /// As [`CellModel::evaluate`].
+    pub fn stiffness(&mut self, factors: &FittingFactors) -> Result<Vec<f64>, FitError> {
+        let mut stiffness = vec![0.0; self.cells.len()];
+        self.evaluate(factors, &mut stiffness, None)?;
+        Ok(stiffness)
+    }
+}
+
+/// The derivatives of a compliance to the logarithms of the factors, divided by minus the compliance.
+fn by_factor([beam, link]: &ClassGradient, compliance_m_per_n: f64) -> Shares {
+    std::array::from_fn(|factor| {
+        let derivative = if factor < 4 {
+            beam[factor]
+        } else {
+            link[factor - 4]
+        };
+        -derivative / compliance_m_per_n
+    })
+}

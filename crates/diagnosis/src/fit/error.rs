@@ -1,0 +1,85 @@
+//! What can be wrong with a fit before it begins.
+
+use stiffbench_beams::robot::RobotError;
+use stiffbench_measurement::stiffness::NoStiffness;
+use stiffbench_numeric::least_squares::LeastSquaresError;
+use stiffbench_units_and_text::test_point::{Cell, Direction, PoseId};
+
+/// Errors of the fit stage.
+#[derive(Debug, thiserror::Error, miette::Diagnostic)]
+pub enum FitError {
+    /// A pose, mechanism or structure of the robot.
+    #[error(transparent)]
+    #[diagnostic(transparent)]
+    Robot(#[from] RobotError),
+    /// The least-squares core.
+    #[error(transparent)]
+    #[diagnostic(transparent)]
+    LeastSquares(#[from] LeastSquaresError),
+    /// No cell to fit.
+    #[error("none of the {cells} measured cell(s) belongs to the training poses ({train})")]
+    #[diagnostic(
+        code(stiffbench::fit::no_training_cells),
+        help("--train takes pose names as they stand in the data, for example P1,P3")
+    )]
+    NoTrainingCells {
+        /// Number of usable measured cells.
+        cells: usize,
+        /// The training poses asked for.
+        train: String,
+    },
+    /// Fewer cells than free factors.
+    #[error("{free} free factors cannot be fitted to {cells} cell(s)")]
+    #[diagnostic(
+        code(stiffbench::fit::too_few_cells),
+        help("train on more poses or fix some factors, for example --fix beam.J")
+    )]
+    TooFewCells {
+        /// Free factors.
+        free: usize,
+        /// Training cells.
+        cells: usize,
+    },
+    /// The paper's procedure needs all three directions of a pose.
+    #[error(
+        "pose {pose} has no stiffness along {missing}; the paper's procedure fits one factor to each direction"
+    )]
+    #[diagnostic(
+        code(stiffbench::fit::missing_direction),
+        help("measure it, train on other poses, or use --method least-squares")
+    )]
+    MissingDirection {
+        /// The pose.
+        pose: PoseId,
+        /// The direction.
+        missing: Direction,
+    },
+    /// A model with physics predicts readings that have no stiffness.
+    #[error("{cell}: the readings that the model predicts have no stiffness: {reason}")]
+    #[diagnostic(
+        code(stiffbench::fit::no_prediction),
+        help("look at the effects of the model: one of them outweighs the beams")
+    )]
+    NoPrediction {
+        /// Pose and direction.
+        cell: Cell,
+        /// Why there is none.
+        reason: NoStiffness,
+    },
+    /// A model with physics predicts readings that no structure shows.
+    #[error("{cell}: the model predicts a stiffness of {stiffness_n_per_m:.3e} N/m")]
+    #[diagnostic(
+        code(stiffbench::fit::negative_prediction),
+        help("look at the effects of the model: one of them outweighs the beams")
+    )]
+    NegativePrediction {
+        /// Pose and direction.
+        cell: Cell,
+        /// The stiffness, N/m.
+        stiffness_n_per_m: f64,
+    },
+    /// Weights of a combination that cannot be used.
+    #[error("the weights of the poses must not be negative and must not all be zero")]
+    #[diagnostic(code(stiffbench::fit::weights))]
+    Weights,
+}

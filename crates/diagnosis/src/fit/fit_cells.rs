@@ -1,0 +1,304 @@
+//! The joint least-squares fit: all chosen cells at once, with intervals and a judgement on cells it did not see.
+
+use stiffbench_beams::robot::FittingFactors;
+use stiffbench_numeric::least_squares::{
+    Covariance, CovarianceSettings, EvaluationFailure, JacobianView, LeastSquaresFit, ParameterSet,
+    ResidualFunction, SearchOutcome, SearchSettings, SigmaMode, Termination,
+    search_for_lower_minimum,
+};
+use stiffbench_numeric::statistics::chi_squared_upper_tail;
+use stiffbench_units_and_text::test_point::PoseId;
+
+use super::advice::advise;
+use super::cell_model::FACTOR_NAMES;
+use super::choice::{FactorChoice, FactorRole};
+use super::error::FitError;
+use super::intervals::Profiled;
+use super::joint::JointProblem;
+use super::measured::MeasuredStiffness;
+use super::outcome::{
+    Agreement, Correlation, FactorStatus, FitMethod, FitOutcome, FittedCell, fitted_cells,
+    plain_estimates,
+};
+use super::problem::FitProblem;
+
+/// What a fit is asked to do.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct FitOptions {
+    /// Poses to fit; all others are held out. `None`: all poses, judged by leaving each out in turn.
+    pub train: Option<Vec<PoseId>>,
+    /// Which factors may move.
+    pub choice: FactorChoice,
+    /// Where the standard deviation of the residuals comes from; `None`: known if the data state uncertainties.
+    pub sigma: Option<SigmaMode>,
+}
+
+/// Fits the factors of a mechanism to measured stiffness.
+///
+/// # Errors
+/// [`FitError`]; a search that did not converge is a result, not an error.
+pub fn fit_cells(problem: &FitProblem<'_>, options: &FitOptions) -> Result<FitOutcome, FitError> {
+    let measured = problem.measured;
+    let in_training = |pose: &PoseId| {
+        options
+            .train
+            .as_ref()
+            .is_none_or(|train| train.contains(pose))
+    };
+    let training = measured.select(|cell| in_training(&cell.pose));
+    if training.cells.is_empty() {
+        let train = options
+            .train
+            .iter()
+            .flatten()
+            .map(PoseId::as_str)
+            .collect::<Vec<_>>()
+            .join(", ");
+        return Err(FitError::NoTrainingCells {
+            cells: measured.cells.len(),
+            train,
+        });
+    }
+    let set = options.choice.parameters()?;
+    let free = set.free_indices().len();
+    if training.cells.len() < free {
+        return Err(FitError::TooFewCells {
+            free,
+            cells: training.cells.len(),
+        });
+    }
+    let sigma = sigma_mode(options, &training);
+    let trained = FitProblem {
+        measured: &training,
+        ..*problem
+    };
+    let mut joint = JointProblem::new(&trained)?;
+    let settings = CovarianceSettings {
+        known_dof: training.basis.dof(),
+        ..CovarianceSettings::default()
+    };
+    let profiled = Profiled::fit(&mut joint, set, sigma, &settings)?;
+    let Profiled { set, fit, .. } = &profiled;
+    let factors = joint.factors(&fit.values);
+    let cells: Vec<_> = measured
+        .cells
+        .iter()
+        .map(|cell| cell.cell.clone())
+        .collect();
+    let predicted = problem.cell_model(&cells)?.stiffness(&factors)?;
+    let mut outcome = FitOutcome {
+        method: FitMethod::LeastSquares,
+        mechanism: problem.mechanism.name.clone(),
+        physics: problem.effects(),
+        factors,
+        estimates: plain_estimates(problem.start, &factors, |i| match options.choice.roles[i] {
+            FactorRole::Free => FactorStatus::Free,
+            FactorRole::Fixed => FactorStatus::Fixed,
+            FactorRole::TiedTo(other) => FactorStatus::Tied {
+                to: FACTOR_NAMES[other],
+            },
+        }),
+        correlation: None,
+        agreement: None,
+        cells: fitted_cells(measured, &predicted, |cell| !in_training(&cell.pose)),
+        termination: describe(&fit.termination),
+        advice: Vec::new(),
+        warnings: Vec::new(),
+    };
+    if let Some(covariance) = &profiled.covariance {
+        profiled.describe(&mut outcome);
+        outcome.correlation = Some(correlation(set, covariance));
+        outcome.agreement = Some(agreement(fit, covariance, &training));
+        outcome.advice = advise(&trained, &outcome, fit, &options.choice)?;
+    } else {
+        outcome.warnings.push(format!(
+            "{} cells and {free} free factors leave no degrees of freedom: the values have no intervals",
+            training.cells.len()
+        ));
+    }
+    if options.train.is_none() {
+        leave_poses_out(problem, set, &mut outcome.cells)?;
+    }
+    add_warnings(&mut outcome, fit);
+    Ok(outcome)
+}
+
+/// Looks for factors that fit better than the minimum least squares finds from `start`: a particle swarm and a simplex within the bounds.
+///
+/// Returns the better factors, or `None` if none were found.
+///
+/// # Errors
+/// [`FitError`].
+pub fn find_lower_minimum(
+    problem: &FitProblem<'_>,
+    choice: &FactorChoice,
+    settings: &SearchSettings,
+) -> Result<Option<FittingFactors>, FitError> {
+    let set = choice.parameters()?;
+    let mut joint = JointProblem::new(problem)?;
+    let fit = joint.minimise(&set)?;
+    let ratios = choice.ratios()?;
+    let mut by_ratio = InRatios {
+        problem: &mut joint,
+    };
+    let search = search_for_lower_minimum(&mut by_ratio, &ratios, &fit, settings)?;
+    Ok(match search.outcome {
+        SearchOutcome::NoLowerMinimum { .. } => None,
+        SearchOutcome::LowerMinimum { fit } => {
+            let logarithms: Vec<f64> = fit.values.iter().map(|ratio| ratio.ln()).collect();
+            Some(joint.factors(&logarithms))
+        }
+    })
+}
+
+/// The joint problem in the ratios of the factors to their start instead of the logarithms: the search takes logarithms itself.
+struct InRatios<'p, 'a> {
+    problem: &'p mut JointProblem<'a>,
+}
+
+impl ResidualFunction for InRatios<'_, '_> {
+    fn residual_count(&self) -> usize {
+        self.problem.residual_count()
+    }
+
+    fn evaluate(
+        &mut self,
+        parameters: &[f64],
+        residuals: &mut [f64],
+        mut jacobian: Option<&mut JacobianView<'_>>,
+    ) -> Result<(), EvaluationFailure> {
+        let logarithms: Vec<f64> = parameters.iter().map(|ratio| ratio.ln()).collect();
+        self.problem
+            .evaluate(&logarithms, residuals, jacobian.as_deref_mut())?;
+        if let Some(jacobian) = jacobian {
+            for (parameter, ratio) in parameters.iter().enumerate() {
+                for entry in jacobian.column_mut(parameter).into_iter().flatten() {
+                    *entry /= ratio;
+                }
+            }
+        }
+        Ok(())
+    }
+}
+
+fn sigma_mode(options: &FitOptions, training: &MeasuredStiffness) -> SigmaMode {
+    let known = training.has_uncertainties();
+    options.sigma.unwrap_or(if known {
+        SigmaMode::Known
+    } else {
+        SigmaMode::Estimated
+    })
+}
+
+fn correlation(set: &ParameterSet, covariance: &Covariance) -> Correlation {
+    let known: Vec<usize> = set
+        .free_indices()
+        .iter()
+        .copied()
+        .filter(|&i| covariance.of(i, i).is_some())
+        .collect();
+    let entry = |a: usize, b: usize| {
+        covariance
+            .correlation(a, b)
+            .unwrap_or(f64::from(u8::from(a == b)))
+    };
+    Correlation {
+        names: known.iter().map(|&i| FACTOR_NAMES[i]).collect(),
+        matrix: known
+            .iter()
+            .map(|&a| known.iter().map(|&b| entry(a, b)).collect())
+            .collect(),
+        u_ln: known
+            .iter()
+            .filter_map(|&i| covariance.of(i, i))
+            .map(f64::sqrt)
+            .collect(),
+        dof: Some(covariance.interval_dof).filter(|dof| dof.is_finite()),
+    }
+}
+
+fn agreement(
+    fit: &LeastSquaresFit,
+    covariance: &Covariance,
+    training: &MeasuredStiffness,
+) -> Agreement {
+    let p_value = match covariance.mode {
+        SigmaMode::Known if covariance.dof > 0 => {
+            chi_squared_upper_tail(fit.sum_of_squares(), covariance.dof as f64)
+        }
+        _ => None,
+    };
+    Agreement {
+        sigma: covariance.mode,
+        basis: training.basis,
+        dof: covariance.dof,
+        reduced_chi_squared: covariance.reduced_chi_squared,
+        p_value,
+    }
+}
+
+/// Predicts each pose by a fit that did not know it.
+fn leave_poses_out(
+    problem: &FitProblem<'_>,
+    set: &ParameterSet,
+    cells: &mut [FittedCell],
+) -> Result<(), FitError> {
+    let mut poses: Vec<PoseId> = Vec::new();
+    for cell in &problem.measured.cells {
+        if !poses.contains(&cell.cell.pose) {
+            poses.push(cell.cell.pose.clone());
+        }
+    }
+    for pose in &poses {
+        let others = problem.measured.select(|cell| cell.pose != *pose);
+        if others.cells.len() < set.free_indices().len() {
+            // Too little is left to fit: such a pose has no prediction from the others.
+            continue;
+        }
+        let mut joint = JointProblem::new(&FitProblem {
+            measured: &others,
+            ..*problem
+        })?;
+        let fit = joint.minimise(set)?;
+        let factors = joint.factors(&fit.values);
+        let left_out: Vec<usize> = (0..cells.len())
+            .filter(|&i| cells[i].cell.pose == *pose)
+            .collect();
+        let names: Vec<_> = left_out.iter().map(|&i| cells[i].cell.clone()).collect();
+        let predicted = problem.cell_model(&names)?.stiffness(&factors)?;
+        for (i, k) in left_out.into_iter().zip(predicted) {
+            cells[i].predicted_without_its_pose_n_per_m = Some(k);
+        }
+    }
+    Ok(())
+}
+
+fn describe(termination: &Termination) -> String {
+    match termination {
+        Termination::Converged(_) => "converged".to_owned(),
+        Termination::AtLimit { max_evaluations } => {
+            format!("stopped after {max_evaluations} evaluations")
+        }
+        Termination::Stalled => "stopped: no step reduced the sum of squares".to_owned(),
+        Termination::EvaluationFailed(failure) => format!("stopped: {failure}"),
+    }
+}
+
+/// What a user should know before using the numbers.
+fn add_warnings(outcome: &mut FitOutcome, fit: &LeastSquaresFit) {
+    if !fit.termination.is_converged() {
+        outcome.warnings.push(format!(
+            "the fit {}: its values are not a minimum",
+            outcome.termination
+        ));
+    }
+    if let Some(agreement) = &outcome.agreement
+        && let Some(p) = agreement.p_value.filter(|p| *p < 0.01)
+    {
+        outcome.warnings.push(format!(
+                "the model does not agree with the stated uncertainties (reduced chi-squared {:.2}, p = {p:.1e}): the intervals are too \
+                 short, and something is missing in the model or in the uncertainties",
+                agreement.reduced_chi_squared.unwrap_or(f64::NAN)
+            ));
+    }
+}

@@ -1,0 +1,197 @@
+//! Least squares on ln K of all chosen cells at once.
+//!
+//! Parameters are the logarithms of the factors relative to their start; a residual is ln K predicted less measured, whitened with
+//! the full covariance of the measured ln K, whose calibration parts are common to all cells.
+
+use nalgebra::{Cholesky, DMatrix, Dyn};
+
+use stiffbench_beams::robot::{FittingFactors, RobotError};
+use stiffbench_numeric::least_squares::{
+    EvaluationFailure, JacobianView, LeastSquaresError, LeastSquaresFit, LeastSquaresSettings,
+    ParameterSet, ResidualFunction, minimise,
+};
+use stiffbench_units_and_text::test_point::Cell;
+
+use super::cell_model::{CellModel, FACTORS, Shares, factor_vector, factors_from_vector};
+use super::measured::MeasuredStiffness;
+use super::problem::FitProblem;
+
+/// Least uncertainty of ln K that weights are made of. No bench comes near it; readings without scatter, from a simulation, would
+/// otherwise be weighed beyond the nine digits of a solved structure, and no step of the fit could be told from another.
+const LEAST_LN_UNCERTAINTY: f64 = 1e-5;
+
+/// The problem of one joint fit.
+#[derive(Debug)]
+pub(super) struct JointProblem<'a> {
+    model: CellModel<'a>,
+    start: [f64; FACTORS],
+    ln_measured: Vec<f64>,
+    whitening: Whitening,
+    stiffness_n_per_m: Vec<f64>,
+    shares: Vec<Shares>,
+}
+
+/// Turns differences of ln K into residuals of unit variance.
+#[derive(Debug, Clone)]
+enum Whitening {
+    /// Nothing is known of the uncertainties: differences as they are.
+    None,
+    /// L⁻¹ of the covariance L Lᵀ, lower triangle row by row.
+    Rows(Vec<f64>),
+}
+
+impl<'a> JointProblem<'a> {
+    /// # Errors
+    /// Those of [`CellModel::new`].
+    pub(super) fn new(problem: &FitProblem<'a>) -> Result<Self, RobotError> {
+        let measured = problem.measured;
+        let cells: Vec<Cell> = measured
+            .cells
+            .iter()
+            .map(|cell| cell.cell.clone())
+            .collect();
+        Ok(Self {
+            model: problem.cell_model(&cells)?,
+            start: factor_vector(problem.start),
+            ln_measured: measured
+                .cells
+                .iter()
+                .map(|cell| cell.stiffness_n_per_m.ln())
+                .collect(),
+            whitening: Whitening::of(measured),
+            stiffness_n_per_m: vec![0.0; cells.len()],
+            shares: vec![[0.0; FACTORS]; cells.len()],
+        })
+    }
+
+    /// Factors at a point of the parameter space.
+    pub(super) fn factors(&self, ln_ratios: &[f64]) -> FittingFactors {
+        factors_from_vector(&std::array::from_fn(|i| self.start[i] * ln_ratios[i].exp()))
+    }
+
+    /// When a fit of this problem has converged.
+    ///
+    /// A compliance keeps about nine digits in the worst mechanism (3e-10 against OpenSees); with weights of 1/0.002, or scatter of a few
+    /// percent and none, that hides reductions of ‖r‖² below some 1e-8 of it, and a fit asked for less would wander. A share of 1e-6, or 1e-6
+    /// in units of the variance, is a step of a thousandth of a standard error; 1e-16 without weights stands for ln K itself to eight digits.
+    pub(super) fn settings(&self) -> LeastSquaresSettings {
+        LeastSquaresSettings {
+            max_evaluations: 200,
+            reduction_tolerance: 1e-6,
+            negligible_reduction: match self.whitening {
+                Whitening::Rows(_) => 1e-6,
+                Whitening::None => 1e-16,
+            },
+            step_tolerance: 1e-9,
+            ..LeastSquaresSettings::default()
+        }
+    }
+
+    /// The minimum from the start of `set`.
+    ///
+    /// # Errors
+    /// [`LeastSquaresError`] if there is nothing to fit or the start has no value.
+    pub(super) fn minimise(
+        &mut self,
+        set: &ParameterSet,
+    ) -> Result<LeastSquaresFit, LeastSquaresError> {
+        let settings = self.settings();
+        minimise(self, set, &settings)
+    }
+
+    /// Replaces the measured values, keeping cells and weights: for resampling.
+    pub(super) fn set_measured(&mut self, ln_stiffness: &[f64]) {
+        self.ln_measured.copy_from_slice(ln_stiffness);
+    }
+}
+
+impl ResidualFunction for JointProblem<'_> {
+    fn residual_count(&self) -> usize {
+        self.ln_measured.len()
+    }
+
+    fn evaluate(
+        &mut self,
+        parameters: &[f64],
+        residuals: &mut [f64],
+        jacobian: Option<&mut JacobianView<'_>>,
+    ) -> Result<(), EvaluationFailure> {
+        let factors = self.factors(parameters);
+        let shares = jacobian.is_some().then_some(&mut self.shares[..]);
+        self.model
+            .evaluate(&factors, &mut self.stiffness_n_per_m, shares)
+            .map_err(EvaluationFailure::of_model)?;
+        for (residual, (k, measured)) in residuals
+            .iter_mut()
+            .zip(self.stiffness_n_per_m.iter().zip(&self.ln_measured))
+        {
+            *residual = k.ln() - measured;
+        }
+        self.whitening.apply(residuals);
+        if let Some(jacobian) = jacobian {
+            for parameter in 0..FACTORS {
+                if let Some(column) = jacobian.column_mut(parameter) {
+                    for (entry, shares) in column.iter_mut().zip(&self.shares) {
+                        *entry = shares[parameter];
+                    }
+                    self.whitening.apply(column);
+                }
+            }
+        }
+        Ok(())
+    }
+
+    fn label(&self, residual: usize) -> String {
+        self.model
+            .cells()
+            .get(residual)
+            .map_or_else(|| format!("residual {residual}"), Cell::to_string)
+    }
+}
+
+impl Whitening {
+    fn of(measured: &MeasuredStiffness) -> Self {
+        let parts: Option<Vec<_>> = measured
+            .cells
+            .iter()
+            .map(|cell| cell.ln_uncertainty)
+            .collect();
+        let Some(parts) = parts else {
+            return Self::None;
+        };
+        let covariance = DMatrix::from_fn(parts.len(), parts.len(), |i, j| {
+            let (a, b) = (parts[i], parts[j]);
+            let own = if i == j {
+                a.own * a.own + LEAST_LN_UNCERTAINTY * LEAST_LN_UNCERTAINTY
+            } else {
+                0.0
+            };
+            own + a.force_calibration * b.force_calibration
+                + a.displacement_calibration * b.displacement_calibration
+        });
+        let factor: Option<Cholesky<f64, Dyn>> = covariance.cholesky();
+        let inverse = factor.and_then(|factor| {
+            let identity = DMatrix::identity(parts.len(), parts.len());
+            factor.l_dirty().solve_lower_triangular(&identity)
+        });
+        match inverse {
+            Some(inverse) => Self::Rows(
+                (0..parts.len())
+                    .flat_map(|i| (0..=i).map(move |j| (i, j)))
+                    .map(|at| inverse[at])
+                    .collect(),
+            ),
+            // Uncertainties that are no numbers weigh nothing against one another.
+            None => Self::None,
+        }
+    }
+
+    /// Multiplies a vector by L⁻¹ in place.
+    fn apply(&self, vector: &mut [f64]) {
+        let Self::Rows(rows) = self else { return };
+        for i in (0..vector.len()).rev() {
+            let row = &rows[i * (i + 1) / 2..][..=i];
+            vector[i] = row.iter().zip(vector.iter()).map(|(a, b)| a * b).sum();
+        }
+    }
+}

@@ -1,0 +1,238 @@
+//! Measured stiffness as a fit takes it: the logarithm of each cell with what is known of its uncertainty.
+
+use stiffbench_measurement::stiffness::{Method, StiffnessTable};
+use stiffbench_units_and_text::test_point::Cell;
+
+/// Stiffness of one cell.
+#[derive(Debug, Clone, PartialEq)]
+pub struct MeasuredCell {
+    /// Pose and direction.
+    pub cell: Cell,
+    /// Stiffness, N/m.
+    pub stiffness_n_per_m: f64,
+    /// What the cell's uncertainty of ln K consists of; `None` if nothing is known.
+    pub ln_uncertainty: Option<LnUncertainty>,
+}
+
+/// Standard uncertainty of ln K in parts, each relative (1).
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct LnUncertainty {
+    /// The cell's own, from the scatter of its readings and runs.
+    pub own: f64,
+    /// Effect of one standard uncertainty of the force gauge's calibration, common to all cells.
+    pub force_calibration: f64,
+    /// The same for the displacement gauge.
+    pub displacement_calibration: f64,
+}
+
+impl LnUncertainty {
+    /// All parts together.
+    #[must_use]
+    pub fn combined(&self) -> f64 {
+        (self.own * self.own
+            + self.force_calibration.powi(2)
+            + self.displacement_calibration.powi(2))
+        .sqrt()
+    }
+}
+
+/// Where the cells' own uncertainties come from.
+#[derive(Debug, Clone, Copy, PartialEq, serde::Serialize)]
+#[serde(rename_all = "kebab-case", tag = "basis")]
+pub enum WeightBasis {
+    /// Scatter of run slopes and of readings, each pooled over all cells.
+    Pooled {
+        /// Standard deviation of the slope from run to run, relative, that reading noise does not explain.
+        run_slope_sd: f64,
+        /// Degrees of freedom behind it.
+        dof: f64,
+    },
+    /// Each cell's own scatter, because no cell has the three runs from which runs can be compared.
+    EachCell,
+    /// Stated with the stiffness values.
+    Stated,
+    /// Nothing is known: all cells weigh the same.
+    Equal,
+}
+
+impl WeightBasis {
+    /// Degrees of freedom behind the weights; infinite for stated ones.
+    #[must_use]
+    pub fn dof(self) -> f64 {
+        match self {
+            Self::Pooled { dof, .. } => dof,
+            Self::EachCell | Self::Stated | Self::Equal => f64::INFINITY,
+        }
+    }
+}
+
+/// Measured stiffness of all cells.
+#[derive(Debug, Clone, PartialEq)]
+pub struct MeasuredStiffness {
+    /// The cells, in the order of the data.
+    pub cells: Vec<MeasuredCell>,
+    /// Where the uncertainties come from.
+    pub basis: WeightBasis,
+    /// Cells of the data without a usable stiffness, with the reason.
+    pub unusable: Vec<(Cell, String)>,
+}
+
+impl MeasuredStiffness {
+    /// Takes the stiffness by `method` of every cell of a table.
+    ///
+    /// The scatter from run to run of one cell rests on as many degrees of freedom as it has runs less one, four with five repeats;
+    /// weights from so few would make some cells count far too much by chance, and intervals too short. What makes a run's slope
+    /// differ from the next one's (seating, friction in the jack) is relative and common to all cells, what reading noise adds is
+    /// known from the readings: the first is pooled over the cells, u² = s²/n + σ²/(c² Σ(F - F̄)²), with n runs and compliance c.
+    #[must_use]
+    pub fn from_table(table: &StiffnessTable, method: Method) -> Self {
+        let scatter: Vec<Option<CellScatter>> = table
+            .cells
+            .iter()
+            .map(|row| CellScatter::of(row, table))
+            .collect();
+        let pooled = pooled_run_slope(&scatter);
+        let mut measured = Self {
+            cells: Vec::new(),
+            basis: match pooled {
+                Some((variance, dof)) => WeightBasis::Pooled {
+                    run_slope_sd: variance.sqrt(),
+                    dof,
+                },
+                None => WeightBasis::EachCell,
+            },
+            unusable: Vec::new(),
+        };
+        for (row, scatter) in table.cells.iter().zip(&scatter) {
+            let estimate = match row.by(method) {
+                Ok(estimate) if estimate.estimate.value > 0.0 => estimate,
+                Ok(estimate) => {
+                    let reason = format!(
+                        "its stiffness is {:.4e} N/m, which no structure has",
+                        estimate.estimate.value
+                    );
+                    measured.unusable.push((row.cell.clone(), reason));
+                    continue;
+                }
+                Err(reason) => {
+                    measured
+                        .unusable
+                        .push((row.cell.clone(), reason.to_string()));
+                    continue;
+                }
+            };
+            let own = match (pooled, scatter) {
+                (Some((variance, _)), Some(scatter)) => {
+                    Some((variance / scatter.runs + scatter.reading_variance).sqrt())
+                }
+                _ => estimate.ln_parts.independent,
+            };
+            measured.cells.push(MeasuredCell {
+                cell: row.cell.clone(),
+                stiffness_n_per_m: estimate.estimate.value,
+                ln_uncertainty: own.map(|own| LnUncertainty {
+                    own,
+                    force_calibration: estimate.ln_parts.force_calibration,
+                    displacement_calibration: estimate.ln_parts.displacement_calibration,
+                }),
+            });
+        }
+        // Weights are either known for all cells or used for none: one cell without would otherwise have to be guessed.
+        if measured
+            .cells
+            .iter()
+            .any(|cell| cell.ln_uncertainty.is_none())
+        {
+            for cell in &mut measured.cells {
+                cell.ln_uncertainty = None;
+            }
+            measured.basis = WeightBasis::Equal;
+        }
+        measured
+    }
+
+    /// The cells of the named poses, or all others.
+    #[must_use]
+    pub fn select(&self, keep: impl Fn(&Cell) -> bool) -> Self {
+        Self {
+            cells: self
+                .cells
+                .iter()
+                .filter(|cell| keep(&cell.cell))
+                .cloned()
+                .collect(),
+            basis: self.basis,
+            unusable: self.unusable.clone(),
+        }
+    }
+
+    /// Whether every cell has an uncertainty.
+    #[must_use]
+    pub fn has_uncertainties(&self) -> bool {
+        !self.cells.is_empty() && self.cells.iter().all(|cell| cell.ln_uncertainty.is_some())
+    }
+}
+
+/// What the runs of a cell say about the scatter of its slope, relative.
+#[derive(Debug, Clone, Copy)]
+struct CellScatter {
+    runs: f64,
+    /// Variance of the mean slope as the runs show it, and its degrees of freedom.
+    by_runs: Option<(f64, f64)>,
+    /// Variance of the mean slope that reading noise alone gives.
+    reading_variance: f64,
+}
+
+impl CellScatter {
+    fn of(
+        row: &stiffbench_measurement::stiffness::CellStiffness,
+        table: &StiffnessTable,
+    ) -> Option<Self> {
+        let line = row.line.as_ref().ok()?;
+        let sd_m = table
+            .pooled_scatter
+            .as_ref()?
+            .sd_m(line.slope_m_per_n.abs());
+        let root_sxx_n = line.runs.iter().map(|run| run.sxx_n2).sum::<f64>().sqrt();
+        let relative = |u: f64| (u / line.slope_m_per_n).powi(2);
+        Some(Self {
+            runs: row.n_runs as f64,
+            by_runs: line
+                .slope_by_runs
+                .map(|by_runs| (relative(by_runs.standard_uncertainty), by_runs.dof)),
+            reading_variance: relative(sd_m / root_sxx_n),
+        })
+        .filter(|scatter| scatter.reading_variance.is_finite())
+    }
+}
+
+/// Variance of a run's slope beyond reading noise, relative, pooled over the cells; with degrees of freedom.
+///
+/// Weighted mean of n (u² - reading part) over the cells, weights from the variance of u², 2u⁴/dof, at the fitted value; ten rounds
+/// settle it. Never below zero.
+fn pooled_run_slope(cells: &[Option<CellScatter>]) -> Option<(f64, f64)> {
+    let with_runs: Vec<(CellScatter, f64, f64)> = cells
+        .iter()
+        .flatten()
+        .filter_map(|cell| cell.by_runs.map(|(u2, dof)| (*cell, u2, dof)))
+        .collect();
+    let dof: f64 = with_runs.iter().map(|(_, _, dof)| dof).sum();
+    if with_runs.is_empty() {
+        return None;
+    }
+    let mut variance = 0.0;
+    for _ in 0..10 {
+        let (mut weights, mut sum) = (0.0, 0.0);
+        for (cell, u2, dof) in &with_runs {
+            let expected = cell.reading_variance + variance / cell.runs;
+            let weight = dof / (cell.runs * expected).powi(2);
+            weights += weight;
+            sum += weight * cell.runs * (u2 - cell.reading_variance);
+        }
+        variance = (sum / weights).max(0.0);
+        if !variance.is_finite() {
+            return None;
+        }
+    }
+    Some((variance, dof))
+}

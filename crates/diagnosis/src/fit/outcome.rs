@@ -1,0 +1,237 @@
+//! What a fit found, and what its numbers are worth.
+
+use stiffbench_beams::physics::Effect;
+use stiffbench_beams::robot::FittingFactors;
+use stiffbench_numeric::least_squares::SigmaMode;
+use stiffbench_units_and_text::test_point::Cell;
+
+use super::advice::Advice;
+use super::cell_model::{FACTOR_NAMES, FACTORS, factor_vector};
+use super::measured::{MeasuredStiffness, WeightBasis};
+
+/// How the factors were found.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum FitMethod {
+    /// All cells at once, weights from their uncertainties.
+    LeastSquares,
+    /// The paper's nine steps: pose by pose, factor by factor, by random trials.
+    Paper,
+}
+
+/// What is known of a factor besides its value.
+#[derive(Debug, Clone, PartialEq)]
+pub enum FactorStatus {
+    /// Moved by the fit and determined by the data.
+    Free,
+    /// Kept at its start.
+    Fixed,
+    /// Kept in proportion to another factor.
+    Tied {
+        /// The other factor.
+        to: &'static str,
+    },
+    /// Ended on a bound: the bound speaks, not the data.
+    AtBound {
+        /// Whether it is the upper bound.
+        upper: bool,
+        /// What the data say instead.
+        words: String,
+    },
+    /// The data do not determine it.
+    NotIdentified {
+        /// What the data say instead.
+        words: String,
+    },
+}
+
+impl FactorStatus {
+    /// The word of the JSON contract.
+    #[must_use]
+    pub fn word(&self) -> &'static str {
+        match self {
+            Self::Free => "free",
+            Self::Fixed => "fixed",
+            Self::Tied { .. } => "tied",
+            Self::AtBound { .. } => "at_bound",
+            Self::NotIdentified { .. } => "not_identified",
+        }
+    }
+}
+
+/// One factor after a fit.
+#[derive(Debug, Clone, PartialEq)]
+pub struct FactorEstimate {
+    /// Its name, for example `beam.Iy`.
+    pub name: &'static str,
+    /// Where the fit began.
+    pub start: f64,
+    /// Where it ended.
+    pub value: f64,
+    /// 95 % profile-likelihood interval; only for factors that the data determine.
+    pub interval_95: Option<[f64; 2]>,
+    /// 95 % interval from the covariance, for comparison.
+    pub quadratic_interval_95: Option<[f64; 2]>,
+    /// 95 % percentile interval from resampled runs, if asked for.
+    pub bootstrap_interval_95: Option<[f64; 2]>,
+    /// What is known of it.
+    pub status: FactorStatus,
+}
+
+/// One cell after a fit.
+#[derive(Debug, Clone, PartialEq)]
+pub struct FittedCell {
+    /// Pose and direction.
+    pub cell: Cell,
+    /// Measured stiffness, N/m.
+    pub measured_n_per_m: f64,
+    /// Combined standard uncertainty of ln K measured, if known.
+    pub ln_uncertainty: Option<f64>,
+    /// Stiffness from the fitted factors, N/m.
+    pub predicted_n_per_m: f64,
+    /// Whether its pose took no part in the fit.
+    pub held_out: bool,
+    /// Stiffness predicted by a fit without this pose, N/m, when poses were left out in turn.
+    pub predicted_without_its_pose_n_per_m: Option<f64>,
+}
+
+impl FittedCell {
+    /// Predicted over measured, percent.
+    #[must_use]
+    pub fn ratio_percent(&self) -> f64 {
+        100.0 * self.predicted_n_per_m / self.measured_n_per_m
+    }
+
+    /// The prediction by which the model is judged: that of a fit which did not know the pose, if there is one.
+    #[must_use]
+    pub fn judged_n_per_m(&self) -> f64 {
+        self.predicted_without_its_pose_n_per_m
+            .unwrap_or(self.predicted_n_per_m)
+    }
+
+    /// |predicted/measured - 1| of the judged prediction, percent.
+    #[must_use]
+    pub fn error_percent(&self) -> f64 {
+        100.0 * (self.judged_n_per_m() / self.measured_n_per_m - 1.0).abs()
+    }
+}
+
+/// Correlations of the factors the data determine.
+#[derive(Debug, Clone, PartialEq, serde::Serialize)]
+pub struct Correlation {
+    /// Names, in the order of rows and columns.
+    pub names: Vec<&'static str>,
+    /// Correlation coefficients of ln a, row by row.
+    pub matrix: Vec<Vec<f64>>,
+    /// Standard uncertainties of ln a; with the coefficients they are the covariance.
+    pub u_ln: Vec<f64>,
+    /// Their degrees of freedom; absent where they are without limit.
+    pub dof: Option<f64>,
+}
+
+/// How well the fitted model agrees with the cells it was fitted to.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Agreement {
+    /// Where the standard deviation of the residuals comes from.
+    pub sigma: SigmaMode,
+    /// Where the weights come from.
+    pub basis: WeightBasis,
+    /// Residuals less determined factors.
+    pub dof: usize,
+    /// Sum of squared residuals over `dof`; with known uncertainties 1 is expected.
+    pub reduced_chi_squared: Option<f64>,
+    /// Probability of a sum of squares at least as large if the model and the uncertainties are right; only with known uncertainties.
+    pub p_value: Option<f64>,
+}
+
+/// The result of a fit.
+#[derive(Debug, Clone, PartialEq)]
+pub struct FitOutcome {
+    /// How the factors were found.
+    pub method: FitMethod,
+    /// The mechanism that was fitted.
+    pub mechanism: String,
+    /// What acted beside the beams, held fixed.
+    pub physics: Vec<Effect>,
+    /// Fitted factors.
+    pub factors: FittingFactors,
+    /// One entry a factor, in the order of [`FACTOR_NAMES`].
+    pub estimates: Vec<FactorEstimate>,
+    /// Correlations, for least squares.
+    pub correlation: Option<Correlation>,
+    /// Agreement with the cells of the fit, for least squares.
+    pub agreement: Option<Agreement>,
+    /// Every measured cell, held-out ones included, in the order of the data.
+    pub cells: Vec<FittedCell>,
+    /// Why the search ended.
+    pub termination: String,
+    /// What would determine the factors that are not determined.
+    pub advice: Vec<Advice>,
+    /// What a user should know before using the numbers.
+    pub warnings: Vec<String>,
+}
+
+impl FitOutcome {
+    /// The cells the model is judged by: those it was not fitted to, if there are any, else all.
+    pub fn judged_cells(&self) -> impl Iterator<Item = &FittedCell> {
+        let unseen =
+            |cell: &FittedCell| cell.held_out || cell.predicted_without_its_pose_n_per_m.is_some();
+        let any = self.cells.iter().any(unseen);
+        self.cells.iter().filter(move |cell| !any || unseen(cell))
+    }
+
+    /// Largest |predicted/measured - 1| over the judged cells, percent; `None` without cells.
+    #[must_use]
+    pub fn max_error_percent(&self) -> Option<f64> {
+        self.judged_cells()
+            .map(FittedCell::error_percent)
+            .max_by(f64::total_cmp)
+    }
+
+    /// The estimate of a factor by name.
+    #[must_use]
+    pub fn estimate(&self, name: &str) -> Option<&FactorEstimate> {
+        self.estimates.iter().find(|estimate| estimate.name == name)
+    }
+}
+
+/// Estimates of factors that no interval was worked out for: fixed ones, or those of the paper's trials.
+pub(super) fn plain_estimates(
+    start: &FittingFactors,
+    fitted: &FittingFactors,
+    status: impl Fn(usize) -> FactorStatus,
+) -> Vec<FactorEstimate> {
+    let (start, fitted) = (factor_vector(start), factor_vector(fitted));
+    (0..FACTORS)
+        .map(|i| FactorEstimate {
+            name: FACTOR_NAMES[i],
+            start: start[i],
+            value: fitted[i],
+            interval_95: None,
+            quadratic_interval_95: None,
+            bootstrap_interval_95: None,
+            status: status(i),
+        })
+        .collect()
+}
+
+/// Measured cells beside their predictions.
+pub(super) fn fitted_cells(
+    measured: &MeasuredStiffness,
+    predicted_n_per_m: &[f64],
+    held_out: impl Fn(&Cell) -> bool,
+) -> Vec<FittedCell> {
+    measured
+        .cells
+        .iter()
+        .zip(predicted_n_per_m)
+        .map(|(cell, &predicted_n_per_m)| FittedCell {
+            cell: cell.cell.clone(),
+            measured_n_per_m: cell.stiffness_n_per_m,
+            ln_uncertainty: cell.ln_uncertainty.map(|u| u.combined()),
+            predicted_n_per_m,
+            held_out: held_out(&cell.cell),
+            predicted_without_its_pose_n_per_m: None,
+        })
+        .collect()
+}

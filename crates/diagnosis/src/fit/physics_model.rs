@@ -1,0 +1,285 @@
+//! Stiffness of cells by beams and the physics beside them.
+
+use stiffbench_beams::physics::{Mechanics, RunLoads, Twists};
+use stiffbench_beams::robot::{FittingFactors, Pose, Robot, RobotError};
+use stiffbench_units_and_text::test_point::{Cell, PoseId};
+
+use super::cell_model::{FACTORS, Shares, factor_vector, factors_from_vector};
+use super::error::FitError;
+use super::fixed_physics::{CellReadings, FixedPhysics};
+
+/// Step of the logarithm of a factor in the derivatives: central differences keep nine digits of the ten that a solution has, less four.
+const LN_STEP: f64 = 1e-4;
+
+/// Predicts the readings of cells, and the stiffness that the estimator of the data makes of them.
+#[derive(Debug)]
+pub(super) struct PhysicsModel<'a> {
+    physics: &'a FixedPhysics,
+    mechanics: Mechanics<'a>,
+    cells: Vec<PlacedCell>,
+    twists: Twists,
+    displacement_m: Vec<f64>,
+}
+
+#[derive(Debug)]
+struct PlacedCell {
+    /// Number of its pose.
+    pose: usize,
+    readings: CellReadings,
+}
+
+impl<'a> PhysicsModel<'a> {
+    /// # Errors
+    /// [`RobotError`] for a pose or a structure.
+    pub(super) fn new(
+        robot: &'a Robot,
+        physics: &'a FixedPhysics,
+        cells: &[Cell],
+    ) -> Result<Self, RobotError> {
+        let mut names: Vec<&PoseId> = Vec::new();
+        let mut placed = Vec::with_capacity(cells.len());
+        for cell in cells {
+            let known = names.iter().position(|name| **name == cell.pose);
+            let pose = known.unwrap_or_else(|| {
+                names.push(&cell.pose);
+                names.len() - 1
+            });
+            let readings = physics.readings(cell);
+            placed.push(PlacedCell { pose, readings });
+        }
+        let poses: Vec<Pose> = names
+            .into_iter()
+            .map(|name| robot.pose(name).cloned())
+            .collect::<Result<_, _>>()?;
+        let mechanism = &physics.acting.mechanism;
+        Ok(Self {
+            physics,
+            mechanics: Mechanics::new(robot, mechanism, &FittingFactors::UNIT, &poses)?,
+            cells: placed,
+            twists: Twists::default(),
+            displacement_m: Vec::new(),
+        })
+    }
+
+    /// Stiffness of every cell, N/m, and if asked for the derivatives of its logarithm to those of the factors.
+    ///
+    /// # Errors
+    /// [`FitError::Robot`], [`FitError::NoPrediction`].
+    pub(super) fn evaluate(
+        &mut self,
+        factors: &FittingFactors,
+        stiffness_n_per_m: &mut [f64],
+        shares: Option<&mut [Shares]>,
+    ) -> Result<(), FitError> {
+        if let Some(shares) = shares {
+            let vector = factor_vector(factors);
+            let mut sides = [stiffness_n_per_m.to_vec(), stiffness_n_per_m.to_vec()];
+            for factor in 0..FACTORS {
+                for (side, sign) in sides.iter_mut().zip([1.0, -1.0]) {
+                    let mut moved = vector;
+                    moved[factor] *= (sign * LN_STEP).exp();
+                    self.stiffness(&factors_from_vector(&moved), side)?;
+                }
+                let [up, down] = &sides;
+                for (cell, shares) in shares.iter_mut().enumerate() {
+                    shares[factor] = (up[cell] / down[cell]).ln() / (2.0 * LN_STEP);
+                }
+            }
+        }
+        self.stiffness(factors, stiffness_n_per_m)
+    }
+
+    fn stiffness(&mut self, factors: &FittingFactors, out: &mut [f64]) -> Result<(), FitError> {
+        self.mechanics.set_factors(factors)?;
+        for (place, stiffness) in out.iter_mut().enumerate() {
+            self.predict(place);
+            let readings = &mut self.cells[place].readings;
+            let value = self
+                .physics
+                .stiffness_n_per_m(readings, &self.displacement_m);
+            *stiffness = match value {
+                Ok(value) if value > 0.0 => value,
+                Ok(value) => {
+                    return Err(FitError::NegativePrediction {
+                        cell: readings.cell.clone(),
+                        stiffness_n_per_m: value,
+                    });
+                }
+                Err(reason) => {
+                    return Err(FitError::NoPrediction {
+                        cell: readings.cell.clone(),
+                        reason,
+                    });
+                }
+            };
+        }
+        Ok(())
+    }
+
+    /// Sequence number and displacement of every reading, m.
+    ///
+    /// # Errors
+    /// [`FitError::Robot`].
+    pub(super) fn displacements_m(
+        &mut self,
+        factors: &FittingFactors,
+    ) -> Result<Vec<(u32, f64)>, FitError> {
+        self.mechanics.set_factors(factors)?;
+        let mut displacements = Vec::new();
+        for place in 0..self.cells.len() {
+            self.predict(place);
+            let readings = &self.cells[place].readings.readings;
+            let numbers = readings.iter().map(|reading| reading.seq);
+            displacements.extend(numbers.zip(self.displacement_m.iter().copied()));
+        }
+        Ok(displacements)
+    }
+
+    /// Predicts the readings of a cell.
+    fn predict(&mut self, place: usize) {
+        let PlacedCell { pose, readings } = &self.cells[place];
+        let pose = self.mechanics.pose(*pose);
+        let CellReadings {
+            cell,
+            readings,
+            loads,
+        } = readings;
+        self.displacement_m.clear();
+        self.displacement_m.resize(loads.len(), 0.0);
+        let mut begin = 0;
+        for run in readings.chunk_by(|a, b| a.run == b.run) {
+            let places = begin..begin + run.len();
+            begin = places.end;
+            let loads = RunLoads {
+                pose: &cell.pose,
+                direction: cell.direction,
+                repeat: run[0].repeat,
+                release_n: self.physics.release_n(),
+                loads: &loads[places.clone()],
+            };
+            let out = &mut self.displacement_m[places];
+            let laws = &self.physics.acting.laws;
+            laws.displacements_m(pose, &loads, &mut self.twists, out);
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::fit::CellModel;
+    use stiffbench_beams::physics::{ActingPhysics, Effect};
+    use stiffbench_measurement::stiffness::Method;
+    use stiffbench_test_files::shipped_robot;
+    use stiffbench_units_and_text::test_point::Direction;
+
+    fn robot() -> Robot {
+        Robot::parse(&shipped_robot("hp-robot").unwrap()).unwrap()
+    }
+
+    fn physics(robot: &Robot, effects: &[&str], method: Method) -> FixedPhysics {
+        let effects: Vec<Effect> = effects.iter().map(|text| text.parse().unwrap()).collect();
+        let mechanism = robot.mechanism(Some("F")).unwrap();
+        FixedPhysics::new(
+            ActingPhysics::new(robot, mechanism, effects).unwrap(),
+            method,
+        )
+    }
+
+    fn cells() -> Vec<Cell> {
+        let of_pose = |pose: &str| {
+            let pose = PoseId::new(pose);
+            Direction::ALL.map(|direction| Cell {
+                pose: pose.clone(),
+                direction,
+            })
+        };
+        ["P1", "P3"].into_iter().flat_map(of_pose).collect()
+    }
+
+    #[test]
+    fn without_effects_stiffness_and_shares_are_those_of_the_beams() {
+        let robot = robot();
+        let factors = robot.factor_set("m_fsd").unwrap();
+        let cells = cells();
+        let mut beams =
+            CellModel::new(&robot, robot.mechanism(Some("F")).unwrap(), &cells).unwrap();
+        let mut expected = vec![0.0; cells.len()];
+        let mut expected_shares = vec![[0.0; FACTORS]; cells.len()];
+        beams
+            .evaluate(&factors, &mut expected, Some(&mut expected_shares))
+            .unwrap();
+        for method in [Method::Regression, Method::PaperMean] {
+            let physics = physics(&robot, &[], method);
+            let mut model = CellModel::with_physics(&robot, &physics, &cells).unwrap();
+            let mut stiffness = vec![0.0; cells.len()];
+            let mut shares = vec![[0.0; FACTORS]; cells.len()];
+            model
+                .evaluate(&factors, &mut stiffness, Some(&mut shares))
+                .unwrap();
+            for (cell, (k, expected)) in stiffness.iter().zip(&expected).enumerate() {
+                assert!((k / expected - 1.0).abs() < 1e-8, "{k} {expected}");
+                for (share, expected) in shares[cell].iter().zip(&expected_shares[cell]) {
+                    assert!((share - expected).abs() < 1e-5, "{share} {expected}");
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn stand_and_force_gauge_change_the_stiffness_by_their_formulas() {
+        // The stand is linear: 1/K grows by its compliance.
+        let robot = robot();
+        let factors = robot.factor_set("m_fsd").unwrap();
+        let cells = cells();
+        let stand = physics(
+            &robot,
+            &["gauge-stand-compliance@y:c=1um/N"],
+            Method::PaperMean,
+        );
+        let mut beams =
+            CellModel::new(&robot, robot.mechanism(Some("F")).unwrap(), &cells).unwrap();
+        let plain = beams.stiffness(&factors).unwrap();
+        let mut model = CellModel::with_physics(&robot, &stand, &cells).unwrap();
+        let with_stand = model.stiffness(&factors).unwrap();
+        for ((cell, k), with) in cells.iter().zip(&plain).zip(&with_stand) {
+            let added = if cell.direction == Direction::Y {
+                1e-6
+            } else {
+                0.0
+            };
+            assert!((with * (1.0 / k + added) - 1.0).abs() < 1e-8, "{cell}");
+        }
+        // F (1 + q |F|) at -10, -20, ... -70 N: K_paper = K mean(1/(1 + q F)), and the free slope over 0 to 70 N gives K/(1 + q 70 N).
+        let (q, loads) = (1e-3, (1..=7).map(|i| 10.0 * f64::from(i)));
+        let paper: f64 = loads.map(|force| 1.0 / (1.0 + q * force)).sum::<f64>() / 7.0;
+        for (method, expected) in [(Method::PaperMean, paper), (Method::Regression, 1.0 / 1.07)] {
+            let gauge = physics(&robot, &["force-gauge-nonlinearity:q=0.1%/N"], method);
+            let mut model = CellModel::with_physics(&robot, &gauge, &cells).unwrap();
+            for (with, k) in model.stiffness(&factors).unwrap().iter().zip(&plain) {
+                assert!(
+                    (with / k / expected - 1.0).abs() < 1e-8,
+                    "{method}: {}",
+                    with / k
+                );
+            }
+        }
+    }
+
+    #[test]
+    fn a_load_turned_too_far_has_no_stiffness_to_compare() {
+        let robot = robot();
+        let cells = cells();
+        let physics = physics(
+            &robot,
+            &["load-misalignment@y>z:angle=3rad"],
+            Method::Regression,
+        );
+        let mut model = CellModel::with_physics(&robot, &physics, &cells).unwrap();
+        let error = model.stiffness(&robot.factor_set("m_fsd").unwrap());
+        assert!(
+            matches!(error, Err(FitError::NegativePrediction { .. })),
+            "{error:?}"
+        );
+    }
+}

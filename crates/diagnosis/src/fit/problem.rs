@@ -1,0 +1,43 @@
+//! What every fit needs to know.
+
+use stiffbench_beams::physics::Effect;
+use stiffbench_beams::robot::{FittingFactors, Mechanism, Robot, RobotError};
+use stiffbench_units_and_text::test_point::Cell;
+
+use super::cell_model::CellModel;
+use super::fixed_physics::FixedPhysics;
+use super::measured::MeasuredStiffness;
+
+/// A mechanism, the stiffness it was measured to have, and the factors to start from.
+#[derive(Debug, Clone, Copy)]
+pub struct FitProblem<'a> {
+    /// The robot.
+    pub robot: &'a Robot,
+    /// The mechanism that was measured.
+    pub mechanism: &'a Mechanism,
+    /// Stiffness of the cells.
+    pub measured: &'a MeasuredStiffness,
+    /// Where the search starts; factors that do not move keep these values.
+    pub start: &'a FittingFactors,
+    /// What acts beside the beams, held fixed; nothing if `None`.
+    pub physics: Option<&'a FixedPhysics>,
+}
+
+impl<'a> FitProblem<'a> {
+    /// The stiffness of cells by mechanism and physics.
+    ///
+    /// # Errors
+    /// Those of [`CellModel::new`].
+    pub fn cell_model(&self, cells: &[Cell]) -> Result<CellModel<'a>, RobotError> {
+        match self.physics {
+            None => CellModel::new(self.robot, self.mechanism, cells),
+            Some(physics) => CellModel::with_physics(self.robot, physics, cells),
+        }
+    }
+
+    /// The effects that are held fixed.
+    pub(super) fn effects(&self) -> Vec<Effect> {
+        self.physics
+            .map_or_else(Vec::new, |physics| physics.acting.effects.clone())
+    }
+}

@@ -1,0 +1,158 @@
+//! Which factor matters in which direction: the paper's Table III, and the exact shares of which it is a coarse picture.
+//!
+//! The paper multiplies one section constant by 100 and looks at what is left of the displacement. That is 1 - s + s/100 where the
+//! share s of the factor is small and stays so, but in a statically indeterminate structure the load finds other ways as one part
+//! stiffens. The exact share, the part of the strain energy stored through that section constant, needs one solution and adds up
+//! to one. Both are given.
+
+use stiffbench_beams::robot::{FittingFactors, Mechanism, Robot};
+use stiffbench_beams::structure::Property;
+use stiffbench_units_and_text::test_point::{Cell, Direction, PoseId};
+
+use super::cell_model::{CellModel, FACTORS, Shares};
+use super::error::FitError;
+use super::fixed_physics::FixedPhysics;
+
+/// Factor by which the paper multiplies one section constant (Section III-D).
+pub const PAPER_FACTOR: f64 = 100.0;
+
+/// Which elements a section constant is changed in.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Scope {
+    /// All elements (S-FSD, the paper's step 3).
+    All,
+    /// Beams only (M-FSD, step 6).
+    Beams,
+}
+
+/// Significance of the four section constants for the displacement in the three directions of one pose.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Significance {
+    /// The pose.
+    pub pose: PoseId,
+    /// Elements in which the constants were changed.
+    pub scope: Scope,
+    /// The factors around which they were changed.
+    pub factors: FittingFactors,
+    /// Displacement under the load along each direction before the change, per newton, m/N.
+    pub compliance_m_per_n: [f64; 3],
+    /// What remains of the displacement when one constant is multiplied by 100: 4 × 3, row = A, Iy, Iz, J, column = x, y, z, of one.
+    pub remaining: [[f64; 3]; 4],
+    /// Exact share of each constant in the compliance, 4 × 3 as above.
+    pub shares: [[f64; 3]; 4],
+    /// Share of the elements outside the scope (links, when only beams are changed) and of physics beside the beams, by direction; with
+    /// the rest it adds up to one.
+    pub share_of_others: [f64; 3],
+}
+
+/// The order in which factors are fitted, each with the direction it is fitted to.
+#[derive(Debug, Clone, PartialEq, Eq, serde::Serialize)]
+pub struct SequenceStep {
+    /// The section constant.
+    pub property: Property,
+    /// The direction it is fitted to; `None` if every direction is taken by a factor that matters more there.
+    pub direction: Option<Direction>,
+}
+
+/// Works out the significance of the section constants in one pose (the paper's steps 3 and 6).
+///
+/// With physics beside the beams the displacement is that of the paper's loads, and the share of the physics is in `share_of_others`.
+///
+/// # Errors
+/// Those of [`CellModel::new`] and [`CellModel::evaluate`].
+pub fn significance(
+    robot: &Robot,
+    mechanism: &Mechanism,
+    pose: &PoseId,
+    factors: &FittingFactors,
+    scope: Scope,
+    physics: Option<&FixedPhysics>,
+) -> Result<Significance, FitError> {
+    let cells: Vec<Cell> = Direction::ALL
+        .into_iter()
+        .map(|direction| Cell {
+            pose: pose.clone(),
+            direction,
+        })
+        .collect();
+    let mut model = match physics {
+        None => CellModel::new(robot, mechanism, &cells)?,
+        Some(physics) => CellModel::with_physics(robot, physics, &cells)?,
+    };
+    let mut stiffness = [0.0; 3];
+    let mut shares: [Shares; 3] = [[0.0; FACTORS]; 3];
+    model.evaluate(factors, &mut stiffness, Some(&mut shares))?;
+    let mut remaining = [[0.0; 3]; 4];
+    for property in Property::ALL {
+        let mut changed = *factors;
+        changed.beam[property.index()] *= PAPER_FACTOR;
+        if scope == Scope::All {
+            changed.link[property.index()] *= PAPER_FACTOR;
+        }
+        let mut stiffer = [0.0; 3];
+        model.evaluate(&changed, &mut stiffer, None)?;
+        for i in 0..3 {
+            remaining[property.index()][i] = stiffness[i] / stiffer[i];
+        }
+    }
+    let in_scope = |p: usize, i: usize| match scope {
+        Scope::All => shares[i][p] + shares[i][4 + p],
+        Scope::Beams => shares[i][p],
+    };
+    let shares_in_scope: [[f64; 3]; 4] =
+        std::array::from_fn(|p| std::array::from_fn(|i| in_scope(p, i)));
+    Ok(Significance {
+        pose: pose.clone(),
+        scope,
+        factors: *factors,
+        compliance_m_per_n: stiffness.map(|k| 1.0 / k),
+        remaining,
+        shares: shares_in_scope,
+        share_of_others: std::array::from_fn(|i| {
+            1.0 - shares_in_scope.iter().map(|row| row[i]).sum::<f64>()
+        }),
+    })
+}
+
+impl Significance {
+    /// The fitting sequence: constants by what their hundredfold leaves of the displacement, the smallest remainder first.
+    ///
+    /// Each takes the direction in which it matters most among those not taken yet; with three directions the fourth constant has
+    /// none and stays where it is. On the paper's Table III this gives Iy (vertical), Iz (lateral), A (radial) and J without a
+    /// direction: the sequence the paper states.
+    #[must_use]
+    pub fn sequence(&self) -> Vec<SequenceStep> {
+        let mut pairs: Vec<(Property, Direction)> = Property::ALL
+            .into_iter()
+            .flat_map(|property| {
+                Direction::ALL
+                    .into_iter()
+                    .map(move |direction| (property, direction))
+            })
+            .collect();
+        let remains = |(p, d): &(Property, Direction)| self.remaining[p.index()][d.index()];
+        pairs.sort_by(|a, b| remains(a).total_cmp(&remains(b)));
+        let mut steps: Vec<SequenceStep> = Vec::new();
+        for (property, direction) in pairs {
+            let taken = steps
+                .iter()
+                .any(|s| s.property == property || s.direction == Some(direction));
+            if !taken {
+                steps.push(SequenceStep {
+                    property,
+                    direction: Some(direction),
+                });
+            }
+        }
+        for property in Property::ALL {
+            if !steps.iter().any(|step| step.property == property) {
+                steps.push(SequenceStep {
+                    property,
+                    direction: None,
+                });
+            }
+        }
+        steps
+    }
+}

@@ -1,0 +1,359 @@
+//! What is fitted again with every candidate: the beam factors of a robot, or the slopes of specimens.
+
+use stiffbench_beams::physics::{Effect, Law, Mechanics, Place, PoseMechanics, without_elements};
+use stiffbench_beams::robot::{
+    BatchPredictor, FittingFactors, Mechanism, Pose, Predictor, Robot, RobotError,
+};
+
+use super::error::MismatchError;
+
+/// A parameter of the baseline, on the scale on which it is fitted.
+#[derive(Debug, Clone, PartialEq)]
+pub struct BaselineParameter {
+    /// Name, for example `beam.Iy`.
+    pub name: String,
+    /// Where it starts.
+    pub start: f64,
+    /// Smallest value.
+    pub lower: f64,
+    /// Largest value.
+    pub upper: f64,
+    /// Standard deviation of what is known of it before any reading.
+    pub prior_sd: f64,
+}
+
+/// The linear model that the effects are added to.
+pub trait Baseline: Sync {
+    /// Its parameters.
+    fn parameters(&self) -> &[BaselineParameter];
+
+    /// A solver; each thread has its own.
+    ///
+    /// # Errors
+    /// [`MismatchError::Robot`] if a pose cannot be solved; for a variant, if it carries no load.
+    fn solver(&self, variant: usize) -> Result<Box<dyn PoseSolver + '_>, MismatchError>;
+
+    /// Number of variants of the structure: 1, and one for each element that may be loose.
+    fn variants(&self) -> usize {
+        1
+    }
+
+    /// The variant without the elements that these effects call loose.
+    fn variant(&self, _effects: &[Effect]) -> Option<usize> {
+        Some(0)
+    }
+
+    /// The loose members that the structure survives.
+    fn loose_effects(&self) -> Vec<Effect> {
+        Vec::new()
+    }
+
+    /// Names of the joints, in the order of the levers.
+    fn joints(&self) -> &[String];
+
+    /// What each element adds to the compliance of the full structure.
+    ///
+    /// # Errors
+    /// [`MismatchError::Robot`] if a pose cannot be solved.
+    fn elements(&self, _parameters: &[f64]) -> Result<Vec<ElementCompliance>, MismatchError> {
+        Ok(Vec::new())
+    }
+}
+
+/// Names of the section properties, in the order of derivatives to them.
+pub const PROPERTIES: [&str; 4] = ["A", "Iy", "Iz", "J"];
+
+/// What an element adds to the compliance at the end.
+#[derive(Debug, Clone, PartialEq)]
+pub struct ElementCompliance {
+    /// The element.
+    pub element: String,
+    /// For each pose and each of [`PROPERTIES`]: derivative of the compliance along x, y, z to the logarithm of the property, m/N.
+    pub gradient_m_per_n: Vec<[[f64; 3]; 4]>,
+}
+
+/// Solves all poses for values of the baseline's parameters.
+pub trait PoseSolver: Send {
+    /// Solves all poses.
+    ///
+    /// # Errors
+    /// [`MismatchError::Robot`] if the structure carries nothing.
+    fn solve(&mut self, parameters: &[f64]) -> Result<(), MismatchError>;
+
+    /// Solves all poses; of the influence of twists only that of some joints is needed, by their places among the levers.
+    ///
+    /// # Errors
+    /// As [`PoseSolver::solve`].
+    fn solve_for(&mut self, parameters: &[f64], _joints: &[usize]) -> Result<(), MismatchError> {
+        self.solve(parameters)
+    }
+
+    /// What is known of a pose.
+    fn pose(&self, pose: usize) -> &PoseMechanics;
+
+    /// Index of the joint of the full structure among the levers of this one; `None` if it has gone with a member.
+    fn joint_names(&self) -> Vec<String>;
+}
+
+/// Half the width, in standard deviations, of the range that bounds leave to a factor: uniform over ± ln 10.
+const PRIOR_WIDTHS: f64 = 1.732_050_807_568_877_2;
+
+/// The beam model of a robot, its beam factors free.
+#[derive(Debug)]
+pub struct RobotBaseline<'a> {
+    robot: &'a Robot,
+    /// The whole mechanism, then those without one or two elements.
+    mechanisms: Vec<(Vec<String>, Mechanism)>,
+    factors: FittingFactors,
+    poses: Vec<Pose>,
+    parameters: Vec<BaselineParameter>,
+    joints: Vec<String>,
+}
+
+impl<'a> RobotBaseline<'a> {
+    /// The baseline of a mechanism in the poses of a session: beam factors free within `range` of their start, link factors fixed.
+    #[must_use]
+    pub fn new(
+        robot: &'a Robot,
+        mechanism: &Mechanism,
+        factors: FittingFactors,
+        poses: Vec<Pose>,
+        range: [f64; 2],
+    ) -> Self {
+        let parameters = PROPERTIES
+            .iter()
+            .zip(factors.beam)
+            .map(|(name, value)| BaselineParameter {
+                name: format!("beam.{name}"),
+                start: value.ln(),
+                lower: (value * range[0]).ln(),
+                upper: (value * range[1]).ln(),
+                prior_sd: 0.5 * (range[1] / range[0]).ln() / PRIOR_WIDTHS,
+            })
+            .collect();
+        let joints = mechanism
+            .joints(robot)
+            .into_iter()
+            .map(|joint| robot.joints[joint].name.clone())
+            .collect();
+        let mut mechanisms = vec![(Vec::new(), mechanism.clone())];
+        for &member in &mechanism.members {
+            let mut rest = mechanism.clone();
+            rest.members.retain(|other| *other != member);
+            let name = robot.members[member].name.clone();
+            if carries_loads(robot, &rest, &factors, &poses) {
+                mechanisms.push((vec![name], rest));
+            }
+        }
+        Self {
+            robot,
+            mechanisms,
+            factors,
+            poses,
+            parameters,
+            joints,
+        }
+    }
+
+    /// Elements without which the mechanism still carries a load.
+    pub fn loose_elements(&self) -> impl Iterator<Item = &str> {
+        self.mechanisms
+            .iter()
+            .filter_map(|(loose, _)| loose.first().map(String::as_str))
+    }
+
+    /// The factors that parameters stand for.
+    #[must_use]
+    pub fn factors(&self, parameters: &[f64]) -> FittingFactors {
+        let mut factors = self.factors;
+        for (factor, parameter) in factors.beam.iter_mut().zip(parameters) {
+            *factor = parameter.exp();
+        }
+        factors
+    }
+
+    /// Adds the variant that lacks the loose members of a model found before.
+    ///
+    /// # Errors
+    /// [`MismatchError::Effect`] for an element that is not there.
+    pub fn add_variant(&mut self, effects: &[Effect]) -> Result<(), MismatchError> {
+        let loose = loose_names(effects);
+        if self.mechanisms.iter().all(|(names, _)| *names != loose) {
+            let rest = without_elements(self.robot, &self.mechanisms[0].1, effects)?;
+            self.mechanisms.push((loose, rest));
+        }
+        Ok(())
+    }
+}
+
+/// Whether a mechanism carries a load in every pose.
+fn carries_loads(
+    robot: &Robot,
+    mechanism: &Mechanism,
+    factors: &FittingFactors,
+    poses: &[Pose],
+) -> bool {
+    let solved = || {
+        let mut batch = BatchPredictor::new(robot, mechanism, poses.len())?;
+        for (index, pose) in poses.iter().enumerate() {
+            batch.place(index, pose)?;
+        }
+        batch.solve(factors, false)
+    };
+    solved().is_ok()
+}
+
+fn loose_names(effects: &[Effect]) -> Vec<String> {
+    let mut names: Vec<String> = effects
+        .iter()
+        .filter_map(|effect| match &effect.place {
+            Place::Element(name) => Some(name.clone()),
+            _ => None,
+        })
+        .collect();
+    names.sort();
+    names
+}
+
+impl Baseline for RobotBaseline<'_> {
+    fn parameters(&self) -> &[BaselineParameter] {
+        &self.parameters
+    }
+
+    fn solver(&self, variant: usize) -> Result<Box<dyn PoseSolver + '_>, MismatchError> {
+        let mechanism = &self.mechanisms[variant].1;
+        let mechanics = Mechanics::rigid(self.robot, mechanism, &self.factors, &self.poses)?;
+        Ok(Box::new(RobotSolver {
+            mechanics,
+            factors: self.factors,
+            solved: Vec::new(),
+            joints: JointsSolved::None,
+        }))
+    }
+
+    fn variants(&self) -> usize {
+        self.mechanisms.len()
+    }
+
+    fn variant(&self, effects: &[Effect]) -> Option<usize> {
+        let loose = loose_names(effects);
+        self.mechanisms
+            .iter()
+            .position(|(names, _)| *names == loose)
+    }
+
+    fn loose_effects(&self) -> Vec<Effect> {
+        self.loose_elements()
+            .map(|name| Effect {
+                law: Law::LooseMember,
+                place: Place::Element(name.to_owned()),
+                values: Vec::new(),
+            })
+            .collect()
+    }
+
+    fn joints(&self) -> &[String] {
+        &self.joints
+    }
+
+    fn elements(&self, parameters: &[f64]) -> Result<Vec<ElementCompliance>, MismatchError> {
+        let mechanism = &self.mechanisms[0].1;
+        let mut predictor = Predictor::new(self.robot, mechanism, &self.factors(parameters))?;
+        let mut elements: Vec<ElementCompliance> = mechanism
+            .members
+            .iter()
+            .map(|&member| ElementCompliance {
+                element: self.robot.members[member].name.clone(),
+                gradient_m_per_n: Vec::new(),
+            })
+            .collect();
+        let mut gradient = vec![[0.0; 4]; elements.len()];
+        for pose in &self.poses {
+            predictor.place(pose)?;
+            // The derivatives are those of the compliance solved last.
+            let _ = predictor.translation_compliance();
+            for element in &mut elements {
+                element.gradient_m_per_n.push([[0.0; 3]; 4]);
+            }
+            for axis in 0..3 {
+                predictor.compliance_gradient(axis, &mut gradient);
+                for (element, gradient) in elements.iter_mut().zip(&gradient) {
+                    if let Some(pose) = element.gradient_m_per_n.last_mut() {
+                        for (property, value) in pose.iter_mut().zip(gradient) {
+                            property[axis] = *value;
+                        }
+                    }
+                }
+            }
+        }
+        Ok(elements)
+    }
+}
+
+/// One thread's solver of a robot.
+struct RobotSolver<'a> {
+    mechanics: Mechanics<'a>,
+    factors: FittingFactors,
+    solved: Vec<f64>,
+    joints: JointsSolved,
+}
+
+/// Joints whose twists were worked out for the parameters solved last.
+#[derive(Debug, PartialEq)]
+enum JointsSolved {
+    None,
+    Some(Vec<usize>),
+    All,
+}
+
+impl RobotSolver<'_> {
+    fn solve_rigid(&mut self, parameters: &[f64]) -> Result<(), MismatchError> {
+        if self.solved == parameters {
+            return Ok(());
+        }
+        self.solved.clear();
+        self.joints = JointsSolved::None;
+        for (factor, parameter) in self.factors.beam.iter_mut().zip(parameters) {
+            *factor = parameter.exp();
+        }
+        self.mechanics
+            .set_factors_rigid(&self.factors)
+            .map_err(|error: RobotError| MismatchError::Robot(error))?;
+        self.solved.extend_from_slice(parameters);
+        Ok(())
+    }
+}
+
+impl PoseSolver for RobotSolver<'_> {
+    fn solve(&mut self, parameters: &[f64]) -> Result<(), MismatchError> {
+        self.solve_rigid(parameters)?;
+        if self.joints != JointsSolved::All {
+            self.mechanics.solve_joints(|_| true)?;
+            self.joints = JointsSolved::All;
+        }
+        Ok(())
+    }
+
+    fn solve_for(&mut self, parameters: &[f64], joints: &[usize]) -> Result<(), MismatchError> {
+        self.solve_rigid(parameters)?;
+        let known = match &self.joints {
+            JointsSolved::None => joints.is_empty(),
+            JointsSolved::Some(known) => joints.iter().all(|joint| known.contains(joint)),
+            JointsSolved::All => true,
+        };
+        if !known {
+            self.mechanics
+                .solve_joints(|joint| joints.contains(&joint))?;
+            self.joints = JointsSolved::Some(joints.to_vec());
+        }
+        Ok(())
+    }
+
+    fn pose(&self, pose: usize) -> &PoseMechanics {
+        self.mechanics.pose(pose)
+    }
+
+    fn joint_names(&self) -> Vec<String> {
+        self.mechanics.joint_names().map(str::to_owned).collect()
+    }
+}

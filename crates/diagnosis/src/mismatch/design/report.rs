@@ -1,0 +1,217 @@
+//! What a procedure can and cannot tell apart, and from what size, before any session.
+
+use rayon::prelude::*;
+
+use crate::mismatch::candidate::candidates;
+use crate::mismatch::changes::Changes;
+use crate::mismatch::error::MismatchError;
+use crate::mismatch::limits::{Limits, limits};
+use crate::mismatch::observations::Observations;
+use crate::mismatch::products::Products;
+use crate::mismatch::refit::Fitted;
+use crate::mismatch::screen::{WhiteCandidate, seen_candidates, white_candidates};
+use crate::mismatch::space::Space;
+use crate::mismatch::state::{Bench, State};
+use stiffbench_beams::physics::Law;
+use stiffbench_measurement::procedure::Procedure;
+
+use super::views::{View, groups, nearest};
+use super::{DesignBench, Suspect};
+
+/// Rivals that are listed for each law and place.
+const NEAREST: usize = 3;
+
+/// What a plan can show.
+#[derive(Debug, Clone, PartialEq)]
+pub struct DesignReport {
+    /// Name of the procedure.
+    pub procedure: String,
+    /// Readings it plans.
+    pub readings: usize,
+    /// Minutes it takes, setting up included.
+    pub minutes: f64,
+    /// Each law at each place, in the order of the library.
+    pub laws: Vec<LawDesign>,
+    /// Laws and places of which none can be told from the others whatever its size, up to the largest that is plausible.
+    pub inseparable: Vec<Vec<Suspect>>,
+    /// Laws and places that these readings do not show at any plausible size.
+    pub unseen: Vec<Unseen>,
+}
+
+/// A law at a place that a plan does not show.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Unseen {
+    /// The law and its place.
+    pub suspect: Suspect,
+    /// Size that would be found in 80 % of sessions, SI, more than is plausible; `None` if no size would.
+    pub size_needed: Option<f64>,
+}
+
+/// What a plan can show of a law at a place.
+#[derive(Debug, Clone, PartialEq)]
+pub struct LawDesign {
+    /// The law and its place.
+    pub suspect: Suspect,
+    /// Size found in 80 % of sessions, SI, in the unit of the law's first parameter; `None` for a loose member, which has none.
+    pub size_80: Option<f64>,
+    /// Its largest change of a reading, m.
+    pub end_effect_80_m: f64,
+    /// Its standard error as the largest change of a reading, m.
+    pub standard_error_m: f64,
+    /// The hardest to tell from it, the hardest first.
+    pub nearest: Vec<NearRival>,
+}
+
+/// How well a rival is told from a law.
+#[derive(Debug, Clone, PartialEq)]
+pub struct NearRival {
+    /// The rival.
+    pub rival: Suspect,
+    /// Cosine of the two effects, the factors projected out, with the course of the rival that is hardest to tell from the law.
+    pub cosine: f64,
+    /// Size of the law from which the expected log-likelihood ratio is 3, SI; `None` if no plausible size reaches it, and for a loose
+    /// member, which has no size.
+    pub size_3: Option<f64>,
+    /// The same for 5.
+    pub size_5: Option<f64>,
+    /// Largest change of a reading at `size_5`, m.
+    pub end_effect_5_m: Option<f64>,
+    /// Whether the two are not told apart at any plausible size.
+    pub never: bool,
+}
+
+/// Says what a procedure can and cannot tell apart.
+///
+/// A slip is not in it: its places are the loads themselves, and it is told from everything by its one run.
+///
+/// # Arguments
+/// - `known`: limits worked out before for the same robot and plan; worked out here if `None`.
+/// - `seed`: of the limits' draws.
+///
+/// # Errors
+/// [`MismatchError::UnknownPose`]; [`MismatchError::Robot`] if a pose cannot be solved; [`MismatchError::Empty`] without readings.
+pub fn design_of_plan(
+    bench: &DesignBench<'_>,
+    procedure: &Procedure,
+    known: Option<&Limits>,
+    seed: u64,
+) -> Result<DesignReport, MismatchError> {
+    let observations = bench.observations(procedure)?;
+    let (seen, space) = bench.white_candidates(&observations)?;
+    let worked_out;
+    let limits = if let Some(known) = known {
+        known
+    } else {
+        worked_out = limits(
+            (&observations, &space),
+            seen.clone(),
+            Vec::new(),
+            &[],
+            None,
+            seed,
+        );
+        &worked_out
+    };
+    let root = |law: Law| {
+        let limit = limits.laws.get(&(law, false));
+        limit.map_or(f64::INFINITY, |limit| limit.sqrt())
+    };
+    let views: Vec<View<'_>> = seen
+        .iter()
+        .filter(|candidate| !candidate.candidate.wide)
+        .filter_map(|candidate| View::new(candidate, root(candidate.candidate.law)))
+        .collect();
+    let (shown, hidden): (Vec<View<'_>>, Vec<View<'_>>) =
+        views.into_iter().partition(View::is_shown);
+    let rivals: Vec<Vec<NearRival>> = shown.par_iter().map(|view| nearest(view, &shown)).collect();
+    let without_shape = seen
+        .iter()
+        .filter(|candidate| candidate.shapes.is_empty() && !candidate.candidate.wide)
+        .map(|candidate| Unseen {
+            suspect: suspect(candidate),
+            size_needed: None,
+        });
+    Ok(DesignReport {
+        procedure: procedure.name.clone(),
+        readings: observations.len(),
+        minutes: procedure.minutes(&bench.pace, bench.poses_of(procedure).len()),
+        inseparable: groups(&shown, &rivals),
+        unseen: without_shape
+            .chain(hidden.iter().map(|view| Unseen {
+                suspect: suspect(view.candidate),
+                size_needed: view.size_needed(),
+            }))
+            .collect(),
+        laws: shown
+            .iter()
+            .zip(rivals)
+            .map(|(view, mut rivals)| {
+                rivals.truncate(NEAREST);
+                LawDesign {
+                    suspect: suspect(view.candidate),
+                    size_80: view.size(view.scale_80),
+                    standard_error_m: view.shape.peak_m / view.shape.square.sqrt(),
+                    end_effect_80_m: view.scale_80.min(view.largest) * view.shape.peak_m,
+                    nearest: rivals,
+                }
+            })
+            .collect(),
+    })
+}
+
+impl DesignBench<'_> {
+    /// All laws at all places as the planned readings see them, projected.
+    fn white_candidates(
+        &self,
+        observations: &Observations,
+    ) -> Result<(Vec<WhiteCandidate>, Space), MismatchError> {
+        if observations.is_empty() {
+            return Err(MismatchError::Empty);
+        }
+        let rough = Bench::new(self.baseline, observations);
+        let mut model = rough.start();
+        if let Some(parameters) = self.parameters {
+            model.parameters = parameters.to_vec();
+        }
+        let predicted = rough.predicted(&mut rough.predictor(), &model)?;
+        let observations = observations.with_displacements(predicted);
+        let bench = Bench::new(self.baseline, &observations);
+        let mut predictor = bench.predictor();
+        let noise = self.known_noise();
+        let whitening = bench.whitening(&mut predictor, &model, &noise)?;
+        let columns = bench.columns(&mut predictor, &model)?;
+        let space = Space::new(
+            &observations,
+            whitening.clone(),
+            self.baseline.parameters(),
+            &columns,
+        );
+        let frozen = predictor.frozen(&model.parameters, &[])?;
+        let list = candidates(&observations, &frozen, &[Law::Slip]);
+        let changes = Changes::new(&observations, &frozen, &[]).ok_or(MismatchError::Empty)?;
+        let nothing_left = vec![0.0; space.length];
+        let products = Products::new(&space, &nothing_left);
+        let shapes = seen_candidates(&changes, &products, list);
+        let mut seen = white_candidates(&changes, &space, &shapes);
+        for vector in seen.iter_mut().flat_map(WhiteCandidate::vectors_mut) {
+            space.project(vector);
+        }
+        let state = State {
+            fitted: Fitted {
+                model,
+                squares: 0.0,
+            },
+            noise,
+            whitening,
+        };
+        seen.extend(bench.loose_shapes(&state, &space)?);
+        Ok((seen, space))
+    }
+}
+
+pub(super) fn suspect(candidate: &WhiteCandidate) -> Suspect {
+    Suspect {
+        law: candidate.candidate.law,
+        place: candidate.candidate.place.clone(),
+    }
+}

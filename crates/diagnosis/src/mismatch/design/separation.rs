@@ -1,0 +1,218 @@
+//! How far apart effects lie in given readings, cell by cell, so that plans can be put together from cells.
+
+use crate::mismatch::candidate::candidates;
+use crate::mismatch::changes::Frozen;
+use crate::mismatch::error::MismatchError;
+use crate::mismatch::observations::Observations;
+use crate::mismatch::refit::Model;
+use crate::mismatch::state::Bench;
+use stiffbench_beams::physics::{Effect, Law, Place, Sign, Twists};
+use stiffbench_units_and_text::test_point::Direction;
+
+use super::DesignBench;
+use super::gram::{Gram, Projected};
+
+/// Courses of a law that are kept for each rival it may imitate: those nearest to it.
+const IMITATIONS: usize = 6;
+
+/// Products of one cell.
+#[derive(Debug, Clone)]
+pub(super) struct CellGram {
+    /// Place of the pose among those at hand.
+    pub(super) pose: usize,
+    pub(super) direction: Direction,
+    pub(super) gram: Gram,
+}
+
+/// Effects at their fitted values, and other courses of their laws that a rival could take.
+pub(super) struct Effects {
+    /// The fitted ones first.
+    all: Vec<Effect>,
+    /// For each fitted effect the places of those that stand for it as a rival, itself among them.
+    courses: Vec<Vec<usize>>,
+}
+
+impl Effects {
+    /// Effects whose laws have no other course.
+    #[cfg(test)]
+    pub(super) fn plain(all: Vec<Effect>) -> Self {
+        Self {
+            courses: (0..all.len()).map(|place| vec![place]).collect(),
+            all,
+        }
+    }
+
+    /// Fitted effects with the courses of their laws that come nearest to each other in the readings already made.
+    pub(super) fn new(
+        bench: &DesignBench<'_>,
+        done: &Observations,
+        fitted: Vec<Effect>,
+    ) -> Result<Self, MismatchError> {
+        let frozen = bench
+            .bench(done)
+            .predictor()
+            .frozen(&bench.model().parameters, &[])?;
+        let known = candidates(done, &frozen, &[]);
+        let count = fitted.len();
+        let mut every = Self {
+            all: fitted,
+            courses: (0..count).map(|place| vec![place]).collect(),
+        };
+        for place in 0..count {
+            let effect = every.all[place].clone();
+            // A period is searched for by its phase as well; its fitted course stands for it.
+            let own = known.iter().filter(|candidate| {
+                candidate.law == effect.law
+                    && candidate.place == effect.place
+                    && candidate.law != Law::GaugePeriodic
+            });
+            for shape in own.flat_map(|candidate| &candidate.shapes) {
+                every.courses[place].push(every.all.len());
+                every.all.push(Effect {
+                    values: shape.values.clone(),
+                    ..effect.clone()
+                });
+            }
+        }
+        let projected = bench
+            .whole(&every, &bench.cells(&every, done, false)?)
+            .projected();
+        Ok(every.nearest(&projected, count))
+    }
+
+    /// The same without courses that imitate nothing.
+    fn nearest(&self, projected: &Projected, count: usize) -> Self {
+        let mut all: Vec<Effect> = self.all[..count].to_vec();
+        let mut courses: Vec<Vec<usize>> = (0..count).map(|place| vec![place]).collect();
+        for place in 0..count {
+            let mut kept: Vec<usize> = Vec::new();
+            for rival in (0..count).filter(|rival| *rival != place) {
+                let mut order = self.courses[place][1..].to_vec();
+                let cosine = |course: usize| projected.cosine(course, rival).abs();
+                order.sort_by(|a, b| cosine(*b).total_cmp(&cosine(*a)));
+                kept.extend(order.into_iter().take(IMITATIONS));
+            }
+            kept.sort_unstable();
+            kept.dedup();
+            for course in kept {
+                courses[place].push(all.len());
+                all.push(self.all[course].clone());
+            }
+        }
+        Self { all, courses }
+    }
+
+    /// Expected log-likelihood ratio between two fitted effects, whichever is true; the smaller counts.
+    pub(super) fn log_lr(&self, projected: &Projected, a: usize, b: usize) -> f64 {
+        let against = |truth: usize, rival: usize| {
+            let parameters = self.all[rival].law.parameters();
+            let any_sign = parameters
+                .first()
+                .is_some_and(|parameter| parameter.sign == Sign::Either);
+            self.courses[rival]
+                .iter()
+                .map(|&course| projected.expected_log_lr(truth, course, any_sign))
+                .fold(f64::INFINITY, f64::min)
+        };
+        against(a, b).min(against(b, a))
+    }
+}
+
+impl<'a> DesignBench<'a> {
+    pub(super) fn bench<'b>(&self, observations: &'b Observations) -> Bench<'b>
+    where
+        'a: 'b,
+    {
+        Bench::new(self.baseline, observations)
+    }
+
+    /// The model without effects.
+    pub(super) fn model(&self) -> Model {
+        let start = self.baseline.parameters().iter().map(|p| p.start);
+        Model {
+            parameters: self
+                .parameters
+                .map_or_else(|| start.collect(), <[f64]>::to_vec),
+            effects: Vec::new(),
+        }
+    }
+
+    /// Products of factors and effects in each cell of readings.
+    ///
+    /// # Arguments
+    /// - `planned`: whether the readings are yet to be made; what happened in one run does not happen again.
+    pub(super) fn cells(
+        &self,
+        effects: &Effects,
+        observations: &Observations,
+        planned: bool,
+    ) -> Result<Vec<CellGram>, MismatchError> {
+        let bench = self.bench(observations);
+        let model = self.model();
+        let mut predictor = bench.predictor();
+        let whitening = bench.whitening(&mut predictor, &model, &self.known_noise())?;
+        let mut columns = bench.columns(&mut predictor, &model)?;
+        let factors = columns.len();
+        let frozen = predictor.frozen(&model.parameters, &[])?;
+        let mut without = vec![0.0; observations.len()];
+        predictor.predict(&model.parameters, &[], &mut without)?;
+        for effect in &effects.all {
+            let mut with = without.clone();
+            if planned && matches!(effect.place, Place::Run { .. }) {
+                // Stays as it is without.
+            } else if effect.law == Law::LooseMember {
+                let loose = std::slice::from_ref(effect);
+                predictor.predict(&model.parameters, loose, &mut with)?;
+            } else {
+                predict(&frozen, observations, effect, &mut with);
+            }
+            for (value, without) in with.iter_mut().zip(&without) {
+                *value -= without;
+            }
+            columns.push(with);
+        }
+        for column in &mut columns {
+            whitening.apply(column);
+        }
+        Ok(observations
+            .cells
+            .iter()
+            .map(|cell| {
+                let parts: Vec<Vec<f64>> = columns
+                    .iter()
+                    .map(|column| column[cell.readings.clone()].to_vec())
+                    .collect();
+                CellGram {
+                    pose: cell.pose,
+                    direction: cell.direction,
+                    gram: Gram::of_columns(factors, &parts),
+                }
+            })
+            .collect())
+    }
+
+    /// Products of cells together, and of what is known of the factors beforehand.
+    pub(super) fn whole<'g>(
+        &self,
+        effects: &Effects,
+        cells: impl IntoIterator<Item = &'g CellGram>,
+    ) -> Gram {
+        let parameters = self.baseline.parameters();
+        let prior_sd: Vec<f64> = parameters.iter().map(|p| p.prior_sd).collect();
+        let mut gram = Gram::of_prior(&prior_sd, effects.all.len());
+        for cell in cells {
+            gram.add(&cell.gram);
+        }
+        gram
+    }
+}
+
+/// Displacements under an effect; a joint that is not there changes nothing.
+fn predict(frozen: &Frozen, observations: &Observations, effect: &Effect, out: &mut [f64]) {
+    let mut twists = Twists::default();
+    let there = frozen.predict(observations, &[effect], &mut twists, out);
+    if there.is_none() {
+        let none = frozen.predict(observations, &[], &mut twists, out);
+        debug_assert!(none.is_some());
+    }
+}

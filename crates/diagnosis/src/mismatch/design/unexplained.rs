@@ -1,0 +1,96 @@
+//! What to measure when no law of the library explains what is left: whether it comes again, and how it goes on there.
+
+use crate::mismatch::diagnosis::Location;
+use crate::mismatch::leftover::Stratum;
+use crate::mismatch::observations::Observations;
+use stiffbench_measurement::procedure::Procedure;
+use stiffbench_units_and_text::test_point::{Direction, PoseId};
+
+use super::DesignBench;
+use super::next::ProposedMeasurement;
+use super::plans::loadings;
+
+/// Name of the way of loading that shows most of a stratum, and what it shows.
+fn loading_for(stratum: Stratum) -> (&'static str, &'static str) {
+    match stratum {
+        Stratum::CellSlope => (
+            "load-unload",
+            "whether the stiffness of further poses disagrees in the same way",
+        ),
+        Stratum::LoadStep => ("half-steps", "the shape of the curve between the loads"),
+        Stratum::Branch => (
+            "load-hold-unload",
+            "whether the loop opens with the load or with time",
+        ),
+        Stratum::RepeatTime => (
+            "more-repeats",
+            "whether the trend goes on, dies out or turns back; write down the temperature with each reading",
+        ),
+        Stratum::Sign => ("both-signs", "how pushing and pulling differ"),
+        Stratum::Rest => (
+            "half-steps",
+            "whether the pattern belongs to the load or to the travel of the gauge; move the zero of the gauge by 0.3 mm before",
+        ),
+    }
+}
+
+/// The measurement that shows more of what a diagnosis left unexplained, in the poses and directions where it sits.
+///
+/// # Arguments
+/// - `done`: the readings already made.
+/// - `left`: where they fail.
+/// - `base`: the procedure by which they were made, or one like it.
+pub(super) fn look_closer(
+    bench: &DesignBench<'_>,
+    done: &Observations,
+    left: &Location,
+    base: &Procedure,
+) -> Option<ProposedMeasurement> {
+    let (name, shows) = loading_for(left.stratum);
+    let loading = loadings(base)
+        .into_iter()
+        .find(|loading| loading.procedure.name == name)?;
+    let poses = poses(bench, done, left);
+    let directions = left
+        .direction
+        .map_or_else(|| Direction::ALL.to_vec(), |direction| vec![direction]);
+    let names: Vec<&str> = poses.iter().map(PoseId::as_str).collect();
+    let along = left
+        .direction
+        .map_or_else(String::new, |direction| format!(" in {direction}"));
+    let words = format!(
+        "pose {}{along}, {}: it shows {shows}",
+        names.join(", "),
+        loading.words
+    );
+    let procedure = Procedure {
+        name: format!("next-{name}"),
+        text: Some(words.clone()),
+        poses: Some(poses.clone()),
+        directions,
+        ..loading.procedure
+    };
+    Some(ProposedMeasurement {
+        plan: words,
+        separates: [
+            "a cause that no law describes".to_owned(),
+            "an accident of these readings".to_owned(),
+        ],
+        expected_log_lr: None,
+        log_lr_now: 0.0,
+        minutes: procedure.minutes(&bench.pace, poses.len()),
+        procedure: Some(procedure),
+        weight: 1.0,
+    })
+}
+
+/// The pose where it sits, or all that were measured; for a stiffness that disagrees those that were not, if there are any.
+fn poses(bench: &DesignBench<'_>, done: &Observations, left: &Location) -> Vec<PoseId> {
+    let further = bench.poses.iter().filter(|pose| !done.poses.contains(pose));
+    let further: Vec<PoseId> = further.cloned().collect();
+    match &left.pose {
+        _ if left.stratum == Stratum::CellSlope && !further.is_empty() => further,
+        Some(pose) => vec![pose.clone()],
+        None => done.poses.clone(),
+    }
+}

@@ -1,0 +1,99 @@
+//! The smallest effects that readings would have shown.
+
+use stiffbench_beams::physics::{Law, Place};
+
+use super::diagnosis::DetectionLimit;
+use super::error::MismatchError;
+use super::limits::Limits;
+use super::screen::{SeenCandidate, SeenShape};
+use super::search::Found;
+use super::state::Bench;
+
+/// Quantile of the normal distribution for a power of 80 %.
+const POWER_80: f64 = 0.84;
+
+impl Bench<'_> {
+    /// For each law and place the size that 80 % of such sessions would show; of slips in one cell that which is hardest to see.
+    pub(super) fn detection_limits(
+        &self,
+        found: &Found,
+        limits: &Limits,
+    ) -> Result<Vec<DetectionLimit>, MismatchError> {
+        let first = &found.first;
+        let of = |seen: &SeenCandidate| {
+            let family = (seen.candidate.law, seen.candidate.wide);
+            let limit = limits.laws.get(&family).copied();
+            detection_limit(seen, limit.unwrap_or(f64::INFINITY))
+        };
+        let is_slip = |seen: &&SeenCandidate| seen.candidate.law == Law::Slip;
+        let (slips, others): (Vec<_>, Vec<_>) = first
+            .seen
+            .iter()
+            .filter(|seen| !seen.candidate.wide)
+            .partition(is_slip);
+        let mut out: Vec<DetectionLimit> = others.into_iter().map(of).collect();
+        let loose = self.loose_shapes(&found.before, &first.space)?;
+        out.extend(
+            loose
+                .iter()
+                .map(|white| of(&SeenCandidate::of(white, &first.residuals))),
+        );
+        for cell in &self.observations.cells {
+            let pose = &self.observations.poses[cell.pose];
+            let here = |seen: &&&SeenCandidate| {
+                matches!(&seen.candidate.place, Place::Run { pose: own, direction, .. }
+                    if own == pose && *direction == cell.direction)
+            };
+            out.extend(hardest(slips.iter().filter(here).map(|seen| of(seen))));
+        }
+        Ok(out)
+    }
+}
+
+/// That of the largest size, or one that no size reaches.
+fn hardest(limits: impl Iterator<Item = DetectionLimit>) -> Option<DetectionLimit> {
+    let size = |limit: &DetectionLimit| limit.size_80.unwrap_or(f64::INFINITY);
+    limits.max_by(|a, b| size(a).total_cmp(&size(b)))
+}
+
+/// Size of a shape for a multiple of it; of a shape without a size the multiple.
+fn size_of(shape: &SeenShape, scale: f64) -> f64 {
+    scale * shape.shape.values.first().copied().unwrap_or(1.0)
+}
+
+fn detection_limit(seen: &SeenCandidate, limit: f64) -> DetectionLimit {
+    let candidate = &seen.candidate;
+    let smallest = seen
+        .shapes
+        .iter()
+        .filter_map(|shape| Some((shape, multiple_80(shape, limit)?)))
+        .min_by(|a, b| a.1.total_cmp(&b.1));
+    let upper = seen
+        .shapes
+        .iter()
+        .map(|shape| {
+            let estimate = shape.seen.product / shape.seen.square;
+            size_of(shape, estimate.abs() + 1.96 / shape.seen.square.sqrt())
+        })
+        .fold(0.0, f64::max);
+    DetectionLimit {
+        law: candidate.law,
+        place: candidate.place.clone(),
+        size_80: smallest.map(|(shape, scale)| size_of(shape, scale)),
+        end_effect_m: smallest.map(|(shape, scale)| scale * shape.peak_m),
+        upper_95: (upper > 0.0 && candidate.law != Law::LooseMember).then_some(upper),
+    }
+}
+
+/// The multiple of a shape whose gain passes a limit in 80 % of sessions; `None` if it may not be as large.
+///
+/// A size that is free gives the gain z², z normal about the length L; one that is what it is, as a member that is off or not, 2 z L - L².
+fn multiple_80(shape: &SeenShape, limit: f64) -> Option<f64> {
+    let length = shape.seen.square.sqrt();
+    let [lowest, highest] = shape.shape.scale;
+    if lowest == highest {
+        return (length * length - limit >= 2.0 * POWER_80 * length).then_some(lowest);
+    }
+    let multiple = (limit.sqrt() + POWER_80) / length;
+    (multiple <= highest).then_some(multiple)
+}

@@ -1,0 +1,184 @@
+//! The answer of a search, ready to be told.
+
+use stiffbench_beams::physics::{Effect, Law, Place};
+use stiffbench_numeric::statistics::student_t_quantile;
+use stiffbench_units_and_text::test_point::{Direction, PoseId};
+
+use super::leftover::Stratum;
+use super::noise::ReadingNoise;
+use super::rank::Impossible;
+
+/// What is to be said of a session.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Verdict {
+    /// The mismatch has one explanation.
+    Explained,
+    /// Some of the mismatch has several explanations that these data do not tell apart.
+    Ambiguous,
+    /// Structure is left that no law of the library explains.
+    Unknown,
+    /// Nothing is missing down to the detection limits.
+    NothingMissing,
+    /// These data cannot decide.
+    InsufficientData,
+}
+
+impl Verdict {
+    /// Name in files.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Explained => "explained",
+            Self::Ambiguous => "ambiguous",
+            Self::Unknown => "unknown",
+            Self::NothingMissing => "nothing-missing",
+            Self::InsufficientData => "insufficient-data",
+        }
+    }
+}
+
+/// A value with its standard uncertainty.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Value {
+    /// The value, SI.
+    pub value: f64,
+    /// Its standard uncertainty, SI; `None` where the readings change by steps and a derivative says nothing.
+    pub u: Option<f64>,
+    /// Degrees of freedom of that uncertainty.
+    pub dof: f64,
+}
+
+impl Value {
+    /// 95 % interval: Student's t with the degrees of freedom of the noise.
+    #[must_use]
+    pub fn interval_95(&self) -> Option<[f64; 2]> {
+        let t = student_t_quantile(0.975, self.dof)?;
+        let u = self.u?;
+        Some([self.value - t * u, self.value + t * u])
+    }
+}
+
+/// A rival of a finding.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Rival {
+    /// The rival with its fitted values.
+    pub effect: Effect,
+    /// Log Bayes factor of the winner against it.
+    pub log_bayes_to_winner: f64,
+    /// Cosine of its effect with the winner's, after projection.
+    pub cosine: f64,
+}
+
+/// A found effect.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Finding {
+    /// The effect.
+    pub effect: Effect,
+    /// Its values with uncertainty, in the order of the law's parameters.
+    pub values: Vec<Value>,
+    /// Members of one group exclude each other and are not told apart; `None` where the finding stands alone.
+    pub alternative_group: Option<u32>,
+    /// Largest change of a reading, m.
+    pub end_effect_m: f64,
+    /// Share of the effect that the factors absorb.
+    pub absorbed_share: f64,
+    /// Logarithm of the Bayes factor against the model without it.
+    pub log_bayes: f64,
+    /// Length of the effect in standard errors.
+    pub standard_errors: f64,
+    /// Chance that noise alone gives any law as much.
+    pub p_family: f64,
+    /// Rivals that are told apart, the nearest first.
+    pub rivals: Vec<Rival>,
+}
+
+/// A place where the baseline fails.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Location {
+    /// What fails.
+    pub stratum: Stratum,
+    /// In which pose, if in one.
+    pub pose: Option<PoseId>,
+    /// In which direction, if in one.
+    pub direction: Option<Direction>,
+    /// Chance that noise alone shows as much anywhere.
+    pub p_family: f64,
+    /// Largest change of a reading by the pattern, m.
+    pub size_m: f64,
+}
+
+/// How well a model serves.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Quality {
+    /// Root mean square of the residuals, each gauge zero fitted, m.
+    pub rms_m: f64,
+    /// The same in poses that were left out of the fit; `None` with one pose.
+    pub held_out_rms_m: Option<f64>,
+    /// The same with every reading as a multiple of its noise: 1 is noise alone, however soft the direction; `None` with one pose.
+    pub held_out_noise_units: Option<f64>,
+    /// For each pose left out: its rms, m.
+    pub held_out: Vec<(PoseId, f64)>,
+    /// Weighted squares over degrees of freedom.
+    pub reduced_chi2: f64,
+}
+
+/// The smallest effect that these data would have shown.
+#[derive(Debug, Clone, PartialEq)]
+pub struct DetectionLimit {
+    /// The law.
+    pub law: Law,
+    /// The place.
+    pub place: Place,
+    /// Size found in 80 % of sessions, SI; `None` if no possible size is.
+    pub size_80: Option<f64>,
+    /// Its largest change of a reading, m.
+    pub end_effect_m: Option<f64>,
+    /// Upper 95 % limit of the size, given these readings, SI.
+    pub upper_95: Option<f64>,
+}
+
+/// A factor before and after.
+#[derive(Debug, Clone, PartialEq)]
+pub struct FactorShift {
+    /// Name.
+    pub name: String,
+    /// In the model without effects.
+    pub before: Value,
+    /// In the final model.
+    pub after: Value,
+    /// Whether the data determine it in the final model.
+    pub identified: bool,
+}
+
+/// A diagnosis.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Diagnosis {
+    /// The verdict.
+    pub verdict: Verdict,
+    /// What the data lack, where they cannot decide.
+    pub lacking: Vec<String>,
+    /// Where the baseline fails.
+    pub locations: Vec<Location>,
+    /// What is missing; with the verdict unknown what explains part of it.
+    pub findings: Vec<Finding>,
+    /// What the final model leaves.
+    pub left_over: Location,
+    /// The model without effects.
+    pub before: Quality,
+    /// The final model.
+    pub after: Quality,
+    /// Factors (or slopes), logarithms for a robot.
+    pub factors: Vec<FactorShift>,
+    /// The noise of the final model.
+    pub noise: ReadingNoise,
+    /// Degrees of freedom of its three standard deviations: reading, zero, run slope; a million and more where one was given.
+    pub noise_dof: [f64; 3],
+    /// What each law would have needed.
+    pub detection_limits: Vec<DetectionLimit>,
+    /// Laws rejected because only an impossible value would serve.
+    pub impossible: Vec<Impossible>,
+    /// Parameters and effects of the final model.
+    pub parameters: Vec<f64>,
+    /// Effects of the final model: of alternatives the first.
+    pub effects: Vec<Effect>,
+}

@@ -1,0 +1,136 @@
+//! The model that a diagnosis gives back.
+
+use stiffbench_beams::physics::{FoundEffect, ModelFile, ParameterUncertainty, Provenance};
+use stiffbench_beams::robot::FittingFactors;
+
+use super::diagnosis::{Diagnosis, Finding};
+
+impl Diagnosis {
+    /// The final model as a file holds it: factors, the effects that act, and the alternatives that these data do not tell from them.
+    ///
+    /// The first member of a set of alternatives acts; the others stand beside it. Robot and session are the caller's to name.
+    ///
+    /// # Arguments
+    /// - `factors`: those of the final model; none where there is no robot.
+    #[must_use]
+    pub fn model_file(&self, factors: Option<FittingFactors>) -> ModelFile {
+        let mut model = ModelFile {
+            factors,
+            provenance: Provenance {
+                verdict: Some(self.verdict.name().to_owned()),
+                ..Provenance::default()
+            },
+            ..ModelFile::default()
+        };
+        for finding in &self.findings {
+            let group = finding.alternative_group;
+            let acts = |known: &FoundEffect| known.alternative_group == group;
+            let to = if group.is_some() && model.effects.iter().any(acts) {
+                &mut model.alternatives
+            } else {
+                &mut model.effects
+            };
+            to.push(found(finding));
+        }
+        model
+    }
+}
+
+fn found(finding: &Finding) -> FoundEffect {
+    FoundEffect {
+        effect: finding.effect.clone(),
+        uncertainties: finding
+            .values
+            .iter()
+            .map(|value| ParameterUncertainty {
+                u: value.u,
+                dof: Some(value.dof).filter(|dof| dof.is_finite() && value.u.is_some()),
+                ci95: value.interval_95(),
+            })
+            .collect(),
+        alternative_group: finding.alternative_group,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::mismatch::{Location, Quality, ReadingNoise, Stratum, Value, Verdict};
+
+    fn finding(effect: &str, alternative_group: Option<u32>) -> Finding {
+        let effect: stiffbench_beams::physics::Effect = effect.parse().unwrap();
+        let value = |&value: &f64| Value {
+            value,
+            u: Some(0.1 * value.abs()),
+            dof: 300.0,
+        };
+        Finding {
+            values: effect.values.iter().map(value).collect(),
+            effect,
+            alternative_group,
+            end_effect_m: 1e-5,
+            absorbed_share: 0.2,
+            log_bayes: 30.0,
+            standard_errors: 10.0,
+            p_family: 1e-6,
+            rivals: Vec::new(),
+        }
+    }
+
+    #[test]
+    fn of_alternatives_the_first_acts_and_the_file_says_so() {
+        let quality = Quality {
+            rms_m: 1e-6,
+            held_out_rms_m: None,
+            held_out_noise_units: None,
+            held_out: Vec::new(),
+            reduced_chi2: 1.0,
+        };
+        let findings = vec![
+            finding("creep:k=1%/decade,t0=1s", None),
+            finding("joint-compliance@A5B:c=1urad/(N*m)", Some(1)),
+            finding("gauge-stand-compliance@y:c=1um/N", Some(1)),
+            finding("joint-compliance@B3:c=1urad/(N*m)", Some(2)),
+        ];
+        let diagnosis = Diagnosis {
+            verdict: Verdict::Ambiguous,
+            lacking: Vec::new(),
+            locations: Vec::new(),
+            effects: crate::mismatch::first_of_alternatives(&findings),
+            findings,
+            left_over: Location {
+                stratum: Stratum::Rest,
+                pose: None,
+                direction: None,
+                p_family: 0.5,
+                size_m: 0.0,
+            },
+            before: quality.clone(),
+            after: quality,
+            factors: Vec::new(),
+            noise: ReadingNoise {
+                reading_sd_m: 1e-6,
+                zero_sd_m: 0.0,
+                run_slope_sd: 0.0,
+            },
+            noise_dof: [1e6; 3],
+            detection_limits: Vec::new(),
+            impossible: Vec::new(),
+            parameters: vec![0.0; 4],
+        };
+        let model = diagnosis.model_file(Some(FittingFactors::UNIT));
+        assert_eq!(model.acting(), diagnosis.effects);
+        let [stand] = &model.alternatives[..] else {
+            panic!("{model:?}")
+        };
+        assert_eq!(stand.effect, diagnosis.findings[2].effect);
+        let uncertainty = &model.effects[0].uncertainties[0];
+        assert_eq!((uncertainty.u, uncertainty.dof), (Some(0.001), Some(300.0)));
+        assert!(uncertainty.ci95.unwrap()[0] < 0.00805);
+        assert!(
+            model
+                .to_toml()
+                .contains("[[alternatives]]\nphysics = \"gauge-stand-compliance\"")
+        );
+    }
+}

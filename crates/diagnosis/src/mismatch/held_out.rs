@@ -1,0 +1,137 @@
+//! How well a model predicts poses it was not fitted to.
+
+use rayon::prelude::*;
+
+use stiffbench_units_and_text::test_point::PoseId;
+
+use super::diagnosis::Quality;
+use super::error::MismatchError;
+use super::refit::{Model, Refit};
+use super::state::{Bench, State};
+
+impl Bench<'_> {
+    /// Residuals in sample and in poses left out one at a time, each gauge zero fitted.
+    pub(super) fn quality(&self, state: &State) -> Result<Quality, MismatchError> {
+        let model = &state.fitted.model;
+        let residuals = self.raw_residuals(model)?;
+        let all = vec![true; residuals.len()];
+        let free: usize =
+            model.parameters.len() + model.effects.iter().map(|e| e.values.len()).sum::<usize>();
+        let poses = self.observations.poses.len();
+        let left_out = if poses > 1 { 0..poses } else { 0..0 };
+        let predicted: Vec<(f64, f64)> = left_out
+            .into_par_iter()
+            .map(|pose| self.without_pose(state, model, pose))
+            .collect::<Result<_, MismatchError>>()?;
+        let squares: f64 = predicted.iter().map(|(_, white)| white).sum();
+        let held_out: Vec<(PoseId, f64)> = self
+            .observations
+            .poses
+            .iter()
+            .zip(&predicted)
+            .map(|(pose, (rms_m, _))| (pose.clone(), *rms_m))
+            .collect();
+        let mean =
+            held_out.iter().map(|(_, rms)| rms * rms).sum::<f64>() / held_out.len().max(1) as f64;
+        Ok(Quality {
+            rms_m: self.rms_about_zeros(&residuals, &all),
+            held_out_rms_m: (poses > 1).then(|| mean.sqrt()),
+            held_out_noise_units: (poses > 1).then(|| (squares / residuals.len() as f64).sqrt()),
+            held_out,
+            reduced_chi2: state.fitted.squares
+                / (residuals.len().saturating_sub(free)).max(1) as f64,
+        })
+    }
+
+    /// The same poses predicted by two models, each fitted without them: fall of the weighted squares.
+    pub(super) fn held_out_fall(
+        &self,
+        state: &State,
+        simple: &Model,
+    ) -> Result<f64, MismatchError> {
+        let falls: Vec<f64> = (0..self.observations.poses.len())
+            .into_par_iter()
+            .map(|pose| {
+                let (_, with) = self.without_pose(state, &state.fitted.model, pose)?;
+                let (_, without) = self.without_pose(state, simple, pose)?;
+                Ok(without - with)
+            })
+            .collect::<Result<_, MismatchError>>()?;
+        // Summed in order, so that the number of threads does not show in the last digit.
+        Ok(falls.iter().sum())
+    }
+
+    /// Root mean square, m, and weighted squares of a pose that a model was not fitted to.
+    fn without_pose(
+        &self,
+        state: &State,
+        model: &Model,
+        pose: usize,
+    ) -> Result<(f64, f64), MismatchError> {
+        let kept: Vec<bool> = (0..self.observations.len())
+            .map(|reading| self.observations.cells[self.observations.cell_of(reading)].pose != pose)
+            .collect();
+        let refit = Refit {
+            baseline: self.baseline,
+            observations: self.observations,
+            whitening: &state.whitening,
+            kept: Some(&kept),
+            bounds_of_last: None,
+            near: None,
+        };
+        let mut predictor = self.predictor();
+        let fitted = refit
+            .fit(&mut predictor, model, true)
+            .map_or_else(|| model.clone(), |fitted| fitted.model);
+        let residuals = self.raw_residuals(&fitted)?;
+        let held: Vec<bool> = kept.iter().map(|kept| !kept).collect();
+        let mut white: Vec<f64> = residuals
+            .iter()
+            .zip(&held)
+            .map(|(residual, held)| if *held { *residual } else { 0.0 })
+            .collect();
+        state.whitening.apply(&mut white);
+        let squares = white.iter().map(|x| x * x).sum();
+        Ok((self.rms_about_zeros(&residuals, &held), squares))
+    }
+
+    /// Readings minus a model, m.
+    pub(super) fn raw_residuals(&self, model: &Model) -> Result<Vec<f64>, MismatchError> {
+        let mut residuals = self.predicted(&mut self.predictor(), model)?;
+        for (value, measured) in residuals.iter_mut().zip(&self.observations.displacement_m) {
+            *value = measured - *value;
+        }
+        Ok(residuals)
+    }
+
+    /// Root mean square about the mean of each gauge zero.
+    fn rms_about_zeros(&self, residuals: &[f64], counted: &[bool]) -> f64 {
+        let zeros = self
+            .observations
+            .readings
+            .iter()
+            .map(|r| r.zero as usize + 1);
+        let count = zeros.max().unwrap_or(0);
+        let mut sums = vec![(0.0, 0.0, 0.0); count];
+        for ((residual, reading), counted) in residuals
+            .iter()
+            .zip(&self.observations.readings)
+            .zip(counted)
+        {
+            if *counted {
+                let sum = &mut sums[reading.zero as usize];
+                sum.0 += 1.0;
+                sum.1 += residual;
+                sum.2 += residual * residual;
+            }
+        }
+        let (mut readings, mut squares) = (0.0, 0.0);
+        for (n, sum, square) in sums {
+            if n > 0.0 {
+                readings += n;
+                squares += square - sum * sum / n;
+            }
+        }
+        (squares.max(0.0) / f64::max(readings, 1.0)).sqrt()
+    }
+}

@@ -1,0 +1,191 @@
+//! Structures without one of their elements: candidates with no size, fitted in full each time.
+
+use rayon::prelude::*;
+
+use stiffbench_beams::physics::{Effect, Law};
+
+use super::candidate::{Candidate, Shape};
+use super::error::MismatchError;
+use super::memory::key_of;
+use super::rank::View;
+use super::ranked::Ranked;
+use super::refit::{Model, Near, Refit};
+use super::screen::{WhiteCandidate, WhiteShape};
+use super::space::{Space, dot};
+use super::state::{Bench, State};
+
+/// Squared length, in standard errors, below which the readings say nothing of a member: it may as well be loose.
+const INVISIBLE: f64 = 1e-6;
+
+/// Linear gain, as a share of the squared length of what a member's absence changes, below which no fit makes it a gain: halfway from what
+/// a structure with the member leaves (-1) to what explains nothing (0).
+const HOPELESS: f64 = -0.5;
+
+/// What the absence of a member would change in readings of the baseline.
+#[derive(Debug)]
+pub(super) struct LooseChange {
+    effect: Effect,
+    /// With the factors fitted again, m; `None` if the structure without it could not be fitted.
+    change_m: Option<Vec<f64>>,
+}
+
+impl Bench<'_> {
+    /// What loose members would change in readings of the baseline, for the limits; the factors fitted again, exactly.
+    pub(super) fn loose_shapes(
+        &self,
+        state: &State,
+        space: &Space,
+    ) -> Result<Vec<WhiteCandidate>, MismatchError> {
+        let shaped = |change: &LooseChange| {
+            let change_m = change.change_m.as_ref()?;
+            let white = space.projected(change_m);
+            let square = dot(&white, &white);
+            let shape = Shape {
+                values: Vec::new(),
+                scale: [1.0, 1.0],
+                saturation: 0.0,
+            };
+            (square > INVISIBLE).then(|| WhiteCandidate {
+                candidate: Candidate::of_shapes(
+                    Law::LooseMember,
+                    change.effect.place.clone(),
+                    vec![shape.clone()],
+                    1.0,
+                    false,
+                ),
+                shapes: vec![WhiteShape {
+                    shape,
+                    vectors: vec![white],
+                    square,
+                    peak_m: change_m.iter().fold(0.0, |most, d| d.abs().max(most)),
+                }],
+            })
+        };
+        Ok(self
+            .loose_changes(state)?
+            .iter()
+            .filter_map(shaped)
+            .collect())
+    }
+
+    /// What each loose member would change, about the first state that was asked for: where it stands matters little.
+    fn loose_changes(&self, state: &State) -> Result<&[LooseChange], MismatchError> {
+        self.memory.loose_changes(|| {
+            let base = Model {
+                parameters: state.fitted.model.parameters.clone(),
+                effects: Vec::new(),
+            };
+            let exact = self
+                .observations
+                .with_displacements(self.predicted(&mut self.predictor(), &base)?);
+            let change = |effect: Effect| {
+                let start = Model {
+                    parameters: base.parameters.clone(),
+                    effects: vec![effect.clone()],
+                };
+                let mut predictor = self.predictor();
+                let refit = Refit {
+                    observations: &exact,
+                    ..self.refit(&state.whitening)
+                };
+                let fitted = refit.fit(&mut predictor, &start, true);
+                let change_m = fitted
+                    .map(|fitted| {
+                        let mut with = self.predicted(&mut predictor, &fitted.model)?;
+                        for (value, without) in with.iter_mut().zip(&exact.displacement_m) {
+                            *value -= without;
+                        }
+                        Ok::<_, MismatchError>(with)
+                    })
+                    .transpose()?;
+                Ok(LooseChange { effect, change_m })
+            };
+            let effects = self.baseline.loose_effects().into_par_iter();
+            effects.with_max_len(1).map(change).collect()
+        })
+    }
+
+    /// Structures without one element, fitted.
+    ///
+    /// # Arguments
+    /// - `worth`: whether a linear gain is worth a fit.
+    pub(super) fn loose_members(
+        &self,
+        state: &State,
+        view: &View,
+        worth: impl Fn(f64) -> bool,
+    ) -> Result<Vec<Ranked>, MismatchError> {
+        let existing = &state.fitted.model.effects;
+        let key = key_of(state);
+        let promises = |change: &&LooseChange| {
+            let Some(change_m) = &change.change_m else {
+                return true;
+            };
+            let white = view.space.projected(change_m);
+            let square = dot(&white, &white);
+            let gain = 2.0 * dot(&white, &view.residuals) - square;
+            worth(gain) && gain > HOPELESS * square
+        };
+        let effects: Vec<&Effect> = self
+            .loose_changes(state)?
+            .iter()
+            .filter(|change| !existing.contains(&change.effect))
+            .filter(promises)
+            .map(|change| &change.effect)
+            .collect();
+        let fitted: Vec<Option<Ranked>> = effects
+            .into_par_iter()
+            .map(|effect| {
+                let fit = || self.loose_member(state, &view.space, effect);
+                self.memory.fitted(&key, effect, fit)
+            })
+            .collect::<Result<_, MismatchError>>()?;
+        Ok(fitted.into_iter().flatten().collect())
+    }
+
+    /// The structure of a state without one element more, fitted.
+    fn loose_member(
+        &self,
+        state: &State,
+        space: &Space,
+        effect: &Effect,
+    ) -> Result<Option<Ranked>, MismatchError> {
+        let existing = &state.fitted.model.effects;
+        let start = Model {
+            parameters: state.fitted.model.parameters.clone(),
+            effects: existing.iter().chain([effect]).cloned().collect(),
+        };
+        if self.baseline.variant(&start.effects).is_none() {
+            return Ok(None);
+        }
+        let mut predictor = self.predictor();
+        let refit = Refit {
+            near: Some(Near::Start),
+            ..self.refit(&state.whitening)
+        };
+        let Some(fitted) = refit.fit(&mut predictor, &start, true) else {
+            return Ok(None);
+        };
+        let gain = state.fitted.squares - fitted.squares;
+        if gain < 0.0 {
+            return Ok(None);
+        }
+        let place = fitted.model.effects.len() - 1;
+        let (white, whole) = self.effect_vector(&mut predictor, &fitted.model, place, space)?;
+        if dot(&white, &white) <= INVISIBLE {
+            return Ok(None);
+        }
+        Ok(Some(Ranked {
+            effect: effect.clone(),
+            wide: false,
+            gain,
+            // It has no shape that a fit could move.
+            linear_gain: gain,
+            log_bayes: f64::NEG_INFINITY,
+            white,
+            whole,
+            dof: 1e6,
+            fitted,
+        }))
+    }
+}

@@ -1,0 +1,141 @@
+//! What a search has worked out already.
+//!
+//! A search asks the same of the same model again and again: to swap an effect, to weigh it, to list its rivals; and a second search,
+//! with what was found in the gauge's positions, differs from the first in the gauge's periods only. What is kept here would come out the
+//! same to the last bit, but for the noise of the first model, from which other models are only given a start.
+
+use std::sync::{Arc, Mutex, OnceLock, PoisonError};
+
+use stiffbench_beams::physics::{Effect, Law};
+
+use super::known_noise::KnownNoise;
+use super::loose::LooseChange;
+use super::noise::ReadingNoise;
+use super::ranked::Ranked;
+use super::refit::Model;
+use super::restricted_likelihood::EstimatedNoise;
+use super::screen::SeenCandidate;
+use super::state::State;
+
+/// Results of searches that share baseline and readings, but for where the gauge stood.
+#[derive(Debug, Default)]
+pub(super) struct Memory {
+    settled: Kept<(Model, KnownNoise), Option<State>>,
+    seen: Kept<StateKey, Vec<SeenCandidate>>,
+    fitted: Kept<(StateKey, Effect), Option<Ranked>>,
+    noise: OnceLock<ReadingNoise>,
+    loose_changes: OnceLock<Vec<LooseChange>>,
+}
+
+/// What tells a state from others under the same readings.
+pub(super) type StateKey = (Model, EstimatedNoise);
+
+/// The key of a state.
+pub(super) fn key_of(state: &State) -> StateKey {
+    (state.fitted.model.clone(), state.noise)
+}
+
+/// Whether nothing depends on where the gauge stood.
+fn stands_anywhere(effects: &[Effect]) -> bool {
+    effects
+        .iter()
+        .all(|effect| effect.law != Law::GaugePeriodic)
+}
+
+impl Memory {
+    /// A settled model; worked out with `work` if it is not known.
+    pub(super) fn settled<E>(
+        &self,
+        start: Model,
+        noise: KnownNoise,
+        work: impl FnOnce(Model) -> Result<Option<State>, E>,
+    ) -> Result<Option<State>, E> {
+        if !stands_anywhere(&start.effects) {
+            return work(start);
+        }
+        let key = (start.clone(), noise);
+        let known = self.settled.of(&key, || work(start))?;
+        Ok((*known).clone())
+    }
+
+    /// Candidates seen from a state, none of them a period.
+    pub(super) fn seen(
+        &self,
+        key: &StateKey,
+        work: impl FnOnce() -> Vec<SeenCandidate>,
+    ) -> Vec<SeenCandidate> {
+        if !stands_anywhere(&key.0.effects) {
+            return work();
+        }
+        let known = self
+            .seen
+            .of(key, || Ok::<_, std::convert::Infallible>(work()));
+        match known {
+            Ok(known) => (*known).clone(),
+            Err(never) => match never {},
+        }
+    }
+
+    /// A candidate fitted from a state, by the effect that it starts with.
+    pub(super) fn fitted<E>(
+        &self,
+        key: &StateKey,
+        start: &Effect,
+        work: impl FnOnce() -> Result<Option<Ranked>, E>,
+    ) -> Result<Option<Ranked>, E> {
+        if !stands_anywhere(&key.0.effects) || start.law == Law::GaugePeriodic {
+            return work();
+        }
+        let known = self.fitted.of(&(key.clone(), start.clone()), work)?;
+        Ok((*known).clone())
+    }
+
+    /// The noise that the first model left, where the search for that of others starts.
+    pub(super) fn noise(&self) -> Option<&ReadingNoise> {
+        self.noise.get()
+    }
+
+    /// Keeps a noise, if it is the first.
+    pub(super) fn keep_noise(&self, noise: ReadingNoise) {
+        self.noise.get_or_init(|| noise);
+    }
+
+    /// What loose members would change.
+    pub(super) fn loose_changes<E>(
+        &self,
+        work: impl FnOnce() -> Result<Vec<LooseChange>, E>,
+    ) -> Result<&[LooseChange], E> {
+        if let Some(known) = self.loose_changes.get() {
+            return Ok(known);
+        }
+        let changes = work()?;
+        Ok(self.loose_changes.get_or_init(|| changes))
+    }
+}
+
+/// Values by key, in the order in which they came: they are few.
+#[derive(Debug)]
+struct Kept<K, V>(Mutex<Vec<(K, Arc<V>)>>);
+
+impl<K, V> Default for Kept<K, V> {
+    fn default() -> Self {
+        Self(Mutex::default())
+    }
+}
+
+impl<K: PartialEq + Clone, V> Kept<K, V> {
+    fn of<E>(&self, key: &K, work: impl FnOnce() -> Result<V, E>) -> Result<Arc<V>, E> {
+        let kept = || self.0.lock().unwrap_or_else(PoisonError::into_inner);
+        let find = |kept: &[(K, Arc<V>)]| {
+            let mut known = kept.iter().filter(|(known, _)| known == key);
+            known.next().map(|(_, value)| Arc::clone(value))
+        };
+        if let Some(known) = find(&kept()) {
+            return Ok(known);
+        }
+        // Not under the lock: others work on other keys meanwhile.
+        let value = Arc::new(work()?);
+        kept().push((key.clone(), Arc::clone(&value)));
+        Ok(value)
+    }
+}

@@ -1,0 +1,223 @@
+//! Readings that are planned and not yet made, laid out like those of a session.
+
+use stiffbench_beams::physics::LoadPoint;
+use stiffbench_units_and_text::test_point::{Branch, Direction, PoseId};
+
+use super::observations::{
+    GaugeSteps, Observations, ObservedCell, ObservedReading, ObservedRun, Recorded,
+};
+
+/// One planned reading.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct PlannedLoad {
+    /// Place in the load sequence, counted on through unloading; readings of a hold share it.
+    pub step: u32,
+    /// The load, N, signed.
+    pub force_n: f64,
+    /// Branch.
+    pub branch: Branch,
+    /// n-th application of the sequence or load, from 1.
+    pub repeat: u32,
+    /// Seconds under the load at the reading.
+    pub hold_s: f64,
+    /// Seconds since the session began.
+    pub time_s: f64,
+    /// Temperature, °C, if it is to be recorded.
+    pub temperature_deg_c: Option<f64>,
+    /// Whether the gauge is zeroed before the load.
+    pub zero_before: bool,
+}
+
+/// A pose and direction with its planned readings, in the order in which they are to be made.
+#[derive(Debug, Clone, PartialEq)]
+pub struct PlannedCell {
+    /// The pose.
+    pub pose: PoseId,
+    /// The direction.
+    pub direction: Direction,
+    /// Its readings.
+    pub loads: Vec<PlannedLoad>,
+}
+
+impl Observations {
+    /// Lays out planned readings; their displacements are zero.
+    ///
+    /// # Arguments
+    /// - `steps`: steps of the gauges that will be used.
+    /// - `release_n`: force to which each load is released before the next, if it is.
+    #[must_use]
+    pub fn planned(cells: &[PlannedCell], steps: GaugeSteps, release_n: Option<f64>) -> Self {
+        let mut poses: Vec<PoseId> = Vec::new();
+        for cell in cells {
+            if !poses.contains(&cell.pose) {
+                poses.push(cell.pose.clone());
+            }
+        }
+        let place = |cell: &PlannedCell| {
+            (
+                poses.iter().position(|pose| *pose == cell.pose),
+                cell.direction.index(),
+            )
+        };
+        let mut order: Vec<&PlannedCell> = cells.iter().collect();
+        order.sort_by_key(|cell| place(cell));
+        let all = || cells.iter().flat_map(|cell| &cell.loads);
+        let mut out = Self {
+            cells: Vec::new(),
+            runs: Vec::new(),
+            readings: Vec::new(),
+            loads: Vec::new(),
+            displacement_m: Vec::new(),
+            steps,
+            release_n,
+            recorded: Recorded {
+                time: true,
+                hold: true,
+                temperature: all().all(|load| load.temperature_deg_c.is_some())
+                    && all().next().is_some(),
+            },
+            free_zeros: false,
+            poses: Vec::new(),
+        };
+        let mut zeros = 0;
+        for cell in order {
+            let pose = poses.iter().position(|pose| *pose == cell.pose);
+            out.push_cell(pose.unwrap_or_default(), cell, &mut zeros);
+        }
+        out.poses = poses;
+        out
+    }
+
+    fn push_cell(&mut self, pose: usize, cell: &PlannedCell, zeros: &mut u32) {
+        // The zero, and the clock and temperature at it, of each reading.
+        let mut zeroed: Vec<(u32, PlannedLoad)> = Vec::new();
+        for load in &cell.loads {
+            let zero = match zeroed.last() {
+                Some((zero, at)) if !load.zero_before => (*zero, *at),
+                _ => {
+                    *zeros += 1;
+                    (*zeros - 1, *load)
+                }
+            };
+            zeroed.push(zero);
+        }
+        let mut places: Vec<usize> = (0..cell.loads.len()).collect();
+        places.sort_by_key(|&place| cell.loads[place].repeat);
+        let (first, first_run) = (self.readings.len(), self.runs.len());
+        for place in places {
+            let load = &cell.loads[place];
+            let new = self.runs.len() == first_run
+                || self.runs.last().is_none_or(|run| run.repeat != load.repeat);
+            let at = self.readings.len();
+            if new {
+                self.runs.push(ObservedRun {
+                    cell: self.cells.len(),
+                    repeat: load.repeat,
+                    readings: at..at,
+                });
+            }
+            let hold_number = match (self.readings.last(), self.loads.last()) {
+                (Some(reading), Some(before)) if !new && before.step == load.step => {
+                    reading.hold_number + 1
+                }
+                _ => 0,
+            };
+            let (zero, zero_load) = zeroed[place];
+            self.readings.push(ObservedReading {
+                run: self.runs.len() - 1,
+                zero,
+                branch: load.branch,
+                hold_number,
+                time_s: Some(load.time_s),
+                line: 0,
+                target_n: load.force_n,
+                flagged: false,
+            });
+            self.loads.push(LoadPoint {
+                force_n: load.force_n,
+                step: load.step,
+                hold_s: load.hold_s,
+                position_m: None,
+                since_zero_s: load.time_s - zero_load.time_s,
+                warming_k: match (load.temperature_deg_c, zero_load.temperature_deg_c) {
+                    (Some(now), Some(then)) => now - then,
+                    _ => 0.0,
+                },
+            });
+            self.displacement_m.push(0.0);
+            if let Some(run) = self.runs.last_mut() {
+                run.readings.end = at + 1;
+            }
+        }
+        self.cells.push(ObservedCell {
+            pose,
+            direction: cell.direction,
+            runs: first_run..self.runs.len(),
+            readings: first..self.readings.len(),
+        });
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn planned_readings_lie_as_a_session_lays_them_out() {
+        let load = |step, repeat, time_s, zero_before| PlannedLoad {
+            step,
+            force_n: -10.0 * f64::from(step),
+            branch: Branch::Loading,
+            repeat,
+            hold_s: 5.0,
+            time_s,
+            temperature_deg_c: None,
+            zero_before,
+        };
+        // Each load twice before the next, one zero: two runs of two readings that share it.
+        let loads = vec![
+            load(0, 1, 10.0, true),
+            load(0, 2, 20.0, false),
+            load(1, 1, 30.0, false),
+            load(1, 2, 40.0, false),
+        ];
+        let cell = |pose: &str, direction| PlannedCell {
+            pose: pose.into(),
+            direction,
+            loads: loads.clone(),
+        };
+        let cells = [
+            cell("B", Direction::Z),
+            cell("A", Direction::X),
+            cell("B", Direction::X),
+        ];
+        let observations = Observations::planned(&cells, GaugeSteps::default(), Some(-1.0));
+        assert_eq!(observations.poses, ["B".into(), "A".into()]);
+        let order: Vec<_> = observations
+            .cells
+            .iter()
+            .map(|cell| {
+                (
+                    cell.pose,
+                    cell.direction,
+                    cell.runs.clone(),
+                    cell.readings.clone(),
+                )
+            })
+            .collect();
+        assert_eq!(
+            order,
+            [
+                (0, Direction::X, 0..2, 0..4),
+                (0, Direction::Z, 2..4, 4..8),
+                (1, Direction::X, 4..6, 8..12)
+            ]
+        );
+        let second = &observations.runs[1];
+        assert_eq!((second.repeat, second.readings.clone()), (2, 2..4));
+        assert_eq!(observations.loads[3].since_zero_s, 30.0);
+        let zeros: Vec<u32> = observations.readings.iter().map(|r| r.zero).collect();
+        assert_eq!(zeros, [0, 0, 0, 0, 1, 1, 1, 1, 2, 2, 2, 2]);
+        assert!(!observations.recorded.temperature);
+    }
+}

@@ -1,0 +1,255 @@
+//! Readings predicted by the baseline and effects.
+
+use std::sync::{Arc, Mutex, PoisonError};
+
+use stiffbench_beams::physics::{Effect, Law, LawSet, Place, PoseMechanics, Twists};
+
+use super::baseline::{Baseline, PoseSolver};
+use super::changes::Frozen;
+use super::error::MismatchError;
+use super::observations::Observations;
+
+/// A solver of whatever baseline.
+type AnySolver<'a> = Box<dyn PoseSolver + 'a>;
+
+/// Solvers that no predictor uses at the moment, of each variant: to lay out a structure costs as much as several solutions.
+#[derive(Default)]
+pub(super) struct IdleSolvers<'a>(Mutex<Vec<Vec<AnySolver<'a>>>>);
+
+impl<'a> IdleSolvers<'a> {
+    fn take(&self, variant: usize) -> Option<AnySolver<'a>> {
+        let mut idle = self.0.lock().unwrap_or_else(PoisonError::into_inner);
+        idle.get_mut(variant)?.pop()
+    }
+
+    fn give_back(&self, solvers: &mut [Option<AnySolver<'a>>]) {
+        let mut idle = self.0.lock().unwrap_or_else(PoisonError::into_inner);
+        if idle.len() < solvers.len() {
+            idle.resize_with(solvers.len(), Vec::new);
+        }
+        for (idle, solver) in idle.iter_mut().zip(solvers) {
+            idle.extend(solver.take());
+        }
+    }
+}
+
+/// Predicts all readings for parameters and effects; one for each thread.
+pub(super) struct ReadingPredictor<'a> {
+    baseline: &'a dyn Baseline,
+    observations: &'a Observations,
+    solvers: Vec<Option<AnySolver<'a>>>,
+    /// Where its solvers come from and go to.
+    idle: Arc<IdleSolvers<'a>>,
+    twists: Twists,
+    /// Poses whose joints act as they are there, not as the factors have them.
+    held: Option<Vec<PoseMechanics>>,
+}
+
+impl Drop for ReadingPredictor<'_> {
+    fn drop(&mut self) {
+        self.idle.give_back(&mut self.solvers);
+    }
+}
+
+impl<'a> ReadingPredictor<'a> {
+    pub(super) fn new(
+        baseline: &'a dyn Baseline,
+        observations: &'a Observations,
+        idle: Arc<IdleSolvers<'a>>,
+    ) -> Self {
+        Self {
+            baseline,
+            observations,
+            solvers: (0..baseline.variants()).map(|_| None).collect(),
+            idle,
+            twists: Twists::default(),
+            held: None,
+        }
+    }
+
+    /// From now on twists act as in a frozen structure, whatever the factors; again as the factors have it with `None`.
+    ///
+    /// What twists do changes little with the factors, and to work it out is most of the work of a prediction.
+    pub(super) fn hold_joints(&mut self, frozen: Option<&Frozen>) {
+        self.held = frozen.map(|frozen| frozen.poses.clone());
+    }
+
+    /// From now on twists act as in the structure of parameters and effects.
+    pub(super) fn hold_joints_as_at(
+        &mut self,
+        parameters: &[f64],
+        effects: &[Effect],
+    ) -> Result<(), MismatchError> {
+        let count = self.observations.poses.len();
+        let Some((_, solver)) = self.solver(effects)? else {
+            return Ok(());
+        };
+        if let Some((_, turning)) = law_set(&solver.joint_names(), effects) {
+            solver.solve_for(parameters, &turning)?;
+            self.held = Some((0..count).map(|pose| solver.pose(pose).clone()).collect());
+        }
+        Ok(())
+    }
+
+    /// The solver of the variant that the effects ask for.
+    fn solver(
+        &mut self,
+        effects: &[Effect],
+    ) -> Result<Option<(usize, &mut AnySolver<'a>)>, MismatchError> {
+        let Some(variant) = self.baseline.variant(effects) else {
+            return Ok(None);
+        };
+        let place = &mut self.solvers[variant];
+        if place.is_none() {
+            *place = self.idle.take(variant);
+        }
+        if place.is_none() {
+            *place = Some(self.baseline.solver(variant)?);
+        }
+        Ok(place.as_mut().map(|solver| (variant, solver)))
+    }
+
+    /// The same, solved as far as displacements and derivatives of the linear structure need it.
+    fn solved(
+        &mut self,
+        parameters: &[f64],
+        effects: &[Effect],
+    ) -> Result<Option<usize>, MismatchError> {
+        let Some((variant, solver)) = self.solver(effects)? else {
+            return Ok(None);
+        };
+        solver.solve_for(parameters, &[])?;
+        Ok(Some(variant))
+    }
+
+    /// Displacements of all readings, m; `false` if there is no such structure.
+    pub(super) fn predict(
+        &mut self,
+        parameters: &[f64],
+        effects: &[Effect],
+        out: &mut [f64],
+    ) -> Result<bool, MismatchError> {
+        let baseline = self.baseline;
+        let is_held = self.held.is_some();
+        let Some((variant, solver)) = self.solver(effects)? else {
+            return Ok(false);
+        };
+        let names;
+        let joints: &[String] = if variant == 0 {
+            baseline.joints()
+        } else {
+            names = solver.joint_names();
+            &names
+        };
+        let Some((laws, turning)) = law_set(joints, effects) else {
+            return Ok(false);
+        };
+        let asked_for = if is_held { &[] } else { &turning[..] };
+        solver.solve_for(parameters, asked_for)?;
+        let Some(solver) = &self.solvers[variant] else {
+            return Ok(false);
+        };
+        for (index, held) in self.held.iter_mut().flatten().enumerate() {
+            held.influence.compliance_m_per_n = solver.pose(index).influence.compliance_m_per_n;
+        }
+        for (index, run) in self.observations.runs.iter().enumerate() {
+            let pose = self.observations.cells[run.cell].pose;
+            let mechanics = match &self.held {
+                Some(held) => &held[pose],
+                None => solver.pose(pose),
+            };
+            laws.displacements_m(
+                mechanics,
+                &self.observations.run_loads(index),
+                &mut self.twists,
+                &mut out[run.readings.clone()],
+            );
+        }
+        Ok(true)
+    }
+
+    /// Compliance of the baseline at each reading along its direction, m/N.
+    pub(super) fn compliance(
+        &mut self,
+        parameters: &[f64],
+        effects: &[Effect],
+        out: &mut [f64],
+    ) -> Result<(), MismatchError> {
+        let Some(variant) = self.solved(parameters, effects)? else {
+            return Ok(());
+        };
+        if let Some(solver) = &self.solvers[variant] {
+            for cell in &self.observations.cells {
+                let axis = cell.direction.index();
+                let pose: &PoseMechanics = solver.pose(cell.pose);
+                out[cell.readings.clone()].fill(pose.influence.compliance_m_per_n[axis][axis]);
+            }
+        }
+        Ok(())
+    }
+
+    /// Derivatives of the baseline's prediction to its parameters, one column of readings after the other, m.
+    ///
+    /// Those of the linear structure: what an effect adds changes little with them.
+    pub(super) fn gradient(
+        &mut self,
+        parameters: &[f64],
+        effects: &[Effect],
+        out: &mut [f64],
+    ) -> Result<(), MismatchError> {
+        let n = self.observations.len();
+        let Some(variant) = self.solved(parameters, effects)? else {
+            return Ok(());
+        };
+        if let Some(solver) = &self.solvers[variant] {
+            for cell in &self.observations.cells {
+                let axis = cell.direction.index();
+                let pose = solver.pose(cell.pose);
+                for (column, gradient) in out.chunks_mut(n).zip(&pose.compliance_gradient) {
+                    for reading in cell.readings.clone() {
+                        column[reading] = gradient[axis] * self.observations.loads[reading].force_n;
+                    }
+                }
+            }
+        }
+        Ok(())
+    }
+
+    /// The poses of the structure that effects ask for, as they are now.
+    pub(super) fn frozen(
+        &mut self,
+        parameters: &[f64],
+        effects: &[Effect],
+    ) -> Result<Frozen, MismatchError> {
+        let known: &[Effect] = match self.baseline.variant(effects) {
+            Some(_) => effects,
+            None => &[],
+        };
+        let count = self.observations.poses.len();
+        let (_, solver) = self.solver(known)?.ok_or(MismatchError::Empty)?;
+        solver.solve(parameters)?;
+        let poses = (0..count).map(|pose| solver.pose(pose).clone()).collect();
+        Ok(Frozen {
+            poses,
+            joints: solver.joint_names(),
+        })
+    }
+}
+
+/// The laws of effects and the joints they turn; `None` if one sits in a joint that is not there.
+fn law_set(joints: &[String], effects: &[Effect]) -> Option<(LawSet, Vec<usize>)> {
+    let mut set = LawSet::default();
+    let mut turning = Vec::new();
+    for effect in effects
+        .iter()
+        .filter(|effect| effect.law != Law::LooseMember)
+    {
+        let joint = match &effect.place {
+            Place::Joint(name) => Some(joints.iter().position(|joint| joint == name)?),
+            _ => None,
+        };
+        turning.extend(joint);
+        set.push(effect, joint);
+    }
+    Some((set, turning))
+}

@@ -1,0 +1,448 @@
+//! Candidates in the order of their evidence, given a model that already holds some effects.
+
+use rayon::prelude::*;
+
+use stiffbench_beams::physics::{Effect, Law, Place, Twists};
+
+use super::candidate::{Candidate, candidates};
+use super::changes::{Changes, Frozen};
+use super::error::MismatchError;
+use super::limits::Limits;
+use super::memory::{StateKey, key_of};
+use super::noise::ReadingNoise;
+use super::predictor::ReadingPredictor;
+use super::products::{Measured, Products};
+use super::ranked::Ranked;
+use super::refit::{Fitted, Model, Near, Refit, is_smooth};
+use super::screen::{
+    Screened, SeenCandidate, WhiteCandidate, screen, seen_candidates, white_candidates,
+};
+use super::space::{Space, dot};
+use super::state::{Bench, State};
+
+/// Candidates that are fitted in full after the screen.
+const FITTED: usize = 24;
+
+/// Gain, below the best, to which candidates are fitted in full: a Bayes factor of e to this half.
+const WITHIN: f64 = 26.0;
+
+/// A law that would explain the readings with an impossible value.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Impossible {
+    /// The law.
+    pub law: Law,
+    /// The place.
+    pub place: Place,
+    /// Drop of the weighted squares that the impossible sign would give.
+    pub gain: f64,
+}
+
+/// Where candidates are fitted: a state, and the white space of its residuals.
+struct Field<'a> {
+    state: &'a State,
+    key: &'a StateKey,
+    space: &'a Space,
+    changes: &'a Changes<'a>,
+    products: &'a Products<'a>,
+}
+
+/// All candidates as the residuals of a state see them.
+pub(super) struct View {
+    /// The candidates with their shapes; loose members, which have none, are not among them.
+    pub(super) seen: Vec<SeenCandidate>,
+    /// The poses and the space in which they were seen.
+    pub(super) frozen: Frozen,
+    pub(super) space: Space,
+    /// White residuals of the state.
+    pub(super) residuals: Vec<f64>,
+}
+
+impl View {
+    /// Candidates that would need an impossible value, the largest gain first.
+    pub(super) fn impossible(&self) -> Vec<Impossible> {
+        impossible_ones(&self.seen, &screen(&self.seen))
+    }
+}
+
+impl Bench<'_> {
+    /// Every law at every place as a state leaves it to be seen, nothing fitted.
+    ///
+    /// # Arguments
+    /// - `without`: laws left out.
+    pub(super) fn look(&self, state: &State, without: &[Law]) -> Result<View, MismatchError> {
+        let mut view = self.empty_view(state)?;
+        let list = candidates(self.observations, &view.frozen, without);
+        let (periods, list): (Vec<Candidate>, Vec<Candidate>) = list
+            .into_iter()
+            .partition(|candidate| candidate.law == Law::GaugePeriodic);
+        let mut seen = self
+            .memory
+            .seen(&key_of(state), || self.see(state, &view, list));
+        seen.extend(self.see(state, &view, periods));
+        view.seen = seen;
+        Ok(view)
+    }
+
+    /// The same again under another noise, of those candidates only that may reach a share of their limits.
+    ///
+    /// # Arguments
+    /// - `before`: the view under the noise of the state before.
+    pub(super) fn look_again(
+        &self,
+        state: &State,
+        (before, noise_before): (&View, &ReadingNoise),
+        (limits, least): (&Limits, f64),
+    ) -> Result<View, MismatchError> {
+        // A gain grows about as the inverse of the variances: by no more than that of them falls which falls most.
+        let growth = noise_before.largest_variance_ratio(&state.noise.noise);
+        let screened = screen(&before.seen);
+        let list = before.seen.iter().zip(screened).filter(|(seen, screened)| {
+            let limit = limits.of((seen.candidate.law, seen.candidate.wide));
+            screened.is_some_and(|screened| growth * screened.gain >= least * limit)
+        });
+        let list = list.map(|(seen, _)| seen.candidate.clone()).collect();
+        let mut view = self.empty_view(state)?;
+        view.seen = self.see(state, &view, list);
+        Ok(view)
+    }
+
+    /// A view of no candidate.
+    fn empty_view(&self, state: &State) -> Result<View, MismatchError> {
+        let (space, residuals) = self.space(state)?;
+        let model = &state.fitted.model;
+        Ok(View {
+            seen: Vec::new(),
+            frozen: self.predictor().frozen(&model.parameters, &model.effects)?,
+            space,
+            residuals,
+        })
+    }
+
+    /// Candidates compared with the residuals of a view.
+    fn see(&self, state: &State, view: &View, list: Vec<Candidate>) -> Vec<SeenCandidate> {
+        let effects = &state.fitted.model.effects;
+        let changes = Changes::new(self.observations, &view.frozen, effects);
+        let products = Products::new(&view.space, &view.residuals);
+        changes.map_or_else(Vec::new, |changes| {
+            seen_candidates(&changes, &products, list)
+        })
+    }
+
+    /// All that is searched, as white vectors: what a view shows, and loose members.
+    pub(super) fn white_shapes(
+        &self,
+        view: &View,
+        state: &State,
+    ) -> Result<Vec<WhiteCandidate>, MismatchError> {
+        let effects = &state.fitted.model.effects;
+        let changes = Changes::new(self.observations, &view.frozen, effects);
+        let mut white = changes.map_or_else(Vec::new, |changes| {
+            white_candidates(&changes, &view.space, &view.seen)
+        });
+        white.extend(self.loose_shapes(state, &view.space)?);
+        Ok(white)
+    }
+
+    /// Fits what a view shows and weighs the evidence: the best first.
+    ///
+    /// # Arguments
+    /// - `without`: laws left out.
+    /// - `least`: share of its limit below which the linear gain of a candidate is of no interest; minus infinity to fit all.
+    pub(super) fn rank(
+        &self,
+        state: &State,
+        view: &View,
+        without: &[Law],
+        (limits, least): (&Limits, f64),
+    ) -> Result<Vec<Ranked>, MismatchError> {
+        let effects = &state.fitted.model.effects;
+        let enough = |law, wide, gain: f64| gain >= least * limits.of((law, wide));
+        let mut ranked = Vec::new();
+        if let Some(changes) = &Changes::new(self.observations, &view.frozen, effects) {
+            let field = Field {
+                state,
+                key: &key_of(state),
+                space: &view.space,
+                changes,
+                products: &Products::new(&view.space, &view.residuals),
+            };
+            let mut chosen = choose(&view.seen, &screen(&view.seen), effects);
+            chosen.retain(|&(place, screened)| {
+                let Candidate { law, wide, .. } = view.seen[place].candidate;
+                enough(law, wide, screened.gain)
+            });
+            ranked = self.fit_chosen(&field, &view.seen, &chosen)?;
+        }
+        if !without.contains(&Law::LooseMember) {
+            let worth = |gain| enough(Law::LooseMember, false, gain);
+            ranked.extend(self.loose_members(state, view, worth)?);
+        }
+        for ranked in &mut ranked {
+            ranked.weigh(limits);
+        }
+        ranked.sort_by(|a, b| b.log_bayes.total_cmp(&a.log_bayes));
+        Ok(ranked)
+    }
+
+    /// Fits the candidates that the screen has chosen.
+    fn fit_chosen(
+        &self,
+        field: &Field<'_>,
+        seen: &[SeenCandidate],
+        chosen: &[(usize, Screened)],
+    ) -> Result<Vec<Ranked>, MismatchError> {
+        let fitted: Vec<Option<Ranked>> = chosen
+            .par_iter()
+            .map_init(
+                || self.predictor(),
+                |predictor, &(place, screened)| {
+                    self.fit_candidate(field, predictor, &seen[place], screened)
+                },
+            )
+            .collect::<Result<_, _>>()?;
+        Ok(fitted.into_iter().flatten().collect())
+    }
+
+    /// Fits one candidate in full.
+    fn fit_candidate(
+        &self,
+        field: &Field<'_>,
+        predictor: &mut ReadingPredictor<'_>,
+        seen: &SeenCandidate,
+        screened: Screened,
+    ) -> Result<Option<Ranked>, MismatchError> {
+        let shape = &seen.shapes[screened.shape];
+        let mut effect = shape.effect(&seen.candidate, screened.scale);
+        let bounds = &seen.candidate.bounds_near(&shape.shape);
+        field.polish(bounds, &mut effect);
+        self.memory.fitted(field.key, &effect, || {
+            let fitted = self.fit_from(field, predictor, bounds, &effect);
+            fitted.map_or(Ok(None), |fitted| {
+                self.ranked(field, predictor, (&seen.candidate, screened.gain), fitted)
+            })
+        })
+    }
+
+    /// Fits a candidate from an effect.
+    fn fit_from(
+        &self,
+        field: &Field<'_>,
+        predictor: &mut ReadingPredictor<'_>,
+        bounds: &[[f64; 2]],
+        effect: &Effect,
+    ) -> Option<Fitted> {
+        let state = field.state;
+        let existing = &state.fitted.model.effects;
+        let start = Model {
+            parameters: state.fitted.model.parameters.clone(),
+            effects: existing.iter().chain([effect]).cloned().collect(),
+        };
+        let refit = Refit {
+            bounds_of_last: Some(bounds),
+            ..self.refit(&state.whitening)
+        };
+        let first = Refit {
+            near: Some(Near::Known(field.changes.frozen())),
+            ..refit
+        };
+        let mut fitted = first.fit(predictor, &start, true)?;
+        // A shape that matters is searched with full fits.
+        if state.fitted.squares - fitted.squares > 30.0 {
+            fitted = search_shape(&refit, predictor, bounds, fitted);
+        }
+        Some(fitted)
+    }
+
+    /// A fitted candidate, not yet weighed.
+    fn ranked(
+        &self,
+        field: &Field<'_>,
+        predictor: &mut ReadingPredictor<'_>,
+        (candidate, linear_gain): (&Candidate, f64),
+        fitted: Fitted,
+    ) -> Result<Option<Ranked>, MismatchError> {
+        let state = field.state;
+        let gain = state.fitted.squares - fitted.squares;
+        let Some(effect) = fitted.model.effects.last().cloned() else {
+            return Ok(None);
+        };
+        let last = fitted.model.effects.len() - 1;
+        let (vector, whole) = self.effect_vector(predictor, &fitted.model, last, field.space)?;
+        let mut scratch = Vec::new();
+        let shares = state
+            .whitening
+            .variance_shares(self.observations, &vector, &mut scratch);
+        Ok(Some(Ranked {
+            wide: candidate.wide,
+            gain,
+            linear_gain,
+            log_bayes: f64::NEG_INFINITY,
+            white: vector,
+            whole,
+            dof: state.noise.degrees_of_freedom(shares),
+            fitted,
+            effect,
+        }))
+    }
+
+    /// An effect of a model, white and projected, and its squared length before projection.
+    pub(super) fn effect_vector(
+        &self,
+        predictor: &mut ReadingPredictor<'_>,
+        model: &Model,
+        effect: usize,
+        space: &Space,
+    ) -> Result<(Vec<f64>, f64), MismatchError> {
+        let mut with = self.predicted(predictor, model)?;
+        let mut rest = model.clone();
+        rest.effects.remove(effect);
+        for (value, without) in with.iter_mut().zip(self.predicted(predictor, &rest)?) {
+            *value -= without;
+        }
+        let mut white = space.white(&with);
+        let whole = dot(&white, &white);
+        space.project(&mut white);
+        Ok((white, whole))
+    }
+}
+
+impl Field<'_> {
+    /// Moves the values that readings depend on by kinks to where the linear gain is largest.
+    fn polish(&self, bounds: &[[f64; 2]], effect: &mut Effect) {
+        let Some(value) = kinked(effect) else { return };
+        let mut change_m = vec![0.0; self.changes.readings()];
+        let (mut twists, mut scratch) = (Twists::default(), Vec::new());
+        let path = self.changes.path(&effect.place);
+        let mut gain_of = |effect: &Effect| -> f64 {
+            let Some(range) = self
+                .changes
+                .of(effect, path.as_ref(), &mut twists, &mut change_m)
+            else {
+                return f64::NEG_INFINITY;
+            };
+            let Measured { square, product } =
+                self.products.measure(&change_m, &range, &mut scratch);
+            if square == 0.0 {
+                return f64::NEG_INFINITY;
+            }
+            let scale = (product / square).clamp(0.5, 2.0);
+            scale * (2.0 * product - scale * square)
+        };
+        let mut best = gain_of(effect);
+        let mut ratio = 1.25;
+        for _ in 0..14 {
+            let mut moved = false;
+            for factor in [ratio, 1.0 / ratio] {
+                let mut trial = effect.clone();
+                let [lower, upper] = bounds[value];
+                trial.values[value] = (trial.values[value] * factor).clamp(lower, upper);
+                let gain = gain_of(&trial);
+                if gain > best {
+                    best = gain;
+                    *effect = trial;
+                    moved = true;
+                    break;
+                }
+            }
+            if !moved {
+                ratio = ratio.sqrt();
+                if ratio < 1.01 {
+                    break;
+                }
+            }
+        }
+    }
+}
+
+/// Moves the value that readings depend on by kinks to where the squares are smallest, with full fits.
+fn search_shape(
+    refit: &Refit<'_>,
+    predictor: &mut ReadingPredictor<'_>,
+    bounds: &[[f64; 2]],
+    start: Fitted,
+) -> Fitted {
+    let last = start.model.effects.len() - 1;
+    let Some(value) = kinked(&start.model.effects[last]) else {
+        return start;
+    };
+    let mut best = start;
+    let mut ratio = 1.2;
+    for _ in 0..12 {
+        let mut moved = false;
+        for factor in [ratio, 1.0 / ratio] {
+            let mut trial = best.model.clone();
+            let [lower, upper] = bounds[value];
+            let moved_to = trial.effects[last].values[value] * factor;
+            trial.effects[last].values[value] = moved_to.clamp(lower, upper);
+            if let Some(fitted) = refit.fit(predictor, &trial, true)
+                && fitted.squares < best.squares
+            {
+                best = fitted;
+                moved = true;
+                break;
+            }
+        }
+        if !moved {
+            ratio = ratio.sqrt();
+            if ratio < 1.02 {
+                break;
+            }
+        }
+    }
+    best
+}
+
+/// The value of an effect that is searched, not followed by derivatives.
+fn kinked(effect: &Effect) -> Option<usize> {
+    (1..effect.values.len()).find(|&value| !is_smooth(effect.law, value))
+}
+
+/// Candidates to fit in full: the best, and those near enough to be its rivals; of slips only the best few.
+fn choose(
+    seen: &[SeenCandidate],
+    screened: &[Option<Screened>],
+    existing: &[Effect],
+) -> Vec<(usize, Screened)> {
+    // A jump of a few micrometres may as well have come a step or two earlier or later.
+    const SLIPS: usize = 6;
+    let there = |candidate: &Candidate| {
+        existing
+            .iter()
+            .any(|effect| effect.law == candidate.law && effect.place == candidate.place)
+    };
+    let mut all: Vec<(usize, Screened)> = screened
+        .iter()
+        .enumerate()
+        .filter_map(|(place, screened)| Some((place, (*screened)?)))
+        .filter(|(place, _)| !there(&seen[*place].candidate))
+        .collect();
+    all.sort_by(|a, b| b.1.gain.total_cmp(&a.1.gain).then(a.0.cmp(&b.0)));
+    let best = all.first().map_or(0.0, |(_, screened)| screened.gain);
+    let mut slips = 0;
+    all.retain(|(place, _)| {
+        let slip = seen[*place].candidate.law == Law::Slip;
+        slips += usize::from(slip);
+        !slip || slips <= SLIPS
+    });
+    all.into_iter()
+        .take_while(|(_, screened)| screened.gain > best - WITHIN)
+        .take(FITTED)
+        .collect()
+}
+
+fn impossible_ones(seen: &[SeenCandidate], screened: &[Option<Screened>]) -> Vec<Impossible> {
+    let mut out: Vec<Impossible> = seen
+        .iter()
+        .zip(screened)
+        .filter_map(|(candidate, screened)| {
+            let gain = screened.as_ref()?.impossible_gain;
+            (gain > 0.0).then(|| Impossible {
+                law: candidate.candidate.law,
+                place: candidate.candidate.place.clone(),
+                gain,
+            })
+        })
+        .collect();
+    out.sort_by(|a, b| b.gain.total_cmp(&a.gain));
+    out
+}

@@ -1,0 +1,412 @@
+//! Baseline and effects fitted together to the readings, in the white space of one noise.
+
+use stiffbench_beams::physics::{Effect, Law, Place, Sign};
+use stiffbench_numeric::least_squares::{
+    EvaluationFailure, JacobianView, LeastSquaresSettings, Parameter, ParameterSet,
+    ResidualFunction, minimise,
+};
+
+use super::baseline::Baseline;
+use super::changes::Frozen;
+use super::error::MismatchError;
+use super::noise::Whitening;
+use super::observations::Observations;
+use super::predictor::ReadingPredictor;
+
+/// A model of the readings: values of the baseline's parameters, and effects.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct Model {
+    pub(super) parameters: Vec<f64>,
+    pub(super) effects: Vec<Effect>,
+}
+
+/// A model fitted to the readings.
+#[derive(Debug, Clone)]
+pub(super) struct Fitted {
+    pub(super) model: Model,
+    /// Weighted squares of the readings and of what was known of the parameters.
+    pub(super) squares: f64,
+}
+
+/// Which values of a law a fit moves by derivatives; the others, on which readings depend by kinks and steps, are searched.
+pub(super) fn is_smooth(law: Law, parameter: usize) -> bool {
+    parameter == 0 || matches!(law, Law::JointNonlinearity | Law::GaugePeriodic)
+}
+
+/// A reduction of the weighted squares below this decides nothing.
+const NEGLIGIBLE: f64 = 1e-3;
+
+/// Readings used by a fit: those where `weight` is not zero (held-out readings have none).
+#[derive(Clone, Copy)]
+pub(super) struct Refit<'a> {
+    pub(super) baseline: &'a dyn Baseline,
+    pub(super) observations: &'a Observations,
+    pub(super) whitening: &'a Whitening,
+    /// Readings that count; all if `None`.
+    pub(super) kept: Option<&'a [bool]>,
+    /// Bounds of the values of the last effect; those of the sign alone if `None`.
+    pub(super) bounds_of_last: Option<&'a [[f64; 2]]>,
+    /// The structure whose twists serve until the fit is near its end.
+    pub(super) near: Option<Near<'a>>,
+}
+
+/// A structure near that of a fit.
+#[derive(Clone, Copy)]
+pub(super) enum Near<'a> {
+    /// A known one.
+    Known(&'a Frozen),
+    /// The one at the start.
+    Start,
+}
+
+impl Refit<'_> {
+    /// Fits from a start; `None` if the start is no structure.
+    pub(super) fn fit(
+        &self,
+        predictor: &mut ReadingPredictor<'_>,
+        start: &Model,
+        move_effects: bool,
+    ) -> Option<Fitted> {
+        let in_a_joint = |effect: &Effect| matches!(effect.place, Place::Joint(_));
+        let near = self.near.filter(|_| start.effects.iter().any(in_a_joint));
+        let first = near.and_then(|near| {
+            match near {
+                Near::Known(frozen) => predictor.hold_joints(Some(frozen)),
+                Near::Start => predictor
+                    .hold_joints_as_at(&start.parameters, &start.effects)
+                    .ok()?,
+            }
+            let first = self.fit_from(predictor, start, move_effects);
+            predictor.hold_joints(None);
+            first
+        });
+        let start = first.as_ref().map_or(start, |first| &first.model);
+        self.fit_from(predictor, start, move_effects)
+    }
+
+    fn fit_from(
+        &self,
+        predictor: &mut ReadingPredictor<'_>,
+        start: &Model,
+        move_effects: bool,
+    ) -> Option<Fitted> {
+        let mut problem = Problem {
+            refit: self,
+            predictor,
+            effects: start.effects.clone(),
+            scratch: vec![0.0; self.observations.len()],
+            shifted: vec![0.0; self.observations.len()],
+            gradient: vec![0.0; self.observations.len() * self.baseline.parameters().len()],
+        };
+        let set = self.parameter_set(start, move_effects);
+        let settings = LeastSquaresSettings {
+            max_evaluations: 40,
+            negligible_reduction: NEGLIGIBLE,
+            ..LeastSquaresSettings::for_refits()
+        };
+        let fit = minimise(&mut problem, &set.ok()?, &settings).ok()?;
+        let parameters = self.baseline.parameters().len();
+        let mut effects = start.effects.clone();
+        put_values(&mut effects, &fit.values[parameters..]);
+        Some(Fitted {
+            model: Model {
+                parameters: fit.values[..parameters].to_vec(),
+                effects,
+            },
+            squares: fit.sum_of_squares(),
+        })
+    }
+
+    fn parameter_set(
+        &self,
+        start: &Model,
+        move_effects: bool,
+    ) -> Result<ParameterSet, stiffbench_numeric::least_squares::LeastSquaresError> {
+        let of_baseline = self
+            .baseline
+            .parameters()
+            .iter()
+            .zip(&start.parameters)
+            .map(|(parameter, &value)| {
+                let (lower, upper) = (parameter.lower, parameter.upper);
+                Parameter::free(&parameter.name, value.clamp(lower, upper), lower, upper)
+            });
+        let last = start.effects.len().wrapping_sub(1);
+        let of_effects = start
+            .effects
+            .iter()
+            .enumerate()
+            .flat_map(|(place, effect)| {
+                let bounds = self.bounds_of_last.filter(|_| place == last);
+                effect
+                    .law
+                    .parameters()
+                    .iter()
+                    .zip(moved_values(effect))
+                    .enumerate()
+                    .map(move |(index, (parameter, value))| {
+                        let name = format!("{place}.{}", parameter.name);
+                        if !(move_effects && is_smooth(effect.law, index)) {
+                            return Parameter::fixed(name, value);
+                        }
+                        let lower = if parameter.sign == Sign::Positive {
+                            0.0
+                        } else {
+                            f64::NEG_INFINITY
+                        };
+                        let [lower, upper] = bounds
+                            .and_then(|bounds| bounds.get(index).copied())
+                            .unwrap_or([lower, f64::INFINITY]);
+                        Parameter::free(name, value.clamp(lower, upper), lower, upper)
+                    })
+            });
+        ParameterSet::new(of_baseline.chain(of_effects).collect())
+    }
+
+    /// White residuals of a model, those of the parameters behind them, and their squares.
+    pub(super) fn residuals(
+        &self,
+        predictor: &mut ReadingPredictor<'_>,
+        model: &Model,
+    ) -> Result<Option<Vec<f64>>, MismatchError> {
+        let mut residuals = vec![0.0; self.observations.len()];
+        if !predictor.predict(&model.parameters, &model.effects, &mut residuals)? {
+            return Ok(None);
+        }
+        self.whiten_residuals(&mut residuals);
+        self.append_parameters(&model.parameters, &mut residuals);
+        Ok(Some(residuals))
+    }
+
+    fn whiten_residuals(&self, predicted: &mut [f64]) {
+        for (value, displacement) in predicted.iter_mut().zip(&self.observations.displacement_m) {
+            *value = displacement - *value;
+        }
+        self.whiten(predicted);
+    }
+
+    /// Whitens a vector of readings in which those held out count nothing.
+    fn whiten(&self, values: &mut [f64]) {
+        self.drop_held_out(values);
+        self.whitening.apply(values);
+    }
+
+    fn drop_held_out(&self, values: &mut [f64]) {
+        if let Some(kept) = self.kept {
+            for (value, kept) in values.iter_mut().zip(kept) {
+                if !kept {
+                    *value = 0.0;
+                }
+            }
+        }
+    }
+
+    fn append_parameters(&self, parameters: &[f64], residuals: &mut Vec<f64>) {
+        for (parameter, value) in self.baseline.parameters().iter().zip(parameters) {
+            residuals.push((parameter.start - value) / parameter.prior_sd);
+        }
+    }
+}
+
+/// The values of an effect as a fit moves them: of a nonlinear joint the quadratic term over the linear one, for it is that which has bounds.
+fn moved_values(effect: &Effect) -> impl Iterator<Item = f64> + '_ {
+    effect.values.iter().enumerate().map(|(index, &value)| {
+        let linear = effect.values[0];
+        match (effect.law, index) {
+            (Law::JointNonlinearity, 1) if linear != 0.0 => value / linear,
+            _ => value,
+        }
+    })
+}
+
+/// Puts values as a fit moves them into effects.
+fn put_values(effects: &mut [Effect], values: &[f64]) {
+    let all = effects.iter_mut().flat_map(|effect| &mut effect.values);
+    for (target, value) in all.zip(values) {
+        *target = *value;
+    }
+    for effect in effects {
+        if effect.law == Law::JointNonlinearity {
+            effect.values[1] *= effect.values[0];
+        }
+    }
+}
+
+/// Moves one value of an effect as a fit moves it, by a small step, and says by how much.
+fn step_on(effect: &mut Effect, value: usize) -> f64 {
+    let step = step_of(effect, value);
+    let before = effect.values[value];
+    effect.values[value] += step;
+    match (effect.law, value) {
+        (Law::JointNonlinearity, 0) if before != 0.0 => {
+            effect.values[1] *= (before + step) / before;
+            step
+        }
+        // Without a linear term the ratio moves nothing: over an endless step the difference is none.
+        (Law::JointNonlinearity, 1) if effect.values[0] == 0.0 => f64::INFINITY,
+        (Law::JointNonlinearity, 1) => step / effect.values[0],
+        _ => step,
+    }
+}
+
+struct Problem<'r, 'a, 'p> {
+    refit: &'r Refit<'a>,
+    predictor: &'r mut ReadingPredictor<'p>,
+    effects: Vec<Effect>,
+    scratch: Vec<f64>,
+    shifted: Vec<f64>,
+    gradient: Vec<f64>,
+}
+
+/// The structure does not exist with these effects.
+#[derive(Debug, thiserror::Error)]
+#[error("there is no such structure")]
+struct NoStructure;
+
+impl ResidualFunction for Problem<'_, '_, '_> {
+    fn residual_count(&self) -> usize {
+        self.scratch.len() + self.refit.baseline.parameters().len()
+    }
+
+    fn evaluate(
+        &mut self,
+        parameters: &[f64],
+        residuals: &mut [f64],
+        jacobian: Option<&mut JacobianView<'_>>,
+    ) -> Result<(), EvaluationFailure> {
+        let count = self.refit.baseline.parameters().len();
+        let (of_baseline, of_effects) = parameters.split_at(count);
+        put_values(&mut self.effects, of_effects);
+        let n = self.scratch.len();
+        let there = self
+            .predictor
+            .predict(of_baseline, &self.effects, &mut self.scratch)
+            .map_err(EvaluationFailure::of_model)?;
+        if !there {
+            return Err(EvaluationFailure::of_model(NoStructure));
+        }
+        residuals[..n].copy_from_slice(&self.scratch);
+        self.refit.whiten_residuals(&mut residuals[..n]);
+        let known = self.refit.baseline.parameters();
+        for ((residual, parameter), value) in residuals[n..].iter_mut().zip(known).zip(of_baseline)
+        {
+            *residual = (parameter.start - value) / parameter.prior_sd;
+        }
+        if let Some(jacobian) = jacobian {
+            self.baseline_columns(of_baseline, jacobian)?;
+            self.effect_columns(of_baseline, count, jacobian)?;
+        }
+        Ok(())
+    }
+}
+
+impl Problem<'_, '_, '_> {
+    fn baseline_columns(
+        &mut self,
+        of_baseline: &[f64],
+        jacobian: &mut JacobianView<'_>,
+    ) -> Result<(), EvaluationFailure> {
+        let n = self.scratch.len();
+        self.predictor
+            .gradient(of_baseline, &self.effects, &mut self.gradient)
+            .map_err(EvaluationFailure::of_model)?;
+        let known = self.refit.baseline.parameters();
+        for (index, (column, parameter)) in self.gradient.chunks_mut(n).zip(known).enumerate() {
+            self.refit.whiten(column);
+            if let Some(out) = jacobian.column_mut(index) {
+                for (target, value) in out.iter_mut().zip(column.iter()) {
+                    *target = -value;
+                }
+                out[n + index] = -parameter.prior_sd.recip();
+            }
+        }
+        Ok(())
+    }
+
+    /// Differences: the readings are cheap once the structure is solved.
+    fn effect_columns(
+        &mut self,
+        of_baseline: &[f64],
+        count: usize,
+        jacobian: &mut JacobianView<'_>,
+    ) -> Result<(), EvaluationFailure> {
+        let mut parameter = count;
+        for effect in 0..self.effects.len() {
+            for value in 0..self.effects[effect].values.len() {
+                if let Some(out) = jacobian.column_mut(parameter) {
+                    let own = &mut self.effects[effect];
+                    let (before, last) = (own.values[value], own.values.last().copied());
+                    let step = step_on(own, value);
+                    self.predictor
+                        .predict(of_baseline, &self.effects, &mut self.shifted)
+                        .map_err(EvaluationFailure::of_model)?;
+                    let own = &mut self.effects[effect];
+                    // A step of the first value may have taken the last along.
+                    if let (Some(target), Some(last)) = (own.values.last_mut(), last) {
+                        *target = last;
+                    }
+                    own.values[value] = before;
+                    for (shifted, value) in self.shifted.iter_mut().zip(&self.scratch) {
+                        *shifted = (*shifted - value) / step;
+                    }
+                    self.refit.whiten(&mut self.shifted);
+                    for (target, value) in out.iter_mut().zip(&self.shifted) {
+                        *target = -value;
+                    }
+                }
+                parameter += 1;
+            }
+        }
+        Ok(())
+    }
+}
+
+/// Step of a difference: a thousandth of the value; from zero, a size at which the effect can be told from rounding.
+pub(super) fn step_of(effect: &Effect, value: usize) -> f64 {
+    let now = effect.values[value];
+    match (effect.law, value) {
+        // A phase is near its value everywhere.
+        (Law::GaugePeriodic, 2) => 1e-4,
+        // A period is known to a share of itself; the sine turns with the displacement over it.
+        (Law::GaugePeriodic, 1) => 1e-6 * now,
+        // From q = 0 the step is a share of the linear term.
+        (Law::JointNonlinearity, 1) => 1e-3 * now.abs().max(1e-3 * effect.values[0]),
+        _ if now == 0.0 => 1e-9,
+        _ => 1e-3 * now,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn nonlinear(values: [f64; 2]) -> Effect {
+        Effect {
+            law: Law::JointNonlinearity,
+            place: Place::Joint("A3".into()),
+            values: values.to_vec(),
+        }
+    }
+
+    #[test]
+    fn a_fit_moves_the_ratio_of_the_quadratic_term() {
+        let mut effects = [nonlinear([2e-6, -6e-7])];
+        let moved: Vec<f64> = moved_values(&effects[0]).collect();
+        assert!((moved[0] - 2e-6).abs() < 1e-18 && (moved[1] + 0.3).abs() < 1e-12);
+        put_values(&mut effects, &[4e-6, -0.25]);
+        assert_eq!(effects[0].values, [4e-6, -1e-6]);
+        // The linear term takes the quadratic one along, the ratio stays.
+        let step = step_on(&mut effects[0], 0);
+        let moved: Vec<f64> = moved_values(&effects[0]).collect();
+        assert!((moved[0] - 4e-6 - step).abs() < 1e-18 && (moved[1] + 0.25).abs() < 1e-12);
+        let step = step_on(&mut effects[0], 1);
+        let then: Vec<f64> = moved_values(&effects[0]).collect();
+        assert!((then[1] - moved[1] - step).abs() < 1e-12 && then[0] == moved[0]);
+    }
+
+    #[test]
+    fn without_a_linear_term_the_ratio_has_no_derivative() {
+        let mut effect = nonlinear([0.0, 0.0]);
+        assert!(step_on(&mut effect, 1).is_infinite());
+    }
+}

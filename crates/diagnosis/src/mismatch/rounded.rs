@@ -1,0 +1,162 @@
+//! Noise as a coarse gauge shows it: where its step is what scatters, errors are not drawn anew with every reading but follow where the
+//! gauge stands, and come back in every repeat.
+
+use rand_chacha::ChaCha8Rng;
+use rand_distr::{Distribution, StandardNormal};
+
+use super::noise::Whitening;
+use super::observations::Observations;
+
+/// Share of the variance of a reading from which on the step of the gauge is what scatters.
+const COARSE: f64 = 0.5;
+
+/// A gauge that is finer in itself than this share of its step rounds every reading of a place alike.
+const FINEST: f64 = 0.05;
+
+/// Noise of a coarse gauge at the places where it stood.
+#[derive(Debug)]
+pub(super) struct RoundedNoise<'a> {
+    observations: &'a Observations,
+    whitening: &'a Whitening,
+    /// Where the gauge stood without noise, m.
+    predicted_m: Vec<f64>,
+    step_m: f64,
+    /// Standard deviation of a reading before it is rounded, m.
+    reading_sd_m: f64,
+}
+
+impl<'a> RoundedNoise<'a> {
+    /// The noise of these observations; `None` if the step of their gauge is not what scatters.
+    ///
+    /// # Arguments
+    /// - `predicted_m`: displacements without noise, m.
+    pub(super) fn new(
+        observations: &'a Observations,
+        whitening: &'a Whitening,
+        predicted_m: Vec<f64>,
+    ) -> Option<Self> {
+        let step_m = observations.steps.displacement_m?;
+        let variance = whitening.noise().reading_sd_m.powi(2);
+        let of_step = step_m * step_m / 12.0;
+        (of_step > COARSE * variance).then(|| Self {
+            observations,
+            whitening,
+            predicted_m,
+            step_m,
+            reading_sd_m: (variance - of_step).max(0.0).sqrt().max(FINEST * step_m),
+        })
+    }
+
+    /// White residuals of a session with nothing missing.
+    pub(super) fn draw(&self, rng: &mut ChaCha8Rng) -> Vec<f64> {
+        let noise = self.whitening.noise();
+        let mut normal = |sd: f64| -> f64 {
+            let z: f64 = StandardNormal.sample(rng);
+            sd * z
+        };
+        let readings = &self.observations.readings;
+        let last_zero = readings.iter().map(|reading| reading.zero as usize).max();
+        let zeros: Vec<f64> = (0..=last_zero.unwrap_or(0))
+            .map(|_| normal(noise.zero_sd_m))
+            .collect();
+        let runs = &self.observations.runs;
+        let slopes: Vec<f64> = runs.iter().map(|_| normal(noise.run_slope_sd)).collect();
+        let mut white: Vec<f64> = readings
+            .iter()
+            .zip(&self.predicted_m)
+            .zip(self.whitening.slope_m())
+            .map(|((reading, predicted), slope_m)| {
+                let stood = predicted
+                    + zeros[reading.zero as usize]
+                    + slopes[reading.run] * slope_m
+                    + normal(self.reading_sd_m);
+                (stood / self.step_m).round() * self.step_m - predicted
+            })
+            .collect();
+        self.whitening.apply(&mut white);
+        white
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use rand::SeedableRng;
+
+    use super::*;
+    use crate::mismatch::changes::tests::observations;
+    use crate::mismatch::{GaugeSteps, ReadingNoise};
+    use stiffbench_numeric::statistics::normal_upper_tail;
+
+    const STEP_M: f64 = 1e-5;
+
+    fn with_step(step_m: f64) -> Observations {
+        Observations {
+            steps: GaugeSteps {
+                displacement_m: Some(step_m),
+                ..GaugeSteps::default()
+            },
+            ..observations()
+        }
+    }
+
+    /// The noise of a gauge with errors of 1 um and zeros that hardly scatter.
+    fn whitening(observations: &Observations) -> Whitening {
+        let noise = ReadingNoise {
+            reading_sd_m: (1e-12 + STEP_M * STEP_M / 12.0).sqrt(),
+            zero_sd_m: 1e-9,
+            run_slope_sd: 1e-9,
+        };
+        let zeros = vec![0.0; observations.len()];
+        Whitening::new(observations, &noise, &zeros, &zeros)
+    }
+
+    #[test]
+    fn errors_are_those_of_a_rounded_normal_number_at_its_place() {
+        const DRAWS: usize = 4000;
+        let observations = with_step(STEP_M);
+        let whitening = whitening(&observations);
+        let loads = observations.loads.iter();
+        let predicted: Vec<f64> = loads.map(|load| 4e-7 * load.force_n).collect();
+        let rounded = RoundedNoise::new(&observations, &whitening, predicted.clone()).unwrap();
+        let mut rng = ChaCha8Rng::seed_from_u64(5);
+        let mut means = vec![0.0; observations.len()];
+        for _ in 0..DRAWS {
+            let mut drawn = rounded.draw(&mut rng);
+            whitening.apply_inverse(&mut drawn);
+            for (mean, error) in means.iter_mut().zip(drawn) {
+                *mean += error / DRAWS as f64;
+            }
+        }
+        for (mean, predicted) in means.iter().zip(&predicted) {
+            // Beyond each edge of a step the number read is one step further.
+            let edges = (-8..8).map(|edge| (f64::from(edge) + 0.5) * STEP_M);
+            let read: f64 = edges
+                .map(|edge| {
+                    let beyond = normal_upper_tail((edge - predicted) / 1e-6);
+                    STEP_M * if edge < 0.0 { beyond - 1.0 } else { beyond }
+                })
+                .sum();
+            // Five standard errors of a mean, no error being larger than half a step and a few micrometres.
+            let tolerance = 5.0 * 5e-6 / (DRAWS as f64).sqrt();
+            assert!(
+                (mean - (read - predicted)).abs() < tolerance,
+                "{mean:e} at {predicted:e}"
+            );
+        }
+        // The second load, 5.5 um: read as 10 um two times of three, in every repeat.
+        let repeats = [1, 6].map(|place: usize| means[place]);
+        assert!(
+            repeats.iter().all(|mean| (mean + 1.36e-6).abs() < 4e-7),
+            "{repeats:?}"
+        );
+    }
+
+    #[test]
+    fn a_gauge_that_is_fine_enough_is_left_to_other_noise() {
+        let fine = with_step(1e-6);
+        let predicted = vec![0.0; fine.len()];
+        assert!(RoundedNoise::new(&fine, &whitening(&fine), predicted.clone()).is_none());
+        let unknown = observations();
+        assert!(RoundedNoise::new(&unknown, &whitening(&unknown), predicted).is_none());
+    }
+}

@@ -1,0 +1,269 @@
+//! Force against displacement without a robot, in the terms of the search.
+//!
+//! A specimen is the simplest bench there is: its baseline is one straight line a configuration with a zero for each run, and one joint
+//! with a lever of one length unit stands for whatever has play, friction or curvature. Numbers are scaled so that the largest load is
+//! that of the paper and the largest displacement a millimetre: the sizes of the laws' priors mean the same there.
+
+use std::ops::Range;
+
+use stiffbench_beams::physics::{Law, LoadPoint, PoseMechanics};
+use stiffbench_beams::structure::TwistInfluence;
+use stiffbench_measurement::specimen::SpecimenTable;
+use stiffbench_units_and_text::test_point::{Direction, PoseId};
+
+use super::baseline::{Baseline, BaselineParameter, PoseSolver};
+use super::error::MismatchError;
+use super::observations::{
+    GaugeSteps, Observations, ObservedCell, ObservedReading, ObservedRun, Recorded,
+};
+
+/// Name of the joint that stands for the specimen.
+pub const SPECIMEN_JOINT: &str = "specimen";
+
+/// Largest load after scaling, N.
+const LARGEST_LOAD: f64 = 70.0;
+
+/// Largest displacement after scaling, m.
+const LARGEST_DISPLACEMENT: f64 = 1e-3;
+
+/// Laws that need a robot, or that a straight line with a free slope contains.
+pub const NEED_A_ROBOT: [Law; 5] = [
+    Law::JointCompliance,
+    Law::BaseCompliance,
+    Law::GaugeStandCompliance,
+    Law::LoadMisalignment,
+    Law::LooseMember,
+];
+
+/// What one unit of the scaled numbers is in the table.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct SpecimenScale {
+    /// Load of the table per scaled N.
+    pub load: f64,
+    /// Answer of the table per scaled m.
+    pub answer: f64,
+    /// Answer of the table at the scaled zero.
+    pub offset: f64,
+    /// Whether the order of the readings stands for the clock.
+    pub order_is_clock: bool,
+}
+
+/// One straight line a configuration.
+#[derive(Debug, Clone)]
+pub struct SpecimenBaseline {
+    parameters: Vec<BaselineParameter>,
+    joints: Vec<String>,
+}
+
+/// Lays out a table for the search.
+///
+/// # Returns
+/// The observations, the baseline, and what their units are.
+///
+/// # Errors
+/// [`MismatchError::Empty`] if no reading counts.
+pub fn specimen_bench(
+    table: &SpecimenTable,
+) -> Result<(Observations, SpecimenBaseline, SpecimenScale), MismatchError> {
+    if table.readings.is_empty() {
+        return Err(MismatchError::Empty);
+    }
+    let pairs: Vec<(f64, f64)> = table
+        .readings
+        .iter()
+        .map(|reading| (table.driver(reading), table.answer(reading)))
+        .collect();
+    let largest =
+        |values: &mut dyn Iterator<Item = f64>| values.fold(0.0_f64, |m, v| m.max(v.abs()));
+    let load = largest(&mut pairs.iter().map(|pair| pair.0)) / LARGEST_LOAD;
+    let (slope, offset) = line(&pairs);
+    let answer = largest(&mut pairs.iter().map(|pair| pair.1 - offset)).max(f64::MIN_POSITIVE)
+        / LARGEST_DISPLACEMENT;
+    let load = if load > 0.0 { load } else { 1.0 };
+    let scale = SpecimenScale {
+        load,
+        answer,
+        offset,
+        order_is_clock: table
+            .readings
+            .iter()
+            .all(|reading| reading.time_s.is_none()),
+    };
+    let observations = observations(table, &scale);
+    // In scaled units; a line without any slope still needs a size to vary by.
+    let start = slope * load / answer;
+    let spread = start.abs().max(LARGEST_DISPLACEMENT / LARGEST_LOAD);
+    let parameters = table
+        .configurations
+        .iter()
+        .map(|name| BaselineParameter {
+            name: format!("slope of {name}"),
+            start,
+            lower: start - 1e3 * spread,
+            upper: start + 1e3 * spread,
+            prior_sd: 100.0 * spread,
+        })
+        .collect();
+    let baseline = SpecimenBaseline {
+        parameters,
+        joints: vec![SPECIMEN_JOINT.to_owned()],
+    };
+    Ok((observations, baseline, scale))
+}
+
+/// Slope and intercept of the straight line through all pairs.
+fn line(pairs: &[(f64, f64)]) -> (f64, f64) {
+    let n = pairs.len() as f64;
+    let mean = |pick: fn(&(f64, f64)) -> f64| pairs.iter().map(pick).sum::<f64>() / n;
+    let (x, y) = (mean(|p| p.0), mean(|p| p.1));
+    let squares: f64 = pairs.iter().map(|p| (p.0 - x).powi(2)).sum();
+    if squares == 0.0 {
+        return (0.0, y);
+    }
+    let slope = pairs.iter().map(|p| (p.0 - x) * (p.1 - y)).sum::<f64>() / squares;
+    (slope, y - slope * x)
+}
+
+fn observations(table: &SpecimenTable, scale: &SpecimenScale) -> Observations {
+    let mut out = Observations {
+        poses: table
+            .configurations
+            .iter()
+            .map(|name| PoseId::new(name))
+            .collect(),
+        cells: Vec::new(),
+        runs: Vec::new(),
+        readings: Vec::new(),
+        loads: Vec::new(),
+        displacement_m: Vec::new(),
+        steps: GaugeSteps::default(),
+        release_n: None,
+        recorded: Recorded {
+            time: true,
+            hold: table
+                .readings
+                .iter()
+                .any(|reading| reading.hold_s.is_some()),
+            temperature: table
+                .readings
+                .iter()
+                .any(|reading| reading.temperature_deg_c.is_some()),
+        },
+        free_zeros: true,
+    };
+    let empty: Range<usize> = 0..0;
+    for configuration in 0..table.configurations.len() {
+        let start = out.readings.len();
+        let first_run = out.runs.len();
+        let members = table
+            .runs
+            .iter()
+            .enumerate()
+            .filter(|(_, run)| run.configuration as usize == configuration);
+        for (number, (index, _)) in members.enumerate() {
+            let place = out.readings.len();
+            out.runs.push(ObservedRun {
+                cell: configuration,
+                repeat: number as u32 + 1,
+                readings: empty.clone(),
+            });
+            add_run(table, scale, index, &mut out);
+            let last = out.runs.len() - 1;
+            out.runs[last].readings = place..out.readings.len();
+        }
+        out.cells.push(ObservedCell {
+            pose: configuration,
+            direction: Direction::X,
+            runs: first_run..out.runs.len(),
+            readings: start..out.readings.len(),
+        });
+    }
+    out
+}
+
+fn add_run(table: &SpecimenTable, scale: &SpecimenScale, run: usize, out: &mut Observations) {
+    let readings = || {
+        table
+            .readings
+            .iter()
+            .filter(|reading| reading.run as usize == run)
+    };
+    let clock = |reading: &stiffbench_measurement::specimen::SpecimenReading| {
+        if scale.order_is_clock {
+            Some(f64::from(reading.order))
+        } else {
+            reading.time_s
+        }
+    };
+    let first_time = readings().find_map(clock).unwrap_or(0.0);
+    let first_warmth = readings().find_map(|reading| reading.temperature_deg_c);
+    for (step, reading) in readings().enumerate() {
+        let time_s = clock(reading);
+        out.readings.push(ObservedReading {
+            run: out.runs.len() - 1,
+            zero: run as u32,
+            branch: reading.branch,
+            hold_number: 0,
+            time_s,
+            line: reading.line,
+            target_n: table.driver(reading) / scale.load,
+            flagged: false,
+        });
+        out.loads.push(LoadPoint {
+            force_n: table.driver(reading) / scale.load,
+            step: step as u32,
+            hold_s: reading.hold_s.unwrap_or(0.0),
+            since_zero_s: time_s.map_or(0.0, |time| time - first_time),
+            warming_k: match (reading.temperature_deg_c, first_warmth) {
+                (Some(now), Some(then)) => now - then,
+                _ => 0.0,
+            },
+            position_m: None,
+        });
+        out.displacement_m
+            .push((table.answer(reading) - scale.offset) / scale.answer);
+    }
+}
+
+impl Baseline for SpecimenBaseline {
+    fn parameters(&self) -> &[BaselineParameter] {
+        &self.parameters
+    }
+
+    fn solver(&self, _variant: usize) -> Result<Box<dyn PoseSolver + '_>, MismatchError> {
+        let poses = vec![PoseMechanics::default(); self.parameters.len()];
+        Ok(Box::new(SpecimenSolver {
+            joints: &self.joints,
+            poses,
+        }))
+    }
+
+    fn joints(&self) -> &[String] {
+        &self.joints
+    }
+}
+
+struct SpecimenSolver<'a> {
+    joints: &'a [String],
+    poses: Vec<PoseMechanics>,
+}
+
+impl PoseSolver for SpecimenSolver<'_> {
+    fn solve(&mut self, parameters: &[f64]) -> Result<(), MismatchError> {
+        for (index, (pose, slope)) in self.poses.iter_mut().zip(parameters).enumerate() {
+            pose.influence = TwistInfluence::of_one_joint(*slope, 1.0);
+            pose.compliance_gradient = (0..parameters.len())
+                .map(|other| [f64::from(u8::from(other == index)); 3])
+                .collect();
+        }
+        Ok(())
+    }
+
+    fn pose(&self, pose: usize) -> &PoseMechanics {
+        &self.poses[pose]
+    }
+
+    fn joint_names(&self) -> Vec<String> {
+        self.joints.to_vec()
+    }
+}

@@ -1,0 +1,297 @@
+//! A model as it stands during the search: fitted, with its noise, and the space in which the next candidates are compared.
+
+use std::sync::Arc;
+
+use stiffbench_beams::physics::{Effect, Twists};
+
+use super::baseline::Baseline;
+use super::changes::Frozen;
+use super::error::MismatchError;
+use super::known_noise::KnownNoise;
+use super::memory::Memory;
+use super::noise::Whitening;
+use super::observations::Observations;
+use super::predictor::{IdleSolvers, ReadingPredictor};
+use super::refit::{Fitted, Model, Refit, step_of};
+use super::restricted_likelihood::{EstimatedNoise, estimate_noise};
+use super::space::Space;
+
+/// A fitted model with its noise.
+#[derive(Debug, Clone)]
+pub(super) struct State {
+    pub(super) fitted: Fitted,
+    pub(super) noise: EstimatedNoise,
+    pub(super) whitening: Whitening,
+}
+
+/// The problem: what was observed, and the baseline it is fitted with.
+#[derive(Clone)]
+pub(super) struct Bench<'a> {
+    pub(super) baseline: &'a dyn Baseline,
+    pub(super) observations: &'a Observations,
+    idle: Arc<IdleSolvers<'a>>,
+    pub(super) memory: Arc<Memory>,
+}
+
+impl<'a> Bench<'a> {
+    /// The problem of these observations.
+    pub(super) fn new(baseline: &'a dyn Baseline, observations: &'a Observations) -> Self {
+        Self {
+            baseline,
+            observations,
+            idle: Arc::default(),
+            memory: Arc::default(),
+        }
+    }
+
+    /// The same problem with the gauge elsewhere: the same readings but for their positions.
+    pub(super) fn with_positions(&self, observations: &'a Observations) -> Self {
+        Self {
+            observations,
+            ..self.clone()
+        }
+    }
+
+    /// A predictor of readings.
+    pub(super) fn predictor(&self) -> ReadingPredictor<'a> {
+        ReadingPredictor::new(self.baseline, self.observations, Arc::clone(&self.idle))
+    }
+
+    /// A refit under a whitening.
+    pub(super) fn refit<'w>(&self, whitening: &'w Whitening) -> Refit<'w>
+    where
+        'a: 'w,
+    {
+        Refit {
+            baseline: self.baseline,
+            observations: self.observations,
+            whitening,
+            kept: None,
+            bounds_of_last: None,
+            near: None,
+        }
+    }
+
+    /// Fits a model and finds its noise, each from the other, twice round.
+    ///
+    /// # Arguments
+    /// - `known`: the noise, if it is given; else it is found from what the model leaves.
+    pub(super) fn settle(
+        &self,
+        start: Model,
+        known: KnownNoise,
+    ) -> Result<Option<State>, MismatchError> {
+        self.memory
+            .settled(start, known, |start| self.settle_anew(start, known))
+    }
+
+    fn settle_anew(&self, start: Model, known: KnownNoise) -> Result<Option<State>, MismatchError> {
+        let mut predictor = self.predictor();
+        let mut model = start;
+        let given = known.given().copied();
+        let mut found = given;
+        let mut state = None;
+        for round in 0..3 {
+            if given.is_none() && (round > 0 || found.is_none()) {
+                let Some(estimate) = self.noise_of(&mut predictor, &model, &known)? else {
+                    return Ok(None);
+                };
+                let settled = found.is_some_and(|before| alike(&before, &estimate));
+                found = Some(estimate);
+                if settled {
+                    break;
+                }
+            } else if given.is_some() && round > 0 {
+                break;
+            }
+            let Some(noise) = found else { return Ok(None) };
+            let whitening = self.whitening(&mut predictor, &model, &noise)?;
+            let Some(fitted) = self.refit(&whitening).fit(&mut predictor, &model, true) else {
+                return Ok(None);
+            };
+            model = fitted.model.clone();
+            state = Some(State {
+                fitted,
+                noise,
+                whitening,
+            });
+        }
+        Ok(state)
+    }
+
+    /// The noise that a model leaves, by the readings and what is known beforehand.
+    pub(super) fn noise_of(
+        &self,
+        predictor: &mut ReadingPredictor<'a>,
+        model: &Model,
+        known: &KnownNoise,
+    ) -> Result<Option<EstimatedNoise>, MismatchError> {
+        let n = self.observations.len();
+        let mut predicted = vec![0.0; n];
+        if !predictor.predict(&model.parameters, &model.effects, &mut predicted)? {
+            return Ok(None);
+        }
+        let (slope_m, compliance) = self.slope(predictor, model)?;
+        let residual: Vec<f64> = self
+            .observations
+            .displacement_m
+            .iter()
+            .zip(&predicted)
+            .map(|(measured, predicted)| measured - predicted)
+            .collect();
+        let linear = (&slope_m[..], &compliance[..]);
+        let found = estimate_noise(
+            self.observations,
+            &residual,
+            linear,
+            self.memory.noise(),
+            known.earlier(),
+        );
+        self.memory.keep_noise(found.noise);
+        Ok(Some(found))
+    }
+
+    /// The whitening of a model's noise.
+    pub(super) fn whitening(
+        &self,
+        predictor: &mut ReadingPredictor<'a>,
+        model: &Model,
+        noise: &EstimatedNoise,
+    ) -> Result<Whitening, MismatchError> {
+        let (slope_m, compliance) = self.slope(predictor, model)?;
+        Ok(Whitening::new(
+            self.observations,
+            &noise.noise,
+            &slope_m,
+            &compliance,
+        ))
+    }
+
+    /// Prediction and compliance of the linear structure.
+    pub(super) fn slope(
+        &self,
+        predictor: &mut ReadingPredictor<'a>,
+        model: &Model,
+    ) -> Result<(Vec<f64>, Vec<f64>), MismatchError> {
+        let mut compliance = vec![0.0; self.observations.len()];
+        predictor.compliance(&model.parameters, &model.effects, &mut compliance)?;
+        let slope_m = compliance
+            .iter()
+            .zip(&self.observations.loads)
+            .map(|(c, load)| c * load.force_n)
+            .collect();
+        Ok((slope_m, compliance))
+    }
+
+    /// Derivatives of the readings to every parameter of a model, m: baseline first, then effects by differences.
+    pub(super) fn columns(
+        &self,
+        predictor: &mut ReadingPredictor<'a>,
+        model: &Model,
+    ) -> Result<Vec<Vec<f64>>, MismatchError> {
+        let n = self.observations.len();
+        let mut columns = Vec::new();
+        let mut up = vec![0.0; n];
+        let mut down = vec![0.0; n];
+        // Central differences of the logarithms of factors: the structure is solved to ten digits.
+        const STEP: f64 = 1e-4;
+        for index in 0..model.parameters.len() {
+            let mut moved = model.parameters.clone();
+            moved[index] += STEP;
+            predictor.predict(&moved, &model.effects, &mut up)?;
+            moved[index] -= 2.0 * STEP;
+            predictor.predict(&moved, &model.effects, &mut down)?;
+            columns.push(
+                up.iter()
+                    .zip(&down)
+                    .map(|(u, d)| (u - d) / (2.0 * STEP))
+                    .collect(),
+            );
+        }
+        predictor.predict(&model.parameters, &model.effects, &mut down)?;
+        let mut effects = model.effects.clone();
+        for place in 0..effects.len() {
+            for value in 0..effects[place].values.len() {
+                let before = effects[place].values[value];
+                // A moment or a time moves readings by kinks: a twentieth averages over them.
+                let smooth = super::refit::is_smooth(effects[place].law, value);
+                let step = if smooth {
+                    step_of(&effects[place], value)
+                } else {
+                    0.05 * before.abs().max(1e-12)
+                };
+                effects[place].values[value] = before + step;
+                predictor.predict(&model.parameters, &effects, &mut up)?;
+                effects[place].values[value] = before;
+                columns.push(up.iter().zip(&down).map(|(u, d)| (u - d) / step).collect());
+            }
+        }
+        Ok(columns)
+    }
+
+    /// The space of a state, and its white residuals.
+    pub(super) fn space(&self, state: &State) -> Result<(Space, Vec<f64>), MismatchError> {
+        let mut predictor = self.predictor();
+        let model = &state.fitted.model;
+        let columns = self.columns(&mut predictor, model)?;
+        let space = Space::new(
+            self.observations,
+            state.whitening.clone(),
+            self.baseline.parameters(),
+            &columns,
+        );
+        let mut residuals = self
+            .refit(&state.whitening)
+            .residuals(&mut predictor, model)?
+            .unwrap_or_default();
+        space.project(&mut residuals);
+        Ok((space, residuals))
+    }
+
+    /// Displacements of a model, m.
+    pub(super) fn predicted(
+        &self,
+        predictor: &mut ReadingPredictor<'_>,
+        model: &Model,
+    ) -> Result<Vec<f64>, MismatchError> {
+        let mut out = vec![0.0; self.observations.len()];
+        predictor.predict(&model.parameters, &model.effects, &mut out)?;
+        Ok(out)
+    }
+}
+
+/// Whether two noises differ by less than two percent: far less than either is known.
+fn alike(a: &EstimatedNoise, b: &EstimatedNoise) -> bool {
+    let close = |a: f64, b: f64| (a - b).abs() <= 0.02 * a.max(b);
+    close(a.noise.reading_sd_m, b.noise.reading_sd_m)
+        && close(a.noise.zero_sd_m, b.noise.zero_sd_m)
+        && close(a.noise.run_slope_sd, b.noise.run_slope_sd)
+}
+
+/// Largest change of a reading by an effect of a model, m.
+pub(super) fn end_effect_m(
+    frozen: &Frozen,
+    observations: &Observations,
+    effects: &[Effect],
+    effect: usize,
+) -> f64 {
+    let all: Vec<&Effect> = effects.iter().collect();
+    let without: Vec<&Effect> = effects
+        .iter()
+        .enumerate()
+        .filter(|(place, _)| *place != effect)
+        .map(|(_, effect)| effect)
+        .collect();
+    let n = observations.len();
+    let (mut with, mut rest) = (vec![0.0; n], vec![0.0; n]);
+    let mut twists = Twists::default();
+    let known = frozen
+        .predict(observations, &all, &mut twists, &mut with)
+        .and_then(|()| frozen.predict(observations, &without, &mut twists, &mut rest));
+    known.map_or(0.0, |()| {
+        with.iter()
+            .zip(&rest)
+            .map(|(a, b)| (a - b).abs())
+            .fold(0.0, f64::max)
+    })
+}

@@ -1,0 +1,331 @@
+//! Which part of the structure carries a misfit: how much of it each joint, element or support explains alone.
+
+use std::fmt;
+
+use crate::mismatch::baseline::PROPERTIES;
+use crate::mismatch::error::MismatchError;
+use crate::mismatch::observations::{Observations, ObservedCell};
+use crate::mismatch::space::{dot, norm};
+use crate::mismatch::state::{Bench, State};
+use stiffbench_beams::physics::{Place, PoseMechanics};
+use stiffbench_units_and_text::test_point::{Branch, Direction};
+
+use super::contrasts::ErrorTerm;
+use super::decomposition::{Comparison, Decomposition, squares};
+use super::levels::{indicators, levels};
+use super::results::Contrast;
+use super::testing::tail;
+
+/// Parts whose effects are as alike as this (cosine) cannot be told apart.
+const INSEPARABLE: f64 = 0.98;
+
+/// Compliance of a joint times the stiffness of its loop, as linearised, beyond which even a pin does not do; above 1 for the poses
+/// in which the loop is stiffer.
+const A_PIN: f64 = 1.5;
+
+/// A joint or base that turns by more than this under a newton metre does not hold a pose, rad/(N·m).
+const SOFTEST: f64 = 1e-2;
+
+/// Factor by which no property of an element is wrong.
+const MOST_WRONG: f64 = 10.0;
+
+/// A part of whose effect the factors leave less than this share is not seen.
+const HIDDEN: f64 = 1e-3;
+
+/// A part of the structure that may give way.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Carrier {
+    /// The joint, element, base axis or direction of the gauge's stand.
+    pub place: Place,
+    /// Section property of an element: A (along), Iy, Iz (bending), J (twisting).
+    pub property: Option<&'static str>,
+}
+
+impl fmt::Display for Carrier {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match (&self.place, self.property) {
+            (Place::Direction(direction), _) => write!(f, "the gauge's stand in {direction}"),
+            (place, Some(property)) => write!(f, "{place}, {property}"),
+            (place, None) => write!(f, "{place}"),
+        }
+    }
+}
+
+/// How much of a misfit a part of the structure explains alone.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Carrying {
+    /// The part.
+    pub carrier: Carrier,
+    /// Parts that cannot be told from it with these cells.
+    pub alike: Vec<Carrier>,
+    /// Share of the misfit's squares, the factors refitted: cosine² of the two patterns.
+    pub share: f64,
+    /// Chance that noise alone gives as much.
+    pub p: f64,
+    /// Chance that noise alone leaves what this part does not explain; above 0.05 it suffices.
+    pub p_left: f64,
+    /// What it would take: compliance beyond the model's, rad/(N·m) of a joint or the base, m/N of a stand, 1 of an element (relative).
+    /// `None` for shapes over the load, which have no one size, and where no size would do.
+    pub size: Option<f64>,
+    /// Whether the part can have that size: no joint, base or stand is stiffer than rigid, a joint in a closed loop gives way no more
+    /// than a pin, and no property of an element is wrong by more than a factor of ten.
+    pub possible: bool,
+}
+
+/// Parts of a structure with what they do in each cell.
+#[derive(Debug, Default)]
+pub(super) struct Parts(Vec<Part>);
+
+#[derive(Debug)]
+struct Part {
+    carrier: Carrier,
+    /// Compliance along each cell's direction for a unit of compliance in the part, m/N.
+    compliance: Vec<f64>,
+    /// Stiffness of the structure against a twist in a joint, N·m/rad: the smallest of all poses; zero for other parts.
+    stiffness: f64,
+    /// Displacement of each cell's end per twist in the part, m/rad, for parts in which play, friction or a curve may sit.
+    lever: Option<Vec<f64>>,
+}
+
+impl Bench<'_> {
+    /// The parts of the baseline in a state.
+    pub(super) fn parts(&self, state: &State) -> Result<Parts, MismatchError> {
+        let parameters = &state.fitted.model.parameters;
+        let frozen = self.predictor().frozen(parameters, &[])?;
+        let cells = &self.observations.cells;
+        let mut parts: Vec<Part> = Vec::new();
+        let squared = |levers: &[f64]| levers.iter().map(|m| m * m).collect::<Vec<f64>>();
+        for (joint, name) in frozen.joints.iter().enumerate() {
+            let lever = |cell: &ObservedCell| {
+                let levers = &frozen.poses[cell.pose].influence.levers_m;
+                levers[joint][cell.direction.index()].abs()
+            };
+            let levers: Vec<f64> = cells.iter().map(lever).collect();
+            let stiffness = |pose: &PoseMechanics| pose.influence.stiffness(joint, joint);
+            parts.push(Part {
+                stiffness: frozen
+                    .poses
+                    .iter()
+                    .map(stiffness)
+                    .fold(f64::INFINITY, f64::min),
+                ..Part::new(Place::Joint(name.clone()), squared(&levers), Some(levers))
+            });
+        }
+        for axis in [Direction::X, Direction::Z] {
+            let lever = |cell: &ObservedCell| {
+                frozen.poses[cell.pose].base_levers_m[axis.index()][cell.direction.index()].abs()
+            };
+            let levers: Vec<f64> = cells.iter().map(lever).collect();
+            let compliance = squared(&levers);
+            parts.push(Part::new(Place::Axis(axis), compliance, Some(levers)));
+        }
+        for direction in Direction::ALL {
+            let own = cells
+                .iter()
+                .map(|cell| f64::from(u8::from(cell.direction == direction)));
+            let own: Vec<f64> = own.collect();
+            parts.push(Part::new(
+                Place::Direction(direction),
+                own.clone(),
+                Some(own),
+            ));
+        }
+        for element in self.baseline.elements(parameters)? {
+            for (property, name) in PROPERTIES.into_iter().enumerate() {
+                // A larger property is stiffer: a relative compliance is minus its logarithm.
+                let compliance = cells.iter().map(|cell| {
+                    -element.gradient_m_per_n[cell.pose][property][cell.direction.index()]
+                });
+                let place = Place::Element(element.element.clone());
+                let part = Part::new(place, compliance.collect(), None);
+                parts.push(part.of_property(name));
+            }
+        }
+        parts.retain(|part| part.compliance.iter().any(|value| *value != 0.0));
+        Ok(Parts(parts))
+    }
+}
+
+impl Decomposition<'_> {
+    /// Parts by how much of the misfit of the cells' slopes each explains alone.
+    pub(super) fn slope_carriers(&self, parts: &Parts, white: &[f64]) -> Vec<Carrying> {
+        let contrast = |c: &&Comparison| c.contrast == Contrast::CellSlope;
+        let Some(comparison) = self.comparisons.iter().find(contrast) else {
+            return Vec::new();
+        };
+        let (pattern, d1) = self.pattern(comparison, white);
+        let error = self.error(ErrorTerm::RunSlope, white);
+        let misfit = Misfit {
+            squares: squares(&pattern),
+            d1,
+            error,
+        };
+        let seen = parts.0.iter().filter_map(|part| {
+            let column = self.per_cell(&part.compliance, |force_n| force_n);
+            let white = self.white(&column);
+            let seen = self.seen(comparison, &column);
+            (norm(&seen) > HIDDEN * norm(&white)).then_some((part, seen))
+        });
+        let ranked = seen.map(|(part, seen)| {
+            let along = dot(&seen, &pattern) / squares(&seen);
+            let explained = along * along * squares(&seen);
+            (misfit.carrying(part, explained, 1.0, Some(along)), seen)
+        });
+        grouped(ranked.collect())
+    }
+
+    /// Joints and supports by how much of the curves, steps and loops over the load a law in each explains alone.
+    ///
+    /// The course over the load is left free; what is tested is its size from cell to cell, which follows the lever.
+    pub(super) fn shape_carriers(&self, parts: &Parts, white: &[f64]) -> Vec<Carrying> {
+        let (pattern, d1) = self.shape(white);
+        let error = self.error(ErrorTerm::Pure, white);
+        let misfit = Misfit {
+            squares: squares(&pattern),
+            d1,
+            error,
+        };
+        let nodes = nodes(self.observations);
+        let ranked = parts.0.iter().filter_map(|part| {
+            let lever = part.lever.as_ref()?;
+            // A curve stands for all courses when parts are compared.
+            let curve = self.per_cell(lever, |force_n| force_n * force_n.abs());
+            let representative = self.shape(&self.white(&curve)).0;
+            let sizes = self.per_cell(lever, |_| 1.0);
+            let mut units: Vec<Vec<f64>> = Vec::new();
+            for node in &nodes {
+                let column: Vec<f64> = node.iter().zip(&sizes).map(|(n, s)| n * s).collect();
+                let white = self.white(&column);
+                let mut seen = self.shape(&white).0;
+                for unit in &units {
+                    let share = dot(unit, &seen);
+                    for (value, unit) in seen.iter_mut().zip(unit) {
+                        *value -= share * unit;
+                    }
+                }
+                let length = norm(&seen);
+                if length > 10.0 * HIDDEN * norm(&white) {
+                    for value in &mut seen {
+                        *value /= length;
+                    }
+                    units.push(seen);
+                }
+            }
+            let explained = units.iter().map(|unit| dot(unit, &pattern).powi(2)).sum();
+            let dof = units.len() as f64;
+            let carrying = misfit.carrying(part, explained, dof, None);
+            (dof > 0.0).then_some((carrying, representative))
+        });
+        grouped(ranked.collect())
+    }
+
+    /// A column with a value for each cell times a function of the force.
+    fn per_cell(&self, values: &[f64], of_force: impl Fn(f64) -> f64) -> Vec<f64> {
+        let observations = self.observations;
+        (0..observations.len())
+            .map(|reading| {
+                values[observations.cell_of(reading)]
+                    * of_force(observations.loads[reading].force_n)
+            })
+            .collect()
+    }
+}
+
+/// What is to be explained, and what it is compared with.
+struct Misfit {
+    squares: f64,
+    d1: f64,
+    /// Squares and degrees of freedom.
+    error: (f64, f64),
+}
+
+impl Misfit {
+    fn carrying(&self, part: &Part, explained: f64, dof: f64, size: Option<f64>) -> Carrying {
+        let (error, d2) = self.error;
+        let scale = (error / d2).max(f64::MIN_POSITIVE);
+        let left = self.d1 - dof;
+        Carrying {
+            carrier: part.carrier.clone(),
+            alike: Vec::new(),
+            share: (explained / self.squares).clamp(0.0, 1.0),
+            p: if dof > 0.0 {
+                tail(explained / dof / scale, dof, d2)
+            } else {
+                1.0
+            },
+            p_left: if left > 0.0 {
+                tail((self.squares - explained).max(0.0) / left / scale, left, d2)
+            } else {
+                1.0
+            },
+            size: size.and_then(|size| part.size(size)),
+            possible: size.is_none_or(|size| part.possible(size)),
+        }
+    }
+}
+
+impl Part {
+    fn new(place: Place, compliance: Vec<f64>, lever: Option<Vec<f64>>) -> Self {
+        Self {
+            carrier: Carrier {
+                place,
+                property: None,
+            },
+            compliance,
+            stiffness: 0.0,
+            lever,
+        }
+    }
+
+    fn of_property(mut self, property: &'static str) -> Self {
+        self.carrier.property = Some(property);
+        self
+    }
+
+    /// Size of a part of which the end sees a compliance: in a closed loop c/(1 + c k).
+    fn size(&self, seen: f64) -> Option<f64> {
+        let left = 1.0 - seen * self.stiffness.max(0.0);
+        (left > 0.0).then(|| seen / left)
+    }
+
+    fn possible(&self, seen: f64) -> bool {
+        if self.carrier.property.is_some() {
+            seen > 1.0 / MOST_WRONG - 1.0 && seen < MOST_WRONG - 1.0
+        } else {
+            seen > 0.0 && seen * self.stiffness < A_PIN && seen < SOFTEST
+        }
+    }
+}
+
+/// Those that are possible first, of these the most first; parts that cannot be told from an earlier one stand with it.
+fn grouped(mut ranked: Vec<(Carrying, Vec<f64>)>) -> Vec<Carrying> {
+    ranked.sort_by(|(a, _), (b, _)| {
+        let possible = b.possible.cmp(&a.possible);
+        possible.then(b.share.total_cmp(&a.share))
+    });
+    let mut out: Vec<(Carrying, Vec<f64>)> = Vec::new();
+    for (carrying, seen) in ranked {
+        let same = out.iter_mut().find(|(first, other)| {
+            first.possible == carrying.possible
+                && dot(other, &seen).abs() > INSEPARABLE * norm(other) * norm(&seen)
+        });
+        match same {
+            Some((first, _)) => first.alike.push(carrying.carrier),
+            None => out.push((carrying, seen)),
+        }
+    }
+    out.into_iter().map(|(carrying, _)| carrying).collect()
+}
+
+/// Columns of ones for each level and branch, the same in all cells.
+fn nodes(observations: &Observations) -> Vec<Vec<f64>> {
+    let mut keys: Vec<Option<(usize, bool)>> = Vec::with_capacity(observations.len());
+    for (index, cell) in observations.cells.iter().enumerate() {
+        let levels = levels(observations, index);
+        keys.extend(cell.readings.clone().zip(levels).map(|(reading, level)| {
+            let unloading = observations.readings[reading].branch == Branch::Unloading;
+            Some((level, unloading))
+        }));
+    }
+    indicators(&keys)
+}

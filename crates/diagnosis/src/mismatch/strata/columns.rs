@@ -1,0 +1,270 @@
+//! Columns of readings: of one cell each (zeros, slopes, levels of load), and through all cells (factors, clock, repeats).
+
+use crate::mismatch::noise::Whitening;
+use crate::mismatch::observations::Observations;
+use stiffbench_units_and_text::test_point::Branch;
+
+use super::bases::{CellColumns, GlobalColumn, LocalBasis, ROUNDING, Stage};
+use super::levels::{indicators, levels};
+
+/// A tested column of which less than this is left, by what is taken out first, is not worth a degree of freedom.
+const TESTED: f64 = 1e-2;
+
+/// What a decomposition is made for.
+pub(super) struct Setting<'a> {
+    /// The readings.
+    pub(super) observations: &'a Observations,
+    /// Their noise.
+    pub(super) whitening: &'a Whitening,
+    /// Derivatives of the readings to the parameters of the model, m: baseline first, then effects.
+    pub(super) columns: &'a [Vec<f64>],
+    /// Standard deviation of what is known of each parameter of the baseline beforehand.
+    pub(super) prior_sd: &'a [f64],
+    /// Prediction of the linear structure, m.
+    pub(super) slope_m: &'a [f64],
+}
+
+/// A factor that moves no reading by more than this, in standard errors, within all that is known of it, is left out: it cannot absorb
+/// anything.
+const ABSORBS_NOTHING: f64 = 0.05;
+
+/// Global columns by what they are for.
+pub(super) struct Sets {
+    pub(super) globals: Vec<GlobalColumn>,
+    pub(super) model: Vec<usize>,
+    pub(super) clock: Vec<usize>,
+    pub(super) repeat: Vec<usize>,
+}
+
+/// The bases within runs, of slopes, of zeros, and within runs with the holds last; see [`super::contrasts`] for their stages.
+pub(super) fn bases(
+    observations: &Observations,
+    whitening: &Whitening,
+    mixed: bool,
+) -> [LocalBasis; 4] {
+    let cells = Columns { observations };
+    let none = |_: usize| CellColumns::new();
+    let zeros = |cell| cells.zeros(cell);
+    let runs = |cell| cells.run_slopes(cell);
+    let slope = |cell| vec![cells.of(cell, |force, _| force)];
+    let offset = |cell| vec![cells.of(cell, |_, _| 1.0)];
+    let sizes = |cell| vec![cells.of(cell, |force, _| force.abs())];
+    let curves = |cell| cells.curves(cell);
+    let levels = |cell| cells.levels(cell);
+    let loops = |cell| cells.loops(cell);
+    let branches = |cell| cells.branches(cell);
+    let holds = |cell| cells.holds(cell);
+    let [sign_within, sign_between]: [&dyn Fn(usize) -> CellColumns; 2] = if mixed {
+        [&sizes, &none]
+    } else {
+        [&none, &sizes]
+    };
+    fn stage(columns: &dyn Fn(usize) -> CellColumns, least: f64) -> Stage<'_> {
+        Stage { columns, least }
+    }
+    let basis = |stages: &[Stage<'_>]| LocalBasis::new(observations, whitening, stages);
+    [
+        basis(&[
+            stage(&zeros, ROUNDING),
+            stage(&runs, ROUNDING),
+            stage(&holds, TESTED),
+            stage(sign_within, TESTED),
+            stage(&curves, TESTED),
+            stage(&levels, TESTED),
+            stage(&loops, TESTED),
+            stage(&branches, TESTED),
+        ]),
+        basis(&[
+            stage(&zeros, ROUNDING),
+            stage(&slope, ROUNDING),
+            stage(sign_between, TESTED),
+            stage(&runs, ROUNDING),
+        ]),
+        basis(&[
+            stage(&runs, ROUNDING),
+            stage(&offset, ROUNDING),
+            stage(&zeros, ROUNDING),
+        ]),
+        basis(&[
+            stage(&zeros, ROUNDING),
+            stage(&runs, ROUNDING),
+            stage(sign_within, TESTED),
+            stage(&curves, TESTED),
+            stage(&levels, TESTED),
+            stage(&loops, TESTED),
+            stage(&branches, TESTED),
+            stage(&holds, TESTED),
+        ]),
+    ]
+}
+
+/// Columns of one cell.
+struct Columns<'a> {
+    observations: &'a Observations,
+}
+
+impl Columns<'_> {
+    /// A function of force and place, with forces as shares of the largest.
+    fn of(&self, cell: usize, value: impl Fn(f64, usize) -> f64) -> Vec<f64> {
+        let readings = self.observations.cells[cell].readings.clone();
+        let loads = &self.observations.loads;
+        let most = readings
+            .clone()
+            .map(|reading| loads[reading].force_n.abs())
+            .fold(f64::MIN_POSITIVE, f64::max);
+        readings
+            .map(|reading| value(loads[reading].force_n / most, reading))
+            .collect()
+    }
+
+    fn zeros(&self, cell: usize) -> CellColumns {
+        indicators(&self.keys(cell, |reading| {
+            Some(self.observations.readings[reading].zero)
+        }))
+    }
+
+    fn keys<K>(&self, cell: usize, key: impl Fn(usize) -> Option<K>) -> Vec<Option<K>> {
+        let readings = self.observations.cells[cell].readings.clone();
+        readings.map(key).collect()
+    }
+
+    fn run_slopes(&self, cell: usize) -> CellColumns {
+        let runs = self.observations.cells[cell].runs.clone();
+        runs.map(|run| {
+            self.of(cell, |force, reading| {
+                if self.observations.readings[reading].run == run {
+                    force
+                } else {
+                    0.0
+                }
+            })
+        })
+        .collect()
+    }
+
+    /// Curves of the force as it was: the loads of a level differ by what the jack left.
+    fn curves(&self, cell: usize) -> CellColumns {
+        vec![
+            self.of(cell, |force, _| force * force.abs()),
+            self.of(cell, |force, _| force.powi(3)),
+        ]
+    }
+
+    fn levels(&self, cell: usize) -> CellColumns {
+        let levels = levels(self.observations, cell);
+        indicators(&levels.into_iter().map(Some).collect::<Vec<_>>())
+    }
+
+    /// The unloading branch as a whole.
+    fn loops(&self, cell: usize) -> CellColumns {
+        indicators(&self.keys(cell, |reading| {
+            let unloading = self.observations.readings[reading].branch == Branch::Unloading;
+            unloading.then_some(())
+        }))
+    }
+
+    /// Each level on the unloading branch.
+    fn branches(&self, cell: usize) -> CellColumns {
+        let first = self.observations.cells[cell].readings.start;
+        let levels = levels(self.observations, cell);
+        indicators(&self.keys(cell, |reading| {
+            let unloading = self.observations.readings[reading].branch == Branch::Unloading;
+            unloading.then_some(levels[reading - first])
+        }))
+    }
+
+    /// Each later reading of a hold, by level, branch and its number.
+    fn holds(&self, cell: usize) -> CellColumns {
+        let first = self.observations.cells[cell].readings.start;
+        let levels = levels(self.observations, cell);
+        indicators(&self.keys(cell, |reading| {
+            let details = &self.observations.readings[reading];
+            let unloading = details.branch == Branch::Unloading;
+            let number = details.hold_number;
+            (number > 0).then_some((levels[reading - first], unloading, number))
+        }))
+    }
+}
+
+/// All global columns, white.
+pub(super) fn sets(setting: &Setting<'_>) -> Sets {
+    let observations = setting.observations;
+    let mut globals: Vec<GlobalColumn> = Vec::new();
+    let mut push = |columns: Vec<Vec<f64>>, least_share: f64, least: &dyn Fn(usize) -> f64| {
+        let first = globals.len();
+        for (place, mut white) in columns.into_iter().enumerate() {
+            setting.whitening.apply(&mut white);
+            globals.push(GlobalColumn {
+                white,
+                least_share,
+                least: least(place),
+            });
+        }
+        (first..globals.len()).collect::<Vec<usize>>()
+    };
+    let model = push(setting.columns.to_vec(), ROUNDING, &|place| {
+        let prior_sd = setting.prior_sd.get(place);
+        prior_sd.map_or(0.0, |prior_sd| ABSORBS_NOTHING / prior_sd)
+    });
+    let clock = push(clock_columns(observations), TESTED, &|_| 0.0);
+    let repeat = push(
+        repeat_columns(observations, setting.slope_m),
+        TESTED,
+        &|_| 0.0,
+    );
+    Sets {
+        globals,
+        model,
+        clock,
+        repeat,
+    }
+}
+
+/// Time since the zero, the same with a rate that changes through the session, and warming since the zero.
+fn clock_columns(observations: &Observations) -> Vec<Vec<f64>> {
+    let loads = &observations.loads;
+    let mut columns: Vec<Vec<f64>> = Vec::new();
+    if observations.recorded.time {
+        let times = || {
+            observations
+                .readings
+                .iter()
+                .map(|r| r.time_s.unwrap_or(0.0))
+        };
+        let end = times().fold(f64::MIN_POSITIVE, f64::max);
+        for power in 0..3 {
+            let column = loads
+                .iter()
+                .zip(times())
+                .map(|(load, time)| load.since_zero_s * (time / end - 0.5).powi(power));
+            columns.push(column.collect());
+        }
+    }
+    if observations.recorded.temperature {
+        columns.push(loads.iter().map(|load| load.warming_k).collect());
+    }
+    columns
+}
+
+/// The slope in proportion to itself: of the first repeat, decaying over the repeats, growing with them.
+fn repeat_columns(observations: &Observations, slope_m: &[f64]) -> Vec<Vec<f64>> {
+    let trends: [fn(f64) -> f64; 3] = [
+        |after| f64::from(u8::from(after == 0.0)),
+        |after| (-0.5 * after).exp(),
+        |after| after,
+    ];
+    trends
+        .into_iter()
+        .map(|trend| {
+            observations
+                .readings
+                .iter()
+                .zip(slope_m)
+                .map(|(reading, slope)| {
+                    let repeat = observations.runs[reading.run].repeat;
+                    slope * trend(f64::from(repeat) - 1.0)
+                })
+                .collect()
+        })
+        .collect()
+}

@@ -1,0 +1,213 @@
+//! What is said of where a model fails.
+
+use crate::mismatch::diagnosis::Location;
+use crate::mismatch::leftover::Stratum;
+use crate::mismatch::observations::Observations;
+use stiffbench_units_and_text::test_point::{Direction, PoseId};
+
+use super::carriers::Carrying;
+use super::map::MapEntry;
+
+/// Family-wise level below which a stratum is looked into.
+pub const STRATUM_LEVEL: f64 = 0.05;
+
+/// Share of a stratum's squares above which one spot is said to hold it.
+const HOLDS_IT: f64 = 0.8;
+
+/// What is compared within a stratum.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
+pub enum Contrast {
+    /// Slopes of cells beyond one set of factors.
+    CellSlope,
+    /// Slopes that change with the repeat.
+    Repeat,
+    /// Mean zeros of cells.
+    CellOffset,
+    /// Displacement that grows with the clock or the temperature.
+    Clock,
+    /// Slopes under positive and negative loads.
+    Sign,
+    /// Smooth curves over the load.
+    Curve,
+    /// What levels of load have beyond smooth curves: dead zones, steps.
+    LoadStep,
+    /// Loading against unloading on the whole.
+    Loop,
+    /// The same level by level.
+    Branch,
+    /// Readings of a hold against the first under the same load.
+    Hold,
+    /// Size of the scatter of readings against what is known of it.
+    NoiseSize,
+    /// The largest single departure.
+    Outlier,
+    /// A period in the reading.
+    Period,
+}
+
+impl Contrast {
+    /// The stratum it belongs to.
+    #[must_use]
+    pub fn stratum(self) -> Stratum {
+        match self {
+            Self::CellSlope => Stratum::CellSlope,
+            Self::Repeat | Self::Clock | Self::Hold => Stratum::RepeatTime,
+            Self::CellOffset | Self::Curve | Self::LoadStep => Stratum::LoadStep,
+            Self::Sign => Stratum::Sign,
+            Self::Loop | Self::Branch => Stratum::Branch,
+            Self::NoiseSize | Self::Outlier | Self::Period => Stratum::Rest,
+        }
+    }
+
+    /// Name in files.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::CellSlope => "cell-slope",
+            Self::Repeat => "repeat",
+            Self::CellOffset => "cell-offset",
+            Self::Clock => "clock",
+            Self::Sign => "sign",
+            Self::Curve => "curve",
+            Self::LoadStep => "load-step",
+            Self::Loop => "loop",
+            Self::Branch => "branch",
+            Self::Hold => "hold",
+            Self::NoiseSize => "noise-size",
+            Self::Outlier => "outlier",
+            Self::Period => "period",
+        }
+    }
+
+    /// Why these readings have nothing of the contrast.
+    pub(super) fn when_absent(self, observations: &Observations) -> &'static str {
+        match self {
+            Self::CellSlope => "the factors fit the slopes of as many cells exactly",
+            Self::Repeat => "no load sequence was repeated",
+            Self::CellOffset => "the zeros are taken by the slopes of the runs",
+            Self::Clock if !observations.recorded.time => "no times were recorded",
+            Self::Clock => "the clock ran with the load: it cannot be told from it",
+            Self::Sign => "the loads have one sign",
+            Self::Curve => "two loads show no curve",
+            Self::LoadStep => "there are no more levels of load than a smooth curve fits",
+            Self::Loop | Self::Branch => "no load was approached from above",
+            Self::Hold => "no load was held for further readings",
+            Self::NoiseSize => "the size of the noise was found from these readings",
+            Self::Outlier | Self::Period => "too few readings are left to compare with",
+        }
+    }
+}
+
+/// A test of one contrast.
+#[derive(Debug, Clone, PartialEq)]
+pub struct StratumTest {
+    /// Where it belongs.
+    pub stratum: Stratum,
+    /// What is compared.
+    pub contrast: Contrast,
+    /// F; of the largest outlier t², of a period the largest F.
+    pub statistic: f64,
+    /// Degrees of freedom of numerator and denominator; the second is infinite where the variance is known.
+    pub dof: [f64; 2],
+    /// Chance that noise alone gives as much; for the largest of several at most that (Bonferroni). Zero means below 1e-300.
+    pub p: f64,
+    /// The same for the family of all tests, by Holm.
+    pub p_family: f64,
+    /// Largest departure of a reading, m, once the fit has absorbed what it can.
+    pub size_m: f64,
+    /// Part of all weighted squares beyond noise that lies here; 0 where noise alone gives as much once in twenty times.
+    pub share: f64,
+    /// Poses, directions and cells in which it sits, those that hold most of it first; none where the test does not pass
+    /// [`STRATUM_LEVEL`].
+    pub spots: Vec<Spot>,
+}
+
+/// Part of a contrast.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Spot {
+    /// The pose, if one.
+    pub pose: Option<PoseId>,
+    /// The direction, if one.
+    pub direction: Option<Direction>,
+    /// The repeat and step, if it is one reading.
+    pub reading: Option<(u32, u32)>,
+    /// F of this part alone.
+    pub statistic: f64,
+    /// Its degrees of freedom.
+    pub dof: [f64; 2],
+    /// Chance that noise alone gives as much in this or another spot of the stratum (Holm), not below that of the stratum.
+    pub p_family: f64,
+    /// Largest departure of a reading there, m.
+    pub size_m: f64,
+    /// Share of the contrast's squares that letting this part go free explains.
+    pub share: f64,
+}
+
+/// A contrast that these readings cannot test.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Untested {
+    /// The contrast.
+    pub contrast: Contrast,
+    /// Why.
+    pub why: String,
+}
+
+/// Where a model fails, and what carries it.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Located {
+    /// All tests, in the order of the strata.
+    pub tests: Vec<StratumTest>,
+    /// What could not be tested.
+    pub untested: Vec<Untested>,
+    /// Parts of the structure by how much of the misfit of slopes each explains alone, the most first; empty if slopes do not misfit.
+    pub slope_carriers: Vec<Carrying>,
+    /// The same for curves, steps and loops over the load: joints and supports.
+    pub shape_carriers: Vec<Carrying>,
+    /// Mean residuals by pose, direction, load step, branch and repeat.
+    pub map: Vec<MapEntry>,
+}
+
+impl Located {
+    /// Strata that noise does not explain, each with the pose and direction that hold it; the one with the largest share of what noise
+    /// does not explain first.
+    ///
+    /// Where no single cell, pose or direction holds four fifths of a stratum, none is named.
+    #[must_use]
+    pub fn locations(&self) -> Vec<Location> {
+        let mut tests: Vec<&StratumTest> = self
+            .tests
+            .iter()
+            .filter(|test| test.p_family <= STRATUM_LEVEL)
+            .collect();
+        // A drift leaves no loop beyond itself; where there is one, the clock only shows it too.
+        let is_loop = |test: &StratumTest| test.stratum == Stratum::Branch;
+        let loops = tests.iter().any(|test| is_loop(test));
+        let shown_too = |test: &StratumTest| loops && test.contrast == Contrast::Clock;
+        tests.sort_by(|a, b| {
+            let behind = shown_too(a).cmp(&shown_too(b));
+            behind.then(b.share.total_cmp(&a.share))
+        });
+        let mut out: Vec<Location> = Vec::new();
+        for test in tests {
+            let known = out.iter_mut().find(|known| known.stratum == test.stratum);
+            if let Some(known) = known {
+                known.p_family = known.p_family.min(test.p_family);
+                continue;
+            }
+            // The smallest part that holds it: a cell before a pose or direction.
+            let held = test
+                .spots
+                .iter()
+                .filter(|spot| spot.share >= HOLDS_IT)
+                .min_by_key(|spot| (spot.pose.is_none(), spot.direction.is_none()));
+            out.push(Location {
+                stratum: test.stratum,
+                pose: held.and_then(|spot| spot.pose.clone()),
+                direction: held.and_then(|spot| spot.direction),
+                p_family: test.p_family,
+                size_m: held.map_or(test.size_m, |spot| spot.size_m),
+            });
+        }
+        out
+    }
+}

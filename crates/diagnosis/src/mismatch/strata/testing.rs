@@ -1,0 +1,187 @@
+//! The tests: each contrast against its error term, the family by Holm, and where in a contrast it sits.
+
+use crate::mismatch::observations::Observations;
+use crate::mismatch::restricted_likelihood::EstimatedNoise;
+use stiffbench_numeric::statistics::{chi_squared_upper_tail, f_upper_tail};
+use stiffbench_units_and_text::test_point::Direction;
+
+use super::decomposition::{Comparison, Decomposition, squares};
+use super::extremes::Period;
+use super::results::{Contrast, STRATUM_LEVEL, Spot, StratumTest, Untested};
+
+impl Decomposition<'_> {
+    /// All tests of a white residual.
+    ///
+    /// # Arguments
+    /// - `periods`: of the gauge, in the displacements of the model.
+    /// - `known`: the noise, if it was known beforehand.
+    pub(super) fn tests(
+        &self,
+        white: &[f64],
+        periods: &[Period],
+        known: Option<&EstimatedNoise>,
+    ) -> (Vec<StratumTest>, Vec<Untested>) {
+        let mut tests: Vec<StratumTest> = self
+            .comparisons
+            .iter()
+            .map(|comparison| self.test(comparison, white))
+            .collect();
+        let mut untested = self.untested.clone();
+        let rest = [
+            (Contrast::NoiseSize, self.noise_size(white, known)),
+            (Contrast::Outlier, self.outlier(white)),
+            (Contrast::Period, self.period(white, periods)),
+        ];
+        for (contrast, test) in rest {
+            match test {
+                Some(test) => tests.push(test),
+                None => untested.push(Untested {
+                    contrast,
+                    why: contrast.when_absent(self.observations).to_owned(),
+                }),
+            }
+        }
+        let family = holm(&tests.iter().map(|test| test.p).collect::<Vec<_>>());
+        let beyond = |test: &StratumTest| {
+            if test.p > STRATUM_LEVEL {
+                return 0.0;
+            }
+            (test.statistic - 1.0).max(0.0) * test.dof[0]
+        };
+        let all: f64 = tests.iter().map(beyond).sum();
+        for (test, p_family) in tests.iter_mut().zip(family) {
+            test.p_family = p_family;
+            test.spots.retain(|_| p_family <= STRATUM_LEVEL);
+            for spot in &mut test.spots {
+                spot.p_family = p_family;
+            }
+            test.share = if all > 0.0 { beyond(test) / all } else { 0.0 };
+        }
+        for comparison in &self.comparisons {
+            let place = tests
+                .iter()
+                .position(|test| test.contrast == comparison.contrast);
+            if let Some(place) = place.filter(|&place| tests[place].p_family <= STRATUM_LEVEL) {
+                tests[place].spots = self.spots(comparison, &tests[place], white);
+            }
+        }
+        tests.sort_by_key(|test| test.stratum);
+        (tests, untested)
+    }
+
+    pub(super) fn test(&self, comparison: &Comparison, white: &[f64]) -> StratumTest {
+        let (pattern, d1) = self.pattern(comparison, white);
+        let (error, d2) = self.error(comparison.error, white);
+        let statistic = (squares(&pattern) / d1) / (error / d2).max(f64::MIN_POSITIVE);
+        StratumTest {
+            stratum: comparison.contrast.stratum(),
+            contrast: comparison.contrast,
+            statistic,
+            dof: [d1, d2],
+            p: tail(statistic, d1, d2),
+            p_family: 1.0,
+            size_m: self.size_m(pattern),
+            share: 0.0,
+            spots: Vec::new(),
+        }
+    }
+
+    /// Largest departure of a reading in a white pattern, m.
+    pub(super) fn size_m(&self, mut pattern: Vec<f64>) -> f64 {
+        self.whitening.apply_inverse(&mut pattern);
+        pattern
+            .iter()
+            .fold(0.0, |most, value| most.max(value.abs()))
+    }
+
+    /// Each pose, direction and cell alone.
+    fn spots(&self, comparison: &Comparison, test: &StratumTest, white: &[f64]) -> Vec<Spot> {
+        let (error, d2) = self.error(comparison.error, white);
+        let whole = squares(&self.pattern(comparison, white).0);
+        let mut spots: Vec<(Spot, f64)> = groups(self.observations)
+            .into_iter()
+            .filter_map(|(pose, direction)| {
+                let inside = |cell: usize| {
+                    let cell = &self.observations.cells[cell];
+                    pose.is_none_or(|pose| cell.pose == pose)
+                        && direction.is_none_or(|direction| cell.direction == direction)
+                };
+                let (pattern, d1) = self.pattern_in(comparison, white, &inside);
+                if d1 == 0.0 {
+                    return None;
+                }
+                let explained = squares(&pattern);
+                let statistic = (explained / d1) / (error / d2).max(f64::MIN_POSITIVE);
+                let spot = Spot {
+                    pose: pose.map(|pose| self.observations.poses[pose].clone()),
+                    direction,
+                    reading: None,
+                    statistic,
+                    dof: [d1, d2],
+                    p_family: 1.0,
+                    size_m: self.size_m(pattern),
+                    share: explained / whole,
+                };
+                Some((spot, tail(statistic, d1, d2)))
+            })
+            .collect();
+        let family = holm(&spots.iter().map(|(_, p)| *p).collect::<Vec<_>>());
+        for ((spot, _), p) in spots.iter_mut().zip(family) {
+            spot.p_family = p.max(test.p_family);
+        }
+        let mut spots: Vec<Spot> = spots
+            .into_iter()
+            .map(|(spot, _)| spot)
+            .filter(|spot| spot.p_family <= STRATUM_LEVEL)
+            .collect();
+        spots.sort_by(|a, b| b.share.total_cmp(&a.share));
+        spots
+    }
+}
+
+/// Poses, directions and cells; what would be all readings is left out.
+fn groups(observations: &Observations) -> Vec<(Option<usize>, Option<Direction>)> {
+    let cells = &observations.cells;
+    let directions: Vec<Direction> = Direction::ALL
+        .into_iter()
+        .filter(|direction| cells.iter().any(|cell| cell.direction == *direction))
+        .collect();
+    let mut out = Vec::new();
+    if observations.poses.len() > 1 {
+        out.extend((0..observations.poses.len()).map(|pose| (Some(pose), None)));
+    }
+    if directions.len() > 1 {
+        out.extend(directions.iter().map(|direction| (None, Some(*direction))));
+    }
+    if observations.poses.len() > 1 && directions.len() > 1 {
+        out.extend(
+            cells
+                .iter()
+                .map(|cell| (Some(cell.pose), Some(cell.direction))),
+        );
+    }
+    out
+}
+
+/// Chance that F with these degrees of freedom is larger; χ² for a known variance.
+pub(super) fn tail(statistic: f64, d1: f64, d2: f64) -> f64 {
+    let p = if d2.is_infinite() {
+        chi_squared_upper_tail(statistic * d1, d1)
+    } else {
+        f_upper_tail(statistic, d1, d2)
+    };
+    p.unwrap_or(1.0).clamp(0.0, 1.0)
+}
+
+/// Family-wise chances by Holm's step-down, in the order given.
+pub(super) fn holm(p: &[f64]) -> Vec<f64> {
+    let mut order: Vec<usize> = (0..p.len()).collect();
+    order.sort_by(|&a, &b| p[a].total_cmp(&p[b]));
+    let mut out = vec![1.0; p.len()];
+    let mut largest = 0.0_f64;
+    for (rank, place) in order.into_iter().enumerate() {
+        largest = largest.max(((p.len() - rank) as f64 * p[place]).min(1.0));
+        out[place] = largest;
+    }
+    out
+}

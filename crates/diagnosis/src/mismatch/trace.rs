@@ -1,0 +1,220 @@
+//! What the models before and after a diagnosis say of every single reading, for figures and tables.
+
+use stiffbench_beams::physics::Effect;
+use stiffbench_units_and_text::test_point::{Branch, Cell};
+
+use super::baseline::Baseline;
+use super::diagnosis::Diagnosis;
+use super::error::MismatchError;
+use super::noise::Whitening;
+use super::observations::Observations;
+use super::predictor::ReadingPredictor;
+use super::state::Bench;
+
+/// One reading as the models see it.
+#[derive(Debug, Clone, PartialEq)]
+pub struct ReadingTrace {
+    /// Its pose and direction.
+    pub cell: Cell,
+    /// Its repeat.
+    pub repeat: u32,
+    /// Its branch.
+    pub branch: Branch,
+    /// Its place in the load sequence.
+    pub step: u32,
+    /// Place among the readings of its run that share the step: 0, then 1, 2 … for holds.
+    pub hold_number: u32,
+    /// Number of its gauge zero.
+    pub zero: u32,
+    /// Line in its file.
+    pub line: u32,
+    /// The load that was aimed at, N.
+    pub target_n: f64,
+    /// Whether it is flagged.
+    pub flagged: bool,
+    /// Signed force, N.
+    pub force_n: f64,
+    /// Signed displacement as read, m.
+    pub displacement_m: f64,
+    /// Seconds under the load; `None` if they were not recorded.
+    pub hold_s: Option<f64>,
+    /// Seconds since the gauge was zeroed; `None` if no clock was recorded.
+    pub since_zero_s: Option<f64>,
+    /// Measured minus predicted without effects, the mean of its gauge zero taken off, m.
+    pub before_m: f64,
+    /// Measured minus predicted by the final model, the mean of its gauge zero taken off, m.
+    pub after_m: f64,
+    /// What is left of the residual without effects when zero and slope of its run are taken off, m.
+    pub before_within_run_m: f64,
+    /// The same of the final model's residual, m.
+    pub after_within_run_m: f64,
+    /// Prediction of the final model minus prediction without effects, m.
+    pub model_change_m: f64,
+    /// Standard deviation of a single reading, the step of the force gauge included, m.
+    pub reading_sd_m: f64,
+    /// What the slope of its run, a relative error, multiplies: the linear prediction, its mean over the gauge zero taken off, m.
+    pub slope_m: f64,
+}
+
+/// What one effect of the final model does to the readings.
+#[derive(Debug, Clone, PartialEq)]
+pub struct EffectTrace {
+    /// The effect.
+    pub effect: Effect,
+    /// For each reading: prediction of the final model minus the prediction without this effect, m.
+    pub change_m: Vec<f64>,
+}
+
+/// All readings of a diagnosis, in the order of the observations.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Trace {
+    /// The readings.
+    pub readings: Vec<ReadingTrace>,
+    /// The effects of the final model; one without which the structure cannot be solved is left out.
+    pub effects: Vec<EffectTrace>,
+    /// Root mean square of the displacements about their gauge zeros, m: what errors in percent are percent of.
+    pub displacement_rms_m: f64,
+}
+
+/// Works out what the models of a diagnosis say of every reading.
+///
+/// # Errors
+/// [`MismatchError::Robot`] if a pose cannot be solved; [`MismatchError::Empty`] if the diagnosis holds a structure that this
+/// baseline does not have.
+pub fn trace(
+    baseline: &dyn Baseline,
+    observations: &Observations,
+    diagnosis: &Diagnosis,
+) -> Result<Trace, MismatchError> {
+    let bench = Bench::new(baseline, observations);
+    let mut predictor = bench.predictor();
+    let first: Vec<f64> = diagnosis.factors.iter().map(|f| f.before.value).collect();
+    let before = prediction(&mut predictor, observations, &first, &[])?;
+    let (parameters, effects) = (&diagnosis.parameters, &diagnosis.effects);
+    let after = prediction(&mut predictor, observations, parameters, effects)?;
+    let mut compliance = vec![0.0; observations.len()];
+    predictor.compliance(parameters, effects, &mut compliance)?;
+    let slope: Vec<f64> = compliance
+        .iter()
+        .zip(&observations.loads)
+        .map(|(compliance, load)| compliance * load.force_n)
+        .collect();
+    let mut traced = Vec::new();
+    for place in 0..effects.len() {
+        let mut rest = effects.clone();
+        rest.remove(place);
+        let mut without = vec![0.0; observations.len()];
+        if predictor.predict(parameters, &rest, &mut without)? {
+            let change = after.iter().zip(&without).map(|(with, rest)| with - rest);
+            traced.push(EffectTrace {
+                effect: effects[place].clone(),
+                change_m: change.collect(),
+            });
+        }
+    }
+    let whitening = Whitening::new(observations, &diagnosis.noise, &slope, &compliance);
+    let residuals = [&before, &after].map(|prediction| -> Vec<f64> {
+        let measured = observations.displacement_m.iter();
+        measured.zip(prediction).map(|(y, p)| y - p).collect()
+    });
+    let displacements = about_zeros(observations, observations.displacement_m.clone());
+    let squares: f64 = displacements.iter().map(|d| d * d).sum();
+    let models = Models {
+        within: residuals.clone().map(|r| within_runs(&whitening, r)),
+        about_zeros: residuals.map(|r| about_zeros(observations, r)),
+        change: after.iter().zip(&before).map(|(a, b)| a - b).collect(),
+        slope_m: about_zeros(observations, slope),
+        weights: whitening.weights(),
+    };
+    Ok(Trace {
+        readings: readings(observations, &models),
+        effects: traced,
+        displacement_rms_m: (squares / displacements.len().max(1) as f64).sqrt(),
+    })
+}
+
+/// What the two models say, before and after.
+struct Models<'a> {
+    about_zeros: [Vec<f64>; 2],
+    within: [Vec<f64>; 2],
+    change: Vec<f64>,
+    slope_m: Vec<f64>,
+    /// One over the standard deviation of each reading, 1/m.
+    weights: &'a [f64],
+}
+
+/// Residuals minus the most likely zeros and slopes of the runs: R V⁻¹ r, with R the variance of single readings and V that of all
+/// noise (best linear unbiased prediction; Robinson, Statistical Science 6 (1991)).
+fn within_runs(whitening: &Whitening, mut residuals: Vec<f64>) -> Vec<f64> {
+    whitening.apply(&mut residuals);
+    whitening.apply_transposed(&mut residuals);
+    for (residual, weight) in residuals.iter_mut().zip(whitening.weights()) {
+        *residual /= weight * weight;
+    }
+    residuals
+}
+
+/// Displacements of a model, m.
+fn prediction(
+    predictor: &mut ReadingPredictor<'_>,
+    observations: &Observations,
+    parameters: &[f64],
+    effects: &[Effect],
+) -> Result<Vec<f64>, MismatchError> {
+    let mut out = vec![0.0; observations.len()];
+    if predictor.predict(parameters, effects, &mut out)? {
+        Ok(out)
+    } else {
+        Err(MismatchError::Empty)
+    }
+}
+
+fn readings(observations: &Observations, models: &Models<'_>) -> Vec<ReadingTrace> {
+    let recorded = observations.recorded;
+    (0..observations.len())
+        .map(|place| {
+            let (reading, load) = (&observations.readings[place], &observations.loads[place]);
+            let cell = &observations.cells[observations.cell_of(place)];
+            ReadingTrace {
+                cell: Cell {
+                    pose: observations.poses[cell.pose].clone(),
+                    direction: cell.direction,
+                },
+                repeat: observations.runs[reading.run].repeat,
+                branch: reading.branch,
+                step: load.step,
+                hold_number: reading.hold_number,
+                zero: reading.zero,
+                line: reading.line,
+                target_n: reading.target_n,
+                flagged: reading.flagged,
+                force_n: load.force_n,
+                displacement_m: observations.displacement_m[place],
+                hold_s: recorded.hold.then_some(load.hold_s),
+                since_zero_s: reading.time_s.map(|_| load.since_zero_s),
+                before_m: models.about_zeros[0][place],
+                after_m: models.about_zeros[1][place],
+                before_within_run_m: models.within[0][place],
+                after_within_run_m: models.within[1][place],
+                model_change_m: models.change[place],
+                reading_sd_m: models.weights[place].recip(),
+                slope_m: models.slope_m[place],
+            }
+        })
+        .collect()
+}
+
+/// Values minus the mean over their gauge zero.
+fn about_zeros(observations: &Observations, mut values: Vec<f64>) -> Vec<f64> {
+    let zeros = observations.readings.iter().map(|r| r.zero as usize + 1);
+    let mut sums = vec![(0.0, 0.0); zeros.max().unwrap_or(0)];
+    for (value, reading) in values.iter().zip(&observations.readings) {
+        let sum = &mut sums[reading.zero as usize];
+        *sum = (sum.0 + value, sum.1 + 1.0);
+    }
+    for (value, reading) in values.iter_mut().zip(&observations.readings) {
+        let (sum, count) = sums[reading.zero as usize];
+        *value -= sum / count;
+    }
+    values
+}

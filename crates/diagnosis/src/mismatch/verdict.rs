@@ -1,0 +1,399 @@
+//! From what a search found to what is to be said.
+
+use nalgebra::DMatrix;
+
+use stiffbench_beams::physics::{Effect, Law};
+
+use super::diagnosis::{Diagnosis, FactorShift, Finding, Location, Rival, Value, Verdict};
+use super::error::MismatchError;
+use super::leftover::Stratum;
+use super::limits::{LEFT_OVER_LEVEL, Limits};
+use super::rank::View;
+use super::ranked::{Ranked, same};
+use super::search::{Chosen, Found, LeftOver};
+use super::space::dot;
+use super::state::{Bench, State, end_effect_m};
+
+/// Log Bayes factor by which a rival must be behind to be told apart from a winner that it looks like.
+pub const TELL_ALIKE_APART: f64 = 5.0;
+
+/// The same of what looks different is this times the fourth power of the cosine: the readings that speak for the one say nothing of the other.
+const TELL_APART_BY_COSINE: f64 = 8.0;
+
+/// Readings of a single line from which on what it leaves out is found together with what it could be: a drift of six standard errors in
+/// 95 % (`tests/mismatch_specimens.rs`).
+const ENOUGH_OF_A_LINE: usize = 18;
+
+/// Rivals that are printed.
+const RIVALS: usize = 8;
+
+/// A factor whose interval spans more than this share of what was allowed beforehand is not identified by the data.
+const IDENTIFIED: f64 = 0.5;
+
+impl Bench<'_> {
+    /// What a search found, as it is to be said.
+    pub(super) fn conclude(
+        &self,
+        found: &Found,
+        limits: &Limits,
+    ) -> Result<Diagnosis, MismatchError> {
+        let mut findings: Vec<Finding> = Vec::new();
+        let mut group = 0;
+        for (place, chosen) in found.chosen.iter().enumerate() {
+            // What explains one part already is not offered again for another.
+            let mut members = members(chosen);
+            members.retain(|&member| {
+                let effect = &chosen.ranked[member].effect;
+                findings
+                    .iter()
+                    .all(|finding| !same(&finding.effect, effect))
+            });
+            let alternative = (members.len() > 1).then(|| {
+                group += 1;
+                group
+            });
+            for &member in &members {
+                findings.push(self.finding(found, chosen, place, member, &members, alternative)?);
+            }
+        }
+        let unknown = found.left.p <= LEFT_OVER_LEVEL;
+        let lacking = self.lacking();
+        let verdict = if !lacking.is_empty() {
+            Verdict::InsufficientData
+        } else if unknown {
+            Verdict::Unknown
+        } else if findings.is_empty() {
+            Verdict::NothingMissing
+        } else if group > 0 {
+            Verdict::Ambiguous
+        } else {
+            Verdict::Explained
+        };
+        let before = self.quality(&found.before)?;
+        let after = if found.changed() {
+            self.quality(&found.after)?
+        } else {
+            before.clone()
+        };
+        Ok(Diagnosis {
+            verdict,
+            lacking,
+            locations: self.locations(found, limits),
+            findings,
+            left_over: self.location_of(&found.left),
+            before,
+            after,
+            factors: self.factor_shifts(found)?,
+            noise: found.after.noise.noise,
+            noise_dof: [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]]
+                .map(|share| found.after.noise.degrees_of_freedom(share)),
+            detection_limits: self.detection_limits(found, limits)?,
+            impossible: impossible(&found.first, limits),
+            parameters: found.after.fitted.model.parameters.clone(),
+            effects: found.after.fitted.model.effects.clone(),
+        })
+    }
+
+    /// What must be there before anything can be decided.
+    pub(super) fn lacking(&self) -> Vec<String> {
+        let mut lacking = Vec::new();
+        let loaded = self
+            .observations
+            .loads
+            .iter()
+            .filter(|load| load.force_n != 0.0)
+            .count();
+        if loaded == 0 && !self.observations.free_zeros {
+            lacking.push("no reading is under load".to_owned());
+        }
+        let several = self
+            .observations
+            .cells
+            .iter()
+            .any(|cell| cell.runs.len() > 1);
+        // A line through many readings shows its own scatter.
+        let is_line = self.observations.free_zeros;
+        let is_long = is_line && self.observations.len() >= ENOUGH_OF_A_LINE;
+        if !several && !is_long {
+            let or = if is_line {
+                format!(", or {ENOUGH_OF_A_LINE} readings along the line")
+            } else {
+                String::new()
+            };
+            lacking.push(format!(
+                "no load sequence was repeated: what scatters and what is missing cannot be told apart; at least three repeats are needed{or}"
+            ));
+        }
+        let parameters = self.baseline.parameters().len();
+        if self.observations.len() < 3 * parameters + 6 {
+            lacking.push(format!(
+                "{} readings are too few for {parameters} factors",
+                self.observations.len()
+            ));
+        }
+        lacking
+    }
+
+    fn finding(
+        &self,
+        found: &Found,
+        chosen: &Chosen,
+        place: usize,
+        member: usize,
+        members: &[usize],
+        alternative_group: Option<u32>,
+    ) -> Result<Finding, MismatchError> {
+        let ranked = &chosen.ranked[member];
+        let model = &ranked.fitted.model;
+        let last = model.effects.len() - 1;
+        let values = self.values(&found.after, ranked)?;
+        let frozen = self.predictor().frozen(&model.parameters, &model.effects)?;
+        let square = dot(&ranked.white, &ranked.white);
+        let cosine = |other: &Ranked| {
+            dot(&ranked.white, &other.white)
+                / (square.sqrt() * dot(&other.white, &other.white).sqrt()).max(f64::MIN_POSITIVE)
+        };
+        let rivals = chosen
+            .ranked
+            .iter()
+            .enumerate()
+            .filter(|(other, rival)| {
+                !members.contains(other)
+                    && !same(&rival.effect, &ranked.effect)
+                    && rival.log_bayes > 0.0
+            })
+            .take(RIVALS)
+            .map(|(_, rival)| Rival {
+                effect: rival.effect.clone(),
+                log_bayes_to_winner: ranked.log_bayes - rival.log_bayes,
+                cosine: cosine(rival),
+            })
+            .collect();
+        let end_effect = if ranked.effect.law == Law::LooseMember {
+            self.loose_effect_m(model)?
+        } else {
+            end_effect_m(&frozen, self.observations, &model.effects, last)
+        };
+        debug_assert!(place < found.after.fitted.model.effects.len());
+        Ok(Finding {
+            effect: ranked.effect.clone(),
+            values,
+            alternative_group,
+            end_effect_m: end_effect,
+            absorbed_share: 1.0 - square / ranked.whole.max(f64::MIN_POSITIVE),
+            log_bayes: ranked.log_bayes,
+            standard_errors: square.sqrt(),
+            p_family: chosen.family_p,
+            rivals,
+        })
+    }
+
+    fn loose_effect_m(&self, model: &super::refit::Model) -> Result<f64, MismatchError> {
+        let mut predictor = self.predictor();
+        let with = self.predicted(&mut predictor, model)?;
+        let mut rest = model.clone();
+        rest.effects.pop();
+        let without = self.predicted(&mut predictor, &rest)?;
+        Ok(with
+            .iter()
+            .zip(&without)
+            .map(|(a, b)| (a - b).abs())
+            .fold(0.0, f64::max))
+    }
+
+    /// Values of the last effect of a ranked model, with standard uncertainties from its linearisation.
+    fn values(&self, state: &State, ranked: &Ranked) -> Result<Vec<Value>, MismatchError> {
+        let model = &ranked.fitted.model;
+        let covariance = self.covariance(state, model)?;
+        let own = ranked.effect.values.len();
+        let first = covariance.len() - own;
+        Ok(ranked
+            .effect
+            .values
+            .iter()
+            .enumerate()
+            .map(|(index, &value)| Value {
+                value,
+                u: covariance[first + index],
+                dof: ranked.dof,
+            })
+            .collect())
+    }
+
+    /// Standard uncertainty of every parameter of a model; `None` where the readings do not change with it.
+    fn covariance(
+        &self,
+        state: &State,
+        model: &super::refit::Model,
+    ) -> Result<Vec<Option<f64>>, MismatchError> {
+        let mut predictor = self.predictor();
+        let mut columns = self.columns(&mut predictor, model)?;
+        let known = self.baseline.parameters();
+        for column in &mut columns {
+            state.whitening.apply(column);
+        }
+        let used: Vec<usize> = (0..columns.len())
+            .filter(|&column| dot(&columns[column], &columns[column]) > 0.0 || column < known.len())
+            .collect();
+        // Columns of unit length: factors and compliances differ by many orders of magnitude.
+        let lengths: Vec<f64> = used
+            .iter()
+            .map(|&column| {
+                let prior = known
+                    .get(column)
+                    .map_or(0.0, |k| k.prior_sd.recip().powi(2));
+                (dot(&columns[column], &columns[column]) + prior).sqrt()
+            })
+            .collect();
+        let normal = DMatrix::from_fn(used.len(), used.len(), |i, j| {
+            let mut sum = dot(&columns[used[i]], &columns[used[j]]);
+            if i == j
+                && let Some(parameter) = known.get(used[i])
+            {
+                sum += parameter.prior_sd.recip().powi(2);
+            }
+            sum / (lengths[i] * lengths[j])
+        });
+        let mut out = vec![None; columns.len()];
+        let eigen = normal.symmetric_eigen();
+        for (place, &column) in used.iter().enumerate() {
+            let mut variance = 0.0;
+            for (index, &value) in eigen.eigenvalues.iter().enumerate() {
+                let share = eigen.eigenvectors[(place, index)];
+                variance += share * share / value.max(1e-14);
+            }
+            out[column] = Some(variance.sqrt() / lengths[place]);
+        }
+        Ok(out)
+    }
+
+    fn factor_shifts(&self, found: &Found) -> Result<Vec<FactorShift>, MismatchError> {
+        let before = self.covariance(&found.before, &found.before.fitted.model)?;
+        let after = if found.changed() {
+            self.covariance(&found.after, &found.after.fitted.model)?
+        } else {
+            before.clone()
+        };
+        // Factors are told apart between cells: their noise is the scatter of run slopes.
+        let dof = |state: &State| state.noise.degrees_of_freedom([0.0, 0.0, 1.0]);
+        Ok(self
+            .baseline
+            .parameters()
+            .iter()
+            .enumerate()
+            .map(|(index, parameter)| {
+                let value = |state: &State, u: &[Option<f64>]| Value {
+                    value: state.fitted.model.parameters[index],
+                    u: u[index],
+                    dof: dof(state),
+                };
+                let after_value = value(&found.after, &after);
+                let at_bound = after_value.value - parameter.lower < 1e-6
+                    || parameter.upper - after_value.value < 1e-6;
+                FactorShift {
+                    name: parameter.name.clone(),
+                    before: value(&found.before, &before),
+                    identified: !at_bound
+                        && after_value
+                            .u
+                            .is_some_and(|u| u < IDENTIFIED * parameter.prior_sd),
+                    after: after_value,
+                }
+            })
+            .collect())
+    }
+
+    /// Patterns of the baseline's residuals that noise does not explain, the largest of each stratum.
+    fn locations(&self, found: &Found, limits: &Limits) -> Vec<Location> {
+        let mut out: Vec<Location> = found
+            .first_patterns
+            .iter()
+            .map(|(gain, pattern)| LeftOver {
+                p: limits.left_over_p(*gain),
+                gain: *gain,
+                pattern: Some(pattern.clone()),
+            })
+            .filter(|left| left.p < 0.05)
+            .map(|left| self.location_of(&left))
+            .collect();
+        out.sort_by(|a, b| a.p_family.total_cmp(&b.p_family));
+        out
+    }
+
+    fn location_of(&self, left: &LeftOver) -> Location {
+        let pattern = left.pattern.as_ref();
+        Location {
+            stratum: pattern.map_or(Stratum::Rest, |p| p.stratum),
+            pose: pattern
+                .and_then(|p| p.group.pose)
+                .map(|pose| self.observations.poses[pose].clone()),
+            direction: pattern.and_then(|p| p.group.direction),
+            p_family: left.p,
+            size_m: pattern.map_or(0.0, |p| p.size_m * left.gain.sqrt()),
+        }
+    }
+}
+
+/// Candidates that need an impossible value and would have passed with it.
+fn impossible(first: &View, limits: &Limits) -> Vec<super::rank::Impossible> {
+    first
+        .impossible()
+        .into_iter()
+        .filter(|candidate| {
+            limits
+                .laws
+                .get(&(candidate.law, false))
+                .is_some_and(|limit| candidate.gain > *limit)
+        })
+        .collect()
+}
+
+/// Whether the readings tell a rival apart from the likeliest.
+///
+/// # Arguments
+/// - `behind`: log Bayes factor by which it is behind.
+/// - `squared_cosine`: of the angle between the two.
+pub(super) fn told_apart(behind: f64, squared_cosine: f64) -> bool {
+    behind > (TELL_APART_BY_COSINE * squared_cosine.powi(2)).min(TELL_ALIKE_APART)
+}
+
+/// Places in the ranking of the first and of those that cannot be told apart from the likeliest.
+fn members(chosen: &Chosen) -> Vec<usize> {
+    // The first may be a simpler law than the likeliest. Of equal ones the first.
+    let likeliest = chosen.ranked.iter().rev();
+    let Some(winner) = likeliest.max_by(|a, b| a.log_bayes.total_cmp(&b.log_bayes)) else {
+        return Vec::new();
+    };
+    let mut out: Vec<usize> = Vec::new();
+    let mut seen: Vec<(&'static str, &stiffbench_beams::physics::Place)> = Vec::new();
+    for (place, ranked) in chosen.ranked.iter().enumerate() {
+        let behind = winner.log_bayes - ranked.log_bayes;
+        let squared_cosine = dot(&winner.white, &ranked.white).powi(2)
+            / (dot(&winner.white, &winner.white) * dot(&ranked.white, &ranked.white))
+                .max(f64::MIN_POSITIVE);
+        let name = (ranked.effect.law.name(), &ranked.effect.place);
+        if (place == 0 || !told_apart(behind, squared_cosine)) && !seen.contains(&name) {
+            seen.push(name);
+            out.push(place);
+        }
+    }
+    out
+}
+
+/// Effects of findings: of alternatives the first.
+#[must_use]
+pub fn first_of_alternatives(findings: &[Finding]) -> Vec<Effect> {
+    let mut groups: Vec<u32> = Vec::new();
+    findings
+        .iter()
+        .filter(|finding| match finding.alternative_group {
+            None => true,
+            Some(group) if groups.contains(&group) => false,
+            Some(group) => {
+                groups.push(group);
+                true
+            }
+        })
+        .map(|finding| finding.effect.clone())
+        .collect()
+}

@@ -1,0 +1,236 @@
+//! Known factors, simulated sessions, and whether the fit's intervals hold what they promise.
+//!
+//! The virtual bench makes the data with its own noise; the fit sees readings only.
+
+#![expect(
+    clippy::unwrap_used,
+    clippy::print_stdout,
+    reason = "a test stops at what is not as it must be and shows what it found"
+)]
+
+use rand::{RngExt, SeedableRng};
+use rand_chacha::ChaCha8Rng;
+use rayon::prelude::*;
+
+use stiffbench_beams::physics::ActingPhysics;
+use stiffbench_beams::robot::{FittingFactors, Robot};
+use stiffbench_diagnosis::fit::{
+    FACTOR_NAMES, FitOptions, FitOutcome, FitProblem, MeasuredStiffness, MonteCarloSettings,
+    PaperOptions, PaperSource, fit_cells, follow_paper, read_stiffness_list,
+};
+use stiffbench_measurement::procedure::Procedure;
+use stiffbench_measurement::stiffness::{Gauges, Method, StiffnessOptions, stiffness_table};
+use stiffbench_simulation::{Jack, NoiseModel, VirtualBench};
+use stiffbench_test_files::shipped_robot;
+
+/// True factors of a seed: those of the file with the beams' varied by up to two either way, so that no seed is special.
+fn truth(start: &FittingFactors, seed: u64) -> FittingFactors {
+    let mut rng = ChaCha8Rng::seed_from_u64(1_000_000 + seed);
+    let mut factors = *start;
+    for factor in &mut factors.beam {
+        *factor *= 2f64.powf(2.0 * rng.random::<f64>() - 1.0);
+    }
+    factors
+}
+
+fn simulate_and_fit(robot: &Robot, mechanism: &str, seed: u64) -> (FittingFactors, FitOutcome) {
+    let mechanism = robot.mechanism(Some(mechanism)).unwrap();
+    let (_, start) = robot.default_factors();
+    let factors = truth(&start, seed);
+    let physics = ActingPhysics::new(robot, mechanism, Vec::new()).unwrap();
+    let bench = VirtualBench::new(
+        robot,
+        &physics,
+        &factors,
+        NoiseModel::default(),
+        Jack::default(),
+    )
+    .unwrap();
+    let readings = bench.run(&Procedure::default(), "s", seed).unwrap();
+    let table = stiffness_table(
+        &readings.readings,
+        &Gauges::default(),
+        StiffnessOptions::default(),
+    );
+    let measured = MeasuredStiffness::from_table(&table, Method::Regression);
+    let problem = FitProblem {
+        robot,
+        mechanism,
+        measured: &measured,
+        start: &start,
+        physics: None,
+    };
+    (
+        factors,
+        fit_cells(&problem, &FitOptions::default()).unwrap(),
+    )
+}
+
+/// Coverage of the 95 % intervals of the factors reported as identified, over seeds; prints it by factor.
+fn coverage(robot_name: &str, mechanism: &str, seeds: u64) -> f64 {
+    let robot = Robot::parse(&shipped_robot(robot_name).unwrap()).unwrap();
+    let hits: Vec<Vec<Option<bool>>> = (0..seeds)
+        .into_par_iter()
+        .map(|seed| {
+            let (truth, outcome) = simulate_and_fit(&robot, mechanism, seed);
+            (0..4)
+                .map(|i| {
+                    outcome.estimates[i]
+                        .interval_95
+                        .map(|[lower, upper]| (lower..=upper).contains(&truth.beam[i]))
+                })
+                .collect()
+        })
+        .collect();
+    let (mut inside, mut all) = (0, 0);
+    for factor in 0..4 {
+        let identified: Vec<bool> = hits.iter().filter_map(|seed| seed[factor]).collect();
+        let covered = identified.iter().filter(|hit| **hit).count();
+        println!(
+            "{robot_name} {mechanism} {}: {covered} of {} identified ({seeds} seeds)",
+            FACTOR_NAMES[factor],
+            identified.len()
+        );
+        inside += covered;
+        all += identified.len();
+    }
+    let share = inside as f64 / all as f64;
+    println!(
+        "{robot_name} {mechanism}: coverage {:.2} % of {all} intervals",
+        100.0 * share
+    );
+    share
+}
+
+#[test]
+fn intervals_cover_in_93_to_97_percent_of_1000_seeds() {
+    for mechanism in ["F", "A"] {
+        let share = coverage("hp-robot", mechanism, 1000);
+        assert!(
+            (0.93..=0.97).contains(&share),
+            "mechanism {mechanism}: {share}"
+        );
+    }
+}
+
+/// Measured stiffness that is the model's own, without any error.
+fn exact(robot: &Robot, factors: &FittingFactors) -> MeasuredStiffness {
+    let mechanism = robot.mechanism(None).unwrap();
+    let physics = ActingPhysics::new(robot, mechanism, Vec::new()).unwrap();
+    let bench =
+        VirtualBench::new(robot, &physics, factors, NoiseModel::NONE, Jack::default()).unwrap();
+    let readings = bench.run(&Procedure::default(), "exact", 3).unwrap();
+    let table = stiffness_table(
+        &readings.readings,
+        &Gauges::default(),
+        StiffnessOptions::default(),
+    );
+    MeasuredStiffness::from_table(&table, Method::PaperMean)
+}
+
+#[test]
+fn readings_without_error_give_the_factors_back() {
+    let robot = Robot::parse(&shipped_robot("hp-robot").unwrap()).unwrap();
+    let (_, start) = robot.default_factors();
+    let truth = truth(&start, 42);
+    let measured = exact(&robot, &truth);
+    let problem = FitProblem {
+        robot: &robot,
+        mechanism: robot.mechanism(None).unwrap(),
+        measured: &measured,
+        start: &start,
+        physics: None,
+    };
+    let outcome = fit_cells(&problem, &FitOptions::default()).unwrap();
+    // The text of a reading shows nine decimals of a micrometre, 1e-11 of a displacement; the valley of Iz and J, 1e4 times longer than
+    // wide, and the digits of the solution (3e-10) leave four digits of J.
+    for (estimate, truth) in outcome.estimates.iter().zip(truth.beam) {
+        assert!(
+            (estimate.value / truth - 1.0).abs() < 1e-3,
+            "{}: {} {truth}",
+            estimate.name,
+            estimate.value
+        );
+    }
+    assert!(outcome.max_error_percent().unwrap() < 0.01);
+}
+
+#[test]
+fn the_papers_steps_find_the_factors_of_their_own_model() {
+    let robot = Robot::parse(&shipped_robot("hp-robot").unwrap()).unwrap();
+    let s_fsd = robot.factor_set("s_fsd").unwrap();
+    // A model as step 5 makes it: J of the beams stays, links keep A and Iz and get 100.
+    let truth = FittingFactors {
+        beam: [0.004, 0.007, 1.1, 1.0],
+        link: [s_fsd.link[0], 100.0, s_fsd.link[2], 100.0],
+    };
+    let measured = exact(&robot, &truth);
+    let options = PaperOptions {
+        poses: vec![("P1".into(), 1.0), ("P3".into(), 3.0)],
+        source: PaperSource::Given("s_fsd".to_owned(), s_fsd),
+        trials: MonteCarloSettings::default(),
+    };
+    let fit = follow_paper(
+        &robot,
+        robot.mechanism(None).unwrap(),
+        &measured,
+        None,
+        &options,
+    )
+    .unwrap();
+    for pose in &fit.multi_source {
+        let names: Vec<&str> = pose
+            .sequence
+            .iter()
+            .map(|step| step.property.name())
+            .collect();
+        assert_eq!(names, ["Iy", "Iz", "A", "J"], "{}", pose.pose);
+    }
+    for (found, truth) in fit.outcome.factors.beam.iter().zip(truth.beam) {
+        // The last range of the trials leaves a factor known to 1e-3 of itself; A and Iy pass that on to each other.
+        assert!(
+            (found / truth - 1.0).abs() < 5e-3,
+            "{:?}",
+            fit.outcome.factors
+        );
+    }
+    assert!(fit.outcome.max_error_percent().unwrap() < 0.5);
+}
+
+#[test]
+fn single_source_factors_follow_from_reference_displacements() {
+    let robot = Robot::parse(&shipped_robot("hp-robot").unwrap()).unwrap();
+    // Table V's finite-element displacements under 50 N, as a user would give them.
+    let reference = read_stiffness_list(
+        "reference",
+        "pose,direction,force_N,displacement_um\nP1,x,-50,-2622\nP1,y,-50,-421.44\nP1,z,-50,-57.59\n",
+    )
+    .unwrap();
+    let options = PaperOptions {
+        poses: vec![("P1".into(), 1.0)],
+        source: PaperSource::Reference(reference.clone()),
+        trials: MonteCarloSettings::default(),
+    };
+    let fit = follow_paper(
+        &robot,
+        robot.mechanism(None).unwrap(),
+        &reference,
+        None,
+        &options,
+    )
+    .unwrap();
+    let factors = fit.single_source_factors;
+    // The paper's own single-pose factors are 0.0273 (Iy), 2.12 (Iz), 0.00645 (A), 1 (J); the reconstruction comes within its scatter.
+    assert_eq!(factors.beam, factors.link);
+    for (found, paper) in factors.beam.iter().zip([0.00645, 0.0273, 2.12, 1.0]) {
+        assert!((found / paper).ln().abs() < 0.3, "{factors:?}");
+    }
+    for step in fit.single_source[0]
+        .fit
+        .steps
+        .iter()
+        .filter(|step| step.pass == 10)
+    {
+        assert!((step.displacement_ratio - 1.0).abs() < 1e-3, "{step:?}");
+    }
+}

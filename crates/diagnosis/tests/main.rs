@@ -1,0 +1,12 @@
+//! The promises of this crate, tested from outside.
+
+#![expect(
+    clippy::unwrap_used,
+    reason = "a test stops at what is not as it must be"
+)]
+
+mod fit_recovery;
+mod map_questions;
+mod mismatch_specimens;
+mod mismatch_verdicts;
+mod stiffness_map;

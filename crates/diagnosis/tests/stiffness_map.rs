@@ -1,0 +1,682 @@
+//! Maps of the stiffness over the workspace against one pose at a time, against closed forms, and against themselves in shares.
+
+#![expect(
+    clippy::unwrap_used,
+    reason = "a test stops at the first thing that is not as it must be"
+)]
+
+use proptest::prelude::*;
+
+use stiffbench_beams::physics::{ActingPhysics, Effect};
+use stiffbench_beams::robot::{FittingFactors, Predictor, Robot, Theory};
+use stiffbench_diagnosis::distribution::{
+    ColumnStatistics, Extreme, FactorCovariance, Level, MapColumn, MapModel, MechanismStudy, NoMap,
+    PosePlan, PoseSet, Sampling, Shard, StiffnessMap, StudyPoses, WorkspacePlan, WorkspaceSample,
+    column_statistics, variables_beside_the_plane,
+};
+use stiffbench_test_files::shipped_robot;
+use stiffbench_units_and_text::source_text::SourceText;
+
+const SAMPLINGS: [Sampling; 3] = [
+    Sampling::MonteCarlo,
+    Sampling::Grid,
+    Sampling::LowDiscrepancy,
+];
+
+fn robot() -> Robot {
+    Robot::parse(&shipped_robot("hp-robot").unwrap()).unwrap()
+}
+
+fn plan(sampling: Sampling, poses: usize, seed: u64) -> PosePlan {
+    PosePlan {
+        sampling,
+        poses,
+        seed,
+        held: vec!["theta1".to_owned(), "theta4".to_owned()],
+    }
+}
+
+fn draw(robot: &Robot, plan: &PosePlan) -> PoseSet {
+    PoseSet::draw(robot, plan, Shard::WHOLE).unwrap()
+}
+
+fn physics(robot: &Robot, mechanism: &str, effects: &[&str]) -> ActingPhysics {
+    let effects: Vec<Effect> = effects.iter().map(|text| text.parse().unwrap()).collect();
+    ActingPhysics::new(robot, robot.mechanism(Some(mechanism)).unwrap(), effects).unwrap()
+}
+
+fn factors(robot: &Robot) -> FittingFactors {
+    robot.factor_set("m_fsd").unwrap()
+}
+
+/// Axes and principal stiffnesses.
+fn all_columns() -> Vec<MapColumn> {
+    let mut columns = MapColumn::axes();
+    columns.extend(MapColumn::along("oblique", [1.0, -2.0, 0.5]));
+    columns.extend(MapColumn::principal());
+    columns
+}
+
+/// Largest relative difference of all columns to a compliance worked out pose by pose.
+fn largest_difference(
+    map: &StiffnessMap,
+    poses: &PoseSet,
+    mut compliance: impl FnMut(usize) -> [[f64; 3]; 3],
+) -> f64 {
+    let mut largest = 0.0_f64;
+    for row in 0..map.len() {
+        let c = compliance(map.places[row] as usize);
+        let axes = [0, 1, 2].map(|i| 1.0 / c[i][i]);
+        let n = [1.0, -2.0, 0.5].map(|x: f64| x / 5.25_f64.sqrt());
+        let along: f64 = (0..9).map(|i| n[i / 3] * c[i / 3][i % 3] * n[i % 3]).sum();
+        for (column, expected) in axes.into_iter().chain([1.0 / along]).enumerate() {
+            let found = map.stiffness_n_per_m(row, column);
+            largest = largest.max((found / expected - 1.0).abs());
+        }
+        // Invariants: the trace, and C w = w / k for the weakest direction.
+        let principal = [4, 5, 6].map(|column| map.stiffness_n_per_m(row, column));
+        assert!(principal[0] <= principal[1] && principal[1] <= principal[2]);
+        let trace: f64 = principal.iter().map(|k| 1.0 / k).sum();
+        largest = largest.max((trace / (c[0][0] + c[1][1] + c[2][2]) - 1.0).abs());
+        let weakest = map.weakest_direction(row).unwrap();
+        for i in 0..3 {
+            let moved: f64 = (0..3).map(|j| c[i][j] * weakest[j]).sum();
+            largest = largest.max((moved * principal[0] - weakest[i]).abs());
+        }
+    }
+    assert_eq!(map.len() + map.failed.len(), poses.len());
+    largest
+}
+
+/// The lanes lose as much as one solver does: 1e-9 of the diagonal in `tests/pose_sweep.rs`; directions are sums of such entries.
+const AGREES: f64 = 5e-9;
+
+#[test]
+fn every_mechanism_as_one_pose_at_a_time() {
+    let robot = robot();
+    let poses = draw(&robot, &plan(Sampling::MonteCarlo, 150, 3));
+    for mechanism in robot.mechanisms.keys() {
+        let physics = physics(&robot, mechanism, &[]);
+        let model = MapModel::new(&robot, &physics, &factors(&robot), None).unwrap();
+        let map = StiffnessMap::over(&model, &poses, &all_columns()).unwrap();
+        let mut single = Predictor::new(&robot, &physics.mechanism, &factors(&robot)).unwrap();
+        let difference = largest_difference(&map, &poses, |place| {
+            single.place(&poses.pose(place)).unwrap();
+            single.translation_compliance()
+        });
+        assert!(difference < AGREES, "mechanism {mechanism}: {difference:e}");
+        assert!(map.failed.is_empty());
+        assert!(
+            model.method()[0].contains("elements"),
+            "{:?}",
+            model.method()
+        );
+    }
+}
+
+#[test]
+fn linear_physics_is_exact_and_its_method_said() {
+    let robot = robot();
+    let poses = draw(&robot, &plan(Sampling::LowDiscrepancy, 40, 1));
+    for (effects, word) in [
+        (
+            vec![
+                "base-compliance@x:c=0.2urad/(N*m)",
+                "base-compliance@z:c=0.1urad/(N*m)",
+            ],
+            "elements",
+        ),
+        (
+            vec![
+                "joint-compliance@A3:c=0.3urad/(N*m)",
+                "joint-compliance@A3:c=0.2urad/(N*m)",
+                "base-compliance@x:c=0.2urad/(N*m)",
+            ],
+            "general solver",
+        ),
+        (
+            vec![
+                "joint-compliance@A5F:c=2urad/(N*m)",
+                "joint-compliance@E6:c=3urad/(N*m)",
+                "base-compliance@x:c=0.2urad/(N*m)",
+            ],
+            "a joint that yields",
+        ),
+        (vec!["loose-member@B1B2"], "elements"),
+    ] {
+        let physics = physics(&robot, "F", &effects);
+        let model = MapModel::new(&robot, &physics, &factors(&robot), None).unwrap();
+        assert!(model.method()[0].contains(word), "{:?}", model.method());
+        let map = StiffnessMap::over(&model, &poses, &all_columns()).unwrap();
+        let difference = largest_difference(&map, &poses, |place| {
+            let pose = poses.pose(place);
+            let joints = physics
+                .joints_under(&robot, &factors(&robot), &pose, [0.0; 3])
+                .unwrap();
+            let theory = Theory::EulerBernoulli;
+            let mut single = Predictor::with(
+                &robot,
+                &physics.mechanism,
+                &joints,
+                theory,
+                &factors(&robot),
+            )
+            .unwrap();
+            single.place(&pose).unwrap();
+            physics
+                .with_base(&single.compliance(), single.model())
+                .translation()
+        });
+        assert!(difference < AGREES, "{effects:?}: {difference:e}");
+    }
+}
+
+#[test]
+fn laws_that_are_not_linear_have_their_secant_at_the_load() {
+    let robot = robot();
+    let poses = draw(&robot, &plan(Sampling::Grid, 12, 0));
+    let physics = physics(
+        &robot,
+        "A",
+        &[
+            "joint-friction@A3:c=80urad/(N*m),friction_moment=26N*m",
+            "base-compliance@x:c=0.2urad/(N*m)",
+        ],
+    );
+    let factors = factors(&robot);
+    let none = MapModel::new(&robot, &physics, &factors, None).unwrap_err();
+    assert!(matches!(none, NoMap::NoLoad { .. }), "{none}");
+    let model = MapModel::new(&robot, &physics, &factors, Some(60.0)).unwrap();
+    assert!(model.method()[0].contains("60 N"), "{:?}", model.method());
+    let principal = StiffnessMap::over(&model, &poses, &all_columns()).unwrap_err();
+    assert!(matches!(principal, NoMap::AxesOnly { .. }), "{principal}");
+    let map = StiffnessMap::over(&model, &poses, &MapColumn::axes()).unwrap();
+    let mut changed = false;
+    let rigid =
+        ActingPhysics::new(&robot, &physics.mechanism, physics.effects[1..].to_vec()).unwrap();
+    let firm = MapModel::new(&robot, &rigid, &factors, None).unwrap();
+    let firm = StiffnessMap::over(&firm, &poses, &MapColumn::axes()).unwrap();
+    for row in 0..map.len() {
+        for axis in 0..3 {
+            let mut force_n = [0.0; 3];
+            force_n[axis] = -60.0;
+            let pose = poses.pose(row);
+            let joints = physics
+                .joints_under(&robot, &factors, &pose, force_n)
+                .unwrap();
+            let theory = Theory::EulerBernoulli;
+            let mut single =
+                Predictor::with(&robot, &physics.mechanism, &joints, theory, &factors).unwrap();
+            single.place(&pose).unwrap();
+            let expected = physics
+                .with_base(&single.compliance(), single.model())
+                .direct(axis);
+            // A secant goes through the joint's twist and back: 1e-7, as in the tests of the laws.
+            let found = map.stiffness_n_per_m(row, axis);
+            assert!((found * expected - 1.0).abs() < 1e-7, "{row} {axis}");
+            changed |= found < 0.99 * firm.stiffness_n_per_m(row, axis);
+        }
+    }
+    assert!(changed, "the law never slips: the test shows nothing");
+}
+
+#[test]
+fn random_poses_are_those_of_the_workspace() {
+    let robot = robot();
+    let poses = draw(&robot, &plan(Sampling::MonteCarlo, 300, 9));
+    let sample = WorkspacePlan {
+        poses: 300,
+        seed: 9,
+        ..WorkspacePlan::paper()
+    }
+    .holding(&["theta1", "theta4"]);
+    let sample = WorkspaceSample::draw(&robot, robot.mechanism(None).unwrap(), &sample).unwrap();
+    assert_eq!(poses.drawn, sample.drawn as u64);
+    for (place, point) in sample.points.iter().enumerate() {
+        assert_eq!(poses.pose(place), point.pose);
+    }
+}
+
+#[test]
+fn low_discrepancy_is_more_even_than_chance() {
+    // Mean of theta2 over the poses: by chance its standard error is 1e-2 degrees at 1e6 poses; the exact mean over the box without its
+    // corner is worked from areas. Box 44.93 × 51.97 from (352.51, 290); the legs of the corner, at small theta2 and large theta3, are 41.63.
+    let (width, height, leg) = (44.93, 51.97, 41.63);
+    let (whole, corner) = (width * height, 0.5 * leg * leg);
+    let mean = 352.51 + (whole * 0.5 * width - corner * leg / 3.0) / (whole - corner);
+    let robot = robot();
+    for (sampling, bound) in [
+        (Sampling::LowDiscrepancy, 0.01),
+        (Sampling::Grid, 0.02),
+        (Sampling::MonteCarlo, 0.4),
+    ] {
+        let poses = draw(&robot, &plan(sampling, 20_000, 5));
+        let sum: f64 = (0..poses.len())
+            .map(|place| poses.free_angles_deg(place)[0])
+            .sum();
+        let error = sum / poses.len() as f64 - mean;
+        assert!(error.abs() < bound, "{sampling:?}: {error}");
+        for place in 0..poses.len() {
+            assert!(robot.violated_limits(&poses.pose(place)).is_empty());
+        }
+    }
+}
+
+#[test]
+fn a_grid_has_at_least_the_poses_asked_for_and_no_more_than_it_must() {
+    let robot = robot();
+    for wanted in [1, 2, 7, 100, 5_000] {
+        let poses = draw(&robot, &plan(Sampling::Grid, wanted, 0));
+        assert!(poses.len() >= wanted);
+        // One finer grid has (n + 1)² points for n².
+        let cells = (poses.drawn as f64).sqrt();
+        assert!(
+            cells <= 1.0
+                || (poses.len() as f64) < wanted as f64 * ((cells + 1.0) / cells).powi(3) + 3.0,
+            "{wanted}: {}",
+            poses.len()
+        );
+    }
+}
+
+#[test]
+fn variables_that_leave_the_plane_alone_are_known() {
+    let robot = robot();
+    let held = variables_beside_the_plane(&robot, robot.mechanism(None).unwrap()).unwrap();
+    assert_eq!(held, ["theta1", "theta4"]);
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(30))]
+
+    #[test]
+    fn shares_are_the_whole_however_it_is_split(
+        count in 1_usize..9, poses in 1_usize..300, seed in any::<u64>(), sampling in 0_usize..3,
+    ) {
+        let robot = robot();
+        let plan = plan(SAMPLINGS[sampling], poses, seed);
+        let whole = draw(&robot, &plan);
+        let mut found: Vec<(u64, Vec<f64>)> = Vec::new();
+        for index in 0..count {
+            let share = PoseSet::draw(&robot, &plan, Shard { index, count }).unwrap();
+            prop_assert_eq!((share.whole, share.drawn), (whole.whole, whole.drawn));
+            for (place, &id) in share.ids.iter().enumerate() {
+                found.push((id, share.pose(place).angles_deg));
+            }
+        }
+        found.sort_by_key(|(id, _)| *id);
+        let expected: Vec<(u64, Vec<f64>)> =
+            whole.ids.iter().enumerate().map(|(place, &id)| (id, whole.pose(place).angles_deg)).collect();
+        prop_assert_eq!(found, expected);
+    }
+}
+
+#[test]
+fn more_poses_of_a_seed_begin_with_the_same() {
+    let robot = robot();
+    for sampling in [Sampling::MonteCarlo, Sampling::LowDiscrepancy] {
+        let few = draw(&robot, &plan(sampling, 100, 4));
+        let many = draw(&robot, &plan(sampling, 250, 4));
+        assert_eq!(many.ids[..100], few.ids);
+        assert!((0..100).all(|place| many.pose(place) == few.pose(place)));
+        let other = draw(&robot, &plan(sampling, 100, 5));
+        assert!((0..100).all(|place| other.pose(place) != few.pose(place)));
+    }
+}
+
+/// A map of made-up values.
+fn made_up(values: &[f64]) -> StiffnessMap {
+    StiffnessMap {
+        mechanism: "none".to_owned(),
+        columns: MapColumn::axes()[..1].to_vec(),
+        places: (0..values.len() as u32).collect(),
+        failed: Vec::new(),
+        values: values
+            .iter()
+            .flat_map(|&value| [0.0, 0.0, 0.0, value])
+            .collect(),
+    }
+}
+
+fn statistics(values: &[f64], sampling: Sampling) -> ColumnStatistics {
+    let robot = robot();
+    let poses = draw(&robot, &plan(sampling, values.len(), 0));
+    column_statistics(&made_up(values), &poses, sampling, 0).unwrap()
+}
+
+#[test]
+fn statistics_are_those_of_numpy() {
+    // NumPy 2: v = 2 + np.sin(np.arange(1000)**2); v.mean(), v.std(ddof=1), np.quantile(v, [.05, .25, .5, .75, .95]), argmin, argmax.
+    let values: Vec<f64> = (0..1000).map(|i| 2.0 + f64::from(i * i).sin()).collect();
+    let found = statistics(&values, Sampling::MonteCarlo);
+    let close = |found: f64, expected: f64| {
+        assert!((found / expected - 1.0).abs() < 1e-12, "{found} {expected}");
+    };
+    close(found.mean.value, NUMPY_MEAN);
+    close(found.standard_deviation_n_per_m.unwrap(), NUMPY_DEVIATION);
+    close(
+        found.mean.standard_uncertainty,
+        NUMPY_DEVIATION / 1000.0_f64.sqrt(),
+    );
+    assert_eq!(found.mean.dof, 999.0);
+    for (quantile, expected) in found.quantiles.iter().zip(NUMPY_QUANTILES) {
+        close(quantile.stiffness_n_per_m, expected);
+        let [low, high] = quantile.interval_95.unwrap();
+        assert!(low < expected && expected < high);
+    }
+    assert_eq!([found.smallest.row, found.largest.row], NUMPY_EXTREMES);
+    close(found.share_beyond_95.unwrap(), 1.0 - 0.05_f64.powf(1e-3));
+}
+
+const NUMPY_MEAN: f64 = 1.997_580_027_579_626;
+const NUMPY_DEVIATION: f64 = 0.708_990_450_321_674_4;
+const NUMPY_QUANTILES: [f64; 5] = [
+    1.015_187_934_307_030_5,
+    1.284_578_025_487_159_3,
+    1.997_331_080_941_772,
+    2.710_004_523_981_077,
+    2.985_174_234_714_526_3,
+];
+const NUMPY_EXTREMES: [usize; 2] = [242, 996];
+
+#[test]
+fn rank_intervals_hold_the_quantile_as_often_as_they_say() {
+    // Evenly distributed values, whose quantiles are their shares; 400 samples, so that 95 % has a standard error of 1.1 %.
+    let robot = robot();
+    let poses = draw(&robot, &plan(Sampling::MonteCarlo, 300, 0));
+    let mut hits = [0; 5];
+    let samples = 400;
+    for seed in 0..samples {
+        let plan = PosePlan {
+            held: vec![
+                "theta1".to_owned(),
+                "theta2".to_owned(),
+                "theta3".to_owned(),
+            ],
+            ..plan(Sampling::MonteCarlo, 300, seed)
+        };
+        let random = draw(&robot, &plan);
+        let values: Vec<f64> = (0..300)
+            .map(|place| (random.free_angles_deg(place)[0] - 45.0) / 55.0)
+            .collect();
+        let found = column_statistics(&made_up(&values), &poses, Sampling::MonteCarlo, 0).unwrap();
+        for (hits, quantile) in hits.iter_mut().zip(&found.quantiles) {
+            let [low, high] = quantile.interval_95.unwrap();
+            *hits += usize::from(low <= quantile.share && quantile.share <= high);
+        }
+    }
+    for hits in hits {
+        let coverage = hits as f64 / samples as f64;
+        // Whole ranks make it wider by up to two: a little above 95 %.
+        assert!((0.915..=0.995).contains(&coverage), "{coverage}");
+    }
+}
+
+#[test]
+fn the_mean_of_low_discrepancy_poses_is_as_uncertain_as_it_says() {
+    // Means of 60 seeds about that of very many poses, in units of their own standard uncertainty: 15 degrees of freedom.
+    let robot = robot();
+    let physics = physics(&robot, "F", &[]);
+    let model = MapModel::new(&robot, &physics, &factors(&robot), None).unwrap();
+    let mean = |poses: usize, seed: u64| {
+        let poses = draw(&robot, &plan(Sampling::LowDiscrepancy, poses, seed));
+        let map = StiffnessMap::over(&model, &poses, &MapColumn::axes()).unwrap();
+        column_statistics(&map, &poses, Sampling::LowDiscrepancy, 2).unwrap()
+    };
+    let truth = mean(200_000, 0).mean.value;
+    let mut within = 0;
+    for seed in 1..=60 {
+        let found = mean(1_000, seed);
+        let [low, high] = found.mean.interval_95().unwrap();
+        within += usize::from(low <= truth && truth <= high);
+        // By chance the standard error would be this; evenness gains a factor of some.
+        let by_chance = found.standard_deviation_n_per_m.unwrap() / 1_000.0_f64.sqrt();
+        assert!(found.mean.standard_uncertainty < 0.7 * by_chance);
+    }
+    // 95 % of 60 is 57; fewer than 51 has a probability below 1e-3.
+    assert!(within >= 51, "{within} of 60");
+}
+
+#[test]
+fn extremes_are_refined_to_the_limits() {
+    let robot = robot();
+    let poses = StudyPoses::new(
+        draw(&robot, &plan(Sampling::MonteCarlo, 2_000, 0)),
+        Sampling::MonteCarlo,
+    );
+    for mechanism in ["A", "F"] {
+        let physics = physics(&robot, mechanism, &[]);
+        let model = MapModel::new(&robot, &physics, &factors(&robot), None).unwrap();
+        let map = StiffnessMap::over(&model, &poses.set, &all_columns()).unwrap();
+        let study = MechanismStudy::of(&model, map, &poses, None).unwrap();
+        // The edges and corners of the limits and the inside: where an edge has its extreme between two points, they miss it by less
+        // than 1e-4.
+        let steps = (0..=120).map(|i| 352.51 + 44.93 * f64::from(i) / 120.0);
+        // Where the coupled limit meets the largest theta3.
+        let corner = 52.17 + 341.97;
+        let mut single = Predictor::new(&robot, &physics.mechanism, &factors(&robot)).unwrap();
+        let mut best = [[f64::INFINITY, 0.0]; 3];
+        for theta2 in steps.chain([corner]) {
+            for j in 0..=120 {
+                let mut pose = robot.nominal_pose();
+                pose.angles_deg[1] = theta2;
+                let most = (theta2 - 52.17).min(341.97);
+                pose.angles_deg[2] = 290.0 + (most - 290.0) * f64::from(j) / 120.0;
+                single.place(&pose).unwrap();
+                let c = single.translation_compliance();
+                for axis in 0..3 {
+                    let k = 1.0 / c[axis][axis];
+                    best[axis] = [best[axis][0].min(k), best[axis][1].max(k)];
+                }
+            }
+        }
+        for axis in 0..3 {
+            let found = study.axis(axis).unwrap();
+            let [low, high] = [0, 1].map(|i| found.refined[i].clone().unwrap());
+            let statistics = &found.statistics;
+            // Never inside the sample's, never inside the grid's, and beyond the grid's by what its steps leave at most.
+            assert!(low.stiffness_n_per_m <= statistics.smallest.stiffness_n_per_m);
+            assert!(high.stiffness_n_per_m >= statistics.largest.stiffness_n_per_m);
+            let beyond = [
+                best[axis][0] / low.stiffness_n_per_m,
+                high.stiffness_n_per_m / best[axis][1],
+            ];
+            for beyond in beyond {
+                assert!(
+                    (1.0 - 1e-9..1.0 + 1e-4).contains(&beyond),
+                    "{mechanism} {axis}: {beyond}"
+                );
+            }
+            for refined in [low, high] {
+                assert!(refined.slope_per_deg < 1e-7, "{refined:?}");
+                assert!(robot.violated_limits(&refined.pose).is_empty());
+                single.place(&refined.pose).unwrap();
+                let k = 1.0 / single.translation_compliance()[axis][axis];
+                assert!((k / refined.stiffness_n_per_m - 1.0).abs() < AGREES);
+            }
+        }
+    }
+}
+
+#[test]
+fn regions_share_poses_and_area() {
+    let robot = robot();
+    let poses = StudyPoses::new(
+        draw(&robot, &plan(Sampling::LowDiscrepancy, 20_000, 0)),
+        Sampling::LowDiscrepancy,
+    );
+    let physics = physics(&robot, "A", &[]);
+    let model = MapModel::new(&robot, &physics, &factors(&robot), None).unwrap();
+    let map = StiffnessMap::over(&model, &poses.set, &MapColumn::axes()).unwrap();
+    let study = MechanismStudy::of(&model, map, &poses, None).unwrap();
+    for found in &study.columns {
+        let statistics = &found.statistics;
+        let (low, high) = (
+            statistics.smallest.stiffness_n_per_m,
+            statistics.largest.stiffness_n_per_m,
+        );
+        // A pose stands for an area in the plane of the end in proportion to |sin(theta2 - theta3)|, the two links' lengths aside.
+        let mut areas = [0.0; 3];
+        let mut counts = [0; 3];
+        for (row, k) in found_column(&study, found).into_iter().enumerate() {
+            let level = ((3.0 * (k - low) / (high - low)) as usize).min(2);
+            let [theta2, theta3] = *poses.set.free_angles_deg(row) else {
+                panic!()
+            };
+            areas[level] += (theta2 - theta3).to_radians().sin().abs();
+            counts[level] += 1;
+        }
+        let all: f64 = areas.iter().sum();
+        for (i, region) in found.regions.iter().enumerate() {
+            assert_eq!(region.level, [Level::Low, Level::Medium, Level::High][i]);
+            let poses = f64::from(counts[i]) / 20_000.0;
+            assert!((region.share_of_poses - poses).abs() < 1e-4);
+            // Triangles stand for their corners' mean, and a seam at the edge lacks: under one percent of the area.
+            let area = region.share_of_area.unwrap();
+            let expected = areas[i] / all;
+            assert!((area - expected).abs() < 8e-3, "{area} {expected}");
+        }
+    }
+    // The lateral stiffness is highest where the arm is nearest, as the paper finds (Section V-B), and lowest where it is furthest.
+    let x = &study.columns[0].regions;
+    assert!(
+        x[2].holds.contains(&Extreme::Nearest) && x[0].holds.contains(&Extreme::Furthest),
+        "{x:?}"
+    );
+}
+
+fn found_column(
+    study: &MechanismStudy,
+    found: &stiffbench_diagnosis::distribution::ColumnStudy,
+) -> Vec<f64> {
+    let column = study
+        .map
+        .columns
+        .iter()
+        .position(|column| *column == found.column)
+        .unwrap();
+    study.map.column(column).collect()
+}
+
+/// A number of the statistics of a column.
+type Characteristic = fn(&ColumnStatistics) -> f64;
+
+#[test]
+fn fit_uncertainty_is_that_of_changed_factors() {
+    let robot = robot();
+    let base = factors(&robot);
+    let physics = physics(&robot, "F", &["base-compliance@x:c=0.2urad/(N*m)"]);
+    let poses = StudyPoses::new(draw(&robot, &plan(Sampling::Grid, 300, 0)), Sampling::Grid);
+    // Axes, an oblique direction, the principal ones: three that fill a solution and others that do not.
+    let mut columns = MapColumn::axes();
+    columns.extend(MapColumn::along("0,1,1", [0.0, 1.0, 1.0]));
+    columns.extend(MapColumn::principal());
+    let study = |factors: &FittingFactors, covariance: Option<&FactorCovariance>| {
+        let model = MapModel::new(&robot, &physics, factors, None).unwrap();
+        let map = StiffnessMap::over(&model, &poses.set, &columns).unwrap();
+        MechanismStudy::of(&model, map, &poses, covariance).unwrap()
+    };
+    // ln A and ln Iy of the beams known to 3 and 5 %, correlated by -0.6: differences of both by one standard uncertainty make the truth.
+    let mut covariance = FactorCovariance {
+        matrix: [[0.0; 8]; 8],
+        dof: Some(7.0),
+    };
+    covariance.matrix[0][0] = 0.03_f64.powi(2);
+    covariance.matrix[1][1] = 0.05_f64.powi(2);
+    covariance.matrix[0][1] = -0.6 * 0.03 * 0.05;
+    covariance.matrix[1][0] = covariance.matrix[0][1];
+    let found = study(&base, Some(&covariance));
+    let slope = |factor: usize| {
+        // Central differences of 1e-3: truncation 1e-6 of the slope, rounding 1e-6 of it.
+        let at = |sign: f64| {
+            let mut factors = base;
+            factors.beam[factor] *= (sign * 1e-3_f64).exp();
+            study(&factors, None)
+        };
+        let (up, down) = (at(1.0), at(-1.0));
+        move |column: usize, what: Characteristic| {
+            let value = |study: &MechanismStudy| what(&study.columns[column].statistics);
+            (value(&up) - value(&down)) / 2e-3
+        }
+    };
+    let (area, bending) = (slope(0), slope(1));
+    for (column, study) in found.columns.iter().enumerate() {
+        let fit = study.fit.unwrap();
+        let whats: [(Characteristic, _); 3] = [
+            (|s| s.smallest.stiffness_n_per_m, fit.smallest),
+            (|s| s.largest.stiffness_n_per_m, fit.largest),
+            (|s| s.mean.value, fit.mean),
+        ];
+        for (what, estimate) in whats {
+            let (a, b) = (0.03 * area(column, what), 0.05 * bending(column, what));
+            let expected = (a * a + b * b - 1.2 * a * b).sqrt();
+            let ratio = estimate.standard_uncertainty / expected;
+            assert!((ratio - 1.0).abs() < 1e-4, "{column}: {ratio}");
+            assert_eq!(estimate.dof, 7.0);
+        }
+    }
+}
+
+#[test]
+fn any_number_of_threads_gives_the_same_bytes() {
+    let robot = robot();
+    let physics = physics(&robot, "F", &[]);
+    let study = |threads: usize| {
+        let pool = rayon::ThreadPoolBuilder::new()
+            .num_threads(threads)
+            .build()
+            .unwrap();
+        pool.install(|| {
+            let poses = StudyPoses::new(
+                draw(&robot, &plan(Sampling::MonteCarlo, 5_000, 0)),
+                Sampling::MonteCarlo,
+            );
+            let model = MapModel::new(&robot, &physics, &factors(&robot), None).unwrap();
+            let map = StiffnessMap::over(&model, &poses.set, &all_columns()).unwrap();
+            let mut covariance = FactorCovariance {
+                matrix: [[0.0; 8]; 8],
+                dof: None,
+            };
+            covariance.matrix[1][1] = 0.01;
+            let study = MechanismStudy::of(&model, map, &poses, Some(&covariance)).unwrap();
+            (study.map, study.columns)
+        })
+    };
+    let one = study(1);
+    for threads in [2, 3, 7] {
+        assert!(study(threads) == one, "{threads} threads");
+    }
+}
+
+#[test]
+fn poses_that_cannot_be_taken_are_listed_with_the_reason() {
+    // A forearm rod of less than half its length: chain F closes in part of the workspace only.
+    let text = shipped_robot("hp-robot").unwrap().text;
+    let text = text.replace(r#"[["F6", "l_A4A5"]"#, r#"[["F6", 0.200]"#);
+    let robot = Robot::parse(&SourceText::new("short.toml", text)).unwrap();
+    let poses = StudyPoses::new(
+        draw(&robot, &plan(Sampling::MonteCarlo, 400, 2)),
+        Sampling::MonteCarlo,
+    );
+    let physics = physics(&robot, "F", &[]);
+    let model = MapModel::new(&robot, &physics, &factors(&robot), None).unwrap();
+    let map = StiffnessMap::over(&model, &poses.set, &all_columns()).unwrap();
+    assert!(!map.failed.is_empty() && !map.is_empty());
+    assert!(
+        map.failed
+            .iter()
+            .all(|(_, reason)| reason.contains("does not close"))
+    );
+    let difference = {
+        let mut single = Predictor::new(&robot, &physics.mechanism, &factors(&robot)).unwrap();
+        largest_difference(&map, &poses.set, |place| {
+            single.place(&poses.set.pose(place)).unwrap();
+            single.translation_compliance()
+        })
+    };
+    // Loops near folding flat lose more.
+    assert!(difference < 1e-6, "{difference:e}");
+    let study = MechanismStudy::of(&model, map, &poses, None).unwrap();
+    assert!(study.triangles.unwrap().len() < poses.surface.unwrap().triangles.len());
+    assert_eq!(study.columns[0].statistics.poses, study.map.len());
+}

@@ -1,0 +1,399 @@
+//! Residuals of every reading without and with what was found, one above the other.
+
+use stiffbench_units_and_text::quantity::METRES_PER_MICROMETRE;
+use stiffbench_units_and_text::test_point::Direction;
+
+use super::caption::{counted, flagged_entry, hollow_sentence, if_any, joined};
+use super::figure::{Axis, Figure, Marks, Panel, Point, Series, Sharing, Style};
+use super::palette::{Colour, Marker};
+use super::residuals::look;
+use super::ticks::signed;
+
+/// Readings of other directions over which a noise band goes on.
+const LONGEST_GAP: usize = 10;
+/// Share of readings that a normal error leaves within one standard deviation, percent.
+const WITHIN_ONE_SD_PERCENT: f64 = 68.3;
+
+/// What the figure shows.
+#[derive(Debug, Clone, PartialEq)]
+pub struct ResidualsBeforeAfter {
+    /// What was added to the prediction, for example `joint-backlash at A3`.
+    pub found: String,
+    /// What runs across.
+    pub against: ResidualsAgainst,
+    /// One point for each reading.
+    pub points: Vec<BeforeAfterPoint>,
+}
+
+/// What runs across.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum ResidualsAgainst {
+    /// Force, N.
+    Force,
+    /// Place of the reading in the session.
+    Order,
+}
+
+/// The residuals of one reading.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct BeforeAfterPoint {
+    /// Direction of load and displacement.
+    pub direction: Direction,
+    /// Target load, N: readings of one target share a piece of the noise band.
+    pub target_n: f64,
+    /// Signed force, N.
+    pub force_n: f64,
+    /// Place of the reading in the session, from 0.
+    pub sequence: usize,
+    /// Measured minus predicted displacement without what was found, m.
+    pub before_m: f64,
+    /// The same with it, m.
+    pub after_m: f64,
+    /// Standard deviation of the reading in the noise model, m; `None` if it is unknown.
+    pub noise_sd_m: Option<f64>,
+    /// Whether the reading is flagged.
+    pub flagged: bool,
+}
+
+/// One of the two rows of panels.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Row {
+    Before,
+    After,
+}
+
+impl Row {
+    fn residual_um(self, point: &BeforeAfterPoint) -> f64 {
+        let residual_m = match self {
+            Self::Before => point.before_m,
+            Self::After => point.after_m,
+        };
+        residual_m / METRES_PER_MICROMETRE
+    }
+}
+
+/// The figure: a column for each direction, before above after with one scale; the grey band is what noise alone would do.
+#[must_use]
+pub fn residuals_before_after(input: &ResidualsBeforeAfter) -> Figure {
+    let directions: Vec<Direction> = Direction::ALL
+        .into_iter()
+        .filter(|direction| input.points.iter().any(|p| p.direction == *direction))
+        .collect();
+    let panels = [Row::Before, Row::After].into_iter().flat_map(|row| {
+        let directions = &directions;
+        directions.iter().map(move |d| panel(input, row, *d))
+    });
+    let flagged = input.points.iter().filter(|point| point.flagged).count();
+    Figure {
+        columns: directions.len().max(1),
+        panel_px: [if directions.len() > 1 { 232.0 } else { 420.0 }, 170.0],
+        share_x: Sharing::Column,
+        share_y: Sharing::Column,
+        panels: panels.collect(),
+        legend: flagged_entry(flagged),
+        ..Figure::new(
+            format!("Residuals without and with {}", input.found),
+            caption(input, flagged),
+        )
+    }
+}
+
+fn across(input: &ResidualsBeforeAfter, point: &BeforeAfterPoint) -> f64 {
+    match input.against {
+        ResidualsAgainst::Force => point.force_n,
+        ResidualsAgainst::Order => point.sequence as f64,
+    }
+}
+
+fn panel(input: &ResidualsBeforeAfter, row: Row, direction: Direction) -> Panel {
+    let points: Vec<&BeforeAfterPoint> = input
+        .points
+        .iter()
+        .filter(|point| point.direction == direction)
+        .collect();
+    let rms = rms_um(points.iter().copied(), row).map_or_else(
+        || "no rms".to_owned(),
+        |rms| format!("rms {}\u{a0}µm", micrometres(rms)),
+    );
+    let x = match input.against {
+        ResidualsAgainst::Force => Axis::linear("load", "N"),
+        ResidualsAgainst::Order => Axis::linear("reading number", ""),
+    };
+    let y = match row {
+        Row::Before => "residual before",
+        Row::After => "residual after",
+    };
+    let mut panel = Panel::new(format!("{direction}: {rms}"), x, Axis::linear(y, "µm"));
+    for band in bands(input, &points) {
+        panel.series.push(Series::labelled(
+            "± one standard deviation of the noise",
+            Style::new(Colour::GREY.with_opacity(0.35), Marker::Square),
+            Marks::Band(band),
+        ));
+    }
+    panel.series.push(Series::new(
+        Style::new(Colour::INK, Marker::Dot).stroke(1.0),
+        Marks::LevelAt(0.0),
+    ));
+    let drawn = points.iter().map(|point| Point {
+        hollow: point.flagged,
+        ..Point::new(across(input, point), row.residual_um(point))
+    });
+    panel.series.push(Series::labelled(
+        format!("{direction} ({})", direction.word()),
+        look(direction),
+        Marks::Points(drawn.collect()),
+    ));
+    panel
+}
+
+/// The noise band in pieces: at every target load the quadratic mean over its readings, or reading by reading along their order,
+/// broken where the session was elsewhere.
+fn bands(input: &ResidualsBeforeAfter, points: &[&BeforeAfterPoint]) -> Vec<Vec<[f64; 3]>> {
+    let mut known: Vec<(&BeforeAfterPoint, f64)> = points
+        .iter()
+        .filter_map(|point| Some((*point, point.noise_sd_m? / METRES_PER_MICROMETRE)))
+        .filter(|(point, sd)| sd.is_finite() && across(input, point).is_finite())
+        .collect();
+    match input.against {
+        ResidualsAgainst::Order => {
+            known.sort_by_key(|(point, _)| point.sequence);
+            let elsewhere =
+                |a: &BeforeAfterPoint, b: &BeforeAfterPoint| b.sequence - a.sequence > LONGEST_GAP;
+            known
+                .chunk_by(|(a, _), (b, _)| !elsewhere(a, b))
+                .map(|piece| {
+                    let ends =
+                        |(point, sd): &(&BeforeAfterPoint, f64)| [point.sequence as f64, -sd, *sd];
+                    piece.iter().map(ends).collect()
+                })
+                .collect()
+        }
+        ResidualsAgainst::Force => {
+            known.sort_by(|(a, _), (b, _)| a.target_n.total_cmp(&b.target_n));
+            let steps = known.chunk_by(|(a, _), (b, _)| a.target_n == b.target_n);
+            let band: Vec<[f64; 3]> = steps
+                .map(|step| {
+                    let n = step.len() as f64;
+                    let force_n = step.iter().map(|(point, _)| point.force_n).sum::<f64>() / n;
+                    let sd = (step.iter().map(|(_, sd)| sd * sd).sum::<f64>() / n).sqrt();
+                    [force_n, -sd, sd]
+                })
+                .collect();
+            if band.is_empty() {
+                Vec::new()
+            } else {
+                vec![band]
+            }
+        }
+    }
+}
+
+/// Root of the mean square of the finite residuals that are not flagged, µm.
+fn rms_um<'a>(points: impl Iterator<Item = &'a BeforeAfterPoint>, row: Row) -> Option<f64> {
+    let (n, sum) = points
+        .filter(|point| !point.flagged)
+        .map(|point| row.residual_um(point))
+        .filter(|residual| residual.is_finite())
+        .fold((0_usize, 0.0), |(n, sum), r| (n + 1, sum + r * r));
+    (n > 0).then(|| (sum / n as f64).sqrt())
+}
+
+/// A length in µm with two or three digits that matter.
+pub(super) fn micrometres(value_um: f64) -> String {
+    let size = value_um.abs();
+    let decimals = if size < 9.95 {
+        2
+    } else {
+        usize::from(size < 99.5)
+    };
+    signed(value_um, decimals)
+}
+
+fn caption(input: &ResidualsBeforeAfter, flagged: usize) -> String {
+    let mut directions = input.points.iter().map(|point| point.direction);
+    let first = directions.next();
+    let several = directions.any(|direction| Some(direction) != first);
+    let all = |row| rms_um(input.points.iter(), row).map(micrometres);
+    let overall = all(Row::Before)
+        .zip(all(Row::After))
+        .map(|(before, after)| {
+            format!("All directions together: rms {before}\u{a0}µm before, {after}\u{a0}µm after.")
+        });
+    let unknown = input
+        .points
+        .iter()
+        .filter(|p| p.noise_sd_m.is_none())
+        .count();
+    joined([
+        Some(format!(
+            "n\u{a0}=\u{a0}{} readings, one point each, no bars; residual: measured minus predicted displacement. Before and \
+             after have the same scale{}.",
+            input.points.len(),
+            if several {
+                ", every direction its own"
+            } else {
+                ""
+            }
+        )),
+        overall.filter(|_| several),
+        (flagged > 0).then(|| "Flagged readings are not in the rms.".to_owned()),
+        within(input),
+        hollow_sentence(flagged),
+        if_any(
+            unknown,
+            format!(
+                "{} no standard deviation and no part in the band.",
+                counted(unknown, "reading has", "readings have")
+            ),
+        ),
+    ])
+}
+
+/// How many readings lie within one standard deviation, before and after.
+fn within(input: &ResidualsBeforeAfter) -> Option<String> {
+    let share = |row: Row| {
+        let known: Vec<bool> = input
+            .points
+            .iter()
+            .filter(|point| !point.flagged && row.residual_um(point).is_finite())
+            .filter_map(|point| {
+                let sd_um = point.noise_sd_m? / METRES_PER_MICROMETRE;
+                Some(row.residual_um(point).abs() <= sd_um)
+            })
+            .collect();
+        let inside = known.iter().filter(|inside| **inside).count();
+        (!known.is_empty()).then(|| 100.0 * inside as f64 / known.len() as f64)
+    };
+    let (before, after) = share(Row::Before).zip(share(Row::After))?;
+    Some(format!(
+        "Within one standard deviation of their own: {before:.0}\u{a0}% before, {after:.0}\u{a0}% after; normal noise alone leaves \
+         {WITHIN_ONE_SD_PERCENT:.0}\u{a0}%."
+    ))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::png::parse;
+
+    fn point(
+        direction: Direction,
+        sequence: usize,
+        before_m: f64,
+        after_m: f64,
+    ) -> BeforeAfterPoint {
+        BeforeAfterPoint {
+            direction,
+            target_n: -10.0 * (sequence % 2) as f64,
+            force_n: -10.1 * (sequence % 2) as f64,
+            sequence,
+            before_m,
+            after_m,
+            noise_sd_m: Some(2e-6),
+            flagged: false,
+        }
+    }
+
+    fn input() -> ResidualsBeforeAfter {
+        ResidualsBeforeAfter {
+            found: "joint-backlash at A3".to_owned(),
+            against: ResidualsAgainst::Force,
+            points: vec![
+                point(Direction::X, 0, 30e-6, 1e-6),
+                point(Direction::X, 1, -40e-6, 3e-6),
+                point(Direction::Z, 2, 1e-6, 1e-6),
+                BeforeAfterPoint {
+                    flagged: true,
+                    noise_sd_m: None,
+                    ..point(Direction::Z, 3, 500e-6, f64::NAN)
+                },
+            ],
+        }
+    }
+
+    fn drawn(panel: &Panel) -> &[Point] {
+        let Some(Marks::Points(points)) = panel.series.last().map(|series| &series.marks) else {
+            panic!("points come last");
+        };
+        points
+    }
+
+    #[test]
+    fn before_stands_above_after_with_its_rms_in_the_heading() {
+        let figure = residuals_before_after(&input());
+        assert_eq!((figure.columns, figure.panels.len()), (2, 4));
+        // sqrt((30² + 40²)/2) = 35.36 and sqrt((1² + 3²)/2) = 2.236.
+        let titles: Vec<String> = figure
+            .panels
+            .iter()
+            .map(|panel| panel.title.replace('\u{a0}', " "))
+            .collect();
+        assert_eq!(
+            titles,
+            [
+                "x: rms 35.4 µm",
+                "z: rms 1.00 µm",
+                "x: rms 2.24 µm",
+                "z: rms 1.00 µm"
+            ]
+        );
+        let before: Vec<f64> = drawn(&figure.panels[0]).iter().map(|p| p.y).collect();
+        assert!((before[0] - 30.0).abs() < 1e-9 && (before[1] + 40.0).abs() < 1e-9);
+        let after: Vec<f64> = drawn(&figure.panels[2]).iter().map(|p| p.y).collect();
+        assert!((after[0] - 1.0).abs() < 1e-9 && (after[1] - 3.0).abs() < 1e-9);
+        assert!(drawn(&figure.panels[1])[1].hollow);
+        assert_eq!(figure.share_y, Sharing::Column);
+    }
+
+    #[test]
+    fn the_caption_counts_what_is_outside_and_what_is_missing() {
+        let caption = residuals_before_after(&input())
+            .caption
+            .replace('\u{a0}', " ");
+        assert!(caption.contains("33 % before, 67 % after"), "{caption}");
+        assert!(caption.contains("1 reading has no standard deviation"));
+        assert!(caption.contains("The hollow point is flagged."));
+        let svg = residuals_before_after(&input()).to_svg();
+        assert!(svg.contains("1 point has no place on the axes"));
+        parse(&svg).unwrap();
+    }
+
+    #[test]
+    fn the_band_is_the_quadratic_mean_at_each_target() {
+        let mut input = input();
+        input.points = vec![
+            point(Direction::X, 0, 0.0, 0.0),
+            point(Direction::X, 1, 0.0, 0.0),
+            BeforeAfterPoint {
+                noise_sd_m: Some(14e-6),
+                ..point(Direction::X, 2, 0.0, 0.0)
+            },
+        ];
+        let band_of = |figure: &Figure| match &figure.panels[0].series[0].marks {
+            Marks::Band(band) => band.clone(),
+            other => panic!("the band comes first: {other:?}"),
+        };
+        // Targets -10 and 0; at 0 sqrt((2² + 14²)/2) = 10.
+        let band = band_of(&residuals_before_after(&input));
+        assert_eq!(band.len(), 2);
+        assert!((band[0][0] + 10.1).abs() < 1e-9 && (band[0][2] - 2.0).abs() < 1e-9);
+        assert!((band[1][0]).abs() < 1e-9 && (band[1][2] - 10.0).abs() < 1e-9);
+        input.against = ResidualsAgainst::Order;
+        let band = band_of(&residuals_before_after(&input));
+        let highs: Vec<f64> = band.iter().map(|[_, _, high]| high.round()).collect();
+        assert_eq!(highs, [2.0, 2.0, 14.0]);
+        // Far away in the session a new piece begins.
+        input.points[2].sequence = 100;
+        assert_eq!(band_of(&residuals_before_after(&input)).len(), 2);
+    }
+
+    #[test]
+    fn no_readings_make_an_empty_figure() {
+        let empty = ResidualsBeforeAfter {
+            points: Vec::new(),
+            ..input()
+        };
+        parse(&residuals_before_after(&empty).to_svg()).unwrap();
+    }
+}

@@ -1,0 +1,343 @@
+//! The smallest effect that would have been found, for every law at its best and worst place.
+
+use stiffbench_units_and_text::quantity::METRES_PER_MICROMETRE;
+
+use super::before_after::micrometres;
+use super::caption::{counted, if_any, joined};
+use super::figure::{Axis, Figure, Marks, Note, Panel, Placement, Point, Series, Style};
+use super::font;
+use super::palette::{Colour, Marker, qualitative};
+use super::text_room::{Reach, range_with_texts};
+
+/// Width of the plot area, height of a row, size of the names of places, px.
+const WIDTH_PX: f64 = 470.0;
+const ROW_PX: f64 = 25.0;
+const TEXT_PX: f64 = 9.5;
+/// Between a point and the name of its place, px; the notes of a panel keep this distance.
+const TEXT_GAP_PX: f64 = 15.0;
+
+/// What the figure shows.
+#[derive(Debug, Clone, PartialEq)]
+pub struct DetectionLimits {
+    /// One entry for each law and place, in any order.
+    pub limits: Vec<DetectionLimit>,
+    /// Standard deviation of one reading, m, for comparison.
+    pub reading_sd_m: Option<f64>,
+}
+
+/// The smallest effect of a law at a place that is found in 80 % of benches.
+#[derive(Debug, Clone, PartialEq)]
+pub struct DetectionLimit {
+    /// Name of the law.
+    pub law: String,
+    /// Place, for example `A3`; empty for a law that has only one.
+    pub place: String,
+    /// Largest change of a reading, m; `None` if the data cannot tell the effect at this place.
+    pub end_effect_m: Option<f64>,
+}
+
+impl DetectionLimit {
+    /// Effect in µm, if it has a place on a logarithmic axis.
+    fn effect_um(&self) -> Option<f64> {
+        let effect = self.end_effect_m? / METRES_PER_MICROMETRE;
+        (effect.is_finite() && effect > 0.0).then_some(effect)
+    }
+}
+
+/// A law with its places, the smallest effect first.
+struct Row<'a> {
+    law: &'a str,
+    known: Vec<(f64, &'a str)>,
+    unknown: usize,
+}
+
+/// The figure: a row for each law, the most easily found at the top, with its best and its worst place named.
+#[must_use]
+pub fn detection_limits(input: &DetectionLimits) -> Figure {
+    let rows = rows(input);
+    let range = range(input, &rows);
+    let mut panel = Panel::new(
+        "",
+        Axis {
+            range,
+            ..Axis::log10("smallest end effect found in 80 % of benches", "µm")
+        },
+        Axis {
+            reversed: true,
+            ..Axis::categories("", rows.iter().map(|row| row.law.to_owned()).collect())
+        },
+    );
+    if let Some(sd_m) = input.reading_sd_m {
+        panel.series.push(Series::labelled(
+            "standard deviation of one reading",
+            Style::new(Colour::GREY, Marker::Dot).stroke(1.2).dashed(),
+            Marks::UprightAt(sd_m / METRES_PER_MICROMETRE),
+        ));
+    }
+    push_points(&mut panel, &rows);
+    // Where a row without points says so: in the middle of the axis.
+    let middle = range.map_or(1.0, |[low, high]| (low * high).sqrt());
+    panel.notes = rows
+        .iter()
+        .enumerate()
+        .flat_map(|(place, row)| notes(place as f64, middle, row))
+        .collect();
+    Figure {
+        panel_px: [WIDTH_PX, ROW_PX * rows.len().max(3) as f64],
+        panels: vec![panel],
+        ..Figure::new(
+            "Smallest effects that would have been found",
+            caption(&rows),
+        )
+    }
+}
+
+/// Laws from the smallest effect to the largest; those that cannot be told anywhere come last.
+fn rows(input: &DetectionLimits) -> Vec<Row<'_>> {
+    let mut rows: Vec<Row<'_>> = Vec::new();
+    for limit in &input.limits {
+        let found = rows.iter().position(|row| row.law == limit.law);
+        let place = found.unwrap_or_else(|| {
+            rows.push(Row {
+                law: &limit.law,
+                known: Vec::new(),
+                unknown: 0,
+            });
+            rows.len() - 1
+        });
+        match limit.effect_um() {
+            Some(effect) => rows[place].known.push((effect, &limit.place)),
+            None => rows[place].unknown += 1,
+        }
+    }
+    for row in &mut rows {
+        row.known.sort_by(|a, b| a.0.total_cmp(&b.0));
+    }
+    let best = |row: &Row<'_>| {
+        row.known
+            .first()
+            .map_or(f64::INFINITY, |(effect, _)| *effect)
+    };
+    rows.sort_by(|a, b| best(a).total_cmp(&best(b)));
+    rows
+}
+
+fn push_points(panel: &mut Panel, rows: &[Row<'_>]) {
+    let mut spans = Vec::new();
+    let [mut best, mut worst, mut between] = [Vec::new(), Vec::new(), Vec::new()];
+    for (place, row) in rows.iter().enumerate() {
+        let at = |effect: f64| Point::new(effect, place as f64);
+        let Some(((first, _), others)) = row.known.split_first() else {
+            continue;
+        };
+        best.push(at(*first));
+        if let Some(((last, _), others)) = others.split_last() {
+            spans.push([[*first, place as f64], [*last, place as f64]]);
+            worst.push(at(*last));
+            between.extend(others.iter().map(|(effect, _)| at(*effect)));
+        }
+    }
+    panel.series.push(Series::new(
+        Style::new(Colour::GREY, Marker::Dot).stroke(1.2),
+        Marks::Segments(spans),
+    ));
+    let looks = [
+        (
+            "best place",
+            best,
+            Style::new(qualitative(0), Marker::Circle).marker_size(4.2),
+        ),
+        (
+            "worst place",
+            worst,
+            Style::new(qualitative(4), Marker::Square).marker_size(4.2),
+        ),
+        (
+            "other places",
+            between,
+            Style::new(Colour::GREY, Marker::Dot).marker_size(4.4),
+        ),
+    ];
+    for (label, points, style) in looks {
+        if !points.is_empty() {
+            panel
+                .series
+                .push(Series::labelled(label, style, Marks::Points(points)));
+        }
+    }
+}
+
+/// Texts to the left and to the right of a row's points.
+fn texts(row: &Row<'_>) -> Option<[(f64, String); 2]> {
+    let with = |(effect, place): &(f64, &str)| {
+        let number = micrometres(*effect);
+        if place.is_empty() {
+            number
+        } else {
+            format!("{place}: {number}")
+        }
+    };
+    let [first, last] = [row.known.first()?, row.known.last()?];
+    Some(if row.known.len() == 1 {
+        [(first.0, String::new()), (last.0, with(last))]
+    } else {
+        [(first.0, with(first)), (last.0, with(last))]
+    })
+}
+
+fn notes(place: f64, middle: f64, row: &Row<'_>) -> Vec<Note> {
+    let note = |effect: f64, text: String, side: f64| Note {
+        at: [effect, place],
+        text,
+        colour: Colour::INK,
+        size_px: TEXT_PX,
+        placement: Placement::Toward([side, 0.0]),
+    };
+    let Some([(first, left), (last, right)]) = texts(row) else {
+        let mut untestable = note(middle, "not testable with these data".to_owned(), 1.0);
+        untestable.placement = Placement::Centred;
+        return vec![untestable];
+    };
+    [note(first, left, -1.0), note(last, right, 1.0)]
+        .into_iter()
+        .filter(|note| !note.text.is_empty())
+        .collect()
+}
+
+/// Range in which all points and the names of their places lie.
+fn range(input: &DetectionLimits, rows: &[Row<'_>]) -> Option<[f64; 2]> {
+    let mut reaches: Vec<Reach> = Vec::new();
+    for [(first, left), (last, right)] in rows.iter().filter_map(texts) {
+        let wide = |text: &str| {
+            if text.is_empty() {
+                8.0
+            } else {
+                TEXT_GAP_PX + font::width_px(text, TEXT_PX)
+            }
+        };
+        reaches.push(Reach {
+            place: first.log10(),
+            left_px: wide(&left),
+            right_px: 8.0,
+        });
+        reaches.push(Reach {
+            place: last.log10(),
+            left_px: 8.0,
+            right_px: wide(&right),
+        });
+    }
+    let sd = input
+        .reading_sd_m
+        .map(|sd_m| (sd_m / METRES_PER_MICROMETRE).log10());
+    reaches.extend(sd.map(|place| Reach {
+        place,
+        left_px: 8.0,
+        right_px: 8.0,
+    }));
+    Some(range_with_texts(&reaches, WIDTH_PX)?.map(|end| 10f64.powf(end)))
+}
+
+fn caption(rows: &[Row<'_>]) -> String {
+    let unknown: usize = rows.iter().map(|row| row.unknown).sum();
+    joined([
+        Some(
+            "End effect: largest change of a reading, in µm; the number stands beside its place. No bars.".to_owned(),
+        ),
+        if_any(
+            unknown,
+            format!(
+                "{} not testable with these data and not drawn.",
+                counted(
+                    unknown,
+                    "combination of law and place is",
+                    "combinations of law and place are"
+                )
+            ),
+        ),
+    ])
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::png::parse;
+
+    fn limit(law: &str, place: &str, end_effect_m: Option<f64>) -> DetectionLimit {
+        DetectionLimit {
+            law: law.to_owned(),
+            place: place.to_owned(),
+            end_effect_m,
+        }
+    }
+
+    fn input() -> DetectionLimits {
+        DetectionLimits {
+            limits: vec![
+                limit("joint-compliance", "A3", Some(20e-6)),
+                limit("joint-compliance", "B1", Some(7e-6)),
+                limit("joint-compliance", "A1", Some(9e-6)),
+                limit("joint-compliance", "D2", None),
+                limit("slip", "", None),
+                limit("creep", "", Some(3e-6)),
+                limit("setting-in", "", Some(0.0)),
+            ],
+            reading_sd_m: Some(6e-6),
+        }
+    }
+
+    #[test]
+    fn laws_stand_from_the_smallest_effect_down_with_best_and_worst_place() {
+        let figure = detection_limits(&input());
+        let places = |label: &str| {
+            let mut series = figure.panels[0].series.iter();
+            match &series
+                .find(|s| s.label.as_deref() == Some(label))
+                .unwrap()
+                .marks
+            {
+                Marks::Points(points) => points
+                    .iter()
+                    .map(|p| (p.x.round(), p.y))
+                    .collect::<Vec<_>>(),
+                other => panic!("{other:?}"),
+            }
+        };
+        assert_eq!(places("best place"), [(3.0, 0.0), (7.0, 1.0)]);
+        assert_eq!(places("worst place"), [(20.0, 1.0)]);
+        assert_eq!(places("other places"), [(9.0, 1.0)]);
+        let texts: Vec<&str> = figure.panels[0]
+            .notes
+            .iter()
+            .map(|n| n.text.as_str())
+            .collect();
+        let untestable = "not testable with these data";
+        assert_eq!(
+            texts,
+            ["3.00", "B1: 7.00", "A3: 20.0", untestable, untestable]
+        );
+    }
+
+    #[test]
+    fn what_cannot_be_told_is_counted() {
+        let figure = detection_limits(&input());
+        assert!(
+            figure.caption.contains("3 combinations"),
+            "{}",
+            figure.caption
+        );
+        let svg = figure.to_svg();
+        assert!(!svg.contains("no place on the axes"));
+        parse(&svg).unwrap();
+    }
+
+    #[test]
+    fn nothing_to_draw_still_makes_a_figure() {
+        for limits in [vec![], vec![limit("slip", "", None)]] {
+            let empty = DetectionLimits {
+                limits,
+                reading_sd_m: None,
+            };
+            parse(&detection_limits(&empty).to_svg()).unwrap();
+        }
+    }
+}

@@ -1,0 +1,477 @@
+//! How strongly the data speak for each candidate physics.
+
+use super::caption::{counted, if_any, joined};
+use super::figure::{Axis, Figure, Marks, Note, Panel, Placement, Polygon, Series, Style};
+use super::font;
+use super::palette::{Colour, Marker, qualitative};
+use super::text_room::{Reach, range_with_texts};
+use super::ticks::signed;
+
+/// Candidates that are drawn: the best of them.
+const MOST_BARS: usize = 20;
+/// Width of the plot area, height of a row, size of the texts beside bars, px.
+const WIDTH_PX: f64 = 430.0;
+const ROW_PX: f64 = 22.0;
+const TEXT_PX: f64 = 10.5;
+/// Between a bar and its text, px; the notes of a panel keep this distance.
+const TEXT_GAP_PX: f64 = 15.0;
+/// Longest text beside a bar, px: the longest that [`range_with_texts`] can give room.
+const LONGEST_TEXT_PX: f64 = 300.0;
+/// Half the height of a bar, in rows.
+const HALF_BAR: f64 = 0.34;
+/// Between two hatching lines, px.
+const HATCH_PX: f64 = 6.0;
+
+/// What the figure shows.
+#[derive(Debug, Clone, PartialEq)]
+pub struct EvidenceBars {
+    /// The candidates in any order.
+    pub candidates: Vec<EvidenceCandidate>,
+    /// Difference of logarithms within which candidates that look alike are not told apart; those that look different are within less.
+    pub alike_within: f64,
+}
+
+/// One candidate physics.
+#[derive(Debug, Clone, PartialEq)]
+pub struct EvidenceCandidate {
+    /// Physics and place, for example `joint-backlash at A3`.
+    pub name: String,
+    /// Natural logarithm of its Bayes factor against the baseline.
+    pub log_bayes_factor: f64,
+    /// What was decided about it.
+    pub standing: Standing,
+}
+
+/// What was decided about a candidate.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub enum Standing {
+    /// The diagnosis names it.
+    Named,
+    /// It was considered and is not named.
+    Rival,
+    /// It fits with a value that cannot be.
+    Impossible {
+        /// What cannot be, in two or three words, for example `play < 0`; cut short if it is longer than the bars leave room.
+        reason: String,
+    },
+}
+
+/// Looks of the bars.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Look {
+    Named,
+    NotApart,
+    Rival,
+    Impossible,
+}
+
+impl Look {
+    const FILLED: [Self; 3] = [Self::Named, Self::NotApart, Self::Rival];
+
+    fn of(candidate: &EvidenceCandidate, band: Band) -> Self {
+        match &candidate.standing {
+            Standing::Named => Self::Named,
+            Standing::Rival if candidate.log_bayes_factor >= band.lowest() => Self::NotApart,
+            Standing::Rival => Self::Rival,
+            Standing::Impossible { .. } => Self::Impossible,
+        }
+    }
+
+    fn label_and_colour(self, band: Band) -> (String, Colour) {
+        match self {
+            Self::Named => ("named".to_owned(), qualitative(0)),
+            Self::NotApart => (
+                format!("rival within {}, unlike it", band.width),
+                qualitative(1),
+            ),
+            Self::Rival => ("other rival".to_owned(), Colour::GREY),
+            Self::Impossible => ("impossible".to_owned(), Colour::INK),
+        }
+    }
+}
+
+/// Where those that look alike are not told apart.
+#[derive(Debug, Clone, Copy, PartialEq)]
+struct Band {
+    best: f64,
+    width: f64,
+}
+
+impl Band {
+    fn lowest(self) -> f64 {
+        self.best - self.width
+    }
+}
+
+/// The figure: a bar for each candidate, the best at the top; in the pale band below the best those that look alike are not told apart.
+#[must_use]
+pub fn evidence_bars(input: &EvidenceBars) -> Figure {
+    let mut candidates: Vec<&EvidenceCandidate> = input
+        .candidates
+        .iter()
+        .filter(|candidate| candidate.log_bayes_factor.is_finite())
+        .collect();
+    let unknown = input.candidates.len() - candidates.len();
+    candidates.sort_by(|a, b| b.log_bayes_factor.total_cmp(&a.log_bayes_factor));
+    // What is named is always drawn; of the others the best fill the places that remain.
+    let named = candidates.iter().filter(|c| c.standing == Standing::Named);
+    let mut places = MOST_BARS.saturating_sub(named.count());
+    let all = candidates.len();
+    candidates.retain(|candidate| {
+        let is_named = candidate.standing == Standing::Named;
+        let stays = is_named || places > 0;
+        places -= usize::from(stays && !is_named);
+        stays
+    });
+    let left_out = all - candidates.len();
+    let band = Band {
+        best: best(&candidates),
+        width: input.alike_within,
+    };
+    let panel = panel(&candidates, band);
+    Figure {
+        panel_px: [WIDTH_PX, ROW_PX * candidates.len().max(3) as f64],
+        panels: vec![panel],
+        ..Figure::new(
+            "Evidence for what is missing",
+            caption(&candidates, left_out, unknown),
+        )
+    }
+}
+
+/// Logarithm that the others are compared with: of the best possible candidate, or 0 of the baseline if that is better.
+fn best(candidates: &[&EvidenceCandidate]) -> f64 {
+    candidates
+        .iter()
+        .filter(|candidate| !matches!(candidate.standing, Standing::Impossible { .. }))
+        .map(|candidate| candidate.log_bayes_factor)
+        .fold(0.0, f64::max)
+}
+
+fn panel(candidates: &[&EvidenceCandidate], band: Band) -> Panel {
+    let names = candidates.iter().map(|c| c.name.clone()).collect();
+    let range = range(candidates, band);
+    let mut panel = Panel::new(
+        "",
+        Axis {
+            range: Some(range),
+            ..Axis::linear(
+                "log Bayes factor against the baseline, natural logarithm",
+                "",
+            )
+        },
+        Axis {
+            reversed: true,
+            ..Axis::categories("", names)
+        },
+    );
+    if !candidates.is_empty() {
+        panel.series.push(Series::labelled(
+            format!("within {} of the best: not told apart if alike", band.width),
+            Style::new(Colour::FAINT, Marker::Square),
+            Marks::Polygons(vec![Polygon {
+                corners: rectangle(
+                    [band.lowest(), band.best],
+                    [-0.5, candidates.len() as f64 - 0.5],
+                ),
+                colour: Colour::FAINT,
+            }]),
+        ));
+    }
+    for look in Look::FILLED {
+        push_filled(&mut panel, candidates, band, look);
+    }
+    let units_per_px = (range[1] - range[0]) / WIDTH_PX;
+    push_hollow(&mut panel, candidates, units_per_px);
+    panel.series.push(Series::new(
+        Style::new(Colour::INK, Marker::Dot).stroke(1.0),
+        Marks::UprightAt(0.0),
+    ));
+    panel.notes = candidates
+        .iter()
+        .enumerate()
+        .map(|(place, candidate)| Note {
+            at: [candidate.log_bayes_factor.max(0.0), place as f64],
+            text: text(candidate),
+            colour: Colour::INK,
+            size_px: TEXT_PX,
+            placement: Placement::Toward([1.0, 0.0]),
+        })
+        .collect();
+    panel
+}
+
+fn push_filled(panel: &mut Panel, candidates: &[&EvidenceCandidate], band: Band, look: Look) {
+    let (label, colour) = look.label_and_colour(band);
+    let bars: Vec<Polygon> = candidates
+        .iter()
+        .enumerate()
+        .filter(|(_, candidate)| Look::of(candidate, band) == look)
+        .map(|(place, candidate)| Polygon {
+            corners: bar(place, candidate),
+            colour,
+        })
+        .collect();
+    if !bars.is_empty() {
+        let style = Style::new(colour, Marker::Square);
+        panel
+            .series
+            .push(Series::labelled(label, style, Marks::Polygons(bars)));
+    }
+}
+
+/// Bars of impossible candidates: an outline with hatching.
+fn push_hollow(panel: &mut Panel, candidates: &[&EvidenceCandidate], units_per_px: f64) {
+    let mut lines = Vec::new();
+    for (place, candidate) in candidates.iter().enumerate() {
+        if !matches!(candidate.standing, Standing::Impossible { .. }) {
+            continue;
+        }
+        let corners = bar(place, candidate);
+        lines.extend((0..4).map(|i| [corners[i], corners[(i + 1) % 4]]));
+        lines.extend(hatching(place, candidate.log_bayes_factor, units_per_px));
+    }
+    if !lines.is_empty() {
+        let style = Style::new(Colour::INK, Marker::Square).stroke(0.8);
+        panel
+            .series
+            .push(Series::new(style, Marks::Segments(lines)));
+    }
+}
+
+/// Lines across a bar that slant by half a right angle on the sheet.
+fn hatching(place: usize, value: f64, units_per_px: f64) -> Vec<[[f64; 2]; 2]> {
+    let [low, high] = [value.min(0.0), value.max(0.0)];
+    let [top, bottom] = [place as f64 - HALF_BAR, place as f64 + HALF_BAR];
+    let rise = 2.0 * HALF_BAR * ROW_PX * units_per_px;
+    let step = HATCH_PX * units_per_px;
+    let count = ((high - low + rise) / step).floor();
+    if !(count.is_finite() && count >= 1.0) {
+        return Vec::new();
+    }
+    (1..=count as usize)
+        .filter_map(|i| {
+            // The line starts below at this place and ends above one height farther right; both ends are cut at the bar's.
+            let start = low - rise + step * i as f64;
+            let from = start.max(low);
+            let to = (start + rise).min(high);
+            let height = |x: f64| bottom + (x - start) / rise * (top - bottom);
+            (to > from).then(|| [[from, height(from)], [to, height(to)]])
+        })
+        .collect()
+}
+
+fn bar(place: usize, candidate: &EvidenceCandidate) -> Vec<[f64; 2]> {
+    let value = candidate.log_bayes_factor;
+    let place = place as f64;
+    rectangle(
+        [value.min(0.0), value.max(0.0)],
+        [place - HALF_BAR, place + HALF_BAR],
+    )
+}
+
+fn rectangle([left, right]: [f64; 2], [top, bottom]: [f64; 2]) -> Vec<[f64; 2]> {
+    vec![[left, top], [right, top], [right, bottom], [left, bottom]]
+}
+
+/// What stands beside a bar.
+fn text(candidate: &EvidenceCandidate) -> String {
+    let value = candidate.log_bayes_factor;
+    let number = signed(value, usize::from(value.abs() < 99.95));
+    match &candidate.standing {
+        Standing::Named | Standing::Rival => number,
+        Standing::Impossible { reason } => font::shortened(
+            &format!("{number}, impossible: {reason}"),
+            TEXT_PX,
+            LONGEST_TEXT_PX,
+        ),
+    }
+}
+
+/// Range in which all bars, their texts and the band lie.
+fn range(candidates: &[&EvidenceCandidate], band: Band) -> [f64; 2] {
+    let mut reaches: Vec<Reach> = candidates
+        .iter()
+        .flat_map(|candidate| {
+            let value = candidate.log_bayes_factor;
+            let right_px = TEXT_GAP_PX + font::width_px(&text(candidate), TEXT_PX);
+            let at = |place, right_px| Reach {
+                place,
+                left_px: 4.0,
+                right_px,
+            };
+            [at(value.min(0.0), 0.0), at(value.max(0.0), right_px)]
+        })
+        .collect();
+    reaches.push(Reach {
+        place: band.lowest(),
+        left_px: 4.0,
+        right_px: 0.0,
+    });
+    range_with_texts(&reaches, WIDTH_PX).unwrap_or([-1.0, 1.0])
+}
+
+fn caption(candidates: &[&EvidenceCandidate], left_out: usize, unknown: usize) -> String {
+    let impossible = candidates
+        .iter()
+        .filter(|candidate| matches!(candidate.standing, Standing::Impossible { .. }))
+        .count();
+    let is_named = candidates.iter().any(|c| c.standing == Standing::Named);
+    joined([
+        Some(
+            "Bar: logarithm of how much more probable the readings are with the candidate than without; the baseline stands at 0, \
+             and 3 is a factor of twenty."
+                .to_owned(),
+        ),
+        (!is_named).then(|| "No candidate is named.".to_owned()),
+        if_any(
+            impossible,
+            format!(
+                "{} well only with a value that cannot be, and the bar is what the evidence would have been with it.",
+                counted(impossible, "hatched candidate fits", "hatched candidates fit")
+),
+        ),
+        if_any(
+            left_out,
+            format!(
+                "{} with less evidence {} not drawn.",
+                counted(left_out, "further candidate", "further candidates"),
+                if left_out == 1 { "is" } else { "are" }
+            ),
+        ),
+        if_any(
+            unknown,
+            format!(
+                "{} without a finite value and not drawn.",
+                counted(unknown, "candidate is", "candidates are")
+            ),
+        ),
+    ])
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::png::parse;
+
+    fn candidate(name: &str, log_bayes_factor: f64, standing: Standing) -> EvidenceCandidate {
+        EvidenceCandidate {
+            name: name.to_owned(),
+            log_bayes_factor,
+            standing,
+        }
+    }
+
+    fn impossible() -> Standing {
+        Standing::Impossible {
+            reason: "play < 0".to_owned(),
+        }
+    }
+
+    fn input() -> EvidenceBars {
+        EvidenceBars {
+            candidates: vec![
+                candidate("creep", -2.5, Standing::Rival),
+                candidate("joint-friction at A3", 39.0, Standing::Rival),
+                candidate("joint-backlash at A3", 41.0, Standing::Named),
+                candidate("joint-backlash at B1", 60.0, impossible()),
+                candidate("slip", f64::NAN, Standing::Rival),
+                candidate("setting-in", 12.0, Standing::Rival),
+            ],
+            alike_within: 5.0,
+        }
+    }
+
+    fn bars<'a>(figure: &'a Figure, label: &str) -> &'a [Polygon] {
+        let series = figure.panels[0]
+            .series
+            .iter()
+            .find(|series| series.label.as_deref() == Some(label))
+            .unwrap_or_else(|| panic!("`{label}` is drawn"));
+        match &series.marks {
+            Marks::Polygons(polygons) => polygons,
+            other => panic!("bars are areas: {other:?}"),
+        }
+    }
+
+    #[test]
+    fn the_band_reaches_five_below_the_best_possible_candidate() {
+        let figure = evidence_bars(&input());
+        let band = bars(&figure, "within 5 of the best: not told apart if alike");
+        let ends: Vec<f64> = band[0].corners.iter().map(|corner| corner[0]).collect();
+        assert_eq!(ends, [36.0, 41.0, 41.0, 36.0]);
+        assert_eq!(bars(&figure, "named")[0].corners[1], [41.0, 1.0 - HALF_BAR]);
+        let not_apart = bars(&figure, "rival within 5, unlike it");
+        assert_eq!(not_apart.len(), 1);
+        assert_eq!(not_apart[0].corners[1][0], 39.0);
+        let rivals = bars(&figure, "other rival");
+        assert_eq!(rivals[0].corners[1][0], 12.0);
+        assert_eq!(rivals[1].corners[0][0], -2.5, "a bar may point left");
+    }
+
+    #[test]
+    fn impossible_candidates_are_hatched_and_say_so() {
+        let figure = evidence_bars(&input());
+        let texts: Vec<&str> = figure.panels[0]
+            .notes
+            .iter()
+            .map(|n| n.text.as_str())
+            .collect();
+        assert_eq!(
+            texts,
+            ["60.0, impossible: play < 0", "41.0", "39.0", "12.0", "−2.5"]
+        );
+        let hatched = figure.panels[0].series.iter().find_map(|s| match &s.marks {
+            Marks::Segments(lines) => Some(lines),
+            _ => None,
+        });
+        let lines = hatched.unwrap();
+        assert!(lines.len() > 20);
+        for [x, y] in lines.iter().flatten() {
+            assert!((-1e-9..=60.0 + 1e-9).contains(x), "{x}");
+            assert!(y.abs() <= HALF_BAR + 1e-9, "{y}");
+        }
+        assert!(
+            figure
+                .caption
+                .contains("1 candidate is without a finite value")
+        );
+        assert!(figure.caption.contains("1 hatched candidate fits"));
+        parse(&figure.to_svg()).unwrap();
+    }
+
+    #[test]
+    fn without_a_better_candidate_the_baseline_is_the_best() {
+        let figure = evidence_bars(&EvidenceBars {
+            candidates: vec![candidate("creep", -2.5, Standing::Rival)],
+            alike_within: 5.0,
+        });
+        let band = bars(&figure, "within 5 of the best: not told apart if alike");
+        assert_eq!(band[0].corners[0][0], -5.0);
+        assert_eq!(band[0].corners[1][0], 0.0);
+    }
+
+    #[test]
+    fn of_many_candidates_the_best_and_the_named_are_drawn() {
+        let mut candidates: Vec<EvidenceCandidate> = (0..30)
+            .map(|i| candidate("rival", f64::from(i), Standing::Rival))
+            .collect();
+        candidates[0].standing = Standing::Named;
+        let figure = evidence_bars(&EvidenceBars {
+            candidates,
+            alike_within: 5.0,
+        });
+        assert_eq!(figure.panels[0].notes.len(), 20);
+        assert_eq!(figure.panels[0].notes[19].text, "0.0");
+        assert!(figure.caption.contains("10 further candidates"));
+        parse(&figure.to_svg()).unwrap();
+        parse(
+            &evidence_bars(&EvidenceBars {
+                candidates: vec![],
+                alike_within: 5.0,
+            })
+            .to_svg(),
+        )
+        .unwrap();
+    }
+}

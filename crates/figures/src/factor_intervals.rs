@@ -1,0 +1,179 @@
+//! Fitting factors with their intervals and bounds.
+
+use super::caption::{if_any, joined};
+use super::figure::{Axis, Figure, Marks, Panel, Point, Polygon, Series, Style};
+use super::palette::{Colour, Marker, qualitative};
+
+/// What the figure shows.
+#[derive(Debug, Clone, PartialEq)]
+pub struct FactorIntervals {
+    /// One entry for each factor, the first at the top.
+    pub factors: Vec<DrawnFactor>,
+}
+
+/// One fitting factor.
+#[derive(Debug, Clone, PartialEq)]
+pub struct DrawnFactor {
+    /// Name, for example `beam Iy`.
+    pub name: String,
+    /// Value, dimensionless.
+    pub value: f64,
+    /// 95 % interval.
+    pub ci95: Option<[f64; 2]>,
+    /// Between which values the fit could choose.
+    pub bounds: Option<[f64; 2]>,
+    /// What became of it in the fit.
+    pub fate: FactorFate,
+}
+
+/// What became of a factor in the fit.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum FactorFate {
+    /// Fitted.
+    Free,
+    /// Held.
+    Fixed,
+    /// Moves with another.
+    Tied,
+    /// Fitted, and ended at one of its bounds.
+    AtBound,
+    /// The data do not tell it.
+    NotIdentified,
+}
+
+impl FactorFate {
+    const ALL: [Self; 5] = [
+        Self::Free,
+        Self::Fixed,
+        Self::Tied,
+        Self::AtBound,
+        Self::NotIdentified,
+    ];
+
+    fn look(self) -> (&'static str, Style) {
+        let (label, colour, marker) = match self {
+            Self::Free => ("fitted", qualitative(0), Marker::Circle),
+            Self::Fixed => ("held", Colour::GREY, Marker::Square),
+            Self::Tied => ("tied to another", qualitative(2), Marker::Diamond),
+            Self::AtBound => ("fitted, at its bound", qualitative(4), Marker::Triangle),
+            Self::NotIdentified => ("not told by the data", Colour::BLACK, Marker::Cross),
+        };
+        (label, Style::new(colour, marker).marker_size(3.4))
+    }
+}
+
+/// The figure: factors on a logarithmic axis; a wide pale bar is what the bounds allow.
+#[must_use]
+pub fn factor_intervals(input: &FactorIntervals) -> Figure {
+    let names: Vec<String> = input.factors.iter().map(|f| f.name.clone()).collect();
+    let mut panel = Panel::new(
+        "",
+        Axis::log10("fitting factor, multiple of the nominal constant", ""),
+        Axis {
+            reversed: true,
+            ..Axis::categories("", names)
+        },
+    );
+    let bounds: Vec<Polygon> = input
+        .factors
+        .iter()
+        .enumerate()
+        .filter_map(|(place, factor)| Some(bar(place as f64, factor.bounds?)))
+        .collect();
+    if !bounds.is_empty() {
+        panel.series.push(Series::labelled(
+            "allowed by the bounds",
+            Style::new(Colour::FAINT, Marker::Square),
+            Marks::Polygons(bounds),
+        ));
+    }
+    for fate in FactorFate::ALL {
+        let points: Vec<Point> = input
+            .factors
+            .iter()
+            .enumerate()
+            .filter(|(_, factor)| factor.fate == fate)
+            .map(|(place, factor)| Point {
+                x_bar: factor.ci95,
+                ..Point::new(factor.value, place as f64)
+            })
+            .collect();
+        if !points.is_empty() {
+            let (label, style) = fate.look();
+            panel
+                .series
+                .push(Series::labelled(label, style, Marks::Points(points)));
+        }
+    }
+    let without = input
+        .factors
+        .iter()
+        .filter(|f| f.ci95.is_none() && matches!(f.fate, FactorFate::Free | FactorFate::AtBound))
+        .count();
+    let caption = joined([
+        Some("Bars: 95 % intervals of the fitted factors.".to_owned()),
+        if_any(
+            without,
+            format!("{without} fitted factors have no interval."),
+        ),
+    ]);
+    Figure {
+        panel_px: [420.0, 30.0 * input.factors.len().max(2) as f64],
+        panels: vec![panel],
+        ..Figure::new("Fitting factors", caption)
+    }
+}
+
+fn bar(place: f64, [low, high]: [f64; 2]) -> Polygon {
+    let [above, below] = [place - 0.3, place + 0.3];
+    Polygon {
+        corners: vec![[low, above], [high, above], [high, below], [low, below]],
+        colour: Colour::FAINT,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::png::parse;
+
+    #[test]
+    fn every_fate_has_its_own_look_and_the_numbers_are_those_given() {
+        let factor = |name: &str, value, fate| DrawnFactor {
+            name: name.to_owned(),
+            value,
+            ci95: (fate == FactorFate::Free).then_some([0.5 * value, 2.0 * value]),
+            bounds: Some([0.1 * value, 10.0 * value]),
+            fate,
+        };
+        let figure = factor_intervals(&FactorIntervals {
+            factors: FactorFate::ALL
+                .into_iter()
+                .map(|fate| factor("A", 0.003, fate))
+                .collect(),
+        });
+        let series = &figure.panels[0].series;
+        assert_eq!(series.len(), 6);
+        let Marks::Points(points) = &series[1].marks else {
+            panic!("the bounds come first, then points");
+        };
+        assert_eq!((points[0].x, points[0].y), (0.003, 0.0));
+        assert_eq!(points[0].x_bar, Some([0.0015, 0.006]));
+        for pair in series[1..].windows(2) {
+            assert_ne!(pair[0].style.marker, pair[1].style.marker);
+        }
+        assert!(figure.caption.contains("1 fitted factors have no interval"));
+        parse(&figure.to_svg()).unwrap();
+    }
+
+    #[test]
+    fn no_factors_make_an_empty_figure() {
+        parse(
+            &factor_intervals(&FactorIntervals {
+                factors: Vec::new(),
+            })
+            .to_svg(),
+        )
+        .unwrap();
+    }
+}

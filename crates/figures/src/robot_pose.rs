@@ -1,0 +1,476 @@
+//! A robot in a pose, from the side and from above, and its shape under a load, magnified.
+
+use stiffbench_numeric::vector::{norm, scale};
+use stiffbench_units_and_text::quantity::METRES_PER_MICROMETRE;
+
+use super::bent_beam::bent_beam;
+use super::caption::joined;
+use super::figure::{
+    Axis, Figure, LegendEntry, Marks, Note, Panel, Placement, Point, Sample, Series, Style,
+};
+use super::palette::{Colour, Marker, QUALITATIVE, qualitative};
+use super::ticks::{nearest_nice, signed};
+
+/// The magnified largest displacement is about this share of the robot's size.
+const SHOWN_SHARE: f64 = 0.08;
+/// Width of the plot area, px.
+const WIDTH_PX: f64 = 600.0;
+
+/// Colours of chains in the order in which they come: no black, which is the robot under load.
+const CHAINS: [Colour; 7] = [
+    QUALITATIVE[0],
+    QUALITATIVE[1],
+    QUALITATIVE[2],
+    QUALITATIVE[3],
+    QUALITATIVE[5],
+    QUALITATIVE[4],
+    Colour::GREY,
+];
+
+/// What the figure shows.
+#[derive(Debug, Clone, PartialEq)]
+pub struct RobotDrawing {
+    /// For the title, for example `hp-robot, mechanism F, pose P1`.
+    pub name: String,
+    /// Nodes.
+    pub nodes: Vec<DrawnNode>,
+    /// Members between them.
+    pub members: Vec<DrawnMember>,
+    /// Held nodes, by index.
+    pub supports: Vec<usize>,
+    /// The end node, by index; it is named before all others.
+    pub end: usize,
+    /// Force at the end node, N; `None` draws the robot without a load.
+    pub force_n: Option<[f64; 3]>,
+}
+
+/// A node with its displacement under the load.
+#[derive(Debug, Clone, PartialEq)]
+pub struct DrawnNode {
+    /// Name.
+    pub name: String,
+    /// Position without load, m.
+    pub position_m: [f64; 3],
+    /// Displacement under the load, m.
+    pub displacement_m: [f64; 3],
+}
+
+/// A member with the rotations of its ends under the load.
+#[derive(Debug, Clone, PartialEq)]
+pub struct DrawnMember {
+    /// Its nodes, by index.
+    pub nodes: [usize; 2],
+    /// Rotation of its own two ends, twists of joints included, rad.
+    pub rotations_rad: [[f64; 3]; 2],
+    /// Chain, for the colour.
+    pub chain: String,
+    /// Whether it is a link: drawn thinner than a beam.
+    pub is_link: bool,
+}
+
+/// The figure: y over z (side view) and x over z (top view) to the same scale.
+#[must_use]
+pub fn robot_pose(input: &RobotDrawing) -> Figure {
+    let size_m = size_m(input);
+    let largest_m = input
+        .nodes
+        .iter()
+        .map(|node| norm(node.displacement_m))
+        .filter(|displacement| displacement.is_finite())
+        .fold(0.0, f64::max);
+    let magnification = (input.force_n.is_some() && largest_m > 0.0)
+        .then(|| nearest_nice(SHOWN_SHARE * size_m / largest_m));
+    let shapes: Vec<Vec<[f64; 3]>> = input
+        .members
+        .iter()
+        .filter_map(|member| deformed(input, member, magnification?))
+        .collect();
+    let views = [View::SIDE, View::TOP];
+    let ranges = views.map(|view| view.ranges(input, &shapes, size_m));
+    let per_px = (ranges[0][0][1] - ranges[0][0][0]) / WIDTH_PX;
+    let panels = views
+        .into_iter()
+        .zip(ranges)
+        .map(|(view, ranges)| panel(input, view, ranges, &shapes, magnification, size_m))
+        .collect();
+    Figure {
+        panel_px: [WIDTH_PX, 300.0],
+        row_heights_px: ranges
+            .iter()
+            .map(|[_, upward]| (upward[1] - upward[0]) / per_px)
+            .collect(),
+        panels,
+        legend: legend(input, magnification.is_some()),
+        ..Figure::new(input.name.clone(), caption(input, magnification))
+    }
+}
+
+/// One projection: which global axis runs across and which upward.
+#[derive(Debug, Clone, Copy)]
+struct View {
+    title: &'static str,
+    upward: usize,
+    upward_name: &'static str,
+}
+
+impl View {
+    const SIDE: Self = Self {
+        title: "from the side",
+        upward: 1,
+        upward_name: "y, vertical",
+    };
+    const TOP: Self = Self {
+        title: "from above",
+        upward: 0,
+        upward_name: "x, lateral",
+    };
+
+    fn project(self, point: [f64; 3]) -> [f64; 2] {
+        [point[2], point[self.upward]]
+    }
+
+    /// Ranges across and upward, with room for names, supports and arrows.
+    fn ranges(self, input: &RobotDrawing, shapes: &[Vec<[f64; 3]>], size_m: f64) -> [[f64; 2]; 2] {
+        let all = || {
+            input
+                .nodes
+                .iter()
+                .map(|node| node.position_m)
+                .chain(shapes.iter().flatten().copied())
+                .map(|point| self.project(point))
+                .filter(|point| point.iter().all(|c| c.is_finite()))
+        };
+        let room = 0.09 * size_m;
+        [0, 1].map(|axis| {
+            let low = all().map(|p| p[axis]).fold(f64::INFINITY, f64::min);
+            let high = all().map(|p| p[axis]).fold(f64::NEG_INFINITY, f64::max);
+            if low <= high {
+                [low - room, high + room]
+            } else {
+                [0.0, 1.0]
+            }
+        })
+    }
+}
+
+/// Largest extent of the robot along a global axis, m; 1 for a robot without extent.
+fn size_m(input: &RobotDrawing) -> f64 {
+    let size = (0..3)
+        .map(|axis| {
+            let values = || input.nodes.iter().map(|node| node.position_m[axis]);
+            values().fold(f64::NEG_INFINITY, f64::max) - values().fold(f64::INFINITY, f64::min)
+        })
+        .fold(0.0, f64::max);
+    if size.is_finite() && size > 0.0 {
+        size
+    } else {
+        1.0
+    }
+}
+
+/// Centre line of a member under the load, magnified; `None` if a node is missing or the member has no length.
+fn deformed(
+    input: &RobotDrawing,
+    member: &DrawnMember,
+    magnification: f64,
+) -> Option<Vec<[f64; 3]>> {
+    let [first, second] = member.nodes;
+    let ends = [input.nodes.get(first)?, input.nodes.get(second)?];
+    bent_beam(
+        ends.map(|node| node.position_m),
+        ends.map(|node| node.displacement_m),
+        member.rotations_rad,
+        magnification,
+    )
+}
+
+fn panel(
+    input: &RobotDrawing,
+    view: View,
+    [across, upward]: [[f64; 2]; 2],
+    shapes: &[Vec<[f64; 3]>],
+    magnification: Option<f64>,
+    size_m: f64,
+) -> Panel {
+    let axis = |quantity, range| Axis {
+        range: Some(range),
+        ..Axis::linear(quantity, "m")
+    };
+    let mut panel = Panel::new(
+        view.title,
+        axis("z, radial", across),
+        axis(view.upward_name, upward),
+    );
+    panel.equal_aspect = true;
+    push_supports(&mut panel, input, view);
+    push_members(&mut panel, input, view);
+    for shape in shapes {
+        panel.series.push(Series::new(
+            deformed_style(),
+            Marks::Line(shape.iter().map(|point| view.project(*point)).collect()),
+        ));
+    }
+    push_nodes(&mut panel, input, view);
+    push_load(&mut panel, input, view, magnification, size_m);
+    panel
+}
+
+fn deformed_style() -> Style {
+    Style {
+        dash_px: Some([5.0, 2.5]),
+        ..Style::new(Colour::BLACK, Marker::Dot).stroke(1.3)
+    }
+}
+
+fn displacement_style() -> Style {
+    Style::new(qualitative(4), Marker::Dot).stroke(2.0)
+}
+
+fn load_style() -> Style {
+    Style::new(Colour::BLACK, Marker::Dot).stroke(2.0)
+}
+
+fn push_supports(panel: &mut Panel, input: &RobotDrawing, view: View) {
+    let points = input
+        .supports
+        .iter()
+        .filter_map(|&node| input.nodes.get(node))
+        .map(|node| view.project(node.position_m))
+        .map(|[z, up]| Point::new(z, up))
+        .collect();
+    panel.series.push(Series::new(
+        Style::new(Colour::GREY, Marker::Ground).marker_size(5.0),
+        Marks::Points(points),
+    ));
+}
+
+/// Chains in the order in which they come.
+fn chains(input: &RobotDrawing) -> Vec<&str> {
+    let mut chains: Vec<&str> = Vec::new();
+    for member in &input.members {
+        if !chains.contains(&member.chain.as_str()) {
+            chains.push(&member.chain);
+        }
+    }
+    chains
+}
+
+/// Beams first, so that they do not hide the thinner links at shared nodes.
+fn push_members(panel: &mut Panel, input: &RobotDrawing, view: View) {
+    for (place, chain) in chains(input).into_iter().enumerate() {
+        for is_link in [false, true] {
+            let segments: Vec<[[f64; 2]; 2]> = input
+                .members
+                .iter()
+                .filter(|member| member.chain == chain && member.is_link == is_link)
+                .filter_map(|member| {
+                    let [first, second] = member.nodes;
+                    let ends = [input.nodes.get(first)?, input.nodes.get(second)?];
+                    Some(ends.map(|node| view.project(node.position_m)))
+                })
+                .collect();
+            if segments.is_empty() {
+                continue;
+            }
+            let width = if is_link { 1.8 } else { 4.2 };
+            panel.series.push(Series::labelled(
+                format!("chain {chain}"),
+                Style::new(CHAINS[place % CHAINS.len()], Marker::Dot).stroke(width),
+                Marks::Segments(segments),
+            ));
+        }
+    }
+}
+
+/// Nodes and their names; nodes that coincide in this view share one name tag.
+fn push_nodes(panel: &mut Panel, input: &RobotDrawing, view: View) {
+    let style = Style::new(Colour::INK, Marker::Circle).marker_size(2.4);
+    let mut points = Vec::with_capacity(input.nodes.len());
+    let mut tags: Vec<([f64; 2], String)> = Vec::new();
+    let end = input.nodes.get(input.end);
+    let others = input
+        .nodes
+        .iter()
+        .enumerate()
+        .filter(|(place, _)| *place != input.end)
+        .map(|(_, node)| node);
+    for node in end.into_iter().chain(others) {
+        let at = view.project(node.position_m);
+        points.push(Point::new(at[0], at[1]));
+        let same = tags
+            .iter_mut()
+            .find(|(other, _)| (other[0] - at[0]).hypot(other[1] - at[1]) < 1e-6);
+        match same {
+            Some((_, names)) => {
+                names.push_str(", ");
+                names.push_str(&node.name);
+            }
+            None => tags.push((at, node.name.clone())),
+        }
+    }
+    panel.series.push(Series::new(style, Marks::Points(points)));
+    for (at, text) in tags {
+        panel.notes.push(Note {
+            at,
+            text,
+            colour: Colour::INK,
+            size_px: 10.0,
+            placement: Placement::Free,
+        });
+    }
+}
+
+/// The force as an arrow of fixed length that ends at the end node, and the magnified displacement of the end.
+fn push_load(
+    panel: &mut Panel,
+    input: &RobotDrawing,
+    view: View,
+    magnification: Option<f64>,
+    size_m: f64,
+) {
+    let (Some(force_n), Some(end)) = (input.force_n, input.nodes.get(input.end)) else {
+        return;
+    };
+    let tip = end.position_m;
+    if norm(force_n) > 0.0 {
+        let back = scale(force_n, -0.085 * size_m / norm(force_n));
+        let tail = [0, 1, 2].map(|i| tip[i] + back[i]);
+        panel.series.push(Series::labelled(
+            force_label(force_n),
+            load_style(),
+            Marks::Arrows(vec![[view.project(tail), view.project(tip)]]),
+        ));
+    }
+    if let Some(magnification) = magnification {
+        let moved = [0, 1, 2].map(|i| tip[i] + magnification * end.displacement_m[i]);
+        panel.series.push(Series::labelled(
+            "displacement of the end",
+            displacement_style(),
+            Marks::Arrows(vec![[view.project(tip), view.project(moved)]]),
+        ));
+    }
+}
+
+fn force_label(force_n: [f64; 3]) -> String {
+    let parts: Vec<String> = ["x", "y", "z"]
+        .into_iter()
+        .zip(force_n)
+        .filter(|(_, component)| *component != 0.0)
+        .map(|(axis, component)| format!("F{axis} = {} N", signed(component, 0)))
+        .collect();
+    parts.join(", ")
+}
+
+fn legend(input: &RobotDrawing, is_deformed: bool) -> Vec<LegendEntry> {
+    let mut legend = Vec::new();
+    if is_deformed {
+        legend.push(LegendEntry {
+            label: "under load, magnified".to_owned(),
+            style: deformed_style(),
+            sample: Sample::Line,
+        });
+    }
+    if !input.supports.is_empty() {
+        legend.push(LegendEntry {
+            label: "support".to_owned(),
+            style: Style::new(Colour::GREY, Marker::Ground),
+            sample: Sample::Point,
+        });
+    }
+    legend
+}
+
+fn caption(input: &RobotDrawing, magnification: Option<f64>) -> String {
+    let under_load = match (magnification, input.nodes.get(input.end)) {
+        (Some(magnification), Some(end)) => {
+            let micrometres = scale(end.displacement_m, 1.0 / METRES_PER_MICROMETRE);
+            let decimals = usize::from(norm(micrometres) < 1000.0);
+            let [x, y, z] = micrometres.map(|component| signed(component, decimals));
+            Some(format!(
+                "Displacements are magnified {}\u{a0}times. The end {} moves by ({x}, {y}, {z})\u{a0}µm along x, y, z.",
+                magnification_text(magnification),
+                end.name
+            ))
+        }
+        _ if input.force_n.is_some() => Some("Nothing moves under the load.".to_owned()),
+        _ => None,
+    };
+    joined([
+        Some("Thick: beams (drive-carrying); thin: links.".to_owned()),
+        Some("Names that would cover another are left out.".to_owned()),
+        under_load,
+    ])
+}
+
+/// A magnification, which is 1, 2 or 5 times a power of ten.
+fn magnification_text(magnification: f64) -> String {
+    super::ticks::number(magnification, magnification)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::png::parse;
+
+    /// A cantilever of 2 m along z from the origin with force f along -y at its tip: δ = f L³/(3EI), θ = f L²/(2EI).
+    fn cantilever(tip_m: f64) -> RobotDrawing {
+        let node = |name: &str, z: f64, y: f64| DrawnNode {
+            name: name.to_owned(),
+            position_m: [0.0, 0.0, z],
+            displacement_m: [0.0, y, 0.0],
+        };
+        RobotDrawing {
+            name: "cantilever".to_owned(),
+            nodes: vec![node("A", 0.0, 0.0), node("B", 2.0, tip_m)],
+            members: vec![DrawnMember {
+                nodes: [0, 1],
+                // θ/δ = 3/(2L); the tip moves along y when it turns about -x.
+                rotations_rad: [[0.0; 3], [-1.5 * tip_m / 2.0, 0.0, 0.0]],
+                chain: "A".to_owned(),
+                is_link: false,
+            }],
+            supports: vec![0],
+            end: 1,
+            force_n: Some([0.0, -50.0, 0.0]),
+        }
+    }
+
+    #[test]
+    fn the_magnification_is_round_and_stated() {
+        // 0.08 × 2 m / 1 mm = 160, nearest of 1-2-5 is 200.
+        let figure = robot_pose(&cantilever(-1e-3));
+        let caption = figure.caption.replace('\u{a0}', " ");
+        assert!(caption.contains("magnified 200 times"), "{caption}");
+        assert!(caption.contains("(0, −1000, 0) µm"), "{caption}");
+        parse(&figure.to_svg()).unwrap();
+    }
+
+    #[test]
+    fn both_views_have_one_scale() {
+        let figure = robot_pose(&cantilever(-1e-3));
+        let per_px: Vec<f64> = figure
+            .panels
+            .iter()
+            .zip(&figure.row_heights_px)
+            .flat_map(|(panel, height)| {
+                let [x, y] = [&panel.x, &panel.y].map(|axis| axis.range.unwrap());
+                [(x[1] - x[0]) / WIDTH_PX, (y[1] - y[0]) / height]
+            })
+            .collect();
+        assert!(
+            per_px.iter().all(|p| (p - per_px[0]).abs() < 1e-12),
+            "{per_px:?}"
+        );
+    }
+
+    #[test]
+    fn missing_parts_do_not_break_the_figure() {
+        let mut input = cantilever(0.0);
+        input.members[0].nodes = [0, 7];
+        input.supports = vec![9];
+        input.end = 5;
+        parse(&robot_pose(&input).to_svg()).unwrap();
+        input.nodes.clear();
+        parse(&robot_pose(&input).to_svg()).unwrap();
+    }
+}

@@ -1,0 +1,89 @@
+//! From the fields of a packet that matched to what they say.
+
+use crate::grammar::{ChoiceWord, Field, Matched, UnitWord};
+use crate::number::Digits;
+use crate::sample::{Channel, Mark};
+
+use super::reply::raw_text;
+
+/// What the fields of a packet say.
+#[derive(Debug, Clone, Default)]
+pub(super) struct PacketValues {
+    /// The numbers, in order.
+    pub(super) numbers: Vec<PacketNumber>,
+    /// The unit of the gauge's own number.
+    pub(super) unit: PacketUnit,
+    /// Why the value must not be used.
+    pub(super) refusals: Vec<String>,
+    /// What comes with the value.
+    pub(super) marks: Vec<Mark>,
+}
+
+/// The unit that a packet carries.
+#[derive(Debug, Clone, Default, PartialEq, Eq)]
+pub(super) enum PacketUnit {
+    /// None.
+    #[default]
+    Absent,
+    /// This one.
+    Known(String),
+    /// A text that names none of the gauge's quantity.
+    Unknown(String),
+}
+
+/// A number of a packet.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct PacketNumber {
+    pub(super) negative: bool,
+    pub(super) digits: Digits,
+    /// What it measures and in which unit, where that is not what the gauge does.
+    pub(super) other: Option<(Channel, String)>,
+}
+
+impl PacketNumber {
+    /// The number in the sign as sent; zero has none.
+    pub(super) fn value(&self) -> f64 {
+        let size = self.digits.value();
+        if self.negative && size != 0.0 {
+            -size
+        } else {
+            size
+        }
+    }
+}
+
+/// What the fields of a packet say.
+pub(super) fn packet_values(fields: &[Matched<'_>]) -> PacketValues {
+    let mut values = PacketValues::default();
+    let (mut negative, mut point_digit) = (false, None);
+    for matched in fields {
+        match matched.field {
+            Field::Literal(_) | Field::Any { .. } => {}
+            Field::Sign(texts) => {
+                negative = texts
+                    .get(matched.alternative)
+                    .is_some_and(|(_, minus)| *minus);
+            }
+            Field::Point { .. } => point_digit = matched.bytes.first().map(|digit| digit - b'0'),
+            Field::Number(shape) => {
+                values.numbers.push(PacketNumber {
+                    negative,
+                    digits: shape.read(matched.bytes, point_digit),
+                    other: shape.other.clone(),
+                });
+                (negative, point_digit) = (false, None);
+            }
+            Field::Unit { codes, .. } => match codes.get(matched.alternative) {
+                Some((_, UnitWord::Unit(unit))) => values.unit = PacketUnit::Known(unit.clone()),
+                Some((_, UnitWord::Refuse(why))) => values.refusals.push(why.clone()),
+                None => values.unit = PacketUnit::Unknown(raw_text(matched.bytes).into()),
+            },
+            Field::Choice(texts) => match texts.get(matched.alternative) {
+                Some((_, ChoiceWord::Refuse(why))) => values.refusals.push(why.clone()),
+                Some((_, ChoiceWord::Note(mark))) => values.marks.push(*mark),
+                Some((_, ChoiceWord::Good)) | None => {}
+            },
+        }
+    }
+    values
+}

@@ -1,0 +1,179 @@
+//! Fields and registers of a packet as they stand in a file.
+
+use indexmap::IndexMap;
+use schemars::JsonSchema;
+use serde::Deserialize;
+
+use crate::Channel;
+
+use super::file::Words;
+use super::words::{NoteMark, RegisterFormat};
+
+/// One field of a packet: a table with one of these keys.
+#[derive(Debug, Clone, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub(super) enum FieldEntry {
+    /// This very text.
+    Literal(String),
+    /// These very bytes.
+    Bytes(Vec<u8>),
+    /// Blanks: how many, or [least, most].
+    Blanks(Vec<usize>),
+    /// Characters that mean nothing here.
+    Any(AnyField),
+    /// The sign of the number behind it.
+    Sign(SignField),
+    /// A digit that says how many decimals the number behind it has.
+    Point(PointField),
+    /// The number.
+    Number(NumberField),
+    /// The unit.
+    Unit(UnitField),
+    /// One of several texts: mode, judgement, tolerance, status.
+    Choice(ChoiceField),
+}
+
+/// Characters that mean nothing here.
+#[derive(Debug, Clone, Deserialize, JsonSchema)]
+pub(super) struct AnyField {
+    /// How many, or [least, most].
+    pub(super) count: Vec<usize>,
+    /// The characters that may stand there; every printable one if absent.
+    pub(super) of: Option<String>,
+}
+
+/// The sign of the number behind it.
+#[derive(Debug, Clone, Deserialize, JsonSchema)]
+pub(super) struct SignField {
+    /// Texts for plus; "" where a plus is not sent.
+    pub(super) plus: Vec<String>,
+    /// Texts for minus.
+    pub(super) minus: Vec<String>,
+}
+
+/// A digit that says how many decimals the number behind it has.
+#[derive(Debug, Clone, Deserialize, JsonSchema)]
+pub(super) struct PointField {
+    /// Largest digit that may stand there.
+    pub(super) most: u8,
+}
+
+/// A decimal number.
+#[derive(Debug, Clone, Deserialize, JsonSchema)]
+pub(super) struct NumberField {
+    /// Characters, point and blanks counted: how many, or [least, most].
+    pub(super) count: Vec<usize>,
+    /// Where the point is; optional if absent.
+    #[serde(default)]
+    pub(super) point: PointPlace,
+    /// Decimals of a number without a point; 0 if absent.
+    #[serde(default)]
+    pub(super) decimals: u8,
+    /// Where blanks may stand; nowhere if absent.
+    #[serde(default)]
+    pub(super) blanks: BlankPlace,
+    /// A comma may stand for the point.
+    #[serde(default)]
+    pub(super) comma: bool,
+    /// What the number measures where that is not what the gauge does, in a packet of two numbers.
+    pub(super) measures: Option<Channel>,
+    /// Its unit then.
+    pub(super) unit: Option<String>,
+}
+
+/// Where the point of a number is.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub(super) enum PointPlace {
+    /// One stands among the digits.
+    InPlace,
+    /// None or one stands among the digits.
+    #[default]
+    Optional,
+    /// None is sent: `decimals`, or a point field before the number, says where it is.
+    None,
+}
+
+/// Where blanks may stand in a number.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub(super) enum BlankPlace {
+    /// Nowhere.
+    #[default]
+    None,
+    /// Before the first digit.
+    Leading,
+}
+
+/// The unit of the number before it.
+#[derive(Debug, Clone, Default, Deserialize, JsonSchema)]
+pub(super) struct UnitField {
+    /// Texts that say that the value is none, and why.
+    #[serde(default)]
+    pub(super) refuse: Words,
+    /// Characters of a unit that is not among the codes: how many, or [least, most]; such packets are recognised and refused.
+    #[serde(default)]
+    pub(super) others: Vec<usize>,
+}
+
+/// One of several texts.
+#[derive(Debug, Clone, Default, Deserialize, JsonSchema)]
+pub(super) struct ChoiceField {
+    /// Texts with which the value can be used; "" where nothing need stand there.
+    #[serde(default)]
+    pub(super) good: Vec<String>,
+    /// Texts with which it must not be used, and why.
+    #[serde(default)]
+    pub(super) refuse: Words,
+    /// Texts with which it can be used and is marked.
+    #[serde(default)]
+    pub(super) note: IndexMap<String, NoteMark>,
+}
+
+/// Where the value stands in the registers of a Modbus reply.
+#[derive(Debug, Clone, Deserialize, JsonSchema)]
+pub(super) struct RegistersEntry {
+    /// Register of the value, or of its first half, from 0.
+    pub(super) first: u8,
+    /// How it is written.
+    pub(super) format: RegisterFormat,
+    /// Which half of two registers comes first; the high one if absent.
+    #[serde(default)]
+    pub(super) low_word_first: bool,
+    /// Decimals of a whole number; 0 if absent.
+    #[serde(default)]
+    pub(super) decimals: u8,
+    /// Factor by which the number is multiplied besides; 1 if absent.
+    pub(super) scale: Option<f64>,
+    /// Where the sign stands, if not in the value.
+    pub(super) sign: Option<RegisterSign>,
+    /// What must hold besides.
+    #[serde(default)]
+    pub(super) require: Vec<RegisterCheck>,
+}
+
+/// The sign of a value that has it in another register.
+#[derive(Debug, Clone, Deserialize, JsonSchema)]
+pub(super) struct RegisterSign {
+    /// Register, from 0.
+    pub(super) register: u8,
+    /// Bits that count.
+    pub(super) mask: u16,
+    /// What they are for plus.
+    pub(super) plus: u16,
+    /// What they are for minus.
+    pub(super) minus: u16,
+}
+
+/// Bits that must be as they should.
+#[derive(Debug, Clone, Deserialize, JsonSchema)]
+pub(super) struct RegisterCheck {
+    /// Register, from 0.
+    pub(super) register: u8,
+    /// Bits that count.
+    pub(super) mask: u16,
+    /// What they must be.
+    pub(super) equals: u16,
+    /// Why the value must not be used if they are not.
+    pub(super) otherwise: String,
+}

@@ -1,0 +1,274 @@
+//! From the fields of a file to patterns.
+
+use std::fmt::Display;
+
+use crate::Channel;
+use crate::grammar::{CharacterSet, ChoiceWord, Count, Field, Pattern, UnitWord};
+use crate::number::{MOST_DIGITS, NumberShape};
+
+use super::entries::{
+    BlankPlace, ChoiceField, FieldEntry, NumberField, PointPlace, SignField, UnitField,
+};
+use super::parse::{Misplaced, Place, key_of};
+use super::problem::DescriptionProblem;
+
+/// Most bytes of a packet.
+pub(super) const LONGEST_PACKET: usize = 256;
+
+/// Most fields of a packet.
+const MOST_FIELDS: usize = 40;
+
+/// What fields need to know of the gauge.
+pub(super) struct FieldContext<'a> {
+    pub(super) channel: Channel,
+    /// Texts of units, the longest first.
+    pub(super) codes: &'a [(String, String)],
+}
+
+/// A value that cannot be.
+pub(super) fn value(path: Vec<Place>, found: impl Display, expected: &str) -> Misplaced {
+    let problem = DescriptionProblem::Value {
+        key: key_of(&path),
+        value: found.to_string(),
+        expected: expected.to_owned(),
+    };
+    Misplaced { path, problem }
+}
+
+/// A path and one step more.
+pub(super) fn within(path: &[Place], step: impl Into<Place>) -> Vec<Place> {
+    let mut longer = path.to_vec();
+    longer.push(step.into());
+    longer
+}
+
+/// The pattern of a packet.
+pub(super) fn pattern(
+    entries: &[FieldEntry],
+    path: &[Place],
+    context: &FieldContext<'_>,
+) -> Result<Pattern, Misplaced> {
+    let path = within(path, "fields");
+    if entries.is_empty() || entries.len() > MOST_FIELDS {
+        let expected = format!("1 to {MOST_FIELDS} fields that together cover the packet");
+        return Err(value(path, format!("{} fields", entries.len()), &expected));
+    }
+    let mut fields = Vec::with_capacity(entries.len());
+    for (index, entry) in entries.iter().enumerate() {
+        fields.push(field(entry, &within(&path, index), context)?);
+    }
+    Ok(Pattern { fields })
+}
+
+/// The pattern of a packet that carries a value: with one number for each quantity.
+pub(super) fn value_pattern(
+    entries: &[FieldEntry],
+    path: &[Place],
+    context: &FieldContext<'_>,
+) -> Result<Pattern, Misplaced> {
+    let pattern = pattern(entries, path, context)?;
+    let mut numbers = [0; 2];
+    for field in &pattern.fields {
+        if let Field::Number(shape) = field {
+            numbers[usize::from(shape.other.is_some())] += 1;
+        }
+    }
+    if numbers[0] != 1 || numbers[1] > 1 {
+        let expected = "one number of the gauge's own quantity (and one of the other at most)";
+        let found = format!("fields with {} numbers", numbers[0] + numbers[1]);
+        return Err(value(within(path, "fields"), found, expected));
+    }
+    Ok(pattern)
+}
+
+fn field(
+    entry: &FieldEntry,
+    path: &[Place],
+    context: &FieldContext<'_>,
+) -> Result<Field, Misplaced> {
+    match entry {
+        FieldEntry::Literal(text) => literal(text.as_bytes(), within(path, "literal")),
+        FieldEntry::Bytes(bytes) => literal(bytes, within(path, "bytes")),
+        FieldEntry::Blanks(count_entry) => Ok(Field::Any {
+            set: CharacterSet::of(" "),
+            count: count(count_entry, within(path, "blanks"))?,
+        }),
+        FieldEntry::Any(any) => Ok(Field::Any {
+            set: any
+                .of
+                .as_deref()
+                .map_or_else(CharacterSet::printable, CharacterSet::of),
+            count: count(&any.count, within(&within(path, "any"), "count"))?,
+        }),
+        FieldEntry::Sign(sign) => sign_field(sign, within(path, "sign")),
+        FieldEntry::Point(point) if point.most <= 9 => Ok(Field::Point { most: point.most }),
+        FieldEntry::Point(point) => {
+            let path = within(&within(path, "point"), "most");
+            Err(value(path, point.most, "a digit, 0 to 9"))
+        }
+        FieldEntry::Number(number) => number_field(number, &within(path, "number"), context),
+        FieldEntry::Unit(unit) => unit_field(unit, &within(path, "unit"), context),
+        FieldEntry::Choice(choice) => choice_field(choice, within(path, "choice")),
+    }
+}
+
+fn literal(bytes: &[u8], path: Vec<Place>) -> Result<Field, Misplaced> {
+    if bytes.is_empty() {
+        return Err(value(path, "empty", "at least one character"));
+    }
+    Ok(Field::Literal(bytes.to_vec()))
+}
+
+/// How many, or [least, most].
+fn count(entry: &[usize], path: Vec<Place>) -> Result<Count, Misplaced> {
+    let (least, most) = match entry {
+        [exactly] => (*exactly, *exactly),
+        [least, most] => (*least, *most),
+        _ => {
+            return Err(value(
+                path,
+                format!("{entry:?}"),
+                "[how many] or [least, most]",
+            ));
+        }
+    };
+    if least > most || most == 0 || most > LONGEST_PACKET {
+        let expected = format!("least not above most, and most from 1 to {LONGEST_PACKET}");
+        return Err(value(path, format!("{entry:?}"), &expected));
+    }
+    Ok(Count { least, most })
+}
+
+fn sign_field(sign: &SignField, path: Vec<Place>) -> Result<Field, Misplaced> {
+    let plus = sign.plus.iter().map(|text| (text, false));
+    let minus = sign.minus.iter().map(|text| (text, true));
+    let texts = plus
+        .chain(minus)
+        .map(|(text, negative)| (text.clone().into_bytes(), negative));
+    let texts = longest_first(texts.collect());
+    let twice = texts.windows(2).any(|pair| pair[0].0 == pair[1].0);
+    if sign.plus.is_empty() || sign.minus.is_empty() || twice {
+        let found = format!("plus {:?}, minus {:?}", sign.plus, sign.minus);
+        return Err(value(
+            path,
+            found,
+            "different texts for plus and for minus, for example plus = [\"+\"], minus = [\"-\"]",
+        ));
+    }
+    Ok(Field::Sign(texts))
+}
+
+fn number_field(
+    number: &NumberField,
+    path: &[Place],
+    context: &FieldContext<'_>,
+) -> Result<Field, Misplaced> {
+    let count = count(&number.count, within(path, "count"))?;
+    if usize::from(number.decimals) > MOST_DIGITS {
+        return Err(value(
+            within(path, "decimals"),
+            number.decimals,
+            "at most 15",
+        ));
+    }
+    if number.decimals > 0 && number.point == PointPlace::InPlace {
+        let expected = "0 (leave it out) where the point is sent in place";
+        return Err(value(within(path, "decimals"), number.decimals, expected));
+    }
+    let (least_points, most_points) = match number.point {
+        PointPlace::InPlace => (1, 1),
+        PointPlace::Optional => (0, 1),
+        PointPlace::None => (0, 0),
+    };
+    Ok(Field::Number(NumberShape {
+        least: count.least,
+        most: count.most,
+        least_points,
+        most_points,
+        decimals: number.decimals,
+        leading_blanks: number.blanks == BlankPlace::Leading,
+        comma: number.comma,
+        other: other_quantity(number, path, context)?,
+    }))
+}
+
+/// Quantity and unit of a number that is not what the gauge measures.
+fn other_quantity(
+    number: &NumberField,
+    path: &[Place],
+    context: &FieldContext<'_>,
+) -> Result<Option<(Channel, String)>, Misplaced> {
+    match (number.measures, &number.unit) {
+        (None, None) => Ok(None),
+        (Some(channel), Some(unit))
+            if channel != context.channel && channel.kind().si_factor(unit).is_some() =>
+        {
+            Ok(Some((channel, unit.clone())))
+        }
+        (measures, unit) => {
+            let found = format!("measures {measures:?}, unit {unit:?}");
+            let expected = "both `measures` (the other quantity) and its `unit`, or none of them";
+            Err(value(path.to_vec(), found, expected))
+        }
+    }
+}
+
+fn unit_field(
+    unit: &UnitField,
+    path: &[Place],
+    context: &FieldContext<'_>,
+) -> Result<Field, Misplaced> {
+    let known = context.codes.iter();
+    let known = known.map(|(code, unit)| (code.clone().into_bytes(), UnitWord::Unit(unit.clone())));
+    let refuse = unit.refuse.iter();
+    let refuse =
+        refuse.map(|(code, why)| (code.clone().into_bytes(), UnitWord::Refuse(why.clone())));
+    let others = match unit.others.as_slice() {
+        [] => None,
+        others => {
+            let mut codes = context.codes.iter();
+            let digits = codes.all(|(code, _)| code.bytes().all(|byte| byte.is_ascii_digit()));
+            let set = if digits {
+                CharacterSet::of("0123456789")
+            } else {
+                CharacterSet::unit_letters()
+            };
+            Some((set, count(others, within(path, "others"))?))
+        }
+    };
+    Ok(Field::Unit {
+        codes: longest_first(known.chain(refuse).collect()),
+        others,
+    })
+}
+
+fn choice_field(choice: &ChoiceField, path: Vec<Place>) -> Result<Field, Misplaced> {
+    let good = choice.good.iter().map(|text| (text, ChoiceWord::Good));
+    let refuse = choice
+        .refuse
+        .iter()
+        .map(|(text, why)| (text, ChoiceWord::Refuse(why.clone())));
+    let note = choice
+        .note
+        .iter()
+        .map(|(text, mark)| (text, ChoiceWord::Note((*mark).into())));
+    let texts = good.chain(refuse).chain(note);
+    let texts: Vec<_> = texts
+        .map(|(text, word)| (text.clone().into_bytes(), word))
+        .collect();
+    let texts = longest_first(texts);
+    if texts.is_empty() || texts.windows(2).any(|pair| pair[0].0 == pair[1].0) {
+        return Err(value(
+            path,
+            "this",
+            "different texts under good, refuse and note, at least one",
+        ));
+    }
+    Ok(Field::Choice(texts))
+}
+
+/// Alternatives with the longest text first, equal texts side by side.
+fn longest_first<T>(mut texts: Vec<(Vec<u8>, T)>) -> Vec<(Vec<u8>, T)> {
+    texts.sort_by(|a, b| b.0.len().cmp(&a.0.len()).then_with(|| a.0.cmp(&b.0)));
+    texts
+}

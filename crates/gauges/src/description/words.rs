@@ -1,0 +1,161 @@
+//! Words of a description, as they are written.
+
+use std::fmt;
+
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+use crate::Mark;
+
+/// How far a description can be trusted.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "lowercase")]
+pub enum Status {
+    /// The maker's manual or protocol sheet was read.
+    Documented,
+    /// Seen working in public code; the manual was not read.
+    Implemented,
+    /// From memory; nothing was found. Not to be used without a check at the bench.
+    Recalled,
+}
+
+impl fmt::Display for Status {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.pad(match self {
+            Self::Documented => "documented",
+            Self::Implemented => "implemented",
+            Self::Recalled => "recalled",
+        })
+    }
+}
+
+/// How a push on the gauge arrives.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "lowercase")]
+pub enum SignMeaning {
+    /// As a positive value.
+    Positive,
+    /// As a negative value.
+    Negative,
+    /// No source says: the operator pushes by hand and the sign is seen.
+    Ask,
+}
+
+/// Where the unit of a value comes from.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "lowercase")]
+pub enum UnitSource {
+    /// Every packet carries it.
+    Packet,
+    /// The gauge is asked; until it has answered, the configured unit holds.
+    Query,
+    /// Nothing tells: it is configured.
+    Configuration,
+    /// The gauge knows only one.
+    Fixed,
+}
+
+/// What an error packet says.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum Trouble {
+    /// The command is not known or cannot be done.
+    Refused,
+    /// There is no such value.
+    NoData,
+    /// Load or travel beyond the range.
+    Overload,
+    /// The sensor does not follow or is broken.
+    SensorFault,
+    /// The value is held, or the gauge is busy.
+    Hold,
+    /// The battery is low.
+    LowBattery,
+    /// Something that is sent but is no value.
+    NotAValue,
+}
+
+impl fmt::Display for Trouble {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.pad(match self {
+            Self::Refused => "refused",
+            Self::NoData => "no data",
+            Self::Overload => "overload",
+            Self::SensorFault => "sensor fault",
+            Self::Hold => "hold",
+            Self::LowBattery => "low battery",
+            Self::NotAValue => "no value",
+        })
+    }
+}
+
+/// What a packet that answers a command says.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum ReplyMeaning {
+    /// Done.
+    Acknowledged,
+    /// Who the gauge is.
+    Identity,
+    /// Its unit.
+    Unit,
+    /// Its mode or settings.
+    State,
+    /// Something else.
+    Text,
+}
+
+/// Marks that a field can set.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum NoteMark {
+    /// The battery is low.
+    LowBattery,
+    /// The value still moves.
+    Unstable,
+    /// Below the lower limit set at the gauge.
+    BelowLimit,
+    /// Between the limits set at the gauge.
+    WithinLimits,
+    /// Above the upper limit set at the gauge.
+    AboveLimit,
+}
+
+impl From<NoteMark> for Mark {
+    fn from(mark: NoteMark) -> Self {
+        match mark {
+            NoteMark::LowBattery => Self::LowBattery,
+            NoteMark::Unstable => Self::Unstable,
+            NoteMark::BelowLimit => Self::BelowLimit,
+            NoteMark::WithinLimits => Self::WithinLimits,
+            NoteMark::AboveLimit => Self::AboveLimit,
+        }
+    }
+}
+
+/// How a number is written in Modbus registers of 16 bits.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "lowercase")]
+pub enum RegisterFormat {
+    /// IEEE 754 single precision in two registers.
+    F32,
+    /// 32 bits with sign in two registers.
+    I32,
+    /// 32 bits without sign in two registers.
+    U32,
+    /// 16 bits with sign.
+    I16,
+    /// 16 bits without sign.
+    U16,
+}
+
+impl RegisterFormat {
+    /// Registers that the number takes.
+    #[must_use]
+    pub fn registers(self) -> usize {
+        match self {
+            Self::F32 | Self::I32 | Self::U32 => 2,
+            Self::I16 | Self::U16 => 1,
+        }
+    }
+}

@@ -1,0 +1,205 @@
+//! What comes from the gauge, and what it answers.
+
+use crate::{GaugeEvent, LinkState, Meaning, Rejected, Reply, Role, Sample};
+
+use super::exchange::{Job, Phase, Standing, unanswered};
+use super::machine::{Driver, SILENT_PAUSE_S};
+use super::{Deed, Moment};
+
+/// Packets in a row that are no value, before there was any, after which another gauge is likelier than noise at the start.
+const STRANGE_PACKETS: u32 = 5;
+
+impl Driver {
+    /// Bytes that are no value.
+    pub(super) fn rejected(&mut self, rejected: Rejected, now: Moment, deeds: &mut Vec<Deed>) {
+        self.strange += 1;
+        if self.standing != Standing::Up && self.strange == STRANGE_PACKETS {
+            let reason = format!(
+                "nothing that came is a value of {}, but {} ({}): is another gauge on this port, or is it not ready?",
+                self.description.name, rejected.raw, rejected.reason
+            );
+            let reason = reason.into();
+            self.link(LinkState::WrongDevice { reason }, now, deeds);
+        }
+        let channel = self.description.channel;
+        deeds.push(Deed::Tell(GaugeEvent::Rejected { channel, rejected }));
+        // It may be the answer, or the wreck of it: nothing else is believed before the line is quiet.
+        if matches!(&self.phase, Phase::Waiting { job, .. } if job.role == Role::Read) {
+            self.drain("bytes that are no value", None, now);
+        }
+    }
+
+    pub(super) fn value(&mut self, sample: Sample, now: Moment, deeds: &mut Vec<Deed>) {
+        self.last_value_s = now.real_s;
+        let is_answer = matches!(&self.phase, Phase::Waiting { job, .. } if job.role == Role::Read);
+        match std::mem::replace(&mut self.phase, Phase::Resting) {
+            Phase::Draining {
+                since_s,
+                dropped,
+                reason,
+                again,
+            } => {
+                self.phase = Phase::Draining {
+                    since_s,
+                    dropped: dropped + 1,
+                    reason,
+                    again,
+                };
+                return;
+            }
+            Phase::Confirming { job, .. } => {
+                self.note(now, deeds, "two values came for one request, one of them late: neither is used, asked again");
+                deeds.push(Deed::Unused {
+                    count: 2,
+                    reason: "one of two is late",
+                });
+                self.retry(job, "a late value", now, deeds);
+                return;
+            }
+            Phase::Waiting { job, .. } if is_answer && self.doubtful => {
+                let until_s = now.real_s + self.description.timing().drain_s;
+                self.phase = Phase::Confirming {
+                    held: sample,
+                    until_s,
+                    job,
+                };
+                return;
+            }
+            Phase::Waiting { .. } if is_answer => {}
+            phase => self.phase = phase,
+        }
+        self.tell_value(sample, now, deeds);
+    }
+
+    pub(super) fn tell_value(&mut self, sample: Sample, now: Moment, deeds: &mut Vec<Deed>) {
+        self.restarts = 0;
+        self.strange = 0;
+        self.pause_s = SILENT_PAUSE_S[0];
+        if self.standing != Standing::Up {
+            self.standing = Standing::Up;
+            self.link(
+                LinkState::Connected {
+                    port: self.port.clone(),
+                },
+                now,
+                deeds,
+            );
+        }
+        if self.skip > 0 {
+            self.skip -= 1;
+            deeds.push(Deed::Unused {
+                count: 1,
+                reason: "first after opening",
+            });
+            return;
+        }
+        deeds.push(Deed::Tell(GaugeEvent::Sample {
+            channel: self.description.channel,
+            sample,
+        }));
+    }
+
+    pub(super) fn reply(&mut self, reply: Reply, now: Moment, deeds: &mut Vec<Deed>) {
+        let job = match std::mem::replace(&mut self.phase, Phase::Resting) {
+            Phase::Waiting { job, .. } if answers(&reply.meaning, job.role) => job,
+            phase => {
+                // While a command is out, what does not answer it is its echo.
+                let is_unasked = matches!(phase, Phase::Resting | Phase::Confirming { .. });
+                self.phase = phase;
+                if is_unasked {
+                    self.note(
+                        now,
+                        deeds,
+                        &format!("the gauge said {} without being asked", reply.raw),
+                    );
+                }
+                return;
+            }
+        };
+        let said = match reply.meaning {
+            Meaning::Refused(why) => Err(why),
+            Meaning::Acknowledged => Ok(String::new()),
+            Meaning::Identity(text)
+            | Meaning::Unit(text)
+            | Meaning::State(text)
+            | Meaning::Text(text) => Ok(text),
+        };
+        self.doubtful = false;
+        self.next_poll_s = self.next_poll_s.min(now.real_s);
+        self.done(&job, said, now, deeds);
+    }
+
+    /// A command has its answer.
+    pub(super) fn done(
+        &mut self,
+        job: &Job,
+        said: Result<String, String>,
+        now: Moment,
+        deeds: &mut Vec<Deed>,
+    ) {
+        if job.role == Role::Identify && !self.is_expected(said.as_ref().ok(), deeds) {
+            return;
+        }
+        let Some(ask) = job.ask else {
+            match said {
+                Ok(text) if !text.is_empty() => {
+                    self.note(now, deeds, &format!("the gauge says {text}"));
+                }
+                Ok(_) => {}
+                Err(why) => self.note(
+                    now,
+                    deeds,
+                    &format!("the gauge refuses {}: {why}", job.role),
+                ),
+            }
+            return;
+        };
+        match said {
+            Ok(text) if job.more => self.said.push(text),
+            Ok(text) => {
+                self.said.push(text);
+                let text = std::mem::take(&mut self.said).join("; ");
+                self.answer(ask, Ok(text.into()), deeds);
+            }
+            Err(why) => {
+                self.said.clear();
+                self.drop_rest(job);
+                self.answer(
+                    ask,
+                    Err(format!("the gauge refuses: {why}; {}", unanswered(ask)).into()),
+                    deeds,
+                );
+            }
+        }
+    }
+
+    /// Whether the gauge is the one that was expected, by what it says it is.
+    pub(super) fn is_expected(&mut self, said: Option<&String>, deeds: &mut Vec<Deed>) -> bool {
+        let found: Option<Box<str>> = said.map(|text| text.trim().into());
+        let same = match (&self.manner.expected, &found) {
+            (Some(expected), Some(found)) => expected.trim() == &**found,
+            (Some(_), None) => false,
+            (None, _) => true,
+        };
+        if !same && let Some(expected) = &self.manner.expected {
+            let found = found
+                .as_deref()
+                .unwrap_or("an instrument that does not know this question");
+            deeds.push(Deed::Refuse {
+                reason: format!("expected {expected}, and there answers {found}").into(),
+            });
+            return false;
+        }
+        self.identity = found;
+        true
+    }
+}
+
+/// Whether a reply can be the answer to a command: a request for a value is answered by a value, and a question by more than its echo.
+fn answers(meaning: &Meaning, role: Role) -> bool {
+    match role {
+        Role::Read => false,
+        Role::Identify | Role::QueryUnit | Role::QueryMode => !matches!(meaning, Meaning::Text(_)),
+        _ => true,
+    }
+}

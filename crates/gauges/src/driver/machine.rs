@@ -1,0 +1,267 @@
+//! The state machine of the talk with one gauge.
+
+use std::collections::VecDeque;
+use std::sync::Arc;
+
+use crate::{Ask, Decoded, Decoder, GaugeEvent, InstrumentDescription, LinkState, Role};
+
+use super::exchange::{Job, Phase, Standing, no_command};
+use super::{Acquisition, Deed, Manner, Moment};
+
+/// A line that is not quiet after this is not drained by waiting longer, s.
+const LONGEST_DRAIN_S: f64 = 3.0;
+/// Pause between two tries at a gauge that has fallen silent, s: from the first to the last; it doubles.
+pub(super) const SILENT_PAUSE_S: [f64; 2] = [0.5, 4.0];
+
+/// The talk with one gauge.
+#[derive(Debug)]
+pub struct Driver {
+    pub(super) description: Arc<InstrumentDescription>,
+    pub(super) decoder: Decoder,
+    pub(super) manner: Manner,
+    pub(super) port: Box<str>,
+    pub(super) identity: Option<Box<str>>,
+    pub(super) phase: Phase,
+    pub(super) jobs: VecDeque<Job>,
+    pub(super) said: Vec<String>,
+    pub(super) standing: Standing,
+    pub(super) skip: u32,
+    /// A reply did not come: the next value is held until it is sure that no second one follows.
+    pub(super) doubtful: bool,
+    pub(super) last_byte: Option<Moment>,
+    pub(super) idle_told: bool,
+    pub(super) last_sent_s: f64,
+    pub(super) last_value_s: f64,
+    pub(super) next_poll_s: f64,
+    pub(super) interval_s: f64,
+    pub(super) pause_s: f64,
+    pub(super) restarts: u32,
+    /// Packets that are no value, before the first that is one.
+    pub(super) strange: u32,
+    pub(super) decoded: Vec<Decoded>,
+}
+
+impl Driver {
+    /// A driver for a gauge on a port that was just opened and cleared.
+    ///
+    #[must_use]
+    pub fn new(
+        description: Arc<InstrumentDescription>,
+        decoder: Decoder,
+        manner: Manner,
+        port: &str,
+        now: Moment,
+    ) -> Self {
+        let jobs = match manner.acquisition {
+            Acquisition::Listen => Vec::new(),
+            Acquisition::Poll { .. } => Job::of_opening(&description, manner.keep_awake),
+            Acquisition::Stream => {
+                let mut jobs = Job::of_opening(&description, manner.keep_awake);
+                jobs.push(Job::own(Role::StreamStart));
+                jobs
+            }
+        };
+        let rate_per_s = match manner.acquisition {
+            Acquisition::Poll { most_per_s } => most_per_s.min(description.timing().most_per_s),
+            _ => description.timing().most_per_s,
+        };
+        Self {
+            skip: description.timing().discard_after_open,
+            decoder,
+            manner,
+            port: port.into(),
+            identity: None,
+            phase: Phase::Resting,
+            jobs: jobs.into(),
+            interval_s: 1.0 / rate_per_s,
+            said: Vec::new(),
+            standing: Standing::Unproven,
+            doubtful: false,
+            last_byte: None,
+            idle_told: true,
+            last_sent_s: f64::NEG_INFINITY,
+            last_value_s: now.real_s,
+            next_poll_s: now.real_s,
+            pause_s: SILENT_PAUSE_S[0],
+            restarts: 0,
+            strange: 0,
+            decoded: Vec::new(),
+            description,
+        }
+    }
+
+    /// What the gauge said when it was asked who it is.
+    #[must_use]
+    pub fn identity(&self) -> Option<&str> {
+        self.identity.as_deref()
+    }
+
+    /// Whether the gauge has shown that it is the one that was expected.
+    #[must_use]
+    pub fn is_up(&self) -> bool {
+        self.standing == Standing::Up
+    }
+
+    /// Bytes arrived.
+    pub fn received(&mut self, bytes: &[u8], now: Moment, deeds: &mut Vec<Deed>) {
+        self.close_packet(now, deeds);
+        let mut decoded = std::mem::take(&mut self.decoded);
+        self.decoder.push(bytes, now.at_s, &mut decoded);
+        self.last_byte = Some(now);
+        self.idle_told = false;
+        self.take(&mut decoded, now, deeds);
+        self.decoded = decoded;
+    }
+
+    /// Does what is due by now. To be called at [`Driver::due_s`], and after every call of the others.
+    pub fn wake(&mut self, now: Moment, deeds: &mut Vec<Deed>) {
+        self.close_packet(now, deeds);
+        if now.real_s >= self.phase_due_s() {
+            match std::mem::replace(&mut self.phase, Phase::Resting) {
+                Phase::Draining {
+                    dropped,
+                    reason,
+                    again,
+                    ..
+                } => {
+                    self.drained(dropped, reason, again, now, deeds);
+                }
+                Phase::Waiting { job, .. } => {
+                    self.doubtful = true;
+                    self.retry(job, "no answer in time", now, deeds);
+                }
+                Phase::Confirming { held, .. } => {
+                    self.doubtful = false;
+                    self.tell_value(held, now, deeds);
+                }
+                Phase::Resting => {}
+            }
+        }
+        self.watch_silence(now, deeds);
+        while self.phase == Phase::Resting && now.real_s >= self.next_job_s() {
+            self.next_job(now, deeds);
+        }
+    }
+
+    /// When [`Driver::wake`] has something to do next, real seconds; infinite if nothing is due.
+    #[must_use]
+    pub fn due_s(&self) -> f64 {
+        let phase_s = match &self.phase {
+            Phase::Resting => self.next_job_s(),
+            _ => self.phase_due_s(),
+        };
+        let idle_s = match self.last_byte {
+            Some(last) if !self.idle_told => last.real_s + self.description.idle_gap_s(),
+            _ => f64::INFINITY,
+        };
+        let silence_s = match (self.manner.acquisition, self.standing) {
+            (Acquisition::Poll { .. }, _) => f64::INFINITY,
+            (Acquisition::Listen, Standing::Silent) => f64::INFINITY,
+            _ => self.last_value_s + self.patience_s(),
+        };
+        phase_s.min(idle_s).min(silence_s)
+    }
+
+    /// When what is under way is over, real seconds: the same sums that [`Driver::wake`] judges by.
+    fn phase_due_s(&self) -> f64 {
+        let timing = self.description.timing();
+        match &self.phase {
+            Phase::Draining { since_s, .. } => {
+                self.quiet_since_s(*since_s)
+                    .min(since_s + LONGEST_DRAIN_S - timing.drain_s)
+                    + timing.drain_s
+            }
+            Phase::Waiting { sent_s, .. } => sent_s + timing.reply_deadline_s,
+            Phase::Confirming { until_s, .. } => *until_s,
+            Phase::Resting => f64::INFINITY,
+        }
+    }
+
+    /// Since when nothing came, of the time after `since_s`.
+    fn quiet_since_s(&self, since_s: f64) -> f64 {
+        self.last_byte
+            .map_or(since_s, |last| last.real_s.max(since_s))
+    }
+
+    /// Somebody wants to know something of the gauge, or its zero set.
+    pub fn ask(&mut self, ask: Ask, deeds: &mut Vec<Deed>) {
+        let jobs = Job::of_ask(&self.description, ask);
+        if jobs.is_empty() {
+            self.answer(ask, Err(no_command(ask).into()), deeds);
+        }
+        self.jobs.extend(jobs);
+    }
+
+    /// The questions that are still open when the port is lost.
+    pub fn abandon(&mut self, deeds: &mut Vec<Deed>) {
+        let under_way = match std::mem::replace(&mut self.phase, Phase::Resting) {
+            Phase::Waiting { job, .. }
+            | Phase::Draining {
+                again: Some(job), ..
+            } => Some(job),
+            _ => None,
+        };
+        let asks = under_way
+            .into_iter()
+            .chain(self.jobs.drain(..).collect::<Vec<_>>());
+        for ask in asks.filter(|job| !job.more).filter_map(|job| job.ask) {
+            self.answer(
+                ask,
+                Err("the line was lost before the gauge answered".into()),
+                deeds,
+            );
+        }
+    }
+
+    /// Tells the decoder that nothing came for long enough to end a packet.
+    fn close_packet(&mut self, now: Moment, deeds: &mut Vec<Deed>) {
+        let Some(last) = self.last_byte else { return };
+        if self.idle_told || now.real_s < last.real_s + self.description.idle_gap_s() {
+            return;
+        }
+        self.idle_told = true;
+        let mut decoded = std::mem::take(&mut self.decoded);
+        self.decoder.idle(last.at_s, &mut decoded);
+        self.take(&mut decoded, now, deeds);
+        self.decoded = decoded;
+    }
+
+    fn take(&mut self, decoded: &mut Vec<Decoded>, now: Moment, deeds: &mut Vec<Deed>) {
+        for item in decoded.drain(..) {
+            match item {
+                Decoded::Sample(sample) => self.value(sample, now, deeds),
+                Decoded::Reply(reply) => self.reply(reply, now, deeds),
+                Decoded::Rejected(rejected) => self.rejected(rejected, now, deeds),
+            }
+        }
+    }
+
+    pub(super) fn answer(
+        &self,
+        ask: Ask,
+        answer: Result<Box<str>, Box<str>>,
+        deeds: &mut Vec<Deed>,
+    ) {
+        deeds.push(Deed::Tell(GaugeEvent::Answered {
+            channel: self.description.channel,
+            ask,
+            answer,
+        }));
+    }
+
+    pub(super) fn note(&self, now: Moment, deeds: &mut Vec<Deed>, text: &str) {
+        deeds.push(Deed::Tell(GaugeEvent::Note {
+            channel: self.description.channel,
+            text: text.into(),
+            at_s: now.at_s,
+        }));
+    }
+
+    pub(super) fn link(&self, state: LinkState, now: Moment, deeds: &mut Vec<Deed>) {
+        deeds.push(Deed::Tell(GaugeEvent::Link {
+            channel: self.description.channel,
+            state,
+            at_s: now.at_s,
+        }));
+    }
+}

@@ -1,0 +1,206 @@
+//! The measuring part that all emulated gauges have: zero, unit, peaks, hold, and what can go wrong with them.
+
+use crate::Channel;
+
+use super::digits::Digits;
+use super::truth::SharedTruth;
+
+/// A unit of a gauge.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Unit {
+    /// As the gauge writes it, or as its panel names it where packets carry none.
+    pub(super) name: &'static str,
+    /// N or m in one of it.
+    pub(super) si: f64,
+    /// Digits behind the point.
+    pub(super) decimals: usize,
+}
+
+/// What a gauge is made for.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Range {
+    /// Which of the two gauges it can be.
+    pub(super) channel: Channel,
+    /// Its units; the first is the one after switching on.
+    pub(super) units: &'static [Unit],
+    /// Largest value, N or m.
+    pub(super) capacity_si: f64,
+    /// Whether its plus is the truth's: force in tension, displacement as it counts.
+    pub(super) plus_as_truth: bool,
+}
+
+/// Newtons in the units of force gauges; the exact factors of the kilogram-force and the avoirdupois pound-force and ounce-force.
+pub(super) const KILOGRAM_FORCE_N: f64 = 9.806_65;
+pub(super) const POUND_FORCE_N: f64 = 4.448_221_615_260_5;
+pub(super) const OUNCE_FORCE_N: f64 = POUND_FORCE_N / 16.0;
+
+/// A gauge shows overload above this share of its capacity, as the makers say.
+const OVERLOAD_SHARE: f64 = 1.1;
+
+/// What a gauge that is told to be overloaded stands at, as a share of its capacity.
+const FORCED_OVERLOAD_SHARE: f64 = 1.15;
+
+/// The state of a measuring part.
+#[expect(
+    clippy::struct_excessive_bools,
+    reason = "each is a switch of its own, and any may be on with any other"
+)]
+pub(super) struct Meter {
+    truth: SharedTruth,
+    pub(super) range: Range,
+    zero_si: f64,
+    unit: usize,
+    inverted: bool,
+    /// Value that the display keeps, own sign; a hold that the protocol knows of.
+    held_si: Option<f64>,
+    /// Value at which the gauge hangs, own sign; it knows nothing of it.
+    frozen_si: Option<f64>,
+    forced_overload: bool,
+    /// Largest and smallest value since the peaks were cleared, own sign.
+    peaks_si: [f64; 2],
+    pub(super) peak_mode: bool,
+    pub(super) battery_low: bool,
+    /// Nothing is plugged into the adapter, or the probe is off.
+    pub(super) tool_off: bool,
+}
+
+impl Meter {
+    pub(super) fn new(range: Range, truth: SharedTruth) -> Self {
+        Self {
+            truth,
+            range,
+            zero_si: 0.0,
+            unit: 0,
+            inverted: false,
+            held_si: None,
+            frozen_si: None,
+            forced_overload: false,
+            peaks_si: [0.0; 2],
+            peak_mode: false,
+            battery_low: false,
+            tool_off: false,
+        }
+    }
+
+    /// The value now, own sign, N or m, whatever mode and hold say.
+    pub(super) fn live_si(&mut self) -> f64 {
+        if let Some(frozen_si) = self.frozen_si {
+            return frozen_si;
+        }
+        let mut value_si = self.truth.value_si() - self.zero_si;
+        if self.range.plus_as_truth == self.inverted {
+            value_si = -value_si;
+        }
+        if self.forced_overload {
+            value_si = (FORCED_OVERLOAD_SHARE * self.range.capacity_si).copysign(value_si);
+        }
+        self.peaks_si = [
+            self.peaks_si[0].max(value_si),
+            self.peaks_si[1].min(value_si),
+        ];
+        value_si
+    }
+
+    /// The value on the display, own sign, N or m.
+    pub(super) fn displayed_si(&mut self) -> f64 {
+        let live_si = self.live_si();
+        if let Some(held_si) = self.held_si {
+            return held_si;
+        }
+        if self.peak_mode {
+            self.larger_peak_si()
+        } else {
+            live_si
+        }
+    }
+
+    /// The largest value since the peaks were cleared, own sign, N or m.
+    pub(super) fn highest_si(&mut self) -> f64 {
+        self.live_si();
+        self.peaks_si[0]
+    }
+
+    /// The smallest value since the peaks were cleared, own sign, N or m.
+    pub(super) fn lowest_si(&mut self) -> f64 {
+        self.live_si();
+        self.peaks_si[1]
+    }
+
+    fn larger_peak_si(&self) -> f64 {
+        let [highest, lowest] = self.peaks_si;
+        if highest >= -lowest { highest } else { lowest }
+    }
+
+    /// A value in the unit that is set.
+    pub(super) fn digits(&self, value_si: f64) -> Digits {
+        let unit = self.unit();
+        Digits::of(value_si / unit.si, unit.decimals)
+    }
+
+    /// The display.
+    pub(super) fn shown(&mut self) -> Digits {
+        let value_si = self.displayed_si();
+        self.digits(value_si)
+    }
+
+    /// Whether a value is beyond what the gauge can take.
+    pub(super) fn overloaded(&self, value_si: f64) -> bool {
+        self.forced_overload || value_si.abs() > OVERLOAD_SHARE * self.range.capacity_si
+    }
+
+    /// Sets the zero here and clears the peaks.
+    pub(super) fn zero(&mut self) {
+        self.zero_si = self.truth.value_si();
+        self.clear_peaks();
+    }
+
+    /// Goes back to the zero of switching on.
+    pub(super) fn zero_off(&mut self) {
+        self.zero_si = 0.0;
+        self.clear_peaks();
+    }
+
+    pub(super) fn clear_peaks(&mut self) {
+        self.peaks_si = [0.0; 2];
+    }
+
+    /// Keeps the display as it is, or lets it go.
+    pub(super) fn hold(&mut self, on: bool) {
+        self.held_si = if on { Some(self.displayed_si()) } else { None };
+    }
+
+    pub(super) fn is_held(&self) -> bool {
+        self.held_si.is_some()
+    }
+
+    /// Hangs at the value of now, or goes on.
+    pub(super) fn freeze(&mut self, on: bool) {
+        self.frozen_si = if on { Some(self.live_si()) } else { None };
+    }
+
+    pub(super) fn invert(&mut self, on: bool) {
+        self.inverted = on;
+        self.clear_peaks();
+    }
+
+    pub(super) fn force_overload(&mut self, on: bool) {
+        self.forced_overload = on;
+        self.clear_peaks();
+    }
+
+    pub(super) fn unit(&self) -> Unit {
+        self.range.units[self.unit]
+    }
+
+    /// Changes the unit; `false` if the gauge does not have it.
+    pub(super) fn set_unit(&mut self, name: &str) -> bool {
+        let place = self.range.units.iter().position(|unit| unit.name == name);
+        self.unit = place.unwrap_or(self.unit);
+        place.is_some()
+    }
+
+    /// Place of the unit among the units of the range.
+    pub(super) fn unit_place(&self) -> usize {
+        self.unit
+    }
+}

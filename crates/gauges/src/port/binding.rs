@@ -1,0 +1,319 @@
+//! Which gauge is on which adapter: the file of a bench, schema `stiffbench/bindings/1` (docs/bindings-file.md).
+
+use std::fmt::Write;
+
+use miette::Diagnostic;
+use serde::{Deserialize, Serialize};
+
+use crate::Channel;
+use stiffbench_units_and_text::source_text::SourceText;
+
+use super::identity::{PortIdentity, UsbIdentity};
+
+/// Schema of the file.
+pub const BINDINGS_SCHEMA: &str = "stiffbench/bindings/1";
+
+/// The gauges of a bench.
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize, schemars::JsonSchema)]
+pub struct Bindings {
+    /// `stiffbench/bindings/1`.
+    pub schema: String,
+    /// The force gauge.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub force: Option<Binding>,
+    /// The dial or length gauge.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub displacement: Option<Binding>,
+}
+
+/// One gauge and the port it is on.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, schemars::JsonSchema)]
+pub struct Binding {
+    /// Name of the instrument description, or path of the user's own.
+    pub instrument: String,
+    /// Unit, where the gauge does not send one.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub unit: Option<String>,
+    /// Speed that the gauge is set to, bit/s, where it is not the description's.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub baud: Option<u32>,
+    /// What the gauge said when it was asked who it is; another answer is another gauge.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub identity: Option<String>,
+    /// Path of the port, where it is no USB adapter, and as a reminder where it is one.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub path: Option<String>,
+    /// The USB adapter; it is followed wherever the system puts it.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub usb: Option<UsbIdentity>,
+}
+
+impl Binding {
+    /// Which port is meant; `None` if the file names none.
+    #[must_use]
+    pub fn port(&self) -> Option<PortIdentity> {
+        match (&self.usb, &self.path) {
+            (Some(usb), _) => Some(PortIdentity::Usb(usb.clone())),
+            (None, Some(path)) => Some(PortIdentity::Path(path.clone())),
+            (None, None) => None,
+        }
+    }
+}
+
+/// A bindings file that is not one.
+#[derive(Debug, thiserror::Error, Diagnostic)]
+pub enum BindingError {
+    /// No TOML, or a value of a wrong kind.
+    #[error("{file} cannot be read as bindings: {problem}")]
+    #[diagnostic(
+        code(stiffbench::bindings::syntax),
+        help(
+            "stiffbench ports --wait writes a new one; docs/bindings-file.md shows what it looks like"
+        )
+    )]
+    Syntax {
+        /// The file.
+        file: String,
+        /// What is wrong, with line and column.
+        problem: String,
+    },
+    /// Another format.
+    #[error("{file} is {found}, not {BINDINGS_SCHEMA}")]
+    #[diagnostic(
+        code(stiffbench::bindings::schema),
+        help("it may be the file of a newer version; this one reads {BINDINGS_SCHEMA}")
+    )]
+    Schema {
+        /// The file.
+        file: String,
+        /// What it says it is.
+        found: String,
+    },
+    /// A gauge without a port.
+    #[error("{file}: the {channel} gauge has neither usb nor path")]
+    #[diagnostic(
+        code(stiffbench::bindings::port),
+        help(
+            "name its port as path = \"/dev/serial/by-id/…\", or bind it with stiffbench ports --wait"
+        )
+    )]
+    Port {
+        /// The file.
+        file: String,
+        /// Which gauge.
+        channel: Channel,
+    },
+    /// Both gauges on one port.
+    #[error("{file}: both gauges are on {port}")]
+    #[diagnostic(
+        code(stiffbench::bindings::same_port),
+        help(
+            "each gauge needs a port of its own; bind one of them anew with stiffbench ports --wait"
+        )
+    )]
+    SamePort {
+        /// The file.
+        file: String,
+        /// The port.
+        port: String,
+    },
+}
+
+impl Bindings {
+    /// Reads a bindings file; unknown keys come back as warnings.
+    ///
+    /// # Errors
+    /// [`BindingError`] for what is no bindings file, a gauge without a port, two gauges on one.
+    pub fn parse(source: &SourceText) -> Result<(Self, Vec<String>), BindingError> {
+        let file = source.name.clone();
+        let syntax = |problem: String| BindingError::Syntax {
+            file: file.clone(),
+            problem,
+        };
+        let document =
+            toml::Deserializer::parse(&source.text).map_err(|error| syntax(error.to_string()))?;
+        let mut warnings = Vec::new();
+        let bindings: Self = serde_ignored::deserialize(document, |key| {
+            warnings.push(format!(
+                "{file}: the key {key} means nothing and is not used"
+            ));
+        })
+        .map_err(|error: toml::de::Error| syntax(error.to_string()))?;
+        if bindings.schema != BINDINGS_SCHEMA {
+            return Err(BindingError::Schema {
+                file,
+                found: bindings.schema,
+            });
+        }
+        bindings.check(&file)?;
+        Ok((bindings, warnings))
+    }
+
+    fn check(&self, file: &str) -> Result<(), BindingError> {
+        let ports = Channel::ALL.map(|channel| self.of(channel).map(Binding::port));
+        for (channel, port) in Channel::ALL.into_iter().zip(&ports) {
+            if matches!(port, Some(None)) {
+                return Err(BindingError::Port {
+                    file: file.to_owned(),
+                    channel,
+                });
+            }
+        }
+        match ports {
+            [Some(Some(a)), Some(Some(b))] if a == b => Err(BindingError::SamePort {
+                file: file.to_owned(),
+                port: a.to_string(),
+            }),
+            _ => Ok(()),
+        }
+    }
+
+    /// The gauge of a channel.
+    #[must_use]
+    pub fn of(&self, channel: Channel) -> Option<&Binding> {
+        match channel {
+            Channel::Force => self.force.as_ref(),
+            Channel::Displacement => self.displacement.as_ref(),
+        }
+    }
+
+    /// The same with another gauge on a channel. A gauge of the other channel that had its port is unbound, and that is said.
+    #[must_use]
+    pub fn with(mut self, channel: Channel, binding: Binding) -> (Self, Option<String>) {
+        BINDINGS_SCHEMA.clone_into(&mut self.schema);
+        let port = binding.port();
+        let (own, other, other_channel) = match channel {
+            Channel::Force => (
+                &mut self.force,
+                &mut self.displacement,
+                Channel::Displacement,
+            ),
+            Channel::Displacement => (&mut self.displacement, &mut self.force, Channel::Force),
+        };
+        *own = Some(binding);
+        let taken = port.is_some() && other.as_ref().and_then(Binding::port) == port;
+        let note = taken.then(|| {
+            *other = None;
+            format!("this port was bound to the {other_channel} gauge, which is unbound now")
+        });
+        (self, note)
+    }
+
+    /// The file.
+    #[must_use]
+    pub fn to_toml(&self) -> String {
+        let mut text = format!("schema = {}\n", quoted(BINDINGS_SCHEMA));
+        for channel in Channel::ALL {
+            let Some(binding) = self.of(channel) else {
+                continue;
+            };
+            // Writing to a string cannot fail.
+            let _ = write!(
+                text,
+                "\n[{channel}]\ninstrument = {}\n",
+                quoted(&binding.instrument)
+            );
+            if let Some(baud) = binding.baud {
+                let _ = writeln!(text, "baud = {baud}");
+            }
+            let lines = [
+                ("unit", &binding.unit),
+                ("identity", &binding.identity),
+                ("path", &binding.path),
+            ];
+            for (key, value) in lines {
+                if let Some(value) = value {
+                    let _ = writeln!(text, "{key} = {}", quoted(value));
+                }
+            }
+            if let Some(usb) = &binding.usb {
+                let fields = [
+                    ("vendor", Some(&usb.vendor)),
+                    ("product", Some(&usb.product)),
+                    ("serial", usb.serial.as_ref()),
+                    ("location", usb.location.as_ref()),
+                ];
+                let fields: Vec<String> = fields
+                    .into_iter()
+                    .filter_map(|(key, value)| Some(format!("{key} = {}", quoted(value?))))
+                    .collect();
+                let _ = writeln!(text, "usb = {{ {} }}", fields.join(", "));
+            }
+        }
+        text
+    }
+}
+
+fn quoted(text: &str) -> String {
+    toml::Value::String(text.to_owned()).to_string()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn parse(text: &str) -> Result<(Bindings, Vec<String>), BindingError> {
+        Bindings::parse(&SourceText::new("bench.toml", text))
+    }
+
+    fn adapter(location: &str) -> UsbIdentity {
+        UsbIdentity {
+            vendor: "0403".to_owned(),
+            product: "6001".to_owned(),
+            serial: None,
+            location: Some(location.to_owned()),
+        }
+    }
+
+    fn binding(location: &str) -> Binding {
+        Binding {
+            instrument: "sauter-fh".to_owned(),
+            unit: Some("N".to_owned()),
+            baud: Some(19_200),
+            identity: Some("a \"quoted\" name\\".to_owned()),
+            path: Some("/dev/ttyUSB0".to_owned()),
+            usb: Some(adapter(location)),
+        }
+    }
+
+    #[test]
+    fn what_is_written_is_read_again() {
+        let (bindings, _) = Bindings::default().with(Channel::Force, binding("1-1:1.0"));
+        let (bindings, note) = bindings.with(Channel::Displacement, binding("1-2:1.0"));
+        assert_eq!(note, None);
+        let (read, warnings) = parse(&bindings.to_toml()).unwrap();
+        assert_eq!(read, bindings);
+        assert_eq!(warnings, [""; 0]);
+    }
+
+    #[test]
+    fn a_port_serves_one_gauge() {
+        let (bindings, _) = Bindings::default().with(Channel::Force, binding("1-1:1.0"));
+        let (bindings, note) = bindings.with(Channel::Displacement, binding("1-1:1.0"));
+        assert!(note.unwrap().contains("force"));
+        assert_eq!(bindings.force, None);
+        let twice = "schema = \"stiffbench/bindings/1\"\n[force]\ninstrument = \"a\"\npath = \"/dev/x\"\n[displacement]\ninstrument = \"b\"\npath = \"/dev/x\"\n";
+        assert!(matches!(parse(twice), Err(BindingError::SamePort { .. })));
+    }
+
+    #[test]
+    fn what_is_no_bindings_file_is_refused_and_unknown_keys_are_named() {
+        assert!(matches!(
+            parse("schema = 3"),
+            Err(BindingError::Syntax { .. })
+        ));
+        assert!(matches!(parse("force ="), Err(BindingError::Syntax { .. })));
+        let newer = parse("schema = \"stiffbench/bindings/2\"");
+        assert!(matches!(newer, Err(BindingError::Schema { .. })));
+        let portless = "schema = \"stiffbench/bindings/1\"\n[force]\ninstrument = \"a\"\n";
+        assert!(matches!(parse(portless), Err(BindingError::Port { .. })));
+        let odd = "schema = \"stiffbench/bindings/1\"\ncolour = 1\n[force]\ninstrument = \"a\"\npath = \"/dev/x\"\n";
+        let (bindings, warnings) = parse(odd).unwrap();
+        assert_eq!(
+            warnings,
+            ["bench.toml: the key colour means nothing and is not used"]
+        );
+        let port = bindings.force.unwrap().port().unwrap();
+        assert_eq!(port, PortIdentity::Path("/dev/x".to_owned()));
+    }
+}

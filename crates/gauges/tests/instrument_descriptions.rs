@@ -1,0 +1,263 @@
+//! Instrument descriptions as files: the published schema and the documentation are those of the reader, and errors show the place.
+
+use serde_json::Value;
+use stiffbench_gauges::description::json_schema;
+use stiffbench_gauges::{Decoded, Decoder, InstrumentDescription, Mark, Role};
+use stiffbench_test_files::shipped_instruments;
+
+/// The example of the documentation.
+fn example() -> &'static str {
+    let page = stiffbench_test_files::text("docs/instrument-description.md");
+    let (_, rest) = page.split_once("```toml\n").unwrap();
+    rest.split_once("```").unwrap().0
+}
+
+/// The example with one piece of text replaced.
+fn with(find: &str, replacement: &str) -> String {
+    assert!(example().contains(find), "{find} is not in the example");
+    example().replacen(find, replacement, 1)
+}
+
+/// A TOML text as the JSON value that a schema sees.
+fn json(text: &str) -> Value {
+    serde_json::to_value(toml::from_str::<toml::Value>(text).unwrap()).unwrap()
+}
+
+#[test]
+fn the_published_schema_is_that_of_the_reader() {
+    let published = stiffbench_test_files::text("docs/instrument-description.schema.json");
+    let generated = format!("{:#}\n", json_schema());
+    assert!(
+        published == generated,
+        "write the schema anew: stiffbench instrument schema > docs/instrument-description.schema.json"
+    );
+    assert!(jsonschema::meta::is_valid(&json_schema()));
+    assert!(!generated.contains("null"));
+}
+
+#[test]
+fn shipped_descriptions_and_the_example_fit_the_schema() {
+    let validator = jsonschema::validator_for(&json_schema()).unwrap();
+    let shipped = shipped_instruments().iter().map(|shipped| shipped.text);
+    for text in shipped.chain([example()]) {
+        let errors: Vec<String> = validator
+            .iter_errors(&json(text))
+            .map(|error| format!("{}: {error}", error.instance_path()))
+            .collect();
+        assert!(errors.is_empty(), "{errors:?}");
+    }
+    for (find, replacement) in [
+        ("instrument/1", "instrument/2"),
+        ("channel = \"force\"", "channel = \"torque\""),
+        ("baud = 9600", "baud = \"fast\""),
+        ("expects = \"value\"", "expects = \"values\""),
+        ("[framing.line]\nend = [\"\\r\\n\"]\n", ""),
+    ] {
+        assert!(
+            !validator.is_valid(&json(&with(find, replacement))),
+            "{replacement}"
+        );
+    }
+}
+
+#[test]
+fn shipped_descriptions_stand_under_their_names() {
+    for shipped in shipped_instruments() {
+        let (description, warnings) =
+            InstrumentDescription::parse(shipped.text, shipped.name).unwrap();
+        assert_eq!(description.name, shipped.name);
+        assert!(warnings.is_empty(), "{warnings:?}");
+    }
+}
+
+#[test]
+fn the_example_of_the_documentation_decodes_what_it_says() {
+    let (description, warnings) = InstrumentDescription::parse(example(), "example").unwrap();
+    assert!(warnings.is_empty(), "{warnings:?}");
+    assert_eq!(description.command(Role::Read).unwrap().bytes, b"?\r\n");
+    let mut decoder = Decoder::new(&description, None).unwrap();
+    let mut out = Vec::new();
+    decoder.asked(Role::Read);
+    decoder.push(b"ST,+0012.34,kgf\r\n", 0.0, &mut out);
+    decoder.asked(Role::Read);
+    decoder.push(
+        b"US,-0012.34,kgf\r\nOL,+9999.99,kgf\r\nER\r\n",
+        0.0,
+        &mut out,
+    );
+    let [
+        Decoded::Sample(ready),
+        Decoded::Sample(moving),
+        Decoded::Rejected(overload),
+        Decoded::Rejected(refused),
+    ] = &out[..]
+    else {
+        panic!("{out:?}");
+    };
+    assert_eq!(
+        (ready.value, &*ready.unit, ready.marks.len()),
+        (12.34, "kgf", 0)
+    );
+    assert_eq!(
+        (moving.value, &moving.marks[..]),
+        (-12.34, &[Mark::Unstable][..])
+    );
+    assert!(overload.reason.contains("overload"));
+    assert!(refused.reason.contains("did not understand"));
+}
+
+#[test]
+fn unknown_keys_are_named_with_the_one_that_is_meant() {
+    let text = with("baud = 9600", "baud = 9600\nstop_bit = 2");
+    let (_, warnings) = InstrumentDescription::parse(&text, "my-gauge.toml").unwrap();
+    let [warning] = &warnings[..] else {
+        panic!("{warnings:?}");
+    };
+    let words = [
+        "my-gauge.toml:10:1",
+        "line.stop_bit",
+        "is `stop_bits` meant?",
+    ];
+    assert!(words.iter().all(|word| warning.contains(word)), "{warning}");
+}
+
+/// What is written for what in the example, and the words of the error.
+const MISTAKES: [(&str, &str, &[&str]); 20] = [
+    (
+        "instrument/1",
+        "instrument/2",
+        &[":1:", "stiffbench/instrument/2", "version of this program"],
+    ),
+    (
+        "schema = \"stiffbench/instrument/1\"\n",
+        "",
+        &["missing key `schema`"],
+    ),
+    (
+        "my-gauge",
+        "My Gauge",
+        &[":2:", "`name`", "My Gauge", "lower-case"],
+    ),
+    (
+        "baud = 9600",
+        "baud = 7",
+        &[":9:", "`line.baud` is 7", "50 to 4000000"],
+    ),
+    (
+        "baud = 9600",
+        "baud = 9600\ndata_bits = 9",
+        &["`line.data_bits` is 9", "7 or 8"],
+    ),
+    (
+        "baud = 9600",
+        "baud = 9600\nparity = \"evn\"",
+        &["unknown word `evn`", "even"],
+    ),
+    (
+        "baud = 9600",
+        "baud = 9600\nsettle_s = -1",
+        &["`line.settle_s` is -1"],
+    ),
+    (
+        "[commands]",
+        "[timing]\nmost_per_s = 0\n[commands]",
+        &["`timing.most_per_s` is 0"],
+    ),
+    ("send = \"?\", ", "", &["`commands.read.send` is missing"]),
+    (
+        "send = \"?\"",
+        "send = \"?\", bytes = [63]",
+        &["commands.read.send", "exclude"],
+    ),
+    (
+        "expects = \"value\"",
+        "expects = \"text\"",
+        &["`commands.read.expects` is text"],
+    ),
+    (
+        "end = [\"\\r\\n\"]",
+        "end = []",
+        &["`framing.line.end` is []"],
+    ),
+    (
+        "[framing.line]\nend = [\"\\r\\n\"]",
+        "[framing.fixed]\nlength = 0",
+        &["`framing.fixed.length` is 0"],
+    ),
+    (
+        "from = \"packet\"",
+        "from = \"fixed\"",
+        &["`unit.fixed` is missing"],
+    ),
+    (
+        "from = \"packet\"",
+        "from = \"packet\"\ncodes = { kgm = \"Nm\" }",
+        &["`unit.codes.kgm` is \"Nm\"", "kgf"],
+    ),
+    (
+        "count = [7]",
+        "count = [7, 3]",
+        &[":31:", "value[0].fields[3].number.count", "[7, 3]"],
+    ),
+    (
+        "count = [7]",
+        "count = []",
+        &["[how many] or [least, most]"],
+    ),
+    (
+        "minus = [\"-\"]",
+        "minus = [\"+\"]",
+        &["value[0].fields[2].sign", "different texts"],
+    ),
+    (
+        "{ literal = \"ER\" }",
+        "{ literal = \"\" }",
+        &["error[0].fields[0].literal", "at least one character"],
+    ),
+    (
+        "{ number = { count = [7], point = \"in-place\" } },\n",
+        "",
+        &["fields with 0 numbers", "one number"],
+    ),
+];
+
+#[test]
+fn errors_say_where_what_and_what_to_do() {
+    for (find, replacement, words) in MISTAKES {
+        let error =
+            InstrumentDescription::parse(&with(find, replacement), "my-gauge.toml").unwrap_err();
+        let text = format!("{error} {}", error.help);
+        assert!(text.starts_with("my-gauge.toml:"), "{text}");
+        for word in words {
+            assert!(text.contains(word), "{word} is not in {text}");
+        }
+    }
+}
+
+#[test]
+fn registers_belong_to_modbus_and_fields_to_text() {
+    let text = with(
+        "text = \"state, number, unit\"\n",
+        "registers = { first = 0, format = \"f32\" }\n",
+    );
+    let error = InstrumentDescription::parse(&text, "f").unwrap_err();
+    assert!(error.to_string().contains("registers"), "{error}");
+    let modbus = with(
+        "[framing.line]\nend = [\"\\r\\n\"]",
+        "[framing.modbus]\nregisters = 2",
+    );
+    let error = InstrumentDescription::parse(&modbus, "f").unwrap_err();
+    assert!(
+        error
+            .to_string()
+            .contains("`value[0].registers` is missing"),
+        "{error}"
+    );
+    let hp = shipped_instruments()
+        .iter()
+        .find(|shipped| shipped.name == "hp-modbus")
+        .unwrap();
+    let beyond = hp.text.replace("first = 0", "first = 12");
+    let error = InstrumentDescription::parse(&beyond, "f").unwrap_err();
+    assert!(error.to_string().contains("within the 13"), "{error}");
+}

@@ -1,0 +1,11 @@
+//! What was measured, and the stiffness that follows from it.
+//!
+//! - [`readings`]: what was measured, as stored. Acquisition ends by writing a session folder, analysis begins by reading one.
+//! - [`specimen`]: force against displacement of anything, without a robot.
+//! - [`procedure`]: which loads are applied where and in which order, as data.
+//! - [`stiffness`]: readings to measured stiffness. Knows no model.
+
+pub mod procedure;
+pub mod readings;
+pub mod specimen;
+pub mod stiffness;

@@ -1,0 +1,305 @@
+//! The checked plan, its defaults, and its way to and from a session's header.
+
+use crate::readings::{LoadOrder, ProcedureRecord, RepeatOrder, SettleRecord, ZeroScope};
+use stiffbench_units_and_text::test_point::{Branch, Direction, PoseId};
+
+use super::problem::ProcedureProblem;
+
+/// Most readings that a procedure may plan for one pose and direction; at a reading every ten seconds, eleven days.
+pub(super) const MOST_READINGS_OF_A_CELL: u64 = 100_000;
+
+/// A load plan with everything decided.
+///
+/// The fields may be changed; whatever follows a procedure checks it again with [`Procedure::check`].
+#[derive(Debug, Clone, PartialEq)]
+pub struct Procedure {
+    /// Its name.
+    pub name: String,
+    /// What it does, in words.
+    pub text: Option<String>,
+    /// Poses, in the order of measurement; `None` stands for every named pose of the robot.
+    pub poses: Option<Vec<PoseId>>,
+    /// Directions, in the order of measurement.
+    pub directions: Vec<Direction>,
+    /// Target loads, N, signed, in the order of loading.
+    pub loads_n: Vec<f64>,
+    /// Whether the loads are taken off in the same steps.
+    pub unloading: bool,
+    /// Applications of the sequence, or of each load.
+    pub repeats: u32,
+    /// How repeats and loads are nested.
+    pub repeat_order: RepeatOrder,
+    /// Whether the loads come as listed or shuffled.
+    pub load_order: LoadOrder,
+    /// Seed of a shuffled order.
+    pub seed: u64,
+    /// How long a gauge zero lasts.
+    pub zero: ZeroScope,
+    /// Contact force before zeroing, N, signed.
+    pub preload_n: f64,
+    /// Times of extra readings at the largest load, s under that load, growing.
+    pub holds_s: Vec<f64>,
+    /// When a load counts as settled.
+    pub settle: Settle,
+}
+
+/// When a load counts as settled.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Settle {
+    /// Largest difference of force and target, N.
+    pub force_tolerance_n: f64,
+    /// How long the gauges are watched, s.
+    pub dwell_s: f64,
+    /// Largest spread of the displacement meanwhile, m.
+    pub spread_m: f64,
+    /// Largest slope of the displacement meanwhile, m/s.
+    pub slope_m_per_s: f64,
+}
+
+impl Default for Settle {
+    /// What a hand jack and a dial gauge that shows micrometres reach: 0.5 N, and for 2 s no more than 2 µm apart and 0.5 µm/s.
+    fn default() -> Self {
+        Self {
+            force_tolerance_n: 0.5,
+            dwell_s: 2.0,
+            spread_m: 2e-6,
+            slope_m_per_s: 0.5e-6,
+        }
+    }
+}
+
+impl Default for Procedure {
+    /// What a procedure file without any key but `schema` says: five sweeps of 0, -10, … -70 N in x, y, z, zeroed before each run.
+    fn default() -> Self {
+        Self {
+            name: "unnamed".to_owned(),
+            text: None,
+            poses: None,
+            directions: Direction::ALL.to_vec(),
+            // The paper's loads and repeats (IV-C, steps 4 and 5).
+            loads_n: (0..8).map(|step| -10.0 * f64::from(step)).collect(),
+            unloading: false,
+            repeats: 5,
+            repeat_order: RepeatOrder::Sweep,
+            load_order: LoadOrder::Ascending,
+            seed: 0,
+            zero: ZeroScope::Run,
+            preload_n: -1.0,
+            holds_s: Vec::new(),
+            settle: Settle::default(),
+        }
+    }
+}
+
+impl Procedure {
+    /// The plan behind a record; what the record does not say takes its default.
+    ///
+    /// Two defaults depend on other keys: the gauge zero lasts for the cell if each load is repeated before the next, else for the run, and
+    /// the preload is 1 N in the sense of the first load.
+    ///
+    /// # Errors
+    /// [`ProcedureProblem`] if the record cannot be followed.
+    pub fn from_record(record: &ProcedureRecord) -> Result<Self, ProcedureProblem> {
+        let default = Self::default();
+        let listed = |list: &[f64], default: Vec<f64>| match list {
+            [] => default,
+            list => list.to_vec(),
+        };
+        let loads_n = listed(&record.loads_n, default.loads_n);
+        if !record.branches.is_empty() && !record.branches.contains(&Branch::Loading) {
+            return Err(ProcedureProblem::NoLoading);
+        }
+        let repeat_order = record.repeat_order.unwrap_or(default.repeat_order);
+        let procedure = Self {
+            name: record.name.clone().unwrap_or(default.name),
+            text: record.text.clone(),
+            poses: (!record.poses.is_empty()).then(|| record.poses.clone()),
+            directions: match record.directions.as_slice() {
+                [] => default.directions,
+                directions => directions.to_vec(),
+            },
+            unloading: record.branches.contains(&Branch::Unloading),
+            repeats: record.repeats.unwrap_or(default.repeats),
+            repeat_order,
+            load_order: record.load_order.unwrap_or(default.load_order),
+            seed: record.seed.unwrap_or(default.seed),
+            zero: record.zero.unwrap_or(match repeat_order {
+                RepeatOrder::AtLoad => ZeroScope::Cell,
+                RepeatOrder::Sweep => ZeroScope::Run,
+            }),
+            preload_n: record
+                .preload_n
+                .unwrap_or_else(|| toward(&loads_n, default.preload_n)),
+            holds_s: record.holds_s.clone(),
+            settle: Settle::from_record(&record.settle),
+            loads_n,
+        };
+        procedure.check()?;
+        Ok(procedure)
+    }
+
+    /// The record that a session's header keeps; [`Procedure::from_record`] gives the same plan back.
+    #[must_use]
+    pub fn to_record(&self) -> ProcedureRecord {
+        let mut branches = vec![Branch::Loading];
+        if self.unloading {
+            branches.push(Branch::Unloading);
+        }
+        ProcedureRecord {
+            name: Some(self.name.clone()),
+            text: self.text.clone(),
+            poses: self.poses.clone().unwrap_or_default(),
+            directions: self.directions.clone(),
+            loads_n: self.loads_n.clone(),
+            branches,
+            repeats: Some(self.repeats),
+            repeat_order: Some(self.repeat_order),
+            load_order: Some(self.load_order),
+            seed: Some(self.seed),
+            zero: Some(self.zero),
+            preload_n: Some(self.preload_n),
+            holds_s: self.holds_s.clone(),
+            settle: SettleRecord {
+                force_tolerance_n: Some(self.settle.force_tolerance_n),
+                dwell_s: Some(self.settle.dwell_s),
+                spread_m: Some(self.settle.spread_m),
+                slope_m_per_s: Some(self.settle.slope_m_per_s),
+            },
+        }
+    }
+
+    /// The same plan with other loads; the preload turns to press in their sense.
+    #[must_use]
+    pub fn with_loads(self, loads_n: Vec<f64>) -> Self {
+        Self {
+            preload_n: toward(&loads_n, self.preload_n),
+            loads_n,
+            ..self
+        }
+    }
+
+    /// The force to which each load is released before the next, N; `None` where the loads follow each other.
+    #[must_use]
+    pub fn release_n(&self) -> Option<f64> {
+        (self.repeat_order == RepeatOrder::AtLoad).then_some(self.preload_n)
+    }
+
+    /// Checks that the plan can be followed.
+    ///
+    /// # Errors
+    /// The first [`ProcedureProblem`] there is.
+    pub fn check(&self) -> Result<(), ProcedureProblem> {
+        self.check_lists()?;
+        self.check_orders()?;
+        self.check_numbers()?;
+        let readings = self.readings_of_a_cell();
+        if readings > MOST_READINGS_OF_A_CELL {
+            return Err(ProcedureProblem::TooLong {
+                readings,
+                most: MOST_READINGS_OF_A_CELL,
+            });
+        }
+        Ok(())
+    }
+
+    fn check_lists(&self) -> Result<(), ProcedureProblem> {
+        let poses = self.poses.as_deref();
+        for (key, empty) in [
+            ("poses", poses.is_some_and(<[_]>::is_empty)),
+            ("directions", self.directions.is_empty()),
+            ("loads", self.loads_n.is_empty()),
+        ] {
+            if empty {
+                return Err(ProcedureProblem::Empty { key });
+            }
+        }
+        let twice = |key, name: String| Err(ProcedureProblem::Twice { key, name });
+        if let Some(pose) = poses.and_then(first_twice) {
+            return twice("poses", pose.to_string());
+        }
+        if let Some(direction) = first_twice(&self.directions) {
+            return twice("directions", direction.to_string());
+        }
+        if self.repeats == 0 {
+            return Err(ProcedureProblem::NoRepeat);
+        }
+        Ok(())
+    }
+
+    fn check_orders(&self) -> Result<(), ProcedureProblem> {
+        let at_load = self.repeat_order == RepeatOrder::AtLoad;
+        if at_load && self.zero == ZeroScope::Run {
+            return Err(ProcedureProblem::ZeroOfRunsAtLoad);
+        }
+        if self.unloading && at_load {
+            return Err(ProcedureProblem::UnloadingAtLoad);
+        }
+        if self.unloading && self.load_order == LoadOrder::Shuffled {
+            return Err(ProcedureProblem::UnloadingShuffled);
+        }
+        Ok(())
+    }
+
+    fn check_numbers(&self) -> Result<(), ProcedureProblem> {
+        let finite = |key, value: f64| match value {
+            value if value.is_finite() => Ok(()),
+            value => Err(ProcedureProblem::NotFinite { key, value }),
+        };
+        for &load_n in &self.loads_n {
+            finite("loads", load_n)?;
+        }
+        finite("preload", self.preload_n)?;
+        if self.loads_n.iter().all(|&load_n| load_n == 0.0) {
+            return Err(ProcedureProblem::OnlyZero);
+        }
+        let mut after_s = 0.0;
+        for &hold_s in &self.holds_s {
+            finite("holds", hold_s)?;
+            if hold_s <= after_s {
+                return Err(ProcedureProblem::Holds { hold_s, after_s });
+            }
+            after_s = hold_s;
+        }
+        let settle = &self.settle;
+        for (key, value) in [
+            ("settle.force_tolerance", settle.force_tolerance_n),
+            ("settle.dwell", settle.dwell_s),
+            ("settle.spread", settle.spread_m),
+            ("settle.slope", settle.slope_m_per_s),
+        ] {
+            finite(key, value)?;
+            if value < 0.0 {
+                return Err(ProcedureProblem::Negative { key, value });
+            }
+        }
+        Ok(())
+    }
+}
+
+impl Settle {
+    fn from_record(record: &SettleRecord) -> Self {
+        let default = Self::default();
+        Self {
+            force_tolerance_n: record
+                .force_tolerance_n
+                .unwrap_or(default.force_tolerance_n),
+            dwell_s: record.dwell_s.unwrap_or(default.dwell_s),
+            spread_m: record.spread_m.unwrap_or(default.spread_m),
+            slope_m_per_s: record.slope_m_per_s.unwrap_or(default.slope_m_per_s),
+        }
+    }
+}
+
+/// A preload of the same size in the sense of the first load that is not zero.
+fn toward(loads_n: &[f64], preload_n: f64) -> f64 {
+    let first = loads_n.iter().find(|&&load_n| load_n != 0.0);
+    first.map_or(preload_n, |&load_n| preload_n.abs().copysign(load_n))
+}
+
+/// The first member that stands in a list for the second time.
+fn first_twice<T: PartialEq>(list: &[T]) -> Option<&T> {
+    list.iter()
+        .enumerate()
+        .find(|(place, member)| list[..*place].contains(member))
+        .map(|(_, member)| member)
+}

@@ -1,0 +1,454 @@
+//! What a table that says less leaves open: branch, step, target, time.
+
+use super::assumption::Assumption;
+use super::column::Column;
+use super::error::ReadingsError;
+use super::header::Header;
+use super::order::{note_repeated_rows, put_in_order, refuse_duplicates};
+use super::reading::Reading;
+use super::row::FirstMissing;
+use super::table::ReadingTable;
+use stiffbench_units_and_text::test_point::Branch;
+
+/// A load counts as gone down (or up again) when it moves by more than this share of the largest load of its run.
+///
+/// Loads are commonly set by hand to some 0.5 N of 70 N, below 1 %; sequences have up to some ten steps, 10 % each. Half a step is well away
+/// from both.
+const REVERSAL_SHARE: f64 = 0.05;
+
+/// Load steps that are looked for, N, coarsest first.
+const LOAD_STEPS_N: [f64; 10] = [1000.0, 500.0, 200.0, 100.0, 50.0, 20.0, 10.0, 5.0, 2.0, 1.0];
+
+/// A force belongs to a multiple of the load step when it is within this share of a step of it.
+///
+/// At 0.15 a force that has nothing to do with the step still belongs with probability 0.3, so twenty such forces practically never
+/// all do, while hand-set loads are within 0.05 of a step of 10 N.
+const GRID_SHARE: f64 = 0.15;
+
+/// A force belongs to the multiple zero only within this share of a step: a preload, commonly a tenth of a step, must not become an
+/// unloaded gauge.
+const ZERO_SHARE: f64 = 0.05;
+
+/// This share of the forces must belong to a multiple; the rest may be slips of the hand.
+const ON_GRID_SHARE: f64 = 0.95;
+
+/// Puts readings in order, fills what their file left open, and says what was assumed.
+///
+/// # Errors
+/// A required value that is missing in part of a column, a reading that occurs twice, or a `utc` that is no time.
+pub(super) fn fill_defaults(
+    table: &mut ReadingTable,
+    header: &Header,
+    first_missing: &FirstMissing,
+) -> Result<(), ReadingsError> {
+    check_half_empty(table, header, first_missing)?;
+    put_in_order(table);
+    let absent = Assumption::MISSED
+        .into_iter()
+        .filter(|column| !table.columns.contains(column))
+        .map(Assumption::ColumnAbsent);
+    table.assumptions.extend(absent);
+    if !table.has(Column::Time) && table.has(Column::Utc) {
+        fill_times(table)?;
+    }
+    if !table.has(Column::Branch) {
+        fill_branches(table);
+    }
+    if !table.has(Column::Target) {
+        fill_targets(table);
+    }
+    if table.has(Column::Step) {
+        refuse_duplicates(table)
+    } else {
+        fill_steps(table);
+        note_repeated_rows(table);
+        Ok(())
+    }
+}
+
+/// A column that orders or groups readings is filled throughout or not at all: half a default would mix two numberings.
+fn check_half_empty(
+    table: &ReadingTable,
+    header: &Header,
+    first_missing: &FirstMissing,
+) -> Result<(), ReadingsError> {
+    for column in [Column::Seq, Column::Step, Column::Target] {
+        if let (true, Some(line)) = (table.has(column), first_missing[column as usize]) {
+            return Err(ReadingsError::MissingValue {
+                file: table.source.clone(),
+                line,
+                column: header.name(column),
+                expected: "a number, as in the other lines",
+            });
+        }
+    }
+    Ok(())
+}
+
+fn fill_times(table: &mut ReadingTable) -> Result<(), ReadingsError> {
+    let mut first: Option<jiff::Timestamp> = None;
+    for reading in &mut table.readings {
+        let Some(text) = reading.text.as_deref().filter(|text| !text.utc.is_empty()) else {
+            continue;
+        };
+        let time: jiff::Timestamp = text.utc.parse().map_err(|_| ReadingsError::BadValue {
+            file: table.source.clone(),
+            line: reading.line,
+            column: Column::Utc.name().to_owned(),
+            value: text.utc.to_string(),
+            expected: "a time like 2026-03-02T09:30:00Z",
+        })?;
+        let since = time.duration_since(*first.get_or_insert(time));
+        reading.time_s = Some(since.as_secs_f64());
+    }
+    table.assumptions.push(Assumption::TimeFromUtc);
+    Ok(())
+}
+
+/// Where the load of a run stands.
+#[derive(Clone, Copy, Default)]
+struct RunLoad {
+    largest_n: f64,
+    /// The furthest the load went on its present branch.
+    level_n: f64,
+    branch: Branch,
+    reversals: u32,
+}
+
+impl RunLoad {
+    /// The branch on which a load of this size (N, from 0) is applied.
+    fn follow(&mut self, size_n: f64) -> Branch {
+        let tolerance_n = REVERSAL_SHARE * self.largest_n;
+        let (further, back) = match self.branch {
+            Branch::Loading => (size_n > self.level_n, size_n < self.level_n - tolerance_n),
+            Branch::Unloading => (size_n < self.level_n, size_n > self.level_n + tolerance_n),
+        };
+        if back {
+            self.reversals += 1;
+            self.branch = match self.branch {
+                Branch::Loading => Branch::Unloading,
+                Branch::Unloading => Branch::Loading,
+            };
+        }
+        if further || back {
+            self.level_n = size_n;
+        }
+        self.branch
+    }
+}
+
+/// Takes loads that go down again within their run as unloading. Readings that do not count do not turn the branch.
+fn fill_branches(table: &mut ReadingTable) {
+    let by_target = table.has(Column::Target);
+    let size = |reading: &Reading| {
+        let load = if by_target {
+            reading.target_n
+        } else {
+            reading.force_n
+        };
+        load.abs()
+    };
+    let mut loads = vec![RunLoad::default(); table.runs.len()];
+    for reading in table.accepted() {
+        let load = &mut loads[reading.run as usize];
+        load.largest_n = load.largest_n.max(size(reading));
+    }
+    let (mut unloading, mut first_line) = (0, 0);
+    for reading in &mut table.readings {
+        let load = &mut loads[reading.run as usize];
+        reading.branch = if reading.is_accepted() {
+            load.follow(size(reading))
+        } else {
+            load.branch
+        };
+        if reading.branch == Branch::Unloading {
+            unloading += 1;
+            if first_line == 0 {
+                first_line = reading.line;
+            }
+        }
+    }
+    if unloading > 0 {
+        table.assumptions.push(Assumption::DescendingIsUnloading {
+            readings: unloading,
+            line: first_line,
+        });
+    }
+    let runs = loads.iter().filter(|load| load.reversals > 1).count() as u32;
+    if runs > 0 {
+        table.assumptions.push(Assumption::LoadGoesUpAgain { runs });
+    }
+}
+
+/// Takes the multiples of the forces' common load step as targets, or each force itself if there is no such step.
+pub(super) fn fill_targets(table: &mut ReadingTable) {
+    let forces: Vec<f64> = table.accepted().map(|reading| reading.force_n).collect();
+    let Some(load_step_n) = common_load_step(&forces) else {
+        for reading in &mut table.readings {
+            reading.target_n = reading.force_n;
+        }
+        table.assumptions.push(Assumption::TargetsAreForces);
+        return;
+    };
+    let mut off_grid = 0;
+    for reading in &mut table.readings {
+        let multiple = multiple_of(load_step_n, reading.force_n);
+        if multiple.is_none() {
+            off_grid += 1;
+        }
+        reading.target_n = multiple.unwrap_or(reading.force_n);
+    }
+    table.assumptions.push(Assumption::TargetsAreMultiples {
+        load_step_n,
+        off_grid,
+    });
+}
+
+/// The multiple of a load step that a force belongs to, N.
+fn multiple_of(load_step_n: f64, force_n: f64) -> Option<f64> {
+    let multiple = (force_n / load_step_n).round();
+    let share = if multiple == 0.0 {
+        ZERO_SHARE
+    } else {
+        GRID_SHARE
+    };
+    let target_n = multiple * load_step_n;
+    // Adding zero turns a negative zero, which would print as -0, into zero.
+    ((force_n - target_n).abs() <= share * load_step_n).then_some(target_n + 0.0)
+}
+
+/// The coarsest of the usual load steps to whose multiples the forces belong, N.
+fn common_load_step(forces_n: &[f64]) -> Option<f64> {
+    LOAD_STEPS_N.into_iter().find(|step_n| {
+        let allowed = ((1.0 - ON_GRID_SHARE) * forces_n.len() as f64) as usize;
+        let off_grid = forces_n
+            .iter()
+            .filter(|force| multiple_of(*step_n, **force).is_none())
+            .take(allowed + 1)
+            .count();
+        let loaded = |force: &f64| multiple_of(*step_n, *force).is_some_and(|target| target != 0.0);
+        off_grid <= allowed && forces_n.iter().any(loaded)
+    })
+}
+
+/// Numbers readings within their run. A reading that does not count stays on the step of the one that replaces it, and so do longer
+/// holds under one target.
+fn fill_steps(table: &mut ReadingTable) {
+    #[derive(Clone, Copy)]
+    struct Place {
+        next: u32,
+        last: Option<(f64, Branch, f64)>,
+    }
+    let targets_given = table.has(Column::Target);
+    let mut places = vec![
+        Place {
+            next: 0,
+            last: None
+        };
+        table.runs.len()
+    ];
+    for reading in &mut table.readings {
+        let place = &mut places[reading.run as usize];
+        let hold = reading.hold_s.filter(|_| targets_given);
+        let longer_hold = match (place.last, hold) {
+            (Some((target, branch, held)), Some(hold)) => {
+                target == reading.target_n && branch == reading.branch && hold > held
+            }
+            _ => false,
+        };
+        if longer_hold {
+            reading.step = place.next - 1;
+        } else {
+            reading.step = place.next;
+            place.next += u32::from(reading.is_accepted());
+        }
+        if reading.is_accepted() {
+            place.last = hold.map(|hold| (reading.target_n, reading.branch, hold));
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::fmt::Write as _;
+
+    use super::*;
+    use crate::readings::{ReadOptions, read_readings};
+
+    fn read(text: &str) -> ReadingTable {
+        read_readings("t.csv", text.as_bytes(), &ReadOptions::default()).unwrap()
+    }
+
+    /// One run of these forces, in a table of five columns.
+    fn five_columns(forces_n: &[f64]) -> ReadingTable {
+        let mut text = String::from("pose,direction,repeat,force_N,displacement_um\n");
+        for (index, force) in forces_n.iter().enumerate() {
+            writeln!(text, "P1,x,1,{force},{}", index + 1).unwrap();
+        }
+        read(&text)
+    }
+
+    fn branches(table: &ReadingTable) -> String {
+        let letter = |reading: &Reading| match reading.branch {
+            Branch::Loading => 'l',
+            Branch::Unloading => 'u',
+        };
+        table.readings.iter().map(letter).collect()
+    }
+
+    #[test]
+    fn loads_that_go_down_again_are_unloading() {
+        let table = five_columns(&[0.0, -9.9, -20.3, -29.8, -20.1, -10.2, 0.0]);
+        assert_eq!(branches(&table), "lllluuu");
+        let said = Assumption::DescendingIsUnloading {
+            readings: 3,
+            line: 6,
+        };
+        assert!(table.assumptions.contains(&said));
+        assert!(
+            table
+                .assumptions
+                .contains(&Assumption::TargetsAreMultiples {
+                    load_step_n: 10.0,
+                    off_grid: 0
+                })
+        );
+        let steps: Vec<u32> = table.readings.iter().map(|reading| reading.step).collect();
+        assert_eq!(steps, [0, 1, 2, 3, 4, 5, 6]);
+        let targets: Vec<f64> = table
+            .readings
+            .iter()
+            .map(|reading| reading.target_n)
+            .collect();
+        assert_eq!(targets, [0.0, -10.0, -20.0, -30.0, -20.0, -10.0, 0.0]);
+    }
+
+    #[test]
+    fn the_scatter_of_a_held_load_is_no_unloading() {
+        assert_eq!(
+            branches(&five_columns(&[0.0, 50.0, 70.3, 69.8, 70.1])),
+            "lllll"
+        );
+        // 5 % of 70 N is 3.5 N.
+        assert_eq!(branches(&five_columns(&[0.0, 70.0, 66.4])), "llu");
+        assert_eq!(branches(&five_columns(&[0.0, 70.0, 66.6])), "lll");
+        // Small steps down add up.
+        assert_eq!(
+            branches(&five_columns(&[70.0, 68.0, 66.0, 64.0, 62.0])),
+            "lluuu"
+        );
+        assert_eq!(branches(&five_columns(&[0.0, 0.0, 0.0])), "lll");
+    }
+
+    #[test]
+    fn a_load_that_goes_up_again_is_said() {
+        let table = five_columns(&[10.0, 40.0, 20.0, 60.0, 30.0]);
+        assert_eq!(branches(&table), "llulu");
+        assert!(
+            table
+                .assumptions
+                .contains(&Assumption::LoadGoesUpAgain { runs: 1 })
+        );
+    }
+
+    #[test]
+    fn rejected_readings_do_not_turn_the_branch() {
+        let table = read(
+            "pose,direction,repeat,force_N,displacement_um,status\n\
+             P1,x,1,10,1,accepted\nP1,x,1,900,2,rejected\nP1,x,1,20,2,accepted\nP1,x,1,30,3,accepted\n",
+        );
+        assert_eq!(branches(&table), "llll");
+        let steps: Vec<u32> = table.readings.iter().map(|reading| reading.step).collect();
+        assert_eq!(steps, [0, 1, 1, 2]);
+        assert_eq!(table.excluded.rejected, [3]);
+    }
+
+    #[test]
+    fn load_steps_are_the_coarsest_that_fit() {
+        assert_eq!(common_load_step(&[0.0, -9.6, -20.4, -70.2]), Some(10.0));
+        assert_eq!(common_load_step(&[0.0, 49.0, 101.0]), Some(50.0));
+        assert_eq!(common_load_step(&[1.0, 2.1, 2.95, 4.0]), Some(1.0));
+        // A preload of 1 N must not become an unloaded gauge, so 10 N does not fit here.
+        assert_eq!(common_load_step(&[-1.0, -10.0, -20.0]), Some(1.0));
+        assert_eq!(common_load_step(&[3.3, 7.47, 11.62]), None);
+        assert_eq!(common_load_step(&[0.0, 0.0]), None);
+        assert_eq!(common_load_step(&[]), None);
+    }
+
+    #[test]
+    fn a_slip_of_the_hand_keeps_its_own_force() {
+        let mut forces: Vec<f64> = (0..40).map(|i| f64::from(i % 8) * 10.0).collect();
+        forces[13] = 44.0;
+        let table = five_columns(&forces);
+        assert_eq!(table.readings[13].target_n, 44.0);
+        assert!(
+            table
+                .assumptions
+                .contains(&Assumption::TargetsAreMultiples {
+                    load_step_n: 10.0,
+                    off_grid: 1
+                })
+        );
+    }
+
+    #[test]
+    fn without_a_load_step_each_force_is_its_target() {
+        let table = five_columns(&[3.3, 7.47, 11.62]);
+        assert!(
+            table
+                .readings
+                .iter()
+                .all(|reading| reading.target_n == reading.force_n)
+        );
+        assert!(table.assumptions.contains(&Assumption::TargetsAreForces));
+    }
+
+    #[test]
+    fn longer_holds_stay_on_their_step() {
+        let table = read(
+            "pose,direction,repeat,force_N,displacement_um,target_N,hold_s\n\
+             P1,x,1,60,1,60,5\nP1,x,1,70,2,70,5\nP1,x,1,70,3,70,60\nP1,x,1,60,4,60,5\n",
+        );
+        let steps: Vec<u32> = table.readings.iter().map(|reading| reading.step).collect();
+        assert_eq!(steps, [0, 1, 1, 2]);
+    }
+
+    #[test]
+    fn times_come_from_utc() {
+        let table = read(
+            "pose,direction,repeat,force_N,displacement_um,utc\n\
+             P1,x,1,0,0,2026-03-02T09:30:00+01:00\nP1,x,1,10,1,\nP1,x,1,20,2,2026-03-02T08:30:12.5Z\n",
+        );
+        let times: Vec<Option<f64>> = table
+            .readings
+            .iter()
+            .map(|reading| reading.time_s)
+            .collect();
+        assert_eq!(times, [Some(0.0), None, Some(12.5)]);
+        assert!(table.assumptions.contains(&Assumption::TimeFromUtc));
+        let local =
+            "pose,direction,repeat,force_N,displacement_um,utc\nP1,x,1,0,0,8/14/2026 10:46 AM\n";
+        let error = read_readings("t.csv", local.as_bytes(), &ReadOptions::default()).unwrap_err();
+        assert!(
+            matches!(error, ReadingsError::BadValue { line: 2, ref column, .. } if column == "utc")
+        );
+    }
+
+    #[test]
+    fn half_a_column_is_an_error() {
+        let text =
+            "pose,direction,repeat,force_N,displacement_um,step\nP1,x,1,0,0,0\nP1,x,1,10,1,\n";
+        let error = read_readings("t.csv", text.as_bytes(), &ReadOptions::default()).unwrap_err();
+        assert!(
+            matches!(error, ReadingsError::MissingValue { line: 3, ref column, .. } if column == "step")
+        );
+        // A column without any value is as good as none.
+        let text = "pose,direction,repeat,force_N,displacement_um,step\nP1,x,1,0,0,\n";
+        let table = read(text);
+        assert!(
+            table
+                .assumptions
+                .contains(&Assumption::ColumnAbsent(Column::Step))
+        );
+    }
+}

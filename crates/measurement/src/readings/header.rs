@@ -1,0 +1,278 @@
+//! The header of a table: which column stands where, in which unit.
+
+use std::io::Read;
+
+use super::assumption::Assumption;
+use super::column::{Column, Named, understand};
+use super::error::ReadingsError;
+use super::log_columns::is_log_header;
+use super::number::Conversion;
+use super::rows::{Rows, text_of};
+use stiffbench_units_and_text::nearest::nearest;
+
+/// Where the columns of a file are.
+#[derive(Debug)]
+pub(super) struct Header {
+    pub(super) line: u32,
+    /// Names as they stand in the file.
+    names: Vec<String>,
+    places: [Option<(usize, Conversion)>; Column::ALL.len()],
+    /// Columns that mean nothing here, by place.
+    pub(super) unused: Vec<usize>,
+}
+
+impl Header {
+    /// Reads the header of `rows`.
+    pub(super) fn read<R: Read>(file: &str, rows: &mut Rows<R>) -> Result<Self, ReadingsError> {
+        let Some(line) = rows.next_record()? else {
+            return Err(ReadingsError::Empty {
+                file: file.to_owned(),
+            });
+        };
+        let names = names_of(rows);
+        let result = Self::from_names(file, line, names);
+        if matches!(result, Err(ReadingsError::MissingColumn { .. })) {
+            look_for_gauge_log(file, rows, line)?;
+        }
+        result
+    }
+
+    fn from_names(file: &str, line: u32, names: Vec<String>) -> Result<Self, ReadingsError> {
+        let mut header = Self {
+            line,
+            places: [None; Column::ALL.len()],
+            unused: Vec::new(),
+            names,
+        };
+        let mut without_unit = Vec::new();
+        for index in 0..header.names.len() {
+            match understand(&header.names[index]) {
+                Named::Column(column, conversion) => {
+                    if let Some((first, _)) = header.places[column as usize] {
+                        return Err(ReadingsError::DuplicateColumn {
+                            file: file.to_owned(),
+                            line,
+                            column: column.name(),
+                            first: header.names[first].clone(),
+                            second: header.names[index].clone(),
+                        });
+                    }
+                    header.places[column as usize] = Some((index, conversion));
+                }
+                Named::WrongUnit(column, unit) => {
+                    let unit = format!("`{unit}`");
+                    return Err(wrong_unit(file, line, &header.names[index], column, unit));
+                }
+                Named::NoUnit(column) => {
+                    without_unit.push((column, index));
+                    header.unused.push(index);
+                }
+                Named::Unknown => header.unused.push(index),
+            }
+        }
+        header.check_required(file, &without_unit)?;
+        Ok(header)
+    }
+
+    fn check_required(
+        &self,
+        file: &str,
+        without_unit: &[(Column, usize)],
+    ) -> Result<(), ReadingsError> {
+        for column in Column::REQUIRED {
+            if self.has(column) {
+                continue;
+            }
+            // `force` where `force_N` is needed: the unit is missing rather than the column, and no unit is guessed.
+            if let Some((_, index)) = without_unit.iter().find(|(found, _)| *found == column) {
+                let name = &self.names[*index];
+                return Err(wrong_unit(file, self.line, name, column, "none".to_owned()));
+            }
+            return Err(self.missing(file, column));
+        }
+        Ok(())
+    }
+
+    fn missing(&self, file: &str, column: Column) -> ReadingsError {
+        let unused = self.unused.iter().map(|index| self.names[*index].as_str());
+        let advice = match nearest(column.name(), unused) {
+            Some(near) => format!("is `{near}` meant? Name it `{column}`"),
+            None => {
+                "the smallest table has the columns pose,direction,repeat,force_N,displacement_um"
+                    .to_owned()
+            }
+        };
+        let found: Vec<String> = self.names.iter().map(|name| format!("`{name}`")).collect();
+        ReadingsError::MissingColumn {
+            file: file.to_owned(),
+            line: self.line,
+            column: column.name(),
+            found: found.join(", "),
+            advice,
+        }
+    }
+
+    pub(super) fn width(&self) -> usize {
+        self.names.len()
+    }
+
+    pub(super) fn has(&self, column: Column) -> bool {
+        self.places[column as usize].is_some()
+    }
+
+    /// Place and unit of a column.
+    pub(super) fn place(&self, column: Column) -> Option<(usize, Conversion)> {
+        self.places[column as usize]
+    }
+
+    /// The column's name in the file, for messages.
+    pub(super) fn name(&self, column: Column) -> String {
+        match self.places[column as usize] {
+            Some((index, _)) => self.names[index].clone(),
+            None => column.name().to_owned(),
+        }
+    }
+
+    /// The name of a column by its place; one without a name is called by its number.
+    pub(super) fn name_at(&self, index: usize) -> String {
+        match self.names[index].as_str() {
+            "" => format!("column {} (no name)", index + 1),
+            name => name.to_owned(),
+        }
+    }
+
+    /// The unit conversions in use.
+    pub(super) fn conversions(&self) -> Vec<Assumption> {
+        let written = |column: Column| {
+            let kind = column.kind()?;
+            Conversion::from_unit(kind, column.unit())
+        };
+        Column::ALL
+            .into_iter()
+            .filter_map(|column| {
+                let (_, conversion) = self.place(column)?;
+                (written(column)? != conversion).then(|| Assumption::UnitConverted {
+                    column,
+                    found: self.name(column),
+                })
+            })
+            .collect()
+    }
+}
+
+fn names_of<R: Read>(rows: &Rows<R>) -> Vec<String> {
+    (0..rows.len())
+        .map(|index| text_of(rows.field(index)).0.trim().to_owned())
+        .collect()
+}
+
+/// Looks for the column names of a gauge's log here and in the next lines, so that its user is told what it is.
+///
+/// # Errors
+/// [`ReadingsError::GaugeLog`] if they are there.
+fn look_for_gauge_log<R: Read>(
+    file: &str,
+    rows: &mut Rows<R>,
+    line: u32,
+) -> Result<(), ReadingsError> {
+    // Logs have five or six lines above their table.
+    const LINES: usize = 20;
+    let mut line = Some(line);
+    for _ in 0..LINES {
+        let Some(at) = line else { break };
+        if is_log_header(names_of(rows).iter().map(String::as_str)) {
+            let file = file.to_owned();
+            return Err(ReadingsError::GaugeLog { file, line: at });
+        }
+        // What is wrong further down matters less than the missing column.
+        line = rows.next_record().unwrap_or(None);
+    }
+    Ok(())
+}
+
+fn wrong_unit(file: &str, line: u32, name: &str, column: Column, unit: String) -> ReadingsError {
+    ReadingsError::WrongUnit {
+        file: file.to_owned(),
+        line,
+        column: name.to_owned(),
+        unit,
+        accepted: column
+            .kind()
+            .map_or("", stiffbench_units_and_text::quantity::Kind::units),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn header(names: &str) -> Result<Header, ReadingsError> {
+        Header::from_names("t.csv", 1, names.split(',').map(str::to_owned).collect())
+    }
+
+    #[test]
+    fn the_five_columns_are_enough() {
+        let header = header("displacement_um,force_N,repeat,direction,pose").unwrap();
+        assert_eq!(header.place(Column::Pose), Some((4, Conversion::NONE)));
+        assert!(header.conversions().is_empty());
+        assert!(!header.has(Column::Step));
+    }
+
+    #[test]
+    fn a_missing_column_names_the_nearest() {
+        let error = header("pose,directoin,repeat,force_N,displacement_um").unwrap_err();
+        let ReadingsError::MissingColumn {
+            column,
+            advice,
+            found,
+            ..
+        } = error
+        else {
+            panic!("{error}");
+        };
+        assert_eq!(column, "direction");
+        assert!(advice.contains("`directoin`"), "{advice}");
+        assert!(found.contains("`displacement_um`"), "{found}");
+    }
+
+    #[test]
+    fn a_unit_is_required() {
+        let error = header("pose,direction,repeat,force,displacement_um").unwrap_err();
+        let ReadingsError::WrongUnit {
+            column,
+            unit,
+            accepted,
+            ..
+        } = error
+        else {
+            panic!("{error}");
+        };
+        assert_eq!((column.as_str(), unit.as_str()), ("force", "none"));
+        assert!(accepted.starts_with("N, "));
+    }
+
+    #[test]
+    fn two_names_for_one_column_are_refused() {
+        let error = header("pose,direction,repeat,force_N,load_lbf,displacement_um").unwrap_err();
+        let ReadingsError::DuplicateColumn { first, second, .. } = error else {
+            panic!("{error}");
+        };
+        assert_eq!((first.as_str(), second.as_str()), ("force_N", "load_lbf"));
+    }
+
+    #[test]
+    fn conversions_and_unused_columns_are_listed() {
+        let header = header("pose,direction,repeat,force_kN,disp_mm,disp_sd_mm,").unwrap();
+        let columns: Vec<String> = header
+            .conversions()
+            .iter()
+            .map(|assumption| match assumption {
+                Assumption::UnitConverted { found, .. } => found.clone(),
+                other => panic!("{other}"),
+            })
+            .collect();
+        assert_eq!(columns, ["force_kN", "disp_mm"]);
+        let unused: Vec<String> = header.unused.iter().map(|i| header.name_at(*i)).collect();
+        assert_eq!(unused, ["disp_sd_mm", "column 7 (no name)"]);
+    }
+}

@@ -1,0 +1,253 @@
+//! The columns of a force gauge's log, and what stands above them.
+
+use std::io::Read;
+
+use super::assumption::{Assumption, Note};
+use super::column::{Column, Named, understand};
+use super::error::ReadingsError;
+use super::gauge_log::GaugeLogOptions;
+use super::number::{Conversion, NumberReader};
+use super::reading::{Reading, ReadingText, Status};
+use super::row::number_error;
+use super::rows::{Rows, text_of};
+use stiffbench_units_and_text::quantity::Kind;
+use stiffbench_units_and_text::test_point::Branch;
+
+/// Whether fields are the column names of a gauge's log.
+pub(super) fn is_log_header<'a>(names: impl IntoIterator<Item = &'a str>) -> bool {
+    let (mut reading, mut load) = (false, false);
+    for name in names.into_iter().flat_map(|name| name.split('\t')) {
+        let name = name.trim().to_lowercase();
+        reading |= name == "reading";
+        load |= name.starts_with("load");
+    }
+    reading && load
+}
+
+/// What stands above the table of a log.
+pub(super) struct Preamble {
+    pub(super) header_line: u32,
+    load_unit: Option<String>,
+    travel_unit: Option<String>,
+    pub(super) notes: Vec<Note>,
+}
+
+impl Preamble {
+    /// Reads up to and including the line of column names, which stays the current record.
+    pub(super) fn read<R: Read>(file: &str, rows: &mut Rows<R>) -> Result<Self, ReadingsError> {
+        let mut preamble = Self {
+            header_line: 0,
+            load_unit: None,
+            travel_unit: None,
+            notes: Vec::new(),
+        };
+        while let Some(line) = rows.next_record()? {
+            let cells: Vec<String> = (0..rows.len())
+                .map(|index| text_of(rows.field(index)).0.trim().to_owned())
+                .collect();
+            if is_log_header(cells.iter().map(String::as_str)) {
+                preamble.header_line = line;
+                return Ok(preamble);
+            }
+            preamble.take(cells.join(" ").trim());
+        }
+        let file = file.to_owned();
+        Err(ReadingsError::NotAGaugeLog { file })
+    }
+
+    fn take(&mut self, line: &str) {
+        let (key, value) = line.split_once(':').unwrap_or((line, ""));
+        match key.trim().to_lowercase().as_str() {
+            "units" | "unit" | "load unit" | "load units" => {
+                self.load_unit = Some(value.trim().to_owned());
+            }
+            "travel unit" | "travel units" | "distance unit" | "distance units" => {
+                self.travel_unit = Some(value.trim().to_owned());
+            }
+            _ if line.starts_with(|c: char| c.is_ascii_digit()) => {
+                self.notes.push(Note::LocalTime(line.to_owned()));
+            }
+            _ => self.notes.push(Note::LogLine(line.to_owned())),
+        }
+    }
+}
+
+/// A column of the log: place, conversion to SI, name.
+struct LogColumn {
+    index: usize,
+    conversion: Conversion,
+    name: String,
+}
+
+/// Where load, travel and time stand in a log, and in which units.
+pub(super) struct LogColumns {
+    width: usize,
+    load: LogColumn,
+    travel: LogColumn,
+    time: Option<LogColumn>,
+    time_has_unit: bool,
+}
+
+impl LogColumns {
+    /// Finds the columns in the current record, the line of names.
+    pub(super) fn find<R: Read>(
+        file: &str,
+        rows: &Rows<R>,
+        preamble: &Preamble,
+    ) -> Result<Self, ReadingsError> {
+        let names: Vec<String> = (0..rows.len())
+            .map(|index| text_of(rows.field(index)).0.trim().to_owned())
+            .collect();
+        let line = preamble.header_line;
+        let column =
+            |wanted: Column, unit: Option<&str>| find_column(file, line, &names, wanted, unit);
+        let missing = |column: Column| ReadingsError::MissingColumn {
+            file: file.to_owned(),
+            line,
+            column: column.name(),
+            found: names.join(", "),
+            advice: "a log has the columns Reading, Load, Travel (or Distance), Time".to_owned(),
+        };
+        let load = column(Column::Force, preamble.load_unit.as_deref())?
+            .ok_or_else(|| missing(Column::Force))?;
+        let travel = column(Column::Displacement, preamble.travel_unit.as_deref())?
+            .ok_or_else(|| missing(Column::Displacement))?;
+        let time = column(Column::Time, Some("s"))?;
+        let time_has_unit = time
+            .as_ref()
+            .is_some_and(|time| matches!(understand(&time.name), Named::Column(..)));
+        Ok(Self {
+            width: names.len(),
+            load,
+            travel,
+            time,
+            time_has_unit,
+        })
+    }
+
+    /// The reading of the current record, still with the signs of the log.
+    pub(super) fn reading<R: Read>(
+        &self,
+        file: &str,
+        rows: &Rows<R>,
+        line: u32,
+        numbers: &mut NumberReader,
+        options: &GaugeLogOptions,
+        seq: u32,
+    ) -> Result<Reading, ReadingsError> {
+        if rows.len() != self.width {
+            return Err(ReadingsError::FieldCount {
+                file: file.to_owned(),
+                line,
+                expected: self.width,
+                found: rows.len(),
+            });
+        }
+        let mut number = |column: &LogColumn| {
+            let field = rows.field(column.index).trim_ascii();
+            numbers
+                .read(field, column.conversion, line)
+                .map_err(|fault| number_error(file, line, column.name.clone(), field, fault))
+        };
+        let raw = |column: &LogColumn| Box::from(&*text_of(rows.field(column.index)).0);
+        Ok(Reading {
+            line,
+            seq,
+            pose: options.pose.clone(),
+            direction: options.direction,
+            branch: Branch::Loading,
+            step: seq - 1,
+            repeat: options.repeat,
+            attempt: 1,
+            run: 0,
+            zero: 0,
+            status: Status::Accepted,
+            target_n: 0.0,
+            force_n: number(&self.load)?,
+            displacement_m: number(&self.travel)?,
+            time_s: self.time.as_ref().map(&mut number).transpose()?,
+            hold_s: None,
+            temperature_deg_c: None,
+            text: Some(Box::new(ReadingText {
+                force_raw: raw(&self.load),
+                displacement_raw: raw(&self.travel),
+                ..ReadingText::default()
+            })),
+        })
+    }
+
+    /// The columns of a table that the log fills, those the caller gave included.
+    pub(super) fn present(&self) -> Vec<Column> {
+        let time = self.time.is_some().then_some(Column::Time);
+        let filled = [
+            Column::Pose,
+            Column::Direction,
+            Column::Repeat,
+            Column::Force,
+            Column::ForceRaw,
+            Column::Displacement,
+            Column::DisplacementRaw,
+        ];
+        let mut columns: Vec<Column> = time.into_iter().chain(filled).collect();
+        columns.sort_unstable();
+        columns
+    }
+
+    pub(super) fn assumptions(&self) -> Vec<Assumption> {
+        let converted = |column: Column, log: &LogColumn| {
+            let written = column
+                .kind()
+                .and_then(|kind| Conversion::from_unit(kind, column.unit()));
+            (written != Some(log.conversion)).then(|| Assumption::UnitConverted {
+                column,
+                found: log.name.clone(),
+            })
+        };
+        let mut assumptions: Vec<Assumption> = converted(Column::Force, &self.load)
+            .into_iter()
+            .chain(converted(Column::Displacement, &self.travel))
+            .collect();
+        if self.time.is_some() && !self.time_has_unit {
+            assumptions.push(Assumption::TimeInSeconds);
+        }
+        assumptions
+    }
+}
+
+/// The log's column for `wanted`, its unit from its name or else `unit`.
+fn find_column(
+    file: &str,
+    line: u32,
+    names: &[String],
+    wanted: Column,
+    unit: Option<&str>,
+) -> Result<Option<LogColumn>, ReadingsError> {
+    let wrong_unit = |name: &str, unit: Option<&str>| ReadingsError::WrongUnit {
+        file: file.to_owned(),
+        line,
+        column: name.to_owned(),
+        unit: unit.map_or("none".to_owned(), |unit| format!("`{unit}`")),
+        accepted: wanted.kind().map_or("", Kind::units),
+    };
+    for (index, name) in names.iter().enumerate() {
+        let conversion = match understand(name) {
+            Named::Column(column, conversion) if column == wanted => conversion,
+            Named::WrongUnit(column, found) if column == wanted => {
+                return Err(wrong_unit(name, Some(found)));
+            }
+            Named::NoUnit(column) if column == wanted => wanted
+                .kind()
+                .zip(unit)
+                .and_then(|(kind, unit)| Conversion::from_unit(kind, unit))
+                .ok_or_else(|| wrong_unit(name, unit))?,
+            _ => continue,
+        };
+        let name = name.clone();
+        return Ok(Some(LogColumn {
+            index,
+            conversion,
+            name,
+        }));
+    }
+    Ok(None)
+}

@@ -1,0 +1,103 @@
+//! One reading: a force and a displacement of one test point.
+
+use std::fmt;
+
+use serde::Serialize;
+
+use stiffbench_units_and_text::test_point::{Branch, Cell, Direction, PoseId};
+
+/// Whether a reading counts.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Status {
+    /// Counts.
+    #[default]
+    Accepted,
+    /// Taken again later; kept.
+    Superseded,
+    /// Refused by the operator or a rule; kept, with its reason in `flag`.
+    Rejected,
+}
+
+impl fmt::Display for Status {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.pad(match self {
+            Self::Accepted => "accepted",
+            Self::Superseded => "superseded",
+            Self::Rejected => "rejected",
+        })
+    }
+}
+
+/// Force and displacement of one test point, in SI, with where they came from.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Reading {
+    /// Line of the file this reading stands on, from 1; 0 for a reading that never was in a file.
+    pub line: u32,
+    /// Sequence number in its session.
+    pub seq: u32,
+    /// The pose held.
+    pub pose: PoseId,
+    /// Direction of load and displacement.
+    pub direction: Direction,
+    /// Loading or unloading.
+    pub branch: Branch,
+    /// Place in the load sequence from 0, counted on through unloading.
+    pub step: u32,
+    /// n-th application of the sequence or load, from 1.
+    pub repeat: u32,
+    /// n-th try of this reading, from 1.
+    pub attempt: u32,
+    /// Index of the run in its table: readings with one virgin history.
+    pub run: u32,
+    /// Index of the gauge zero in its table: readings with one zero.
+    pub zero: u32,
+    /// Whether it counts.
+    pub status: Status,
+    /// The load that was aimed at, N.
+    pub target_n: f64,
+    /// Signed force as measured, N.
+    pub force_n: f64,
+    /// Signed displacement from the gauge zero, m.
+    pub displacement_m: f64,
+    /// Seconds since the session began, if known.
+    pub time_s: Option<f64>,
+    /// Seconds under this load before capture, if known.
+    pub hold_s: Option<f64>,
+    /// Temperature, °C, if known.
+    pub temperature_deg_c: Option<f64>,
+    /// The instruments' own text of force and displacement, the rule that flagged the reading, a note, and the UTC time.
+    pub text: Option<Box<ReadingText>>,
+}
+
+/// The texts that come with a reading; kept as they were.
+#[derive(Debug, Clone, PartialEq, Eq, Default)]
+pub struct ReadingText {
+    /// RFC 3339 time.
+    pub utc: Box<str>,
+    /// Force as the instrument wrote it.
+    pub force_raw: Box<str>,
+    /// Displacement as the instrument wrote it.
+    pub displacement_raw: Box<str>,
+    /// Rule id and reason.
+    pub flag: Box<str>,
+    /// Free text.
+    pub note: Box<str>,
+}
+
+impl Reading {
+    /// The cell this reading belongs to.
+    #[must_use]
+    pub fn cell(&self) -> Cell {
+        Cell {
+            pose: self.pose.clone(),
+            direction: self.direction,
+        }
+    }
+
+    /// Whether this reading counts.
+    #[must_use]
+    pub fn is_accepted(&self) -> bool {
+        self.status == Status::Accepted
+    }
+}

@@ -1,0 +1,381 @@
+//! What a session was: the header file `session.toml`, schema `stiffbench/session/1`.
+
+use std::sync::Arc;
+
+use jiff::civil::Date;
+use miette::{Diagnostic, NamedSource, SourceSpan};
+use thiserror::Error;
+
+use stiffbench_units_and_text::test_point::{Branch, Direction, PoseId};
+
+/// The schema that is written, and the newest that is read.
+pub const SESSION_SCHEMA: &str = "stiffbench/session/1";
+
+/// What is known of a session besides its readings. Everything may be absent: readers take short files, and say what they miss.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct SessionHeader {
+    /// Session id.
+    pub id: Option<String>,
+    /// Robot file or shipped robot; a path is relative to the session folder.
+    pub robot: Option<String>,
+    /// SHA-256 of the robot file when the session was made, in hexadecimal.
+    pub robot_sha256: Option<String>,
+    /// Mechanism of the robot.
+    pub mechanism: Option<String>,
+    /// Set of fitting factors the analysis starts from.
+    pub factors: Option<String>,
+    /// Who measured.
+    pub operator: Option<String>,
+    /// Where.
+    pub place: Option<String>,
+    /// Under which conditions.
+    pub environment: Option<Environment>,
+    /// Program and version that made the session.
+    pub software: Option<String>,
+    /// The procedure that was followed.
+    pub procedure: Option<ProcedureRecord>,
+    /// The gauges.
+    pub instruments: Instruments,
+}
+
+impl SessionHeader {
+    /// The force to which each load was released before the next, N; `None` where the loads followed each other or nothing is known.
+    #[must_use]
+    pub fn release_n(&self) -> Option<f64> {
+        let procedure = self.procedure.as_ref()?;
+        let at_load = procedure.repeat_order == Some(RepeatOrder::AtLoad);
+        at_load.then(|| procedure.preload_n.unwrap_or(0.0))
+    }
+}
+
+/// The surroundings of a session.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Environment {
+    /// Temperature at the start, °C.
+    pub temperature_deg_c: Option<f64>,
+    /// Relative humidity, percent.
+    pub humidity_percent: Option<f64>,
+    /// Anything else.
+    pub text: Option<String>,
+}
+
+/// The two gauges of a bench.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Instruments {
+    /// The force gauge; its quantities are in N.
+    pub force: Option<InstrumentRecord>,
+    /// The dial gauge; its quantities are in m.
+    pub displacement: Option<InstrumentRecord>,
+}
+
+/// What is known of a gauge. Quantities are in N for a force gauge and in m for a dial gauge.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct InstrumentRecord {
+    /// Name of its description, or free text.
+    pub model: Option<String>,
+    /// Serial number.
+    pub serial: Option<String>,
+    /// Largest reading, N or m.
+    pub range: Option<f64>,
+    /// Smallest step of its display, N or m.
+    pub resolution: Option<f64>,
+    /// Expanded uncertainty U of its certificate, common to all its readings, N or m.
+    pub expanded_uncertainty: Option<f64>,
+    /// Coverage factor k of that uncertainty.
+    pub k: Option<f64>,
+    /// Number of the certificate.
+    pub certificate: Option<String>,
+    /// Day of the calibration.
+    pub calibrated: Option<Date>,
+    /// Last day on which the calibration counts.
+    pub due: Option<Date>,
+}
+
+impl InstrumentRecord {
+    /// Whether the calibration had run out on a day; `None` if the record names no last day.
+    #[must_use]
+    pub fn calibration_overdue(&self, on: Date) -> Option<bool> {
+        self.due.map(|due| on > due)
+    }
+
+    /// Standard uncertainty u = U/k of the certificate, N or m; `None` if U or k is not known or k is not positive.
+    #[must_use]
+    pub fn standard_uncertainty(&self) -> Option<f64> {
+        let k = self.k.filter(|k| *k > 0.0)?;
+        Some(self.expanded_uncertainty? / k)
+    }
+}
+
+/// The procedure a session followed, as frozen in its header.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct ProcedureRecord {
+    /// Its name.
+    pub name: Option<String>,
+    /// What it does, in words.
+    pub text: Option<String>,
+    /// Poses, in the order of measurement.
+    pub poses: Vec<PoseId>,
+    /// Directions, in the order of measurement.
+    pub directions: Vec<Direction>,
+    /// Target loads, N, signed.
+    pub loads_n: Vec<f64>,
+    /// Branches measured.
+    pub branches: Vec<Branch>,
+    /// Repeats of each load or of the sequence.
+    pub repeats: Option<u32>,
+    /// How repeats and loads are nested.
+    pub repeat_order: Option<RepeatOrder>,
+    /// In which order the loads come.
+    pub load_order: Option<LoadOrder>,
+    /// Seed of a shuffled order.
+    pub seed: Option<u64>,
+    /// When the gauge is zeroed.
+    pub zero: Option<ZeroScope>,
+    /// Contact force before zeroing, N, signed.
+    pub preload_n: Option<f64>,
+    /// Times of extra readings at the largest load, s.
+    pub holds_s: Vec<f64>,
+    /// When a load counts as settled.
+    pub settle: SettleRecord,
+}
+
+/// When a load counts as settled.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct SettleRecord {
+    /// Largest difference of force and target, N.
+    pub force_tolerance_n: Option<f64>,
+    /// How long the gauges are watched, s.
+    pub dwell_s: Option<f64>,
+    /// Largest spread of the displacement meanwhile, m.
+    pub spread_m: Option<f64>,
+    /// Largest slope of the displacement meanwhile, m/s.
+    pub slope_m_per_s: Option<f64>,
+}
+
+/// How repeats and loads are nested.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum RepeatOrder {
+    /// Each load is applied `repeats` times, released to the preload in between, then the next load (the paper, IV-C).
+    AtLoad,
+    /// The whole sequence is repeated.
+    Sweep,
+}
+
+/// In which order the loads come.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum LoadOrder {
+    /// As listed.
+    Ascending,
+    /// Shuffled with a seed.
+    Shuffled,
+}
+
+/// When the gauge is zeroed.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum ZeroScope {
+    /// Once per pose and direction (the paper).
+    Cell,
+    /// Before each run.
+    Run,
+}
+
+/// A word of a closed list, as it stands in files.
+pub(super) trait Word: Copy + PartialEq + 'static {
+    /// The members of the list with their words.
+    const WORDS: &'static [(&'static str, Self)];
+    /// The list, for messages.
+    const EXPECTED: &'static str;
+
+    fn word(self) -> &'static str {
+        Self::WORDS
+            .iter()
+            .find(|(_, member)| *member == self)
+            .map_or("", |(word, _)| word)
+    }
+}
+
+impl Word for RepeatOrder {
+    const WORDS: &'static [(&'static str, Self)] =
+        &[("at-load", Self::AtLoad), ("sweep", Self::Sweep)];
+    const EXPECTED: &'static str = "\"at-load\" or \"sweep\"";
+}
+
+impl Word for LoadOrder {
+    const WORDS: &'static [(&'static str, Self)] =
+        &[("ascending", Self::Ascending), ("shuffled", Self::Shuffled)];
+    const EXPECTED: &'static str = "\"ascending\" or \"shuffled\"";
+}
+
+impl Word for ZeroScope {
+    const WORDS: &'static [(&'static str, Self)] = &[("cell", Self::Cell), ("run", Self::Run)];
+    const EXPECTED: &'static str = "\"cell\" or \"run\"";
+}
+
+impl Word for Direction {
+    const WORDS: &'static [(&'static str, Self)] =
+        &[("x", Self::X), ("y", Self::Y), ("z", Self::Z)];
+    const EXPECTED: &'static str = "\"x\", \"y\" or \"z\"";
+}
+
+impl Word for Branch {
+    const WORDS: &'static [(&'static str, Self)] =
+        &[("loading", Self::Loading), ("unloading", Self::Unloading)];
+    const EXPECTED: &'static str = "\"loading\" or \"unloading\"";
+}
+
+/// A key of `session.toml` that means nothing here.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct UnknownKey {
+    /// The key with its tables, `procedure.settle.dwel_s`.
+    pub key: String,
+    /// Its line, from 1.
+    pub line: u32,
+}
+
+/// A header as read, with the keys that were not understood.
+#[derive(Debug, Clone, PartialEq)]
+pub struct ReadSession {
+    /// The header.
+    pub header: SessionHeader,
+    /// Keys that were passed over, in the order of the file.
+    pub unknown_keys: Vec<UnknownKey>,
+}
+
+/// Why a `session.toml` could not be read; each shows the place in the file.
+#[derive(Debug, Error, Diagnostic)]
+pub enum SessionFileError {
+    /// Not TOML.
+    #[error("line {line}: {message}")]
+    #[diagnostic(
+        code(stiffbench::session_file::syntax),
+        help("the file must be TOML: `key = value` lines under `[table]` headings")
+    )]
+    Syntax {
+        /// Line, from 1.
+        line: u32,
+        /// What the TOML reader says.
+        message: String,
+        /// The file.
+        #[source_code]
+        file: Arc<NamedSource<String>>,
+        /// The place.
+        #[label("here")]
+        at: SourceSpan,
+    },
+    /// The file does not say what it is.
+    #[error("no `schema`, expected `{expected}`")]
+    #[diagnostic(
+        code(stiffbench::session_file::no_schema),
+        help("start the file with: schema = \"{expected}\"")
+    )]
+    NoSchema {
+        /// What was expected.
+        expected: &'static str,
+        /// The file.
+        #[source_code]
+        file: Arc<NamedSource<String>>,
+    },
+    /// The file is something else.
+    #[error("line {line}: `{key}` is `{found}`, expected `{expected}`")]
+    #[diagnostic(
+        code(stiffbench::session_file::other_schema),
+        help("this file is not of the expected kind")
+    )]
+    OtherSchema {
+        /// Line, from 1.
+        line: u32,
+        /// The key.
+        key: String,
+        /// What it says.
+        found: String,
+        /// What was expected.
+        expected: &'static str,
+        /// The file.
+        #[source_code]
+        file: Arc<NamedSource<String>>,
+        /// The place.
+        #[label("here")]
+        at: SourceSpan,
+    },
+    /// The file is newer than this program.
+    #[error("line {line}: `{key}` is `{found}`, this program knows up to `{expected}`")]
+    #[diagnostic(
+        code(stiffbench::session_file::newer_schema),
+        help("read it with a newer version of stiffbench; the file was not changed")
+    )]
+    NewerSchema {
+        /// Line, from 1.
+        line: u32,
+        /// The key.
+        key: String,
+        /// What it says.
+        found: String,
+        /// The newest known.
+        expected: &'static str,
+        /// The file.
+        #[source_code]
+        file: Arc<NamedSource<String>>,
+        /// The place.
+        #[label("here")]
+        at: SourceSpan,
+    },
+    /// A value of another kind than belongs there.
+    #[error("line {line}: `{key}` is {found}, expected {expected}")]
+    #[diagnostic(
+        code(stiffbench::session_file::wrong_value),
+        help("correct the value, or leave the key out")
+    )]
+    WrongValue {
+        /// Line, from 1.
+        line: u32,
+        /// The key with its tables.
+        key: String,
+        /// What stands there.
+        found: String,
+        /// What belongs there.
+        expected: &'static str,
+        /// The file.
+        #[source_code]
+        file: Arc<NamedSource<String>>,
+        /// The place.
+        #[label("here")]
+        at: SourceSpan,
+    },
+    /// A key ends in a unit of another quantity, or in none.
+    #[error("line {line}: `{key}` has the unit `{unit}`, expected one of {accepted}")]
+    #[diagnostic(
+        code(stiffbench::session_file::wrong_unit),
+        help("the unit stands behind the last underscore of the key: range_N, resolution_um")
+    )]
+    WrongUnit {
+        /// Line, from 1.
+        line: u32,
+        /// The key with its tables.
+        key: String,
+        /// The unit found.
+        unit: String,
+        /// The units that would do.
+        accepted: &'static str,
+        /// The file.
+        #[source_code]
+        file: Arc<NamedSource<String>>,
+        /// The place.
+        #[label("here")]
+        at: SourceSpan,
+    },
+}
+
+impl SessionFileError {
+    /// The line the error is about, from 1.
+    #[must_use]
+    pub fn line(&self) -> Option<u32> {
+        match self {
+            Self::Syntax { line, .. }
+            | Self::OtherSchema { line, .. }
+            | Self::NewerSchema { line, .. }
+            | Self::WrongValue { line, .. }
+            | Self::WrongUnit { line, .. } => Some(*line),
+            Self::NoSchema { .. } => None,
+        }
+    }
+}

@@ -1,0 +1,280 @@
+//! A table of readings, with everything its reader assumed.
+
+use std::collections::{HashMap, HashSet};
+use std::fmt;
+
+use super::assumption::{Assumption, Excluded, Note};
+use super::column::Column;
+use super::error::ReadingsError;
+use super::reading::{Reading, Status};
+use stiffbench_units_and_text::nearest::nearest;
+use stiffbench_units_and_text::test_point::{Cell, Direction, PoseId};
+
+/// What the readings of one run, or of one gauge zero, have in common.
+#[derive(Debug, Clone, PartialEq, Eq, Hash)]
+pub struct RunKey {
+    /// The pose held.
+    pub pose: PoseId,
+    /// The direction loaded.
+    pub direction: Direction,
+    /// Repeat of its first reading.
+    pub repeat: u32,
+    /// Its name under `run` or `zero_id`; `None` where pose, direction and repeat are the name.
+    pub label: Option<Box<str>>,
+}
+
+impl RunKey {
+    /// The run of a pose, direction and repeat.
+    #[must_use]
+    pub fn of_repeat(pose: PoseId, direction: Direction, repeat: u32) -> Self {
+        Self {
+            pose,
+            direction,
+            repeat,
+            label: None,
+        }
+    }
+
+    /// The cell it belongs to.
+    #[must_use]
+    pub fn cell(&self) -> Cell {
+        Cell {
+            pose: self.pose.clone(),
+            direction: self.direction,
+        }
+    }
+}
+
+impl fmt::Display for RunKey {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{} {} ", self.pose, self.direction)?;
+        match &self.label {
+            Some(label) => f.write_str(label),
+            None => write!(f, "{}", self.repeat),
+        }
+    }
+}
+
+/// Numbers runs (or gauge zeros) in the order in which they first appear.
+///
+/// A label names a run within its pose and direction: the same label in another cell is another run. Without a label the repeat tells
+/// runs apart.
+#[derive(Debug, Default)]
+pub struct RunNumbers {
+    keys: Vec<RunKey>,
+    /// Keys without the repeat where a label is the name.
+    by_name: HashMap<RunKey, u32>,
+    last: u32,
+}
+
+impl RunNumbers {
+    /// The number of the run with this name, a new one if it is new.
+    pub fn number(
+        &mut self,
+        pose: &PoseId,
+        direction: Direction,
+        repeat: u32,
+        label: Option<&str>,
+    ) -> u32 {
+        // Most readings belong to the run of the reading before.
+        if let Some(key) = self.keys.get(self.last as usize) {
+            let same_name = match (&key.label, label) {
+                (None, None) => key.repeat == repeat,
+                (Some(known), Some(label)) => **known == *label,
+                _ => false,
+            };
+            if same_name && key.direction == direction && key.pose == *pose {
+                return self.last;
+            }
+        }
+        let next = self.keys.len() as u32;
+        let key = RunKey {
+            pose: pose.clone(),
+            direction,
+            repeat,
+            label: label.map(Into::into),
+        };
+        let mut name = key.clone();
+        if label.is_some() {
+            name.repeat = 0;
+        }
+        self.last = *self.by_name.entry(name).or_insert_with(|| {
+            self.keys.push(key);
+            next
+        });
+        self.last
+    }
+
+    /// The runs, by number.
+    #[must_use]
+    pub fn into_keys(self) -> Vec<RunKey> {
+        self.keys
+    }
+}
+
+/// Readings of one session, in the order in which they were made, with everything their reader assumed.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct ReadingTable {
+    /// Where the readings come from, as the caller named it.
+    pub source: String,
+    /// The session they belong to, if they say so.
+    pub session: Option<String>,
+    /// All readings, those that do not count included.
+    pub readings: Vec<Reading>,
+    /// What the readings of a run have in common, by [`Reading::run`].
+    pub runs: Vec<RunKey>,
+    /// What the readings of a gauge zero have in common, by [`Reading::zero`].
+    pub zeros: Vec<RunKey>,
+    /// The columns that hold at least one value, in written order.
+    pub columns: Vec<Column>,
+    /// What was decided that the file does not say.
+    pub assumptions: Vec<Assumption>,
+    /// What does not count.
+    pub excluded: Excluded,
+    /// What an analysis should know.
+    pub notes: Vec<Note>,
+}
+
+impl ReadingTable {
+    /// The readings that count.
+    pub fn accepted(&self) -> impl Iterator<Item = &Reading> {
+        self.readings.iter().filter(|reading| reading.is_accepted())
+    }
+
+    /// The cells of all readings, in the order in which they first appear.
+    #[must_use]
+    pub fn cells(&self) -> Vec<Cell> {
+        let mut seen = HashSet::new();
+        let cells = self.runs.iter().map(RunKey::cell);
+        cells.filter(|cell| seen.insert(cell.clone())).collect()
+    }
+
+    /// The poses of all readings, in the order in which they first appear.
+    #[must_use]
+    pub fn poses(&self) -> Vec<PoseId> {
+        let mut seen = HashSet::new();
+        self.runs
+            .iter()
+            .filter(|run| seen.insert(&run.pose))
+            .map(|run| run.pose.clone())
+            .collect()
+    }
+
+    /// Whether at least one value stands in a column; what cannot be tested without it depends on that.
+    #[must_use]
+    pub fn has(&self, column: Column) -> bool {
+        self.columns.contains(&column)
+    }
+
+    /// How many readings count.
+    #[must_use]
+    pub fn accepted_count(&self) -> usize {
+        self.accepted().count()
+    }
+
+    /// Works out `excluded` and the notes on cells from the readings.
+    pub(super) fn take_stock(&mut self) {
+        for reading in &self.readings {
+            match reading.status {
+                Status::Accepted => {}
+                Status::Superseded => self.excluded.superseded.push(reading.line),
+                Status::Rejected => self.excluded.rejected.push(reading.line),
+            }
+        }
+        let unloaded: Vec<u32> = self
+            .accepted()
+            .filter(|reading| reading.force_n == 0.0 && reading.target_n != 0.0)
+            .map(|reading| reading.line)
+            .collect();
+        if let Some(line) = unloaded.first().copied() {
+            let readings = unloaded.len() as u32;
+            self.notes.push(Note::ZeroForceAtTarget { readings, line });
+        }
+        self.note_cells();
+    }
+
+    fn note_cells(&mut self) {
+        let cells = self.cells();
+        let place_of: HashMap<&Cell, usize> = cells.iter().zip(0..).collect();
+        let cell_of_run: Vec<usize> = self.runs.iter().map(|run| place_of[&run.cell()]).collect();
+        let mut seen: Vec<Option<SeenCell>> = vec![None; cells.len()];
+        for reading in self.accepted() {
+            let cell = seen[cell_of_run[reading.run as usize]].get_or_insert(SeenCell {
+                repeat: reading.repeat,
+                several_repeats: false,
+                loaded: false,
+            });
+            cell.several_repeats |= reading.repeat != cell.repeat;
+            cell.loaded |= reading.force_n != 0.0;
+        }
+        for (cell, seen) in cells.iter().zip(&seen) {
+            let Some(seen) = seen else { continue };
+            if !seen.several_repeats {
+                self.notes.push(Note::OneRepeat(cell.clone()));
+            }
+            if !seen.loaded {
+                self.notes.push(Note::NoLoad(cell.clone()));
+            }
+        }
+    }
+}
+
+/// What the accepted readings of a cell show.
+#[derive(Clone)]
+struct SeenCell {
+    repeat: u32,
+    several_repeats: bool,
+    loaded: bool,
+}
+
+/// Checks that every pose of a table is one of `known`, the poses of the robot or procedure file.
+///
+/// # Errors
+/// [`ReadingsError::UnknownPose`] for the first pose that is not, with its first line and the nearest known name.
+pub fn check_poses(table: &ReadingTable, known: &[PoseId]) -> Result<(), ReadingsError> {
+    let Some(pose) = table.poses().into_iter().find(|pose| !known.contains(pose)) else {
+        return Ok(());
+    };
+    let line = table
+        .readings
+        .iter()
+        .find(|reading| reading.pose == pose)
+        .map_or(0, |reading| reading.line);
+    let names: Vec<String> = known.iter().map(|pose| format!("`{pose}`")).collect();
+    let advice = match nearest(pose.as_str(), known.iter().map(PoseId::as_str)) {
+        Some(near) => format!("is `{near}` meant?"),
+        None => "correct the name, or add the pose to the robot or procedure file".to_owned(),
+    };
+    Err(ReadingsError::UnknownPose {
+        file: table.source.clone(),
+        line,
+        pose: pose.to_string(),
+        known: names.join(", "),
+        advice,
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn labels_name_runs_within_their_cell() {
+        let (p1, p2) = (PoseId::new("P1"), PoseId::new("P2"));
+        let mut numbers = RunNumbers::default();
+        assert_eq!(numbers.number(&p1, Direction::X, 1, None), 0);
+        assert_eq!(numbers.number(&p1, Direction::X, 1, None), 0);
+        assert_eq!(numbers.number(&p1, Direction::X, 2, None), 1);
+        assert_eq!(numbers.number(&p1, Direction::X, 1, Some("1")), 2);
+        assert_eq!(numbers.number(&p1, Direction::X, 2, Some("1")), 2);
+        assert_eq!(numbers.number(&p2, Direction::X, 2, Some("1")), 3);
+        assert_eq!(numbers.number(&p1, Direction::Y, 2, Some("1")), 4);
+        assert_eq!(numbers.number(&p1, Direction::X, 1, None), 0);
+        let names: Vec<String> = numbers
+            .into_keys()
+            .iter()
+            .map(ToString::to_string)
+            .collect();
+        assert_eq!(names, ["P1 x 1", "P1 x 2", "P1 x 1", "P2 x 1", "P1 y 1"]);
+    }
+}

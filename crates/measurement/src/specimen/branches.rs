@@ -1,0 +1,175 @@
+//! Loading and unloading, told from the path of what was set.
+
+use stiffbench_units_and_text::test_point::Branch;
+
+/// What the path of one run tells.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct Path {
+    /// A branch for each value.
+    pub(super) branches: Vec<Branch>,
+    /// How often the path turns.
+    pub(super) turns: u32,
+    /// Whether it turns too often to have branches.
+    pub(super) shuffled: bool,
+}
+
+/// The branches of the values of one run, in order of measurement.
+///
+/// A turn counts when the path comes back from its extreme by more than `turn_share` of its range; the extreme itself still belongs
+/// to what went before. Away from `origin` is loading, towards it unloading, so that a cycle through both signs has two of each. With a
+/// turn in more than a third of the values the loads came in shuffled order and everything is loading: a branch needs three readings
+/// to be one.
+pub(super) fn follow(values: &[f64], origin: f64, turn_share: f64) -> Path {
+    let turns = turning_points(values, turn_share);
+    if turns.len() * 3 > values.len() {
+        return Path {
+            branches: vec![Branch::Loading; values.len()],
+            turns: 0,
+            shuffled: true,
+        };
+    }
+    let mut rising = starts_rising(values, turns.first().copied(), origin);
+    let mut next_turn = turns.iter().copied().peekable();
+    let mut branch = Branch::Loading;
+    let branches = (0..values.len()).map(|index| {
+        if next_turn.peek().is_some_and(|turn| index > *turn) {
+            next_turn.next();
+            rising = !rising;
+        }
+        // At the origin itself a path that comes in is still unloading.
+        if values[index] != origin {
+            let away = rising == (values[index] > origin);
+            branch = if away {
+                Branch::Loading
+            } else {
+                Branch::Unloading
+            };
+        }
+        branch
+    });
+    Path {
+        branches: branches.collect(),
+        turns: turns.len() as u32,
+        shuffled: false,
+    }
+}
+
+/// Whether the path goes up to its first turn, or to its end; one that goes nowhere goes away from the origin.
+fn starts_rising(values: &[f64], first_turn: Option<usize>, origin: f64) -> bool {
+    let end = first_turn.or_else(|| values.len().checked_sub(1));
+    match (values.first(), end) {
+        (Some(first), Some(end)) if values[end] != *first => values[end] > *first,
+        (Some(first), _) => *first >= origin,
+        _ => true,
+    }
+}
+
+/// Places of the extremes from which the path comes back by more than `turn_share` of its range.
+fn turning_points(values: &[f64], turn_share: f64) -> Vec<usize> {
+    let Some(first) = values.first() else {
+        return Vec::new();
+    };
+    let low = values.iter().copied().fold(*first, f64::min);
+    let high = values.iter().copied().fold(*first, f64::max);
+    // Halves, because the range of two finite numbers need not be finite.
+    let least = turn_share * (0.5 * high - 0.5 * low);
+    let beyond = |from: f64, to: f64| (0.5 * to - 0.5 * from) > least;
+    let mut turns = Vec::new();
+    // The highest and the lowest value since the last turn; their order tells the direction.
+    let (mut lowest, mut highest) = (0, 0);
+    let mut rising = None;
+    for (index, value) in values.iter().copied().enumerate() {
+        if value > values[highest] {
+            highest = index;
+        }
+        if value < values[lowest] {
+            lowest = index;
+        }
+        match rising {
+            None if beyond(values[lowest], value) => rising = Some(true),
+            None if beyond(value, values[highest]) => rising = Some(false),
+            Some(true) if beyond(value, values[highest]) => {
+                turns.push(highest);
+                rising = Some(false);
+                lowest = index;
+            }
+            Some(false) if beyond(values[lowest], value) => {
+                turns.push(lowest);
+                rising = Some(true);
+                highest = index;
+            }
+            _ => {}
+        }
+    }
+    turns
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// `l` and `u` for each value.
+    fn letters(values: &[f64], origin: f64, share: f64) -> String {
+        let path = follow(values, origin, share);
+        let letter = |branch: &Branch| match branch {
+            Branch::Loading => 'l',
+            Branch::Unloading => 'u',
+        };
+        path.branches.iter().map(letter).collect()
+    }
+
+    #[test]
+    fn up_and_down_is_loading_and_unloading() {
+        assert_eq!(letters(&[0.0, 10.0, 20.0, 10.0, 0.0], 0.0, 0.05), "llluu");
+        // A push has negative forces.
+        assert_eq!(
+            letters(&[-1.0, -10.0, -20.0, -10.0, 0.0], 0.0, 0.05),
+            "llluu"
+        );
+        assert_eq!(letters(&[], 0.0, 0.05), "");
+        assert_eq!(letters(&[3.0, 3.0], 0.0, 0.05), "ll");
+        assert_eq!(letters(&[-3.0], 0.0, 0.05), "l");
+    }
+
+    #[test]
+    fn a_cycle_through_both_signs_has_two_of_each() {
+        let quarter = [2.0, 4.0, 6.0];
+        let mut cycle = vec![0.0];
+        cycle.extend(quarter);
+        cycle.extend([4.0, 2.0, 0.0, -2.0, -4.0, -6.0, -4.0, -2.0, 0.0]);
+        assert_eq!(letters(&cycle, 0.0, 0.05), "lllluuullluuu");
+        assert_eq!(follow(&cycle, 0.0, 0.05).turns, 2);
+    }
+
+    #[test]
+    fn scatter_below_the_threshold_is_no_turn() {
+        let noisy = [0.0, 10.0, 9.6, 20.0, 30.0, 29.7, 40.0];
+        assert_eq!(follow(&noisy, 0.0, 0.05).turns, 0);
+        // The same scatter with a threshold of a half percent: 0.4 and 0.3 are more than 0.2.
+        let fine = follow(&noisy, 0.0, 0.005);
+        assert!(fine.shuffled, "four turns in seven readings");
+    }
+
+    #[test]
+    fn an_inner_loop_is_found() {
+        let path = [
+            0.0, 35.0, 70.0, 60.0, 50.0, 30.0, 40.0, 50.0, 70.0, 40.0, 20.0, 0.0,
+        ];
+        assert_eq!(letters(&path, 0.0, 0.05), "llluuullluuu");
+        assert_eq!(turning_points(&path, 0.05), [2, 5, 8]);
+    }
+
+    #[test]
+    fn shuffled_loads_have_no_branches() {
+        let path = follow(&[0.0, 300.0, 50.0, 200.0, 10.0, 350.0], 0.0, 0.05);
+        assert!(path.shuffled);
+        assert_eq!(path.turns, 0);
+        assert!(path.branches.iter().all(|b| *b == Branch::Loading));
+    }
+
+    #[test]
+    fn the_largest_numbers_have_a_range() {
+        let path = follow(&[-f64::MAX, 0.0, f64::MAX, 0.0, -f64::MAX], 0.0, 0.05);
+        assert_eq!(path.turns, 1);
+    }
+}

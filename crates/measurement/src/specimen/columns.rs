@@ -1,0 +1,257 @@
+//! The header of a table: where the named columns stand, and in which units.
+
+use std::io::Read;
+
+use super::assumption::SpecimenAssumption;
+use super::error::SpecimenError;
+use super::options::SpecimenOptions;
+use super::table::Scale;
+use crate::readings::{Conversion, Rows, split_unit, text_of};
+use stiffbench_units_and_text::nearest::nearest;
+use stiffbench_units_and_text::quantity::Kind;
+
+/// A column that is read.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct Place {
+    pub(super) index: usize,
+    pub(super) name: String,
+}
+
+/// A column of numbers with a unit.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct Measured {
+    pub(super) place: Place,
+    pub(super) conversion: Conversion,
+    pub(super) scale: Scale,
+}
+
+/// Where everything stands.
+#[derive(Debug)]
+pub(super) struct Columns {
+    pub(super) line: u32,
+    pub(super) width: usize,
+    pub(super) force: Option<Measured>,
+    pub(super) displacement: Measured,
+    pub(super) time: Option<Measured>,
+    pub(super) hold: Option<Measured>,
+    pub(super) temperature: Option<Measured>,
+    pub(super) run: Vec<Place>,
+    pub(super) configuration: Vec<Place>,
+    pub(super) order: Option<Place>,
+    pub(super) branch: Option<Place>,
+    pub(super) unused: Vec<String>,
+    pub(super) assumptions: Vec<SpecimenAssumption>,
+}
+
+impl Columns {
+    /// Finds the columns in the current record of `rows`, which is the header.
+    pub(super) fn find<R: Read>(
+        file: &str,
+        line: u32,
+        rows: &Rows<R>,
+        options: &SpecimenOptions,
+    ) -> Result<Self, SpecimenError> {
+        if options.force_column.as_deref() == Some(options.displacement_column.trim()) {
+            let column = options.displacement_column.clone();
+            return Err(SpecimenError::SameColumn { column });
+        }
+        let names = (0..rows.len())
+            .map(|index| text_of(rows.field(index)).0.trim().to_owned())
+            .collect();
+        let mut header = Header {
+            file,
+            line,
+            names,
+            used: vec![false; rows.len()],
+            assumptions: Vec::new(),
+        };
+        let force_unit = options.force_unit.as_deref();
+        let displacement_unit = options.displacement_unit.as_deref();
+        let time_unit = options.time_unit.as_deref();
+        let force = options.force_column.as_deref();
+        Ok(Self {
+            line,
+            width: rows.len(),
+            force: force
+                .map(|name| header.measured(name, Kind::Force, force_unit))
+                .transpose()?,
+            displacement: header.measured(
+                &options.displacement_column,
+                Kind::Displacement,
+                displacement_unit,
+            )?,
+            time: header.optional(options.time_column.as_ref(), Kind::Time, time_unit)?,
+            hold: header.optional(options.hold_column.as_ref(), Kind::Time, time_unit)?,
+            temperature: header.optional(
+                options.temperature_column.as_ref(),
+                Kind::Temperature,
+                options.temperature_unit.as_deref(),
+            )?,
+            run: header.places(&options.run_column)?,
+            configuration: header.places(&options.configuration_column)?,
+            order: header.place_of(options.order_column.as_ref())?,
+            branch: header.place_of(options.branch_column.as_ref())?,
+            unused: header.unused(),
+            assumptions: header.assumptions,
+        })
+    }
+
+    /// Columns whose values may be absent, with where they stand.
+    pub(super) fn optional(&self) -> [Option<&Measured>; 3] {
+        [&self.time, &self.hold, &self.temperature].map(Option::as_ref)
+    }
+}
+
+struct Header<'a> {
+    file: &'a str,
+    line: u32,
+    names: Vec<String>,
+    used: Vec<bool>,
+    assumptions: Vec<SpecimenAssumption>,
+}
+
+impl Header<'_> {
+    fn place(&mut self, wanted: &str) -> Result<Place, SpecimenError> {
+        let wanted = wanted.trim();
+        let mut found = (0..self.names.len()).filter(|index| self.names[*index] == wanted);
+        let Some(index) = found.next() else {
+            return Err(self.missing(wanted));
+        };
+        if let Some(second) = found.next() {
+            return Err(SpecimenError::DuplicateColumn {
+                file: self.file.to_owned(),
+                line: self.line,
+                column: wanted.to_owned(),
+                first: index + 1,
+                second: second + 1,
+            });
+        }
+        self.used[index] = true;
+        let name = wanted.to_owned();
+        Ok(Place { index, name })
+    }
+
+    fn missing(&self, wanted: &str) -> SpecimenError {
+        let known = self.names.iter().map(String::as_str);
+        let advice = match nearest(wanted, known.filter(|name| !name.is_empty())) {
+            Some(near) => format!("is `{near}` meant?"),
+            None => {
+                "columns are named as in the first line of the file, capitals included".to_owned()
+            }
+        };
+        let found: Vec<String> = self.names.iter().map(|name| format!("`{name}`")).collect();
+        SpecimenError::MissingColumn {
+            file: self.file.to_owned(),
+            line: self.line,
+            column: wanted.to_owned(),
+            found: found.join(", "),
+            advice,
+        }
+    }
+
+    fn place_of(&mut self, wanted: Option<&String>) -> Result<Option<Place>, SpecimenError> {
+        wanted.map(|name| self.place(name)).transpose()
+    }
+
+    fn places(&mut self, wanted: &[String]) -> Result<Vec<Place>, SpecimenError> {
+        wanted.iter().map(|name| self.place(name)).collect()
+    }
+
+    fn optional(
+        &mut self,
+        wanted: Option<&String>,
+        kind: Kind,
+        unit: Option<&str>,
+    ) -> Result<Option<Measured>, SpecimenError> {
+        wanted
+            .map(|name| self.measured(name, kind, unit))
+            .transpose()
+    }
+
+    fn measured(
+        &mut self,
+        wanted: &str,
+        kind: Kind,
+        unit: Option<&str>,
+    ) -> Result<Measured, SpecimenError> {
+        let place = self.place(wanted)?;
+        let (conversion, scale) = match unit.map(str::trim) {
+            Some("1") if matches!(kind, Kind::Force | Kind::Displacement) => {
+                (Conversion::NONE, Scale::AsInFile)
+            }
+            Some(unit) => match Conversion::from_unit(kind, unit) {
+                Some(conversion) => (conversion, Scale::Si),
+                None => {
+                    return Err(SpecimenError::WrongUnit {
+                        unit: unit.to_owned(),
+                        option: option_of(kind),
+                        accepted: kind.units(),
+                    });
+                }
+            },
+            None => (self.unit_from_name(&place.name, kind)?, Scale::Si),
+        };
+        Ok(Measured {
+            place,
+            conversion,
+            scale,
+        })
+    }
+
+    fn unit_from_name(&mut self, name: &str, kind: Kind) -> Result<Conversion, SpecimenError> {
+        let named = split_unit(name)
+            .filter(|(stem, _)| !ends_with_a_unit(stem))
+            .and_then(|(_, unit)| Some((unit, Conversion::from_unit(kind, unit)?)));
+        if let Some((unit, conversion)) = named {
+            self.assumptions.push(SpecimenAssumption::UnitFromName {
+                column: name.to_owned(),
+                unit: unit.to_owned(),
+            });
+            return Ok(conversion);
+        }
+        if kind == Kind::Temperature {
+            self.assumptions
+                .push(SpecimenAssumption::TemperatureInCelsius);
+            return Ok(Conversion::NONE);
+        }
+        Err(SpecimenError::NoUnit {
+            file: self.file.to_owned(),
+            line: self.line,
+            column: name.to_owned(),
+            option: option_of(kind),
+            accepted: kind.units(),
+        })
+    }
+
+    fn unused(&self) -> Vec<String> {
+        let unused = self
+            .names
+            .iter()
+            .zip(&self.used)
+            .filter(|(_, used)| !**used);
+        unused.map(|(name, _)| name.clone()).collect()
+    }
+}
+
+/// Whether the rest of a name ends with a unit too: `strain_um_m` is in µm/m, not in m.
+fn ends_with_a_unit(stem: &str) -> bool {
+    let kinds = [
+        Kind::Force,
+        Kind::Displacement,
+        Kind::Time,
+        Kind::Temperature,
+    ];
+    split_unit(stem).is_some_and(|(_, unit)| {
+        unit == "per" || kinds.iter().any(|kind| kind.si_factor(unit).is_some())
+    })
+}
+
+/// The option that names the unit of a kind.
+fn option_of(kind: Kind) -> &'static str {
+    match kind {
+        Kind::Force => "force-unit",
+        Kind::Displacement => "displacement-unit",
+        Kind::Time => "time-unit",
+        Kind::Temperature => "temperature-unit",
+    }
+}

@@ -1,0 +1,214 @@
+//! Reads a table of a specimen.
+
+use std::io::Read;
+
+use indexmap::IndexSet;
+
+use super::assumption::{Excluded, SpecimenAssumption};
+use super::branches::follow;
+use super::columns::{Columns, Measured};
+use super::error::SpecimenError;
+use super::options::{Response, SpecimenOptions, TURN_SHARE};
+use super::order::{put_in_order, time_goes_back};
+use super::row::{Row, RowReader};
+use super::table::{Scale, SpecimenReading, SpecimenRun, SpecimenTable};
+use crate::readings::{Assumption, NumberReader, ReadingsError, Rows, about_text};
+use stiffbench_units_and_text::test_point::Branch;
+
+/// Readings from a table whose columns the caller names.
+///
+/// Delimiters, decimal signs and encodings are those of every table of this program. A row that lacks a value (an empty field, `NA`,
+/// `N/A`, `NaN`, `null`) in a named column is left out and listed, but for time, hold and temperature, which may be absent.
+///
+/// # Arguments
+/// - `source`: the name of the input, for messages.
+/// - `input`: its bytes; read once, in pieces.
+///
+/// # Errors
+/// [`SpecimenError`] with line, column, value and what was expected, for the first thing that is wrong.
+pub fn read_specimen(
+    source: &str,
+    input: impl Read,
+    options: &SpecimenOptions,
+) -> Result<SpecimenTable, SpecimenError> {
+    let turn_share = options.turn_share.unwrap_or(TURN_SHARE);
+    if !(turn_share > 0.0 && turn_share < 1.0) {
+        return Err(SpecimenError::BadTurnShare { share: turn_share });
+    }
+    let mut rows = Rows::open(source, input, options.text.delimiter).map_err(own_empty)?;
+    let Some(line) = rows.next_record()? else {
+        let file = source.to_owned();
+        return Err(SpecimenError::Empty { file });
+    };
+    let columns = Columns::find(source, line, &rows, options)?;
+    let numbers = NumberReader::new(options.text.decimal);
+    let mut reader = RowReader::new(source, &columns, numbers);
+    while let Some(line) = rows.next_record()? {
+        reader.take(&rows, line)?;
+    }
+    if reader.rows.is_empty() {
+        return Err(SpecimenError::NoReadings {
+            file: source.to_owned(),
+            line: columns.line,
+            incomplete: reader.incomplete.len(),
+        });
+    }
+    let assumptions = assumptions_of_text(&rows, &reader, &columns, options);
+    let excluded = Excluded {
+        incomplete: std::mem::take(&mut reader.incomplete),
+        blank: rows.blank,
+        comments: rows.comments,
+    };
+    let mut found = reader.rows;
+    let order = put_in_order(&mut found);
+    let mut table = tabulate(source, found, &columns, options);
+    table.assumptions = assumptions;
+    table.excluded = excluded;
+    table.assumptions.extend(order);
+    table.assumptions.extend(time_goes_back(&table.readings));
+    if columns.branch.is_none() && columns.is_driven(options.response) {
+        tell_branches(&mut table, turn_share);
+    }
+    Ok(table)
+}
+
+impl Columns {
+    /// Whether the quantity that is set was recorded.
+    fn is_driven(&self, response: Response) -> bool {
+        self.force.is_some() || response == Response::Force
+    }
+}
+
+/// The advice of an empty table of readings names columns that mean nothing here.
+fn own_empty(error: ReadingsError) -> SpecimenError {
+    match error {
+        ReadingsError::Empty { file } => SpecimenError::Empty { file },
+        other => SpecimenError::Text(other),
+    }
+}
+
+fn assumptions_of_text<R: Read>(
+    rows: &Rows<R>,
+    reader: &RowReader<'_>,
+    columns: &Columns,
+    options: &SpecimenOptions,
+) -> Vec<SpecimenAssumption> {
+    let mut text = about_text(rows, options.text.delimiter);
+    if let Some(line) = reader.other_encoding {
+        text.push(Assumption::NotUtf8 { line });
+    }
+    text.extend(Assumption::decimal_comma(
+        options.text.decimal,
+        reader.numbers.decimal_comma(),
+    ));
+    let mut all: Vec<_> = text.into_iter().map(SpecimenAssumption::Text).collect();
+    if columns.force.is_none() {
+        all.push(SpecimenAssumption::ConstantLoad);
+    }
+    all.extend(columns.assumptions.iter().cloned());
+    if columns.configuration.is_empty() {
+        all.push(SpecimenAssumption::OneConfiguration);
+    }
+    if columns.run.is_empty() {
+        all.push(SpecimenAssumption::OneRunEach);
+    }
+    all.extend(reader.absent());
+    all
+}
+
+/// Numbers configurations and runs in the order in which they appear.
+fn tabulate(
+    source: &str,
+    rows: Vec<Row>,
+    columns: &Columns,
+    options: &SpecimenOptions,
+) -> SpecimenTable {
+    let mut configurations: IndexSet<String> = IndexSet::new();
+    let mut runs: IndexSet<(u32, String)> = IndexSet::new();
+    let mut readings = Vec::with_capacity(rows.len());
+    for row in rows {
+        let named = if columns.configuration.is_empty() {
+            "specimen".to_owned()
+        } else {
+            row.configuration
+        };
+        let label = if columns.run.is_empty() {
+            named.clone()
+        } else {
+            row.run
+        };
+        let configuration = configurations.insert_full(named).0 as u32;
+        let run = runs.insert_full((configuration, label)).0 as u32;
+        readings.push(SpecimenReading {
+            line: row.line,
+            configuration,
+            run,
+            order: row.order.unwrap_or(readings.len() as u32 + 1),
+            branch: row.branch.unwrap_or(Branch::Loading),
+            force: row.force,
+            displacement: row.displacement,
+            time_s: row.time_s,
+            hold_s: row.hold_s,
+            temperature_deg_c: row.temperature_deg_c,
+        });
+    }
+    let run = |(configuration, label)| SpecimenRun {
+        label,
+        configuration,
+    };
+    SpecimenTable {
+        source: source.to_owned(),
+        response: options.response,
+        force_scale: columns.force.as_ref().map_or(Scale::Si, scale),
+        displacement_scale: scale(&columns.displacement),
+        configurations: configurations.into_iter().collect(),
+        runs: runs.into_iter().map(run).collect(),
+        readings,
+        assumptions: Vec::new(),
+        excluded: Excluded::default(),
+        unused_columns: columns.unused.clone(),
+    }
+}
+
+fn scale(column: &Measured) -> Scale {
+    column.scale
+}
+
+/// Tells branches run by run.
+///
+/// A force counts from zero; a displacement, whose zero is arbitrary, from the first reading of the run.
+fn tell_branches(table: &mut SpecimenTable, turn_share: f64) {
+    let mut of_run: Vec<Vec<usize>> = vec![Vec::new(); table.runs.len()];
+    for (index, reading) in table.readings.iter().enumerate() {
+        of_run[reading.run as usize].push(index);
+    }
+    let (mut turns, mut shuffled, mut line) = (0, 0, None);
+    for indices in &of_run {
+        let values: Vec<f64> = indices
+            .iter()
+            .map(|index| table.driver(&table.readings[*index]))
+            .collect();
+        let origin = match table.response {
+            Response::Displacement => 0.0,
+            Response::Force => values.first().copied().unwrap_or(0.0),
+        };
+        let path = follow(&values, origin, turn_share);
+        turns += path.turns;
+        if path.shuffled {
+            shuffled += 1;
+            line = line.or_else(|| indices.first().map(|index| table.readings[*index].line));
+        }
+        for (index, branch) in indices.iter().zip(path.branches) {
+            table.readings[*index].branch = branch;
+        }
+    }
+    table
+        .assumptions
+        .push(SpecimenAssumption::BranchesFromPath { turn_share, turns });
+    if let Some(line) = line {
+        let runs = shuffled;
+        table
+            .assumptions
+            .push(SpecimenAssumption::Shuffled { runs, line });
+    }
+}

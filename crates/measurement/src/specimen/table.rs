@@ -1,0 +1,93 @@
+//! What the reader gives.
+
+use super::assumption::{Excluded, SpecimenAssumption};
+use super::options::Response;
+use stiffbench_units_and_text::test_point::Branch;
+
+/// What the numbers of a column are in.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub enum Scale {
+    /// The SI unit: N or m.
+    Si,
+    /// As they stand in the file: ratios, stress, counts.
+    AsInFile,
+}
+
+/// One pair of numbers, with what is known of when and how it was taken.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct SpecimenReading {
+    /// Line of the file, from 1.
+    pub line: u32,
+    /// Index of its configuration in the table.
+    pub configuration: u32,
+    /// Index of its run in the table.
+    pub run: u32,
+    /// Place in the order of measurement: the file's own number, or the place among the readings from 1.
+    pub order: u32,
+    /// Loading or unloading.
+    pub branch: Branch,
+    /// Force in N, or as in the file ([`SpecimenTable::force_scale`]).
+    pub force: f64,
+    /// Displacement in m, or as in the file ([`SpecimenTable::displacement_scale`]).
+    pub displacement: f64,
+    /// Time in s, if known.
+    pub time_s: Option<f64>,
+    /// Time under this load in s, if known.
+    pub hold_s: Option<f64>,
+    /// Temperature in °C, if known.
+    pub temperature_deg_c: Option<f64>,
+}
+
+/// Readings with one zero and one history.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct SpecimenRun {
+    /// The texts of its columns, with ` / ` between them; that of its configuration if no column names runs.
+    pub label: String,
+    /// Index of the configuration it belongs to.
+    pub configuration: u32,
+}
+
+/// A table of pairs, in the order of measurement.
+#[derive(Debug, Clone, PartialEq)]
+pub struct SpecimenTable {
+    /// The input, as the caller named it.
+    pub source: String,
+    /// Which quantity answers.
+    pub response: Response,
+    /// What the forces are in.
+    pub force_scale: Scale,
+    /// What the displacements are in.
+    pub displacement_scale: Scale,
+    /// Specimens or configurations, in the order in which they appear; the only one is called `specimen` if no column names them.
+    pub configurations: Vec<String>,
+    /// Runs, in the order in which they appear.
+    pub runs: Vec<SpecimenRun>,
+    /// The readings, in the order of measurement.
+    pub readings: Vec<SpecimenReading>,
+    /// What the file does not say and was decided.
+    pub assumptions: Vec<SpecimenAssumption>,
+    /// What was left out.
+    pub excluded: Excluded,
+    /// Columns of the file that nobody asked for.
+    pub unused_columns: Vec<String>,
+}
+
+impl SpecimenTable {
+    /// The quantity that was set: force, or displacement if the force answers.
+    #[must_use]
+    pub fn driver(&self, reading: &SpecimenReading) -> f64 {
+        match self.response {
+            Response::Displacement => reading.force,
+            Response::Force => reading.displacement,
+        }
+    }
+
+    /// The quantity that answered.
+    #[must_use]
+    pub fn answer(&self, reading: &SpecimenReading) -> f64 {
+        match self.response {
+            Response::Displacement => reading.displacement,
+            Response::Force => reading.force,
+        }
+    }
+}

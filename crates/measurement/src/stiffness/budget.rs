@@ -1,0 +1,407 @@
+//! The uncertainty budget of a stiffness (GUM clauses 4, 5 and annex G).
+
+use std::fmt;
+
+use serde::Serialize;
+
+use super::contributions::{
+    calibration_rows, repeatability, resolution_rows, zero_drift, zero_setting,
+};
+use super::covariance::LnParts;
+use super::curve::LoadCurve;
+use super::estimate::{BareStiffness, StiffnessEstimate};
+use super::gauges::Gauges;
+use super::line::LineFit;
+use super::scatter::PooledScatter;
+use stiffbench_numeric::statistics::{Estimate, welch_satterthwaite};
+
+/// What an uncertainty comes from.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Source {
+    /// Scatter of the readings.
+    Repeatability,
+    /// Display step of the force gauge.
+    ForceResolution,
+    /// Display step of the displacement gauge.
+    DisplacementResolution,
+    /// Certificate of the force gauge.
+    ForceCalibration,
+    /// Certificate of the displacement gauge.
+    DisplacementCalibration,
+    /// Error of a gauge zero that several runs share.
+    ZeroSetting,
+    /// Difference of the unloaded readings before and after.
+    ZeroDrift,
+}
+
+impl fmt::Display for Source {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.pad(match self {
+            Self::Repeatability => "repeatability",
+            Self::ForceResolution => "resolution of the force gauge",
+            Self::DisplacementResolution => "resolution of the displacement gauge",
+            Self::ForceCalibration => "calibration of the force gauge",
+            Self::DisplacementCalibration => "calibration of the displacement gauge",
+            Self::ZeroSetting => "zero setting",
+            Self::ZeroDrift => "zero drift",
+        })
+    }
+}
+
+/// Whether a component comes from observed scatter or from other knowledge (GUM 2.3.2, 2.3.3).
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+pub enum EvaluationType {
+    /// From the scatter of these readings.
+    A,
+    /// From anything else.
+    B,
+}
+
+/// Shape of the distribution assumed for a component.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Distribution {
+    /// Normal.
+    Normal,
+    /// Even within its limits.
+    Rectangular,
+}
+
+/// Whether and why a row counts.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Standing {
+    /// Part of the combined uncertainty.
+    Counted,
+    /// Shows in the scatter, counted there.
+    InRepeatability,
+    /// Nothing known of it: not in the combined uncertainty.
+    NotStated,
+    /// Does not act on this quantity.
+    NoEffect,
+}
+
+/// One row of the budget.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct BudgetRow {
+    /// Where it comes from.
+    pub source: Source,
+    /// Type A or B.
+    pub evaluation: EvaluationType,
+    /// Assumed shape.
+    pub distribution: Distribution,
+    /// Whether it counts.
+    pub standing: Standing,
+    /// Standard uncertainty of the input, in `unit`; `None` if nothing is known.
+    pub standard_uncertainty: Option<f64>,
+    /// SI unit of `standard_uncertainty`.
+    pub unit: &'static str,
+    /// Size of the sensitivity coefficient, N/m per `unit`.
+    pub sensitivity: f64,
+    /// Contribution to the combined standard uncertainty, N/m; zero unless it is counted.
+    pub contribution_n_per_m: f64,
+    /// Degrees of freedom; infinite for what is taken as known.
+    pub dof: f64,
+    /// Share of the combined variance, %.
+    pub share_percent: f64,
+    /// What else has to be said.
+    pub note: &'static str,
+}
+
+/// All rows of a stiffness; what is not stated has its row too.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Budget {
+    /// The rows, scatter first.
+    pub rows: Vec<BudgetRow>,
+}
+
+impl Budget {
+    /// The row of `source`.
+    #[must_use]
+    pub fn row(&self, source: Source) -> Option<&BudgetRow> {
+        self.rows.iter().find(|row| row.source == source)
+    }
+}
+
+/// What is known of the unloaded state before and after the loads.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) enum Return {
+    /// No unloaded reading after the loads.
+    NotMeasured,
+    /// The mean difference is within its noise.
+    WithinNoise,
+    /// The mean difference, m.
+    Away(f64),
+}
+
+/// Everything the budget of one cell draws on.
+pub(super) struct BudgetInputs<'a> {
+    pub(super) curve: &'a LoadCurve,
+    pub(super) line: Option<&'a LineFit>,
+    pub(super) gauges: &'a Gauges,
+    pub(super) pooled: Option<&'a PooledScatter>,
+    pub(super) back_to_zero: Return,
+}
+
+/// Adds the rows of the gauges to a stiffness and combines them (GUM eqs. (10) and (G.2b)).
+pub(super) fn combine(bare: &BareStiffness, inputs: &BudgetInputs<'_>) -> StiffnessEstimate {
+    let mut rows = vec![repeatability(bare)];
+    rows.extend(resolution_rows(bare, inputs));
+    rows.extend(calibration_rows(bare, inputs));
+    rows.push(zero_setting(bare, inputs));
+    rows.push(zero_drift(bare, inputs));
+
+    let variance: f64 = rows.iter().map(|r| r.contribution_n_per_m.powi(2)).sum();
+    for row in &mut rows {
+        if variance > 0.0 {
+            row.share_percent = 100.0 * row.contribution_n_per_m.powi(2) / variance;
+        }
+    }
+    let estimate = match bare.type_a {
+        Some(_) => Estimate {
+            value: bare.value_n_per_m,
+            standard_uncertainty: variance.sqrt(),
+            dof: effective_dof(&rows, |_| true),
+        },
+        None => Estimate::without_uncertainty(bare.value_n_per_m),
+    };
+    let of = |wanted: fn(&BudgetRow) -> bool| {
+        let rows = rows.iter().filter(|row| wanted(row));
+        let sum: f64 = rows.map(|row| row.contribution_n_per_m.powi(2)).sum();
+        sum.sqrt()
+    };
+    let size = bare.value_n_per_m.abs();
+    StiffnessEstimate {
+        method: bare.method,
+        estimate,
+        type_a: bare.type_a,
+        type_b_n_per_m: of(|row| row.evaluation == EvaluationType::B),
+        basis: bare.basis,
+        ln_parts: LnParts {
+            independent: bare.type_a.map(|_| of(is_of_the_cell) / size),
+            independent_dof: effective_dof(&rows, is_of_the_cell),
+            force_calibration: of(|row| row.source == Source::ForceCalibration) / size,
+            displacement_calibration: of(|row| row.source == Source::DisplacementCalibration)
+                / size,
+        },
+        budget: Budget { rows },
+    }
+}
+
+fn is_of_the_cell(row: &BudgetRow) -> bool {
+    !matches!(
+        row.source,
+        Source::ForceCalibration | Source::DisplacementCalibration
+    )
+}
+
+fn effective_dof(rows: &[BudgetRow], counts: fn(&BudgetRow) -> bool) -> f64 {
+    let parts: Vec<(f64, f64)> = rows
+        .iter()
+        .filter(|row| counts(row) && row.standing == Standing::Counted)
+        .map(|row| (row.contribution_n_per_m, row.dof))
+        .collect();
+    // Readings without any scatter: their degrees of freedom still limit what is known.
+    let without_scatter = parts.iter().all(|(u, _)| *u == 0.0);
+    if without_scatter {
+        parts
+            .iter()
+            .map(|(_, dof)| *dof)
+            .fold(f64::INFINITY, f64::min)
+    } else {
+        welch_satterthwaite(&parts)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::readings::Reading;
+    use crate::stiffness::GaugeTerms;
+    use crate::stiffness::curve::Branches;
+    use crate::stiffness::estimate::{paper_stiffness, regression_stiffness};
+    use crate::stiffness::sample::{cell, reading};
+
+    /// Force gauge 0.1 N, U 0.15 N; displacement gauge 10 µm, U 4 µm; both k = 2.
+    fn gauges() -> Gauges {
+        Gauges {
+            force: GaugeTerms::new(Some(0.1), Some(0.15), Some(2.0)).unwrap(),
+            displacement: GaugeTerms::new(Some(10e-6), Some(4e-6), Some(2.0)).unwrap(),
+        }
+    }
+
+    /// Three runs of 10, 20, 30 N on slopes of 18, 20 and 22 µm/N: mean 20 µm/N, 0.05 N/µm.
+    fn three_slopes() -> Vec<Reading> {
+        (1..=3_u32)
+            .flat_map(|run| {
+                (1..=3_u32).map(move |step| {
+                    let force = 10.0 * f64::from(step);
+                    let slope = (16.0 + 2.0 * f64::from(run)) * 1e-6;
+                    reading(run, step, force, force, slope * force)
+                })
+            })
+            .collect()
+    }
+
+    fn estimates(readings: &[Reading], gauges: &Gauges) -> [StiffnessEstimate; 2] {
+        let refs: Vec<&Reading> = readings.iter().collect();
+        let curve = LoadCurve::new(cell(), &refs, Branches::LoadingOnly);
+        let line = LineFit::new(&curve).unwrap();
+        let inputs = BudgetInputs {
+            curve: &curve,
+            line: Some(&line),
+            gauges,
+            pooled: None,
+            back_to_zero: Return::NotMeasured,
+        };
+        [
+            combine(&paper_stiffness(&curve, Some(&line)).unwrap(), &inputs),
+            combine(&regression_stiffness(&curve, &line).unwrap(), &inputs),
+        ]
+    }
+
+    fn close(found: f64, expected: f64) {
+        assert!(
+            (found / expected - 1.0).abs() < 1e-9,
+            "{found} is not {expected}"
+        );
+    }
+
+    #[test]
+    fn the_rows_of_a_regression_are_those_worked_by_hand() {
+        let [_, regression] = estimates(&three_slopes(), &gauges());
+        let k = 0.05e6;
+        let row = |source| regression.budget.row(source).unwrap();
+        // Slopes 18, 20, 22: standard deviation 2, of the mean 2/√3, two degrees of freedom.
+        let repeatability = row(Source::Repeatability);
+        close(
+            repeatability.standard_uncertainty.unwrap(),
+            2e-6 / 3_f64.sqrt(),
+        );
+        close(repeatability.sensitivity, k * k);
+        assert_eq!((repeatability.dof, repeatability.unit), (2.0, "m/N"));
+        // All forces of a load are equal: the step is common to the repeats. Load weights (F - 20)/200, K · √(2 · 0.05²).
+        let force_step = row(Source::ForceResolution);
+        close(
+            force_step.standard_uncertainty.unwrap(),
+            0.1 / 12_f64.sqrt(),
+        );
+        close(force_step.sensitivity, k * (2.0 * 0.05_f64.powi(2)).sqrt());
+        assert_eq!(force_step.standing, Standing::Counted);
+        // Displacements of a load differ by 20 to 60 µm, more than a step: in the scatter.
+        let step = row(Source::DisplacementResolution);
+        assert_eq!(step.standing, Standing::InRepeatability);
+        assert_eq!(step.contribution_n_per_m, 0.0);
+        // Scale at the largest load: 30 N and 600 µm.
+        close(
+            row(Source::ForceCalibration).contribution_n_per_m,
+            k * 0.075 / 30.0,
+        );
+        let of_displacement = row(Source::DisplacementCalibration).contribution_n_per_m;
+        close(of_displacement, k * 2e-6 / 600e-6);
+        assert_eq!(row(Source::ZeroSetting).standing, Standing::NoEffect);
+        assert_eq!(row(Source::ZeroDrift).standing, Standing::NotStated);
+
+        let parts = [
+            k * k * 2e-6 / 3_f64.sqrt(),
+            k * 0.1 / 12_f64.sqrt() * 0.005_f64.sqrt(),
+            k * 0.0025,
+            k / 300.0,
+        ];
+        let variance: f64 = parts.iter().map(|u| u * u).sum();
+        close(regression.estimate.standard_uncertainty, variance.sqrt());
+        close(
+            regression.estimate.dof,
+            variance * variance / (parts[0].powi(4) / 2.0),
+        );
+        let shares: f64 = regression.budget.rows.iter().map(|r| r.share_percent).sum();
+        close(shares, 100.0);
+        let type_b: f64 = parts[1..].iter().map(|u| u * u).sum();
+        close(regression.type_b_n_per_m, type_b.sqrt());
+        close(regression.ln_parts.force_calibration, 0.0025);
+        close(regression.ln_parts.displacement_calibration, 1.0 / 300.0);
+        let independent = (parts[0].powi(2) + parts[1].powi(2)).sqrt() / k;
+        close(regression.ln_parts.independent.unwrap(), independent);
+    }
+
+    #[test]
+    fn what_is_not_stated_has_its_row_and_does_not_count() {
+        let [paper, regression] = estimates(&three_slopes(), &Gauges::default());
+        for estimate in [paper, regression] {
+            assert_eq!(estimate.budget.rows.len(), 7);
+            let not_stated = [
+                Source::ForceResolution,
+                Source::DisplacementResolution,
+                Source::ForceCalibration,
+                Source::DisplacementCalibration,
+            ];
+            for source in not_stated {
+                let row = estimate.budget.row(source).unwrap();
+                assert_eq!(
+                    (row.standing, row.standard_uncertainty),
+                    (Standing::NotStated, None)
+                );
+                assert!(row.note.contains("not stated"));
+            }
+            assert_eq!(estimate.type_b_n_per_m, 0.0);
+        }
+    }
+
+    #[test]
+    fn a_zero_shared_by_the_runs_counts_for_the_ratio_and_not_for_the_slope() {
+        let mut readings = three_slopes();
+        let [apart, _] = estimates(&readings, &gauges());
+        let setting = apart.budget.row(Source::ZeroSetting).unwrap();
+        assert_eq!(setting.standing, Standing::InRepeatability);
+        for reading in &mut readings {
+            reading.zero = 0;
+        }
+        let [paper, regression] = estimates(&readings, &gauges());
+        let setting = paper.budget.row(Source::ZeroSetting).unwrap();
+        assert_eq!(setting.standing, Standing::Counted);
+        // dK/d(zero) = mean of K/δ over 200, 400, 600 µm.
+        close(
+            setting.sensitivity,
+            50e3 * (1.0 / 200e-6 + 1.0 / 400e-6 + 1.0 / 600e-6) / 3.0,
+        );
+        let setting = regression.budget.row(Source::ZeroSetting).unwrap();
+        assert_eq!(setting.contribution_n_per_m, 0.0);
+    }
+
+    #[test]
+    fn a_drift_of_the_zero_is_a_limit_at_the_largest_load() {
+        let readings = three_slopes();
+        let refs: Vec<&Reading> = readings.iter().collect();
+        let curve = LoadCurve::new(cell(), &refs, Branches::LoadingOnly);
+        let line = LineFit::new(&curve).unwrap();
+        let gauges = Gauges::default();
+        let inputs = BudgetInputs {
+            curve: &curve,
+            line: Some(&line),
+            gauges: &gauges,
+            pooled: None,
+            back_to_zero: Return::Away(-12e-6),
+        };
+        let estimate = combine(&regression_stiffness(&curve, &line).unwrap(), &inputs);
+        let drift = estimate.budget.row(Source::ZeroDrift).unwrap();
+        close(
+            drift.contribution_n_per_m,
+            0.05e6 * 12.0 / 600.0 / 3_f64.sqrt(),
+        );
+    }
+
+    #[test]
+    fn without_any_scatter_to_see_there_is_no_combined_uncertainty() {
+        let readings = [
+            reading(1, 0, 0.0, 0.0, 0.0),
+            reading(1, 1, -10.0, -10.0, -2e-4),
+        ];
+        for estimate in estimates(&readings, &gauges()) {
+            assert!(estimate.estimate.standard_uncertainty.is_nan());
+            assert_eq!(estimate.estimate.expanded_95(), None);
+            assert!(estimate.type_b_n_per_m > 0.0);
+            assert_eq!(estimate.ln_parts.independent, None);
+        }
+    }
+}

@@ -1,0 +1,470 @@
+//! Measured stiffness of every cell.
+
+use std::fmt;
+
+use super::budget::{BudgetInputs, Return, combine};
+use super::checks::{CellWork, check};
+use super::covariance::LnStiffnessCovariance;
+use super::curve::{Branches, LoadMean};
+use super::estimate::{
+    Method, NoStiffness, StiffnessEstimate, paper_stiffness, regression_stiffness,
+};
+use super::flags::Flag;
+use super::gauges::Gauges;
+use super::grouping::{LeftOut, group_by_cell};
+use super::line::LineFit;
+use super::scatter::PooledScatter;
+use crate::readings::Reading;
+use stiffbench_numeric::statistics::Estimate;
+use stiffbench_units_and_text::test_point::Cell;
+
+/// What the stiffness is worked out from.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct StiffnessOptions {
+    /// Branches that take part.
+    pub branches: Branches,
+}
+
+/// Stiffness of one cell with everything it rests on.
+#[derive(Debug, Clone, PartialEq)]
+pub struct CellStiffness {
+    /// Pose and direction.
+    pub cell: Cell,
+    /// Number of runs.
+    pub n_runs: usize,
+    /// Number of gauge zeros.
+    pub n_zeros: usize,
+    /// Mean readings by load.
+    pub loads: Vec<LoadMean>,
+    /// Mean of F/δ over the loads that are not zero, with its budget, or why there is none.
+    pub paper: Result<StiffnessEstimate, NoStiffness>,
+    /// 1/slope of displacement on force, with its budget, or why there is none.
+    pub regression: Result<StiffnessEstimate, NoStiffness>,
+    /// The line behind `regression`: compliance in m/N with both its uncertainties.
+    pub line: Result<LineFit, NoStiffness>,
+    /// What looks wrong.
+    pub flags: Vec<Flag>,
+}
+
+impl CellStiffness {
+    /// The stiffness by `method`.
+    ///
+    /// # Errors
+    /// Why there is none.
+    pub fn by(&self, method: Method) -> Result<&StiffnessEstimate, NoStiffness> {
+        let found = match method {
+            Method::PaperMean => &self.paper,
+            Method::Regression => &self.regression,
+        };
+        found.as_ref().map_err(|reason| *reason)
+    }
+
+    /// Mean intercept of the line, m; `None` without a line.
+    #[must_use]
+    pub fn zero_offset_m(&self) -> Option<Estimate> {
+        self.line.as_ref().ok().map(|line| line.zero_offset_m)
+    }
+}
+
+/// Why a cell of the readings is not in the table.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum SkipReason {
+    /// None of its readings was accepted.
+    NothingAccepted {
+        /// Number of its readings.
+        n_readings: usize,
+    },
+    /// Its accepted readings are all of another branch.
+    OtherBranch {
+        /// Number of accepted readings.
+        n_accepted: usize,
+    },
+}
+
+impl fmt::Display for SkipReason {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::NothingAccepted { n_readings } => {
+                write!(
+                    f,
+                    "none of its {n_readings} reading(s) is accepted and finite"
+                )
+            }
+            Self::OtherBranch { n_accepted } => write!(
+                f,
+                "all of its {n_accepted} accepted reading(s) are of a branch that was not asked for"
+            ),
+        }
+    }
+}
+
+/// A cell without readings to work with.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct SkippedCell {
+    /// Pose and direction.
+    pub cell: Cell,
+    /// Why.
+    pub reason: SkipReason,
+}
+
+/// Measured stiffness of all cells of a set of readings.
+#[derive(Debug, Clone, PartialEq)]
+pub struct StiffnessTable {
+    /// The branches used.
+    pub branches: Branches,
+    /// Cells in the order in which they first appear.
+    pub cells: Vec<CellStiffness>,
+    /// Scatter of single readings over all cells; `None` without repeats.
+    pub pooled_scatter: Option<PooledScatter>,
+    /// Cells without a row, with the reason.
+    pub skipped: Vec<SkippedCell>,
+    /// Readings left out.
+    pub left_out: LeftOut,
+}
+
+impl StiffnessTable {
+    /// The row of a cell.
+    #[must_use]
+    pub fn cell(&self, cell: &Cell) -> Option<&CellStiffness> {
+        self.cells.iter().find(|row| row.cell == *cell)
+    }
+
+    /// How the uncertainties of ln K of the cells hang together through the gauges they share.
+    #[must_use]
+    pub fn covariance(&self, method: Method) -> LnStiffnessCovariance {
+        LnStiffnessCovariance::new(self.cells.iter().map(|row| {
+            let parts = row.by(method).ok().map(|estimate| estimate.ln_parts);
+            (&row.cell, parts)
+        }))
+    }
+}
+
+/// Works out the stiffness of every cell, by both methods, with budgets and flags.
+///
+/// # Arguments
+/// - `readings`: in any order; only accepted ones with finite numbers count, the rest is counted in `left_out`.
+/// - `gauges`: resolution and calibration, as far as they are stated.
+///
+/// # Returns
+/// Cells in the order of their first reading. Every cell that has readings is either a row or in `skipped`.
+#[must_use]
+pub fn stiffness_table(
+    readings: &[Reading],
+    gauges: &Gauges,
+    options: StiffnessOptions,
+) -> StiffnessTable {
+    let (groups, mut left_out) = group_by_cell(readings);
+    let mut skipped = Vec::new();
+    let mut works = Vec::new();
+    for group in groups {
+        if group.usable.is_empty() {
+            let reason = SkipReason::NothingAccepted {
+                n_readings: group.n_readings,
+            };
+            skipped.push(SkippedCell {
+                cell: group.cell,
+                reason,
+            });
+            continue;
+        }
+        let work = CellWork::new(group.cell, &group.usable, options.branches);
+        left_out.later_in_step += work.curve.n_later_in_step;
+        left_out.other_branch += work.curve.n_other_branch;
+        if work.curve.runs.is_empty() {
+            let reason = SkipReason::OtherBranch {
+                n_accepted: group.usable.len(),
+            };
+            skipped.push(SkippedCell {
+                cell: work.curve.cell,
+                reason,
+            });
+        } else {
+            works.push(work);
+        }
+    }
+    let pooled_scatter = check(&mut works, gauges);
+    let cells = works
+        .into_iter()
+        .map(|work| finish(work, gauges, pooled_scatter.as_ref()))
+        .collect();
+    StiffnessTable {
+        branches: options.branches,
+        cells,
+        pooled_scatter,
+        skipped,
+        left_out,
+    }
+}
+
+fn finish(work: CellWork, gauges: &Gauges, pooled: Option<&PooledScatter>) -> CellStiffness {
+    let away = work.flags.iter().find_map(|flag| match flag {
+        Flag::ReturnToZero { mean_m, .. } => Some(*mean_m),
+        _ => None,
+    });
+    let back_to_zero = match away {
+        Some(mean_m) => Return::Away(mean_m),
+        None if work.unloaded.returns_m.is_empty() || pooled.is_none() => Return::NotMeasured,
+        None => Return::WithinNoise,
+    };
+    let inputs = BudgetInputs {
+        curve: &work.curve,
+        line: work.line.as_ref().ok(),
+        gauges,
+        pooled,
+        back_to_zero,
+    };
+    let paper = paper_stiffness(&work.curve, inputs.line).map(|bare| combine(&bare, &inputs));
+    let regression = work.line.as_ref().map_err(|reason| *reason);
+    let regression = regression
+        .and_then(|line| regression_stiffness(&work.curve, line))
+        .map(|bare| combine(&bare, &inputs));
+    CellStiffness {
+        n_runs: work.curve.runs.len(),
+        n_zeros: work.curve.n_zeros,
+        paper,
+        regression,
+        line: work.line,
+        flags: work.flags,
+        cell: work.curve.cell,
+        loads: work.curve.loads,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::readings::Status;
+    use crate::stiffness::sample::{SimulatedBench, cell, reading};
+    use crate::stiffness::{GaugeTerms, ScatterBasis};
+    use stiffbench_units_and_text::test_point::{Branch, Direction};
+
+    fn table(readings: &[Reading]) -> StiffnessTable {
+        stiffness_table(readings, &Gauges::default(), StiffnessOptions::default())
+    }
+
+    fn has(row: &CellStiffness, rule: &str) -> bool {
+        row.flags.iter().any(|flag| flag.rule() == rule)
+    }
+
+    #[test]
+    fn cells_stand_in_the_order_of_their_first_reading_whatever_the_order_of_the_rest() {
+        let mut readings = SimulatedBench::paper(6, 1).readings();
+        let names = |table: &StiffnessTable| -> Vec<String> {
+            table.cells.iter().map(|row| row.cell.to_string()).collect()
+        };
+        let sorted = table(&readings);
+        assert_eq!(
+            names(&sorted),
+            ["P1 x", "P1 y", "P1 z", "P2 x", "P2 y", "P2 z"]
+        );
+        readings.reverse();
+        let reversed = table(&readings);
+        assert_eq!(
+            names(&reversed),
+            ["P2 z", "P2 y", "P2 x", "P1 z", "P1 y", "P1 x"]
+        );
+        for row in &sorted.cells {
+            assert_eq!(reversed.cell(&row.cell).unwrap().regression, row.regression);
+        }
+    }
+
+    #[test]
+    fn everything_left_out_is_counted_and_a_cell_without_readings_is_listed() {
+        let mut readings: Vec<Reading> = (0..4)
+            .map(|i| {
+                reading(
+                    1,
+                    i,
+                    -10.0 * f64::from(i),
+                    -10.0 * f64::from(i),
+                    -2e-4 * f64::from(i),
+                )
+            })
+            .collect();
+        readings.push(Reading {
+            status: Status::Superseded,
+            ..reading(1, 4, -40.0, -40.0, -8e-4)
+        });
+        readings.push(Reading {
+            status: Status::Rejected,
+            ..reading(1, 4, -40.0, -40.0, -8e-4)
+        });
+        readings.push(reading(1, 4, -40.0, f64::NAN, -8e-4));
+        readings.push(reading(1, 3, -30.0, -30.0, -6.1e-4));
+        readings.push(Reading {
+            status: Status::Rejected,
+            direction: Direction::X,
+            ..reading(1, 0, -10.0, -10.0, -2e-4)
+        });
+        readings.push(Reading {
+            branch: Branch::Unloading,
+            direction: Direction::Z,
+            ..reading(1, 0, -10.0, -10.0, -2e-4)
+        });
+        let table = table(&readings);
+        assert_eq!(table.cells.len(), 1);
+        let expected = LeftOut {
+            superseded: 1,
+            rejected: 2,
+            later_in_step: 1,
+            other_branch: 1,
+            not_finite: vec![104],
+        };
+        assert_eq!(table.left_out, expected);
+        let reasons: Vec<SkipReason> = table.skipped.iter().map(|s| s.reason).collect();
+        assert_eq!(
+            reasons,
+            [
+                SkipReason::NothingAccepted { n_readings: 1 },
+                SkipReason::OtherBranch { n_accepted: 1 }
+            ]
+        );
+        assert!(
+            table
+                .skipped
+                .iter()
+                .all(|s| s.reason.to_string().len() > 20)
+        );
+        assert_eq!(
+            stiffness_table(&[], &Gauges::default(), StiffnessOptions::default()).cells,
+            []
+        );
+    }
+
+    #[test]
+    fn one_sweep_rests_on_residuals_and_three_on_runs() {
+        for (repeats, runs) in [(1, false), (2, false), (3, true)] {
+            let bench = SimulatedBench {
+                repeats,
+                ..SimulatedBench::paper(1, 2)
+            };
+            let table = table(&bench.readings());
+            let regression = table.cells[0].by(Method::Regression).unwrap();
+            let by_runs = matches!(regression.basis, ScatterBasis::RunToRun { .. });
+            assert_eq!(by_runs, runs);
+            let dof = if runs {
+                2.0
+            } else {
+                f64::from(repeats) * 7.0 - 1.0
+            };
+            assert_eq!(regression.type_a.unwrap().dof, dof);
+            assert!(regression.estimate.expanded_95().is_some());
+        }
+    }
+
+    #[test]
+    fn a_gauge_of_the_wrong_polarity_is_flagged_and_its_ratio_has_no_value() {
+        let mut readings = SimulatedBench::paper(1, 2).readings();
+        for reading in &mut readings {
+            reading.displacement_m = -reading.displacement_m;
+        }
+        let table = table(&readings);
+        let row = &table.cells[0];
+        assert!(has(row, "negative-stiffness") && has(row, "displacement-sign"));
+        assert_eq!(
+            row.paper,
+            Err(NoStiffness::OppositeSigns { target_n: -10.0 })
+        );
+        assert!(row.by(Method::Regression).unwrap().estimate.value < 0.0);
+    }
+
+    #[test]
+    fn loads_that_say_little_are_flagged() {
+        let forces = |target: f64, force: f64, displacement: f64| {
+            (1..=5).flat_map(move |repeat| {
+                [
+                    reading(repeat, 0, 0.0, 0.0, 0.0),
+                    reading(
+                        repeat,
+                        1,
+                        target,
+                        force,
+                        displacement + 1e-6 * f64::from(repeat),
+                    ),
+                ]
+            })
+        };
+        let readings: Vec<Reading> = forces(-10.0, 10.0, 2e-4).collect();
+        let found = table(&readings);
+        assert!(has(&found.cells[0], "too-few-loads") && has(&found.cells[0], "force-sign"));
+        let readings: Vec<Reading> = forces(-10.0, 0.0, -2e-4).collect();
+        let found = table(&readings);
+        assert!(has(&found.cells[0], "zero-force"));
+        assert_eq!(found.cells[0].regression, Err(NoStiffness::OneForce));
+        let readings: Vec<Reading> = forces(-10.0, -10.0, -3.5e-6).collect();
+        let found = table(&readings);
+        assert!(has(&found.cells[0], "displacement-not-resolved"));
+        assert!(has(&found.cells[0], "slope-not-resolved"));
+    }
+
+    #[test]
+    fn a_displacement_that_falls_back_is_flagged() {
+        let mut readings = SimulatedBench::paper(2, 4).readings();
+        for reading in readings.iter_mut().filter(|r| r.direction == Direction::Y) {
+            if reading.target_n == -50.0 {
+                reading.displacement_m += 300e-6;
+            }
+        }
+        let table = table(&readings);
+        assert!(!has(&table.cells[0], "not-monotonic"));
+        let flag = table.cells[1]
+            .flags
+            .iter()
+            .find(|f| f.rule() == "not-monotonic");
+        let Some(Flag::NotMonotonic {
+            to_target_n,
+            drop_m,
+            ..
+        }) = flag
+        else {
+            panic!("no flag");
+        };
+        assert_eq!(*to_target_n, -50.0);
+        assert!((drop_m - 100e-6).abs() < 20e-6);
+    }
+
+    #[test]
+    fn both_branches_together_move_the_ratio_when_there_is_a_loop() {
+        let bench = SimulatedBench {
+            unloading: true,
+            ..SimulatedBench::paper(1, 6)
+        };
+        let mut readings = bench.readings();
+        for reading in readings
+            .iter_mut()
+            .filter(|r| r.branch == Branch::Unloading)
+        {
+            reading.displacement_m -= 40e-6;
+        }
+        let options = StiffnessOptions {
+            branches: Branches::Both,
+        };
+        let both = stiffness_table(&readings, &Gauges::default(), options);
+        let loading = table(&readings);
+        let value =
+            |table: &StiffnessTable| table.cells[0].by(Method::PaperMean).unwrap().estimate.value;
+        assert!(value(&both) < 0.99 * value(&loading));
+        assert_eq!(
+            (both.cells[0].loads.len(), loading.cells[0].loads.len()),
+            (15, 8)
+        );
+    }
+
+    #[test]
+    fn the_covariance_of_cells_is_that_of_their_parts() {
+        let gauges = Gauges {
+            force: GaugeTerms::new(None, Some(0.14), Some(2.0)).unwrap(),
+            ..Gauges::default()
+        };
+        let readings = SimulatedBench::paper(2, 8).readings();
+        let table = stiffness_table(&readings, &gauges, StiffnessOptions::default());
+        let covariance = table.covariance(Method::Regression);
+        // 0.07 N of 70 N: a thousandth, the same for both.
+        let common = covariance.entry(0, 1).unwrap();
+        assert!((common / 1e-6 - 1.0).abs() < 0.01, "{common}");
+        let estimate = table.cells[0].by(Method::Regression).unwrap().estimate;
+        let relative = estimate.standard_uncertainty / estimate.value;
+        assert!((covariance.entry(0, 0).unwrap() / relative.powi(2) - 1.0).abs() < 1e-9);
+        assert!(table.cell(&cell()).is_some());
+    }
+}

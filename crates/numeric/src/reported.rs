@@ -1,0 +1,101 @@
+//! Numbers as they go to JSON.
+
+use serde::Serialize;
+
+use crate::statistics::Estimate;
+
+/// A number as it goes to JSON: value, unit, and what is known of its uncertainty.
+///
+/// A value that is not finite becomes `null` with the reason beside it, so that JSON never holds NaN or infinity.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Reported {
+    /// The value in `unit`; `null` if there is none.
+    pub value: Option<f64>,
+    /// ASCII unit, for example `N/um` or `rad/(N*m)`.
+    pub unit: &'static str,
+    /// Expanded uncertainty U = k u, in `unit`.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub u: Option<f64>,
+    /// Coverage factor of `u` for 95 %, from Student's t with `dof`.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub k: Option<f64>,
+    /// Effective degrees of freedom; absent when infinite or when no uncertainty is given.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub dof: Option<f64>,
+    /// 95 % interval in `unit`.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub ci95: Option<[f64; 2]>,
+    /// Why `value` or its uncertainty is missing.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub reason: Option<String>,
+}
+
+impl Reported {
+    /// A value without uncertainty.
+    #[must_use]
+    pub fn exact(value: f64, unit: &'static str) -> Self {
+        let finite = value.is_finite();
+        Self {
+            value: finite.then_some(value),
+            unit,
+            u: None,
+            k: None,
+            dof: None,
+            ci95: None,
+            reason: (!finite).then(|| "the value is not finite".to_owned()),
+        }
+    }
+
+    /// No value, and why.
+    #[must_use]
+    pub fn missing(unit: &'static str, reason: impl Into<String>) -> Self {
+        Self {
+            value: None,
+            reason: Some(reason.into()),
+            ..Self::exact(0.0, unit)
+        }
+    }
+
+    /// A value with a 95 % interval, both already in `unit`; an end that is not finite leaves the interval out.
+    #[must_use]
+    pub fn with_interval(value: f64, interval: [f64; 2], unit: &'static str) -> Self {
+        let finite = interval.iter().all(|end| end.is_finite());
+        Self {
+            ci95: finite.then_some(interval),
+            ..Self::exact(value, unit)
+        }
+    }
+
+    /// An estimate in SI, printed in `unit`, of which one is `si_per_unit` SI units.
+    #[must_use]
+    pub fn from_estimate(estimate: &Estimate, si_per_unit: f64, unit: &'static str) -> Self {
+        let mut reported = Self::exact(estimate.value / si_per_unit, unit);
+        match estimate.expanded_95() {
+            Some(expanded) => {
+                reported.u = Some(expanded / si_per_unit);
+                reported.k = estimate.coverage_factor_95();
+                reported.dof = estimate.dof.is_finite().then_some(estimate.dof);
+            }
+            None => {
+                reported.reason.get_or_insert_with(|| {
+                    "no uncertainty: fewer than one degree of freedom".to_owned()
+                });
+            }
+        }
+        reported
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn json_never_holds_infinity() {
+        let text = serde_json::to_string(&Reported::exact(f64::INFINITY, "N/um")).unwrap();
+        assert_eq!(
+            text,
+            r#"{"value":null,"unit":"N/um","reason":"the value is not finite"}"#
+        );
+    }
+}

@@ -1,0 +1,8 @@
+//! The promises of this crate, tested from outside.
+
+#![expect(
+    clippy::unwrap_used,
+    reason = "a test stops at what is not as it must be"
+)]
+
+mod nist_strd;

@@ -1,0 +1,265 @@
+//! Answers that are known beforehand: from a file, schema `stiffbench/answers/1`, or from the command line.
+
+use std::collections::BTreeMap;
+
+use miette::Diagnostic;
+use thiserror::Error;
+
+use stiffbench_units_and_text::nearest::nearest;
+
+use super::operator::{Answer, Prompt};
+
+/// The schema of an answers file.
+pub const ANSWERS_SCHEMA: &str = "stiffbench/answers/1";
+
+/// Every question a session can ask, with what an answer looks like.
+pub const PROMPTS: [(&str, &str); 17] = [
+    ("ready", "true: the bench is ready"),
+    ("temperature", "a number, degC"),
+    (
+        "setup",
+        "true: pose and gauges stand; setup.P1.x for one of them",
+    ),
+    (
+        "other-gauge",
+        "true: go on with a gauge of another identity",
+    ),
+    (
+        "sign-check",
+        "\"minus\" or \"plus\": which way the push by hand went, \"again\"",
+    ),
+    (
+        "sign-differs",
+        "\"use\" the sign that was seen, or \"again\"",
+    ),
+    (
+        "zero-not-shown",
+        "zero a gauge \"again\" that does not show its zero, or \"subtract\" what it shows",
+    ),
+    (
+        "force-offset",
+        "\"zero\" a steady force that hangs free, or \"wait\"",
+    ),
+    (
+        "force-sign",
+        "\"flip\" the sign of the force gauge, or \"wait\"",
+    ),
+    (
+        "frozen",
+        "\"accept\", \"again\" or \"skip\" a displacement that does not move",
+    ),
+    (
+        "displacement-sign",
+        "\"accept\", \"again\", \"skip\" or \"flip\" one that moves against the force",
+    ),
+    (
+        "implausible",
+        "\"accept\", \"again\" or \"skip\" one far from its neighbours",
+    ),
+    (
+        "not-settled",
+        "\"wait\", or \"take\" a reading that has not settled",
+    ),
+    ("drift", "\"keep\" or \"redo\" readings whose zero moved"),
+    ("skip-reason", "a text"),
+    ("note", "a text"),
+    ("redo-cell", "true: measure a complete cell once more"),
+];
+
+/// Answers by the name of the prompt, or by its name and key (`setup.P1.x`).
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Answers {
+    /// The answers.
+    pub by_name: BTreeMap<String, Answer>,
+    /// Whether nobody is there to be asked: a question without an answer ends the session.
+    pub no_input: bool,
+}
+
+/// Why answers cannot be used.
+#[derive(Debug, Clone, PartialEq, Eq, Error, Diagnostic)]
+pub enum AnswersError {
+    /// Not an answers file.
+    #[error("{file}: {problem}")]
+    #[diagnostic(
+        code(stiffbench::session::answers_file),
+        help(
+            "the first line is schema = \"stiffbench/answers/1\", then lines like setup = true or sign-check = \"minus\""
+        )
+    )]
+    File {
+        /// The file.
+        file: String,
+        /// What is wrong.
+        problem: String,
+    },
+    /// No such question.
+    #[error("{file}: no question is called `{name}`")]
+    #[diagnostic(code(stiffbench::session::answer_name))]
+    Unknown {
+        /// The file, or the argument.
+        file: String,
+        /// The name.
+        name: String,
+        /// The nearest, and where all are.
+        #[help]
+        help: String,
+    },
+    /// Not `NAME=VALUE`.
+    #[error("`{text}` is no answer: NAME=VALUE is expected")]
+    #[diagnostic(
+        code(stiffbench::session::answer_form),
+        help("for example --answer sign-check=minus or --answer setup=true")
+    )]
+    Form {
+        /// What was given.
+        text: String,
+    },
+}
+
+impl Answers {
+    /// Reads an answers file. Tables count as names with a point: `[setup]` with `"P1.x" = true` answers `setup.P1.x`.
+    ///
+    /// # Errors
+    /// [`AnswersError`].
+    pub fn parse(file: &str, text: &str) -> Result<Self, AnswersError> {
+        let wrong = |problem: String| AnswersError::File {
+            file: file.to_owned(),
+            problem,
+        };
+        let mut table: toml::Table =
+            toml::from_str(text).map_err(|error| wrong(error.message().to_owned()))?;
+        match table.remove("schema") {
+            Some(toml::Value::String(schema)) if schema == ANSWERS_SCHEMA => {}
+            found => {
+                let found = found.map_or("nothing".to_owned(), |found| found.to_string());
+                let problem = format!("`schema` is {found}, expected \"{ANSWERS_SCHEMA}\"");
+                return Err(wrong(problem));
+            }
+        }
+        let mut answers = Self::default();
+        answers.take(file, "", table)?;
+        Ok(answers)
+    }
+
+    fn take(&mut self, file: &str, above: &str, table: toml::Table) -> Result<(), AnswersError> {
+        for (key, value) in table {
+            let name = format!("{above}{key}");
+            let answer = match value {
+                toml::Value::Table(table) => {
+                    self.take(file, &format!("{name}."), table)?;
+                    continue;
+                }
+                toml::Value::Boolean(yes) => Answer::Yes(yes),
+                toml::Value::Integer(number) => Answer::Number(number as f64),
+                toml::Value::Float(number) => Answer::Number(number),
+                toml::Value::String(text) => Answer::Text(text),
+                toml::Value::Datetime(_) | toml::Value::Array(_) => {
+                    return Err(AnswersError::File {
+                        file: file.to_owned(),
+                        problem: format!("`{name}` is neither text, number, true nor false"),
+                    });
+                }
+            };
+            self.insert(file, &name, answer)?;
+        }
+        Ok(())
+    }
+
+    /// Takes `NAME=VALUE`; it goes before what is there already.
+    ///
+    /// # Errors
+    /// [`AnswersError`].
+    pub fn take_argument(&mut self, text: &str) -> Result<(), AnswersError> {
+        let (name, value) = text.split_once('=').ok_or_else(|| AnswersError::Form {
+            text: text.to_owned(),
+        })?;
+        let answer = match value {
+            "true" | "yes" => Answer::Yes(true),
+            "false" | "no" => Answer::Yes(false),
+            value => match value.parse::<f64>() {
+                Ok(number) if number.is_finite() => Answer::Number(number),
+                _ => Answer::Text(value.to_owned()),
+            },
+        };
+        self.insert("--answer", name, answer)
+    }
+
+    fn insert(&mut self, file: &str, name: &str, answer: Answer) -> Result<(), AnswersError> {
+        let id = name.split('.').next().unwrap_or(name);
+        let names = || PROMPTS.iter().map(|(name, _)| *name);
+        if !names().any(|known| known == id) {
+            let meant = nearest(id, names());
+            let meant = meant.map_or_else(String::new, |near| format!("did you mean {near}? "));
+            return Err(AnswersError::Unknown {
+                file: file.to_owned(),
+                name: name.to_owned(),
+                help: format!("{meant}stiffbench session plan lists every question"),
+            });
+        }
+        self.by_name.insert(name.to_owned(), answer);
+        Ok(())
+    }
+
+    /// Takes further answers; those that are there already go before them.
+    #[must_use]
+    pub fn or(mut self, others: Self) -> Self {
+        for (name, answer) in others.by_name {
+            self.by_name.entry(name).or_insert(answer);
+        }
+        self
+    }
+
+    /// The answer to a question, if there is one.
+    #[must_use]
+    pub fn find(&self, prompt: &Prompt) -> Option<&Answer> {
+        let keyed = prompt
+            .key
+            .as_ref()
+            .map(|key| format!("{}.{key}", prompt.id));
+        keyed
+            .and_then(|name| self.by_name.get(&name))
+            .or_else(|| self.by_name.get(&prompt.id))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_answer_with_the_key_goes_first() {
+        let text = "schema = \"stiffbench/answers/1\"\ntemperature = 21\nsetup = true\n\"setup.P2.x\" = false\n[sign-check]\n\"P1.x\" = \"plus\"\n";
+        let mut answers = Answers::parse("a.toml", text).unwrap();
+        let mut prompt = Prompt::confirm("setup", "?");
+        for (key, expected) in [("P1.x", true), ("P2.x", false)] {
+            prompt.key = Some(key.to_owned());
+            assert_eq!(answers.find(&prompt), Some(&Answer::Yes(expected)));
+        }
+        let mut way = Prompt::choice("sign-check", "?", &[("plus", "")]);
+        assert_eq!(answers.find(&way), None);
+        way.key = Some("P1.x".to_owned());
+        assert_eq!(answers.find(&way), Some(&Answer::Text("plus".to_owned())));
+        answers.take_argument("setup.P2.x=yes").unwrap();
+        assert_eq!(answers.find(&prompt), Some(&Answer::Yes(true)));
+    }
+
+    #[test]
+    fn names_and_forms_that_are_none_are_told() {
+        let schema = "schema = \"stiffbench/answers/1\"\n";
+        let error = |text: &str| Answers::parse("a.toml", text).unwrap_err();
+        let unknown = error(&format!("{schema}sing-check = \"plus\"\n"));
+        assert!(
+            matches!(&unknown, AnswersError::Unknown { help, .. } if help.contains("sign-check"))
+        );
+        assert!(matches!(error("setup = true\n"), AnswersError::File { .. }));
+        assert!(matches!(
+            error(&format!("{schema}setup = [1]\n")),
+            AnswersError::File { .. }
+        ));
+        let mut answers = Answers::default();
+        assert!(matches!(
+            answers.take_argument("setup"),
+            Err(AnswersError::Form { .. })
+        ));
+    }
+}

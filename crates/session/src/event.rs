@@ -1,0 +1,291 @@
+//! What a journal keeps: one event a line.
+
+use serde::{Deserialize, Serialize};
+
+use stiffbench_gauges::Channel;
+use stiffbench_units_and_text::test_point::{Branch, Direction};
+
+/// Something that happened in a session.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(tag = "kind", content = "data", rename_all = "kebab-case")]
+pub enum Event {
+    /// The session began.
+    Started(Started),
+    /// The session was taken up again by another process.
+    Resumed(Resumed),
+    /// A gauge said who it is.
+    Instrument(InstrumentSeen),
+    /// Which way a gauge counts.
+    SignCheck(SignChecked),
+    /// The operator confirmed a pose and direction.
+    PoseSet(PoseSet),
+    /// The gauges were zeroed, or the zero was looked at.
+    Zero(Zeroed),
+    /// A reading was taken.
+    Reading(Box<TakenReading>),
+    /// A reading no longer counts; it stays.
+    Superseded(Superseded),
+    /// A planned reading is left out.
+    Skipped(Skipped),
+    /// The operator's words.
+    Note(Noted),
+    /// The surroundings.
+    Environment(Surroundings),
+    /// A line went down or came back, or a gauge sent what must not be used.
+    Link(LinkChange),
+    /// Nothing ran for a while: the machine was suspended, or the program was stopped.
+    Gap(Gap),
+    /// UTC and session time no longer go together.
+    ClockJump(ClockJump),
+    /// The session was paused.
+    Paused(Paused),
+    /// A calibration had run out.
+    CalibrationWarning(Warning),
+    /// The session is over.
+    Ended(Ended),
+}
+
+/// How a session began.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Started {
+    /// Session id.
+    pub session: String,
+    /// Name of the procedure.
+    pub procedure: String,
+    /// SHA-256 of the procedure as written out, in hexadecimal.
+    pub procedure_sha256: String,
+    /// Program and version.
+    pub software: String,
+    /// Process number.
+    pub pid: u32,
+    /// Name of the machine.
+    pub host: String,
+}
+
+/// How a session was taken up again.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Resumed {
+    /// Program and version.
+    pub software: String,
+    /// Process number.
+    pub pid: u32,
+    /// Name of the machine.
+    pub host: String,
+    /// Bytes of a record that was being written when the session stopped; they were taken off.
+    pub cut_bytes: u64,
+}
+
+/// A gauge as it was found.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct InstrumentSeen {
+    /// Which gauge.
+    pub channel: Channel,
+    /// What it said it is; empty if it does not tell.
+    pub identity: String,
+    /// The port it was found on; empty where that is not known.
+    pub port: String,
+    /// The unit it sends.
+    pub unit: String,
+    /// Step of its last digit, N or m.
+    pub resolution_si: f64,
+}
+
+/// Which way a gauge counts.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct SignChecked {
+    /// Which gauge.
+    pub channel: Channel,
+    /// 1 if it counts along the positive axis, -1 if against it.
+    pub sign: f64,
+    /// What that rests on.
+    pub basis: String,
+}
+
+/// A pose and direction that stand.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+pub struct PoseSet {
+    /// Place of the cell in the plan, from 0.
+    pub cell: usize,
+    /// The pose.
+    pub pose: String,
+    /// The direction.
+    pub direction: Direction,
+}
+
+/// A gauge zero.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Zeroed {
+    /// Place of the cell in the plan, from 0.
+    pub cell: usize,
+    /// What of the plan it is for: `cell`, or the repeat.
+    pub scope: String,
+    /// Its name in the column `zero_id`.
+    pub label: String,
+    /// When.
+    pub moment: ZeroMoment,
+    /// What the force gauge shows unloaded, N in the sign as sent; it is taken off.
+    pub force_offset_n: f64,
+    /// What the displacement gauge shows under the preload, m in the sign as sent; it is taken off.
+    pub displacement_offset_m: f64,
+    /// Whether the gauges set their own zero; else the offsets do all of it.
+    pub by_gauge: [bool; 2],
+    /// Displacement from the zero at a check, m along the axis.
+    pub drift_m: Option<f64>,
+}
+
+/// When a zero was set or looked at.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum ZeroMoment {
+    /// Set, before the readings on it.
+    Before,
+    /// Looked at, after the readings on it.
+    After,
+    /// Looked at after an interruption, and kept.
+    Kept,
+}
+
+/// A reading as taken.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct TakenReading {
+    /// Number of the reading in the session, from 1.
+    pub number: u32,
+    /// Place of the cell in the plan, from 0.
+    pub cell: usize,
+    /// Place in the readings planned for that cell, from 0.
+    pub index: usize,
+    /// The pose held.
+    pub pose: String,
+    /// The direction.
+    pub direction: Direction,
+    /// Loading or unloading.
+    pub branch: Branch,
+    /// Place in the load sequence.
+    pub step: u32,
+    /// n-th application.
+    pub repeat: u32,
+    /// n-th try.
+    pub attempt: u32,
+    /// Name of the gauge zero.
+    pub zero: String,
+    /// Target, N.
+    pub target_n: f64,
+    /// Force along the axis, N.
+    pub force_n: f64,
+    /// The force gauge's own text.
+    pub force_raw: String,
+    /// Displacement from the zero along the axis, m.
+    pub displacement_m: f64,
+    /// The displacement gauge's own text.
+    pub displacement_raw: String,
+    /// When the two samples arrived, s.
+    pub samples_at_s: [f64; 2],
+    /// Time under this load, s.
+    pub hold_s: f64,
+    /// Force when this load was begun, N: the direction of approach.
+    pub approached_from_n: f64,
+    /// By how much the force went past the target on the way, N.
+    pub overshoot_n: f64,
+    /// Temperature last told, °C.
+    pub temperature_deg_c: Option<f64>,
+    /// Rule that flagged it and what the operator decided; empty for most.
+    pub flag: String,
+}
+
+/// A reading that no longer counts.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Superseded {
+    /// Number of the reading.
+    pub number: u32,
+    /// Why.
+    pub reason: String,
+}
+
+/// A planned reading that is left out.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Skipped {
+    /// Place of the cell in the plan, from 0.
+    pub cell: usize,
+    /// Place in the readings planned for that cell, from 0.
+    pub index: usize,
+    /// Why.
+    pub reason: String,
+}
+
+/// The operator's words.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Noted {
+    /// Place of the cell in the plan, from 0.
+    pub cell: Option<usize>,
+    /// The words.
+    pub text: String,
+}
+
+/// The surroundings.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct Surroundings {
+    /// Temperature, °C.
+    pub temperature_deg_c: f64,
+}
+
+/// How the line to a gauge stands.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+pub struct LinkChange {
+    /// Which gauge.
+    pub channel: Channel,
+    /// What happened.
+    pub text: String,
+}
+
+/// A time in which nothing ran.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct Gap {
+    /// How long, s.
+    pub seconds: f64,
+}
+
+/// A clock that was set.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct ClockJump {
+    /// By how much UTC went ahead of session time, s.
+    pub seconds: f64,
+}
+
+/// A pause.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Paused {
+    /// Why.
+    pub reason: String,
+}
+
+/// Something to know before the numbers are used.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Warning {
+    /// What.
+    pub text: String,
+}
+
+/// How a session ended.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Ended {
+    /// How.
+    pub outcome: Outcome,
+    /// By whom or what, and why.
+    pub reason: String,
+    /// Readings that count.
+    pub accepted: u32,
+    /// Readings that were planned.
+    pub planned: u32,
+}
+
+/// How a session ended.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Outcome {
+    /// Every planned reading was taken or skipped.
+    Complete,
+    /// Stopped at a safe point; it can be resumed.
+    Partial,
+    /// Stopped at once; it can be resumed.
+    Aborted,
+}

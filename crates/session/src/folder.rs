@@ -1,0 +1,454 @@
+//! The session folder on the disk: made once, held by one process at a time, never written over.
+
+use std::fs::{self, File, OpenOptions, TryLockError};
+use std::io::{self, Write};
+use std::path::{Path, PathBuf};
+
+use jiff::Timestamp;
+use miette::Diagnostic;
+use thiserror::Error;
+
+use stiffbench_measurement::readings::{ReadingsError, ReadingsWriter};
+
+use super::journal::{Journal, JournalEnd, ReadJournal, Store, read_journal};
+use super::state::SessionState;
+
+/// Names of the files of a session.
+const HEADER: &str = "session.toml";
+const ROBOT: &str = "robot.toml";
+const JOURNAL: &str = "journal.jsonl";
+const READINGS: &str = "readings.csv";
+const LOCK: &str = "session.lock";
+
+/// A session folder that this process holds.
+#[derive(Debug)]
+pub struct SessionFolder {
+    path: PathBuf,
+    /// Holds the lock as long as it is open.
+    _lock: File,
+}
+
+/// Why a session folder cannot be used.
+#[derive(Debug, Error, Diagnostic)]
+pub enum FolderError {
+    /// There is something of that name.
+    #[error("{path} exists already")]
+    #[diagnostic(
+        code(stiffbench::output::exists),
+        help(
+            "a session is never written over: choose another name, or go on with this one by stiffbench session resume"
+        )
+    )]
+    Exists {
+        /// The folder.
+        path: PathBuf,
+    },
+    /// No session there.
+    #[error("{path} is no session folder: it has no {file}")]
+    #[diagnostic(
+        code(stiffbench::session::no_session),
+        help(
+            "name the folder that stiffbench session run made; paths start in the folder you are in"
+        )
+    )]
+    NoSession {
+        /// The folder.
+        path: PathBuf,
+        /// What it lacks.
+        file: &'static str,
+    },
+    /// Another process has it.
+    #[error("{path} is in use by {holder}")]
+    #[diagnostic(
+        code(stiffbench::session::in_use),
+        help(
+            "end that session first; its readings are safe, and this command can then be given again"
+        )
+    )]
+    InUse {
+        /// The folder.
+        path: PathBuf,
+        /// Process, machine, and since when.
+        holder: String,
+    },
+    /// The journal is damaged before its end.
+    #[error(
+        "{path}: line {line} is damaged: {problem}; {lines} line(s) from there on cannot be trusted"
+    )]
+    #[diagnostic(
+        code(stiffbench::session::damaged),
+        help(
+            "stiffbench session recover FOLDER --out NEW keeps what stands before it; this folder stays as it is"
+        )
+    )]
+    Damaged {
+        /// The journal.
+        path: PathBuf,
+        /// Its line, from 1.
+        line: usize,
+        /// What is wrong with it.
+        problem: String,
+        /// Lines from there on.
+        lines: usize,
+    },
+    /// The system refuses.
+    #[error("{path}: {source}")]
+    #[diagnostic(
+        code(stiffbench::output::session_folder),
+        help(
+            "the folder must be writable and its disk have room; nothing that was confirmed is lost"
+        )
+    )]
+    System {
+        /// The file or folder.
+        path: PathBuf,
+        /// What the system says.
+        source: io::Error,
+    },
+}
+
+fn system(path: &Path) -> impl FnOnce(io::Error) -> FolderError + '_ {
+    move |source| FolderError::System {
+        path: path.to_owned(),
+        source,
+    }
+}
+
+/// The journal's file.
+#[derive(Debug)]
+pub struct JournalFile(File);
+
+impl Write for JournalFile {
+    fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
+        self.0.write(bytes)
+    }
+
+    fn flush(&mut self) -> io::Result<()> {
+        self.0.flush()
+    }
+}
+
+impl Store for JournalFile {
+    fn sync(&mut self) -> io::Result<()> {
+        self.0.sync_data()
+    }
+}
+
+impl SessionFolder {
+    /// Makes a new folder with an empty journal, the robot file, and its `session.toml`; that comes last, so that a folder that has it is whole.
+    ///
+    /// # Errors
+    /// [`FolderError::Exists`] if there is something of that name, whatever it is; [`FolderError::System`].
+    pub fn create(
+        path: &Path,
+        header: &str,
+        robot: Option<&str>,
+        now: Timestamp,
+    ) -> Result<(Self, Journal<JournalFile>), FolderError> {
+        let parent = path
+            .parent()
+            .filter(|parent| !parent.as_os_str().is_empty());
+        if let Some(parent) = parent {
+            fs::create_dir_all(parent).map_err(system(parent))?;
+        }
+        fs::create_dir(path).map_err(|source| match source.kind() {
+            io::ErrorKind::AlreadyExists => FolderError::Exists {
+                path: path.to_owned(),
+            },
+            _ => system(path)(source),
+        })?;
+        let lock = lock(path, now)?;
+        let journal_path = path.join(JOURNAL);
+        let file = File::create_new(&journal_path).map_err(system(&journal_path))?;
+        if let Some(robot) = robot {
+            write_whole(&path.join(ROBOT), robot.as_bytes())?;
+        }
+        write_whole(&path.join(HEADER), header.as_bytes())?;
+        // The names of the new files are on the disk only once the folder is.
+        sync_folder(path)?;
+        let folder = Self {
+            path: path.to_owned(),
+            _lock: lock,
+        };
+        Ok((folder, Journal::behind(JournalFile(file), 0)))
+    }
+
+    /// Opens a folder to go on with its session. A record that was being written when the session stopped is taken off; how many bytes, is
+    /// the last of what comes back.
+    ///
+    /// # Errors
+    /// [`FolderError::InUse`] if another process has it, [`FolderError::Damaged`] if its journal is damaged before the end.
+    pub fn open(
+        path: &Path,
+        now: Timestamp,
+    ) -> Result<(Self, Journal<JournalFile>, ReadJournal, u64), FolderError> {
+        // A folder that is no session gets no lock file; what was read before the lock was ours may have grown since.
+        read_folder(path)?;
+        let lock = lock(path, now)?;
+        let read = read_folder(path)?;
+        let journal_path = path.join(JOURNAL);
+        let cut_bytes = match &read.journal.end {
+            JournalEnd::Clean => 0,
+            JournalEnd::Cut { bytes } => *bytes as u64,
+            JournalEnd::Damaged {
+                line,
+                problem,
+                lines,
+            } => {
+                return Err(FolderError::Damaged {
+                    path: journal_path,
+                    line: *line,
+                    problem: problem.to_string(),
+                    lines: *lines,
+                });
+            }
+        };
+        let file = OpenOptions::new().append(true).open(&journal_path);
+        let file = file.map_err(system(&journal_path))?;
+        if cut_bytes > 0 {
+            let cut = file
+                .set_len(read.journal.good_bytes as u64)
+                .and_then(|()| file.sync_all());
+            cut.map_err(system(&journal_path))?;
+        }
+        let folder = Self {
+            path: path.to_owned(),
+            _lock: lock,
+        };
+        let journal = Journal::behind(JournalFile(file), read.journal.records.len() as u64);
+        Ok((folder, journal, read.journal, cut_bytes))
+    }
+
+    /// Where it is.
+    #[must_use]
+    pub fn path(&self) -> &Path {
+        &self.path
+    }
+
+    /// The folder for the bytes of the ports, made if it is not there.
+    ///
+    /// # Errors
+    /// [`FolderError::System`].
+    pub fn raw(&self) -> Result<PathBuf, FolderError> {
+        let raw = self.path.join("raw");
+        fs::create_dir_all(&raw).map_err(system(&raw))?;
+        Ok(raw)
+    }
+
+    /// The live table of readings.
+    #[must_use]
+    pub fn table(&self) -> TableFile {
+        TableFile {
+            path: self.path.join(READINGS),
+        }
+    }
+}
+
+/// `session.toml` and the journal of a folder, read without touching it.
+#[derive(Debug, Clone, PartialEq)]
+pub struct ReadFolder {
+    /// Name of the header, for messages.
+    pub header_name: String,
+    /// Text of `session.toml`.
+    pub header: String,
+    /// The journal.
+    pub journal: ReadJournal,
+}
+
+/// Reads a session folder without touching it.
+///
+/// # Errors
+/// [`FolderError::NoSession`] if it is none, [`FolderError::System`].
+pub fn read_folder(path: &Path) -> Result<ReadFolder, FolderError> {
+    let read = |file: &'static str| {
+        let full = path.join(file);
+        fs::read(&full).map_err(|source| match source.kind() {
+            io::ErrorKind::NotFound => FolderError::NoSession {
+                path: path.to_owned(),
+                file,
+            },
+            _ => system(&full)(source),
+        })
+    };
+    let header_name = path.join(HEADER).display().to_string();
+    let header = String::from_utf8_lossy(&read(HEADER)?).into_owned();
+    let journal = read_journal(&read(JOURNAL)?);
+    Ok(ReadFolder {
+        header_name,
+        header,
+        journal,
+    })
+}
+
+/// Copies what is good of a session into a new folder and reads it back; the old one is not touched.
+///
+/// # Errors
+/// As [`SessionFolder::create`]; [`FolderError::Damaged`] if what was written cannot be read back.
+pub fn recover(from: &Path, to: &Path, now: Timestamp) -> Result<ReadJournal, FolderError> {
+    let read = read_folder(from)?;
+    let source = from.join(JOURNAL);
+    let bytes = fs::read(&source).map_err(system(&source))?;
+    let good = &bytes[..read.journal.good_bytes.min(bytes.len())];
+    let robot = fs::read_to_string(from.join(ROBOT)).ok();
+    let (folder, journal) = SessionFolder::create(to, &read.header, robot.as_deref(), now)?;
+    let mut store = journal.into_store();
+    let written = store.write_all(good).and_then(|()| store.sync());
+    let target = to.join(JOURNAL);
+    written.map_err(system(&target))?;
+    let state = SessionState::fold(&read.journal.records);
+    let table = folder.table();
+    table.rewrite(&state)?;
+    // Files of our own making beside the journal go along as they are.
+    let raw = from.join("raw");
+    for entry in fs::read_dir(&raw).into_iter().flatten().flatten() {
+        let name = folder.raw()?.join(entry.file_name());
+        fs::copy(entry.path(), &name).map_err(system(&name))?;
+    }
+    let again = read_folder(to)?.journal;
+    if again.end != JournalEnd::Clean || again.records != read.journal.records {
+        return Err(FolderError::Damaged {
+            path: target,
+            line: again.records.len() + 1,
+            problem: "what was written does not come back".to_owned(),
+            lines: 1,
+        });
+    }
+    Ok(read.journal)
+}
+
+/// `readings.csv`, live: a row behind each reading, written anew when one is superseded. It can be rebuilt from the journal at any time.
+#[derive(Debug, Clone)]
+pub struct TableFile {
+    path: PathBuf,
+}
+
+impl TableFile {
+    /// Adds the last reading of a session.
+    ///
+    /// # Errors
+    /// [`FolderError::System`].
+    pub fn add_last(&self, state: &SessionState) -> Result<(), FolderError> {
+        if state.readings.len() < 2 || !self.path.is_file() {
+            return self.rewrite(state);
+        }
+        let mut row = Vec::new();
+        let mut writer = ReadingsWriter::continuing(&mut row, session(state));
+        if let Some((reading, run, zero)) = state.rows().last() {
+            let written = writer
+                .write(reading, run, zero)
+                .and_then(|()| writer.flush());
+            written.map_err(|error| self.failed(error))?;
+        }
+        drop(writer);
+        let file = OpenOptions::new().append(true).open(&self.path);
+        let written = file.and_then(|mut file| file.write_all(&row));
+        written.map_err(system(&self.path))
+    }
+
+    /// Writes all readings of a session: into a file beside it, which then takes its place.
+    ///
+    /// # Errors
+    /// [`FolderError::System`].
+    pub fn rewrite(&self, state: &SessionState) -> Result<(), FolderError> {
+        let mut text = Vec::new();
+        table(state, &mut text).map_err(|error| self.failed(error))?;
+        write_whole(&self.path, &text)
+    }
+
+    fn failed(&self, error: ReadingsError) -> FolderError {
+        system(&self.path)(io::Error::other(error))
+    }
+}
+
+/// The table of readings of a session.
+///
+/// # Errors
+/// As [`ReadingsWriter::write`].
+pub fn table(state: &SessionState, output: impl Write) -> Result<(), ReadingsError> {
+    let mut writer = ReadingsWriter::new(output, session(state))?;
+    for (reading, run, zero) in state.rows() {
+        writer.write(&reading, &run, &zero)?;
+    }
+    writer.flush()
+}
+
+fn session(state: &SessionState) -> Option<&str> {
+    state
+        .started
+        .as_ref()
+        .map(|started| started.session.as_str())
+}
+
+/// Writes a file whole or not at all: beside its place, then into it.
+fn write_whole(path: &Path, bytes: &[u8]) -> Result<(), FolderError> {
+    let mut beside = path.as_os_str().to_owned();
+    beside.push(".new");
+    let beside = PathBuf::from(beside);
+    let written = File::create(&beside).and_then(|mut file| {
+        file.write_all(bytes)?;
+        file.sync_all()
+    });
+    written.map_err(system(&beside))?;
+    fs::rename(&beside, path).map_err(system(path))
+}
+
+/// Takes the lock of a folder and writes into it who has it.
+fn lock(folder: &Path, now: Timestamp) -> Result<File, FolderError> {
+    let path = folder.join(LOCK);
+    let open = OpenOptions::new()
+        .read(true)
+        .write(true)
+        .create(true)
+        .truncate(false)
+        .open(&path);
+    let mut file = open.map_err(system(&path))?;
+    match file.try_lock() {
+        Ok(()) => {}
+        Err(TryLockError::WouldBlock) => {
+            let holder = fs::read_to_string(&path).unwrap_or_default();
+            return Err(FolderError::InUse {
+                path: folder.to_owned(),
+                holder: match holder.trim() {
+                    "" => "another process".to_owned(),
+                    holder => holder.to_owned(),
+                },
+            });
+        }
+        Err(TryLockError::Error(source)) => return Err(system(&path)(source)),
+    }
+    let holder = format!(
+        "process {} on {} since {}\n",
+        std::process::id(),
+        host(),
+        now.strftime("%Y-%m-%d %H:%M:%S UTC")
+    );
+    let written = file
+        .set_len(0)
+        .and_then(|()| file.write_all(holder.as_bytes()))
+        .and_then(|()| file.flush());
+    written.map_err(system(&path))?;
+    Ok(file)
+}
+
+/// Name of the machine, as far as the system tells.
+#[must_use]
+pub fn host() -> String {
+    let told = ["HOSTNAME", "COMPUTERNAME"]
+        .into_iter()
+        .find_map(|name| std::env::var(name).ok());
+    let name = told.or_else(|| fs::read_to_string("/etc/hostname").ok());
+    let name = name.map(|name| name.trim().to_owned());
+    name.filter(|name| !name.is_empty())
+        .unwrap_or_else(|| "this machine".to_owned())
+}
+
+#[cfg(unix)]
+fn sync_folder(path: &Path) -> Result<(), FolderError> {
+    let synced = File::open(path).and_then(|folder| folder.sync_all());
+    synced.map_err(system(path))
+}
+
+#[cfg(not(unix))]
+fn sync_folder(_path: &Path) -> Result<(), FolderError> {
+    Ok(())
+}

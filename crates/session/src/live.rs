@@ -1,0 +1,117 @@
+//! What a cell has given so far, worked out after every reading.
+
+use stiffbench_measurement::readings::Reading;
+use stiffbench_measurement::stiffness::{
+    CellStiffness, Flag, Gauges, Method, StiffnessEstimate, StiffnessOptions, StiffnessTable,
+    stiffness_table,
+};
+use stiffbench_units_and_text::test_point::Cell;
+
+use super::state::SessionState;
+use super::view::{CellReading, CellView, RepeatSpread, StiffnessSoFar};
+
+/// What the cell has given so far; outliers are judged against the scatter of all cells.
+pub(super) fn cell_view(state: &SessionState, cell: &Cell, gauges: &Gauges) -> CellView {
+    let readings = state.table_readings();
+    let table = stiffness_table(&readings, gauges, StiffnessOptions::default());
+    let accepted: Vec<&Reading> = readings
+        .iter()
+        .filter(|reading| {
+            reading.is_accepted()
+                && reading.pose == cell.pose
+                && reading.direction == cell.direction
+        })
+        .collect();
+    let row = table.cell(cell);
+    let outliers = row.map_or_else(Vec::new, outliers);
+    let mut view = CellView {
+        readings: accepted
+            .iter()
+            .map(|reading| cell_reading(reading, &outliers))
+            .collect(),
+        spreads: spreads(&accepted),
+        ..CellView::default()
+    };
+    match row {
+        Some(row) => {
+            view.flags = row.flags.iter().map(ToString::to_string).collect();
+            match row.by(Method::Regression) {
+                Ok(estimate) => view.stiffness = Some(so_far(estimate, row)),
+                Err(reason) => view.no_stiffness = Some(reason.to_string()),
+            }
+        }
+        None => view.no_stiffness = skipped(&table, cell),
+    }
+    view
+}
+
+fn skipped(table: &StiffnessTable, cell: &Cell) -> Option<String> {
+    let skipped = table.skipped.iter().find(|skipped| skipped.cell == *cell);
+    skipped.map(|skipped| skipped.reason.to_string())
+}
+
+fn outliers(row: &CellStiffness) -> Vec<u32> {
+    let flags = row.flags.iter();
+    flags
+        .filter_map(|flag| match flag {
+            Flag::Outlier { place, .. } => Some(place.seq),
+            _ => None,
+        })
+        .collect()
+}
+
+fn cell_reading(reading: &Reading, outliers: &[u32]) -> CellReading {
+    CellReading {
+        seq: reading.seq,
+        step: reading.step,
+        repeat: reading.repeat,
+        branch: reading.branch,
+        target_n: reading.target_n,
+        force_n: reading.force_n,
+        displacement_m: reading.displacement_m,
+        outlier: outliers.contains(&reading.seq),
+    }
+}
+
+/// Repeats of each load, in the order in which the loads first appear.
+fn spreads(accepted: &[&Reading]) -> Vec<RepeatSpread> {
+    let mut groups: Vec<(&Reading, Vec<f64>)> = Vec::new();
+    for reading in accepted {
+        let same =
+            |first: &Reading| first.target_n == reading.target_n && first.branch == reading.branch;
+        match groups.iter_mut().find(|(first, _)| same(first)) {
+            Some((_, values)) => values.push(reading.displacement_m),
+            None => groups.push((reading, vec![reading.displacement_m])),
+        }
+    }
+    let spread = |(first, values): (&Reading, Vec<f64>)| {
+        let low = values.iter().copied().fold(f64::INFINITY, f64::min);
+        let high = values.iter().copied().fold(f64::NEG_INFINITY, f64::max);
+        RepeatSpread {
+            target_n: first.target_n,
+            branch: first.branch,
+            n: values.len(),
+            mean_m: values.iter().sum::<f64>() / values.len() as f64,
+            range_m: high - low,
+        }
+    };
+    groups.into_iter().map(spread).collect()
+}
+
+/// The stiffness so far. One more repeat is expected to leave the scatter as it is: u shrinks with the root of the number of runs, and k with
+/// the degree of freedom that is won.
+fn so_far(estimate: &StiffnessEstimate, row: &CellStiffness) -> StiffnessSoFar {
+    let now = estimate.estimate;
+    let runs = row.n_runs as f64;
+    let mut more = now;
+    more.standard_uncertainty *= (runs / (runs + 1.0)).sqrt();
+    more.dof += 1.0;
+    StiffnessSoFar {
+        stiffness_n_per_m: now.value,
+        expanded_n_per_m: now.expanded_95(),
+        k: now.coverage_factor_95(),
+        dof: now.dof,
+        runs: row.n_runs,
+        with_one_more_n_per_m: more.expanded_95(),
+    }
+}

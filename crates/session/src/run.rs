@@ -1,0 +1,326 @@
+//! The one loop: gauges and operator in, journal and operator out.
+
+use std::time::Duration;
+
+use jiff::Timestamp;
+use miette::Diagnostic;
+use thiserror::Error;
+
+use stiffbench_gauges::Gauges;
+use stiffbench_units_and_text::clock::Clock;
+
+use super::answers_file::Answers;
+use super::event::{ClockJump, Event, Gap, Outcome};
+use super::folder::TableFile;
+use super::journal::{Journal, JournalError, Store};
+use super::operator::{Answer, Bell, Operator, OperatorEvent, Prompt};
+use super::steps::{Action, Input, Machine};
+
+/// Longest real time that the loop waits for a gauge, so that keys and the screen do not wait longer.
+const LONGEST_WAIT: Duration = Duration::from_millis(20);
+
+/// Real time between two views.
+const BETWEEN_VIEWS: Duration = Duration::from_millis(50);
+
+/// Gauge events that are taken before the operator is looked at again.
+const EVENTS_AT_ONCE: usize = 200;
+
+/// Real time that the loop may lose before it counts as a gap, s.
+const GAP_S: f64 = 5.0;
+
+/// Difference of UTC and session time that counts as a jump, s.
+const JUMP_S: f64 = 2.0;
+
+/// Prompts answered from a file in a row without anything happening: the answers go round in a circle.
+const MOST_ANSWERS_IN_A_ROW: u32 = 50;
+
+/// Why a session stopped that the operator did not stop.
+#[derive(Debug, Error, Diagnostic)]
+pub enum RunError {
+    /// An event could not be kept.
+    #[error(transparent)]
+    #[diagnostic(transparent)]
+    Journal(#[from] JournalError),
+    /// A question that nobody is there to answer.
+    #[error("nobody is there to answer: {text}")]
+    #[diagnostic(code(stiffbench::input_needed))]
+    NeedsInput {
+        /// The question.
+        text: String,
+        /// What would have answered it.
+        #[help]
+        help: String,
+    },
+}
+
+/// What a session runs with.
+pub struct Bench<'a, S: Store> {
+    /// The gauges.
+    pub gauges: &'a mut dyn Gauges,
+    /// The operator.
+    pub operator: &'a mut dyn Operator,
+    /// Session time; the gauges stamp their samples with it.
+    pub clock: &'a Clock,
+    /// Where events go.
+    pub journal: &'a mut Journal<S>,
+    /// The live table of readings, if there is a folder for it.
+    pub table: Option<&'a TableFile>,
+    /// What is known beforehand.
+    pub answers: &'a Answers,
+}
+
+/// Runs a session to its end.
+///
+/// # Errors
+/// [`RunError`]; everything that was confirmed is in the journal, and the session can be resumed.
+pub fn run<S: Store>(machine: &mut Machine, bench: Bench<'_, S>) -> Result<Outcome, RunError> {
+    let now_s = bench.clock.now_s();
+    let mut session = Session {
+        before_s: now_s,
+        before_utc: bench.clock.utc(),
+        shown_s: f64::NEG_INFINITY,
+        answered: 0,
+        tasks: 0,
+        table_failed: false,
+        bench,
+        machine,
+    };
+    let ended = session.run();
+    session.show(true);
+    if let Err(error) = &ended {
+        session.bench.operator.bell(Bell::Attention);
+        session.bench.operator.say(&format!("stopped: {error}"));
+    }
+    ended
+}
+
+struct Session<'a, 'b, S: Store> {
+    bench: Bench<'a, S>,
+    machine: &'b mut Machine,
+    before_s: f64,
+    before_utc: Timestamp,
+    shown_s: f64,
+    answered: u32,
+    tasks: u64,
+    table_failed: bool,
+}
+
+impl<S: Store> Session<'_, '_, S> {
+    fn run(&mut self) -> Result<Outcome, RunError> {
+        loop {
+            self.look_at_clocks()?;
+            let mut wait = LONGEST_WAIT;
+            for _ in 0..EVENTS_AT_ONCE {
+                let Some(event) = self.bench.gauges.next(wait) else {
+                    break;
+                };
+                self.input(Input::Gauge(event))?;
+                wait = Duration::ZERO;
+            }
+            while let Some(event) = self.bench.operator.poll(Duration::ZERO) {
+                self.input(Input::Operator(event))?;
+            }
+            self.input(Input::Tick)?;
+            if let Some(outcome) = self.machine.outcome() {
+                return Ok(outcome);
+            }
+            self.refuse_to_wait()?;
+            self.show(false);
+        }
+    }
+
+    /// Feeds the machine, and does what it says until it says nothing more.
+    fn input(&mut self, input: Input) -> Result<(), RunError> {
+        let mut next = Some(input);
+        while let Some(input) = next.take() {
+            let now_s = self.bench.clock.now_s();
+            let actions = self.machine.input(input, now_s);
+            let acted = !actions.is_empty();
+            let tasks = self.machine.tasks();
+            let answer = self.act(actions)?;
+            // Another task is shown at once, not at the next turn.
+            let another = std::mem::replace(&mut self.tasks, tasks) != tasks;
+            self.show(another);
+            next = match answer {
+                Some(answer) => Some(Input::Operator(answer)),
+                None => acted.then_some(Input::Tick),
+            };
+        }
+        Ok(())
+    }
+
+    /// Does what the machine says, in order; the answer to a question that is known beforehand comes back.
+    fn act(&mut self, actions: Vec<Action>) -> Result<Option<OperatorEvent>, RunError> {
+        let mut answer = None;
+        for action in actions {
+            match action {
+                Action::Record(event) => self.record(*event)?,
+                Action::Ask(channel, ask) => self.bench.gauges.ask(channel, ask),
+                Action::Prompt(prompt) => answer = self.prompt(&prompt)?,
+                Action::Bell(bell) => self.bench.operator.bell(bell),
+                Action::Say(line) => self.bench.operator.say(&line),
+                Action::Finish(_) => {}
+            }
+        }
+        Ok(answer)
+    }
+
+    /// Keeps an event; only then does it count.
+    fn record(&mut self, event: Event) -> Result<(), RunError> {
+        let progress = matches!(
+            event,
+            Event::Reading(_) | Event::Zero(_) | Event::PoseSet(_)
+        );
+        let rows_change = matches!(event, Event::Superseded(_));
+        let row_added = matches!(event, Event::Reading(_));
+        let (utc, now_s) = (self.bench.clock.utc(), self.bench.clock.now_s());
+        let record = self.bench.journal.append(event, utc, now_s)?;
+        self.machine.recorded(&record);
+        if progress {
+            self.answered = 0;
+        }
+        let state = self.machine.state();
+        let written = match self.bench.table {
+            Some(table) if rows_change => table.rewrite(state),
+            Some(table) if row_added => table.add_last(state),
+            _ => Ok(()),
+        };
+        // The journal has it: the table is rebuilt from that when the session goes on or ends.
+        if let Err(error) = written
+            && !std::mem::replace(&mut self.table_failed, true)
+        {
+            let text = format!("{error}: the reading is in the journal, readings.csv is behind");
+            self.bench.operator.say(&text);
+        }
+        Ok(())
+    }
+
+    /// Asks the operator, or finds the answer.
+    fn prompt(&mut self, prompt: &Prompt) -> Result<Option<OperatorEvent>, RunError> {
+        let answers = self.bench.answers;
+        let known = answers.find(prompt);
+        let known = known.or(prompt.default.as_ref().filter(|_| answers.no_input));
+        let problem = match known {
+            Some(answer) => prompt.complaint(answer),
+            None if answers.no_input => Some("there is no answer".to_owned()),
+            None => {
+                self.bench.operator.prompt(prompt);
+                return Ok(None);
+            }
+        };
+        self.answered += 1;
+        let problem = problem.or_else(|| {
+            let circle = self.answered > MOST_ANSWERS_IN_A_ROW;
+            circle.then(|| "the same answers come again and again".to_owned())
+        });
+        if let Some(problem) = problem {
+            return Err(self.needs_input(prompt, &problem));
+        }
+        let answer = known.cloned().unwrap_or(Answer::Yes(false));
+        let text = format!("{} Answered beforehand: {answer}.", prompt.text);
+        self.bench.operator.say(&text);
+        let id = prompt.id.clone();
+        Ok(Some(OperatorEvent::Answer { id, answer }))
+    }
+
+    /// Ends the session as partial, since nobody answers.
+    fn needs_input(&mut self, prompt: &Prompt, problem: &str) -> RunError {
+        if let Err(error) = self.stop(&format!("no answer to {}", prompt.id)) {
+            return error;
+        }
+        let name = match &prompt.key {
+            Some(key) => format!("{}.{key}", prompt.id),
+            None => prompt.id.clone(),
+        };
+        RunError::NeedsInput {
+            text: prompt.text.clone(),
+            help: format!(
+                "{problem}: --answer {name}=VALUE, or {name} in the file of --answers, would answer it; then stiffbench session resume"
+            ),
+        }
+    }
+
+    fn stop(&mut self, reason: &str) -> Result<(), RunError> {
+        let now_s = self.bench.clock.now_s();
+        let actions = self.machine.stop(reason, now_s);
+        self.act(actions).map(|_| ())
+    }
+
+    /// With nobody there, a pause would last for ever.
+    fn refuse_to_wait(&mut self) -> Result<(), RunError> {
+        if !(self.bench.answers.no_input && self.machine.is_paused()) {
+            return Ok(());
+        }
+        self.stop("paused with nobody there")?;
+        Err(RunError::NeedsInput {
+            text: "the session is paused".to_owned(),
+            help: "stiffbench session resume without --no-input goes on".to_owned(),
+        })
+    }
+
+    /// Notices when the machine slept or its clock was set: nothing from before counts towards settling.
+    fn look_at_clocks(&mut self) -> Result<(), RunError> {
+        let (now_s, utc) = (self.bench.clock.now_s(), self.bench.clock.utc());
+        let speed = self.bench.clock.speed();
+        let passed_s = now_s - self.before_s;
+        let utc_s = utc.duration_since(self.before_utc).as_secs_f64();
+        (self.before_s, self.before_utc) = (now_s, utc);
+        let lost = lost_time(passed_s, utc_s, speed);
+        let any = !lost.is_empty();
+        for event in lost {
+            if let Event::ClockJump(jump) = &event {
+                let text = format!(
+                    "the clock jumped by {:.0} s: suspended, or set?",
+                    jump.seconds
+                );
+                self.bench.operator.say(&text);
+            }
+            self.record(event)?;
+        }
+        if any {
+            self.input(Input::Gap)?;
+        }
+        Ok(())
+    }
+
+    fn show(&mut self, always: bool) {
+        let now_s = self.bench.clock.now_s();
+        let real_s = (now_s - self.shown_s) / self.bench.clock.speed();
+        if always || real_s >= BETWEEN_VIEWS.as_secs_f64() {
+            self.shown_s = now_s;
+            self.bench.operator.show(&self.machine.view());
+        }
+    }
+}
+
+/// What the clocks say of the time between two turns of the loop: `passed_s` of session time, `utc_s` of UTC.
+fn lost_time(passed_s: f64, utc_s: f64, speed: f64) -> Vec<Event> {
+    let mut lost = Vec::new();
+    if passed_s / speed > GAP_S {
+        lost.push(Event::Gap(Gap { seconds: passed_s }));
+    }
+    let seconds = utc_s - passed_s;
+    // In fast-forward UTC is made from session time.
+    if speed == 1.0 && seconds.abs() > JUMP_S {
+        lost.push(Event::ClockJump(ClockJump { seconds }));
+    }
+    lost
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_suspended_machine_and_a_clock_that_was_set_are_told() {
+        let gap = |seconds| Event::Gap(Gap { seconds });
+        let jump = |seconds| Event::ClockJump(ClockJump { seconds });
+        assert_eq!(lost_time(0.02, 0.02, 1.0), []);
+        // Some systems count sleep in their monotonic clock, others only in UTC.
+        assert_eq!(lost_time(600.0, 600.0, 1.0), [gap(600.0)]);
+        assert_eq!(lost_time(0.0, 600.0, 1.0), [jump(600.0)]);
+        assert_eq!(lost_time(1.0, -3599.0, 1.0), [jump(-3600.0)]);
+        assert_eq!(lost_time(60.0, 0.0, 20.0), []);
+        assert_eq!(lost_time(600.0, 600.0, 20.0), [gap(600.0)]);
+    }
+}

@@ -1,0 +1,285 @@
+//! Where a session stands: a fold of its journal, and of nothing else.
+
+use std::collections::BTreeMap;
+
+use jiff::Timestamp;
+
+use stiffbench_gauges::Channel;
+use stiffbench_measurement::readings::{Reading, ReadingText, RunKey, RunNumbers, Status};
+use stiffbench_units_and_text::test_point::PoseId;
+
+use super::event::{
+    Ended, Event, InstrumentSeen, Noted, Started, TakenReading, ZeroMoment, Zeroed,
+};
+use super::journal::Record;
+
+/// A reading with what became of it.
+#[derive(Debug, Clone, PartialEq)]
+pub struct KeptReading {
+    /// As taken.
+    pub taken: TakenReading,
+    /// When, s since the session began.
+    pub t_s: f64,
+    /// When.
+    pub utc: Timestamp,
+    /// Why it no longer counts; `None` if it does.
+    pub superseded: Option<String>,
+}
+
+/// The gauge zero in use.
+#[derive(Debug, Clone, PartialEq)]
+pub struct CurrentZero {
+    /// As set.
+    pub set: Zeroed,
+    /// When, s.
+    pub at_s: f64,
+    /// Whether it was looked at after its readings.
+    pub checked: bool,
+    /// Drift at the last look, m.
+    pub drift_m: Option<f64>,
+}
+
+/// Where a session stands.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct SessionState {
+    /// How it began; `None` before its first event.
+    pub started: Option<Started>,
+    /// Number of events.
+    pub events: u64,
+    /// Time of the last event, s.
+    pub last_s: f64,
+    /// UTC of the last event.
+    pub last_utc: Option<Timestamp>,
+    /// All readings, by number.
+    pub readings: Vec<KeptReading>,
+    /// Planned readings that are taken: cell and index to place in `readings`.
+    pub taken: BTreeMap<(usize, usize), usize>,
+    /// Planned readings that are left out, with the reason.
+    pub skipped: BTreeMap<(usize, usize), String>,
+    /// Sign of each gauge along the axis.
+    pub signs: [Option<f64>; 2],
+    /// The gauges as they were last seen.
+    pub instruments: [Option<InstrumentSeen>; 2],
+    /// The gauge zero in use.
+    pub zero: Option<CurrentZero>,
+    /// How many zeros each scope of each cell has had.
+    pub zeros: BTreeMap<(usize, String), u32>,
+    /// Temperature last told, °C.
+    pub temperature_deg_c: Option<f64>,
+    /// Notes, with their times, s.
+    pub notes: Vec<(f64, Noted)>,
+    /// Times at which the session was resumed, s.
+    pub resumed: Vec<f64>,
+    /// How it ended; `None` while it runs and after a crash.
+    pub ended: Option<Ended>,
+    /// Whether it was last left to be looked at again: resumed and no zero set or confirmed since.
+    pub unconfirmed: bool,
+}
+
+impl SessionState {
+    /// Where the session stands after these events.
+    pub fn fold<'a>(records: impl IntoIterator<Item = &'a Record>) -> Self {
+        let mut state = Self::default();
+        for record in records {
+            state.apply(record);
+        }
+        state
+    }
+
+    /// Takes in the next event. Any sequence of events gives a state; one that names what is not there changes nothing.
+    pub fn apply(&mut self, record: &Record) {
+        self.events = record.seq;
+        self.last_s = record.t_s;
+        self.last_utc = Some(record.utc);
+        match &record.event {
+            Event::Started(started) => self.started = Some(started.clone()),
+            Event::Resumed(_) => {
+                self.resumed.push(record.t_s);
+                self.ended = None;
+                self.unconfirmed = true;
+            }
+            Event::Instrument(seen) => self.instruments[seen.channel.index()] = Some(seen.clone()),
+            Event::SignCheck(check) => self.signs[check.channel.index()] = Some(check.sign),
+            Event::Zero(zeroed) => self.zero(zeroed, record.t_s),
+            Event::Reading(taken) => self.reading(taken, record),
+            Event::Superseded(superseded) => {
+                self.supersede(superseded.number, &superseded.reason);
+            }
+            Event::Skipped(skipped) => {
+                let at = (skipped.cell, skipped.index);
+                self.skipped.insert(at, skipped.reason.clone());
+            }
+            Event::Note(noted) => self.notes.push((record.t_s, noted.clone())),
+            Event::Environment(told) => self.temperature_deg_c = Some(told.temperature_deg_c),
+            Event::Ended(ended) => self.ended = Some(ended.clone()),
+            Event::PoseSet(_)
+            | Event::Link(_)
+            | Event::Gap(_)
+            | Event::ClockJump(_)
+            | Event::Paused(_)
+            | Event::CalibrationWarning(_) => {}
+        }
+    }
+
+    fn zero(&mut self, zeroed: &Zeroed, at_s: f64) {
+        self.unconfirmed = false;
+        if zeroed.moment == ZeroMoment::Before {
+            *self
+                .zeros
+                .entry((zeroed.cell, zeroed.scope.clone()))
+                .or_default() += 1;
+            self.zero = Some(CurrentZero {
+                set: zeroed.clone(),
+                at_s,
+                checked: false,
+                drift_m: None,
+            });
+        } else if let Some(zero) = &mut self.zero {
+            zero.checked = zeroed.moment == ZeroMoment::After;
+            zero.drift_m = zeroed.drift_m;
+        }
+    }
+
+    fn reading(&mut self, taken: &TakenReading, record: &Record) {
+        let at = (taken.cell, taken.index);
+        self.skipped.remove(&at);
+        // Two accepted readings of one test point cannot be: the later counts.
+        if let Some(&earlier) = self.taken.get(&at) {
+            self.readings[earlier].superseded = Some("taken again".to_owned());
+        }
+        if let Some(zero) = &mut self.zero {
+            zero.checked = false;
+        }
+        self.taken.insert(at, self.readings.len());
+        self.readings.push(KeptReading {
+            taken: taken.clone(),
+            t_s: record.t_s,
+            utc: record.utc,
+            superseded: None,
+        });
+    }
+
+    fn supersede(&mut self, number: u32, reason: &str) {
+        let found = self
+            .readings
+            .iter()
+            .position(|kept| kept.taken.number == number);
+        let Some(place) = found else {
+            return;
+        };
+        let kept = &mut self.readings[place];
+        kept.superseded = Some(reason.to_owned());
+        let at = (kept.taken.cell, kept.taken.index);
+        if self.taken.get(&at) == Some(&place) {
+            self.taken.remove(&at);
+        }
+    }
+
+    /// How often a planned reading was taken so far.
+    #[must_use]
+    pub fn attempts(&self, cell: usize, index: usize) -> u32 {
+        let tries = self
+            .readings
+            .iter()
+            .filter(|kept| (kept.taken.cell, kept.taken.index) == (cell, index));
+        tries.count() as u32
+    }
+
+    /// The last reading that counts.
+    #[must_use]
+    pub fn last_accepted(&self) -> Option<&KeptReading> {
+        self.readings
+            .iter()
+            .rev()
+            .find(|kept| kept.superseded.is_none())
+    }
+
+    /// Sign and offset of a gauge: the value along the axis from the zero is the sign times what the gauge shows less the offset.
+    #[must_use]
+    pub fn axis(&self, channel: Channel) -> (f64, f64) {
+        let sign = self.signs[channel.index()].unwrap_or(1.0);
+        let offset = self.zero.as_ref().map_or(0.0, |zero| match channel {
+            Channel::Force => zero.set.force_offset_n,
+            Channel::Displacement => zero.set.displacement_offset_m,
+        });
+        (sign, offset)
+    }
+
+    /// All readings as they go into `readings.csv`, each with its run and gauge zero.
+    #[must_use]
+    pub fn rows(&self) -> Vec<(Reading, RunKey, RunKey)> {
+        let (mut runs, mut zeros) = (RunNumbers::default(), RunNumbers::default());
+        self.readings
+            .iter()
+            .map(|kept| row(kept, &mut runs, &mut zeros))
+            .collect()
+    }
+
+    /// The readings as analyses take them.
+    #[must_use]
+    pub fn table_readings(&self) -> Vec<Reading> {
+        self.rows()
+            .into_iter()
+            .map(|(reading, ..)| reading)
+            .collect()
+    }
+}
+
+fn row(
+    kept: &KeptReading,
+    runs: &mut RunNumbers,
+    zeros: &mut RunNumbers,
+) -> (Reading, RunKey, RunKey) {
+    let taken = &kept.taken;
+    let pose = PoseId::new(&taken.pose);
+    let key = |label: String| RunKey {
+        pose: pose.clone(),
+        direction: taken.direction,
+        repeat: taken.repeat,
+        label: Some(label.into_boxed_str()),
+    };
+    let (run, zero) = (key(taken.repeat.to_string()), key(taken.zero.clone()));
+    let number = |numbers: &mut RunNumbers, key: &RunKey| {
+        numbers.number(&pose, taken.direction, taken.repeat, key.label.as_deref())
+    };
+    let flag = match (&kept.superseded, taken.flag.as_str()) {
+        (Some(reason), "") => format!("superseded: {reason}"),
+        (Some(reason), flag) => format!("{flag}; superseded: {reason}"),
+        (None, flag) => flag.to_owned(),
+    };
+    let reading = Reading {
+        line: 0,
+        seq: taken.number,
+        run: number(runs, &run),
+        zero: number(zeros, &zero),
+        pose: pose.clone(),
+        direction: taken.direction,
+        branch: taken.branch,
+        step: taken.step,
+        repeat: taken.repeat,
+        attempt: taken.attempt,
+        status: match kept.superseded {
+            Some(_) => Status::Superseded,
+            None => Status::Accepted,
+        },
+        target_n: taken.target_n,
+        force_n: taken.force_n,
+        displacement_m: taken.displacement_m,
+        time_s: Some(milliseconds(kept.t_s)),
+        hold_s: Some(milliseconds(taken.hold_s)),
+        temperature_deg_c: taken.temperature_deg_c,
+        text: Some(Box::new(ReadingText {
+            utc: kept.utc.to_string().into(),
+            force_raw: taken.force_raw.as_str().into(),
+            displacement_raw: taken.displacement_raw.as_str().into(),
+            flag: flag.into(),
+            note: Box::default(),
+        })),
+    };
+    (reading, run, zero)
+}
+
+/// A time to the millisecond; no reading is timed better.
+fn milliseconds(seconds: f64) -> f64 {
+    (seconds * 1000.0).round() / 1000.0
+}

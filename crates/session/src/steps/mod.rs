@@ -1,0 +1,458 @@
+//! What happens next in a session: state and event to state and actions.
+//!
+//! Pure: no clock, no file, no port. What is to be kept goes out as [`Action::Record`] and counts once [`Machine::recorded`] hands it back,
+//! so a live session and the fold of its journal cannot differ. What is still open is worked out from that state before every step
+//! ([`route`]), so redo, another cell, skips and resuming after a crash need no paths of their own.
+
+mod answers;
+mod capture;
+mod instruments;
+mod load;
+mod operator_events;
+mod route;
+mod settings;
+mod show;
+mod signs;
+mod zeroing;
+
+use std::collections::VecDeque;
+
+use stiffbench_gauges::{Ask, Channel, GaugeEvent};
+use stiffbench_units_and_text::test_point::Cell;
+
+use super::event::{Ended, Event, Outcome, PoseSet};
+use super::feed::Feed;
+use super::journal::Record;
+use super::live::cell_view;
+use super::operator::{Bell, OperatorEvent, Prompt, PromptKind};
+use super::plan::SessionPlan;
+use super::state::SessionState;
+use super::view::{CellView, Message, Purpose};
+
+use answers::Why;
+use load::Loading;
+use signs::SignWatch;
+
+pub use settings::Settings;
+
+/// Lines that a view keeps.
+const MESSAGES: usize = 100;
+
+/// Something that happened.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Input {
+    /// A gauge.
+    Gauge(GaugeEvent),
+    /// The operator.
+    Operator(OperatorEvent),
+    /// Time has passed without us: what came before does not count towards settling.
+    Gap,
+    /// Nothing but time.
+    Tick,
+}
+
+/// Something to do, in this order; if one cannot be done, those behind it are not to be done.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Action {
+    /// To be kept.
+    Record(Box<Event>),
+    /// To ask a gauge.
+    Ask(Channel, Ask),
+    /// To ask the operator.
+    Prompt(Prompt),
+    /// A sound.
+    Bell(Bell),
+    /// A line for the operator.
+    Say(String),
+    /// The session is over.
+    Finish(Outcome),
+}
+
+/// One thing on the way to the next reading.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) enum Job {
+    /// Ask the gauges who they are, and wait for a value of each.
+    CheckInstruments,
+    /// Ask whether everything is ready.
+    Ready,
+    /// Ask how warm it is.
+    Temperature,
+    /// Ask for a pose and direction.
+    SetUp(usize),
+    /// Watch a push by hand.
+    SignCheck(usize),
+    /// Bring the force somewhere.
+    Load { target_n: f64, purpose: Purpose },
+    /// Set the zero of a gauge.
+    Zero {
+        channel: Channel,
+        cell: usize,
+        index: usize,
+    },
+    /// Take a reading.
+    Read { cell: usize, index: usize },
+    /// End: everything is done.
+    Finish,
+}
+
+/// The load that is on.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) struct Applied {
+    cell: usize,
+    repeat: u32,
+    step: u32,
+}
+
+/// A zero that is being set.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct ZeroDraft {
+    force_offset_n: f64,
+    by_gauge: [bool; 2],
+    /// Since when samples count; `None` until the gauge has answered.
+    since_s: Option<f64>,
+}
+
+/// An open question.
+#[derive(Debug, Clone, PartialEq)]
+struct Pending {
+    prompt: Prompt,
+    why: Why,
+}
+
+/// A session on its way.
+#[expect(
+    clippy::struct_excessive_bools,
+    reason = "what has been done at the bench is independent of each other"
+)]
+#[derive(Debug, Clone)]
+pub struct Machine {
+    plan: SessionPlan,
+    settings: Settings,
+    state: SessionState,
+    feeds: [Feed; 2],
+    now_s: f64,
+    queue: VecDeque<Job>,
+    job: Option<Job>,
+    /// How many jobs have begun.
+    jobs: u64,
+    load: Option<Loading>,
+    draft: Option<ZeroDraft>,
+    watch: Option<SignWatch>,
+    pending: Option<Pending>,
+    /// The cell that goes before the order of the plan.
+    focus: usize,
+    identities: [Option<String>; 2],
+    checked: bool,
+    signs_checked: bool,
+    /// Cell of the push by hand and how far the end gave way, m/N.
+    pushed: Option<(usize, f64)>,
+    mounted: Option<usize>,
+    /// The step whose reading was taken under the load that is on.
+    applied: Option<Applied>,
+    /// Whether more than the preload may be on.
+    loaded: bool,
+    /// Force and displacement as sent at the last capture or zero, and when.
+    before: Option<([f64; 2], f64)>,
+    links: [String; 2],
+    ports: [String; 2],
+    paused: Option<String>,
+    stopping: bool,
+    over: Option<Outcome>,
+    unrecorded: usize,
+    cell: CellView,
+    messages: VecDeque<Message>,
+}
+
+impl Machine {
+    /// A session that stands where its journal says.
+    #[must_use]
+    pub fn new(plan: SessionPlan, settings: Settings, state: SessionState) -> Self {
+        let feed = |channel| Feed::new(channel, settings.least_stale_s);
+        Self {
+            feeds: Channel::ALL.map(feed),
+            focus: 0,
+            now_s: state.last_s,
+            signs_checked: state.signs.iter().all(Option::is_some),
+            pushed: None,
+            plan,
+            settings,
+            state,
+            queue: VecDeque::new(),
+            job: None,
+            jobs: 0,
+            load: None,
+            draft: None,
+            watch: None,
+            pending: None,
+            identities: [None, None],
+            checked: false,
+            mounted: None,
+            applied: None,
+            loaded: false,
+            before: None,
+            links: [String::new(), String::new()],
+            ports: [String::new(), String::new()],
+            paused: None,
+            stopping: false,
+            over: None,
+            unrecorded: 0,
+            cell: CellView::default(),
+            messages: VecDeque::new(),
+        }
+    }
+
+    /// Where the session stands, as its journal says.
+    #[must_use]
+    pub fn state(&self) -> &SessionState {
+        &self.state
+    }
+
+    /// How the session ended; `None` while it runs.
+    #[must_use]
+    pub fn outcome(&self) -> Option<Outcome> {
+        self.over
+    }
+
+    /// Takes in what happened at `now_s` of session time and says what is to be done.
+    pub fn input(&mut self, input: Input, now_s: f64) -> Vec<Action> {
+        let mut out = Vec::new();
+        self.now_s = self.now_s.max(now_s);
+        if self.over.is_some() {
+            return out;
+        }
+        match input {
+            Input::Gauge(event) => self.gauge(event, &mut out),
+            Input::Operator(event) => self.operator(event, &mut out),
+            Input::Gap => self.forget_windows(),
+            Input::Tick => {}
+        }
+        self.advance(&mut out);
+        out
+    }
+
+    /// Ends the session as partial for a reason that is not the operator's.
+    pub fn stop(&mut self, reason: &str, now_s: f64) -> Vec<Action> {
+        let mut out = Vec::new();
+        self.now_s = self.now_s.max(now_s);
+        if self.over.is_none() {
+            self.end(Outcome::Partial, reason, &mut out);
+        }
+        out
+    }
+
+    /// Whether the session waits for somebody to say that it goes on.
+    #[must_use]
+    pub fn is_paused(&self) -> bool {
+        self.paused.is_some()
+    }
+
+    /// How many tasks the operator has been given: when it grows, there is another.
+    #[must_use]
+    pub fn tasks(&self) -> u64 {
+        self.jobs
+    }
+
+    /// Takes back an event that is now in the journal.
+    pub fn recorded(&mut self, record: &Record) {
+        self.unrecorded = self.unrecorded.saturating_sub(1);
+        self.state.apply(record);
+        let changed = matches!(record.event, Event::Reading(_) | Event::Superseded(_));
+        if changed || matches!(record.event, Event::PoseSet(_)) {
+            self.look_at_cell();
+        }
+    }
+
+    /// Works out what the cell has given so far.
+    fn look_at_cell(&mut self) {
+        if let Some(planned) = self.mounted.and_then(|cell| self.plan.cells.get(cell)) {
+            let cell = Cell {
+                pose: planned.pose.clone(),
+                direction: planned.direction,
+            };
+            self.cell = cell_view(&self.state, &cell, &self.settings.gauges);
+        }
+    }
+
+    fn record(&mut self, event: Event, out: &mut Vec<Action>) {
+        self.unrecorded += 1;
+        out.push(Action::Record(Box::new(event)));
+    }
+
+    fn say(&mut self, text: impl Into<String>, out: &mut Vec<Action>) {
+        self.message(text.into(), false, out);
+    }
+
+    fn message(&mut self, text: String, urgent: bool, out: &mut Vec<Action>) {
+        if self.messages.len() == MESSAGES {
+            self.messages.pop_front();
+        }
+        self.messages.push_back(Message {
+            text: text.clone(),
+            urgent,
+        });
+        out.push(Action::Say(text));
+    }
+
+    fn ask(&mut self, prompt: Prompt, why: Why, out: &mut Vec<Action>) {
+        out.push(Action::Bell(Bell::Attention));
+        out.push(Action::Prompt(prompt.clone()));
+        self.pending = Some(Pending { prompt, why });
+    }
+
+    fn feed(&self, channel: Channel) -> &Feed {
+        &self.feeds[channel.index()]
+    }
+
+    /// What a value as sent is along the axis from the zero, N or m.
+    fn along(&self, channel: Channel, value_si: f64) -> f64 {
+        let (sign, mut offset) = self.state.axis(channel);
+        if let Some(draft) = self.draft.filter(|_| channel == Channel::Force) {
+            offset = draft.force_offset_n;
+        }
+        // Without a minus in front of zero.
+        sign * (value_si - offset) + 0.0
+    }
+
+    /// The last value along the axis, if it stands for now.
+    fn value(&self, channel: Channel) -> Option<f64> {
+        let feed = self.feed(channel);
+        let last = feed.last.as_ref().filter(|_| feed.is_good(self.now_s))?;
+        Some(self.along(channel, last.value_si))
+    }
+
+    fn forget_windows(&mut self) {
+        for feed in &mut self.feeds {
+            feed.forget();
+        }
+        if let Some(load) = &mut self.load {
+            load.left_band();
+        }
+    }
+
+    /// Goes on as far as possible.
+    fn advance(&mut self, out: &mut Vec<Action>) {
+        if self.over.is_some() || self.unrecorded > 0 {
+            return;
+        }
+        if self.stopping && !self.in_the_middle_of_a_reading() {
+            self.end(Outcome::Partial, "the operator stopped it", out);
+            return;
+        }
+        if self.pending.is_some() || self.paused.is_some() {
+            return;
+        }
+        if self.job.is_none() {
+            if self.queue.is_empty() {
+                self.queue = self.route().into();
+            }
+            self.job = self.queue.pop_front();
+            if let Some(job) = self.job {
+                self.begin(job, out);
+            }
+        } else if let Some(job) = self.job {
+            self.work(job, out);
+        }
+    }
+
+    fn begin(&mut self, job: Job, out: &mut Vec<Action>) {
+        self.jobs += 1;
+        match job {
+            Job::CheckInstruments => {
+                for channel in Channel::ALL {
+                    self.ask_who(channel, out);
+                }
+            }
+            Job::Ready => self.ask_ready(out),
+            Job::Temperature => self.ask_temperature(out),
+            Job::SetUp(cell) => self.ask_set_up(cell, out),
+            Job::SignCheck(cell) => self.begin_sign_check(cell, out),
+            Job::Load { target_n, purpose } => self.begin_load(target_n, purpose, out),
+            Job::Zero { channel, .. } => self.begin_zero(channel, out),
+            Job::Read { cell, index } => {
+                let target_n = self.plan.cells[cell].readings[index].target_n;
+                self.begin_load(target_n, Purpose::Reading, out);
+            }
+            Job::Finish => self.end(Outcome::Complete, "every planned reading is done", out),
+        }
+    }
+
+    fn work(&mut self, job: Job, out: &mut Vec<Action>) {
+        match job {
+            Job::CheckInstruments => self.check_instruments(out),
+            // These wait for an answer, which finishes them.
+            Job::Ready | Job::Temperature | Job::SetUp(_) | Job::Finish => {}
+            Job::SignCheck(cell) => self.work_sign_check(cell, out),
+            Job::Load { purpose, .. } => self.work_load(purpose, out),
+            Job::Zero {
+                channel,
+                cell,
+                index,
+            } => self.work_zero(channel, (cell, index), out),
+            Job::Read { cell, index } => self.work_reading(cell, index, out),
+        }
+    }
+
+    /// The job is done.
+    fn done(&mut self) {
+        self.job = None;
+    }
+
+    /// Everything on the way is dropped and worked out anew.
+    fn reroute(&mut self) {
+        self.queue.clear();
+        self.job = None;
+        self.load = None;
+        self.draft = None;
+        self.watch = None;
+    }
+
+    fn ask_ready(&mut self, out: &mut Vec<Action>) {
+        let items = [
+            "the robot stands with its brakes on and nobody in its reach",
+            "jack and force gauge push at the end node, in line with the displacement gauge",
+            "the displacement gauge stands on something that the load does not move",
+        ];
+        let list = PromptKind::Checklist(items.map(str::to_owned).to_vec());
+        self.ask(
+            Prompt::new("ready", "Is the bench ready?", list),
+            Why::Ready,
+            out,
+        );
+    }
+
+    /// The pose stands.
+    fn set_up(&mut self, cell: usize, out: &mut Vec<Action>) {
+        self.mounted = Some(cell);
+        self.applied = None;
+        self.loaded = false;
+        self.before = None;
+        let planned = &self.plan.cells[cell];
+        let event = Event::PoseSet(PoseSet {
+            cell,
+            pose: planned.pose.to_string(),
+            direction: planned.direction,
+        });
+        self.record(event, out);
+        self.done();
+    }
+
+    fn in_the_middle_of_a_reading(&self) -> bool {
+        let reading = matches!(self.job, Some(Job::Read { .. }));
+        let settling = self.load.as_ref().is_some_and(Loading::is_in_band);
+        reading && settling && self.pending.is_none() && self.paused.is_none()
+    }
+
+    fn end(&mut self, outcome: Outcome, reason: &str, out: &mut Vec<Action>) {
+        self.over = Some(outcome);
+        self.pending = None;
+        let event = Event::Ended(Ended {
+            outcome,
+            reason: reason.to_owned(),
+            accepted: self.state.taken.len() as u32,
+            planned: self.plan.len() as u32,
+        });
+        self.record(event, out);
+        out.push(Action::Bell(Bell::Done));
+        out.push(Action::Finish(outcome));
+    }
+}

@@ -1,0 +1,41 @@
+//! What a session is run with, besides its procedure.
+
+use stiffbench_measurement::procedure::Pace;
+use stiffbench_measurement::stiffness::Gauges as GaugeTerms;
+
+/// What a session is run with, besides its procedure.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Settings {
+    /// Whether a reading is taken as soon as everything has settled; else a key takes it.
+    pub auto_capture: bool,
+    /// What the force gauge sends under compression, if its description says so: 1 for a value above zero, -1 below.
+    pub compression_sign: Option<f64>,
+    /// Drift of the zero beyond which is asked, m.
+    pub drift_limit_m: f64,
+    /// Shortest time without a value after which a gauge counts as stale, s; longer for gauges that send seldom.
+    pub least_stale_s: f64,
+    /// Resolution and calibration of the gauges.
+    pub gauges: GaugeTerms,
+    /// How fast the operator works, for the time left.
+    pub pace: Pace,
+    /// What stays true for the whole session.
+    pub warnings: Vec<String>,
+    /// Names of the gauges.
+    pub names: [String; 2],
+}
+
+impl Default for Settings {
+    /// Automatic capture; 10 µm of drift, five times the spread a reading may have; half a second, some 25 periods of a slow stream.
+    fn default() -> Self {
+        Self {
+            auto_capture: true,
+            compression_sign: None,
+            drift_limit_m: 10e-6,
+            least_stale_s: 0.5,
+            gauges: GaugeTerms::default(),
+            pace: Pace::default(),
+            warnings: Vec::new(),
+            names: ["force gauge".to_owned(), "displacement gauge".to_owned()],
+        }
+    }
+}

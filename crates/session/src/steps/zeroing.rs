@@ -1,0 +1,159 @@
+//! Setting the zero: by the gauge where it has a command for it, else by taking off what it shows.
+
+use crate::event::{Event, ZeroMoment, Zeroed};
+use crate::operator::Prompt;
+use stiffbench_gauges::{Ask, Channel};
+
+use super::answers::Why;
+use super::{Action, Machine, ZeroDraft};
+
+/// Steps of the last digit that a gauge may show right after it was zeroed.
+const ZERO_DIGITS: f64 = 5.0;
+
+impl Machine {
+    pub(super) fn begin_zero(&mut self, channel: Channel, out: &mut Vec<Action>) {
+        let (_, offset_n) = self.state.axis(Channel::Force);
+        let draft = self.draft.get_or_insert(ZeroDraft {
+            force_offset_n: offset_n,
+            by_gauge: [false; 2],
+            since_s: None,
+        });
+        draft.since_s = None;
+        out.push(Action::Ask(channel, Ask::Zero));
+    }
+
+    /// The gauge has set its zero, or cannot.
+    pub(super) fn zero_answered(
+        &mut self,
+        channel: Channel,
+        answer: Result<Box<str>, Box<str>>,
+        out: &mut Vec<Action>,
+    ) {
+        let now_s = self.now_s;
+        let Some(draft) = &mut self.draft else {
+            return;
+        };
+        draft.since_s = Some(now_s);
+        draft.by_gauge[channel.index()] = answer.is_ok();
+        self.feeds[channel.index()].forget();
+        if let Err(reason) = answer {
+            self.say(
+                format!("the {channel} gauge is zeroed by taking off what it shows ({reason})"),
+                out,
+            );
+        }
+    }
+
+    /// Waits until the gauge stands still on its zero, then keeps what is left to be taken off.
+    pub(super) fn work_zero(
+        &mut self,
+        channel: Channel,
+        at: (usize, usize),
+        out: &mut Vec<Action>,
+    ) {
+        let Some((draft, since_s)) = self.draft.and_then(|draft| Some((draft, draft.since_s?)))
+        else {
+            return;
+        };
+        let settle = self.plan.procedure.settle;
+        let feed = self.feed(channel);
+        let dwelt = self.now_s - since_s >= settle.dwell_s;
+        let from_s = since_s.max(feed.window_from_s(settle.dwell_s, self.now_s));
+        let (Some(window), true) = (feed.window(from_s), dwelt && feed.is_good(self.now_s)) else {
+            return;
+        };
+        let limit = match channel {
+            Channel::Force => 2.0 * settle.force_tolerance_n,
+            Channel::Displacement => settle.spread_m,
+        };
+        if window.spread > limit {
+            return;
+        }
+        let digit = feed.last.as_ref().map_or(0.0, |last| last.resolution_si);
+        let by_gauge = draft.by_gauge;
+        let near_zero = window.mean.abs() <= (ZERO_DIGITS * digit).max(limit);
+        if by_gauge[channel.index()] && !near_zero {
+            self.ask_zero_not_shown(channel, out);
+            return;
+        }
+        let offset = if by_gauge[channel.index()] {
+            0.0
+        } else {
+            window.mean
+        };
+        match channel {
+            Channel::Force => {
+                self.draft = Some(ZeroDraft {
+                    force_offset_n: offset,
+                    by_gauge,
+                    since_s: None,
+                });
+            }
+            Channel::Displacement => {
+                let force_offset_n = draft.force_offset_n;
+                self.keep_zero(at, [force_offset_n, offset], by_gauge, out);
+            }
+        }
+        self.done();
+    }
+
+    /// A gauge that says it was zeroed and shows something else holds its display, or its keys are locked.
+    fn ask_zero_not_shown(&mut self, channel: Channel, out: &mut Vec<Action>) {
+        let shown = self.feed(channel).last.as_ref();
+        let shown = shown.map_or_else(String::new, |last| last.raw.trim().to_owned());
+        let text = format!(
+            "The {channel} gauge said that it was zeroed, and shows {shown}: hold, or locked?"
+        );
+        let choices = [
+            ("again", "it is put right: zero it again"),
+            ("subtract", "it is right: take off what it shows"),
+        ];
+        let prompt = Prompt::choice("zero-not-shown", text, &choices);
+        self.ask(prompt, Why::ZeroNotShown(channel), out);
+    }
+
+    /// The operator said what to do with a zero that is not shown.
+    pub(super) fn zero_not_shown(&mut self, channel: Channel, word: &str, out: &mut Vec<Action>) {
+        if word == "again" {
+            self.begin_zero(channel, out);
+        } else if let Some(draft) = &mut self.draft {
+            draft.by_gauge[channel.index()] = false;
+        }
+    }
+
+    fn keep_zero(
+        &mut self,
+        (cell, index): (usize, usize),
+        [force_offset_n, displacement_offset_m]: [f64; 2],
+        by_gauge: [bool; 2],
+        out: &mut Vec<Action>,
+    ) {
+        let scope = self.plan.zero_scope(&self.plan.cells[cell].readings[index]);
+        let earlier = self.state.zeros.get(&(cell, scope.clone()));
+        let label = match earlier {
+            None | Some(0) => scope.clone(),
+            Some(n) => format!("{scope}-{}", n + 1),
+        };
+        self.draft = None;
+        self.note_shown();
+        let event = Event::Zero(Zeroed {
+            cell,
+            scope,
+            label: label.clone(),
+            moment: ZeroMoment::Before,
+            force_offset_n,
+            displacement_offset_m,
+            by_gauge,
+            drift_m: None,
+        });
+        self.record(event, out);
+        self.say(format!("zero {label} is set"), out);
+    }
+
+    /// Keeps what the gauges show now, to tell a frozen one later.
+    pub(super) fn note_shown(&mut self) {
+        let shown = |channel: Channel| Some(self.feed(channel).last.as_ref()?.value_si);
+        let both = shown(Channel::Force).zip(shown(Channel::Displacement));
+        self.before = both.map(|(force, displacement)| ([force, displacement], self.now_s));
+    }
+}

@@ -1,0 +1,11 @@
+//! The promises of this crate, tested from outside.
+
+#![expect(
+    clippy::unwrap_used,
+    reason = "a test stops at what is not as it must be"
+)]
+
+mod session_journal;
+mod session_run;
+mod session_simulated;
+mod support;

@@ -1,0 +1,144 @@
+//! The journal's reader takes any bytes, and finds every byte that was changed.
+
+use jiff::Timestamp;
+use proptest::prelude::*;
+use stiffbench_session::{
+    Damage, Event, Gap, Journal, JournalEnd, JournalError, Noted, Surroundings, read_journal,
+};
+
+fn journal(texts: &[&str]) -> Vec<u8> {
+    let mut journal = Journal::behind(Vec::new(), 0);
+    for (i, text) in texts.iter().enumerate() {
+        let note = Event::Note(Noted {
+            cell: Some(i),
+            text: (*text).to_owned(),
+        });
+        journal
+            .append(note, Timestamp::UNIX_EPOCH, i as f64 * 0.1)
+            .unwrap();
+    }
+    journal.into_store()
+}
+
+/// The checksum by the bitwise definition of CRC-32C (polynomial 82F63B78 reversed, RFC 3720 appendix B.4).
+#[test]
+fn a_line_is_what_the_documentation_shows() {
+    let bytes = journal(&["bolt tightened"]);
+    let line = String::from_utf8(bytes).unwrap();
+    assert_eq!(
+        line,
+        "{\"seq\":1,\"utc\":\"1970-01-01T00:00:00Z\",\"t_s\":0.0,\"kind\":\"note\",\"data\":{\"cell\":0,\"text\":\"bolt tightened\"},\"crc\":\"3ce6b855\"}\n"
+    );
+}
+
+#[test]
+fn every_changed_byte_is_found_and_named_by_its_line() {
+    let bytes = journal(&["one", "two", "three"]);
+    let lines: Vec<usize> = bytes
+        .iter()
+        .enumerate()
+        .filter(|(_, b)| **b == b'\n')
+        .map(|(i, _)| i)
+        .collect();
+    for place in 0..bytes.len() {
+        let mut changed = bytes.clone();
+        changed[place] ^= 0x10;
+        let read = read_journal(&changed);
+        let line = lines.iter().filter(|end| **end < place).count();
+        // A damaged line break joins two lines, or leaves the last without its end.
+        let found = match read.end {
+            JournalEnd::Damaged { line, .. } => line,
+            JournalEnd::Cut { .. } => read.records.len() + 1,
+            JournalEnd::Clean => panic!("byte {place} is not missed"),
+        };
+        assert_eq!(found, line + 1, "byte {place}");
+        assert_eq!(read.records.len(), line);
+    }
+}
+
+#[test]
+fn a_line_that_is_missing_or_twice_is_found() {
+    let bytes = journal(&["one", "two", "three"]);
+    let text = String::from_utf8(bytes).unwrap();
+    let lines: Vec<&str> = text.split_inclusive('\n').collect();
+    for (order, found) in [([0, 2, 2], 3), ([0, 0, 1], 1)] {
+        let mixed: String = order.iter().map(|i| lines[*i]).collect();
+        let read = read_journal(mixed.as_bytes());
+        let expected = Damage::Sequence { found, expected: 2 };
+        assert!(
+            matches!(read.end, JournalEnd::Damaged { line: 2, problem, lines: 2 } if problem == expected)
+        );
+    }
+}
+
+#[test]
+fn an_event_of_a_newer_version_is_told_from_a_damaged_one() {
+    let body = "{\"seq\":1,\"utc\":\"1970-01-01T00:00:00Z\",\"t_s\":0.0,\"kind\":\"levitated\",\"data\":{}";
+    let line = format!(
+        "{body},\"crc\":\"{:08x}\"}}\n",
+        crc32c::crc32c(body.as_bytes())
+    );
+    let read = read_journal(line.as_bytes());
+    assert!(matches!(
+        read.end,
+        JournalEnd::Damaged {
+            problem: Damage::NotUnderstood { .. },
+            ..
+        }
+    ));
+}
+
+#[test]
+fn a_number_that_is_not_finite_is_refused() {
+    let mut journal = Journal::behind(Vec::new(), 0);
+    for value in [f64::NAN, f64::INFINITY] {
+        let event = Event::Environment(Surroundings {
+            temperature_deg_c: value,
+        });
+        let error = journal
+            .append(event, Timestamp::UNIX_EPOCH, 0.0)
+            .unwrap_err();
+        assert!(matches!(error, JournalError::NotWritable { .. }));
+    }
+    assert!(
+        journal
+            .append(Event::Gap(Gap { seconds: 1.0 }), Timestamp::UNIX_EPOCH, 0.0)
+            .is_ok()
+    );
+    assert_eq!(read_journal(&journal.into_store()).records.len(), 1);
+}
+
+proptest! {
+    #[test]
+    fn any_bytes_are_read_without_panic(bytes in prop::collection::vec(any::<u8>(), 0..400)) {
+        let read = read_journal(&bytes);
+        prop_assert!(read.good_bytes <= bytes.len());
+    }
+
+    #[test]
+    fn any_number_and_text_comes_back(
+        seconds in prop::num::f64::NORMAL | prop::num::f64::ZERO | prop::num::f64::SUBNORMAL,
+        text in any::<String>(),
+        cut in any::<prop::sample::Index>(),
+    ) {
+        let mut journal = Journal::behind(Vec::new(), 0);
+        let events = [Event::Gap(Gap { seconds }), Event::Note(Noted { cell: None, text })];
+        for event in events.clone() {
+            journal.append(event, Timestamp::UNIX_EPOCH, seconds).unwrap();
+        }
+        let bytes = journal.into_store();
+        let read = read_journal(&bytes);
+        prop_assert_eq!(&read.end, &JournalEnd::Clean);
+        for (record, event) in read.records.iter().zip(&events) {
+            prop_assert_eq!(&record.event, event);
+        }
+        // Cut anywhere: what was whole stays, the rest is a cut line and nothing else.
+        let cut = cut.index(bytes.len());
+        let part = read_journal(&bytes[..cut]);
+        prop_assert_eq!(&part.records[..], &read.records[..part.records.len()]);
+        let whole_lines = bytes[..cut].split(|b| *b == b'\n').count() - 1;
+        prop_assert_eq!(part.records.len(), whole_lines);
+        let is_damaged = matches!(part.end, JournalEnd::Damaged { .. });
+        prop_assert!(!is_damaged);
+    }
+}

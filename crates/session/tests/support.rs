@@ -1,0 +1,427 @@
+//! A bench whose readings are functions of the test point, and an operator who does what the view says, in simulated time.
+
+use std::io::{self, Write};
+
+use jiff::{SignedDuration, Timestamp};
+use stiffbench_gauges::{Ask, Channel, GaugeEvent, Sample};
+use stiffbench_measurement::procedure::Procedure;
+use stiffbench_session::{
+    Action, Answer, Event, Input, Journal, Machine, OperatorEvent, Outcome, Prompt, Purpose,
+    Record, SessionPlan, SessionState, Settings, Started, Store, Task, View, read_journal, table,
+};
+use stiffbench_test_files::shipped_procedure;
+use stiffbench_units_and_text::test_point::{Direction, PoseId};
+
+/// Session time between two samples of a gauge, s.
+const TICK_S: f64 = 0.1;
+
+/// How fast the jack moves, N a tick.
+const JACK_N: f64 = 8.0;
+
+/// Most ticks of a session, so that one that hangs fails.
+const MOST_TICKS: usize = 2_000_000;
+
+/// A journal in memory whose disk may be full: bytes beyond `room` are not taken.
+#[derive(Debug, Clone)]
+pub(crate) struct Disk {
+    pub(crate) bytes: Vec<u8>,
+    pub(crate) room: usize,
+}
+
+impl Write for Disk {
+    fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
+        let taken = bytes.len().min(self.room.saturating_sub(self.bytes.len()));
+        if taken == 0 {
+            return Err(io::Error::from(io::ErrorKind::StorageFull));
+        }
+        self.bytes.extend_from_slice(&bytes[..taken]);
+        Ok(taken)
+    }
+
+    fn flush(&mut self) -> io::Result<()> {
+        Ok(())
+    }
+}
+
+impl Store for Disk {
+    fn sync(&mut self) -> io::Result<()> {
+        Ok(())
+    }
+}
+
+/// The gauges, the robot and the jack.
+#[derive(Debug, Clone)]
+pub(crate) struct MockBench {
+    pub(crate) now_s: f64,
+    /// Force along the axis, N.
+    pub(crate) force_n: f64,
+    aim_n: f64,
+    direction: Direction,
+    /// What the gauges take off themselves, in the sign as sent.
+    zero_si: [f64; 2],
+    /// Whether a gauge has a zero command.
+    pub(crate) has_zero: [bool; 2],
+    /// Sign of each gauge along the axis.
+    pub(crate) signs: [f64; 2],
+    /// Displacement that does not come from the force, m.
+    pub(crate) drift_m: f64,
+    /// What the gauges send instead of what they should.
+    pub(crate) fault: Option<Fault>,
+}
+
+/// Something wrong with a gauge.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) enum Fault {
+    /// It sends nothing.
+    Silent(Channel),
+    /// It sends the same text for ever.
+    Frozen,
+    /// It sends another unit.
+    Unit,
+}
+
+impl Default for MockBench {
+    fn default() -> Self {
+        Self {
+            now_s: 0.0,
+            force_n: 0.0,
+            aim_n: 0.0,
+            direction: Direction::X,
+            zero_si: [0.0; 2],
+            has_zero: [false, true],
+            // A force gauge that counts compression up, and pushes go against the axis.
+            signs: [-1.0, 1.0],
+            drift_m: 0.0,
+            fault: None,
+        }
+    }
+}
+
+impl MockBench {
+    /// Compliance of a direction, m/N.
+    fn compliance(&self) -> f64 {
+        [5e-6, 3e-6, 8e-6][self.direction.index()]
+    }
+
+    fn shown_si(&self, channel: Channel) -> f64 {
+        let truth = match channel {
+            Channel::Force => self.force_n,
+            Channel::Displacement => self.compliance() * self.force_n + self.drift_m,
+        };
+        self.signs[channel.index()] * truth
+    }
+
+    /// Does what the view says.
+    pub(crate) fn follow(&mut self, view: &View) {
+        match view.task {
+            Task::SetUp { direction, .. } => {
+                self.direction = direction;
+                self.aim_n = 0.0;
+            }
+            Task::PushByHand {
+                force_n, let_go, ..
+            } => self.aim_n = if let_go { 0.0 } else { 1.5 * force_n },
+            Task::Load { target_n, purpose } => {
+                self.aim_n = target_n;
+                if let (Purpose::Reading, Some(place)) = (purpose, &view.place)
+                    && target_n != 0.0
+                {
+                    // The operator stops a little off, always alike at one test point.
+                    let key = place.step * 7 + place.repeat * 3 + place.cell as u32 * 5;
+                    self.aim_n += f64::from(key % 5) * 0.1 - 0.2;
+                }
+            }
+            _ => {}
+        }
+    }
+
+    /// The jack moves for a tick.
+    pub(crate) fn turn(&mut self) {
+        let left_n = self.aim_n - self.force_n;
+        self.force_n += left_n.clamp(-JACK_N, JACK_N);
+    }
+
+    pub(crate) fn sample(&self, channel: Channel) -> Option<GaugeEvent> {
+        if self.fault == Some(Fault::Silent(channel)) {
+            return None;
+        }
+        let mut value_si = self.shown_si(channel) - self.zero_si[channel.index()];
+        let displacement = channel == Channel::Displacement;
+        let frozen = displacement && self.fault == Some(Fault::Frozen);
+        if frozen {
+            value_si = 12e-6;
+        }
+        let (step, unit, factor) = match channel {
+            Channel::Force => (0.1, "N", 1.0),
+            Channel::Displacement => (1e-6, "mm", 1e3),
+        };
+        let value_si = (value_si / step).round() * step;
+        let unit = match self.fault {
+            Some(Fault::Unit) if displacement => "in",
+            _ => unit,
+        };
+        Some(GaugeEvent::Sample {
+            channel,
+            sample: Sample {
+                kind: channel.kind(),
+                value_si,
+                resolution_si: step,
+                value: value_si * factor,
+                unit: unit.into(),
+                raw: format!("{:.3} {unit}", value_si * factor).into(),
+                at_s: self.now_s,
+                marks: Vec::new(),
+            },
+        })
+    }
+
+    pub(crate) fn asked(&mut self, channel: Channel, ask: Ask) -> GaugeEvent {
+        let answer = match ask {
+            Ask::Zero if self.has_zero[channel.index()] => {
+                self.zero_si[channel.index()] = self.shown_si(channel);
+                Ok("".into())
+            }
+            Ask::Zero => Err("it has no zero command".into()),
+            Ask::Identity => Ok(format!("mock {channel}").into()),
+            Ask::State => Ok("".into()),
+        };
+        GaugeEvent::Answered {
+            channel,
+            ask,
+            answer,
+        }
+    }
+}
+
+/// A session on a mock bench, its journal in memory.
+pub(crate) struct Rig {
+    pub(crate) bench: MockBench,
+    pub(crate) machine: Machine,
+    pub(crate) journal: Journal<Disk>,
+    /// What is answered where another answer than the usual is wanted.
+    pub(crate) answers: Vec<(&'static str, Answer)>,
+    /// Prompts as they came.
+    pub(crate) asked: Vec<Prompt>,
+    pub(crate) said: Vec<String>,
+    /// The bench as it stood at each event.
+    pub(crate) snapshots: Vec<MockBench>,
+    pub(crate) failed: bool,
+}
+
+pub(crate) fn plan(procedure: &Procedure) -> SessionPlan {
+    SessionPlan::new(procedure, &[PoseId::new("P1"), PoseId::new("P2")])
+}
+
+pub(crate) fn shipped(name: &str) -> Procedure {
+    let source = shipped_procedure(name).expect("it is shipped");
+    Procedure::parse(&source).expect("it can be followed").0
+}
+
+/// A procedure of few readings: sweeps of three loads with settling that is quick in ticks.
+pub(crate) fn short(unloading: bool) -> Procedure {
+    let mut procedure = Procedure {
+        loads_n: vec![0.0, -10.0, -20.0],
+        directions: vec![Direction::X],
+        poses: Some(vec![PoseId::new("P1")]),
+        repeats: 2,
+        unloading,
+        ..Procedure::default()
+    };
+    procedure.settle.dwell_s = 0.3;
+    procedure
+}
+
+impl Rig {
+    /// A new session.
+    pub(crate) fn start(procedure: &Procedure) -> Self {
+        let disk = Disk {
+            bytes: Vec::new(),
+            room: usize::MAX,
+        };
+        let mut rig = Self::on(
+            procedure,
+            SessionState::default(),
+            MockBench::default(),
+            Journal::behind(disk, 0),
+        );
+        rig.record(Event::Started(Started {
+            session: "test".to_owned(),
+            procedure: procedure.name.clone(),
+            procedure_sha256: String::new(),
+            software: "test".to_owned(),
+            pid: 1,
+            host: "test".to_owned(),
+        }));
+        rig
+    }
+
+    fn on(
+        procedure: &Procedure,
+        state: SessionState,
+        bench: MockBench,
+        journal: Journal<Disk>,
+    ) -> Self {
+        Self {
+            machine: Machine::new(plan(procedure), Settings::default(), state),
+            bench,
+            journal,
+            answers: Vec::new(),
+            asked: Vec::new(),
+            said: Vec::new(),
+            snapshots: Vec::new(),
+            failed: false,
+        }
+    }
+
+    /// The session taken up again from these bytes of its journal, a record that was cut taken off.
+    pub(crate) fn resume(procedure: &Procedure, bytes: &[u8], bench: MockBench) -> Self {
+        let read = read_journal(bytes);
+        let disk = Disk {
+            bytes: bytes[..read.good_bytes].to_vec(),
+            room: usize::MAX,
+        };
+        let journal = Journal::behind(disk, read.records.len() as u64);
+        let state = SessionState::fold(&read.records);
+        let began = state.started.is_some();
+        let mut rig = Self::on(procedure, state, bench, journal);
+        if began {
+            rig.record(Event::Resumed(stiffbench_session::Resumed {
+                software: "test".to_owned(),
+                pid: 2,
+                host: "test".to_owned(),
+                cut_bytes: 0,
+            }));
+        }
+        rig
+    }
+
+    pub(crate) fn record(&mut self, event: Event) -> bool {
+        let utc = Timestamp::UNIX_EPOCH + SignedDuration::from_secs_f64(self.bench.now_s);
+        let Ok(record) = self.journal.append(event, utc, self.bench.now_s) else {
+            self.failed = true;
+            return false;
+        };
+        self.machine.recorded(&record);
+        self.snapshots.push(self.bench.clone());
+        true
+    }
+
+    fn usual(&self, prompt: &Prompt) -> Answer {
+        if let Some((_, answer)) = self.answers.iter().find(|(id, _)| *id == prompt.id) {
+            return answer.clone();
+        }
+        match prompt.id.as_str() {
+            "temperature" => Answer::Number(20.0),
+            "sign-check" => Answer::Text("minus".to_owned()),
+            "skip-reason" | "note" => Answer::Text("a reason".to_owned()),
+            "force-offset" => Answer::Text("zero".to_owned()),
+            "drift" => Answer::Text("keep".to_owned()),
+            "not-settled" => Answer::Text("wait".to_owned()),
+            "frozen" | "implausible" | "displacement-sign" | "zero-not-shown" => {
+                Answer::Text("again".to_owned())
+            }
+            _ => Answer::Yes(true),
+        }
+    }
+
+    pub(crate) fn input(&mut self, input: Input) {
+        let mut next = Some(input);
+        while let Some(input) = next.take() {
+            let actions = self.machine.input(input, self.bench.now_s);
+            let mut answers = Vec::new();
+            let acted = !actions.is_empty();
+            for action in actions {
+                match action {
+                    Action::Record(event) => {
+                        if !self.record(*event) {
+                            return;
+                        }
+                    }
+                    Action::Ask(channel, ask) => {
+                        answers.push(Input::Gauge(self.bench.asked(channel, ask)));
+                    }
+                    Action::Prompt(prompt) => {
+                        let (id, answer) = (prompt.id.clone(), self.usual(&prompt));
+                        self.asked.push(prompt);
+                        answers.push(Input::Operator(OperatorEvent::Answer { id, answer }));
+                    }
+                    Action::Say(line) => self.said.push(line),
+                    Action::Bell(_) | Action::Finish(_) => {}
+                }
+            }
+            for answer in answers {
+                self.input(answer);
+            }
+            next = acted.then_some(Input::Tick);
+        }
+    }
+
+    pub(crate) fn tick(&mut self) {
+        self.bench.now_s += TICK_S;
+        self.bench.follow(&self.machine.view());
+        self.bench.turn();
+        for channel in Channel::ALL {
+            if let Some(event) = self.bench.sample(channel) {
+                self.input(Input::Gauge(event));
+            }
+        }
+        self.input(Input::Tick);
+    }
+
+    /// Runs to the end, or to where it can be written no more.
+    pub(crate) fn run(&mut self) -> Option<Outcome> {
+        for _ in 0..MOST_TICKS {
+            if self.machine.outcome().is_some() || self.failed {
+                return self.machine.outcome();
+            }
+            self.tick();
+        }
+        panic!(
+            "the session hangs: {:?}, {:?}, asked {:?}",
+            self.machine.view().task,
+            self.machine.view().held_up,
+            self.asked.last().map(|prompt| &prompt.text)
+        );
+    }
+
+    /// Runs until something holds, at most so many ticks.
+    pub(crate) fn until(&mut self, ticks: usize, holds: impl Fn(&Self) -> bool) {
+        for _ in 0..ticks {
+            if holds(self) {
+                return;
+            }
+            self.tick();
+        }
+        panic!("it did not come to that: {:?}", self.machine.view().task);
+    }
+
+    pub(crate) fn journal_bytes(self) -> Vec<u8> {
+        self.journal.into_store().bytes
+    }
+}
+
+/// The records of a journal that has no fault.
+pub(crate) fn records(bytes: &[u8]) -> Vec<Record> {
+    let read = read_journal(bytes);
+    assert_eq!(read.end, stiffbench_session::JournalEnd::Clean);
+    read.records
+}
+
+/// `readings.csv` without its times.
+pub(crate) fn csv_without_times(state: &SessionState) -> String {
+    let mut text = Vec::new();
+    table(state, &mut text).expect("every number is finite");
+    let text = String::from_utf8(text).expect("it is text");
+    let names: Vec<&str> = text.lines().next().expect("a header").split(',').collect();
+    let times = ["utc", "t_s", "hold_s"].map(|name| names.iter().position(|n| *n == name));
+    text.lines()
+        .map(|line| {
+            let fields = line.split(',').enumerate();
+            let kept: Vec<&str> = fields
+                .filter(|(place, _)| !times.contains(&Some(*place)))
+                .map(|(_, field)| field)
+                .collect();
+            kept.join(",") + "\n"
+        })
+        .collect()
+}

@@ -1,0 +1,235 @@
+//! One pose and direction: where force and displacement stand at rest, for every load of the procedure.
+
+use rand::{RngExt, SeedableRng};
+use rand_chacha::ChaCha8Rng;
+use sha2::{Digest, Sha256};
+
+use crate::jack;
+use crate::mechanics::{ActingLoad, CellMechanics};
+use crate::temperature::TemperatureTrack;
+use stiffbench_beams::physics::{LawSet, LoadPoint, PoseMechanics};
+use stiffbench_measurement::procedure::{PlannedReading, Procedure};
+use stiffbench_measurement::readings::ZeroScope;
+use stiffbench_units_and_text::test_point::{Branch, Direction, PoseId};
+
+use super::EmulatedSetup;
+use super::motion::Stand;
+
+/// The operator stops within this share of the tolerance, so that a load counts as set.
+const STOPPING_SHARE: f64 = 0.8;
+
+/// Where the tip of the gauge is set up within its range, m.
+const TIP_M: [f64; 2] = [0.2e-3, 2.2e-3];
+
+/// How long before an extra reading under a load the displacement goes on to where it stands then, s.
+const BEFORE_EXTRA_READING_S: f64 = 10.0;
+
+/// Which cell.
+#[derive(Debug, Clone)]
+pub(super) struct CellKey {
+    pub(super) pose: PoseId,
+    pub(super) direction: Direction,
+    /// Place in the order of measurement, from 0.
+    pub(super) number: u32,
+}
+
+/// A cell, worked out.
+#[derive(Debug)]
+pub(super) struct Cell {
+    key: CellKey,
+    setup: EmulatedSetup,
+    planned: Vec<PlannedReading>,
+    /// Where everything stands at each planned reading.
+    stands: Vec<Stand>,
+    tolerance_n: f64,
+    zero: ZeroScope,
+    /// Displacement per force of a first load, m/N.
+    first_load_m_per_n: f64,
+    /// Where the tip of the gauge was set up, m.
+    tip_m: f64,
+}
+
+impl Cell {
+    pub(super) fn new(
+        key: CellKey,
+        laws: &LawSet,
+        structure: &PoseMechanics,
+        procedure: &Procedure,
+        setup: &EmulatedSetup,
+    ) -> Self {
+        let planned = procedure.steps(key.number);
+        let mut cell = Self {
+            setup: *setup,
+            stands: Vec::new(),
+            tolerance_n: procedure.settle.force_tolerance_n,
+            zero: procedure.zero,
+            first_load_m_per_n: 0.0,
+            tip_m: 0.0,
+            key,
+            planned,
+        };
+        cell.tip_m = TIP_M[0] + (TIP_M[1] - TIP_M[0]) * cell.random("tip", &[]).random::<f64>();
+        let loads = cell.loads(procedure);
+        let mechanics = CellMechanics {
+            laws,
+            structure,
+            pose: &cell.key.pose,
+            direction: cell.key.direction,
+            release_n: procedure.release_n(),
+            keep_history: false,
+        };
+        let displacements_m = mechanics.displacements_m(&loads);
+        let preload = ActingLoad {
+            point: LoadPoint {
+                force_n: procedure.preload_n,
+                ..LoadPoint::default()
+            },
+            repeat: 1,
+            branch: Branch::Loading,
+            time_s: 0.0,
+            temperature_deg_c: 0.0,
+        };
+        if procedure.preload_n != 0.0 {
+            let preload_m = mechanics.displacements_m(&[preload])[0];
+            cell.first_load_m_per_n = preload_m / procedure.preload_n;
+        }
+        let i = cell.key.direction.index();
+        let along_m_per_n = structure.influence.compliance_m_per_n[i][i];
+        let stands = loads.iter().zip(displacements_m).enumerate();
+        cell.stands = stands
+            .map(|(place, (load, displacement_m))| {
+                let planned = &cell.planned[place];
+                let slope = cell.error("slope", setup.noise.run_slope_sd, &[planned.repeat]);
+                let hold = cell.hold_number(place);
+                let numbers = [planned.step, planned.repeat, hold];
+                let error_m = cell.error("reading", setup.noise.reading_sd_m, &numbers);
+                Stand {
+                    force_n: load.point.force_n,
+                    displacement_m: cell.tip_m
+                        + displacement_m
+                        + slope * along_m_per_n * load.point.force_n
+                        + error_m,
+                }
+            })
+            .collect();
+        cell
+    }
+
+    /// Where everything stands under a force at which nothing is read: free, or under the preload. The error of the gauge's zero stands here.
+    pub(super) fn at_rest(&self, force_n: f64, repeat: u32) -> Stand {
+        let numbers: &[u32] = match self.zero {
+            ZeroScope::Cell => &[],
+            ZeroScope::Run => &[repeat],
+        };
+        let zero_m = self.error("zero", self.setup.noise.zero_sd_m, numbers);
+        Stand {
+            force_n,
+            displacement_m: self.tip_m + self.first_load_m_per_n * force_n - zero_m,
+        }
+    }
+
+    /// Where everything stands under a load and, under the same load, at its extra readings: times after the jack has stopped, s, and stands.
+    pub(super) fn stages(&self, target_n: f64, step: u32, repeat: u32) -> Vec<(f64, Stand)> {
+        let readings = self.planned.iter().zip(&self.stands);
+        let of_load = readings.filter(|(planned, _)| {
+            (planned.step, planned.repeat, planned.target_n) == (step, repeat, target_n)
+        });
+        let mut before_s = 0.0;
+        let stages: Vec<(f64, Stand)> = of_load
+            .map(|(planned, stand)| {
+                let hold_s = planned.extra_hold_s.unwrap_or(0.0);
+                let lead_s = BEFORE_EXTRA_READING_S.min((hold_s - before_s) / 2.0);
+                before_s = hold_s;
+                (hold_s - lead_s, *stand)
+            })
+            .collect();
+        if stages.is_empty() {
+            return vec![(0.0, self.not_planned(target_n, step, repeat))];
+        }
+        stages
+    }
+
+    /// Step and repeat of the first planned load of this size; of none if there is none.
+    pub(super) fn first_of(&self, target_n: f64) -> (u32, u32) {
+        let mut planned = self.planned.iter();
+        let first = planned.find(|planned| planned.target_n == target_n);
+        first.map_or((0, 0), |planned| (planned.step, planned.repeat))
+    }
+
+    /// A load that the procedure does not have.
+    fn not_planned(&self, target_n: f64, step: u32, repeat: u32) -> Stand {
+        let force_n = self.force_n(target_n, step, repeat);
+        Stand {
+            force_n,
+            displacement_m: self.tip_m + self.first_load_m_per_n * force_n,
+        }
+    }
+
+    /// The loads of the procedure as the operator sets them, at the times that its pace plans.
+    fn loads(&self, procedure: &Procedure) -> Vec<ActingLoad> {
+        let pace = &self.setup.jack.pace;
+        let released_s = procedure.release_n().map_or(0.0, |_| pace.release_s);
+        let cell_s = pace.direction_s + pace.seconds(procedure, &self.planned);
+        let mut time_s = f64::from(self.key.number) * cell_s;
+        let mut zero_at_s = time_s;
+        let mut hold_s = 0.0;
+        let temperature = TemperatureTrack::new(self.setup.seed);
+        let loads = self.planned.iter().map(|planned| {
+            if planned.zero_before {
+                time_s += pace.zero_s;
+                zero_at_s = time_s;
+            }
+            if let Some(extra_s) = planned.extra_hold_s {
+                time_s += (extra_s - hold_s).max(0.0);
+                hold_s = extra_s;
+            } else {
+                time_s += pace.reading_s + released_s;
+                hold_s = pace.hold_s;
+            }
+            let temperature_deg_c = temperature.at(time_s);
+            ActingLoad {
+                point: LoadPoint {
+                    force_n: self.force_n(planned.target_n, planned.step, planned.repeat),
+                    step: planned.step,
+                    hold_s,
+                    since_zero_s: time_s - zero_at_s,
+                    warming_k: temperature_deg_c - temperature.at(zero_at_s),
+                    position_m: None,
+                },
+                repeat: planned.repeat,
+                branch: planned.branch,
+                time_s,
+                temperature_deg_c,
+            }
+        });
+        loads.collect()
+    }
+
+    /// The force at which the operator stops.
+    fn force_n(&self, target_n: f64, step: u32, repeat: u32) -> f64 {
+        let mut random = self.random("stop", &[step, repeat]);
+        jack::force_n(target_n, STOPPING_SHARE * self.tolerance_n, &mut random)
+    }
+
+    /// Which reading under its load a planned one is, from 0.
+    fn hold_number(&self, place: usize) -> u32 {
+        let reading = &self.planned[place];
+        let before = self.planned[..place].iter().rev();
+        let of_load = before
+            .take_while(|earlier| (earlier.step, earlier.repeat) == (reading.step, reading.repeat));
+        of_load.count() as u32
+    }
+
+    fn error(&self, what: &str, sd: f64, numbers: &[u32]) -> f64 {
+        self.setup.noise.error(sd, &mut self.random(what, numbers))
+    }
+
+    /// Random numbers that belong to one thing of this cell and to no other.
+    fn random(&self, what: &str, numbers: &[u32]) -> ChaCha8Rng {
+        let CellKey {
+            pose, direction, ..
+        } = &self.key;
+        let name = format!("{} {what} {numbers:?} {direction} {pose}", self.setup.seed);
+        ChaCha8Rng::from_seed(Sha256::digest(name.as_bytes()).into())
+    }
+}

@@ -1,0 +1,241 @@
+//! The emulated bench against the beam model, its plan, its seed, and whoever reads it.
+
+use super::*;
+use stiffbench_beams::robot::Predictor;
+use stiffbench_test_files::shipped_procedure;
+use stiffbench_test_files::shipped_robot;
+
+fn robot() -> Robot {
+    Robot::parse(&shipped_robot("hp-robot").unwrap()).unwrap()
+}
+
+fn procedure(name: &str) -> Procedure {
+    let procedure = Procedure::parse(&shipped_procedure(name).unwrap())
+        .unwrap()
+        .0;
+    Procedure {
+        poses: Some(vec!["P1".into(), "P3".into()]),
+        ..procedure
+    }
+}
+
+fn bench(procedure: &Procedure, setup: EmulatedSetup, effects: &[&str]) -> EmulatedBench {
+    let robot = robot();
+    let mechanism = robot.mechanism(None).unwrap();
+    let factors = robot.factor_set("m_fsd").unwrap();
+    let effects = effects.iter().map(|text| text.parse().unwrap()).collect();
+    let physics = ActingPhysics::new(&robot, mechanism, effects).unwrap();
+    // A second of session time in a microsecond.
+    let clock = Clock::starting_at(0.0, 1e6);
+    EmulatedBench::new(&robot, &physics, &factors, procedure, setup, clock).unwrap()
+}
+
+fn quiet() -> EmulatedSetup {
+    EmulatedSetup {
+        noise: NoiseModel::NONE,
+        ..EmulatedSetup::default()
+    }
+}
+
+fn rest(bench: &EmulatedBench) -> (f64, f64) {
+    while !bench.is_at_rest() {}
+    (bench.force_n(), bench.displacement_m())
+}
+
+/// Force and displacement from the zero, set under no load.
+fn readings(bench: &EmulatedBench, procedure: &Procedure, cell: u32) -> Vec<(f64, f64)> {
+    let mut zero_m = 0.0;
+    let planned = procedure.steps(cell);
+    planned
+        .iter()
+        .filter(|planned| planned.extra_hold_s.is_none())
+        .map(|planned| {
+            if planned.zero_before {
+                bench.begin_run(planned.repeat);
+                zero_m = rest(bench).1;
+            }
+            bench.apply(planned.target_n, planned.step, planned.repeat);
+            let (force_n, displacement_m) = rest(bench);
+            (force_n, displacement_m - zero_m)
+        })
+        .collect()
+}
+
+#[test]
+fn without_noise_it_is_the_compliance_of_the_robot() {
+    let robot = robot();
+    let mechanism = robot.mechanism(None).unwrap();
+    let factors = robot.factor_set("m_fsd").unwrap();
+    let mut predictor = Predictor::new(&robot, mechanism, &factors).unwrap();
+    let procedure = procedure("sweeps");
+    let bench = bench(&procedure, quiet(), &[]);
+    for (pose, name) in ["P1", "P3"].into_iter().enumerate() {
+        predictor.place(robot.pose(&name.into()).unwrap()).unwrap();
+        let compliance = predictor.translation_compliance();
+        for direction in Direction::ALL {
+            bench.set_pose(&name.into()).unwrap();
+            bench.set_direction(direction).unwrap();
+            let i = direction.index();
+            let cell = (3 * pose + i) as u32;
+            let planned = procedure.steps(cell);
+            for ((force_n, displacement_m), planned) in
+                readings(&bench, &procedure, cell).into_iter().zip(planned)
+            {
+                let expected_m = compliance[i][i] * force_n;
+                // The tip stands at a millimetre, of which the sixteenth digit is left.
+                assert!((displacement_m - expected_m).abs() < 1e-17 + 1e-9 * expected_m.abs());
+                assert!((force_n - planned.target_n).abs() <= 0.4);
+            }
+        }
+    }
+}
+
+#[test]
+fn what_is_read_depends_on_the_seed_and_not_on_who_reads_when() {
+    let procedure = procedure("paper");
+    let setup = EmulatedSetup {
+        seed: 3,
+        ..EmulatedSetup::default()
+    };
+    let [first, again] = [(); 2].map(|()| bench(&procedure, setup, &[]));
+    let whole = readings(&first, &procedure, 0);
+    // Read all the time, in another order, with loads between that nobody planned, and begun in the middle.
+    let planned = procedure.steps(0);
+    again.begin_run(1);
+    let zero_m = rest(&again).1;
+    for (planned, expected) in planned.iter().zip(&whole).rev() {
+        again.apply_any(-33.0);
+        again.preload();
+        for _ in 0..100 {
+            assert!(again.force_n().is_finite() && again.displacement_m().is_finite());
+        }
+        again.apply(planned.target_n, planned.step, planned.repeat);
+        let (force_n, displacement_m) = rest(&again);
+        assert_eq!((force_n, displacement_m - zero_m), *expected);
+    }
+    let other = bench(&procedure, EmulatedSetup { seed: 4, ..setup }, &[]);
+    assert_ne!(readings(&other, &procedure, 0), whole);
+}
+
+#[test]
+fn zeros_belong_to_their_cell_or_to_their_run() {
+    for (name, same) in [("paper", true), ("sweeps", false)] {
+        let procedure = procedure(name);
+        let bench = bench(&procedure, EmulatedSetup::default(), &[]);
+        let zeros: Vec<f64> = (1..=3)
+            .map(|repeat| {
+                bench.begin_run(repeat);
+                rest(&bench).1
+            })
+            .collect();
+        assert_eq!(zeros.iter().all(|zero| *zero == zeros[0]), same, "{name}");
+        bench.set_direction(Direction::Z).unwrap();
+        assert_ne!(rest(&bench).1, zeros[0]);
+    }
+}
+
+#[test]
+fn the_spread_of_readings_is_that_of_the_noise() {
+    let procedure = Procedure {
+        repeats: 400,
+        loads_n: vec![0.0, -10.0],
+        ..procedure("paper")
+    };
+    let noise = NoiseModel {
+        run_slope_sd: 0.0,
+        ..NoiseModel::default()
+    };
+    let bench = bench(
+        &procedure,
+        EmulatedSetup {
+            noise,
+            ..EmulatedSetup::default()
+        },
+        &[],
+    );
+    let unloaded: Vec<f64> = readings(&bench, &procedure, 0)
+        .into_iter()
+        .filter(|(force_n, _)| *force_n == 0.0)
+        .map(|(_, displacement_m)| displacement_m)
+        .collect();
+    let n = unloaded.len() as f64;
+    let mean = unloaded.iter().sum::<f64>() / n;
+    let variance = unloaded.iter().map(|d| (d - mean).powi(2)).sum::<f64>() / (n - 1.0);
+    // The standard deviation of 400 is known to 3.5 %.
+    assert!(
+        (variance.sqrt() / noise.reading_sd_m - 1.0).abs() < 0.12,
+        "{variance}"
+    );
+}
+
+#[test]
+fn a_joint_with_play_and_creep_under_a_hold_are_seen() {
+    let procedure = procedure("load-hold-unload");
+    let straight = bench(&procedure, quiet(), &[]);
+    let effects = [
+        "joint-backlash@A3:play=0.1mrad,seat_moment=0.1N*m",
+        "creep@structure:k=1%/decade,t0=1s",
+    ];
+    let bent = bench(&procedure, quiet(), &effects);
+    let planned = procedure.steps(1);
+    let held = planned
+        .iter()
+        .find(|planned| planned.extra_hold_s.is_some());
+    let held = held.unwrap();
+    let stages = [&straight, &bent].map(|bench| {
+        bench.set_direction(Direction::Y).unwrap();
+        let mut inner = bench.lock();
+        inner.cell().stages(held.target_n, held.step, held.repeat)
+    });
+    let [without, with] = stages.map(|stages| {
+        let began: Vec<f64> = stages.iter().map(|stage| stage.0).collect();
+        assert!(
+            began.len() > 1 && began.is_sorted_by(|a, b| a < b),
+            "{began:?}"
+        );
+        assert_eq!(began[0], 0.0);
+        assert!(began[1] < held.extra_hold_s.unwrap());
+        stages
+            .iter()
+            .map(|stage| stage.1.displacement_m)
+            .collect::<Vec<_>>()
+    });
+    assert!(without.iter().all(|d| *d == without[0]), "{without:?}");
+    assert!(
+        with.is_sorted_by(|earlier, later| later < earlier),
+        "{with:?}"
+    );
+    // Play of 0.1 mrad at half a metre from the end and more.
+    assert!(with[0] < without[0] - 10e-6);
+}
+
+#[test]
+fn a_hand_pushes_until_it_lets_go_and_gauges_may_be_turned_round() {
+    let procedure = procedure("paper");
+    let bench = bench(
+        &procedure,
+        EmulatedSetup {
+            displacement_turned: true,
+            ..quiet()
+        },
+        &[],
+    );
+    let (_, before_m) = rest(&bench);
+    bench.push_force_gauge(-1.0);
+    bench.push_end(-1.0);
+    assert_eq!(bench.force_n(), -HAND_N);
+    assert!((bench.displacement_m() - before_m - HAND_M).abs() < 1e-12);
+    bench.let_go();
+    assert_eq!((bench.force_n(), bench.displacement_m()), (0.0, before_m));
+}
+
+#[test]
+fn what_is_not_planned_is_refused_or_a_first_load() {
+    let procedure = procedure("paper");
+    let bench = bench(&procedure, quiet(), &[]);
+    let refused = bench.set_pose(&"P2".into()).unwrap_err();
+    assert_eq!(refused.to_string(), "the procedure has no pose P2");
+    bench.apply(-33.0, 99, 1);
+    let (force_n, _) = rest(&bench);
+    assert!((force_n + 33.0).abs() <= 0.4);
+}

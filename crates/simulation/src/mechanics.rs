@@ -1,0 +1,79 @@
+//! What the structure does under the loads of a cell.
+
+use stiffbench_beams::physics::{LawSet, LoadPoint, PoseMechanics, RunLoads, Twists};
+use stiffbench_units_and_text::test_point::{Branch, Direction, PoseId};
+
+/// A load as it acted, with what clock and thermometer showed.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct ActingLoad {
+    /// What the laws need to know; the force is the one that acts, not the one that is read.
+    pub(super) point: LoadPoint,
+    /// The repeat, from 1.
+    pub(super) repeat: u32,
+    /// Loading or unloading.
+    pub(super) branch: Branch,
+    /// Seconds since the session began.
+    pub(super) time_s: f64,
+    /// Temperature, °C.
+    pub(super) temperature_deg_c: f64,
+}
+
+/// A cell with its structure and laws.
+pub(super) struct CellMechanics<'a> {
+    pub(super) laws: &'a LawSet,
+    pub(super) structure: &'a PoseMechanics,
+    pub(super) pose: &'a PoseId,
+    pub(super) direction: Direction,
+    /// Force to which each load is released before the next, N; `None` where the loads follow each other.
+    pub(super) release_n: Option<f64>,
+    /// Whether joints stay as a run left them when the next one begins.
+    pub(super) keep_history: bool,
+}
+
+impl CellMechanics<'_> {
+    /// Displacements at the loads of the cell, m, relative to the unloaded state, in the order of the loads.
+    pub(super) fn displacements_m(&self, loads: &[ActingLoad]) -> Vec<f64> {
+        let mut displacements_m = vec![0.0; loads.len()];
+        let mut twists = Twists::default();
+        for (repeat, places) in self.stretches(loads) {
+            let points: Vec<LoadPoint> = places.iter().map(|&place| loads[place].point).collect();
+            let run = RunLoads {
+                pose: self.pose,
+                direction: self.direction,
+                repeat,
+                release_n: self.release_n,
+                loads: &points,
+            };
+            let mut out = vec![0.0; places.len()];
+            let act = if self.keep_history {
+                LawSet::go_on_m
+            } else {
+                LawSet::displacements_m
+            };
+            act(self.laws, self.structure, &run, &mut twists, &mut out);
+            for (place, displacement_m) in places.into_iter().zip(out) {
+                displacements_m[place] = displacement_m;
+            }
+        }
+        displacements_m
+    }
+
+    /// Repeat and loads of each stretch that the laws take at once: a run, whose loads need not follow one another; where history goes on
+    /// from run to run, as many loads of one repeat as do.
+    fn stretches(&self, loads: &[ActingLoad]) -> Vec<(u32, Vec<usize>)> {
+        let mut stretches: Vec<(u32, Vec<usize>)> = Vec::new();
+        for (place, load) in loads.iter().enumerate() {
+            let mut same = stretches.iter_mut().rev();
+            let known = if self.keep_history {
+                same.next().filter(|(repeat, _)| *repeat == load.repeat)
+            } else {
+                same.find(|(repeat, _)| *repeat == load.repeat)
+            };
+            match known {
+                Some((_, places)) => places.push(place),
+                None => stretches.push((load.repeat, vec![place])),
+            }
+        }
+        stretches
+    }
+}

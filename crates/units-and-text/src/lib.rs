@@ -1,0 +1,13 @@
+//! Words and units that every other crate shares.
+//!
+//! - [`quantity`]: units where bytes, files and people enter;
+//! - [`test_point`]: where in the experiment a number belongs: pose, direction, branch;
+//! - [`source_text`]: texts whose errors have places;
+//! - [`nearest`]: the name that was meant;
+//! - [`clock`]: time, which a test can make its own.
+
+pub mod clock;
+pub mod nearest;
+pub mod quantity;
+pub mod source_text;
+pub mod test_point;

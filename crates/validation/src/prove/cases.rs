@@ -1,0 +1,239 @@
+//! Which effects the power is counted on: each law at the places where these data could show it.
+
+use rand::{RngExt, SeedableRng};
+use rand_chacha::ChaCha8Rng;
+
+use stiffbench_beams::physics::{Effect, Law, Place};
+use stiffbench_diagnosis::mismatch::{Baseline, Truth, scale_to, standard_errors};
+use stiffbench_units_and_text::test_point::Direction;
+
+use super::error::ProveError;
+use super::trial_bench::TrialBench;
+
+/// A joint whose release would add more than this many times the compliance of the structure lies in no closed loop.
+const OPEN: f64 = 1e4;
+
+/// Share of a joint's largest moment at which its law begins.
+const BEGINS: f64 = 0.22;
+
+/// Size, standard errors, that a place has to reach to be tried: none beyond it can be asked for.
+pub const LARGEST_SIZE: f64 = 12.0;
+
+/// A loose member has the size it has: the smallest beyond this is taken, standard errors.
+const LEAST_LOOSE: f64 = 6.0;
+
+/// Steps of runs at which slips are tried, of the thousand at which they can happen.
+const SLIPS: usize = 12;
+
+/// What is known of a joint under the loads of a plan.
+struct JointView {
+    name: String,
+    largest_moment_nm: f64,
+    is_open: bool,
+}
+
+/// Effects of a law that a bench can show, of a small size; the one in the middle by its smallest visible size first.
+///
+/// # Arguments
+/// - `open`: for laws of a joint: whether the joint is to lie in no closed loop.
+///
+/// # Errors
+/// [`ProveError`].
+pub(super) fn testable(
+    bench: &TrialBench<'_>,
+    law: Law,
+    open: bool,
+) -> Result<Vec<Effect>, ProveError> {
+    if law == Law::Slip {
+        return Ok(slips(bench));
+    }
+    if law == Law::LooseMember {
+        return Ok(bench.baseline.loose_effects());
+    }
+    let joints = joints(bench)?;
+    let mut places: Vec<(f64, Place)> = bench
+        .first
+        .1
+        .detection_limits
+        .iter()
+        .filter(|limit| limit.law == law)
+        .filter_map(|limit| Some((limit.size_80?, limit.place.clone())))
+        .filter(|(_, place)| match place {
+            Place::Joint(name) => joints.iter().any(|j| j.name == *name && j.is_open == open),
+            _ => true,
+        })
+        .collect();
+    places.sort_by(|a, b| a.0.total_cmp(&b.0));
+    let middle = places.len() / 2;
+    // The middle first, then outwards.
+    let mut order: Vec<usize> = (0..places.len()).collect();
+    order.sort_by_key(|place| place.abs_diff(middle));
+    order
+        .into_iter()
+        .map(|place| {
+            let place = places[place].1.clone();
+            let moment = match &place {
+                Place::Joint(name) => joints
+                    .iter()
+                    .find(|joint| joint.name == *name)
+                    .map_or(1.0, |joint| joint.largest_moment_nm),
+                _ => 1.0,
+            };
+            Ok(Effect::new(law, place, small_values(law, moment))?)
+        })
+        .collect()
+}
+
+/// A truth with one effect more, scaled to a size; `None` if no multiple of it reaches the size.
+///
+/// # Errors
+/// [`ProveError`].
+pub(super) fn scaled(
+    bench: &TrialBench<'_>,
+    effect: &Effect,
+    beside: &Truth,
+    size: f64,
+) -> Result<Option<Truth>, ProveError> {
+    let mut truth = beside.clone();
+    truth.effects.push(effect.clone());
+    Ok(scale_to(&bench.baseline, &bench.plan, &truth, size)?)
+}
+
+/// Those of these effects that reach every size of a power curve, at the factors of the first trial; no more than `most`.
+///
+/// # Errors
+/// [`ProveError`].
+pub(super) fn reaching(
+    bench: &TrialBench<'_>,
+    effects: &[Effect],
+    most: usize,
+) -> Result<Vec<Effect>, ProveError> {
+    let mut reaching = Vec::new();
+    for effect in effects {
+        if reaching.len() == most {
+            break;
+        }
+        let truth = scaled(bench, effect, &bench.first.0, LARGEST_SIZE)?;
+        reaching.extend(truth.and_then(|truth| truth.effects.into_iter().last()));
+    }
+    Ok(reaching)
+}
+
+/// The loose member with the smallest effect that is still to be found, and its size.
+///
+/// # Errors
+/// [`ProveError`].
+pub(super) fn loose(bench: &TrialBench<'_>) -> Result<Option<(Effect, f64)>, ProveError> {
+    let mut best: Option<(Effect, f64)> = None;
+    for effect in bench.baseline.loose_effects() {
+        let mut truth = bench.first.0.clone();
+        truth.effects.push(effect.clone());
+        let size = standard_errors(&bench.baseline, &bench.plan, &truth)?;
+        if size >= LEAST_LOOSE && best.as_ref().is_none_or(|(_, least)| size < *least) {
+            best = Some((effect, size));
+        }
+    }
+    Ok(best)
+}
+
+/// Jumps all over the plan: any first few of them lie far apart, in the order of runs and within a run.
+fn slips(bench: &TrialBench<'_>) -> Vec<Effect> {
+    // Steps of the sequence that fills a square most evenly (Roberts, "The unreasonable effectiveness of quasirandom sequences", 2018): one
+    // over the plastic number, and one over its square.
+    const STEPS: [f64; 2] = [0.754_877_666, 0.569_840_291];
+    let observations = &bench.plan;
+    let jump = |number: usize| {
+        let [of_runs, of_run] = STEPS.map(|step| (0.5 + number as f64 * step).fract());
+        let count = observations.runs.len() as f64;
+        let run = observations.runs.get((of_runs * count) as usize)?;
+        let cell = &observations.cells[run.cell];
+        // A reading before it and two after it make a jump a slip.
+        let possible = run.readings.len().checked_sub(3)? as f64;
+        let first_after = run.readings.start + 1 + (of_run * possible) as usize;
+        let place = Place::Run {
+            pose: observations.poses[cell.pose].clone(),
+            direction: cell.direction,
+            repeat: run.repeat,
+            step: observations.loads[first_after].step,
+        };
+        Effect::new(Law::Slip, place, small_values(Law::Slip, 1.0)).ok()
+    };
+    (0..SLIPS).filter_map(jump).collect()
+}
+
+/// The same effect with another shape, drawn by a seed: no search has all shapes.
+pub(super) fn reshaped(effect: &Effect, seed: u64) -> Effect {
+    let mut rng = ChaCha8Rng::seed_from_u64(seed);
+    // Even in the logarithm.
+    let mut times = |value: &mut f64, most: f64| {
+        *value *= most.powf(2.0 * rng.random::<f64>() - 1.0);
+    };
+    let mut effect = effect.clone();
+    match (effect.law, &mut effect.values[..]) {
+        (Law::JointBacklash | Law::JointFriction | Law::SettingIn, [_, shape]) => {
+            times(shape, 2.0);
+        }
+        (Law::JointNonlinearity, [_, quadratic]) => times(quadratic, 2.0),
+        (Law::Creep, [_, t0]) => times(t0, 4.0),
+        (Law::GaugePeriodic, [_, period, phase]) => {
+            // A wheel or a rack is as wide as it is made.
+            times(period, 1.005);
+            *phase = std::f64::consts::TAU * rng.random::<f64>();
+        }
+        _ => {}
+    }
+    effect
+}
+
+/// Values small enough to be scaled up, with a shape in the middle of what is plausible.
+fn small_values(law: Law, moment_nm: f64) -> Vec<f64> {
+    match law {
+        Law::JointCompliance => vec![1e-12],
+        Law::JointBacklash | Law::JointFriction => vec![1e-12, BEGINS * moment_nm],
+        Law::JointNonlinearity => vec![1e-12, 0.8e-12 / moment_nm],
+        Law::BaseCompliance | Law::GaugeStandCompliance => vec![1e-14],
+        Law::LoadMisalignment => vec![1e-7],
+        Law::LooseMember => Vec::new(),
+        Law::ForceGaugeNonlinearity => vec![1e-10],
+        Law::Creep | Law::SettingIn => vec![1e-7, 1.0],
+        Law::DriftPerSecond => vec![1e-13],
+        Law::DriftPerKelvin => vec![1e-10],
+        Law::Slip => vec![1e-9],
+        Law::GaugePeriodic => vec![1e-9, 2.5e-4, 0.5],
+    }
+}
+
+fn joints(bench: &TrialBench<'_>) -> Result<Vec<JointView>, ProveError> {
+    let mut solver = bench.baseline.solver(0)?;
+    solver.solve(&bench.first.0.parameters)?;
+    let largest_n = bench
+        .plan
+        .loads
+        .iter()
+        .map(|load| load.force_n.abs())
+        .fold(0.0, f64::max);
+    Ok(solver
+        .joint_names()
+        .into_iter()
+        .enumerate()
+        .map(|(joint, name)| {
+            let (mut moment, mut share, mut is_open) = (0.0_f64, 0.0, false);
+            for cell in &bench.plan.cells {
+                let axis = Direction::index(cell.direction);
+                let influence = &solver.pose(cell.pose).influence;
+                let lever = influence.levers_m[joint][axis];
+                let compliance = influence.compliance_m_per_n[axis][axis];
+                moment = moment.max(lever.abs() * largest_n);
+                if lever * lever / compliance > share {
+                    share = lever * lever / compliance;
+                    is_open = share > OPEN * influence.stiffness(joint, joint).abs();
+                }
+            }
+            JointView {
+                name,
+                largest_moment_nm: moment,
+                is_open,
+            }
+        })
+        .collect())
+}

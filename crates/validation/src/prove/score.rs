@@ -1,0 +1,428 @@
+//! Verdicts held against answers, by fixed rules.
+
+use stiffbench_beams::physics::{Effect, Law, Place};
+use stiffbench_diagnosis::mismatch::{Diagnosis, Finding, Verdict};
+
+use super::answers::{Answer, Expected, KnownRival, Set, TrueEffect, place_words};
+use super::blind::BlindVerdict;
+use super::words::{answer_words, diagnosis_words};
+
+/// Rivals nearer than this cannot be told apart, standard errors.
+pub const INSEPARABLE: f64 = 2.0;
+
+/// Rivals farther than this must be told apart, standard errors; and farther than [`APART_SHARE`] of the effect's own length.
+pub const APART: f64 = 4.25;
+
+/// See [`APART`].
+pub const APART_SHARE: f64 = 0.62;
+
+/// Rivals that an answer lists at most; a full list says nothing about others.
+const LISTED: usize = 8;
+
+/// Outside the library "unknown" is owed where the best three library effects leave this much, standard errors.
+pub const UNKNOWN_FROM: f64 = 6.0;
+
+/// What a verdict is worth.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub enum Outcome {
+    /// As expected.
+    Right,
+    /// Nothing was found, and nothing had to be.
+    MayBeMissed,
+    /// The truth is named, but not all that cannot be told apart from it.
+    Incomplete,
+    /// The truth is named among others from which it can be told apart.
+    Padded,
+    /// One of several effects is named, the others are not.
+    Partly,
+    /// All of the truth is named, and something besides.
+    Extra,
+    /// All of the truth is named, and structure is said to be left.
+    StructureClaimed,
+    /// Structure is said to be left where a law of the library acts that was not named.
+    UnknownInstead,
+    /// Something outside the library is named as what explains a part of it, and too little is left to owe "unknown".
+    PartNamed,
+    /// Nothing was found where something should have been.
+    NotFound,
+    /// Something is named that is not there.
+    WrongName,
+    /// Something was found where nothing is.
+    FalseAlarm,
+    /// The data were called insufficient.
+    Undecided,
+    /// There is no diagnosis.
+    Failed,
+}
+
+impl Outcome {
+    /// All, in the order of tables.
+    pub const ALL: [Self; 14] = [
+        Self::Right,
+        Self::MayBeMissed,
+        Self::Incomplete,
+        Self::Padded,
+        Self::Partly,
+        Self::Extra,
+        Self::StructureClaimed,
+        Self::UnknownInstead,
+        Self::PartNamed,
+        Self::NotFound,
+        Self::WrongName,
+        Self::FalseAlarm,
+        Self::Undecided,
+        Self::Failed,
+    ];
+
+    /// Name in files and tables.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Right => "right",
+            Self::MayBeMissed => "may be missed",
+            Self::Incomplete => "incomplete",
+            Self::Padded => "padded",
+            Self::Partly => "partly",
+            Self::Extra => "extra",
+            Self::StructureClaimed => "structure claimed",
+            Self::UnknownInstead => "unknown instead",
+            Self::PartNamed => "part named",
+            Self::NotFound => "not found",
+            Self::WrongName => "wrong name",
+            Self::FalseAlarm => "false alarm",
+            Self::Undecided => "undecided",
+            Self::Failed => "failed",
+        }
+    }
+
+    /// Whether it counts as a success.
+    #[must_use]
+    pub fn is_right(self) -> bool {
+        matches!(self, Self::Right | Self::MayBeMissed)
+    }
+}
+
+/// How a true effect was named.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Named {
+    /// Alone.
+    Alone,
+    /// In a set of so many.
+    InSet(usize),
+    /// Not at all.
+    No,
+}
+
+/// A true effect and what became of it.
+#[derive(Debug, Clone, PartialEq)]
+pub struct TruthScore {
+    /// Law and place in words.
+    pub title: String,
+    /// Its physics.
+    pub physics: String,
+    /// Its length, the sizes of the other effects free, standard errors.
+    pub standard_errors: f64,
+    /// How it was named.
+    pub named: Named,
+    /// Members of its set from which it can be told apart.
+    pub padding: Vec<String>,
+    /// What cannot be told apart from it and is not in its set.
+    pub left_out: Vec<String>,
+    /// Whether the 95 % interval of its size holds the true one; `None` where it is not named or has no interval.
+    pub size_covered: Option<bool>,
+    /// Found over true size; `None` where it is not named.
+    pub size_ratio: Option<f64>,
+}
+
+/// Verdict and answer of one session.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Score {
+    /// The session.
+    pub session: String,
+    /// Robot and mechanism.
+    pub bench: String,
+    /// Which list it is of.
+    pub set: Set,
+    /// Mode of concealment.
+    pub mode: String,
+    /// What was expected.
+    pub expected: Expected,
+    /// What was said; `None` without a diagnosis.
+    pub verdict: Option<Verdict>,
+    /// What that is worth.
+    pub outcome: Outcome,
+    /// Each true effect.
+    pub truths: Vec<TruthScore>,
+    /// What three effects of the library leave, outside the library, standard errors.
+    pub left_by_library: Option<f64>,
+    /// Held-out error after over its floor; `None` with one pose.
+    pub held_out_ratio: Option<f64>,
+    /// Whether the published validation passes.
+    pub published_passes: Option<bool>,
+    /// Factors reported as identified whose 95 % intervals hold the true value, and how many there are.
+    pub factors_covered: [usize; 2],
+    /// The answer in words.
+    pub answer_words: String,
+    /// The verdict in words.
+    pub verdict_words: String,
+}
+
+impl Score {
+    /// Whether something is there that the published validation does not show.
+    #[must_use]
+    pub fn is_concealed(&self) -> bool {
+        self.published_passes == Some(true) && self.expected != Expected::NothingMissing
+    }
+}
+
+/// Scores a verdict.
+#[must_use]
+pub fn score(verdict: &BlindVerdict, answer: &Answer, set: Set) -> Score {
+    let diagnosis = verdict.diagnosis.as_ref().ok();
+    let findings = diagnosis.map_or(&[][..], |d| &d.findings);
+    let groups = groups(findings);
+    let (truths, extra) = match_truths(&groups, &answer.truth);
+    let outcome = diagnosis.map_or(Outcome::Failed, |d| {
+        outcome(d.verdict, answer, &truths, extra)
+    });
+    let floor_m = answer.floor_rms_um * 1e-6;
+    Score {
+        session: verdict.session.clone(),
+        bench: verdict.bench.clone(),
+        set,
+        mode: answer.mode.clone(),
+        expected: answer.expected,
+        verdict: diagnosis.map(|d| d.verdict),
+        outcome,
+        truths,
+        left_by_library: answer.left_by_library,
+        held_out_ratio: diagnosis
+            .and_then(|d| d.after.held_out_rms_m)
+            .map(|rms_m| rms_m / floor_m)
+            .filter(|ratio| ratio.is_finite()),
+        published_passes: answer.published_validation_passes,
+        factors_covered: diagnosis.map_or([0, 0], |d| factors_covered(d, answer)),
+        answer_words: answer_words(answer),
+        verdict_words: match &verdict.diagnosis {
+            Ok(diagnosis) => diagnosis_words(diagnosis),
+            Err(error) => format!("no diagnosis: {error}"),
+        },
+    }
+}
+
+/// Findings that exclude each other, together.
+pub(super) fn groups(findings: &[Finding]) -> Vec<Vec<&Finding>> {
+    let mut groups: Vec<Vec<&Finding>> = Vec::new();
+    for finding in findings {
+        let group = groups.iter_mut().find(|group| {
+            finding.alternative_group.is_some()
+                && group[0].alternative_group == finding.alternative_group
+        });
+        match group {
+            Some(group) => group.push(finding),
+            None => groups.push(vec![finding]),
+        }
+    }
+    groups
+}
+
+/// What became of each true effect, and whether a group is left that holds none.
+fn match_truths(groups: &[Vec<&Finding>], truths: &[TrueEffect]) -> (Vec<TruthScore>, bool) {
+    let mut free: Vec<&Vec<&Finding>> = groups.iter().collect();
+    let scores = truths
+        .iter()
+        .map(|truth| {
+            let own = free
+                .iter()
+                .position(|group| group.iter().any(|finding| truth.is(&finding.effect)));
+            let group = own.map(|place| free.remove(place));
+            truth_score(truth, group)
+        })
+        .collect();
+    (scores, !free.is_empty())
+}
+
+fn truth_score(truth: &TrueEffect, group: Option<&Vec<&Finding>>) -> TruthScore {
+    let members = group.map_or(&[][..], Vec::as_slice);
+    let own = members.iter().find(|finding| truth.is(&finding.effect));
+    let size = own.and_then(|finding| {
+        let name = finding.effect.law.parameters().first()?.name;
+        Some((finding.values.first()?, truth.value(name)?))
+    });
+    let near = truth
+        .rivals
+        .iter()
+        .filter(|rival| rival.standard_errors_between < INSEPARABLE)
+        .filter(|rival| !members.iter().any(|m| is_rival(rival, truth, &m.effect)));
+    TruthScore {
+        title: truth.title(),
+        physics: truth.physics.clone(),
+        standard_errors: truth.standard_errors_beside_the_others,
+        named: match (own, members.len()) {
+            (None, _) => Named::No,
+            (Some(_), 1) => Named::Alone,
+            (Some(_), count) => Named::InSet(count),
+        },
+        padding: members
+            .iter()
+            .filter(|member| is_padding(truth, &member.effect))
+            .map(|member| member.effect.title())
+            .collect(),
+        left_out: own
+            .map(|_| near.map(rival_title).collect())
+            .unwrap_or_default(),
+        size_covered: size.and_then(|(found, true_value)| {
+            let [low, high] = found.interval_95()?;
+            Some((low..=high).contains(&true_value))
+        }),
+        size_ratio: size
+            .map(|(found, true_value)| found.value / true_value)
+            .filter(|ratio| ratio.is_finite()),
+    }
+}
+
+fn rival_title(rival: &KnownRival) -> String {
+    format!(
+        "{} at {} ({:.1} standard errors apart)",
+        rival.physics,
+        place_words(&rival.place),
+        rival.standard_errors_between
+    )
+}
+
+/// Whether a listed rival is this effect. Beside a drift, another drift can only be that of the other unit.
+fn is_rival(rival: &KnownRival, truth: &TrueEffect, effect: &Effect) -> bool {
+    rival.physics == effect.law.name() && rival.place == effect.place.to_json() && !truth.is(effect)
+}
+
+/// Whether a rival must be told apart from an effect of a length, both in standard errors.
+pub(super) fn is_apart(between: f64, length: f64) -> bool {
+    between >= APART && between >= APART_SHARE * length
+}
+
+/// Whether a member of a set can be told apart from the truth, by the rules of the answers.
+fn is_padding(truth: &TrueEffect, member: &Effect) -> bool {
+    if truth.is(member) {
+        return false;
+    }
+    if is_neighbouring_slip(truth, member) {
+        return false;
+    }
+    let near = |between| !is_apart(between, truth.standard_errors_beside_the_others);
+    // A richer law is as near as the simpler one that it contains, and is not listed for that.
+    let simpler = simpler_of(member);
+    if simpler.as_ref().is_some_and(|simpler| truth.is(simpler)) {
+        return false;
+    }
+    let listed = |effect: &Effect| {
+        truth
+            .rivals
+            .iter()
+            .find(|rival| is_rival(rival, truth, effect))
+            .map(|rival| rival.standard_errors_between)
+    };
+    let own = listed(member).into_iter();
+    let between = own
+        .chain(simpler.as_ref().and_then(listed))
+        .min_by(f64::total_cmp);
+    if let Some(between) = between {
+        return !near(between);
+    }
+    let full = truth.rivals.len() >= LISTED;
+    let last = truth.rivals.last();
+    !(full && last.is_some_and(|rival| near(rival.standard_errors_between)))
+}
+
+/// The law that another contains, at the same place.
+fn simpler_of(effect: &Effect) -> Option<Effect> {
+    Law::ALL
+        .into_iter()
+        .find(|simpler| effect.law.contains(*simpler))
+        .map(|law| Effect {
+            law,
+            place: effect.place.clone(),
+            values: Vec::new(),
+        })
+}
+
+/// Slips of the same run next to each other: the answers list no slip as a rival of a slip.
+fn is_neighbouring_slip(truth: &TrueEffect, member: &Effect) -> bool {
+    let Place::Run { step, .. } = &member.place else {
+        return false;
+    };
+    let same_run = truth.place.get("run").is_some()
+        && truth.place.get("run") == member.place.to_json().get("run");
+    let true_step = truth.place.get("step").and_then(serde_json::Value::as_u64);
+    same_run && true_step.is_some_and(|true_step| true_step.abs_diff(u64::from(*step)) <= 1)
+}
+
+fn outcome(verdict: Verdict, answer: &Answer, truths: &[TruthScore], extra: bool) -> Outcome {
+    match (answer.expected, verdict) {
+        (_, Verdict::InsufficientData) => Outcome::Undecided,
+        (Expected::NothingMissing, Verdict::NothingMissing) => Outcome::Right,
+        (Expected::NothingMissing, _) => Outcome::FalseAlarm,
+        (Expected::Unknown, Verdict::Unknown) => Outcome::Right,
+        (Expected::Unknown, said) => {
+            let owed = answer
+                .left_by_library
+                .is_none_or(|left| left >= UNKNOWN_FROM);
+            match (said, owed && !answer.may_be_missed) {
+                (Verdict::NothingMissing, true) => Outcome::NotFound,
+                (Verdict::NothingMissing, false) => Outcome::MayBeMissed,
+                (_, true) => Outcome::WrongName,
+                (_, false) => Outcome::PartNamed,
+            }
+        }
+        (_, Verdict::NothingMissing) if answer.may_be_missed => Outcome::MayBeMissed,
+        (_, Verdict::NothingMissing) => Outcome::NotFound,
+        _ => named_outcome(verdict, answer, truths, extra),
+    }
+}
+
+/// The outcome where effects of the library were to be named and something was found.
+fn named_outcome(verdict: Verdict, answer: &Answer, truths: &[TruthScore], extra: bool) -> Outcome {
+    let missing = truths.iter().filter(|t| t.named == Named::No).count();
+    let unknown = verdict == Verdict::Unknown;
+    if missing > 0 {
+        return match (unknown, extra) {
+            (true, _) => Outcome::UnknownInstead,
+            (false, true) => Outcome::WrongName,
+            (false, false) if answer.may_be_missed => Outcome::MayBeMissed,
+            (false, false) => Outcome::Partly,
+        };
+    }
+    if unknown {
+        Outcome::StructureClaimed
+    } else if extra {
+        Outcome::Extra
+    } else if truths.iter().any(|truth| !truth.padding.is_empty()) {
+        Outcome::Padded
+    } else if answer.expected == Expected::Ambiguous
+        && truths.iter().any(|truth| !truth.left_out.is_empty())
+    {
+        Outcome::Incomplete
+    } else {
+        Outcome::Right
+    }
+}
+
+/// Identified factors whose intervals hold the truth, and all identified ones.
+fn factors_covered(diagnosis: &Diagnosis, answer: &Answer) -> [usize; 2] {
+    let mut counts = [0, 0];
+    // Outside the library no model is right, and no interval promises anything.
+    if answer.expected == Expected::Unknown {
+        return counts;
+    }
+    for factor in diagnosis.factors.iter().filter(|factor| factor.identified) {
+        let property = factor.name.trim_start_matches("beam.");
+        let (Some(truth), Some([low, high])) = (
+            answer.beam_factors.get(property),
+            factor.after.interval_95(),
+        ) else {
+            continue;
+        };
+        counts[1] += 1;
+        counts[0] += usize::from((low..=high).contains(&truth.ln()));
+    }
+    counts
+}

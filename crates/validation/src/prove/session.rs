@@ -1,0 +1,297 @@
+//! A concealed session, ready to be diagnosed.
+
+use std::io::Cursor;
+
+use sha2::{Digest, Sha256};
+
+use stiffbench_beams::robot::{FittingFactors, Pose, Robot};
+use stiffbench_diagnosis::mismatch::{Observations, RobotBaseline};
+use stiffbench_measurement::readings::{ReadOptions, SessionHeader, read_readings};
+use stiffbench_units_and_text::source_text::SourceText;
+use stiffbench_units_and_text::test_point::Branch;
+
+use super::error::ProveError;
+
+/// Bounds of the beam factors as multiples of their start, as everywhere.
+const FACTOR_RANGE: [f64; 2] = [0.1, 10.0];
+
+/// Forces of one plan differ by less than half of this, N.
+const FORCE_CLASS_N: f64 = 5.0;
+
+/// The texts of a session.
+#[derive(Debug, Clone)]
+pub struct SessionTexts {
+    /// Name of the session.
+    pub id: String,
+    /// `session.toml`.
+    pub header: SourceText,
+    /// `readings.csv`.
+    pub readings: String,
+    /// The robot file that the header names.
+    pub robot: SourceText,
+}
+
+/// A session with its robot.
+#[derive(Debug)]
+pub struct Session {
+    /// Its name.
+    pub id: String,
+    /// Its robot.
+    pub robot: Robot,
+    /// Its mechanism.
+    pub mechanism: String,
+    /// Where its factors start.
+    pub factors: FittingFactors,
+    /// Its readings.
+    pub observations: Observations,
+    poses: Vec<Pose>,
+    robot_file: String,
+}
+
+impl Session {
+    /// Reads the texts of a session.
+    ///
+    /// # Errors
+    /// [`ProveError`] if a text is not what it must be.
+    pub fn read(texts: &SessionTexts) -> Result<Self, ProveError> {
+        let robot = Robot::parse(&texts.robot)?;
+        let header = SessionHeader::from_toml(&texts.header.name, &texts.header.text)?.header;
+        let readings = Cursor::new(texts.readings.as_bytes());
+        let table = read_readings(&texts.id, readings, &ReadOptions::default())?;
+        let mechanism = robot.mechanism(header.mechanism.as_deref())?.name.clone();
+        let factors = match &header.factors {
+            Some(name) => robot.factor_set(name)?,
+            None => robot.default_factors().1,
+        };
+        let observations = Observations::new(&table, Some(&header));
+        let poses = observations
+            .poses
+            .iter()
+            .map(|pose| robot.pose(pose).cloned())
+            .collect::<Result<_, _>>()?;
+        Ok(Self {
+            id: texts.id.clone(),
+            robot,
+            mechanism,
+            factors,
+            observations,
+            poses,
+            robot_file: texts.robot.text.clone(),
+        })
+    }
+
+    /// The beam model that the readings are held against.
+    ///
+    /// # Errors
+    /// [`ProveError::Robot`].
+    pub fn baseline(&self) -> Result<RobotBaseline<'_>, ProveError> {
+        let mechanism = self.robot.mechanism(Some(&self.mechanism))?;
+        Ok(RobotBaseline::new(
+            &self.robot,
+            mechanism,
+            self.factors,
+            self.poses.clone(),
+            FACTOR_RANGE,
+        ))
+    }
+
+    /// Robot and mechanism in words.
+    #[must_use]
+    pub fn bench(&self) -> String {
+        format!("{} {}", self.robot.name, self.mechanism)
+    }
+
+    /// Robot, mechanism, factors and plan, and the classes of the noise: sessions with the same key have the same limits.
+    ///
+    /// The plan is what was measured, reading by reading: pose, direction, repeat, branch, step, force within 2.5 N. Limits depend on the noise
+    /// by the shape of its covariance only, and weakly; sessions of one key have the scatter of loaded and unloaded readings in the same octaves.
+    #[must_use]
+    pub fn limit_key(&self) -> String {
+        use std::fmt::Write;
+        let mut hash = Sha256::new();
+        hash.update(self.robot_file.as_bytes());
+        hash.update(format!("{} {:?}", self.mechanism, self.factors));
+        let observations = &self.observations;
+        hash.update(format!(
+            "{:?} {:?} {:?}",
+            observations.steps, observations.release_n, observations.recorded
+        ));
+        for (place, (reading, load)) in observations
+            .readings
+            .iter()
+            .zip(&observations.loads)
+            .enumerate()
+        {
+            let cell = &observations.cells[observations.cell_of(place)];
+            let class = (load.force_n / FORCE_CLASS_N).round() as i64;
+            let unloading = reading.branch == Branch::Unloading;
+            let row = (
+                &observations.poses[cell.pose],
+                cell.direction,
+                observations.runs[reading.run].repeat,
+                load.step,
+                reading.hold_number,
+                reading.zero,
+            );
+            hash.update(format!("{row:?} {class} {unloading}\n"));
+        }
+        hash.update(format!("{:?}", self.noise_octaves()));
+        let mut key = String::new();
+        for byte in hash.finalize() {
+            let _ = write!(key, "{byte:02x}");
+        }
+        key
+    }
+
+    /// Octaves of the scatter between runs, without load (of 1 µm) and at the largest load (of a thousandth of the displacement).
+    fn noise_octaves(&self) -> [i64; 2] {
+        let observations = &self.observations;
+        let (mut unloaded, mut loaded) = (Scatter::default(), Scatter::default());
+        for cell in &observations.cells {
+            let most = cell
+                .readings
+                .clone()
+                .map(|place| observations.loads[place].force_n.abs())
+                .fold(0.0, f64::max);
+            for step in steps(observations, cell.readings.clone()) {
+                let values: Vec<f64> = step
+                    .iter()
+                    .map(|&place| observations.displacement_m[place])
+                    .collect();
+                let force = observations.loads[step[0]].force_n.abs();
+                if force < 0.5 * FORCE_CLASS_N {
+                    unloaded.add(&values, 1e-6);
+                } else if force > most - 0.5 * FORCE_CLASS_N {
+                    let mean = values.iter().sum::<f64>() / values.len() as f64;
+                    loaded.add(&values, 1e-3 * mean.abs());
+                }
+            }
+        }
+        [unloaded.octave(), loaded.octave()]
+    }
+}
+
+/// Readings of a cell that share step and hold, in groups.
+fn steps(observations: &Observations, readings: std::ops::Range<usize>) -> Vec<Vec<usize>> {
+    let mut groups: std::collections::BTreeMap<(u32, u32), Vec<usize>> =
+        std::collections::BTreeMap::new();
+    for place in readings {
+        let key = (
+            observations.loads[place].step,
+            observations.readings[place].hold_number,
+        );
+        groups.entry(key).or_default().push(place);
+    }
+    groups.into_values().collect()
+}
+
+/// Pooled variance in a unit.
+#[derive(Debug, Default)]
+struct Scatter {
+    squares: f64,
+    dof: f64,
+}
+
+impl Scatter {
+    fn add(&mut self, values: &[f64], unit: f64) {
+        if values.len() < 2 || unit <= 0.0 {
+            return;
+        }
+        let mean = values.iter().sum::<f64>() / values.len() as f64;
+        let sum: f64 = values.iter().map(|value| (value - mean).powi(2)).sum();
+        self.squares += sum / (unit * unit);
+        self.dof += values.len() as f64 - 1.0;
+    }
+
+    /// Logarithm of the standard deviation to base 2, rounded.
+    fn octave(&self) -> i64 {
+        if self.dof == 0.0 || self.squares == 0.0 {
+            return i64::MIN;
+        }
+        (0.5 * (self.squares / self.dof).log2()).round() as i64
+    }
+}
+
+/// The readings of a plan with fewer poses or repeats: rows of a table whose columns `pose` and `repeat` are named so.
+///
+/// # Errors
+/// [`ProveError::Form`] if the table has no such columns.
+pub fn fewer_readings(
+    texts: &SessionTexts,
+    poses: Option<usize>,
+    repeats: Option<u32>,
+) -> Result<SessionTexts, ProveError> {
+    let mut lines = texts.readings.lines();
+    let heads: Vec<&str> = lines.next().unwrap_or_default().split(',').collect();
+    let column = |name: &str| {
+        heads
+            .iter()
+            .position(|head| *head == name)
+            .ok_or_else(|| ProveError::Form {
+                file: format!("readings of session {}", texts.id),
+                problem: format!("there is no column {name}"),
+            })
+    };
+    let (pose_column, repeat_column) = (column("pose")?, column("repeat")?);
+    let mut kept_poses: Vec<&str> = Vec::new();
+    let mut kept = vec![heads.join(",")];
+    for line in lines {
+        let fields: Vec<&str> = line.split(',').collect();
+        let pose = fields.get(pose_column).copied().unwrap_or_default();
+        if !kept_poses.contains(&pose) {
+            kept_poses.push(pose);
+        }
+        let repeat: Option<u32> = fields.get(repeat_column).and_then(|f| f.parse().ok());
+        let known = kept_poses.iter().position(|known| *known == pose);
+        let few_poses = poses.is_none_or(|most| known.is_some_and(|place| place < most));
+        let few_repeats = repeats.is_none_or(|most| repeat.is_some_and(|r| r <= most));
+        if few_poses && few_repeats {
+            kept.push(line.to_owned());
+        }
+    }
+    Ok(SessionTexts {
+        readings: kept.join("\n") + "\n",
+        ..texts.clone()
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn plans_are_cut_to_poses_and_repeats() {
+        let texts = SessionTexts {
+            id: "x".to_owned(),
+            header: SourceText::new("", ""),
+            readings: "pose,direction,repeat\nP1,x,1\nP1,x,4\nP2,x,1\nP1,y,1\n".to_owned(),
+            robot: SourceText::new("", ""),
+        };
+        let cut = |poses, repeats| fewer_readings(&texts, poses, repeats).unwrap().readings;
+        assert_eq!(
+            cut(Some(1), None),
+            "pose,direction,repeat\nP1,x,1\nP1,x,4\nP1,y,1\n"
+        );
+        assert_eq!(
+            cut(None, Some(3)),
+            "pose,direction,repeat\nP1,x,1\nP2,x,1\nP1,y,1\n"
+        );
+        let none = SessionTexts {
+            readings: "a,b\n".to_owned(),
+            ..texts.clone()
+        };
+        assert!(matches!(
+            fewer_readings(&none, None, None),
+            Err(ProveError::Form { .. })
+        ));
+    }
+
+    #[test]
+    fn octaves_of_scatter() {
+        let mut scatter = Scatter::default();
+        scatter.add(&[0.0, 8e-6], 1e-6);
+        // Standard deviation √32 of the unit: two and a half octaves.
+        assert_eq!(scatter.octave(), 3);
+        assert_eq!(Scatter::default().octave(), i64::MIN);
+    }
+}

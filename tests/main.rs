@@ -1,0 +1,19 @@
+//! The program as a whole, and what holds for the repository.
+
+#![expect(
+    clippy::unwrap_used,
+    reason = "a test stops at what is not as it must be"
+)]
+
+mod architecture;
+mod cli;
+mod fuzz_briefly;
+mod goldens;
+mod paper_tables;
+mod paper_transcription;
+mod prove;
+mod readme;
+mod session_crash;
+mod session_terminal;
+mod shipped;
+mod support;
