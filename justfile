@@ -8,11 +8,26 @@ default:
 check:
     cargo fmt --check
     cargo clippy --release --all-targets --all-features --locked -- -D warnings
-    RUSTDOCFLAGS="-D warnings" cargo doc --release --no-deps --locked
+    RUSTDOCFLAGS="-D warnings" cargo doc --workspace --release --no-deps --locked
 
-# All tests; arguments go to cargo test, for example `just test --test cli`
+# All tests; arguments go to cargo test, for example `just test -p stiffbench cli::map`
 test *arguments:
     cargo test --release --locked {{arguments}}
+
+# Build and test one crate: numeric, units-and-text, beams, gauges, measurement, figures, session, simulation, diagnosis or validation
+quick crate *arguments:
+    cargo test --release --locked -p stiffbench-{{crate}} {{arguments}}
+
+# What takes too long for every change: all goldens and tests, every fault, the quick proof, solids, parquet (the whole proof is `just prove`)
+nightly: parquet
+    .ci/run
+    STIFFBENCH_GOLDENS=all cargo test --release --locked --test stiffbench goldens
+    cargo test --release --locked -- --ignored
+    cargo run --release --locked -- session faults
+    cargo run --release --locked -- prove --quick --out target/nightly/prove
+    cargo run --release --locked -- reference export --pose P1 --load=-50 --size 40 --out target/nightly/solids
+    cargo run --release --locked -- reference run target/nightly/solids
+    cargo run --release --locked -- reference compare target/nightly/solids
 
 # The main job: stiffness, fit, validation and figures of the shipped session
 demo:
@@ -24,7 +39,7 @@ prove *arguments:
 
 # Points of maps as Parquet: the test of the feature, and a map read back by Apache Arrow (another build, so no part of `ci`)
 parquet:
-    cargo test --release --locked --features parquet --lib report::map::parquet
+    cargo test --release --locked --features parquet -p stiffbench --lib report::map::parquet
     cargo run --release --locked --features parquet -- map --poses 2000 --out target/parquet-check --quiet
     python3 -m venv target/parquet-check/venv
     target/parquet-check/venv/bin/pip install --quiet pyarrow==26.0.1
@@ -32,7 +47,7 @@ parquet:
 
 # Write what every command prints and writes into fixtures/goldens again, and show every byte that has changed
 goldens:
-    STIFFBENCH_GOLDENS=write cargo test --release --locked --test goldens
+    STIFFBENCH_GOLDENS=write cargo test --release --locked --test stiffbench goldens
     git status --short fixtures/goldens
     git diff --stat fixtures/goldens
 
