@@ -1,10 +1,5 @@
 //! The paper's Tables I and III to VI: what is worked out again equals the print as far as it should, and every other cell has a reason.
 
-#![expect(
-    clippy::unwrap_used,
-    reason = "a test stops at the first thing that is not as it must be"
-)]
-
 use stiffbench::report::{PaperCell, PaperReport, paper_report};
 use stiffbench::robot::Robot;
 use stiffbench::shipped::shipped_robot;

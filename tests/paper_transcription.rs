@@ -1,11 +1,6 @@
 //! The transcribed tables of the paper against themselves: what follows from other cells is recomputed, and what does not agree is
 //! listed as an erratum, no more and no less.
 
-#![expect(
-    clippy::unwrap_used,
-    reason = "a test stops at the first thing that is not as it must be"
-)]
-
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
 

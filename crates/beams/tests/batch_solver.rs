@@ -1,10 +1,5 @@
 //! Many poses at once against one at a time, on the shipped robot: random poses, random factors, every mechanism.
 
-#![expect(
-    clippy::unwrap_used,
-    reason = "a test stops at the first thing that is not as it must be"
-)]
-
 use proptest::prelude::*;
 
 use stiffbench_beams::robot::{

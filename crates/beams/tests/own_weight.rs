@@ -1,10 +1,5 @@
 //! Spread forces and own weight against closed forms and against OpenSees.
 
-#![expect(
-    clippy::unwrap_used,
-    reason = "a test stops at the first thing that is not as it must be"
-)]
-
 use crate::support::{SECTION, STEEL, beam, node, solver};
 use stiffbench_beams::robot::{
     FittingFactors, GRAVITY_M_PER_S2, JointModel, Masses, MechanismModel, Pose, Predictor, Robot,

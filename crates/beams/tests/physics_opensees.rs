@@ -3,11 +3,6 @@
 //! `fixtures/opensees/laws.csv` was made by `fixtures/opensees/generate_laws.py`: the structure is OpenSees', each law is solved from its
 //! definition by bisection. Columns `o_<n>` hold the same run followed by OpenSees alone, with materials of its own.
 
-#![expect(
-    clippy::unwrap_used,
-    reason = "a test stops at the first thing that is not as it must be"
-)]
-
 use std::collections::BTreeMap;
 
 use stiffbench_beams::physics::{ActingPhysics, Effect, LoadPoint, Mechanics, RunLoads, Twists};

@@ -1,11 +1,6 @@
 //! Sweeps over very many poses against one pose at a time, on the shipped robots: random poses, random factors, every mechanism,
 //! both ways of solving.
 
-#![expect(
-    clippy::unwrap_used,
-    reason = "a test stops at the first thing that is not as it must be"
-)]
-
 use proptest::prelude::*;
 
 use stiffbench_beams::robot::{

@@ -1,11 +1,6 @@
 //! What is wrong with a robot file is said at the line and column where it stands, and nothing that a file can say makes the reader
 //! panic, hang or compute with numbers that are none.
 
-#![expect(
-    clippy::unwrap_used,
-    reason = "a test stops at the first thing that is not as it must be"
-)]
-
 use crate::support::level_arm;
 use miette::Diagnostic;
 use proptest::prelude::*;

@@ -1,11 +1,6 @@
 //! Where the nodes of the shipped robot are: against the closed forms of the paper's eqs. (9) and (10), parallelograms worked by
 //! hand, and what every planar linkage keeps.
 
-#![expect(
-    clippy::unwrap_used,
-    reason = "a test stops at the first thing that is not as it must be"
-)]
-
 use crate::support::level_arm;
 use std::collections::HashMap;
 

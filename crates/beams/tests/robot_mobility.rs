@@ -1,10 +1,5 @@
 //! Degrees of freedom: the paper's Table I, and the rank of the closure conditions as an independent count.
 
-#![expect(
-    clippy::unwrap_used,
-    reason = "a test stops at the first thing that is not as it must be"
-)]
-
 use stiffbench_beams::robot::{ChainMobility, Mobility, Robot, chain_mobility, mobility};
 use stiffbench_test_files::shipped_robot;
 use stiffbench_units_and_text::source_text::SourceText;

@@ -1,10 +1,5 @@
 //! The published JSON Schema of the robot file is that of the reader, and knows a robot file when it sees one.
 
-#![expect(
-    clippy::unwrap_used,
-    reason = "a test stops at the first thing that is not as it must be"
-)]
-
 use crate::support::level_arm;
 use serde_json::Value;
 use stiffbench_beams::robot::file::json_schema;

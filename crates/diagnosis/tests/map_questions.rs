@@ -1,10 +1,5 @@
 //! What a map is asked beside the stiffness: loads, own weight, design. Against closed forms, differences and the solver of single poses.
 
-#![expect(
-    clippy::unwrap_used,
-    reason = "a test stops at the first thing that is not as it must be"
-)]
-
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use stiffbench_beams::physics::ActingPhysics;

@@ -1,10 +1,5 @@
 //! Maps of the stiffness over the workspace against one pose at a time, against closed forms, and against themselves in shares.
 
-#![expect(
-    clippy::unwrap_used,
-    reason = "a test stops at the first thing that is not as it must be"
-)]
-
 use proptest::prelude::*;
 
 use stiffbench_beams::physics::{ActingPhysics, Effect};
@@ -88,7 +83,7 @@ fn largest_difference(
     largest
 }
 
-/// The lanes lose as much as one solver does: 1e-9 of the diagonal in `tests/pose_sweep.rs`; directions are sums of such entries.
+/// The lanes lose as much as one solver does: 1e-9 of the diagonal in `crates/beams/tests/pose_sweep.rs`; directions are sums of such entries.
 const AGREES: f64 = 5e-9;
 
 #[test]

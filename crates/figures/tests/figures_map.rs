@@ -3,11 +3,6 @@
 //! Poses are drawn with the waist and the fourth axis held, as the paper's plane of (z, y) has it. The figures are written to
 //! `target/figures-check/`, to be looked at.
 
-#![expect(
-    clippy::unwrap_used,
-    reason = "a test stops at the first thing that is not as it must be"
-)]
-
 use stiffbench_beams::robot::{Keep, Pose, PoseSweep, Robot};
 use stiffbench_diagnosis::distribution::{WorkspacePlan, WorkspaceSample};
 use stiffbench_figures::{

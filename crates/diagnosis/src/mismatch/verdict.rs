@@ -21,7 +21,7 @@ pub const TELL_ALIKE_APART: f64 = 5.0;
 const TELL_APART_BY_COSINE: f64 = 8.0;
 
 /// Readings of a single line from which on what it leaves out is found together with what it could be: a drift of six standard errors in
-/// 95 % (`tests/mismatch_specimens.rs`).
+/// 95 % (`crates/diagnosis/tests/mismatch_specimens.rs`).
 const ENOUGH_OF_A_LINE: usize = 18;
 
 /// Rivals that are printed.

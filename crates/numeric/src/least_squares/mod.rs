@@ -24,7 +24,7 @@
 //! the parameters that are still free, and the model is never asked for a value outside its bounds. A point without a value (NaN, a model
 //! failure) shortens the step instead of ending the fit.
 //!
-//! *Price.* About 300 lines of our own. They are held to NIST's 27 certified problems, and to the crate as an oracle, in `tests/nist_strd/`.
+//! *Price.* About 300 lines of our own. They are held to NIST's 27 certified problems, and to the crate as an oracle, in `crates/numeric/tests/nist_strd/`.
 //! There is one path: the same code runs a single careful fit and a thousand refits.
 
 mod bootstrap;

@@ -3,8 +3,6 @@
 //! NIST gives eleven digits, two starts for each of the 27 nonlinear problems (one far, one near), and fifteen digits for the
 //! linear ones. The number of correct digits is NIST's own measure, the log relative error −log10(|q − c|/|c|).
 
-#![expect(clippy::unwrap_used, reason = "a test ends at the first surprise")]
-
 mod dat_file;
 mod extended;
 mod models;

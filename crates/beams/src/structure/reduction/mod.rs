@@ -15,7 +15,7 @@
 //! 5. A joint that yields adds the compliance of its turn to what it is in series with. One that is in series with nothing that bends,
 //!    because several elements end on either side of it, is left to [`Solver`](super::Solver).
 //!
-//! Rounding costs no more than in [`Solver`](super::Solver), in the plane a third of it: `tests/pose_sweep.rs` holds both against
+//! Rounding costs no more than in [`Solver`](super::Solver), in the plane a third of it: `crates/beams/tests/pose_sweep.rs` holds both against
 //! extended precision.
 //!
 //! Decision: no derivatives, no loads but on the end, no pins. Fits have [`BatchSolver`](super::BatchSolver).
