@@ -13,6 +13,9 @@ const TOUCHING_DEG: f64 = 1e-9;
 /// Moves after which a climb ends in any case. Corners take as many as there are limits, edges a few more.
 const MOST_MOVES: usize = 2_000;
 
+/// Share of a height that rounding can hide: stiff structures lose six of sixteen digits, and near the top two places differ by less.
+const ROUNDING: f64 = 1e-9;
+
 /// A limit a·x ≥ b in the free variables.
 struct LinearLimit {
     a: DVector<f64>,
@@ -153,7 +156,8 @@ impl<H: Hill> Climb<H> {
         }
     }
 
-    /// Goes along a unit direction to where it stops rising or a limit stops it.
+    /// Goes along a unit direction to where it stops rising or a limit stops it, and never lower than it was: behind a valley the slope may
+    /// rise again far below.
     fn follow(&mut self, direction: &DVector<f64>) -> Result<(), RobotError> {
         let x = self.x();
         let mut farthest = f64::INFINITY;
@@ -165,20 +169,22 @@ impl<H: Hill> Climb<H> {
             }
         }
         // Every free variable has limits of its own, so that every direction meets one.
-        let end = &x + direction * farthest;
-        if self.slope(&end, direction)? >= 0.0 {
-            self.pose = self.pose_at(&end);
-            return Ok(());
-        }
-        let (mut rising, mut falling) = (0.0, farthest);
-        // Bisection of the slope's sign, far below what a step of the differences tells apart.
-        while falling - rising > 1e-5 * H::STEP_DEG {
-            let middle = 0.5 * (rising + falling);
-            if self.slope(&(&x + direction * middle), direction)? >= 0.0 {
-                rising = middle;
+        let (mut rising, mut height) = (0.0, self.value(&x)?);
+        let (mut falling, mut tried) = (farthest, farthest);
+        // Bisection between a place that rises and one that falls or lies lower, far below what a step of the differences tells apart.
+        loop {
+            let there = &x + direction * tried;
+            let reached = self.value(&there)?;
+            let lower = reached < height - ROUNDING * height.abs();
+            if !lower && self.slope(&there, direction)? >= 0.0 {
+                (rising, height) = (tried, reached);
             } else {
-                falling = middle;
+                falling = tried;
             }
+            if rising >= farthest || falling - rising <= 1e-5 * H::STEP_DEG {
+                break;
+            }
+            tried = 0.5 * (rising + falling);
         }
         self.pose = self.pose_at(&(&x + direction * rising));
         Ok(())
@@ -221,4 +227,49 @@ fn linear_limits(robot: &Robot, free: &[usize], pose: &Pose) -> Vec<LinearLimit>
         }
     }
     limits
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use stiffbench_test_files::shipped_robot;
+
+    /// A height over one angle, degrees.
+    struct Profile(fn(f64) -> f64, usize);
+
+    impl Hill for Profile {
+        const STEP_DEG: f64 = 1e-3;
+        const FLAT_PER_DEG: f64 = 1e-6;
+
+        fn height(&mut self, pose: &Pose) -> Result<f64, RobotError> {
+            Ok((self.0)(pose.angles_deg[self.1]))
+        }
+    }
+
+    /// Where a climb ends over the second axis of the shipped arm, which has limits at 10 and 110 degrees.
+    fn top(profile: fn(f64) -> f64, start_deg: f64) -> f64 {
+        let robot = Robot::parse(&shipped_robot("serial-arm").unwrap()).unwrap();
+        let axis = robot
+            .variables
+            .iter()
+            .position(|variable| variable.name == "theta2")
+            .unwrap();
+        let mut pose = robot.poses[0].pose.clone();
+        pose.angles_deg[axis] = start_deg;
+        let mut climb = Climb::new(&robot, vec![axis], Profile(profile, axis), pose);
+        climb.climb_out().unwrap();
+        climb.pose.angles_deg[axis]
+    }
+
+    #[test]
+    fn a_valley_behind_the_top_is_not_crossed_to_lower_ground() {
+        // A top at 40 degrees, a valley, and ground that rises again to a limit that lies lower.
+        let two_hills = |x: f64| (-((x - 40.0) / 15.0).powi(2)).exp() + 0.004 * (x - 90.0).max(0.0);
+        assert!((top(two_hills, 30.0) - 40.0).abs() < 1e-2);
+        // Where the ground behind the valley is higher, either top will do, and none that lies lower than the start.
+        let higher = |x: f64| (-((x - 40.0) / 15.0).powi(2)).exp() + 0.2 * (x - 90.0).max(0.0);
+        assert!(higher(top(higher, 30.0)) >= higher(40.0) - 1e-9);
+        // A slope without a top ends at the limit.
+        assert!((top(|x| x, 30.0) - 110.0).abs() < 1e-9);
+    }
 }
