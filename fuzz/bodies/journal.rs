@@ -1,5 +1,5 @@
 //! Any bytes as a journal: no panic, the fold of what is read is a state, and what is read survives being written.
-use stiffbench::session::{JournalEnd, SessionState, read_journal, table, write_line};
+use stiffbench::session::{JournalEnd, SessionState, read_journal, table, write_lines};
 
 /// Tries some bytes.
 pub(crate) fn run(bytes: &[u8]) {
@@ -16,12 +16,14 @@ pub(crate) fn run(bytes: &[u8]) {
         let state = SessionState::fold(&read.records);
         let mut rows = Vec::new();
         table(&state, &mut rows).expect("JSON has only finite numbers");
-        let mut again = Vec::new();
-        for record in &read.records {
-            again.extend(write_line(record).expect("what was read is finite"));
-        }
+        let again = write_lines(&read.records).expect("what was read is finite");
         let back = read_journal(&again);
         assert_eq!(back.end, JournalEnd::Clean);
-        assert_eq!(back.records, read.records);
+        // Notes stand where records were lost.
+        let kept = back
+            .records
+            .iter()
+            .filter(|record| read.records.contains(record));
+        assert!(kept.eq(&read.records));
     }
 }

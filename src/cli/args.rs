@@ -40,6 +40,7 @@ pub(super) struct Cli {
 }
 
 /// Options of every subcommand.
+#[expect(clippy::struct_excessive_bools, reason = "one switch a flag")]
 #[derive(Debug, Clone, Args)]
 #[command(next_help_heading = "Output")]
 pub(super) struct Global {
@@ -49,6 +50,9 @@ pub(super) struct Global {
     /// Findings (flags, missing physics, factors that the data do not determine, overdue calibration) make the exit code other than 0
     #[arg(long, global = true)]
     pub(super) strict: bool,
+    /// Use the readings.csv of a session folder though it differs from the journal; every result says so
+    #[arg(long, global = true)]
+    pub(super) trust_csv: bool,
     /// No notes and no progress on standard error
     #[arg(long, short, global = true)]
     pub(super) quiet: bool,

@@ -24,6 +24,7 @@ use crate::test_point::PoseId;
 
 use super::args::{Global, LogArgs, ModelArgs};
 use super::failure::{CliError, Failure};
+use super::integrity::compare_with_journal;
 use super::model::{effects, named_model};
 
 /// Stiffness lists that come with the program.
@@ -102,6 +103,11 @@ fn shipped_list(path: &Path) -> Option<(&'static str, &'static str)> {
     SHIPPED_LISTS
         .into_iter()
         .find(|(name, _)| !path.exists() && path.as_os_str() == *name)
+}
+
+/// Whether data of this name came with the program, with the paper's robot as theirs.
+pub(super) fn is_shipped_list(name: &str) -> bool {
+    shipped_list(Path::new(name)).is_some()
 }
 
 /// The file with the readings of a session folder, or the file itself.
@@ -197,6 +203,13 @@ pub(super) fn load_session(
         .collect();
     warnings.extend(table.notes.iter().map(ToString::to_string));
     let header = session_header(&folder, &mut warnings)?;
+    if file.file_name().is_some_and(|name| name == "readings.csv") && log.pose.is_none() {
+        compare_with_journal(&folder, &table, header.as_ref())?.judge(
+            &file,
+            global.trust_csv,
+            &mut warnings,
+        )?;
+    }
     let session = Session {
         name: path.display().to_string(),
         table,
@@ -364,6 +377,16 @@ pub(super) fn robot_source(name: &str, named_by: Option<&Path>) -> Result<Source
     })
 }
 
+/// Readings say nothing about the robot they come from.
+pub(super) fn no_robot() -> CliError {
+    CliError::NoRobot {
+        help: format!(
+            "add --robot FILE, or --robot with a shipped name: {}",
+            shipped_robots().collect::<Vec<_>>().join(", ")
+        ),
+    }
+}
+
 /// Robot, mechanism, factors and physics: the user's choice first, then the model's, then the session's, then the defaults.
 pub(super) fn choose(args: &ModelArgs, session: Option<&mut Session>) -> Result<Chosen, Failure> {
     let header = session.as_ref().and_then(|session| session.header.clone());
@@ -379,6 +402,7 @@ pub(super) fn choose(args: &ModelArgs, session: Option<&mut Session>) -> Result<
             robot_source(name, named.as_ref().map(|named| named.path.as_path()))?
         }
         (None, None, Some(name)) => robot_source(name, Some(&folder.join("session.toml")))?,
+        (None, None, None) if session.is_some() => return Err(no_robot().into()),
         (None, None, None) => robot_source("hp-robot", None)?,
     };
     let robot = Robot::parse(&source)?;
@@ -408,9 +432,13 @@ pub(super) fn choose(args: &ModelArgs, session: Option<&mut Session>) -> Result<
     if let Some(session) = session {
         session.warnings.extend(warnings.iter().cloned());
         let other_file = header.robot_sha256.is_some_and(|hash| hash != sha256);
-        if args.robot.is_none() && other_file {
+        if other_file && args.robot.is_none() && named.is_none() {
+            let robot = source.name.clone();
+            return Err(CliError::OtherRobot { robot }.into());
+        }
+        if other_file {
             session.warnings.push(format!(
-                "{} is not the file the session was measured with: its SHA-256 differs",
+                "{} is not the robot file of the session (its SHA-256 differs); it was named and is used",
                 source.name
             ));
         }

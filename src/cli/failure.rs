@@ -46,6 +46,21 @@ pub(super) enum CliError {
         /// The folder.
         path: PathBuf,
     },
+    /// A table that no longer holds what the journal holds.
+    #[error("{path} was changed after the session: {changes}")]
+    #[diagnostic(
+        code(stiffbench::input::changed),
+        help(
+            "stiffbench session recover FOLDER --out NEW writes the table anew from the journal; --trust-csv uses it as it is, and every result \
+             says so"
+        )
+    )]
+    Changed {
+        /// The table.
+        path: PathBuf,
+        /// What was changed.
+        changes: String,
+    },
     /// A file that cannot be written.
     #[error("{path} cannot be written")]
     #[diagnostic(
@@ -89,6 +104,24 @@ pub(super) enum CliError {
         /// What to write instead.
         #[help]
         help: Option<String>,
+    },
+    /// Data that need a model, and no robot is named.
+    #[error("no robot: neither --robot nor a session.toml beside the data names one")]
+    #[diagnostic(code(stiffbench::usage::no_robot))]
+    NoRobot {
+        /// What to add.
+        #[help]
+        help: String,
+    },
+    /// A robot file that is not the session's.
+    #[error("{robot} is not the robot file the session was measured with: its SHA-256 differs")]
+    #[diagnostic(
+        code(stiffbench::robot::other_file),
+        help("put the file of the session back, or name the robot that is meant with --robot")
+    )]
+    OtherRobot {
+        /// The file.
+        robot: String,
     },
     /// A session or model that names a robot which is not there.
     #[error(

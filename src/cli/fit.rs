@@ -14,7 +14,7 @@ use crate::stiffness::{Branches, Method as StiffnessMethod, StiffnessTable};
 use crate::test_point::PoseId;
 
 use super::args::{FitArgs, Global, Method, ModelArgs, Sigma};
-use super::data::{Chosen, Data, Session, choose, load, load_measured};
+use super::data::{Chosen, Data, Session, choose, is_shipped_list, load, load_measured, no_robot};
 use super::failure::{CliError, Failure};
 use super::figure_files::{write, write_figure};
 use super::outcome::Outcome;
@@ -142,6 +142,9 @@ pub(super) fn prepare(
 ) -> Result<Prepared, Failure> {
     match data {
         Data::Stiffness { measured, name } => {
+            if model.robot.is_none() && model.model.is_none() && !is_shipped_list(&name) {
+                return Err(no_robot().into());
+            }
             let chosen = choose(model, None)?;
             for cell in &measured.cells {
                 chosen.robot.pose(&cell.cell.pose)?;

@@ -21,6 +21,7 @@ mod gauge;
 mod instrument;
 mod instrument_args;
 mod instrument_read;
+mod integrity;
 mod map;
 mod model;
 mod outcome;

@@ -255,14 +255,14 @@ fn a_bare_file_is_diagnosed_without_files_and_says_what_it_lacks() {
     desk.write("readings.csv", &five_columns(&["P1", "P2"], 1));
     let before = std::fs::read_dir(desk.folder.path()).unwrap().count();
     let object = desk
-        .run("diagnose readings.csv --mechanism A --json")
+        .run("diagnose readings.csv --robot hp-robot --mechanism A --json")
         .succeeds()
         .json();
     assert_valid(&object);
     assert_eq!(object["data"]["verdict"], "insufficient-data");
     assert!(object["data"]["files"].is_null());
     let text = desk
-        .run("diagnose readings.csv --mechanism A")
+        .run("diagnose readings.csv --robot hp-robot --mechanism A")
         .succeeds()
         .stdout;
     assert!(
@@ -273,7 +273,7 @@ fn a_bare_file_is_diagnosed_without_files_and_says_what_it_lacks() {
     assert!(text.contains("APPENDIX"));
     let after = std::fs::read_dir(desk.folder.path()).unwrap().count();
     assert_eq!(before, after);
-    desk.run("diagnose readings.csv --mechanism A --strict")
+    desk.run("diagnose readings.csv --robot hp-robot --mechanism A --strict")
         .exits_with(1);
 }
 
@@ -281,7 +281,7 @@ fn a_bare_file_is_diagnosed_without_files_and_says_what_it_lacks() {
 fn noise_from_the_records_needs_a_record() {
     let desk = Desk::new();
     desk.write("session/readings.csv", &five_columns(&["P1", "P2"], 3));
-    let error = desk.run("diagnose session --noise records --json");
+    let error = desk.run("diagnose session --robot hp-robot --noise records --json");
     let error = error.exits_with(10).json();
     assert_eq!(
         error["error"]["code"],
@@ -360,7 +360,7 @@ fn earlier_sessions_tell_the_noise_too() {
         .exits_with(2);
     // A bare file without repeats tells no scatter.
     desk.write("once.csv", &five_columns(&["P1", "P2"], 1));
-    let error = desk.run("diagnose now --earlier once.csv --json");
+    let error = desk.run("diagnose now --earlier once.csv --robot hp-robot --json");
     let error = error.exits_with(2).json()["error"].clone();
     assert!(
         error["message"].as_str().unwrap().contains("once.csv"),
@@ -380,7 +380,7 @@ fn what_cannot_be_diagnosed_is_refused() {
         error.to_string()
     };
     let error = refused(
-        "diagnose ok.csv --without joint-backlsh",
+        "diagnose ok.csv --robot hp-robot --without joint-backlsh",
         2,
         "stiffbench::mismatch::unknown_law",
     );
@@ -389,7 +389,7 @@ fn what_cannot_be_diagnosed_is_refused() {
         "{error}"
     );
     let error = refused(
-        "diagnose readings.csv",
+        "diagnose readings.csv --robot hp-robot",
         11,
         "stiffbench::readings::unknown_pose",
     );
@@ -409,16 +409,20 @@ fn what_cannot_be_diagnosed_is_refused() {
         })
         .collect();
     desk.write("rejected.csv", &lines.join("\n"));
-    refused("diagnose rejected.csv", 11, "stiffbench::mismatch::empty");
     refused(
-        "diagnose ok.csv --effect thermal-drift@clock:rate=36um/h",
+        "diagnose rejected.csv --robot hp-robot",
+        11,
+        "stiffbench::mismatch::empty",
+    );
+    refused(
+        "diagnose ok.csv --robot hp-robot --effect thermal-drift@clock:rate=36um/h",
         2,
         "stiffbench::usage::argument",
     );
     desk.write("file", "");
     assert!(Path::new(&desk.path("file")).is_file());
     refused(
-        "diagnose ok.csv --no-figures --out file/below",
+        "diagnose ok.csv --robot hp-robot --no-figures --out file/below",
         11,
         "stiffbench::output::write",
     );

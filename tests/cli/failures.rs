@@ -98,13 +98,21 @@ fn wrong_readings_are_named_by_file_line_and_column() {
 fn a_pose_that_the_robot_does_not_have_is_refused_with_the_nearest_name() {
     let desk = Desk::new();
     desk.write("typo.csv", &five_columns(&["P1", "P2a"], 2));
-    let error = desk.refusal("fit typo.csv", 11, "stiffbench::readings::unknown_pose");
+    let error = desk.refusal(
+        "fit typo.csv --robot hp-robot",
+        11,
+        "stiffbench::readings::unknown_pose",
+    );
     assert_says(&error, &["typo.csv", "line 26", "`P2a`", "`P2` meant"]);
     desk.write(
         "list.csv",
         "pose,direction,stiffness_N_per_um\nP1,x,0.01\nP7,x,0.01\n",
     );
-    let error = desk.refusal("fit list.csv", 10, "stiffbench::robot::unknown_name");
+    let error = desk.refusal(
+        "fit list.csv --robot hp-robot",
+        10,
+        "stiffbench::robot::unknown_name",
+    );
     assert_says(&error, &["`P7`", "P1, P2, P3, P4"]);
     // Stiffness needs no robot: any name will do.
     desk.run("stiffness typo.csv").succeeds();
@@ -351,7 +359,11 @@ fn arguments_that_do_not_parse() {
 fn fits_that_cannot_be() {
     let desk = Desk::new();
     desk.write("one.csv", &five_columns(&["P1"], 2));
-    let error = desk.refusal("fit one.csv", 40, "stiffbench::fit::too_few_cells");
+    let error = desk.refusal(
+        "fit one.csv --robot hp-robot",
+        40,
+        "stiffbench::fit::too_few_cells",
+    );
     assert_says(&error, &["4 free factors", "3 cell(s)", "--fix"]);
     let fixed = "fit paper-experiment --fix beam.A,beam.Iy,beam.Iz,beam.J";
     desk.refusal(fixed, 40, "stiffbench::least_squares::no_free_parameter");
@@ -360,7 +372,7 @@ fn fits_that_cannot_be() {
         "pose,direction,stiffness_N_per_um\nP1,x,0.01\nP1,y,0.03\n",
     );
     let error = desk.refusal(
-        "fit two-directions.csv --method paper",
+        "fit two-directions.csv --robot hp-robot --method paper",
         40,
         "stiffbench::fit::missing_direction",
     );
@@ -498,9 +510,30 @@ fn a_robot_file_in_another_folder_is_found_from_anywhere() {
         .json();
     assert_eq!(fit["data"]["mechanism"], "A");
     assert_eq!(fit["data"]["cells"].as_array().unwrap().len(), 12);
-    // A robot that was changed after the session is used, and that is said.
+    // A robot that was changed after the session is used only if it is named, and that is said.
     let changed = desk.read("deep/er/session/robot.toml") + "\n# changed\n";
     desk.write("deep/er/session/robot.toml", &changed);
-    let ran = desk.run("fit deep/er/session").succeeds();
+    desk.refusal("fit deep/er/session", 10, "stiffbench::robot::other_file");
+    let named = "fit deep/er/session --robot deep/er/session/robot.toml";
+    let ran = desk.run(named).succeeds();
     assert!(ran.stderr.contains("SHA-256 differs"), "{}", ran.stderr);
+}
+
+#[test]
+fn data_without_a_robot_get_no_model() {
+    let desk = Desk::new();
+    desk.write("bare.csv", &five_columns(&["P1", "P2"], 3));
+    desk.write(
+        "list.csv",
+        "pose,direction,stiffness_N_per_um\nP1,x,0.01\nP2,x,0.01\nP3,x,0.01\n",
+    );
+    for command in [
+        "fit bare.csv",
+        "fit list.csv",
+        "diagnose bare.csv",
+        "plot residuals --data bare.csv",
+    ] {
+        let error = desk.refusal(command, 2, "stiffbench::usage::no_robot");
+        assert_says(&error, &["--robot", "hp-robot", "serial-arm"]);
+    }
 }

@@ -203,7 +203,7 @@ fn the_smallest_readings_file_is_enough_and_what_was_assumed_is_said() {
     let object = desk.run("stiffness readings.csv --json").succeeds().json();
     assert!(object["warnings"].as_array().unwrap().len() > 3);
     assert_eq!(
-        desk.data("fit readings.csv")["cells"]
+        desk.data("fit readings.csv --robot hp-robot")["cells"]
             .as_array()
             .unwrap()
             .len(),
@@ -232,10 +232,15 @@ fn lists_of_stiffness_values_can_be_fitted() {
         "pose,direction,stiffness_N_per_um,u_N_per_um\nP1,x,0.01,0.0001\nP1,y,0.03,0.0003\nP1,z,0.24,0.002\nP3,x,0.013,0.0001\nP3,y,0.035,0.0003\nP3,z,0.28,0.002\n",
     );
     for list in ["list.csv", "paper-experiment", "paper-reference"] {
-        let fit = desk.data(&format!("fit {list} --fix beam.J"));
+        let robot = if list.ends_with("csv") {
+            "--robot hp-robot"
+        } else {
+            ""
+        };
+        let fit = desk.data(&format!("fit {list} --fix beam.J {robot}"));
         assert_eq!(fit["factors"]["beam"]["J"]["status"], "fixed", "{list}");
     }
-    assert_eq!(desk.data("fit list.csv")["sigma"], "known");
+    assert_eq!(desk.data("fit list.csv --robot hp-robot")["sigma"], "known");
     assert_eq!(desk.data("fit paper-experiment")["sigma"], "estimated");
     let paper = "fit paper-experiment --method paper --train P1,P3 --weights 1,2 --reference paper-reference";
     assert_eq!(desk.data(paper)["method"], "paper");

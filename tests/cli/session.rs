@@ -76,7 +76,7 @@ fn a_damaged_journal_is_found_and_recovered_and_the_session_goes_on() {
     assert_eq!(desk.run(&format!("session resume s {EMULATED}")).code, 30);
     let recovered = desk.run("session recover s --out t --json");
     assert_eq!(recovered.code, 30);
-    assert_eq!(recovered.json()["data"]["readings"], 2);
+    assert_eq!(recovered.json()["data"]["readings"], 3);
     assert_eq!(
         std::fs::read(desk.path("s/journal.jsonl")).unwrap(),
         damaged
@@ -90,6 +90,108 @@ fn a_damaged_journal_is_found_and_recovered_and_the_session_goes_on() {
     let text = desk.read("t/journal.jsonl");
     desk.write("t/journal.jsonl", &text[..text.len() - 7]);
     assert_eq!(desk.data("session verify t")["whole"], true);
+}
+
+/// A table in which the value of a column was replaced in the row of a reading (from 1).
+#[cfg(unix)]
+fn with_value(table: &str, reading: usize, column: &str, value: impl Fn(&str) -> String) -> String {
+    let names: Vec<&str> = table.lines().next().unwrap().split(',').collect();
+    let place = names.iter().position(|name| *name == column).unwrap();
+    let mut lines: Vec<String> = table.lines().map(str::to_owned).collect();
+    let mut values: Vec<String> = lines[reading].split(',').map(str::to_owned).collect();
+    values[place] = value(&values[place]);
+    lines[reading] = values.join(",");
+    lines.join("\n") + "\n"
+}
+
+#[cfg(unix)]
+#[test]
+fn a_table_that_was_changed_after_the_session_is_refused() {
+    let desk = Desk::new();
+    desk.run(&format!("session run s {SHORT} {EMULATED}"))
+        .succeeds();
+    let table = desk.read("s/readings.csv");
+    desk.run("stiffness s").succeeds();
+    let verified = desk.data("session verify s");
+    assert_eq!(verified["table"]["state"], "as-recorded");
+    let one_more = |value: &str| (value.parse::<f64>().unwrap() + 1.0).to_string();
+    let other_names = table.replace("displacement_um", "displacement_mm");
+    let cases = [
+        (
+            with_value(&table, 2, "displacement_um", one_more),
+            "readings.csv:3: displacement_um of reading 2 is",
+        ),
+        (
+            with_value(&table, 2, "force_N", one_more),
+            "force_N of reading 2",
+        ),
+        (
+            with_value(&table, 3, "pose", |_| "P2".to_owned()),
+            "pose of reading 3 is P2",
+        ),
+        (
+            with_value(&table, 1, "repeat", |_| "2".to_owned()),
+            "repeat of reading 1 is 2",
+        ),
+        (other_names, "displacement_um of reading 1"),
+        (
+            table.lines().take(3).collect::<Vec<_>>().join("\n") + "\n",
+            "reading 3 is missing",
+        ),
+    ];
+    for (changed, says) in cases {
+        desk.write("s/readings.csv", &changed);
+        for command in ["stiffness s", "stiffness s/readings.csv", "fit s"] {
+            let refused = desk.run(&format!("{command} --json"));
+            assert_eq!(refused.code, 11, "{}", refused.stdout);
+            let error = &refused.json()["error"];
+            assert_eq!(error["code"], "stiffbench::input::changed");
+            let message = error["message"].as_str().unwrap();
+            assert!(message.contains(says), "{message}");
+        }
+        let verified = desk.run("session verify s --json");
+        assert_eq!(verified.code, 30);
+        assert_eq!(verified.json()["data"]["table"]["state"], "changed");
+        assert!(verified.stdout.contains(says));
+    }
+    let changed = with_value(&table, 2, "displacement_um", one_more);
+    desk.write("s/readings.csv", &changed);
+    let trusted = desk.run("stiffness s --trust-csv --json").succeeds().json();
+    assert!(
+        trusted["warnings"]
+            .to_string()
+            .contains("--trust-csv: s/readings.csv differs")
+    );
+    // Marks of an analyst are listed and no more.
+    desk.write(
+        "s/readings.csv",
+        &with_value(&table, 2, "note", |_| "door opened".to_owned()),
+    );
+    let marked = desk.run("stiffness s --json").succeeds().json();
+    assert!(
+        marked["warnings"]
+            .to_string()
+            .contains("note of reading 2 is door opened")
+    );
+    // Another mechanism than the session's, in the header alone.
+    desk.write("s/readings.csv", &table);
+    let header = desk.read("s/session.toml");
+    desk.write(
+        "s/session.toml",
+        &header.replace("mechanism = \"F\"", "mechanism = \"A\""),
+    );
+    assert!(
+        desk.run("fit s")
+            .exits_with(11)
+            .stderr
+            .contains("mechanism")
+    );
+    // Without a journal nothing can be compared.
+    desk.write("s/session.toml", &header);
+    std::fs::remove_file(desk.path("s/journal.jsonl")).unwrap();
+    desk.run("stiffness s").succeeds();
+    let verified = desk.data("session verify s");
+    assert_eq!(verified["table"]["state"], "not-protected");
 }
 
 #[cfg(unix)]

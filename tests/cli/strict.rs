@@ -25,7 +25,7 @@ fn overdue_calibration_exits_with_12() {
     desk.write("session/readings.csv", &five_columns(&["P1", "P2"], 5));
     let header = |due: &str| {
         format!(
-            "schema = \"stiffbench/session/1\"\n[instruments.force]\nmodel = \"spring\"\nresolution_N = 0.1\ncalibrated = 2001-01-01\ndue = {due}\n"
+            "schema = \"stiffbench/session/1\"\nrobot = \"hp-robot\"\n[instruments.force]\nmodel = \"spring\"\nresolution_N = 0.1\ncalibrated = 2001-01-01\ndue = {due}\n"
         )
     };
     desk.write("session/session.toml", &header("2002-01-01"));

@@ -60,6 +60,12 @@ pub struct Started {
     pub pid: u32,
     /// Name of the machine.
     pub host: String,
+    /// SHA-256 of the robot file, in hexadecimal; journals of before have none.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub robot_sha256: Option<String>,
+    /// Mechanism of the robot.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub mechanism: Option<String>,
 }
 
 /// How a session was taken up again.

@@ -10,7 +10,9 @@ use thiserror::Error;
 
 use stiffbench_measurement::readings::{ReadingsError, ReadingsWriter};
 
-use super::journal::{Journal, JournalEnd, ReadJournal, Store, read_journal};
+use super::journal::{
+    Journal, JournalEnd, JournalError, ReadJournal, Record, Store, read_journal, write_lines,
+};
 use super::state::SessionState;
 
 /// Names of the files of a session.
@@ -72,13 +74,11 @@ pub enum FolderError {
         holder: String,
     },
     /// The journal is damaged before its end.
-    #[error(
-        "{path}: line {line} is damaged: {problem}; {lines} line(s) from there on cannot be trusted"
-    )]
+    #[error("{path}: line {line} is damaged: {problem}; {lines} event(s) are lost")]
     #[diagnostic(
         code(stiffbench::session::damaged),
         help(
-            "stiffbench session recover FOLDER --out NEW keeps what stands before it; this folder stays as it is"
+            "stiffbench session recover FOLDER --out NEW keeps all others; this folder stays as it is"
         )
     )]
     Damaged {
@@ -88,7 +88,7 @@ pub enum FolderError {
         line: usize,
         /// What is wrong with it.
         problem: String,
-        /// Lines from there on.
+        /// How many events are lost.
         lines: usize,
     },
     /// The system refuses.
@@ -286,14 +286,13 @@ pub fn read_folder(path: &Path) -> Result<ReadFolder, FolderError> {
 /// As [`SessionFolder::create`]; [`FolderError::Damaged`] if what was written cannot be read back.
 pub fn recover(from: &Path, to: &Path, now: Timestamp) -> Result<ReadJournal, FolderError> {
     let read = read_folder(from)?;
-    let source = from.join(JOURNAL);
-    let bytes = fs::read(&source).map_err(system(&source))?;
-    let good = &bytes[..read.journal.good_bytes.min(bytes.len())];
+    let target = to.join(JOURNAL);
+    let unwritable = |error: JournalError| system(&target)(io::Error::other(error));
+    let lines = write_lines(&read.journal.records).map_err(unwritable)?;
     let robot = fs::read_to_string(from.join(ROBOT)).ok();
     let (folder, journal) = SessionFolder::create(to, &read.header, robot.as_deref(), now)?;
     let mut store = journal.into_store();
-    let written = store.write_all(good).and_then(|()| store.sync());
-    let target = to.join(JOURNAL);
+    let written = store.write_all(&lines).and_then(|()| store.sync());
     written.map_err(system(&target))?;
     let state = SessionState::fold(&read.journal.records);
     let table = folder.table();
@@ -305,7 +304,10 @@ pub fn recover(from: &Path, to: &Path, now: Timestamp) -> Result<ReadJournal, Fo
         fs::copy(entry.path(), &name).map_err(system(&name))?;
     }
     let again = read_folder(to)?.journal;
-    if again.end != JournalEnd::Clean || again.records != read.journal.records {
+    let kept = |record: &&Record| read.journal.records.contains(record);
+    if again.end != JournalEnd::Clean
+        || !again.records.iter().filter(kept).eq(&read.journal.records)
+    {
         return Err(FolderError::Damaged {
             path: target,
             line: again.records.len() + 1,

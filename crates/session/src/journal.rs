@@ -10,7 +10,7 @@ use miette::Diagnostic;
 use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
-use super::event::Event;
+use super::event::{Event, Noted};
 
 /// Bytes of `,"crc":"xxxxxxxx"}`.
 const SEAL_BYTES: usize = 18;
@@ -42,31 +42,31 @@ fn read_time<'de, D: serde::Deserializer<'de>>(deserializer: D) -> Result<Timest
 /// A journal as read.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ReadJournal {
-    /// The records before the first that is damaged.
+    /// The records that are whole, in order. Where one was lost, sequence numbers are missing.
     pub records: Vec<Record>,
-    /// Bytes that they take.
+    /// Bytes before the first that is damaged or cut.
     pub good_bytes: usize,
-    /// What stands behind them.
+    /// What else stands there.
     pub end: JournalEnd,
 }
 
-/// What stands behind the last good record.
+/// What stands in a journal besides whole records.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum JournalEnd {
     /// Nothing.
     Clean,
-    /// A line without a line break: the program or the machine stopped while writing it. It was never acknowledged.
+    /// A line without a line break behind the last: the program or the machine stopped while writing it. It was never acknowledged.
     Cut {
         /// Its bytes.
         bytes: usize,
     },
-    /// A damaged record.
+    /// Damaged records.
     Damaged {
-        /// Its line, from 1.
+        /// Line of the first, from 1.
         line: usize,
         /// What is wrong with it.
         problem: Damage,
-        /// Lines from there on, itself included.
+        /// How many records are lost.
         lines: usize,
     },
 }
@@ -101,35 +101,51 @@ pub enum Damage {
     },
 }
 
-/// Reads a journal up to its end or the first damaged record. Takes any bytes.
+/// Reads a journal. Takes any bytes. A record counts if its checksum holds and it follows those before it, so that one damaged line costs one
+/// record and no more.
 #[must_use]
 pub fn read_journal(bytes: &[u8]) -> ReadJournal {
     let mut records: Vec<Record> = Vec::new();
-    let mut good_bytes = 0;
-    while let Some(length) = bytes[good_bytes..].iter().position(|&byte| byte == b'\n') {
-        let line = &bytes[good_bytes..good_bytes + length];
-        match read_line(line, records.len() as u64 + 1) {
-            Ok(record) => records.push(record),
-            Err(problem) => {
-                let rest = &bytes[good_bytes..];
-                let breaks = rest.split(|byte| *byte == b'\n').count() - 1;
-                let end = JournalEnd::Damaged {
-                    line: records.len() + 1,
-                    problem,
-                    lines: breaks + usize::from(rest.last() != Some(&b'\n')),
-                };
-                return ReadJournal {
-                    records,
-                    good_bytes,
-                    end,
-                };
+    let mut damage: Option<(usize, usize, Damage)> = None;
+    // Records that are lost, and damaged lines since the last good one, which stand for some of them.
+    let (mut lost, mut damaged_lines) = (0, 0);
+    let (mut at, mut line) = (0, 0);
+    while let Some(length) = bytes[at..].iter().position(|&byte| byte == b'\n') {
+        line += 1;
+        let last = records.last().map_or(0, |record| record.seq);
+        let read = read_line(&bytes[at..at + length]);
+        let problem = match &read {
+            Err(problem) => Some(problem.clone()),
+            Ok(record) => (record.seq != last + 1).then_some(Damage::Sequence {
+                found: record.seq,
+                expected: last + 1,
+            }),
+        };
+        match read {
+            Ok(record) if record.seq > last => {
+                lost += damaged_lines.max((record.seq - last - 1) as usize);
+                damaged_lines = 0;
+                records.push(record);
             }
+            _ => damaged_lines += 1,
         }
-        good_bytes += length + 1;
+        if let Some(problem) = problem {
+            damage.get_or_insert((line, at, problem));
+        }
+        at += length + 1;
     }
-    let end = match bytes.len() - good_bytes {
-        0 => JournalEnd::Clean,
-        bytes => JournalEnd::Cut { bytes },
+    let (good_bytes, end) = match (damage, bytes.len() - at) {
+        (Some((line, good_bytes, problem)), _) => {
+            let lines = lost + damaged_lines;
+            let end = JournalEnd::Damaged {
+                line,
+                problem,
+                lines,
+            };
+            (good_bytes, end)
+        }
+        (None, 0) => (at, JournalEnd::Clean),
+        (None, bytes) => (at, JournalEnd::Cut { bytes }),
     };
     ReadJournal {
         records,
@@ -138,7 +154,30 @@ pub fn read_journal(bytes: &[u8]) -> ReadJournal {
     }
 }
 
-fn read_line(line: &[u8], expected: u64) -> Result<Record, Damage> {
+/// The lines of a journal that holds these records, with a note in place of each that is lost.
+///
+/// # Errors
+/// As [`write_line`].
+pub fn write_lines(records: &[Record]) -> Result<Vec<u8>, JournalError> {
+    let mut lines = Vec::new();
+    let mut last = 0;
+    for record in records {
+        for seq in last + 1..record.seq {
+            let text = format!("event {seq} was lost: its line in the journal was damaged");
+            lines.extend(write_line(&Record {
+                seq,
+                utc: record.utc,
+                t_s: record.t_s,
+                event: Event::Note(Noted { cell: None, text }),
+            })?);
+        }
+        lines.extend(write_line(record)?);
+        last = record.seq;
+    }
+    Ok(lines)
+}
+
+fn read_line(line: &[u8]) -> Result<Record, Damage> {
     let at = line
         .len()
         .checked_sub(SEAL_BYTES)
@@ -157,17 +196,9 @@ fn read_line(line: &[u8], expected: u64) -> Result<Record, Damage> {
     }
     let mut object = body.to_vec();
     object.push(b'}');
-    let record: Record =
-        serde_json::from_slice(&object).map_err(|error| Damage::NotUnderstood {
-            what: error.to_string(),
-        })?;
-    if record.seq != expected {
-        return Err(Damage::Sequence {
-            found: record.seq,
-            expected,
-        });
-    }
-    Ok(record)
+    serde_json::from_slice(&object).map_err(|error| Damage::NotUnderstood {
+        what: error.to_string(),
+    })
 }
 
 /// The line of a record, line break included.
@@ -181,7 +212,7 @@ pub fn write_line(record: &Record) -> Result<Vec<u8>, JournalError> {
     line.pop();
     let crc = crc32c::crc32c(&line);
     line.extend_from_slice(format!(",\"crc\":\"{crc:08x}\"}}\n").as_bytes());
-    match read_line(&line[..line.len() - 1], record.seq) {
+    match read_line(&line[..line.len() - 1]) {
         Ok(back) if back == *record => Ok(line),
         Ok(_) => Err(not_writable("a number is not finite".to_owned())),
         Err(damage) => Err(not_writable(damage.to_string())),

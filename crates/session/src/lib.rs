@@ -5,6 +5,7 @@ mod awake;
 mod event;
 mod feed;
 mod folder;
+mod integrity;
 mod journal;
 mod live;
 mod operator;
@@ -25,8 +26,10 @@ pub use folder::{
     FolderError, JournalFile, ReadFolder, SessionFolder, TableFile, host, read_folder, recover,
     table,
 };
+pub use integrity::{Difference, Integrity, integrity};
 pub use journal::{
-    Damage, Journal, JournalEnd, JournalError, ReadJournal, Record, Store, read_journal, write_line,
+    Damage, Journal, JournalEnd, JournalError, ReadJournal, Record, Store, read_journal,
+    write_line, write_lines,
 };
 pub use operator::{Answer, Bell, Choice, Operator, OperatorEvent, Prompt, PromptKind, SkipScope};
 pub use plan::{PlannedCell, SessionPlan};

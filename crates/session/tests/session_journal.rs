@@ -4,6 +4,7 @@ use jiff::Timestamp;
 use proptest::prelude::*;
 use stiffbench_session::{
     Damage, Event, Gap, Journal, JournalEnd, JournalError, Noted, Surroundings, read_journal,
+    write_lines,
 };
 
 fn journal(texts: &[&str]) -> Vec<u8> {
@@ -52,7 +53,18 @@ fn every_changed_byte_is_found_and_named_by_its_line() {
             JournalEnd::Clean => panic!("byte {place} is not missed"),
         };
         assert_eq!(found, line + 1, "byte {place}");
-        assert_eq!(read.records.len(), line);
+        // The others stay: all but the damaged one, and the one after it where a line break joined them.
+        let joined = bytes[place] == b'\n' && line + 1 < lines.len();
+        assert_eq!(
+            read.records.len(),
+            if joined { 1 } else { 2 },
+            "byte {place}"
+        );
+        if let JournalEnd::Damaged { lines, .. } = read.end {
+            // Nobody can know that the line that came last held two.
+            let known = if joined && line + 2 < 3 { 2 } else { 1 };
+            assert_eq!(lines, known, "byte {place}");
+        }
     }
 }
 
@@ -61,12 +73,20 @@ fn a_line_that_is_missing_or_twice_is_found() {
     let bytes = journal(&["one", "two", "three"]);
     let text = String::from_utf8(bytes).unwrap();
     let lines: Vec<&str> = text.split_inclusive('\n').collect();
-    for (order, found) in [([0, 2, 2], 3), ([0, 0, 1], 1)] {
+    // The second is missing and the third stands twice; the first stands twice.
+    for (order, found, lost, kept) in [([0, 2, 2], 3, 2, [1, 3]), ([0, 0, 1], 1, 1, [1, 2])] {
         let mixed: String = order.iter().map(|i| lines[*i]).collect();
         let read = read_journal(mixed.as_bytes());
         let expected = Damage::Sequence { found, expected: 2 };
         assert!(
-            matches!(read.end, JournalEnd::Damaged { line: 2, problem, lines: 2 } if problem == expected)
+            matches!(read.end, JournalEnd::Damaged { line: 2, problem, lines } if problem == expected && lines == lost)
+        );
+        assert_eq!(
+            read.records
+                .iter()
+                .map(|record| record.seq)
+                .collect::<Vec<_>>(),
+            kept
         );
     }
 }
@@ -141,4 +161,24 @@ proptest! {
         let is_damaged = matches!(part.end, JournalEnd::Damaged { .. });
         prop_assert!(!is_damaged);
     }
+}
+
+#[test]
+fn a_lost_event_leaves_a_note_and_all_others() {
+    let mut bytes = journal(&["one", "two", "three", "four"]);
+    let second = bytes.iter().position(|byte| *byte == b'\n').unwrap() + 30;
+    bytes[second] ^= 0x01;
+    let read = read_journal(&bytes);
+    let again = read_journal(&write_lines(&read.records).unwrap());
+    assert_eq!(again.end, JournalEnd::Clean);
+    let texts: Vec<String> = again
+        .records
+        .iter()
+        .map(|record| match &record.event {
+            Event::Note(noted) => noted.text.clone(),
+            other => panic!("{other:?}"),
+        })
+        .collect();
+    let lost = "event 2 was lost: its line in the journal was damaged";
+    assert_eq!(texts, ["one", lost, "three", "four"]);
 }

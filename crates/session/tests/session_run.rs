@@ -130,6 +130,8 @@ fn session(
             session: "s1".to_owned(),
             procedure: procedure.name.clone(),
             procedure_sha256: String::new(),
+            robot_sha256: None,
+            mechanism: None,
             software,
             pid,
             host,

@@ -248,6 +248,8 @@ impl Rig {
             session: "test".to_owned(),
             procedure: procedure.name.clone(),
             procedure_sha256: String::new(),
+            robot_sha256: None,
+            mechanism: None,
             software: "test".to_owned(),
             pid: 1,
             host: "test".to_owned(),

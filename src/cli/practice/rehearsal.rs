@@ -181,6 +181,8 @@ fn beginning(state: &SessionState, procedure: &Procedure) -> Event {
         session: "rehearsal".to_owned(),
         procedure: procedure.name.clone(),
         procedure_sha256: String::new(),
+        robot_sha256: None,
+        mechanism: None,
         software,
         pid,
         host,

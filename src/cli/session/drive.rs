@@ -107,6 +107,8 @@ pub(super) fn run(
         software: SOFTWARE.to_owned(),
         pid: std::process::id(),
         host: host(),
+        robot_sha256: header.robot_sha256.clone(),
+        mechanism: header.mechanism.clone(),
     });
     let ready = Ready {
         folder,
@@ -178,6 +180,8 @@ pub(super) fn resume(args: &ResumeArgs, global: &Global) -> Result<Printed, Fail
             software: SOFTWARE.to_owned(),
             pid: std::process::id(),
             host: host(),
+            robot_sha256: header.robot_sha256.clone(),
+            mechanism: header.mechanism.clone(),
         })
     };
     let ready = Ready {

@@ -1,13 +1,16 @@
 //! `session verify` and `session recover`.
 
+use std::fs;
 use std::path::Path;
 
 use jiff::Timestamp;
 use serde_json::json;
 
-use crate::cli::failure::Failure;
+use crate::cli::failure::{CliError, Failure};
+use crate::cli::integrity::{compare_with_journal, shortened};
 use crate::cli::outcome::Outcome;
-use crate::session::{JournalEnd, ReadJournal, SessionState, read_folder, recover};
+use crate::readings::{ReadOptions, ReadingsError, SessionHeader, read_readings};
+use crate::session::{JournalEnd, ReadFolder, ReadJournal, SessionState, read_folder, recover};
 
 /// Exit code for data that are damaged and readable in part.
 const PART: u8 = 30;
@@ -17,9 +20,20 @@ const NOTHING: u8 = 31;
 
 /// Whether the journal of a session is whole.
 pub(super) fn verify(folder: &Path) -> Result<Outcome, Failure> {
+    if !folder.join("journal.jsonl").is_file() && folder.join("readings.csv").is_file() {
+        let text = format!(
+            "{}: not protected: there is no journal that the readings could be compared with\n",
+            folder.display()
+        );
+        let data = json!({ "whole": true, "table": { "state": "not-protected" } });
+        return Ok(Outcome::new("session-verify", text, data));
+    }
     let read = read_folder(folder)?;
     let state = SessionState::fold(&read.journal.records);
     let (found, exit) = finding(&read.journal);
+    let file = folder.join("readings.csv");
+    let (table, table_found, table_exit) = verify_table(folder, &file, &read)?;
+    let exit = exit.max(table_exit);
     let next = if exit == 0 {
         String::new()
     } else {
@@ -29,13 +43,52 @@ pub(super) fn verify(folder: &Path) -> Result<Outcome, Failure> {
         )
     };
     let text = format!(
-        "{}: {} events, {} readings; {found}\n{next}",
+        "{}: {} events, {} readings; {found}\n{}: {table_found}\n{next}",
         folder.display(),
         read.journal.records.len(),
-        state.readings.len()
+        state.readings.len(),
+        file.display()
     );
-    let data = report(&read.journal, &state, exit);
+    let mut data = report(&read.journal, &state, exit);
+    data["table"] = table;
     Ok(Outcome::new("session-verify", text, data).with_exit(exit))
+}
+
+/// The table beside its journal: for JSON, in words, and the exit code for it.
+fn verify_table(
+    folder: &Path,
+    file: &Path,
+    read: &ReadFolder,
+) -> Result<(serde_json::Value, String, u8), Failure> {
+    if !file.is_file() {
+        let found = "it is not there; it can be written anew from the journal".to_owned();
+        return Ok((json!({ "state": "missing" }), found, PART));
+    }
+    let header = SessionHeader::from_toml(&read.header_name, &read.header)?.header;
+    let open = fs::File::open(file).map_err(|source| CliError::Read {
+        path: file.to_owned(),
+        source,
+    })?;
+    let name = file.display().to_string();
+    let table = match read_readings(&name, open, &ReadOptions::default()) {
+        // A session that has just begun.
+        Err(ReadingsError::Empty { .. }) => {
+            return Ok((json!({ "state": "empty" }), "no reading yet".to_owned(), 0));
+        }
+        table => table?,
+    };
+    let protection = compare_with_journal(folder, &table, Some(&header))?;
+    let changes = protection.changes(file);
+    let json = protection.json(file);
+    Ok(if changes.is_empty() {
+        (json, "every number is that of the journal".to_owned(), 0)
+    } else {
+        (
+            json,
+            format!("changed after the session: {}", shortened(&changes)),
+            PART,
+        )
+    })
 }
 
 /// Keeps what is good in a new folder.
@@ -75,9 +128,7 @@ fn finding(journal: &ReadJournal) -> (String, u8) {
             } else {
                 PART
             };
-            let found = format!(
-                "line {line} is damaged: {problem}; {lines} line(s) from there on are lost"
-            );
+            let found = format!("line {line} is damaged: {problem}; {lines} event(s) are lost");
             (found, exit)
         }
     }
