@@ -109,6 +109,12 @@ impl Protection {
                 .collect();
             warnings.push(format!("marked after the session: {}", shortened(&marks)));
         }
+        if !table.behind.is_empty() {
+            warnings.push(format!(
+                "the session was broken off before its last {} reading(s) were in the table: stiffbench session resume or recover writes them",
+                table.behind.len()
+            ));
+        }
         if !table.unknown.is_empty() {
             warnings.push(format!(
                 "{} reading(s) stand in no whole line of the damaged journal and are not protected",
@@ -156,6 +162,7 @@ impl Protection {
                     "changed": changes,
                     "marked": marks,
                     "not_in_journal": table.unknown,
+                    "not_in_table": table.behind,
                 })
             }
         }

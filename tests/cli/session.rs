@@ -196,6 +196,34 @@ fn a_table_that_was_changed_after_the_session_is_refused() {
 
 #[cfg(unix)]
 #[test]
+fn a_table_that_lags_behind_the_journal_was_not_changed() {
+    let desk = Desk::new();
+    desk.run(&format!("session run s {SHORT} {EMULATED}"))
+        .succeeds();
+    let table = desk.read("s/readings.csv");
+    // A session that was killed between journal and table is behind and not changed; one that ended is not.
+    let journal = desk.read("s/journal.jsonl");
+    let ended = journal.find("\"kind\":\"ended\"").unwrap();
+    let running = &journal[..=journal[..ended].rfind('\n').unwrap()];
+    let shorter = table.lines().take(4).collect::<Vec<_>>().join("\n") + "\n";
+    desk.write("s/readings.csv", &shorter);
+    desk.run("stiffness s").exits_with(11);
+    desk.write("s/journal.jsonl", running);
+    let behind = desk.run("stiffness s --json").succeeds().json();
+    assert!(
+        behind["warnings"]
+            .to_string()
+            .contains("its last 1 reading(s)")
+    );
+    desk.write("s/readings.csv", &shorter[..shorter.len() - 9]);
+    assert_eq!(
+        desk.run("session verify s --json").exits_with(30).json()["data"]["table"]["state"],
+        "unreadable"
+    );
+}
+
+#[cfg(unix)]
+#[test]
 fn a_question_without_an_answer_ends_with_3_and_names_the_flag() {
     let desk = Desk::new();
     let ran = desk.run(&format!(

@@ -37,6 +37,8 @@ pub struct Integrity {
     pub marks: Vec<Difference>,
     /// Numbers of readings that stand in no line of a damaged journal.
     pub unknown: Vec<u32>,
+    /// Numbers of the last readings, which a session that was broken off has not written into the table yet.
+    pub behind: Vec<u32>,
 }
 
 /// Compares a table with the journal of its session, value by value.
@@ -61,6 +63,7 @@ pub fn integrity(journal: &ReadJournal, table: &ReadingTable) -> Result<Integrit
     };
     let damaged = matches!(journal.end, JournalEnd::Damaged { .. });
     let mut of_table: BTreeMap<u32, &Reading> = BTreeMap::new();
+    let last_written = table.readings.iter().map(|reading| reading.seq).max();
     let mut found = Integrity::default();
     for reading in &table.readings {
         if of_table.insert(reading.seq, reading).is_some() {
@@ -76,6 +79,9 @@ pub fn integrity(journal: &ReadJournal, table: &ReadingTable) -> Result<Integrit
     for reading in &kept.readings {
         match of_table.remove(&reading.seq) {
             Some(other) => compare((&kept, reading), (table, other), &mut found),
+            None if state.ended.is_none() && Some(reading.seq) > last_written => {
+                found.behind.push(reading.seq);
+            }
             None => found.changed.push(Difference {
                 line: None,
                 seq: reading.seq,

@@ -75,7 +75,12 @@ fn verify_table(
         Err(ReadingsError::Empty { .. }) => {
             return Ok((json!({ "state": "empty" }), "no reading yet".to_owned(), 0));
         }
-        table => table?,
+        Err(error) => {
+            let found = format!("it cannot be read: {error}");
+            let data = json!({ "state": "unreadable", "reason": error.to_string() });
+            return Ok((data, found, PART));
+        }
+        Ok(table) => table,
     };
     let protection = compare_with_journal(folder, &table, Some(&header))?;
     let changes = protection.changes(file);
