@@ -51,6 +51,11 @@ goldens:
     git status --short fixtures/goldens
     git diff --stat fixtures/goldens
 
+# Attacks on whole sessions by gauges and an operator written apart from the program (eight minutes; Python 3.11); `just attacks --quick` for one
+attacks *arguments:
+    cargo build --release --locked
+    python3 tests/attacks/attack.py target/release/stiffbench {{arguments}}
+
 # Benchmarks; arguments go to cargo bench
 bench *arguments:
     cargo bench --locked {{arguments}}
