@@ -316,14 +316,18 @@ fn least_squares(
         };
         let bar = progress(global, "refits", args.bootstrap as u64);
         let done = || bar.inc(1);
-        let fitted = FitProblem {
-            start: &outcome.factors,
-            ..trained
-        };
-        let found = bootstrap_cells(&fitted, table, &options.choice, &settings, &done)?;
+        let fitted = &outcome.factors;
+        let found = bootstrap_cells(&trained, fitted, table, &options.choice, &settings, &done)?;
         bar.finish_and_clear();
         for (estimate, interval) in outcome.estimates.iter_mut().zip(found.intervals_95) {
-            estimate.bootstrap_interval_95 = interval;
+            let holds = |[lower, upper]: &[f64; 2]| (*lower..=*upper).contains(&estimate.value);
+            estimate.bootstrap_interval_95 = interval.filter(holds);
+            if let Some([lower, upper]) = interval.filter(|interval| !holds(interval)) {
+                outcome.warnings.push(format!(
+                    "{}: refits to runs drawn again lie from {lower:.4} to {upper:.4}, which does not hold the estimate {:.4}: no bootstrap interval is given",
+                    estimate.name, estimate.value
+                ));
+            }
         }
         if found.failed > 0 {
             outcome.warnings.push(format!(

@@ -214,8 +214,13 @@ fn agreement_text(outcome: &FitOutcome) -> String {
         .reduced_chi_squared
         .map_or_else(String::new, |chi| match agreement.p_value {
             Some(p) => format!(
-                "; reduced chi-squared {chi:.3} with {} degrees of freedom (p = {p:.2})",
-                agreement.dof
+                "; reduced chi-squared {chi:.3} with {} degrees of freedom ({})",
+                agreement.dof,
+                if p < 0.01 {
+                    format!("p = {p:.1e}")
+                } else {
+                    format!("p = {p:.2}")
+                }
             ),
             None => format!(
                 "; scatter about the fit {:.2} % with {} degrees of freedom",

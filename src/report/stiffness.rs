@@ -57,7 +57,8 @@ pub fn stiffness_text(table: &StiffnessTable, with_budget: bool) -> String {
     if let Some(pooled) = &table.pooled_scatter {
         let _ = writeln!(
             text,
-            "\nPooled repeat SD: {:.2} um (displacement gauge) and {:.3} N (force gauge), {} degrees of freedom over all cells.",
+            "\nScatter of one reading within its run, pooled over all cells ({2} degrees of freedom): {0:.2} um, and as far as soft cells scatter more\n\
+             than stiff ones {1:.3} N times the compliance of the cell.",
             pooled.displacement_sd_m * 1e6,
             pooled.force_sd_n,
             pooled.dof

@@ -58,11 +58,12 @@ QUESTIONS = [
     ("zero-not-shown", r"was zeroed, and shows", ["again", "again", "stop"]),
     ("force-offset", r"Is it hanging free", ["zero"]),
     ("force-sign", r"where .* is wanted", ["wait"]),
-    ("frozen", r"while the force moved", ["again", "again", "skip"]),
+    ("frozen", r"while the (force|displacement) moved", ["again", "again", "skip"]),
     ("displacement-sign", r"against a force", ["again", "again", "skip"]),
     ("implausible", r"let expect", ["again", "again", "skip"]),
     ("not-settled", r"not settled yet|outside its band", ["wait"]),
-    ("drift", r"zero has moved by .* more than", ["redo", "redo", "stop"]),
+    ("drift", r"zero moved by .* allowed are", ["redo", "redo", "keep"]),
+    ("changed", r"Before the interruption", ["again", "again", "flag"]),
     ("other-gauge", r"the session began with", ["no", "no", "stop"]),
     ("skip-reason", r"Why is .* left out", ["doubtful"]),
     ("note", r"What is to be noted", ["nothing"]),
@@ -70,7 +71,7 @@ QUESTIONS = [
 ]
 # For questions that are not in the list: the first of these that is among the choices.
 CAUTIOUS = ["again", "wait", "redo", "no", "skip"]
-DOUBTS = {"zero-not-shown", "force-offset", "force-sign", "frozen", "displacement-sign", "implausible", "drift", "other-gauge"}
+DOUBTS = {"zero-not-shown", "force-offset", "force-sign", "frozen", "displacement-sign", "implausible", "drift", "other-gauge", "changed"}
 
 PUT_RIGHT_S = 2.5       # the operator needs so long to put a gauge right once told
 STILL_S = 7.0           # without progress so long, the operator looks for what is wrong by himself
@@ -379,6 +380,14 @@ class Session:
         answers = self.attack.answers.get(name)
         if answers is None:
             answers = next((known for known_name, _, known in QUESTIONS if known_name == name), None)
+        unit = re.search(r"The (\w+) gauge does not send its unit. Does its display show (\w+)", text)
+        if unit:
+            name = "unit"
+            meter = (self.f if unit.group(1) == "force" else self.d).meter
+            if answers is None:
+                answers = ["same"] if meter.unit == unit.group(2) else ["other"]
+            if answers == ["other"]:
+                meter.unit = unit.group(2)      # set at its panel, as he is told
         if answers is None:
             words = [part.split(":")[0] for part in rest]
             answers = [next((word for word in CAUTIOUS if word in words), "no")]
@@ -414,7 +423,7 @@ class Session:
         """What the program said about why it waits."""
         words = [why for at, why in self.held_up if at >= t]
         for at, line in self.said:
-            if at >= t and line and not line.startswith(("  ", "> ", "!", "let go", "zero ", "the zero has", "reading ")):
+            if at >= t and line and not line.startswith(("  ", "> ", "!", "let go", "zero ", "reading ")):
                 words.append(line)
         return words
 

@@ -67,6 +67,8 @@ pub(super) enum Field {
         codes: Vec<(Vec<u8>, UnitWord)>,
         others: Option<(CharacterSet, Count)>,
     },
+    /// A digit, at most this, that says which unit of the gauge's list it is.
+    UnitPlace { most: u8 },
     /// One of several texts, the longest first.
     Choice(Vec<(Vec<u8>, ChoiceWord)>),
 }
@@ -226,7 +228,7 @@ impl Field {
                 count.down_from(run)
             }
             Self::Sign(texts) => starting(texts, rest),
-            Self::Point { most } => {
+            Self::Point { most } | Self::UnitPlace { most } => {
                 let digit = rest
                     .first()
                     .is_some_and(|byte| (b'0'..=b'0' + most).contains(byte));

@@ -40,12 +40,20 @@ fn reading_text() -> impl Strategy<Value = Option<Box<ReadingText>>> {
         awkward_text(),
         awkward_text(),
         awkward_text(),
+        [
+            proptest::option::of(-80..80_i32),
+            proptest::option::of(-80..80_i32),
+        ],
     );
-    texts.prop_map(|(utc, force_raw, displacement_raw, flag, note)| {
+    texts.prop_map(|(utc, force_raw, displacement_raw, flag, note, zeros)| {
         let text = ReadingText {
             utc: utc.into(),
             force_raw,
             displacement_raw,
+            zero_si: [
+                zeros[0].map(|eighths| f64::from(eighths) / 8.0),
+                zeros[1].map(|micrometres| f64::from(micrometres) / 1e6),
+            ],
             flag,
             note,
         };
@@ -273,8 +281,8 @@ proptest! {
 #[test]
 fn the_written_header_is_the_contract() {
     let table = ReadingTable::default();
-    let expected = "session,seq,utc,t_s,pose,direction,branch,step,target_N,repeat,attempt,run,zero_id,force_N,force_raw,\
-                    displacement_um,displacement_raw,hold_s,temp_degC,status,flag,note\n";
+    let expected = "session,seq,utc,t_s,pose,direction,branch,step,target_N,repeat,attempt,run,zero_id,force_N,force_raw,force_zero_N,\
+                    displacement_um,displacement_raw,displacement_zero_um,hold_s,temp_degC,status,flag,note\n";
     assert_eq!(String::from_utf8(written(&table)).unwrap(), expected);
     assert_eq!(Column::ALL.len(), expected.split(',').count());
 }

@@ -13,7 +13,7 @@ use super::operator::{Answer, Prompt};
 pub const ANSWERS_SCHEMA: &str = "stiffbench/answers/1";
 
 /// Every question a session can ask, with what an answer looks like.
-pub const PROMPTS: [(&str, &str); 17] = [
+pub const PROMPTS: [(&str, &str); 21] = [
     ("ready", "true: the bench is ready"),
     ("temperature", "a number, degC"),
     (
@@ -51,6 +51,19 @@ pub const PROMPTS: [(&str, &str); 17] = [
     (
         "displacement-sign",
         "\"accept\", \"again\", \"skip\" or \"flip\" one that moves against the force",
+    ),
+    (
+        "force-steps",
+        "\"again\", \"accept\" or \"skip\" while the force gauge counts in coarse steps",
+    ),
+    ("displacement-steps", "the same for the displacement gauge"),
+    (
+        "changed",
+        "\"again\" or \"flag\" a load that gives another displacement than before an interruption",
+    ),
+    (
+        "unit",
+        "\"same\" if the display of a gauge that sends no unit shows the configured one",
     ),
     (
         "implausible",

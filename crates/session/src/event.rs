@@ -25,6 +25,8 @@ pub enum Event {
     Reading(Box<TakenReading>),
     /// A reading no longer counts; it stays.
     Superseded(Superseded),
+    /// Readings turned out to be doubtful after they were taken.
+    Flagged(Flagged),
     /// A planned reading is left out.
     Skipped(Skipped),
     /// The operator's words.
@@ -94,6 +96,9 @@ pub struct InstrumentSeen {
     pub unit: String,
     /// Step of its last digit, N or m.
     pub resolution_si: f64,
+    /// The coarser step that it counts in, as the operator confirmed, N or m.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub step_si: Option<f64>,
 }
 
 /// Which way a gauge counts.
@@ -137,6 +142,12 @@ pub struct Zeroed {
     pub by_gauge: [bool; 2],
     /// Displacement from the zero at a check, m along the axis.
     pub drift_m: Option<f64>,
+    /// Force of the unloaded gauge at a check, N along the axis; journals of before have none.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub force_drift_n: Option<f64>,
+    /// What is wrong with the readings since the zero was last certain; empty if nothing is.
+    #[serde(default, skip_serializing_if = "String::is_empty")]
+    pub flag: String,
 }
 
 /// When a zero was set or looked at.
@@ -176,7 +187,7 @@ pub struct TakenReading {
     pub zero: String,
     /// Target, N.
     pub target_n: f64,
-    /// Force along the axis, N.
+    /// Force along the axis, N: what the gauge showed less what it showed unloaded.
     pub force_n: f64,
     /// The force gauge's own text.
     pub force_raw: String,
@@ -184,6 +195,9 @@ pub struct TakenReading {
     pub displacement_m: f64,
     /// The displacement gauge's own text.
     pub displacement_raw: String,
+    /// What the gauges showed at their zero, N and m in the sign as sent: it is taken off. Journals of before have none.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub zero_si: Option<[f64; 2]>,
     /// When the two samples arrived, s.
     pub samples_at_s: [f64; 2],
     /// Time under this load, s.
@@ -205,6 +219,15 @@ pub struct Superseded {
     pub number: u32,
     /// Why.
     pub reason: String,
+}
+
+/// Readings that are doubtful, found out after they were taken.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Flagged {
+    /// Numbers of the readings.
+    pub numbers: Vec<u32>,
+    /// Why.
+    pub flag: String,
 }
 
 /// A planned reading that is left out.
@@ -241,6 +264,9 @@ pub struct LinkChange {
     pub channel: Channel,
     /// What happened.
     pub text: String,
+    /// Whether the gauge was away, and may have forgotten zero, unit or mode.
+    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+    pub lost: bool,
 }
 
 /// A time in which nothing ran.

@@ -4,6 +4,8 @@ use std::collections::VecDeque;
 
 use stiffbench_gauges::{Channel, LinkState, Rejected, Sample};
 
+use super::digits::{FewDigits, LastDigits};
+
 /// Values kept for a window, at most: 20 s at the 250 a second that the fastest gauges stream.
 const MOST_KEPT: usize = 5000;
 
@@ -12,6 +14,26 @@ const INTERVALS: usize = 15;
 
 /// A gauge is stale after this many sample periods without a value.
 const STALE_PERIODS: f64 = 3.0;
+
+/// Time for which a trouble that comes again and again is shown after each time, s.
+const TROUBLE_STAYS_S: f64 = 1.5;
+
+/// A trouble that has not been there for so long is said again, s.
+const SAID_AGAIN_S: f64 = 10.0;
+
+/// Two steps of the last digit that differ by less than this share are the same.
+const SAME_DIGIT: f64 = 0.01;
+
+/// A value that is further from the middle than this many times the usual distance stands apart: four standard deviations of normal noise
+/// are 5.9 times the median distance.
+const TYPICAL: f64 = 6.0;
+
+/// And further than this many steps of the last digit: a gauge without noise flickers by one.
+const TYPICAL_DIGITS: f64 = 3.0;
+
+/// Values of a rest from which its flicker is learnt, and rests before that is believed.
+const LEAST_OF_A_REST: usize = 5;
+const LEAST_RESTS: u32 = 3;
 
 /// What a window of samples says.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -34,12 +56,24 @@ pub(super) struct Feed {
     kept: VecDeque<(f64, f64)>,
     intervals: VecDeque<f64>,
     pub(super) last: Option<Sample>,
+    /// Its last digits.
+    digits: LastDigits,
+    /// When its text changed since the last certain moment, s.
+    changes: VecDeque<f64>,
+    /// The smallest share of values at rest whose text differed from the one before, and how many rests that is from.
+    flicker: (f64, u32),
     /// Why nothing of this gauge may be used.
     pub(super) blocked: Option<String>,
+    /// Why something of it was last refused, and when, s.
+    refused: Option<(String, f64)>,
+    /// Whether its values are refused, not its line gone.
+    rejects: bool,
     /// The unit it has to be in.
     pub(super) unit: Option<Box<str>>,
-    /// Since when it has sent the same text, and the text.
-    pub(super) same_since_s: f64,
+    /// The step of its last digit that it began with, N or m.
+    digit: Option<f64>,
+    /// Time and value as sent since the last certain moment, oldest first; no gap clears them.
+    history: VecDeque<(f64, f64)>,
     /// Smallest and largest value since the task began, as sent.
     extremes: Option<[f64; 2]>,
     /// Shortest time after which a gauge counts as stale, s.
@@ -53,15 +87,28 @@ impl Feed {
             kept: VecDeque::new(),
             intervals: VecDeque::new(),
             last: None,
+            digits: LastDigits::default(),
+            changes: VecDeque::new(),
+            flicker: (1.0, 0),
             blocked: None,
+            refused: None,
+            rejects: false,
             unit: None,
-            same_since_s: 0.0,
+            digit: None,
+            history: VecDeque::new(),
             extremes: None,
             least_stale_s,
         }
     }
 
-    /// Takes a value; `Err` with the reason if the gauge has changed its unit.
+    /// Whether it has another unit or number of decimals than before.
+    pub(super) fn is_set_otherwise(&self, sample: &Sample) -> bool {
+        let unit = self.unit.as_ref().is_some_and(|unit| *unit != sample.unit);
+        let other = |digit: f64| (sample.resolution_si / digit - 1.0).abs() > SAME_DIGIT;
+        unit || self.digit.is_some_and(other)
+    }
+
+    /// Takes a value; `Err` with the reason if the gauge has changed its unit or its number of decimals.
     pub(super) fn sample(&mut self, sample: Sample) -> Result<(), String> {
         if let Some(unit) = self.unit.as_ref().filter(|unit| **unit != sample.unit) {
             return Err(format!(
@@ -70,6 +117,14 @@ impl Feed {
             ));
         }
         self.unit.get_or_insert_with(|| sample.unit.clone());
+        let digit = *self.digit.get_or_insert(sample.resolution_si);
+        if (sample.resolution_si / digit - 1.0).abs() > SAME_DIGIT {
+            return Err(format!(
+                "the {} gauge sends {} and had another number of decimals: set its unit and its resolution back at its panel",
+                self.channel,
+                sample.raw.trim()
+            ));
+        }
         if let Some(last) = &self.last {
             let interval_s = sample.at_s - last.at_s;
             if interval_s > self.stale_after_s() || interval_s < 0.0 {
@@ -82,42 +137,78 @@ impl Feed {
                 self.intervals.pop_front();
             }
             if last.raw != sample.raw {
-                self.same_since_s = sample.at_s;
+                if self.changes.len() == MOST_KEPT {
+                    self.changes.pop_front();
+                }
+                self.changes.push_back(sample.at_s);
             }
-        } else {
-            self.same_since_s = sample.at_s;
         }
         if self.kept.len() == MOST_KEPT {
             self.kept.pop_front();
         }
         let value = sample.value_si;
+        if self.history.len() == MOST_KEPT {
+            self.history.pop_front();
+        }
+        self.history.push_back((sample.at_s, value));
         self.kept.push_back((sample.at_s, value));
         let [low, high] = self.extremes.unwrap_or([value, value]);
         self.extremes = Some([low.min(value), high.max(value)]);
         self.last = Some(sample);
         self.blocked = None;
+        self.rejects = false;
         Ok(())
     }
 
     /// Takes bytes that are no value: nothing before them counts any more.
-    pub(super) fn reject(&mut self, rejected: &Rejected) {
-        self.block(format!("{} gauge: {}", self.channel, rejected.reason));
+    pub(super) fn reject(&mut self, rejected: &Rejected, now_s: f64) {
+        self.refuse(
+            format!("{} gauge: {}", self.channel, rejected.reason),
+            now_s,
+        );
+    }
+
+    /// Whether it has a line and its values are refused.
+    pub(super) fn is_refused(&self) -> bool {
+        self.blocked.is_some() && self.rejects
+    }
+
+    /// Whether a reason was said already and is still there.
+    pub(super) fn is_said(&self, reason: &str, now_s: f64) -> bool {
+        let refused = self.refused.as_ref();
+        refused.is_some_and(|(said, at_s)| said.contains(reason) && now_s - at_s < SAID_AGAIN_S)
+    }
+
+    /// What is wrong with it now, or was until a moment ago.
+    pub(super) fn trouble(&self, now_s: f64) -> Option<&str> {
+        let refused = self.refused.as_ref();
+        let lately = refused.filter(|(_, at_s)| now_s - at_s < TROUBLE_STAYS_S);
+        let lately = lately.map(|(reason, _)| reason.as_str());
+        self.blocked.as_deref().or(lately)
     }
 
     /// Takes a change of the line.
-    pub(super) fn link(&mut self, state: &LinkState) {
+    pub(super) fn link(&mut self, state: &LinkState, now_s: f64) {
         let text = link_text(state);
         match state {
             LinkState::Connected { .. } => {
                 self.blocked = None;
                 self.forget();
             }
-            _ => self.block(format!("{} gauge: {text}", self.channel)),
+            _ => self.block(format!("{} gauge: {text}", self.channel), now_s),
         }
     }
 
-    pub(super) fn block(&mut self, reason: String) {
-        self.blocked = Some(reason);
+    /// Its values must not be used, and it may be asked why.
+    pub(super) fn refuse(&mut self, reason: String, now_s: f64) {
+        self.block(reason, now_s);
+        self.rejects = true;
+    }
+
+    fn block(&mut self, reason: String, now_s: f64) {
+        self.blocked = Some(reason.clone());
+        self.refused = Some((reason, now_s));
+        self.rejects = false;
         self.forget();
     }
 
@@ -125,6 +216,124 @@ impl Feed {
     pub(super) fn forget(&mut self) {
         self.kept.clear();
         self.extremes = None;
+    }
+
+    /// What came before does not tell of what comes now: the gauge was zeroed, or was away.
+    pub(super) fn begin_history(&mut self) {
+        self.history.clear();
+        self.changes.clear();
+    }
+
+    /// The unit and the step of the last digit that it had when the session was interrupted.
+    pub(super) fn expect(&mut self, unit: &str, digit: f64) {
+        self.unit = Some(unit.into());
+        self.digit = (digit > 0.0).then_some(digit);
+    }
+
+    /// Another gauge, or another unit, from the next value on.
+    pub(super) fn forget_settings(&mut self) {
+        self.unit = None;
+        self.digit = None;
+    }
+
+    /// The values from `from_s` to `to_s`, those on the limits included.
+    pub(super) fn between(&self, from_s: f64, to_s: f64) -> impl Iterator<Item = (f64, f64)> + '_ {
+        let first = self.history.partition_point(|(at_s, _)| *at_s < from_s);
+        let values = self.history.range(first..).copied();
+        values.take_while(move |(at_s, _)| *at_s <= to_s)
+    }
+
+    /// The value that stood at a time, or the first there is.
+    pub(super) fn value_at(&self, at_s: f64) -> Option<f64> {
+        let behind = self.history.partition_point(|(of_s, _)| *of_s <= at_s);
+        let (_, value) = self.history.get(behind.saturating_sub(1))?;
+        Some(*value)
+    }
+
+    /// How many values there are since `from_s`, and how many of them differ from the one before.
+    fn changed(&self, from_s: f64) -> (usize, usize) {
+        let values = self.between(from_s, f64::INFINITY).count();
+        let changes = self.changes.len() - self.changes.partition_point(|at_s| *at_s < from_s);
+        (values, changes)
+    }
+
+    /// Keeps the last digits of a display at rest.
+    pub(super) fn learn_digits(&mut self) {
+        if let Some(last) = &self.last {
+            self.digits
+                .rest(last.at_s, last.value_si, last.resolution_si);
+        }
+    }
+
+    /// Whether it uses few last digits where it rests.
+    pub(super) fn few_digits(&self) -> Option<FewDigits> {
+        let last = self.last.as_ref()?;
+        self.digits.few(last.value_si, last.resolution_si)
+    }
+
+    /// Learns how a display that stands still flickers, from a rest that began at `from_s`.
+    pub(super) fn learn_flicker(&mut self, from_s: f64) {
+        let (values, changes) = self.changed(from_s);
+        if values >= LEAST_OF_A_REST {
+            let (least, rests) = self.flicker;
+            self.flicker = (least.min(changes as f64 / values as f64), rests + 1);
+        }
+    }
+
+    /// How likely it is that a display that flickers as this one does shows one text since `from_s`; 1 where that is not known.
+    pub(super) fn chance_of_stillness(&self, from_s: f64) -> f64 {
+        let (values, changes) = self.changed(from_s);
+        let (least, rests) = self.flicker;
+        if changes > 0 || rests < LEAST_RESTS {
+            return 1.0;
+        }
+        (1.0 - least).powi(values as i32)
+    }
+
+    /// Since when it has shown its last value, give or take `band`.
+    pub(super) fn still_since_s(&self, band: f64) -> Option<f64> {
+        let now = self.last.as_ref()?.value_si;
+        let mut since_s = None;
+        for (at_s, value) in self.history.iter().rev() {
+            if (value - now).abs() > band {
+                break;
+            }
+            since_s = Some(*at_s);
+        }
+        since_s
+    }
+
+    /// The middle value from `from_s` to `to_s`; `None` for fewer than two.
+    pub(super) fn median(&self, from_s: f64, to_s: f64) -> Option<f64> {
+        let mut values: Vec<f64> = self.between(from_s, to_s).map(|(_, value)| value).collect();
+        values.sort_by(f64::total_cmp);
+        (values.len() >= 2).then(|| values[values.len() / 2])
+    }
+
+    /// Largest less smallest value from `from_s` to `to_s`.
+    pub(super) fn range(&self, from_s: f64, to_s: f64) -> f64 {
+        let values = self.between(from_s, to_s).map(|(_, value)| value);
+        let (low, high) = values.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), value| {
+            (low.min(value), high.max(value))
+        });
+        (high - low).max(0.0)
+    }
+
+    /// Whether the last value lies among those since `from_s`: one that stands apart is an error of the line, or not settled.
+    pub(super) fn is_last_typical(&self, from_s: f64) -> bool {
+        let Some(last) = &self.last else {
+            return false;
+        };
+        let Some(median) = self.median(from_s, last.at_s) else {
+            return false;
+        };
+        let mut off: Vec<f64> = self
+            .between(from_s, last.at_s)
+            .map(|(_, value)| (value - median).abs())
+            .collect();
+        off.sort_by(f64::total_cmp);
+        let usual = off[off.len() / 2];
+        (last.value_si - median).abs() <= TYPICAL * usual + TYPICAL_DIGITS * last.resolution_si
     }
 
     /// Time since the last value, s.
@@ -270,7 +479,7 @@ mod tests {
         inch.unit = "in".into();
         let reason = feed.sample(inch).unwrap_err();
         assert!(reason.contains("sends in and was in mm"), "{reason}");
-        feed.block(reason);
+        feed.block(reason, 0.1);
         assert!(!feed.is_good(0.1));
         feed.sample(sample(0.2, 1.0)).unwrap();
         assert!(feed.is_good(0.2));

@@ -2,6 +2,7 @@
 
 mod answers_file;
 mod awake;
+mod digits;
 mod event;
 mod feed;
 mod folder;
@@ -18,9 +19,9 @@ mod view;
 pub use answers_file::{ANSWERS_SCHEMA, Answers, AnswersError, PROMPTS};
 pub use awake::KeptAwake;
 pub use event::{
-    ClockJump, Ended, Event, Gap, InstrumentSeen, LinkChange, Noted, Outcome, Paused, PoseSet,
-    Resumed, SignChecked, Skipped, Started, Superseded, Surroundings, TakenReading, Warning,
-    ZeroMoment, Zeroed,
+    ClockJump, Ended, Event, Flagged, Gap, InstrumentSeen, LinkChange, Noted, Outcome, Paused,
+    PoseSet, Resumed, SignChecked, Skipped, Started, Superseded, Surroundings, TakenReading,
+    Warning, ZeroMoment, Zeroed,
 };
 pub use folder::{
     FolderError, JournalFile, ReadFolder, SessionFolder, TableFile, host, read_folder, recover,
@@ -35,7 +36,7 @@ pub use operator::{Answer, Bell, Choice, Operator, OperatorEvent, Prompt, Prompt
 pub use plan::{PlannedCell, SessionPlan};
 pub use run::{Bench, RunError, run};
 pub use state::{CurrentZero, KeptReading, SessionState};
-pub use steps::{Action, Input, Machine, Settings};
+pub use steps::{Action, Input, Machine, Settings, lag_s};
 pub use view::{
     Band, CellReading, CellView, GaugeView, Message, Place, Progress, Purpose, RepeatSpread,
     SettleView, StiffnessSoFar, Task, View, ZeroView,

@@ -129,11 +129,18 @@ pub enum PromptKind {
 /// One of several answers.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Choice {
-    /// The word for it in an answers file; its first letter is its key on a screen.
+    /// The word for it in an answers file.
     pub word: &'static str,
     /// What it means.
     pub text: String,
+    /// Its key on a screen: the first letter of the word that no choice before it has.
+    pub key: char,
+    /// Whether it can be taken back or does no harm; the others need Enter behind their key, or its capital.
+    pub harmless: bool,
 }
+
+/// Choices that can be taken back, or only wait.
+const HARMLESS: [&str; 4] = ["again", "wait", "other", "same"];
 
 /// An answer. In an answers file: a string, a number, `true` or `false`; the word of a choice is a string, `true` ticks a whole checklist.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -182,11 +189,17 @@ impl Prompt {
     /// One of several answers.
     #[must_use]
     pub fn choice(id: &str, text: impl Into<String>, choices: &[(&'static str, &str)]) -> Self {
-        let choices = choices.iter().map(|(word, text)| Choice {
-            word,
-            text: (*text).to_owned(),
-        });
-        Self::new(id, text, PromptKind::Choice(choices.collect()))
+        let mut list: Vec<Choice> = Vec::with_capacity(choices.len());
+        for (word, text) in choices {
+            let free = |key: &char| list.iter().all(|choice| choice.key != *key);
+            list.push(Choice {
+                word,
+                text: (*text).to_owned(),
+                key: word.chars().find(free).unwrap_or(' '),
+                harmless: HARMLESS.contains(word),
+            });
+        }
+        Self::new(id, text, PromptKind::Choice(list))
     }
 
     /// Why an answer is none to this question; `None` if it is one.
@@ -234,7 +247,7 @@ impl Prompt {
         }
         let answer = match &self.kind {
             PromptKind::Text => Answer::Text(line.to_owned()),
-            PromptKind::Number { .. } => match line.parse() {
+            PromptKind::Number { .. } => match line.replacen(',', ".", 1).parse() {
                 Ok(value) => Answer::Number(value),
                 Err(_) => Answer::Text(line.to_owned()),
             },
@@ -246,9 +259,11 @@ impl Prompt {
                 }
             }
             PromptKind::Choice(choices) => {
-                let meant = choices.iter().find(|choice| {
-                    choice.word == line || (line.len() == 1 && choice.word.starts_with(line))
-                });
+                let mut letters = line.chars();
+                let key = letters.next().filter(|_| letters.next().is_none());
+                let meant = choices
+                    .iter()
+                    .find(|choice| choice.word == line || Some(choice.key) == key);
                 Answer::Text(meant.map_or(line, |choice| choice.word).to_owned())
             }
         };
@@ -270,6 +285,10 @@ mod tests {
             choice.read_line("a"),
             Ok(Answer::Text("against".to_owned()))
         );
+        // Two words with one first letter have two keys.
+        let doubt = Prompt::choice("frozen", "Hold?", &[("again", ""), ("accept", "")]);
+        assert_eq!(doubt.read_line("a"), Ok(Answer::Text("again".to_owned())));
+        assert_eq!(doubt.read_line("c"), Ok(Answer::Text("accept".to_owned())));
         assert_eq!(
             choice.read_line("with"),
             Ok(Answer::Text("with".to_owned()))
@@ -288,6 +307,7 @@ mod tests {
             },
         );
         assert_eq!(number.read_line("21.5"), Ok(Answer::Number(21.5)));
+        assert_eq!(number.read_line("21,5"), Ok(Answer::Number(21.5)));
         assert!(
             number
                 .read_line("99")

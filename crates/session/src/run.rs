@@ -10,7 +10,7 @@ use stiffbench_gauges::Gauges;
 use stiffbench_units_and_text::clock::Clock;
 
 use super::answers_file::Answers;
-use super::event::{ClockJump, Event, Gap, Outcome};
+use super::event::{ClockJump, Event, Gap, Outcome, ZeroMoment};
 use super::folder::TableFile;
 use super::journal::{Journal, JournalError, Store};
 use super::operator::{Answer, Bell, Operator, OperatorEvent, Prompt};
@@ -80,6 +80,7 @@ pub fn run<S: Store>(machine: &mut Machine, bench: Bench<'_, S>) -> Result<Outco
         before_utc: bench.clock.utc(),
         shown_s: f64::NEG_INFINITY,
         answered: 0,
+        moved_on_s: now_s,
         tasks: 0,
         table_failed: false,
         bench,
@@ -101,6 +102,8 @@ struct Session<'a, 'b, S: Store> {
     before_utc: Timestamp,
     shown_s: f64,
     answered: u32,
+    /// When a reading or a zero was last kept, or a pose set, s.
+    moved_on_s: f64,
     tasks: u64,
     table_failed: bool,
 }
@@ -171,13 +174,18 @@ impl<S: Store> Session<'_, '_, S> {
             event,
             Event::Reading(_) | Event::Zero(_) | Event::PoseSet(_)
         );
-        let rows_change = matches!(event, Event::Superseded(_));
+        let rows_change = match &event {
+            Event::Superseded(_) | Event::Flagged(_) => true,
+            Event::Zero(zeroed) => zeroed.moment != ZeroMoment::Before,
+            _ => false,
+        };
         let row_added = matches!(event, Event::Reading(_));
         let (utc, now_s) = (self.bench.clock.utc(), self.bench.clock.now_s());
         let record = self.bench.journal.append(event, utc, now_s)?;
         self.machine.recorded(&record);
         if progress {
             self.answered = 0;
+            self.moved_on_s = now_s;
         }
         let state = self.machine.state();
         let written = match self.bench.table {
@@ -246,9 +254,21 @@ impl<S: Store> Session<'_, '_, S> {
         self.act(actions).map(|_| ())
     }
 
-    /// With nobody there, a pause would last for ever.
+    /// With nobody there, a pause would last for ever, and so would a load that does not come or a gauge that stays away.
     fn refuse_to_wait(&mut self) -> Result<(), RunError> {
-        if !(self.bench.answers.no_input && self.machine.is_paused()) {
+        if !self.bench.answers.no_input {
+            return Ok(());
+        }
+        let waited_s = self.bench.clock.now_s() - self.moved_on_s;
+        if waited_s > self.machine.longest_wait_s() {
+            self.stop("nothing has moved on with nobody there")?;
+            return Err(RunError::NeedsInput {
+                text: format!("nothing has moved on for {waited_s:.0} s"),
+                help: "look at the load and the gauges; stiffbench session resume goes on"
+                    .to_owned(),
+            });
+        }
+        if !self.machine.is_paused() {
             return Ok(());
         }
         self.stop("paused with nobody there")?;

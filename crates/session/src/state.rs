@@ -9,9 +9,12 @@ use stiffbench_measurement::readings::{Reading, ReadingText, RunKey, RunNumbers,
 use stiffbench_units_and_text::test_point::PoseId;
 
 use super::event::{
-    Ended, Event, InstrumentSeen, Noted, Started, TakenReading, ZeroMoment, Zeroed,
+    Ended, Event, Flagged, InstrumentSeen, Noted, Started, TakenReading, ZeroMoment, Zeroed,
 };
 use super::journal::Record;
+
+/// The flag of readings whose zero nobody has looked at since.
+const ZERO_NOT_CONFIRMED: &str = "the zero was not looked at again";
 
 /// A reading with what became of it.
 #[derive(Debug, Clone, PartialEq)]
@@ -24,6 +27,10 @@ pub struct KeptReading {
     pub utc: Timestamp,
     /// Why it no longer counts; `None` if it does.
     pub superseded: Option<String>,
+    /// What was found out about it later.
+    pub flags: Vec<String>,
+    /// Whether the zero it stands on was looked at again.
+    pub zero_confirmed: bool,
 }
 
 /// The gauge zero in use.
@@ -33,8 +40,6 @@ pub struct CurrentZero {
     pub set: Zeroed,
     /// When, s.
     pub at_s: f64,
-    /// Whether it was looked at after its readings.
-    pub checked: bool,
     /// Drift at the last look, m.
     pub drift_m: Option<f64>,
 }
@@ -72,8 +77,24 @@ pub struct SessionState {
     pub resumed: Vec<f64>,
     /// How it ended; `None` while it runs and after a crash.
     pub ended: Option<Ended>,
-    /// Whether it was last left to be looked at again: resumed and no zero set or confirmed since.
+    /// Whether the zero is to be looked at again: resumed, or a gauge was away, and no zero set or confirmed since.
     pub unconfirmed: bool,
+}
+
+impl KeptReading {
+    /// All that speaks against it; empty for most.
+    #[must_use]
+    pub fn flag(&self) -> String {
+        let unconfirmed = !self.zero_confirmed && self.superseded.is_none();
+        let superseded = self.superseded.as_ref();
+        let parts = [self.taken.flag.clone()]
+            .into_iter()
+            .chain(self.flags.iter().cloned())
+            .chain(unconfirmed.then(|| ZERO_NOT_CONFIRMED.to_owned()))
+            .chain(superseded.map(|reason| format!("superseded: {reason}")));
+        let parts: Vec<String> = parts.filter(|part| !part.is_empty()).collect();
+        parts.join("; ")
+    }
 }
 
 impl SessionState {
@@ -105,6 +126,8 @@ impl SessionState {
             Event::Superseded(superseded) => {
                 self.supersede(superseded.number, &superseded.reason);
             }
+            Event::Flagged(flagged) => self.flag(flagged),
+            Event::Link(change) => self.unconfirmed |= change.lost,
             Event::Skipped(skipped) => {
                 let at = (skipped.cell, skipped.index);
                 self.skipped.insert(at, skipped.reason.clone());
@@ -113,7 +136,6 @@ impl SessionState {
             Event::Environment(told) => self.temperature_deg_c = Some(told.temperature_deg_c),
             Event::Ended(ended) => self.ended = Some(ended.clone()),
             Event::PoseSet(_)
-            | Event::Link(_)
             | Event::Gap(_)
             | Event::ClockJump(_)
             | Event::Paused(_)
@@ -131,12 +153,27 @@ impl SessionState {
             self.zero = Some(CurrentZero {
                 set: zeroed.clone(),
                 at_s,
-                checked: false,
                 drift_m: None,
             });
         } else if let Some(zero) = &mut self.zero {
-            zero.checked = zeroed.moment == ZeroMoment::After;
             zero.drift_m = zeroed.drift_m;
+            let on_it = self
+                .readings
+                .iter_mut()
+                .filter(|kept| (kept.taken.cell, &kept.taken.zero) == (zeroed.cell, &zeroed.label));
+            for kept in on_it.filter(|kept| !kept.zero_confirmed) {
+                kept.zero_confirmed = true;
+                if !zeroed.flag.is_empty() {
+                    kept.flags.push(zeroed.flag.clone());
+                }
+            }
+        }
+    }
+
+    fn flag(&mut self, flagged: &Flagged) {
+        let named = |kept: &&mut KeptReading| flagged.numbers.contains(&kept.taken.number);
+        for kept in self.readings.iter_mut().filter(named) {
+            kept.flags.push(flagged.flag.clone());
         }
     }
 
@@ -147,15 +184,14 @@ impl SessionState {
         if let Some(&earlier) = self.taken.get(&at) {
             self.readings[earlier].superseded = Some("taken again".to_owned());
         }
-        if let Some(zero) = &mut self.zero {
-            zero.checked = false;
-        }
         self.taken.insert(at, self.readings.len());
         self.readings.push(KeptReading {
             taken: taken.clone(),
             t_s: record.t_s,
             utc: record.utc,
             superseded: None,
+            flags: Vec::new(),
+            zero_confirmed: false,
         });
     }
 
@@ -242,11 +278,6 @@ fn row(
     let number = |numbers: &mut RunNumbers, key: &RunKey| {
         numbers.number(&pose, taken.direction, taken.repeat, key.label.as_deref())
     };
-    let flag = match (&kept.superseded, taken.flag.as_str()) {
-        (Some(reason), "") => format!("superseded: {reason}"),
-        (Some(reason), flag) => format!("{flag}; superseded: {reason}"),
-        (None, flag) => flag.to_owned(),
-    };
     let reading = Reading {
         line: 0,
         seq: taken.number,
@@ -272,7 +303,8 @@ fn row(
             utc: kept.utc.to_string().into(),
             force_raw: taken.force_raw.as_str().into(),
             displacement_raw: taken.displacement_raw.as_str().into(),
-            flag: flag.into(),
+            zero_si: taken.zero_si.map_or([None; 2], |zeros| zeros.map(Some)),
+            flag: kept.flag().into(),
             note: Box::default(),
         })),
     };

@@ -5,6 +5,7 @@
     reason = "a test stops at what is not as it must be"
 )]
 
+mod session_faults;
 mod session_journal;
 mod session_run;
 mod session_simulated;

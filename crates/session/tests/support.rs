@@ -15,7 +15,7 @@ use stiffbench_units_and_text::test_point::{Direction, PoseId};
 /// Session time between two samples of a gauge, s.
 const TICK_S: f64 = 0.1;
 
-/// How fast the jack moves, N a tick.
+/// How fast the jack moves at most, N a tick.
 const JACK_N: f64 = 8.0;
 
 /// Most ticks of a session, so that one that hangs fails.
@@ -67,6 +67,18 @@ pub(crate) struct MockBench {
     pub(crate) drift_m: f64,
     /// What the gauges send instead of what they should.
     pub(crate) fault: Option<Fault>,
+    /// What a display shows while it is held, in the sign as sent.
+    pub(crate) held_si: [Option<f64>; 2],
+    /// What a gauge still shows when it was set to zero, in the sign as sent.
+    pub(crate) leaves_si: [f64; 2],
+    /// What the displacement gauge shows of what it should.
+    pub(crate) sensitivity: f64,
+    /// Step of the displacement behind its unchanged decimals, m.
+    pub(crate) step_m: f64,
+    /// Whether the operator brings the force where the program shows the target; else where it truly is.
+    pub(crate) by_display: bool,
+    /// Decimals of a millimetre that the displacement gauge sends.
+    pub(crate) decimals: usize,
 }
 
 /// Something wrong with a gauge.
@@ -93,6 +105,12 @@ impl Default for MockBench {
             signs: [-1.0, 1.0],
             drift_m: 0.0,
             fault: None,
+            held_si: [None; 2],
+            leaves_si: [0.0; 2],
+            sensitivity: 1.0,
+            step_m: 1e-6,
+            by_display: false,
+            decimals: 3,
         }
     }
 }
@@ -106,9 +124,22 @@ impl MockBench {
     fn shown_si(&self, channel: Channel) -> f64 {
         let truth = match channel {
             Channel::Force => self.force_n,
-            Channel::Displacement => self.compliance() * self.force_n + self.drift_m,
+            Channel::Displacement => {
+                self.sensitivity * (self.compliance() * self.force_n + self.drift_m)
+            }
         };
         self.signs[channel.index()] * truth
+    }
+
+    /// Somebody presses the zero key of a gauge.
+    pub(crate) fn tare(&mut self, channel: Channel) {
+        self.zero_si[channel.index()] = self.shown_si(channel);
+    }
+
+    /// Somebody presses the hold key of a gauge.
+    pub(crate) fn hold(&mut self, channel: Channel) {
+        let at = channel.index();
+        self.held_si[at] = Some(self.shown_si(channel) - self.zero_si[at]);
     }
 
     /// Does what the view says.
@@ -130,6 +161,10 @@ impl MockBench {
                     let key = place.step * 7 + place.repeat * 3 + place.cell as u32 * 5;
                     self.aim_n += f64::from(key % 5) * 0.1 - 0.2;
                 }
+                let shown_n = view.force.value_si.filter(|_| self.by_display);
+                if let (Some(shown_n), true) = (shown_n, purpose != Purpose::Free) {
+                    self.aim_n += self.force_n - shown_n;
+                }
             }
             _ => {}
         }
@@ -138,7 +173,9 @@ impl MockBench {
     /// The jack moves for a tick.
     pub(crate) fn turn(&mut self) {
         let left_n = self.aim_n - self.force_n;
-        self.force_n += left_n.clamp(-JACK_N, JACK_N);
+        // A hand does not turn evenly.
+        let most_n = JACK_N * (0.6 + 0.4 * (7.3 * self.now_s).sin());
+        self.force_n += left_n.clamp(-most_n, most_n);
     }
 
     pub(crate) fn sample(&self, channel: Channel) -> Option<GaugeEvent> {
@@ -151,11 +188,16 @@ impl MockBench {
         if frozen {
             value_si = 12e-6;
         }
+        value_si = self.held_si[channel.index()].unwrap_or(value_si);
         let (step, unit, factor) = match channel {
             Channel::Force => (0.1, "N", 1.0),
-            Channel::Displacement => (1e-6, "mm", 1e3),
+            Channel::Displacement => (self.step_m, "mm", 1e3),
         };
         let value_si = (value_si / step).round() * step;
+        let (digit, decimals) = match channel {
+            Channel::Force => (step, 3),
+            Channel::Displacement => (10_f64.powi(-3 - self.decimals as i32), self.decimals),
+        };
         let unit = match self.fault {
             Some(Fault::Unit) if displacement => "in",
             _ => unit,
@@ -165,10 +207,10 @@ impl MockBench {
             sample: Sample {
                 kind: channel.kind(),
                 value_si,
-                resolution_si: step,
+                resolution_si: digit,
                 value: value_si * factor,
                 unit: unit.into(),
-                raw: format!("{:.3} {unit}", value_si * factor).into(),
+                raw: format!("{:.decimals$} {unit}", value_si * factor).into(),
                 at_s: self.now_s,
                 marks: Vec::new(),
             },
@@ -178,7 +220,8 @@ impl MockBench {
     pub(crate) fn asked(&mut self, channel: Channel, ask: Ask) -> GaugeEvent {
         let answer = match ask {
             Ask::Zero if self.has_zero[channel.index()] => {
-                self.zero_si[channel.index()] = self.shown_si(channel);
+                let at = channel.index();
+                self.zero_si[at] = self.shown_si(channel) - self.leaves_si[at];
                 Ok("".into())
             }
             Ask::Zero => Err("it has no zero command".into()),
@@ -319,9 +362,8 @@ impl Rig {
             "force-offset" => Answer::Text("zero".to_owned()),
             "drift" => Answer::Text("keep".to_owned()),
             "not-settled" => Answer::Text("wait".to_owned()),
-            "frozen" | "implausible" | "displacement-sign" | "zero-not-shown" => {
-                Answer::Text("again".to_owned())
-            }
+            "frozen" | "implausible" | "displacement-sign" | "zero-not-shown" | "changed"
+            | "force-steps" | "displacement-steps" => Answer::Text("again".to_owned()),
             _ => Answer::Yes(true),
         }
     }

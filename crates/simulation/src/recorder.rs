@@ -66,6 +66,8 @@ impl Recorder {
             text: Some(Box::new(ReadingText {
                 force_raw: force_raw.into(),
                 displacement_raw: displacement_raw.into(),
+                // Its gauges show nothing without load.
+                zero_si: [Some(0.0); 2],
                 ..ReadingText::default()
             })),
         });

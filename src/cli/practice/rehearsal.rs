@@ -16,7 +16,7 @@ use crate::procedure::Procedure;
 use crate::readings::Reading;
 use crate::session::{
     Answers, Bell, Bench, Event, Journal, Machine, Operator, OperatorEvent, Outcome, Prompt,
-    Resumed, RunError, SessionPlan, SessionState, Settings, Started, View, run,
+    Resumed, RunError, SessionPlan, SessionState, Settings, Started, View, lag_s, run,
 };
 use crate::shipped::shipped_instrument;
 
@@ -99,6 +99,7 @@ fn one_go(
     let settings = Settings {
         compression_sign,
         names: gauges.clone(),
+        lag_s: lag_s(clock.speed()),
         ..Settings::default()
     };
     let resumed = state.started.is_some();

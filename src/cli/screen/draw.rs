@@ -19,6 +19,9 @@ use super::words;
 /// Below this many rows the big digits and the list of readings give way.
 const ROWS_FOR_BIG_DIGITS: u16 = 30;
 
+/// Columns and rows below which values or questions would be cut off.
+const LEAST: [u16; 2] = [60, 20];
+
 pub(super) const GOOD: Color = Color::Cyan;
 pub(super) const DOUBT: Color = Color::Yellow;
 pub(super) const BAD: Color = Color::LightRed;
@@ -26,6 +29,20 @@ pub(super) const BAD: Color = Color::LightRed;
 /// Draws everything.
 pub(super) fn draw(area: &mut Frame<'_>, view: &View, input: &Input, glyphs: Glyphs) {
     let whole = area.area();
+    if whole.width < LEAST[0] || whole.height < LEAST[1] {
+        let text = format!(
+            "This terminal is {} x {}; the session needs {} x {}. Make it larger: nothing is lost meanwhile.",
+            whole.width, whole.height, LEAST[0], LEAST[1]
+        );
+        let warning = Style::new().fg(BAD).add_modifier(Modifier::BOLD);
+        area.render_widget(
+            Paragraph::new(text)
+                .wrap(Wrap { trim: true })
+                .style(warning),
+            whole,
+        );
+        return;
+    }
     let big = whole.height >= ROWS_FOR_BIG_DIGITS && whole.width >= 76;
     let notices = notices(view);
     let asked = question(view, input);

@@ -14,8 +14,6 @@ pub(super) enum Mode {
     Asked(Prompt),
     /// The number of a cell is being typed.
     Goto,
-    /// `r` or `c`: what is to be skipped.
-    Skip,
 }
 
 /// The line that is being typed, and for what.
@@ -60,7 +58,6 @@ impl Input {
         }
         match self.mode.clone() {
             Mode::Orders => self.order(key.code),
-            Mode::Skip => self.skip(key.code),
             Mode::Goto => self.goto(key.code),
             Mode::Asked(prompt) => self.answer(&prompt, key.code),
         }
@@ -103,10 +100,8 @@ impl Input {
                 self.turn_to(Mode::Goto);
                 None
             }
-            KeyCode::Char('s') => {
-                self.turn_to(Mode::Skip);
-                None
-            }
+            KeyCode::Char('s') => Some(skip(SkipScope::Reading)),
+            KeyCode::Char('S') => Some(skip(SkipScope::Cell)),
             // An escape is no pedal, and nothing may be lost or taken by the easy key.
             KeyCode::Esc => None,
             KeyCode::Char(_)
@@ -121,20 +116,6 @@ impl Input {
             | KeyCode::Right => Some(OperatorEvent::Capture),
             _ => None,
         }
-    }
-
-    fn skip(&mut self, code: KeyCode) -> Option<OperatorEvent> {
-        let what = match code {
-            KeyCode::Char('r') => SkipScope::Reading,
-            KeyCode::Char('c') => SkipScope::Cell,
-            KeyCode::Esc => {
-                self.turn_to(Mode::Orders);
-                return None;
-            }
-            _ => return None,
-        };
-        self.turn_to(Mode::Orders);
-        Some(OperatorEvent::Skip { what, reason: None })
     }
 
     fn goto(&mut self, code: KeyCode) -> Option<OperatorEvent> {
@@ -165,7 +146,19 @@ impl Input {
                 self.ticked = self.ticked.saturating_sub(1);
                 return None;
             }
-            (PromptKind::Confirm | PromptKind::Choice(_), KeyCode::Char(c)) => c.to_string(),
+            (PromptKind::Choice(choices), KeyCode::Char(c)) => {
+                let meant = choices.iter().find(|of| of.key == c.to_ascii_lowercase());
+                match meant {
+                    // What cannot be taken back waits for Enter behind its key, or takes its capital.
+                    Some(choice) if !choice.harmless && c.is_lowercase() => {
+                        choice.word.clone_into(&mut self.line);
+                        return None;
+                    }
+                    Some(choice) => choice.word.to_owned(),
+                    None => c.to_string(),
+                }
+            }
+            (PromptKind::Confirm, KeyCode::Char(c)) => c.to_string(),
             (_, KeyCode::Enter) => self.line.clone(),
             (_, KeyCode::Esc) => {
                 self.line.clear();
@@ -204,4 +197,8 @@ impl Input {
             _ => {}
         }
     }
+}
+
+fn skip(what: SkipScope) -> OperatorEvent {
+    OperatorEvent::Skip { what, reason: None }
 }

@@ -20,10 +20,6 @@ pub(super) fn question(view: &View, input: &Input) -> Vec<Line<'static>> {
                 typed(&input.line, "Enter goes there, Esc stays here"),
             ]
         }
-        Mode::Skip => vec![
-            Line::styled(" Skip what?", bold),
-            Line::raw(" r  this reading    c  what is open in this cell    Esc  nothing"),
-        ],
         Mode::Asked(prompt) => {
             let mut lines = vec![Line::styled(format!(" {}", prompt.text), bold)];
             lines.extend(
@@ -56,13 +52,25 @@ fn answers(kind: &PromptKind, input: &Input) -> Vec<Line<'static>> {
             )]
         }
         PromptKind::Confirm => vec![Line::raw(" y  yes    n  no    Enter  as proposed")],
-        PromptKind::Choice(choices) => choices
-            .iter()
-            .map(|choice| {
-                let key = choice.word.chars().next().unwrap_or(' ');
-                Line::raw(format!(" {key}  {}: {}", choice.word, choice.text))
-            })
-            .collect(),
+        PromptKind::Choice(choices) => {
+            let lines = choices.iter().map(|choice| {
+                let chosen = choice.word == input.line;
+                let enter = match (choice.harmless, chosen) {
+                    (true, _) => "",
+                    (false, true) => "  <- Enter",
+                    (false, false) => "  (and Enter)",
+                };
+                let text = format!(" {}  {}: {}{enter}", choice.key, choice.word, choice.text);
+                let style = Style::new();
+                let style = if chosen {
+                    style.add_modifier(Modifier::BOLD)
+                } else {
+                    style
+                };
+                Line::styled(text, style)
+            });
+            lines.collect()
+        }
         PromptKind::Checklist(items) => items
             .iter()
             .enumerate()
@@ -94,7 +102,7 @@ fn typed(line: &str, hint: &str) -> Line<'static> {
 pub(super) fn keys(input: &Input) -> &'static str {
     match input.mode {
         Mode::Orders => {
-            " any key: take  r redo  g go to  s skip  n note  p pause  Ctrl-C finish, twice stop"
+            " any key: take  r redo  g go to  s skip, S cell  n note  p pause  Ctrl-C end, twice stop"
         }
         _ => " Ctrl-C finish, twice stop",
     }

@@ -254,12 +254,12 @@ fn keys_are_orders_and_every_other_key_is_the_pedal() {
         );
     }
     assert_eq!(press(&mut input, KeyCode::Esc), None);
-    assert_eq!(press(&mut input, KeyCode::Char('s')), None);
-    let what = SkipScope::Cell;
-    assert_eq!(
-        press(&mut input, KeyCode::Char('c')),
-        Some(OperatorEvent::Skip { what, reason: None })
-    );
+    for (key, what) in [('s', SkipScope::Reading), ('S', SkipScope::Cell)] {
+        assert_eq!(
+            press(&mut input, KeyCode::Char(key)),
+            Some(OperatorEvent::Skip { what, reason: None })
+        );
+    }
     press(&mut input, KeyCode::Char('g'));
     for digit in ['1', '1'] {
         press(&mut input, KeyCode::Char(digit));

@@ -16,7 +16,7 @@ use crate::clock::Clock;
 use crate::readings::{InstrumentRecord, Instruments, SessionHeader};
 use crate::session::{
     Answers, Bench, Event, Journal, JournalFile, KeptAwake, Machine, Operator, Outcome, Resumed,
-    SessionFolder, SessionPlan, SessionState, Settings, Started, Warning, host, read_folder,
+    SessionFolder, SessionPlan, SessionState, Settings, Started, Warning, host, lag_s, read_folder,
     run as run_session,
 };
 
@@ -220,6 +220,7 @@ fn drive(ready: Ready, args: &BenchArgs, operator: Box<dyn Operator>) -> Result<
         mut gauges,
         names,
         compression_sign,
+        units_by_eye,
     } = connect(chosen, &folder.raw()?, clock)?;
     let awake = hand.is_none().then(KeptAwake::start);
     warnings.extend(
@@ -234,6 +235,8 @@ fn drive(ready: Ready, args: &BenchArgs, operator: Box<dyn Operator>) -> Result<
     let settings = Settings {
         auto_capture: args.capture == CaptureWord::Settled,
         compression_sign,
+        lag_s: lag_s(clock.speed()),
+        units_by_eye,
         gauges: gauge_terms(&instruments)?,
         warnings: warnings.clone(),
         names,

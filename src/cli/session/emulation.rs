@@ -139,7 +139,12 @@ pub(super) fn of_a_hand(plan: &SessionPlan) -> Result<Answers, Failure> {
         "plus"
     };
     let mut answers = Answers::default();
-    for answer in ["ready=true", "setup=true", &format!("sign-check={way}")] {
+    for answer in [
+        "ready=true",
+        "setup=true",
+        "unit=same",
+        &format!("sign-check={way}"),
+    ] {
         answers.take_argument(answer)?;
     }
     Ok(answers)

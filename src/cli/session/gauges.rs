@@ -9,7 +9,7 @@ use crate::cli::failure::{CliError, Failure};
 use crate::cli::gauge::{BINDINGS_FILE, read_bindings};
 use crate::cli::outcome::print_error;
 use crate::clock::Clock;
-use crate::instrument::description::SignMeaning;
+use crate::instrument::description::{SignMeaning, UnitSource};
 use crate::instrument::driver::Acquisition;
 use crate::instrument::live::{LiveGauge, LiveGauges, Persistence};
 use crate::instrument::port::{Binding, Patience, PortError, PortIdentity, list_ports};
@@ -24,6 +24,8 @@ pub(super) struct Connected {
     pub(super) gauges: Box<dyn Gauges>,
     pub(super) names: [String; 2],
     pub(super) compression_sign: Option<f64>,
+    /// Units that were configured for gauges that cannot tell theirs.
+    pub(super) units_by_eye: [Option<String>; 2],
 }
 
 /// Which gauge is meant, and where it is.
@@ -171,6 +173,7 @@ pub(super) fn connect(
 ) -> Result<Connected, Failure> {
     let mut names = [String::new(), String::new()];
     let mut compression_sign = None;
+    let mut units_by_eye = [None, None];
     let mut gauges = Vec::new();
     for gauge in chosen {
         let description = gauge.description;
@@ -182,6 +185,9 @@ pub(super) fn connect(
                 SignMeaning::Negative => Some(-1.0),
                 SignMeaning::Ask => None,
             };
+        }
+        if description.unit_source() != UnitSource::Query {
+            units_by_eye[channel.index()].clone_from(&gauge.unit);
         }
         let header = Header {
             instrument: Some(description.name.clone()),
@@ -206,6 +212,7 @@ pub(super) fn connect(
         gauges: Box::new(live),
         names,
         compression_sign,
+        units_by_eye,
     })
 }
 

@@ -143,6 +143,8 @@ fn told(event: &Event) -> String {
             let drift = zero
                 .drift_m
                 .map_or_else(String::new, |m| format!(", moved by {:.1} um", m * 1e6));
+            let force = zero.force_drift_n;
+            let drift = drift + &force.map_or_else(String::new, |n| format!(" and {n:.2} N"));
             let how = Channel::ALL.map(|channel| {
                 if zero.by_gauge[channel.index()] {
                     "gauge"
@@ -156,7 +158,10 @@ fn told(event: &Event) -> String {
                     zero.label, how[0], how[1]
                 ),
                 ZeroMoment::After => format!("zero {} looked at{drift}", zero.label),
-                ZeroMoment::Kept => format!("zero {} still holds{drift}", zero.label),
+                ZeroMoment::Kept if zero.flag.is_empty() => {
+                    format!("zero {} still holds{drift}", zero.label)
+                }
+                ZeroMoment::Kept => format!("zero {} no longer holds{drift}", zero.label),
             }
         }
         Event::Reading(taken) => format!(
@@ -178,6 +183,14 @@ fn told(event: &Event) -> String {
             "reading {} no longer counts: {}",
             superseded.number, superseded.reason
         ),
+        Event::Flagged(flagged) => {
+            let numbers: Vec<String> = flagged.numbers.iter().map(u32::to_string).collect();
+            format!(
+                "readings {} are doubtful: {}",
+                numbers.join(", "),
+                flagged.flag
+            )
+        }
         Event::Skipped(skipped) => format!(
             "cell {} reading {} left out: {}",
             skipped.cell + 1,

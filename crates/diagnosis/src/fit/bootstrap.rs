@@ -1,5 +1,6 @@
 //! Intervals of the factors from runs drawn again: no distribution assumed, each run with its own zero and slope.
 
+use stiffbench_beams::robot::FittingFactors;
 use stiffbench_measurement::stiffness::{CellStiffness, RunSums, StiffnessTable};
 use stiffbench_numeric::least_squares::{BootstrapSettings, ReplicateFailure, cluster_bootstrap};
 use stiffbench_units_and_text::test_point::Cell;
@@ -43,13 +44,15 @@ enum NoRefit {
 /// its variance; deviations are stretched by √(G/(G - 1)) to undo that (Davison and Hinkley, 1997, section 3.2).
 ///
 /// # Arguments
-/// - `problem`: the training cells with the regression stiffness of `table`; each refit starts from `start`, the fitted factors.
+/// - `problem`: the training cells with the regression stiffness of `table`; its start puts the bounds.
+/// - `fitted`: the fitted factors, from which each refit begins.
 /// - `refitted`: called after each refit, for progress.
 ///
 /// # Errors
 /// [`FitError::LeastSquares`] if a cell has a single run.
 pub fn bootstrap_cells(
     problem: &FitProblem<'_>,
+    fitted: &FittingFactors,
     table: &StiffnessTable,
     choice: &FactorChoice,
     settings: &BootstrapSettings,
@@ -60,11 +63,13 @@ pub fn bootstrap_cells(
     let strata: Vec<usize> = resampled.runs.iter().map(Vec::len).collect();
     let bootstrap = cluster_bootstrap(
         &strata,
-        &factor_vector(problem.start),
+        &factor_vector(fitted),
         settings,
         || {
             (
-                Refitter::new(problem, choice).ok(),
+                Refitter::new(problem, choice)
+                    .and_then(|refitter| refitter.beginning_at(fitted))
+                    .ok(),
                 resampled.ln_stiffness.clone(),
             )
         },

@@ -3,6 +3,7 @@
 use stiffbench_beams::robot::FittingFactors;
 use stiffbench_numeric::least_squares::{ParameterSet, Termination};
 
+use super::cell_model::factor_vector;
 use super::choice::FactorChoice;
 use super::error::FitError;
 use super::joint::JointProblem;
@@ -15,6 +16,8 @@ use super::problem::FitProblem;
 pub struct Refitter<'a> {
     problem: JointProblem<'a>,
     set: ParameterSet,
+    start: &'a FittingFactors,
+    range: [f64; 2],
 }
 
 /// One of the refits.
@@ -39,7 +42,30 @@ impl<'a> Refitter<'a> {
         Ok(Self {
             problem: JointProblem::new(problem)?,
             set: choice.parameters()?,
+            start: problem.start,
+            range: choice.range,
         })
+    }
+
+    /// The same, each refit beginning at these factors; bounds stay where the start of the problem put them.
+    ///
+    /// # Errors
+    /// [`FitError::LeastSquares`] for factors that are no numbers.
+    pub fn beginning_at(mut self, factors: &FittingFactors) -> Result<Self, FitError> {
+        let (from, to) = (factor_vector(self.start), factor_vector(factors));
+        let within = |index: usize| {
+            let [lower, upper] = self.range.map(f64::ln);
+            (to[index] / from[index]).ln().clamp(lower, upper)
+        };
+        let start: Vec<f64> = self
+            .set
+            .free_indices()
+            .iter()
+            .copied()
+            .map(within)
+            .collect();
+        self.set = self.set.with_start(&start)?;
+        Ok(self)
     }
 
     /// Fits other values of ln K (K in N/m), in the order of the cells.

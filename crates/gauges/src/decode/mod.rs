@@ -15,7 +15,7 @@ mod tests;
 
 use super::description::{Expect, InstrumentDescription, ReplyMeaning, Role, Trouble};
 use super::framing::{Framer, FramingKind, Piece, PieceKind, fits_modbus};
-use super::grammar::{Grammar, ValuePacket};
+use super::grammar::{Field, Grammar, ValuePacket};
 use super::registers::exception;
 use super::sample::Rejected;
 
@@ -33,6 +33,8 @@ pub struct Decoder {
     configured: Option<String>,
     /// The unit that the gauge named when it was asked.
     told: Option<String>,
+    /// The codes of its units, in the order that its packets count them.
+    unit_list: Option<Vec<String>>,
     /// Why values must not be used, by the gauge's own answer about its mode.
     objection: Option<String>,
     /// The last command that is not answered yet.
@@ -59,6 +61,7 @@ impl Decoder {
             framer: Framer::new(&description.framing),
             configured: unit.map(str::to_owned),
             told: None,
+            unit_list: None,
             objection: None,
             waiting: None,
             values_due: 0,
@@ -251,15 +254,25 @@ impl Decoder {
     /// A packet that answers a command, known by its pattern.
     fn reply(&mut self, bytes: &[u8], at_s: f64, whole: bool) -> Option<Decoded> {
         let mut replies = self.description.grammar.replies.iter();
-        let known = |pattern: &super::grammar::Pattern| {
-            (whole || pattern.begins_with_mark()) && pattern.matches(bytes).is_some()
-        };
-        let meaning = replies.find(|packet| known(&packet.pattern))?.meaning;
+        let (fields, meaning) = replies.find_map(|packet| {
+            let pattern = &packet.pattern;
+            let fields = (whole || pattern.begins_with_mark())
+                .then(|| pattern.matches(bytes))
+                .flatten()?;
+            let varies = fields
+                .iter()
+                .find(|matched| !matches!(matched.field, Field::Literal(_)));
+            Some((varies.map(|matched| matched.bytes.to_vec()), packet.meaning))
+        })?;
         let text = String::from(raw_text(bytes).trim());
         let meaning = match meaning {
             ReplyMeaning::Acknowledged => Meaning::Acknowledged,
             ReplyMeaning::Identity => Meaning::Identity(text),
             ReplyMeaning::Unit => self.unit_told(&text),
+            ReplyMeaning::Units => {
+                self.units_listed(&fields.unwrap_or_default());
+                Meaning::State(text)
+            }
             ReplyMeaning::State => self.state_told(text),
             ReplyMeaning::Text => Meaning::Text(text),
         };
@@ -289,6 +302,20 @@ impl Decoder {
             .to_owned();
         self.told = Some(unit.clone());
         Meaning::Unit(unit)
+    }
+
+    /// The gauge has given the codes of its units, all of one length.
+    fn units_listed(&mut self, codes: &[u8]) {
+        let length = self
+            .description
+            .units
+            .codes
+            .first()
+            .map_or(1, |(code, _)| code.len());
+        let codes = codes
+            .chunks(length.max(1))
+            .map(|code| raw_text(code).into());
+        self.unit_list = Some(codes.collect());
     }
 
     fn state_told(&mut self, text: String) -> Meaning {

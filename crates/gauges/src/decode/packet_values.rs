@@ -27,6 +27,8 @@ pub(super) enum PacketUnit {
     Absent,
     /// This one.
     Known(String),
+    /// The unit at this place of the list that the gauge gives, from 0.
+    Place(usize),
     /// A text that names none of the gauge's quantity.
     Unknown(String),
 }
@@ -78,6 +80,10 @@ pub(super) fn packet_values(fields: &[Matched<'_>]) -> PacketValues {
                 Some((_, UnitWord::Refuse(why))) => values.refusals.push(why.clone()),
                 None => values.unit = PacketUnit::Unknown(raw_text(matched.bytes).into()),
             },
+            Field::UnitPlace { .. } => {
+                let place = matched.bytes.first().map(|digit| usize::from(digit - b'0'));
+                values.unit = place.map_or(PacketUnit::Absent, PacketUnit::Place);
+            }
             Field::Choice(texts) => match texts.get(matched.alternative) {
                 Some((_, ChoiceWord::Refuse(why))) => values.refusals.push(why.clone()),
                 Some((_, ChoiceWord::Note(mark))) => values.marks.push(*mark),

@@ -175,6 +175,11 @@ impl Decoder {
                     "wrong unit: `{text}` is no unit of {kind} that this gauge sends; set the unit at the gauge"
                 ));
             }
+            PacketUnit::Place(place) => {
+                if let Some(code) = self.unit_list.as_ref().and_then(|list| list.get(*place)) {
+                    return self.listed_unit(code);
+                }
+            }
             PacketUnit::Absent => {}
         }
         let unit = match (units.source, &self.told, &self.configured) {
@@ -190,6 +195,21 @@ impl Decoder {
         unit.cloned().ok_or_else(|| {
             "the packet carries no unit, and none is configured: let the gauge send it, or name the unit".to_owned()
         })
+    }
+
+    /// The unit that a code of the gauge's own list means.
+    fn listed_unit(&self, code: &str) -> Result<String, String> {
+        let units = &self.description.units;
+        match (units.named_by(code), &self.configured) {
+            (None, _) => Err(format!(
+                "wrong unit: the gauge shows the unit with the code {code}, which is none of {}; set the unit at the gauge",
+                self.description.channel
+            )),
+            (Some(unit), Some(configured)) if unit != configured => Err(format!(
+                "wrong unit: the gauge shows {unit}, and {configured} was configured; set the unit at the gauge"
+            )),
+            (Some(unit), _) => Ok(unit.to_owned()),
+        }
     }
 
     /// A sample, or why the number must not be one.

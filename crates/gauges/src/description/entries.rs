@@ -29,6 +29,8 @@ pub(super) enum FieldEntry {
     Number(NumberField),
     /// The unit.
     Unit(UnitField),
+    /// The place of the unit in the list that the gauge gives when it is asked (a reply that means `units`), from 0.
+    UnitPlace(UnitPlaceField),
     /// One of several texts: mode, judgement, tolerance, status.
     Choice(ChoiceField),
 }
@@ -114,6 +116,13 @@ pub(super) struct UnitField {
     /// Characters of a unit that is not among the codes: how many, or [least, most]; such packets are recognised and refused.
     #[serde(default)]
     pub(super) others: Vec<usize>,
+}
+
+/// The place of the unit in a list.
+#[derive(Debug, Clone, Copy, Deserialize, JsonSchema)]
+pub(super) struct UnitPlaceField {
+    /// Largest digit that may stand there.
+    pub(super) most: u8,
 }
 
 /// One of several texts.

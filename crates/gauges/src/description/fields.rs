@@ -108,6 +108,13 @@ fn field(
         }
         FieldEntry::Number(number) => number_field(number, &within(path, "number"), context),
         FieldEntry::Unit(unit) => unit_field(unit, &within(path, "unit"), context),
+        FieldEntry::UnitPlace(place) if place.most <= 9 => {
+            Ok(Field::UnitPlace { most: place.most })
+        }
+        FieldEntry::UnitPlace(place) => {
+            let path = within(&within(path, "unit_place"), "most");
+            Err(value(path, place.most, "a digit, 0 to 9"))
+        }
         FieldEntry::Choice(choice) => choice_field(choice, within(path, "choice")),
     }
 }

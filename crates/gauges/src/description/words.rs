@@ -99,6 +99,8 @@ pub enum ReplyMeaning {
     Identity,
     /// Its unit.
     Unit,
+    /// The units of its values in order, as codes of one length in the first field that is no fixed text.
+    Units,
     /// Its mode or settings.
     State,
     /// Something else.

@@ -150,6 +150,9 @@ fn default_of(column: Column) -> &'static str {
         Column::Status => "every reading is accepted",
         Column::Run => "each pose, direction and repeat is a run of its own",
         Column::Zero => "the gauge was zeroed for each pose, direction and repeat",
+        Column::ForceZero => {
+            "whether the force is corrected for what the unloaded gauge shows is not known"
+        }
         Column::Time => "drift with time cannot be tested",
         Column::Hold => "creep cannot be tested",
         Column::Temperature => "drift with temperature cannot be tested",
@@ -159,7 +162,7 @@ fn default_of(column: Column) -> &'static str {
 
 impl Assumption {
     /// The columns whose absence is worth a word, because a default takes their place or a test falls away.
-    pub(super) const MISSED: [Column; 11] = [
+    pub(super) const MISSED: [Column; 12] = [
         Column::Seq,
         Column::Branch,
         Column::Step,
@@ -167,6 +170,7 @@ impl Assumption {
         Column::Attempt,
         Column::Run,
         Column::Zero,
+        Column::ForceZero,
         Column::Time,
         Column::Hold,
         Column::Temperature,

@@ -38,10 +38,14 @@ pub enum Column {
     Force,
     /// The force gauge's own text.
     ForceRaw,
+    /// What the force gauge showed unloaded; it is taken off.
+    ForceZero,
     /// Signed displacement.
     Displacement,
     /// The dial gauge's own text.
     DisplacementRaw,
+    /// What the dial gauge showed under the preload; it is taken off.
+    DisplacementZero,
     /// Seconds under this load before capture.
     Hold,
     /// Temperature.
@@ -56,7 +60,7 @@ pub enum Column {
 
 impl Column {
     /// All columns, in the order in which they are written.
-    pub const ALL: [Self; 22] = [
+    pub const ALL: [Self; 24] = [
         Self::Session,
         Self::Seq,
         Self::Utc,
@@ -72,8 +76,10 @@ impl Column {
         Self::Zero,
         Self::Force,
         Self::ForceRaw,
+        Self::ForceZero,
         Self::Displacement,
         Self::DisplacementRaw,
+        Self::DisplacementZero,
         Self::Hold,
         Self::Temperature,
         Self::Status,
@@ -109,8 +115,10 @@ impl Column {
             Self::Zero => "zero_id",
             Self::Force => "force_N",
             Self::ForceRaw => "force_raw",
+            Self::ForceZero => "force_zero_N",
             Self::Displacement => "displacement_um",
             Self::DisplacementRaw => "displacement_raw",
+            Self::DisplacementZero => "displacement_zero_um",
             Self::Hold => "hold_s",
             Self::Temperature => "temp_degC",
             Self::Status => "status",
@@ -123,8 +131,8 @@ impl Column {
     #[must_use]
     pub fn unit(self) -> &'static str {
         match self {
-            Self::Target | Self::Force => "N",
-            Self::Displacement => "um",
+            Self::Target | Self::Force | Self::ForceZero => "N",
+            Self::Displacement | Self::DisplacementZero => "um",
             Self::Time | Self::Hold => "s",
             Self::Temperature => "degC",
             _ => "",
@@ -135,8 +143,8 @@ impl Column {
     #[must_use]
     pub fn kind(self) -> Option<Kind> {
         match self {
-            Self::Target | Self::Force => Some(Kind::Force),
-            Self::Displacement => Some(Kind::Displacement),
+            Self::Target | Self::Force | Self::ForceZero => Some(Kind::Force),
+            Self::Displacement | Self::DisplacementZero => Some(Kind::Displacement),
             Self::Time | Self::Hold => Some(Kind::Time),
             Self::Temperature => Some(Kind::Temperature),
             _ => None,
@@ -148,6 +156,8 @@ impl Column {
         Some(match name {
             "force" | "load" => Self::Force,
             "displacement" | "disp" | "deflection" | "travel" | "distance" => Self::Displacement,
+            "force_zero" => Self::ForceZero,
+            "displacement_zero" | "disp_zero" => Self::DisplacementZero,
             "target" | "target_force" | "target_load" => Self::Target,
             "t" | "time" => Self::Time,
             "hold" | "hold_time" => Self::Hold,
@@ -226,10 +236,9 @@ mod tests {
                 panic!("{column} is not understood");
             };
             assert_eq!(found, column);
-            let expected = if column == Column::Displacement {
-                -6
-            } else {
-                0
+            let expected = match column {
+                Column::Displacement | Column::DisplacementZero => -6,
+                _ => 0,
             };
             assert_eq!(conversion, Conversion::Shift(expected));
         }

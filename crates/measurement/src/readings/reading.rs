@@ -70,8 +70,8 @@ pub struct Reading {
     pub text: Option<Box<ReadingText>>,
 }
 
-/// The texts that come with a reading; kept as they were.
-#[derive(Debug, Clone, PartialEq, Eq, Default)]
+/// What a session keeps with a reading besides the numbers that are worked with.
+#[derive(Debug, Clone, PartialEq, Default)]
 pub struct ReadingText {
     /// RFC 3339 time.
     pub utc: Box<str>,
@@ -79,6 +79,8 @@ pub struct ReadingText {
     pub force_raw: Box<str>,
     /// Displacement as the instrument wrote it.
     pub displacement_raw: Box<str>,
+    /// What the gauges showed at their zero, N and m in the sign as sent: it was taken off. `None` where that is not recorded.
+    pub zero_si: [Option<f64>; 2],
     /// Rule id and reason.
     pub flag: Box<str>,
     /// Free text.

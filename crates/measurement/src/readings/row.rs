@@ -80,8 +80,10 @@ impl<'a> RowReader<'a> {
             time_s: self.number(rows, line, Column::Time)?,
             hold_s: self.number(rows, line, Column::Hold)?,
             temperature_deg_c: self.number(rows, line, Column::Temperature)?,
-            text: self.texts(rows, line),
+            text: None,
         };
+        let text = self.texts(rows, line)?;
+        let reading = Reading { text, ..reading };
         self.readings.push(reading);
         Ok(())
     }
@@ -296,7 +298,15 @@ impl<'a> RowReader<'a> {
     }
 
     /// The texts of a reading, if there are any; the instruments' own are kept with the blanks around them.
-    fn texts<R: Read>(&mut self, rows: &Rows<R>, line: u32) -> Option<Box<ReadingText>> {
+    fn texts<R: Read>(
+        &mut self,
+        rows: &Rows<R>,
+        line: u32,
+    ) -> Result<Option<Box<ReadingText>>, ReadingsError> {
+        let zero_si = [
+            self.number(rows, line, Column::ForceZero)?,
+            self.number(rows, line, Column::DisplacementZero)?,
+        ];
         let columns = [
             Column::Utc,
             Column::ForceRaw,
@@ -304,7 +314,7 @@ impl<'a> RowReader<'a> {
             Column::Flag,
             Column::Note,
         ];
-        let mut any = false;
+        let mut any = zero_si.iter().any(Option::is_some);
         let fields = columns.map(|column| {
             let field: &[u8] = match (self.header.place(column), column) {
                 (None, _) => &[],
@@ -318,17 +328,18 @@ impl<'a> RowReader<'a> {
             field
         });
         if !any {
-            return None;
+            return Ok(None);
         }
         let [utc, force_raw, displacement_raw, flag, note] =
             fields.map(|field| Box::from(&*self.decoded(field, line)));
-        Some(Box::new(ReadingText {
+        Ok(Some(Box::new(ReadingText {
             utc,
             force_raw,
             displacement_raw,
+            zero_si,
             flag,
             note,
-        }))
+        })))
     }
 
     fn missing(&self, line: u32, column: Column, expected: &'static str) -> ReadingsError {

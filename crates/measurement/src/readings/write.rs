@@ -62,7 +62,7 @@ impl<W: Write> ReadingsWriter<W> {
         self.output.write_field(&self.session).map_err(failed)?;
         self.count(reading.seq)?;
         self.text(&text.utc)?;
-        self.optional(reading.time_s)?;
+        self.optional(reading.time_s, 0)?;
         self.text(reading.pose.as_str())?;
         self.text(&reading.direction.to_string())?;
         self.text(&reading.branch.to_string())?;
@@ -74,10 +74,12 @@ impl<W: Write> ReadingsWriter<W> {
         self.text(zero.label.as_deref().unwrap_or_default())?;
         self.decimal(reading.force_n, 0)?;
         self.text(&text.force_raw)?;
+        self.optional(text.zero_si[0], 0)?;
         self.decimal(reading.displacement_m, 6)?;
         self.text(&text.displacement_raw)?;
-        self.optional(reading.hold_s)?;
-        self.optional(reading.temperature_deg_c)?;
+        self.optional(text.zero_si[1], 6)?;
+        self.optional(reading.hold_s, 0)?;
+        self.optional(reading.temperature_deg_c, 0)?;
         self.text(&reading.status.to_string())?;
         self.text(&text.flag)?;
         self.text(&text.note)?;
@@ -106,9 +108,9 @@ impl<W: Write> ReadingsWriter<W> {
         self.output.write_field(&self.number).map_err(failed)
     }
 
-    fn optional(&mut self, value: Option<f64>) -> Result<(), ReadingsError> {
+    fn optional(&mut self, value: Option<f64>, shift: i32) -> Result<(), ReadingsError> {
         match value {
-            Some(value) => self.decimal(value, 0),
+            Some(value) => self.decimal(value, shift),
             None => self.text(""),
         }
     }
@@ -119,7 +121,10 @@ fn failed(error: csv::Error) -> ReadingsError {
 }
 
 fn check_finite(reading: &Reading) -> Result<(), ReadingsError> {
+    let zeros = reading.text.as_ref().map_or([None; 2], |text| text.zero_si);
     let numbers = [
+        (Column::ForceZero, zeros[0]),
+        (Column::DisplacementZero, zeros[1]),
         (Column::Target, Some(reading.target_n)),
         (Column::Force, Some(reading.force_n)),
         (Column::Displacement, Some(reading.displacement_m)),

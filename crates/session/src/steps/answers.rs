@@ -1,9 +1,10 @@
 //! What is asked on the way, and what an answer does.
 
-use crate::event::{Event, InstrumentSeen, Noted, Skipped, Superseded, Surroundings};
+use crate::event::{Event, Flagged, Noted, Skipped, Superseded, Surroundings};
 use crate::operator::{Answer, Prompt, PromptKind, SkipScope};
 use stiffbench_gauges::Channel;
 
+use super::load::Loading;
 use super::{Action, Job, Machine};
 
 /// What an open question is about.
@@ -11,6 +12,7 @@ use super::{Action, Job, Machine};
 pub(super) enum Why {
     Ready,
     Temperature,
+    Unit(Channel),
     SetUp(usize),
     OtherGauge(Channel, String),
     /// Which way force and displacement counted under a push.
@@ -24,10 +26,36 @@ pub(super) enum Why {
     ForceSign,
     Doubt(&'static str),
     NotSettled,
+    Changed,
     Drift,
     SkipReason(SkipScope),
     NoteText,
     RedoCell(usize),
+}
+
+impl Why {
+    /// Whether it is about the load that is on, and falls away with it.
+    pub(super) fn is_of_a_load(&self) -> bool {
+        match self {
+            Self::ZeroNotShown(_)
+            | Self::ForceOffset
+            | Self::ForceSign
+            | Self::Doubt(_)
+            | Self::NotSettled
+            | Self::Changed
+            | Self::Way(_)
+            | Self::SignDiffers { .. } => true,
+            Self::Ready
+            | Self::Temperature
+            | Self::Unit(_)
+            | Self::SetUp(_)
+            | Self::OtherGauge(..)
+            | Self::Drift
+            | Self::SkipReason(_)
+            | Self::NoteText
+            | Self::RedoCell(_) => false,
+        }
+    }
 }
 
 impl Machine {
@@ -40,6 +68,33 @@ impl Machine {
         prompt.details = vec!["Left blank, the readings have no temperature.".to_owned()];
         prompt.default = Some(Answer::Text(String::new()));
         self.ask(prompt, Why::Temperature, out);
+    }
+
+    /// A gauge that does not send its unit is asked for it by way of the operator's eyes.
+    pub(super) fn ask_unit(&mut self, channel: Channel, out: &mut Vec<Action>) {
+        let Some(unit) = self.settings.units_by_eye[channel.index()].clone() else {
+            self.done();
+            return;
+        };
+        let text =
+            format!("The {channel} gauge does not send its unit. Does its display show {unit}?");
+        let same = format!("the display shows {unit}");
+        let other = format!("it shows another unit: set it to {unit}, then answer");
+        let choices = [("same", same.as_str()), ("other", other.as_str())];
+        let mut prompt = Prompt::choice("unit", text, &choices);
+        prompt.key = Some(channel.to_string());
+        prompt.default = Some(Answer::Text("same".to_owned()));
+        self.ask(prompt, Why::Unit(channel), out);
+    }
+
+    fn unit_answered(&mut self, channel: Channel, word: &str, out: &mut Vec<Action>) {
+        if word == "same" {
+            self.unit_unsure[channel.index()] = false;
+            self.done();
+        } else {
+            self.feeds[channel.index()].forget_settings();
+            self.ask_unit(channel, out);
+        }
     }
 
     pub(super) fn ask_set_up(&mut self, cell: usize, out: &mut Vec<Action>) {
@@ -71,6 +126,22 @@ impl Machine {
         self.ask(prompt, Why::OtherGauge(channel, identity.to_owned()), out);
     }
 
+    /// A question whose cause is gone is withdrawn.
+    pub(super) fn withdraw_what_is_gone(&mut self, out: &mut Vec<Action>) {
+        let in_band = self.load.as_ref().is_some_and(Loading::is_in_band);
+        let gone = match (self.pending.as_ref().map(|open| &open.why), self.job) {
+            (Some(Why::ForceOffset | Why::ForceSign), _) => in_band,
+            (Some(Why::NotSettled), Some(Job::Read { cell, index })) => self.is_ready(cell, index),
+            (Some(Why::Doubt(rule)), Some(Job::Read { cell, index })) => {
+                self.is_ready(cell, index) && !self.is_doubted(cell, index, rule)
+            }
+            _ => false,
+        };
+        if gone && let Some(open) = self.pending.take() {
+            self.say(format!("withdrawn: {}", open.prompt.text), out);
+        }
+    }
+
     /// Takes an answer, if it is one to the open question.
     pub(super) fn answer(&mut self, id: &str, answer: &Answer, out: &mut Vec<Action>) {
         let Some(pending) = self.pending.take_if(|pending| pending.prompt.id == id) else {
@@ -88,14 +159,18 @@ impl Machine {
         };
         let yes = *answer == Answer::Yes(true);
         match pending.why {
-            Why::Ready => self.done(),
+            Why::Ready => {
+                self.begun = true;
+                self.done();
+            }
+            Why::Unit(channel) => self.unit_answered(channel, word, out),
             Why::Temperature => self.temperature(answer, out),
             Why::SetUp(cell) if yes => self.set_up(cell, out),
             Why::SetUp(_) => {
                 self.done();
                 self.pause(out);
             }
-            Why::OtherGauge(channel, identity) => self.other_gauge(channel, identity, yes, out),
+            Why::OtherGauge(channel, identity) => self.other_gauge(channel, identity, yes),
             Why::Way(way) => self.way(word, way, out),
             Why::SignDiffers { push, way } if word == "use" => {
                 self.keep_signs(push, way, "hand push, other than described", out);
@@ -110,8 +185,12 @@ impl Machine {
             Why::Doubt(rule) => self.doubt_answered(rule, word, out),
             Why::NotSettled if word == "take" => self.take_unsettled(out),
             Why::NotSettled => {}
+            Why::Changed => self.changed_answered(word),
             Why::Drift if word == "redo" => self.redo_zero(out),
             Why::Drift => {}
+            Why::SkipReason(_) if word.trim().is_empty() => {
+                self.say("nothing is left out", out);
+            }
             Why::SkipReason(what) => self.skip(what, word, out),
             Why::NoteText => self.note(word, out),
             Why::RedoCell(cell) if yes => self.redo_cell(cell, out),
@@ -126,28 +205,16 @@ impl Machine {
         self.done();
     }
 
-    fn other_gauge(
-        &mut self,
-        channel: Channel,
-        identity: String,
-        yes: bool,
-        out: &mut Vec<Action>,
-    ) {
-        let Some(last) = self.feed(channel).last.as_ref().filter(|_| yes) else {
+    fn other_gauge(&mut self, channel: Channel, identity: String, yes: bool) {
+        if yes {
+            self.feeds[channel.index()].forget_settings();
+            self.other_accepted[channel.index()] = Some(identity);
+        } else {
             // Asked once more when another gauge has been plugged in.
             self.identities[channel.index()] = None;
             self.done();
             self.queue.push_front(Job::CheckInstruments);
-            return;
-        };
-        let seen = InstrumentSeen {
-            channel,
-            identity,
-            port: self.ports[channel.index()].clone(),
-            unit: last.unit.to_string(),
-            resolution_si: last.resolution_si,
-        };
-        self.record(Event::Instrument(seen), out);
+        }
     }
 
     fn way(&mut self, word: &str, way: [f64; 2], out: &mut Vec<Action>) {
@@ -159,6 +226,13 @@ impl Machine {
     }
 
     fn doubt_answered(&mut self, rule: &'static str, word: &str, out: &mut Vec<Action>) {
+        let coarse = Channel::ALL
+            .into_iter()
+            .zip(["force-steps", "displacement-steps"])
+            .find_map(|(channel, of)| (of == rule).then_some(channel));
+        if let Some(channel) = coarse {
+            self.coarse_answered(channel, word == "accept", out);
+        }
         match word {
             "accept" => {
                 if let Some(load) = &mut self.load {
@@ -166,8 +240,48 @@ impl Machine {
                 }
             }
             "flip" => self.flip(Channel::Displacement, "loads went the other way", out),
-            "skip" => self.skip(SkipScope::Reading, rule, out),
+            // What was wrong may have been the zero, or may have changed it.
+            "skip" => {
+                self.unsure = true;
+                self.skip(SkipScope::Reading, rule, out);
+            }
+            _ if rule == "implausible" || rule == "displacement-sign" => {
+                self.unsure = true;
+                self.reroute();
+            }
             _ => self.forget_windows(),
+        }
+    }
+
+    /// A gauge that counts in coarse steps does so by its setting, or all readings since then are doubtful.
+    fn coarse_answered(&mut self, channel: Channel, accepted: bool, out: &mut Vec<Action>) {
+        let few = self.feed(channel).few_digits();
+        let known = self.state.instruments[channel.index()].as_ref();
+        if let (true, Some(few), Some(known)) = (accepted, few, known) {
+            let mut seen = known.clone();
+            seen.step_si = Some(few.step as f64 * known.resolution_si);
+            self.record(Event::Instrument(seen), out);
+            return;
+        }
+        self.flag_few_digits(channel, out);
+    }
+
+    /// Flags the readings of a gauge since it uses few last digits.
+    pub(super) fn flag_few_digits(&mut self, channel: Channel, out: &mut Vec<Action>) {
+        let known = self.state.instruments[channel.index()].as_ref();
+        let confirmed = known.is_some_and(|known| known.step_si.is_some());
+        let Some(few) = self.feed(channel).few_digits().filter(|_| !confirmed) else {
+            return;
+        };
+        let flag = format!("the {channel} gauge showed few last digits");
+        let since = self.state.readings.iter().filter(|kept| {
+            kept.superseded.is_none()
+                && kept.taken.samples_at_s[channel.index()] > few.since_s
+                && !kept.flags.contains(&flag)
+        });
+        let numbers: Vec<u32> = since.map(|kept| kept.taken.number).collect();
+        if !numbers.is_empty() {
+            self.record(Event::Flagged(Flagged { numbers, flag }), out);
         }
     }
 

@@ -3,30 +3,13 @@
 use crate::event::{Event, TakenReading};
 use crate::operator::{Bell, Prompt};
 use stiffbench_gauges::Channel;
-use stiffbench_units_and_text::test_point::Branch;
 
 use super::answers::Why;
+use super::plausibility::Doubt;
 use super::{Action, Applied, Machine};
 
-/// A displacement text that stays the same while the force moves by this many tolerances is asked about.
-const FROZEN_TOLERANCES: f64 = 4.0;
-
-/// Or while the end must have moved by this many steps of the last digit.
-const FROZEN_DIGITS: f64 = 5.0;
-
-/// A displacement is far from its repeats beyond this many settling spreads and this share of their mean.
-const FAR_FROM_REPEATS: (f64, f64) = (10.0, 0.25);
-
-/// It is far from what the other loads of the cell let expect beyond this many settling spreads and this share.
-const FAR_FROM_LINE: (f64, f64) = (20.0, 0.5);
-
-/// Why a reading is not taken without a question.
-#[derive(Debug, Clone, PartialEq)]
-pub(super) struct Doubt {
-    /// The rule, and the id of the prompt.
-    pub(super) rule: &'static str,
-    text: String,
-}
+/// A doubt that may go by itself is asked about after this many dwells under the load.
+const PATIENT_DWELLS: f64 = 3.0;
 
 impl Machine {
     pub(super) fn work_reading(&mut self, cell: usize, index: usize, out: &mut Vec<Action>) {
@@ -44,13 +27,22 @@ impl Machine {
             return false;
         };
         let Some(hold_s) = planned.extra_hold_s else {
-            return settle.settled;
+            return settle.settled && self.last_values_are_typical();
         };
         let held_s = load
             .reached_s
             .map_or(0.0, |reached_s| self.now_s - reached_s);
         let good = self.feeds.iter().all(|feed| feed.is_good(self.now_s));
-        good && held_s >= hold_s && settle.dwell_s >= settle.dwell_needed_s
+        good && held_s >= hold_s
+            && settle.dwell_s >= settle.dwell_needed_s
+            && self.last_values_are_typical()
+    }
+
+    /// Whether the last value of each gauge, which is kept, is like those of the dwell before it.
+    fn last_values_are_typical(&self) -> bool {
+        let dwell_s = self.plan.procedure.settle.dwell_s;
+        let mut feeds = self.feeds.iter();
+        feeds.all(|feed| feed.is_last_typical(feed.window_from_s(dwell_s, self.now_s)))
     }
 
     /// Takes the reading, or asks what has to be asked first.
@@ -59,12 +51,16 @@ impl Machine {
             return;
         };
         let accepted = self.load.as_ref().map_or(&[][..], |load| &load.accepted);
-        let doubts = self.doubts(&taken);
-        let open = doubts
-            .into_iter()
-            .find(|doubt| !accepted.contains(&doubt.rule));
+        let mut doubts = self.doubts(&taken).into_iter();
+        let open = doubts.find(|doubt| !accepted.contains(&doubt.rule));
         if let Some(doubt) = open {
-            self.ask_doubt(&doubt, out);
+            let patient_s = PATIENT_DWELLS * self.plan.procedure.settle.dwell_s;
+            if !doubt.may_pass || taken.hold_s >= patient_s {
+                self.ask_doubt(&doubt, out);
+            }
+            return;
+        }
+        if self.looks_at_zero_for_a_jump(&taken, out) {
             return;
         }
         self.applied = Some(Applied {
@@ -73,6 +69,11 @@ impl Machine {
             step: taken.step,
         });
         self.note_shown();
+        let from_s = self.now_s - self.plan.procedure.settle.dwell_s;
+        for feed in &mut self.feeds {
+            feed.learn_flicker(from_s);
+            feed.learn_digits();
+        }
         let text = format!(
             "reading {}: {:.2} N, {:.1} um",
             taken.number,
@@ -83,6 +84,34 @@ impl Machine {
         out.push(Action::Bell(Bell::Captured));
         self.say(text, out);
         self.done();
+    }
+
+    /// A gauge that jumped while the other stood still has lost its zero, or its stand was moved: back to the preload, once for each load.
+    fn looks_at_zero_for_a_jump(&mut self, taken: &TakenReading, out: &mut Vec<Action>) -> bool {
+        let jumped = self.moved_alone(taken.cell);
+        let Some(jumped) = jumped.filter(|_| taken.flag.is_empty()) else {
+            return false;
+        };
+        let by = match jumped.channel {
+            Channel::Force => format!("{:.2} N", jumped.by),
+            Channel::Displacement => format!("{:.1} um", jumped.by * 1e6),
+        };
+        let text = format!(
+            "the {} gauge jumped by {by} while the other stood still: back to the preload, its zero is looked at",
+            jumped.channel
+        );
+        self.message(text, true, out);
+        out.push(Action::Bell(Bell::Attention));
+        self.unsure = true;
+        self.jumped = true;
+        self.reroute();
+        true
+    }
+
+    /// Whether a rule speaks against what would be kept now.
+    pub(super) fn is_doubted(&self, cell: usize, index: usize, rule: &str) -> bool {
+        let taken = self.reading(cell, index);
+        taken.is_none_or(|taken| self.doubts(&taken).iter().any(|doubt| doubt.rule == rule))
     }
 
     /// What would be kept now; `None` if a gauge has nothing that stands for now.
@@ -98,11 +127,10 @@ impl Machine {
             self.value(Channel::Displacement)?,
             displacement.resolution_si,
         );
-        let flags: Vec<String> = load
-            .accepted
-            .iter()
-            .map(|rule| format!("{rule}: accepted by the operator"))
-            .collect();
+        let accepted = load.accepted.iter();
+        let accepted = accepted.map(|rule| format!("{rule}: accepted by the operator"));
+        let standing = Some(self.standing_flag.clone()).filter(|flag| !flag.is_empty());
+        let flags: Vec<String> = accepted.chain(standing).collect();
         Some(TakenReading {
             number: self.state.readings.len() as u32 + 1,
             cell,
@@ -119,6 +147,7 @@ impl Machine {
             force_raw: force.raw.to_string(),
             displacement_m,
             displacement_raw: displacement.raw.to_string(),
+            zero_si: Some([zero.force_offset_n + 0.0, zero.displacement_offset_m + 0.0]),
             samples_at_s: [force.at_s, displacement.at_s],
             hold_s: load
                 .reached_s
@@ -130,110 +159,6 @@ impl Machine {
         })
     }
 
-    /// What speaks against taking a reading silently.
-    fn doubts(&self, taken: &TakenReading) -> Vec<Doubt> {
-        let rules = [
-            self.frozen(taken),
-            self.wrong_way(taken),
-            self.implausible(taken),
-        ];
-        rules.into_iter().flatten().collect()
-    }
-
-    fn frozen(&self, taken: &TakenReading) -> Option<Doubt> {
-        let ([force_before, _], at_s) = self.before?;
-        let settle = &self.plan.procedure.settle;
-        let force = self.feed(Channel::Force).last.as_ref()?;
-        let moved_n = (force.value_si - force_before).abs();
-        let displacement = self.feed(Channel::Displacement);
-        let since_s = displacement.same_since_s;
-        let digit_m = displacement.last.as_ref()?.resolution_si;
-        let seen = self
-            .compliance_m_per_n(taken.cell)
-            .is_some_and(|compliance| {
-                moved_n > settle.force_tolerance_n && compliance * moved_n > FROZEN_DIGITS * digit_m
-            });
-        let much = moved_n > FROZEN_TOLERANCES * settle.force_tolerance_n;
-        let frozen = since_s <= at_s && (much || seen);
-        frozen.then(|| Doubt {
-            rule: "frozen",
-            text: format!(
-                "The displacement gauge has shown {} for {:.0} s while the force moved by {moved_n:.1} N: hold, or not touching?",
-                taken.displacement_raw,
-                self.now_s - since_s
-            ),
-        })
-    }
-
-    /// About how far the end of a cell gives way, as far as its readings or the push by hand told, m/N.
-    fn compliance_m_per_n(&self, cell: usize) -> Option<f64> {
-        let tolerance_n = self.plan.procedure.settle.force_tolerance_n;
-        let kept = self.state.readings.iter().rev();
-        let mut loaded = kept
-            .filter(|kept| kept.superseded.is_none() && kept.taken.cell == cell)
-            .filter(|kept| kept.taken.force_n.abs() > FROZEN_TOLERANCES * tolerance_n);
-        let measured = loaded
-            .next()
-            .map(|kept| (kept.taken.displacement_m / kept.taken.force_n).abs());
-        let pushed = self.pushed.filter(|(pushed, _)| *pushed == cell);
-        measured.or(pushed.map(|(_, compliance)| compliance))
-    }
-
-    fn wrong_way(&self, taken: &TakenReading) -> Option<Doubt> {
-        let settle = &self.plan.procedure.settle;
-        // The displacement counts from the preload: without load the end has moved back.
-        let moved_n = taken.force_n - self.plan.procedure.preload_n;
-        let clear = moved_n.abs() > settle.force_tolerance_n
-            && taken.displacement_m.abs() > FAR_FROM_REPEATS.0 * settle.spread_m;
-        let against = moved_n * taken.displacement_m < 0.0;
-        (clear && against).then(|| Doubt {
-            rule: "displacement-sign",
-            text: format!(
-                "The end moves by {:.1} um against a force of {:.1} N.",
-                taken.displacement_m * 1e6,
-                taken.force_n
-            ),
-        })
-    }
-
-    fn implausible(&self, taken: &TakenReading) -> Option<Doubt> {
-        let spread_m = self.plan.procedure.settle.spread_m;
-        let accepted = || {
-            let all = self
-                .state
-                .readings
-                .iter()
-                .filter(|k| k.superseded.is_none());
-            all.map(|kept| &kept.taken)
-                .filter(|other| other.cell == taken.cell)
-        };
-        let repeats: Vec<f64> = accepted()
-            .filter(|other| (other.step, other.branch) == (taken.step, taken.branch))
-            .filter(|other| other.target_n == taken.target_n)
-            .map(|other| other.displacement_m)
-            .collect();
-        let (expected_m, (spreads, share), what) = if repeats.len() >= 2 {
-            let mean_m = repeats.iter().sum::<f64>() / repeats.len() as f64;
-            (mean_m, FAR_FROM_REPEATS, "its repeats")
-        } else {
-            let loading = accepted().filter(|other| other.branch == Branch::Loading);
-            let points = loading.map(|other| (other.force_n, other.displacement_m));
-            let line_m = on_line(&points.collect::<Vec<_>>(), taken.force_n)?;
-            (line_m, FAR_FROM_LINE, "the other loads")
-        };
-        let off_m = (taken.displacement_m - expected_m).abs();
-        let far = off_m > (spreads * spread_m).max(share * expected_m.abs());
-        far.then(|| Doubt {
-            rule: "implausible",
-            text: format!(
-                "{:.1} um at {:.1} N is {:.0} um off what {what} let expect.",
-                taken.displacement_m * 1e6,
-                taken.force_n,
-                off_m * 1e6
-            ),
-        })
-    }
-
     fn ask_doubt(&mut self, doubt: &Doubt, out: &mut Vec<Action>) {
         let accept = ("accept", "take it as it is; the reading is flagged");
         let again = (
@@ -242,7 +167,7 @@ impl Machine {
         );
         let skip = ("skip", "leave this reading out");
         let flip = ("flip", "the gauge stands on the other side: turn its sign");
-        let mut choices = vec![accept, again, skip];
+        let mut choices = vec![again, accept, skip];
         if doubt.rule == "displacement-sign" && !self.has_loaded_readings() {
             choices.push(flip);
         }
@@ -273,18 +198,4 @@ fn tidy(value: f64, resolution: f64) -> f64 {
     } else {
         value
     }
-}
-
-/// Where the least-squares line through (force, displacement) lies at a force; `None` below three points or with forces all alike.
-fn on_line(points: &[(f64, f64)], force_n: f64) -> Option<f64> {
-    let n = points.len() as f64;
-    let mean_n = points.iter().map(|point| point.0).sum::<f64>() / n;
-    let mean_m = points.iter().map(|point| point.1).sum::<f64>() / n;
-    let sxx: f64 = points.iter().map(|point| (point.0 - mean_n).powi(2)).sum();
-    let sxy: f64 = points
-        .iter()
-        .map(|point| (point.0 - mean_n) * (point.1 - mean_m))
-        .sum();
-    let told = points.len() >= 3 && sxx > 1.0;
-    told.then(|| mean_m + sxy / sxx * (force_n - mean_n))
 }

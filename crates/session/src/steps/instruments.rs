@@ -7,11 +7,17 @@ use stiffbench_gauges::{Ask, Channel, GaugeEvent, LinkState};
 
 use super::{Action, Job, Machine};
 
+/// Time between two questions for the unit and mode of a gauge whose values are refused, s.
+const STATE_AGAIN_S: f64 = 2.0;
+
 impl Machine {
     pub(super) fn gauge(&mut self, event: GaugeEvent, out: &mut Vec<Action>) {
         match event {
             GaugeEvent::Sample { channel, sample } => {
                 let was_blocked = self.feed(channel).blocked.is_some();
+                if self.state.zero.is_none() && self.feed(channel).is_set_otherwise(&sample) {
+                    self.set_otherwise_before_the_first_zero(channel, out);
+                }
                 if let Err(reason) = self.feeds[channel.index()].sample(sample) {
                     self.hold_up(channel, reason, out);
                 } else {
@@ -23,10 +29,10 @@ impl Machine {
             }
             GaugeEvent::Rejected { channel, rejected } => {
                 let text = format!("{} [{}]", rejected.reason, rejected.raw);
-                if self.feed(channel).blocked.is_none() {
+                if !self.feed(channel).is_said(&text, self.now_s) {
                     self.message(format!("{channel} gauge: {text}"), true, out);
                 }
-                self.feeds[channel.index()].reject(&rejected);
+                self.feeds[channel.index()].reject(&rejected, self.now_s);
                 self.left_band();
             }
             GaugeEvent::Answered {
@@ -44,11 +50,36 @@ impl Machine {
         }
     }
 
+    /// Before the first zero nothing rests on the settings of a gauge: it may be set as it should be, and all is looked at again.
+    fn set_otherwise_before_the_first_zero(&mut self, channel: Channel, out: &mut Vec<Action>) {
+        self.feeds[channel.index()].forget_settings();
+        self.feeds[channel.index()].forget();
+        self.unit_unsure[channel.index()] = true;
+        self.checked = false;
+        self.begin_histories();
+        self.message(
+            format!("the {channel} gauge changed its unit or its number of decimals: it is looked at again"),
+            true,
+            out,
+        );
+        if let Some(open) = self.pending.take_if(|open| open.why.is_of_a_load()) {
+            self.say(format!("withdrawn: {}", open.prompt.text), out);
+        }
+        if self.pending.is_none() {
+            self.reroute();
+        }
+    }
+
     /// The line to a gauge went down or came back.
     fn link(&mut self, channel: Channel, state: &LinkState, out: &mut Vec<Action>) {
-        self.feeds[channel.index()].link(state);
+        self.feeds[channel.index()].link(state, self.now_s);
         self.left_band();
         let text = link_text(state);
+        let away = !matches!(state, LinkState::Connected { .. });
+        let lost = away && self.checked;
+        if lost {
+            self.gauge_was_away(channel, out);
+        }
         if let LinkState::Connected { port } = state {
             self.ports[channel.index()] = port.to_string();
             // What it was asked before it was there has no answer.
@@ -59,19 +90,49 @@ impl Machine {
         if self.links[channel.index()] != text {
             self.links[channel.index()].clone_from(&text);
             self.say(format!("{channel} gauge: {text}"), out);
-            self.record(Event::Link(LinkChange { channel, text }), out);
+            self.record(
+                Event::Link(LinkChange {
+                    channel,
+                    text,
+                    lost,
+                }),
+                out,
+            );
         }
+    }
+
+    /// A gauge that was away may have forgotten its zero, its unit and its mode: all of it is looked at again before the next reading.
+    fn gauge_was_away(&mut self, channel: Channel, out: &mut Vec<Action>) {
+        self.checked = false;
+        self.unit_unsure[channel.index()] = true;
+        self.unsure |= self.state.zero.is_some();
+        self.compares = self.unsure;
+        if let Some(open) = self.pending.take_if(|open| open.why.is_of_a_load()) {
+            self.say(format!("withdrawn: {}", open.prompt.text), out);
+        }
+        if self.pending.is_none() {
+            self.reroute();
+        }
+        self.begin_histories();
     }
 
     /// Nothing of a gauge may be used until it is good again.
     fn hold_up(&mut self, channel: Channel, reason: String, out: &mut Vec<Action>) {
-        if self.feed(channel).blocked.as_ref() != Some(&reason) {
+        if !self.feed(channel).is_said(&reason, self.now_s) {
             self.message(reason.clone(), true, out);
             out.push(Action::Bell(Bell::Attention));
             let text = reason.clone();
-            self.record(Event::Link(LinkChange { channel, text }), out);
+            let lost = false;
+            self.record(
+                Event::Link(LinkChange {
+                    channel,
+                    text,
+                    lost,
+                }),
+                out,
+            );
         }
-        self.feeds[channel.index()].block(reason);
+        self.feeds[channel.index()].refuse(reason, self.now_s);
         self.left_band();
     }
 
@@ -91,6 +152,19 @@ impl Machine {
         }
     }
 
+    /// A gauge whose values are refused for its unit or mode is asked again from time to time: somebody may have set it right.
+    pub(super) fn ask_state_of_refused(&mut self, out: &mut Vec<Action>) {
+        if self.now_s - self.asked_state_s < STATE_AGAIN_S {
+            return;
+        }
+        for channel in Channel::ALL {
+            if self.feed(channel).is_refused() {
+                self.asked_state_s = self.now_s;
+                out.push(Action::Ask(channel, Ask::State));
+            }
+        }
+    }
+
     /// Asks a gauge who it is and how it is set.
     pub(super) fn ask_who(&mut self, channel: Channel, out: &mut Vec<Action>) {
         self.identities[channel.index()] = None;
@@ -100,8 +174,23 @@ impl Machine {
 
     /// Waits for a value of each gauge and for both answers, then keeps what they are.
     pub(super) fn check_instruments(&mut self, out: &mut Vec<Action>) {
-        let good = self.feeds.iter().all(|feed| feed.is_good(self.now_s));
-        if !good || self.identities.iter().any(Option::is_none) {
+        if self.identities.iter().any(Option::is_none) {
+            return;
+        }
+        for channel in Channel::ALL {
+            let identity = self.identities[channel.index()].clone().unwrap_or_default();
+            let known = self.state.instruments[channel.index()].as_ref();
+            // A gauge that has not answered yet says nothing either.
+            let said = !identity.is_empty() || self.feed(channel).is_good(self.now_s);
+            let other = said
+                && known
+                    .is_some_and(|known| !known.identity.is_empty() && known.identity != identity);
+            if other && self.other_accepted[channel.index()].as_ref() != Some(&identity) {
+                self.ask_other_gauge(channel, &identity, out);
+                return;
+            }
+        }
+        if !self.feeds.iter().all(|feed| feed.is_good(self.now_s)) {
             return;
         }
         for channel in Channel::ALL {
@@ -109,18 +198,15 @@ impl Machine {
             let Some(last) = &self.feed(channel).last else {
                 return;
             };
+            let known = self.state.instruments[channel.index()].as_ref();
             let seen = InstrumentSeen {
                 channel,
                 identity: identity.clone(),
                 port: self.ports[channel.index()].clone(),
                 unit: last.unit.to_string(),
                 resolution_si: last.resolution_si,
+                step_si: known.and_then(|known| known.step_si),
             };
-            let known = self.state.instruments[channel.index()].as_ref();
-            if known.is_some_and(|known| !known.identity.is_empty() && known.identity != identity) {
-                self.ask_other_gauge(channel, &identity, out);
-                return;
-            }
             let changed = known != Some(&seen);
             if identity.is_empty() {
                 self.say(format!("the {channel} gauge does not say who it is"), out);

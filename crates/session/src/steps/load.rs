@@ -1,16 +1,22 @@
 //! Bringing the force to a target, and what settled means.
 
-use crate::event::{Event, Superseded, ZeroMoment};
 use crate::feed::Window;
 use crate::operator::Prompt;
 use crate::view::{Purpose, SettleView};
 use stiffbench_gauges::Channel;
+use stiffbench_units_and_text::test_point::Branch;
 
 use super::answers::Why;
 use super::{Action, Job, Machine};
 
 /// Share of the largest load within which an unloaded gauge may be off before it is zeroed.
 const FREE_SHARE: f64 = 0.05;
+
+/// A load that is applied again gives the displacement of before within this share: play and creep.
+const BEFORE_SHARE: f64 = 0.03;
+
+/// A force that has left its band so often is unsteady, or its gauge is.
+const UNSTEADY: u32 = 6;
 
 /// A force that is steady this many dwells long outside its band is asked about.
 const STEADY_DWELLS: f64 = 3.0;
@@ -28,6 +34,8 @@ pub(super) struct Loading {
     /// When the band was first reached.
     pub(super) reached_s: Option<f64>,
     pub(super) overshoot_n: f64,
+    /// How often the force has left its band again.
+    left: u32,
     /// Questions that have been asked once already.
     pub(super) asked: bool,
     /// Doubts that the operator has accepted.
@@ -37,6 +45,11 @@ pub(super) struct Loading {
 impl Loading {
     pub(super) fn is_in_band(&self) -> bool {
         self.in_band_since_s.is_some()
+    }
+
+    /// Whether the force goes in and out of its band.
+    pub(super) fn is_unsteady(&self) -> bool {
+        self.left >= UNSTEADY
     }
 
     /// The dwell begins anew.
@@ -55,8 +68,8 @@ impl Loading {
         if (force_n - self.target_n).abs() <= self.tolerance_n {
             self.in_band_since_s.get_or_insert(at_s);
             self.reached_s.get_or_insert(at_s);
-        } else {
-            self.in_band_since_s = None;
+        } else if self.in_band_since_s.take().is_some() {
+            self.left += 1;
         }
         let past_n = (force_n - self.target_n) * (self.target_n - from_n).signum();
         if self.target_n != from_n {
@@ -93,6 +106,7 @@ impl Machine {
                 in_band_since_s: None,
                 reached_s: None,
                 overshoot_n: 0.0,
+                left: 0,
                 asked: false,
                 accepted: Vec::new(),
             },
@@ -195,11 +209,12 @@ impl Machine {
     pub(super) fn work_load(&mut self, purpose: Purpose, out: &mut Vec<Action>) {
         if self.is_settled() {
             match purpose {
+                Purpose::Again if self.compares && !self.compare_with_before(out) => return,
                 Purpose::Again | Purpose::Reading => {}
                 Purpose::Release | Purpose::Free | Purpose::Preload => self.released(),
                 Purpose::ZeroCheck => {
                     self.released();
-                    self.zero_looked_at(out);
+                    self.displacement_zero_looked_at();
                     return;
                 }
             }
@@ -207,6 +222,72 @@ impl Machine {
             return;
         }
         self.ask_about_a_steady_force(out);
+    }
+
+    /// Holds a load that was applied again after an interruption against its reading of before; whether to go on.
+    fn compare_with_before(&mut self, out: &mut Vec<Action>) -> bool {
+        let (Some(load), Some(Job::Load { .. })) = (&self.load, self.job) else {
+            return true;
+        };
+        let Some((cell, index)) = self.plan.next_open(&self.state, self.focus) else {
+            return true;
+        };
+        let repeat = self.plan.cells[cell].readings[index].repeat;
+        let before = self.state.readings.iter().rev().find(|kept| {
+            let taken = &kept.taken;
+            kept.superseded.is_none()
+                && (taken.cell, taken.repeat) == (cell, repeat)
+                && taken.target_n == load.target_n
+                && taken.branch == Branch::Loading
+        });
+        let now = self
+            .value(Channel::Force)
+            .zip(self.value(Channel::Displacement));
+        let (Some(before), Some((force_n, displacement_m))) = (before, now) else {
+            return true;
+        };
+        let taken = &before.taken;
+        let from_preload_n = taken.force_n - self.plan.procedure.preload_n;
+        if from_preload_n.abs() <= 4.0 * load.tolerance_n {
+            return true;
+        }
+        // Corrected for what the force is off.
+        let compliance = taken.displacement_m / from_preload_n;
+        let expected_m = taken.displacement_m + compliance * (force_n - taken.force_n);
+        let off_m = displacement_m - expected_m;
+        self.compares = false;
+        let limit_m = (BEFORE_SHARE * expected_m.abs()).max(self.drift_limit_m());
+        if off_m.abs() <= limit_m {
+            return true;
+        }
+        let text = format!(
+            "Before the interruption {:.1} N gave {:.1} um, now {:.1} um: unit key, another gauge, or the robot has moved?",
+            taken.force_n,
+            taken.displacement_m * 1e6,
+            displacement_m * 1e6
+        );
+        let prompt = Prompt::choice(
+            "changed",
+            text,
+            &[
+                ("again", "it is put right: look at the zero and load again"),
+                ("flag", "go on; all readings from now on are flagged"),
+            ],
+        );
+        self.ask(prompt, Why::Changed, out);
+        false
+    }
+
+    /// What was changed is put right, or stays as it is.
+    pub(super) fn changed_answered(&mut self, word: &str) {
+        if word == "flag" {
+            "not as before the interruption".clone_into(&mut self.standing_flag);
+            self.done();
+        } else {
+            self.compares = true;
+            self.unsure = true;
+            self.reroute();
+        }
     }
 
     fn released(&mut self) {
@@ -259,79 +340,5 @@ impl Machine {
         if let Some(load) = self.load.as_mut().filter(|_| asked) {
             load.asked = true;
         }
-    }
-
-    /// The zero was looked at: its drift is kept, and asked about where it is large.
-    fn zero_looked_at(&mut self, out: &mut Vec<Action>) {
-        let length_s = self.plan.procedure.settle.dwell_s;
-        let feed = self.feed(Channel::Displacement);
-        let window = feed.window(feed.window_from_s(length_s, self.now_s));
-        let Some(zero) = self.state.zero.as_ref() else {
-            self.done();
-            return;
-        };
-        let Some(window) = window else {
-            return;
-        };
-        let drift_m = self.along(Channel::Displacement, window.mean);
-        let after_interruption = self.state.unconfirmed;
-        let mut zeroed = zero.set.clone();
-        let limit_m = self.settings.drift_limit_m;
-        zeroed.drift_m = Some(drift_m);
-        zeroed.moment = if after_interruption {
-            ZeroMoment::Kept
-        } else {
-            ZeroMoment::After
-        };
-        let text = format!("the zero has moved by {:.1} um", drift_m * 1e6);
-        if after_interruption && drift_m.abs() > limit_m {
-            self.say(format!("{text}: the gauges are zeroed anew"), out);
-            let mut jobs = Vec::new();
-            if let Some((cell, index)) = self.plan.next_open(&self.state, self.focus) {
-                self.zero(cell, index, &mut jobs);
-            }
-            self.queue = jobs.into();
-            self.done();
-            return;
-        }
-        self.say(text.clone(), out);
-        self.record(Event::Zero(zeroed), out);
-        self.done();
-        if drift_m.abs() > limit_m {
-            let prompt = Prompt::choice(
-                "drift",
-                format!("{text}, more than {:.0} um.", limit_m * 1e6),
-                &[
-                    ("keep", "keep the readings; the drift is in the record"),
-                    ("redo", "take the readings on this zero once more"),
-                ],
-            );
-            self.ask(prompt, Why::Drift, out);
-        }
-    }
-
-    /// Every reading on the zero in use is to be taken once more.
-    pub(super) fn redo_zero(&mut self, out: &mut Vec<Action>) {
-        let Some(zero) = self.state.zero.as_ref() else {
-            return;
-        };
-        let (cell, scope) = (zero.set.cell, zero.set.scope.clone());
-        let label = zero.set.label.clone();
-        let on_it = self.state.readings.iter().filter(|kept| {
-            kept.superseded.is_none() && kept.taken.cell == cell && kept.taken.zero == label
-        });
-        let numbers: Vec<u32> = on_it.map(|kept| kept.taken.number).collect();
-        for number in numbers {
-            let reason = "the zero moved".to_owned();
-            self.record(Event::Superseded(Superseded { number, reason }), out);
-        }
-        let readings = self.plan.cells[cell].readings.iter();
-        let first = readings
-            .map(|reading| self.plan.zero_scope(reading))
-            .position(|of| of == scope);
-        let mut jobs = Vec::new();
-        self.zero(cell, first.unwrap_or(0), &mut jobs);
-        self.reroute();
-        self.queue = jobs.into();
     }
 }

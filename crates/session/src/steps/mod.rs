@@ -7,12 +7,16 @@
 mod answers;
 mod capture;
 mod instruments;
+mod job;
+mod jumps;
 mod load;
 mod operator_events;
+mod plausibility;
 mod route;
 mod settings;
 mod show;
 mod signs;
+mod zero_look;
 mod zeroing;
 
 use std::collections::VecDeque;
@@ -30,10 +34,15 @@ use super::state::SessionState;
 use super::view::{CellView, Message, Purpose};
 
 use answers::Why;
+use job::{Applied, Job, ZeroDraft};
 use load::Loading;
 use signs::SignWatch;
 
-pub use settings::Settings;
+pub use settings::{Settings, lag_s};
+
+/// Time without a reading after which a session with nobody there gives up, s, and so many dwells more.
+const STUCK_S: f64 = 600.0;
+const STUCK_DWELLS: f64 = 20.0;
 
 /// Lines that a view keeps.
 const MESSAGES: usize = 100;
@@ -68,50 +77,6 @@ pub enum Action {
     Finish(Outcome),
 }
 
-/// One thing on the way to the next reading.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) enum Job {
-    /// Ask the gauges who they are, and wait for a value of each.
-    CheckInstruments,
-    /// Ask whether everything is ready.
-    Ready,
-    /// Ask how warm it is.
-    Temperature,
-    /// Ask for a pose and direction.
-    SetUp(usize),
-    /// Watch a push by hand.
-    SignCheck(usize),
-    /// Bring the force somewhere.
-    Load { target_n: f64, purpose: Purpose },
-    /// Set the zero of a gauge.
-    Zero {
-        channel: Channel,
-        cell: usize,
-        index: usize,
-    },
-    /// Take a reading.
-    Read { cell: usize, index: usize },
-    /// End: everything is done.
-    Finish,
-}
-
-/// The load that is on.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) struct Applied {
-    cell: usize,
-    repeat: u32,
-    step: u32,
-}
-
-/// A zero that is being set.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct ZeroDraft {
-    force_offset_n: f64,
-    by_gauge: [bool; 2],
-    /// Since when samples count; `None` until the gauge has answered.
-    since_s: Option<f64>,
-}
-
 /// An open question.
 #[derive(Debug, Clone, PartialEq)]
 struct Pending {
@@ -142,7 +107,31 @@ pub struct Machine {
     /// The cell that goes before the order of the plan.
     focus: usize,
     identities: [Option<String>; 2],
+    /// Who answers instead of the gauge of before, and may.
+    other_accepted: [Option<String>; 2],
     checked: bool,
+    /// Whether the operator has said that the bench is ready.
+    begun: bool,
+    /// Whether the unit of a gauge that does not send it is to be asked for.
+    unit_unsure: [bool; 2],
+    /// When a gauge whose values are refused was last asked for its unit and mode, s.
+    asked_state_s: f64,
+    /// Whether the zero has to be looked at before the next reading.
+    unsure: bool,
+    /// How far one gauge may be behind the other, s: longer once a look at the zero has shown that a jump was none.
+    lag_s: f64,
+    /// Whether the zero is looked at because a gauge jumped.
+    jumped: bool,
+    /// Since when the force gauge hangs free to be looked at, s.
+    look_since_s: f64,
+    /// Drift of the displacement zero, while the force zero is still to be looked at, m.
+    drift_m: Option<f64>,
+    /// Whether the next load that is applied again is to be compared with its reading of before.
+    compares: bool,
+    /// What all readings from now on are flagged with; empty if nothing.
+    standing_flag: String,
+    /// How often readings were taken once more for a zero that moved.
+    redone: u32,
     signs_checked: bool,
     /// Cell of the push by hand and how far the end gave way, m/N.
     pushed: Option<(usize, f64)>,
@@ -167,7 +156,15 @@ impl Machine {
     /// A session that stands where its journal says.
     #[must_use]
     pub fn new(plan: SessionPlan, settings: Settings, state: SessionState) -> Self {
-        let feed = |channel| Feed::new(channel, settings.least_stale_s);
+        let lag_s = settings.lag_s;
+        let compares = !state.readings.is_empty();
+        let feed = |channel: Channel| {
+            let mut feed = Feed::new(channel, settings.least_stale_s);
+            if let Some(known) = &state.instruments[channel.index()] {
+                feed.expect(&known.unit, known.resolution_si);
+            }
+            feed
+        };
         Self {
             feeds: Channel::ALL.map(feed),
             focus: 0,
@@ -185,7 +182,19 @@ impl Machine {
             watch: None,
             pending: None,
             identities: [None, None],
+            other_accepted: [None, None],
             checked: false,
+            begun: false,
+            unit_unsure: [true; 2],
+            asked_state_s: f64::NEG_INFINITY,
+            unsure: false,
+            lag_s,
+            jumped: false,
+            look_since_s: 0.0,
+            drift_m: None,
+            compares,
+            standing_flag: String::new(),
+            redone: 0,
             mounted: None,
             applied: None,
             loaded: false,
@@ -224,7 +233,7 @@ impl Machine {
             Input::Gauge(event) => self.gauge(event, &mut out),
             Input::Operator(event) => self.operator(event, &mut out),
             Input::Gap => self.forget_windows(),
-            Input::Tick => {}
+            Input::Tick => self.ask_state_of_refused(&mut out),
         }
         self.advance(&mut out);
         out
@@ -238,6 +247,16 @@ impl Machine {
             self.end(Outcome::Partial, reason, &mut out);
         }
         out
+    }
+
+    /// How long a session with nobody there may go without a reading, s: far longer than any load, dwell and hold of its plan take.
+    #[must_use]
+    pub fn longest_wait_s(&self) -> f64 {
+        let readings = self.plan.cells.iter().flat_map(|cell| &cell.readings);
+        let hold_s = readings
+            .filter_map(|reading| reading.extra_hold_s)
+            .fold(0.0, f64::max);
+        STUCK_S + STUCK_DWELLS * self.plan.procedure.settle.dwell_s + hold_s
     }
 
     /// Whether the session waits for somebody to say that it goes on.
@@ -320,6 +339,14 @@ impl Machine {
         Some(self.along(channel, last.value_si))
     }
 
+    /// What came before tells nothing of what comes now.
+    fn begin_histories(&mut self) {
+        self.before = None;
+        for feed in &mut self.feeds {
+            feed.begin_history();
+        }
+    }
+
     fn forget_windows(&mut self) {
         for feed in &mut self.feeds {
             feed.forget();
@@ -338,6 +365,7 @@ impl Machine {
             self.end(Outcome::Partial, "the operator stopped it", out);
             return;
         }
+        self.withdraw_what_is_gone(out);
         if self.pending.is_some() || self.paused.is_some() {
             return;
         }
@@ -362,6 +390,8 @@ impl Machine {
                     self.ask_who(channel, out);
                 }
             }
+            Job::UnitShown(channel) => self.ask_unit(channel, out),
+            Job::LookAtZero => self.look_since_s = self.now_s,
             Job::Ready => self.ask_ready(out),
             Job::Temperature => self.ask_temperature(out),
             Job::SetUp(cell) => self.ask_set_up(cell, out),
@@ -380,7 +410,8 @@ impl Machine {
         match job {
             Job::CheckInstruments => self.check_instruments(out),
             // These wait for an answer, which finishes them.
-            Job::Ready | Job::Temperature | Job::SetUp(_) | Job::Finish => {}
+            Job::UnitShown(_) | Job::Ready | Job::Temperature | Job::SetUp(_) | Job::Finish => {}
+            Job::LookAtZero => self.work_zero_look(out),
             Job::SignCheck(cell) => self.work_sign_check(cell, out),
             Job::Load { purpose, .. } => self.work_load(purpose, out),
             Job::Zero {
@@ -425,7 +456,11 @@ impl Machine {
         self.mounted = Some(cell);
         self.applied = None;
         self.loaded = false;
-        self.before = None;
+        self.begin_histories();
+        self.redone = 0;
+        for channel in Channel::ALL {
+            out.push(Action::Ask(channel, Ask::State));
+        }
         let planned = &self.plan.cells[cell];
         let event = Event::PoseSet(PoseSet {
             cell,

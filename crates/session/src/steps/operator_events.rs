@@ -39,7 +39,7 @@ impl Machine {
                     SkipScope::Reading => "this reading",
                     SkipScope::Cell => "the rest of this cell",
                 };
-                let text = format!("Why is {left_out} left out?");
+                let text = format!("Why is {left_out} left out? Without a reason nothing is.");
                 let prompt = Prompt::new("skip-reason", text, PromptKind::Text);
                 self.ask(prompt, Why::SkipReason(what), out);
             }

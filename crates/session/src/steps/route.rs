@@ -10,11 +10,28 @@ impl Machine {
     pub(super) fn route(&self) -> Vec<Job> {
         let mut jobs = Vec::new();
         if !self.checked {
-            return vec![Job::CheckInstruments, Job::Ready, Job::Temperature];
+            let mut jobs = vec![Job::CheckInstruments];
+            let by_eye = Channel::ALL.into_iter().filter(|channel| {
+                self.unit_unsure[channel.index()]
+                    && self.settings.units_by_eye[channel.index()].is_some()
+            });
+            jobs.extend(by_eye.map(Job::UnitShown));
+            if !self.begun {
+                jobs.extend([Job::Ready, Job::Temperature]);
+            }
+            return jobs;
         }
         let open = self.plan.next_open(&self.state, self.focus);
-        if let Some(check) = self.zero_check(open) {
-            return vec![check];
+        if self.zero_check_is_due(open) {
+            return self.zero_check();
+        }
+        // Interrupted between the last reading on a zero and the look at it.
+        if let Some(zero) = self.state.zero.as_ref()
+            && self.mounted.is_none()
+            && self.signs_checked
+            && self.is_zero_unchecked()
+        {
+            return vec![Job::SetUp(zero.set.cell)];
         }
         let Some((cell, index)) = open else {
             return vec![Job::Finish];
@@ -36,33 +53,51 @@ impl Machine {
     }
 
     /// Whether the gauge zero in use is that of a reading.
-    fn has_zero(&self, cell: usize, index: usize) -> bool {
+    pub(super) fn has_zero(&self, cell: usize, index: usize) -> bool {
         let scope = self.plan.zero_scope(&self.plan.cells[cell].readings[index]);
         let zero = self.state.zero.as_ref();
         zero.is_some_and(|zero| zero.set.cell == cell && zero.set.scope == scope)
     }
 
     /// A look at the zero: after the last reading on it, and after an interruption before the next.
-    fn zero_check(&self, open: Option<(usize, usize)>) -> Option<Job> {
-        let zero = self.state.zero.as_ref()?;
+    fn zero_check_is_due(&self, open: Option<(usize, usize)>) -> bool {
+        let Some(zero) = self.state.zero.as_ref() else {
+            return false;
+        };
         if self.mounted != Some(zero.set.cell) || !self.signs_checked {
-            return None;
+            return false;
         }
         let still_used = open.is_some_and(|(cell, index)| self.has_zero(cell, index));
-        let used = self
-            .state
-            .readings
-            .iter()
-            .any(|kept| kept.taken.zero == zero.set.label && kept.taken.cell == zero.set.cell);
-        let due = if still_used {
-            self.state.unconfirmed
+        if still_used {
+            self.zero_is_unsure()
         } else {
-            used && !zero.checked
+            self.is_zero_unchecked()
+        }
+    }
+
+    /// Whether there are readings on the zero in use that were taken since it was last looked at.
+    fn is_zero_unchecked(&self) -> bool {
+        let Some(zero) = self.state.zero.as_ref() else {
+            return false;
         };
-        due.then_some(Job::Load {
+        let mut on_it = self.state.readings.iter().filter(|kept| {
+            kept.superseded.is_none()
+                && (kept.taken.cell, &kept.taken.zero) == (zero.set.cell, &zero.set.label)
+        });
+        on_it.any(|kept| !kept.zero_confirmed)
+    }
+
+    /// The displacement zero is looked at under the preload, the force zero hanging free.
+    fn zero_check(&self) -> Vec<Job> {
+        let preload = Job::Load {
             target_n: self.plan.procedure.preload_n,
             purpose: Purpose::ZeroCheck,
-        })
+        };
+        let free = Job::Load {
+            target_n: 0.0,
+            purpose: Purpose::Free,
+        };
+        vec![preload, free, Job::LookAtZero]
     }
 
     /// Both gauges are zeroed: the force gauge hanging free, the displacement gauge under the preload.

@@ -3,6 +3,22 @@
 use stiffbench_measurement::procedure::Pace;
 use stiffbench_measurement::stiffness::Gauges as GaugeTerms;
 
+/// How far one gauge may be behind the other, s.
+const LAG_S: f64 = 0.1;
+
+/// How many times as fast as real a session may run for one gauge to be held against the other: lines and scheduler stay as they are.
+const FASTEST_JUDGED: f64 = 20.0;
+
+/// How far one gauge may be behind the other in a session that runs `speed` times as fast as real, s.
+#[must_use]
+pub fn lag_s(speed: f64) -> f64 {
+    if speed > FASTEST_JUDGED {
+        f64::INFINITY
+    } else {
+        LAG_S * speed.max(1.0)
+    }
+}
+
 /// What a session is run with, besides its procedure.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Settings {
@@ -14,6 +30,10 @@ pub struct Settings {
     pub drift_limit_m: f64,
     /// Shortest time without a value after which a gauge counts as stale, s; longer for gauges that send seldom.
     pub least_stale_s: f64,
+    /// How far one gauge may be behind the other, s: conversion, filter, request. Without limit, neither is held against the other.
+    pub lag_s: f64,
+    /// The unit that was configured for a gauge that cannot tell its own: the operator compares it with the display.
+    pub units_by_eye: [Option<String>; 2],
     /// Resolution and calibration of the gauges.
     pub gauges: GaugeTerms,
     /// How fast the operator works, for the time left.
@@ -32,6 +52,8 @@ impl Default for Settings {
             compression_sign: None,
             drift_limit_m: 10e-6,
             least_stale_s: 0.5,
+            lag_s: lag_s(1.0),
+            units_by_eye: [None, None],
             gauges: GaugeTerms::default(),
             pace: Pace::default(),
             warnings: Vec::new(),

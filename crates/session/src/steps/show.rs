@@ -60,9 +60,15 @@ impl Machine {
             },
             Some(Job::Load { target_n, purpose }) => Task::Load { target_n, purpose },
             Some(Job::Read { cell, index }) => self.reading_task(cell, index),
-            Some(Job::Ready | Job::Temperature | Job::Zero { .. } | Job::Finish) | None => {
-                Task::Wait
-            }
+            Some(
+                Job::UnitShown(_)
+                | Job::Ready
+                | Job::Temperature
+                | Job::Zero { .. }
+                | Job::LookAtZero
+                | Job::Finish,
+            )
+            | None => Task::Wait,
         }
     }
 
@@ -163,13 +169,24 @@ impl Machine {
 
     fn held_up(&self) -> Vec<String> {
         let paused = self.paused.iter().map(|reason| format!("paused {reason}"));
-        let blocked = self.feeds.iter().filter_map(|feed| feed.blocked.clone());
+        let troubles = self
+            .feeds
+            .iter()
+            .filter_map(|feed| feed.trouble(self.now_s));
+        let blocked = troubles.map(str::to_owned);
         let stale = self
             .feeds
             .iter()
             .filter(|feed| feed.blocked.is_none() && feed.is_stale(self.now_s));
         let stale = stale.map(|feed| format!("nothing comes from the {} gauge", feed.channel));
-        paused.chain(blocked).chain(stale).collect()
+        let unsteady = self
+            .load
+            .as_ref()
+            .filter(|load| load.is_unsteady() && self.job.is_some());
+        let unsteady = unsteady.map(|_| {
+            "the force goes in and out of its band: load not steady, or a gauge whose digits jump".to_owned()
+        });
+        paused.chain(blocked).chain(stale).chain(unsteady).collect()
     }
 }
 

@@ -73,7 +73,6 @@ impl Machine {
         }
         if moved_m.abs() >= least_m {
             let way = [force_n.signum(), moved_m.signum()];
-            self.pushed = Some((cell, (moved_m / force_n).abs()));
             self.ask_which_way(cell, way, out);
         } else if force_n.abs() > NO_MOVE * push_n && !watch.remarked {
             self.watch = Some(SignWatch {
@@ -126,6 +125,15 @@ impl Machine {
             word(way[1])
         )];
         self.ask(prompt, Why::Way(way), out);
+    }
+
+    /// How far the end gave way, over all of the push and the way to the zero: at its first moments one gauge is behind the other.
+    pub(super) fn learn_from_push(&mut self, cell: usize) {
+        let range = |channel: Channel| self.feed(channel).range(f64::NEG_INFINITY, f64::INFINITY);
+        let (force_n, moved_m) = (range(Channel::Force), range(Channel::Displacement));
+        if self.pushed.is_none() && force_n >= self.push_n().abs() {
+            self.pushed = Some((cell, moved_m / force_n));
+        }
     }
 
     /// The operator said which way the push went: `push` is 1 toward the positive end.

@@ -12,6 +12,10 @@ const ZERO_DIGITS: f64 = 5.0;
 
 impl Machine {
     pub(super) fn begin_zero(&mut self, channel: Channel, out: &mut Vec<Action>) {
+        // Before the zero commands make the displays jump.
+        if let (Some(cell), Channel::Force) = (self.mounted, channel) {
+            self.learn_from_push(cell);
+        }
         let (_, offset_n) = self.state.axis(Channel::Force);
         let draft = self.draft.get_or_insert(ZeroDraft {
             force_offset_n: offset_n,
@@ -76,11 +80,8 @@ impl Machine {
             self.ask_zero_not_shown(channel, out);
             return;
         }
-        let offset = if by_gauge[channel.index()] {
-            0.0
-        } else {
-            window.mean
-        };
+        // A zero by the gauge is a near zero: what it leaves is taken off too.
+        let offset = window.mean;
         match channel {
             Channel::Force => {
                 self.draft = Some(ZeroDraft {
@@ -135,6 +136,13 @@ impl Machine {
             Some(n) => format!("{scope}-{}", n + 1),
         };
         self.draft = None;
+        self.unsure = false;
+        let from_s = self.now_s - self.plan.procedure.settle.dwell_s;
+        for feed in &mut self.feeds {
+            feed.learn_flicker(from_s);
+            feed.learn_digits();
+        }
+        self.begin_histories();
         self.note_shown();
         let event = Event::Zero(Zeroed {
             cell,
@@ -145,6 +153,8 @@ impl Machine {
             displacement_offset_m,
             by_gauge,
             drift_m: None,
+            force_drift_n: None,
+            flag: String::new(),
         });
         self.record(event, out);
         self.say(format!("zero {label} is set"), out);

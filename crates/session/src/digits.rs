@@ -1,0 +1,149 @@
+//! The last digits of a gauge: whether it counts in coarser steps than its text has, or digits of it stand still.
+
+use std::collections::VecDeque;
+
+/// Values at rest that are remembered.
+const REMEMBERED: usize = 64;
+
+/// Logarithm of the odds against chance beyond which it is none: 1 in 160 000.
+const ODDS: f64 = 12.0;
+
+/// Values of a gauge at rest, as counts of the last digit sent. On the way a drive leaves a pattern of its own; where it stops, any last
+/// digit may come.
+#[derive(Debug, Clone, Default)]
+pub(super) struct LastDigits {
+    /// Time and count.
+    rests: VecDeque<(f64, i64)>,
+}
+
+/// A gauge that uses few last digits.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct FewDigits {
+    /// Since when, s.
+    pub(super) since_s: f64,
+    /// The last digits that came.
+    pub(super) digits: String,
+    /// How many different values tell.
+    pub(super) values: usize,
+    /// The step that all of them lie multiples of apart, in steps of the last digit.
+    pub(super) step: i64,
+}
+
+impl LastDigits {
+    /// Takes a value at rest and the step of its last digit.
+    pub(super) fn rest(&mut self, at_s: f64, value: f64, digit: f64) {
+        let count = (value / digit).round();
+        if digit <= 0.0 || !count.is_finite() || count.abs() > 1e15 {
+            return;
+        }
+        if self.rests.len() == REMEMBERED {
+            self.rests.pop_front();
+        }
+        self.rests.push_back((at_s, count as i64));
+    }
+
+    /// What is said against chance, over the longest stretch up to now that says anything; `now` and its digit belong to it.
+    pub(super) fn few(&self, now: f64, digit: f64) -> Option<FewDigits> {
+        let latest = (now / digit).round();
+        if digit <= 0.0 || !latest.is_finite() || latest.abs() > 1e15 {
+            return None;
+        }
+        let latest = latest as i64;
+        let mut seen = [false; 10];
+        seen[latest.rem_euclid(10) as usize] = true;
+        // The same loads again and again, by weights, leave the same digits.
+        let mut counts = vec![latest];
+        let mut step = 0;
+        let mut found = None;
+        for (n, (_, count)) in self.rests.iter().rev().enumerate() {
+            if counts.contains(count) {
+                continue;
+            }
+            counts.push(*count);
+            seen[count.rem_euclid(10) as usize] = true;
+            step = gcd(step, (count - latest).abs());
+            let m = seen.iter().filter(|seen| **seen).count();
+            // Equal steps of load leave equal steps of displacement, and a pattern of digits, but not one without exception.
+            let halves = (0..5).any(|digit| m == 2 && seen[digit] && seen[digit + 5]);
+            if m > 1 && !halves {
+                break;
+            }
+            let odds = (counts.len() - m) as f64 * (10.0 / m as f64).ln() - ln_choices(m);
+            if odds > ODDS {
+                let digits = (0..10_u8).filter(|digit| seen[usize::from(*digit)]);
+                // Certain was the value before these.
+                let certain = self.rests.len().checked_sub(n + 2);
+                found = Some(FewDigits {
+                    since_s: certain.map_or(0.0, |at| self.rests[at].0),
+                    digits: digits.map(|digit| char::from(b'0' + digit)).collect(),
+                    values: counts.len(),
+                    step,
+                });
+            }
+        }
+        found
+    }
+}
+
+fn gcd(a: i64, b: i64) -> i64 {
+    if b == 0 { a } else { gcd(b, a % b) }
+}
+
+/// Logarithm of the number of ways to choose m of ten digits.
+fn ln_choices(m: usize) -> f64 {
+    (0..m)
+        .map(|i| ((10 - i) as f64 / (i + 1) as f64).ln())
+        .sum()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Values without a pattern, rounded to a step; they are those of a multiplicative generator.
+    fn values(step: f64) -> Vec<f64> {
+        let mut seed = 12_345_u64;
+        let next = |_| {
+            seed = seed
+                .wrapping_mul(6_364_136_223_846_793_005)
+                .wrapping_add(1_442_695_040_888_963_407);
+            (((seed >> 40) % 2000) as f64 / step).round() * step
+        };
+        (0..60).map(next).collect()
+    }
+
+    fn told(values: &[f64]) -> Option<FewDigits> {
+        let mut digits = LastDigits::default();
+        for (at_s, value) in values.iter().enumerate() {
+            digits.rest(at_s as f64, *value, 1.0);
+        }
+        digits.few(values[values.len() - 1], 1.0)
+    }
+
+    #[test]
+    fn coarse_steps_are_told_and_fine_ones_are_not() {
+        for n in 2..60 {
+            assert_eq!(told(&values(1.0)[..n]), None, "{n}");
+        }
+        for (step, digits) in [(10.0, "0"), (50.0, "0"), (5.0, "05")] {
+            let few = told(&values(step)).expect("told");
+            assert_eq!((few.digits.as_str(), few.step), (digits, step as i64));
+        }
+        assert!(told(&values(10.0)[..8]).is_some());
+    }
+
+    #[test]
+    fn the_same_loads_again_and_again_say_nothing() {
+        let loads: Vec<f64> = (0..60).map(|i| f64::from(i % 7) * 100.0).collect();
+        assert_eq!(told(&loads), None);
+    }
+
+    #[test]
+    fn another_last_digit_ends_it() {
+        let mut values = values(10.0);
+        values.truncate(12);
+        assert!(told(&values).is_some());
+        values.extend([1013.0, 1026.0, 1039.0]);
+        assert_eq!(told(&values[10..]), None);
+    }
+}

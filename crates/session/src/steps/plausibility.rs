@@ -1,0 +1,407 @@
+//! What speaks against a reading: each gauge is held against the other, and the reading against what the cell has given before.
+
+use crate::event::TakenReading;
+use stiffbench_gauges::Channel;
+use stiffbench_units_and_text::test_point::Branch;
+
+use super::Machine;
+
+/// Steps of the last digit by which a gauge must have moved before it can be said that it has not.
+const STILL_DIGITS: f64 = 5.0;
+
+/// And the share of its value: less is creep, or friction in the joints.
+const STILL_SHARE: f64 = 0.02;
+
+/// Share of the displacement by which an end may creep on while the force stays.
+const CREEP_SHARE: f64 = 0.1;
+
+/// A display that flickers by so many steps of its last digit stands still.
+const STILL_FLICKER_DIGITS: f64 = 3.0;
+
+/// Displays that show one text for a whole dwell are believed if that happens more often than this by chance.
+const CHANCE_OF_STILLNESS: f64 = 1e-3;
+
+/// Without any idea of the compliance, a display that stands still while the force moves by this many tolerances is asked about.
+const STILL_TOLERANCES: f64 = 4.0;
+
+/// The moving gauge may be behind the one that stands still by this part of the lag, beside its period.
+const PART_OF_LAG: f64 = 0.5;
+
+/// A change of displacement for a change of force may be this many times what the cell gave before, or this part of it. A tared gauge
+/// doubles it, a unit key makes it 4.4, 9.8 or 25.4 times as much; play that closes may reach it once.
+const PROPORTION: f64 = 1.75;
+
+/// The same where only the push by hand tells the compliance.
+const PROPORTION_OF_PUSH: f64 = 3.0;
+
+/// Settling spreads below which a displacement is not told from its repeats.
+const NEAR_SPREADS: f64 = 3.0;
+
+/// Scatter between repeats that is expected before it is known, as a share of the displacement; it counts as [`PRIOR_FREEDOM`] repeats.
+const PRIOR_SHARE: f64 = 0.005;
+
+/// How many degrees of freedom that expectation is worth.
+const PRIOR_FREEDOM: f64 = 4.0;
+
+/// Quantile of Student's t for 1e-4 on both sides, by degrees of freedom from 4; the last is that of the normal distribution.
+const STUDENT: [(f64, f64); 6] = [
+    (4.0, 13.03),
+    (6.0, 8.02),
+    (10.0, 6.21),
+    (20.0, 4.97),
+    (60.0, 4.17),
+    (f64::INFINITY, 3.89),
+];
+
+/// A displacement is far from what the other loads of the cell let expect beyond this many settling spreads and this share.
+const FAR_FROM_LINE: (f64, f64) = (20.0, 0.5);
+
+/// Settling spreads beyond which a displacement under no load is against the force.
+const AGAINST_SPREADS: f64 = 10.0;
+
+/// Why a reading is not taken without a question.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct Doubt {
+    /// The rule, and the id of the prompt.
+    pub(super) rule: &'static str,
+    pub(super) text: String,
+    /// Whether it may go by itself: a gauge that is late catches up.
+    pub(super) may_pass: bool,
+}
+
+impl Machine {
+    /// What speaks against taking a reading silently.
+    pub(super) fn doubts(&self, taken: &TakenReading) -> Vec<Doubt> {
+        let timed = self.settings.lag_s.is_finite().then(|| {
+            [
+                self.displacement_stands_still(taken),
+                self.force_stands_still(taken),
+                self.out_of_proportion(taken),
+                self.both_stand_still(taken),
+            ]
+        });
+        let rules = [
+            self.against_the_force(taken),
+            self.far_from_repeats(taken),
+            self.few_digits(Channel::Force),
+            self.few_digits(Channel::Displacement),
+        ];
+        let timed = timed.into_iter().flatten();
+        timed.chain(rules).flatten().collect()
+    }
+
+    /// About how far the end of a cell gives way, as far as its readings or the push by hand told, m/N; and how well that is known.
+    pub(super) fn compliance_m_per_n(&self, cell: usize) -> Option<(f64, f64)> {
+        let tolerance_n = self.plan.procedure.settle.force_tolerance_n;
+        let preload_n = self.plan.procedure.preload_n;
+        let kept = self.state.readings.iter().rev();
+        let mut loaded = kept
+            .filter(|kept| kept.superseded.is_none() && kept.taken.cell == cell)
+            .filter(|kept| kept.taken.flag.is_empty() && kept.flags.is_empty())
+            .map(|kept| (kept.taken.force_n - preload_n, kept.taken.displacement_m))
+            .filter(|(force_n, _)| force_n.abs() > STILL_TOLERANCES * tolerance_n);
+        let measured = loaded
+            .next()
+            .map(|(force_n, moved_m)| ((moved_m / force_n).abs(), PROPORTION));
+        let pushed = self.pushed.filter(|(pushed, _)| *pushed == cell);
+        measured.or(pushed.map(|(_, compliance)| (compliance, PROPORTION_OF_PUSH)))
+    }
+
+    /// Since when a gauge has stood still, s, and by how much the other has moved since then at least. `visible` is what the gauge that
+    /// stands still would have to show, N or m; its flicker comes on top and is the last of what comes back.
+    fn moved_behind(&self, still: Channel, visible: f64) -> Option<(f64, f64, f64)> {
+        let (still, moving) = match still {
+            Channel::Force => (self.feed(Channel::Force), self.feed(Channel::Displacement)),
+            Channel::Displacement => (self.feed(Channel::Displacement), self.feed(Channel::Force)),
+        };
+        let digit = still.last.as_ref()?.resolution_si;
+        let from_s = still.window_from_s(self.plan.procedure.settle.dwell_s, self.now_s);
+        // Over a longer time it flickers further than in the dwell.
+        let flicker = (2.0 * still.range(from_s, self.now_s)).min(visible / 2.0);
+        let band = flicker.max(STILL_FLICKER_DIGITS * digit);
+        let since_s = still.still_since_s(band)?;
+        let now = moving.last.as_ref()?.value_si;
+        let lag_s = PART_OF_LAG * self.settings.lag_s + moving.period_s().unwrap_or(0.0);
+        let at = moving.value_at(since_s)?;
+        let near = moving.between(since_s, since_s + lag_s);
+        let moved = near.map(|(_, value)| now - value);
+        let least = |least: f64, moved: f64| {
+            if moved.abs() < least.abs() {
+                moved
+            } else {
+                least
+            }
+        };
+        Some((since_s, moved.fold(now - at, least), band))
+    }
+
+    fn displacement_stands_still(&self, taken: &TakenReading) -> Option<Doubt> {
+        let settle = &self.plan.procedure.settle;
+        let digit_m = self
+            .feed(Channel::Displacement)
+            .last
+            .as_ref()?
+            .resolution_si;
+        let visible_m = (STILL_DIGITS * digit_m)
+            .max(settle.spread_m)
+            .max(STILL_SHARE * taken.displacement_m.abs());
+        let (since_s, moved_n, band_m) = self.moved_behind(Channel::Displacement, visible_m)?;
+        let moved_n = moved_n.abs();
+        let still = match self.compliance_m_per_n(taken.cell) {
+            Some((compliance, _)) => compliance * moved_n > visible_m + band_m,
+            None => moved_n > STILL_TOLERANCES * settle.force_tolerance_n,
+        };
+        still.then(|| Doubt {
+            rule: "frozen",
+            text: format!(
+                "The displacement gauge has shown {} for {:.1} s while the force moved by {moved_n:.1} N: hold, end of travel, or not touching?",
+                taken.displacement_raw.trim(),
+                self.now_s - since_s
+            ),
+            may_pass: true,
+        })
+    }
+
+    fn force_stands_still(&self, taken: &TakenReading) -> Option<Doubt> {
+        let settle = &self.plan.procedure.settle;
+        let (compliance, _) = self.compliance_m_per_n(taken.cell)?;
+        let digit_n = self.feed(Channel::Force).last.as_ref()?.resolution_si;
+        let mut visible_n = (STILL_DIGITS * digit_n)
+            .max(settle.force_tolerance_n / STILL_TOLERANCES)
+            .max(STILL_SHARE * taken.force_n.abs());
+        let (since_s, moved_si, band_n) = self.moved_behind(Channel::Force, visible_n)?;
+        let moved_m = moved_si.abs();
+        let (sign, _) = self.state.axis(Channel::Displacement);
+        if sign * moved_si * taken.displacement_m > 0.0 {
+            // Onward under a load that stays: joints and supports creep.
+            visible_n = visible_n.max(CREEP_SHARE * taken.force_n.abs());
+        }
+        let still = moved_m > settle.spread_m && moved_m > compliance * (visible_n + band_n);
+        still.then(|| Doubt {
+            rule: "frozen",
+            text: format!(
+                "The force gauge has shown {} for {:.1} s while the displacement moved by {:.1} um: hold, peak mode, or overload?",
+                taken.force_raw.trim(),
+                self.now_s - since_s,
+                moved_m * 1e6
+            ),
+            may_pass: true,
+        })
+    }
+
+    /// Displays that used to flicker both stand still since the dwell began: held, or handed on by an adapter that repeats itself.
+    fn both_stand_still(&self, taken: &TakenReading) -> Option<Doubt> {
+        let dwell_s = self.load.as_ref()?.dwell_s(self.now_s);
+        let from_s = self.now_s - dwell_s;
+        let chances = self
+            .feeds
+            .iter()
+            .map(|feed| feed.chance_of_stillness(from_s));
+        (chances.product::<f64>() < CHANCE_OF_STILLNESS).then(|| Doubt {
+            rule: "frozen",
+            text: format!(
+                "Both displays have flickered until now and show {} and {} without change for {dwell_s:.1} s: hold, or an adapter that repeats itself?",
+                taken.force_raw.trim(),
+                taken.displacement_raw.trim(),
+            ),
+            may_pass: true,
+        })
+    }
+
+    fn against_the_force(&self, taken: &TakenReading) -> Option<Doubt> {
+        let settle = &self.plan.procedure.settle;
+        // The displacement counts from the preload: without load the end has moved back.
+        let moved_n = taken.force_n - self.plan.procedure.preload_n;
+        let clear = moved_n.abs() > settle.force_tolerance_n
+            && taken.displacement_m.abs() > AGAINST_SPREADS * settle.spread_m;
+        let against = moved_n * taken.displacement_m < 0.0;
+        (clear && against).then(|| Doubt {
+            rule: "displacement-sign",
+            text: format!(
+                "The end moves by {:.1} um against a force of {:.1} N.",
+                taken.displacement_m * 1e6,
+                taken.force_n
+            ),
+            may_pass: false,
+        })
+    }
+
+    /// From one certain moment to the next, force and displacement change in proportion.
+    fn out_of_proportion(&self, taken: &TakenReading) -> Option<Doubt> {
+        let settle = &self.plan.procedure.settle;
+        let ([force_si, displacement_si], _) = self.before?;
+        let before_n = self.along(Channel::Force, force_si);
+        let before_m = self.along(Channel::Displacement, displacement_si);
+        let changed_n = taken.force_n - before_n;
+        let moved_m = taken.displacement_m - before_m;
+        let (compliance, mut factor) = self.compliance_m_per_n(taken.cell)?;
+        let mut expected_m = compliance * changed_n.abs();
+        // The same step of an earlier repeat tells more than the last reading.
+        if let Some(slope) = self.same_step_before(taken, before_n) {
+            expected_m = slope * changed_n.abs();
+            factor = PROPORTION;
+        }
+        let digit_m = self
+            .feed(Channel::Displacement)
+            .last
+            .as_ref()?
+            .resolution_si;
+        let slack_m = (STILL_TOLERANCES * settle.spread_m).max(2.0 * STILL_DIGITS * digit_m);
+        if changed_n.abs() <= STILL_TOLERANCES * settle.force_tolerance_n {
+            return None;
+        }
+        let little = moved_m.abs() < expected_m / factor - slack_m;
+        let much = moved_m.abs() > expected_m * factor + slack_m;
+        (little || much).then(|| Doubt {
+            rule: "implausible",
+            text: format!(
+                "The force changed by {changed_n:.1} N and the displacement by {:.1} um, where the cell so far lets expect {:.0} um: unit key, zero key, late display, or slip?",
+                moved_m * 1e6,
+                expected_m * changed_n.signum() * 1e6
+            ),
+            may_pass: little,
+        })
+    }
+
+    /// What the same change of load gave in an earlier repeat, m/N.
+    fn same_step_before(&self, taken: &TakenReading, before_n: f64) -> Option<f64> {
+        let near_n = STILL_TOLERANCES * self.plan.procedure.settle.force_tolerance_n;
+        let good = || {
+            let all = self.state.readings.iter().rev();
+            all.filter(|kept| kept.superseded.is_none() && kept.taken.cell == taken.cell)
+                .map(|kept| &kept.taken)
+                .filter(|other| other.repeat < taken.repeat)
+        };
+        let there = good().find(|other| {
+            (other.step, other.branch, other.target_n) == (taken.step, taken.branch, taken.target_n)
+        })?;
+        let from = good().find(|other| {
+            other.repeat == there.repeat
+                && other.step < there.step
+                && (other.force_n - before_n).abs() < near_n
+        })?;
+        let changed_n = there.force_n - from.force_n;
+        let slope = ((there.displacement_m - from.displacement_m) / changed_n).abs();
+        (changed_n.abs() > near_n && slope.is_finite()).then_some(slope)
+    }
+
+    /// A displacement that is off what its repeats, or the other loads, let expect.
+    fn far_from_repeats(&self, taken: &TakenReading) -> Option<Doubt> {
+        let spread_m = self.plan.procedure.settle.spread_m;
+        let accepted = || {
+            let all = self.state.readings.iter();
+            all.filter(|kept| kept.superseded.is_none())
+                .map(|kept| &kept.taken)
+                .filter(|other| other.cell == taken.cell)
+        };
+        let alike = |one: &TakenReading, other: &TakenReading| {
+            (one.step, one.branch, one.target_n) == (other.step, other.branch, other.target_n)
+        };
+        let repeats: Vec<f64> = accepted()
+            .filter(|other| alike(other, taken))
+            .map(|other| other.displacement_m)
+            .collect();
+        let (expected_m, limit_m, what) = if repeats.is_empty() {
+            let loading = accepted().filter(|other| other.branch == Branch::Loading);
+            let points = loading.map(|other| (other.force_n, other.displacement_m));
+            let line_m = on_line(&points.collect::<Vec<_>>(), taken.force_n)?;
+            let (spreads, share) = FAR_FROM_LINE;
+            let limit_m = (spreads * spread_m).max(share * line_m.abs());
+            (line_m, limit_m, "the other loads")
+        } else {
+            let n = repeats.len() as f64;
+            let mean_m = repeats.iter().sum::<f64>() / n;
+            // The force was not exactly the same: a tolerance of force is that much displacement.
+            let compliance = self
+                .compliance_m_per_n(taken.cell)
+                .map_or(0.0, |told| told.0);
+            let band_m = compliance * 2.0 * self.plan.procedure.settle.force_tolerance_n;
+            let (mut squares, mut freedom) = (0.0, 0.0);
+            let mut seen: Vec<&TakenReading> = Vec::new();
+            for one in accepted() {
+                if seen.iter().any(|other| alike(one, other)) {
+                    continue;
+                }
+                seen.push(one);
+                let group = accepted().filter(|other| alike(one, other));
+                let group: Vec<f64> = group.map(|other| other.displacement_m).collect();
+                let mean_m = group.iter().sum::<f64>() / group.len() as f64;
+                squares += group.iter().map(|m| (m - mean_m).powi(2)).sum::<f64>();
+                freedom += group.len() as f64 - 1.0;
+            }
+            let prior_m = spread_m.max(PRIOR_SHARE * mean_m.abs());
+            let all = PRIOR_FREEDOM + freedom;
+            let sd_m = ((PRIOR_FREEDOM * prior_m.powi(2) + squares) / all).sqrt();
+            let limit_m = student(all) * sd_m * (1.0 + 1.0 / n).sqrt();
+            (
+                mean_m,
+                limit_m.max(NEAR_SPREADS * spread_m) + band_m,
+                "its repeats",
+            )
+        };
+        let off_m = (taken.displacement_m - expected_m).abs();
+        (off_m > limit_m).then(|| Doubt {
+            rule: "implausible",
+            text: format!(
+                "{:.1} um at {:.1} N is {:.0} um off what {what} let expect.",
+                taken.displacement_m * 1e6,
+                taken.force_n,
+                off_m * 1e6
+            ),
+            may_pass: false,
+        })
+    }
+
+    /// A gauge that uses few last digits counts in coarser steps than it shows, or digits of it stand still.
+    fn few_digits(&self, channel: Channel) -> Option<Doubt> {
+        let feed = self.feed(channel);
+        let known = self.state.instruments[channel.index()].as_ref();
+        if known.is_some_and(|known| known.step_si.is_some()) {
+            return None;
+        }
+        let few = feed.few_digits()?;
+        let digit = feed.last.as_ref()?.resolution_si;
+        let (factor, unit) = match channel {
+            Channel::Force => (1.0, "N"),
+            Channel::Displacement => (1e6, "um"),
+        };
+        let rule = match channel {
+            Channel::Force => "force-steps",
+            Channel::Displacement => "displacement-steps",
+        };
+        Some(Doubt {
+            rule,
+            text: format!(
+                "The last digit of the {channel} gauge was only {} in {} different values; they lie {:.3} {unit} apart: resolution key, or digits that stand still?",
+                few.digits
+                    .chars()
+                    .map(String::from)
+                    .collect::<Vec<_>>()
+                    .join(" or "),
+                few.values,
+                few.step as f64 * digit * factor
+            ),
+            may_pass: false,
+        })
+    }
+}
+
+/// Quantile of Student's t for the next smaller number of degrees of freedom in the list.
+fn student(freedom: f64) -> f64 {
+    let below = STUDENT.iter().rev().find(|(of, _)| *of <= freedom);
+    below.map_or(STUDENT[0].1, |(_, t)| *t)
+}
+
+/// Where the least-squares line through (force, displacement) lies at a force; `None` below three points or with forces all alike.
+fn on_line(points: &[(f64, f64)], force_n: f64) -> Option<f64> {
+    let n = points.len() as f64;
+    let mean_n = points.iter().map(|point| point.0).sum::<f64>() / n;
+    let mean_m = points.iter().map(|point| point.1).sum::<f64>() / n;
+    let sxx: f64 = points.iter().map(|point| (point.0 - mean_n).powi(2)).sum();
+    let sxy: f64 = points
+        .iter()
+        .map(|point| (point.0 - mean_n) * (point.1 - mean_m))
+        .sum();
+    let told = points.len() >= 3 && sxx > 1.0;
+    told.then(|| mean_m + sxy / sxx * (force_n - mean_n))
+}

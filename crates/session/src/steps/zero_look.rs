@@ -1,0 +1,188 @@
+//! Looking at the zero again: whether it has moved, and what that means for the readings on it.
+
+use crate::event::{Event, Superseded, ZeroMoment};
+use crate::operator::Prompt;
+use stiffbench_gauges::Channel;
+
+use super::answers::Why;
+use super::{Action, Machine};
+
+/// Share of the largest displacement on a zero that the zero may have moved by.
+const DRIFT_SHARE: f64 = 0.02;
+
+/// Share of the largest load that the force zero may have moved by: the error of a stiffness from it.
+const FORCE_DRIFT_SHARE: f64 = 0.005;
+
+/// Steps of the last digit below which a drift cannot be told.
+const DRIFT_DIGITS: f64 = 3.0;
+
+/// How often readings are taken once more for a zero that moved, before they are kept with a flag.
+const MOST_REDONE: u32 = 3;
+
+impl Machine {
+    /// What the displacement gauge shows under the preload is how far its zero has moved.
+    pub(super) fn displacement_zero_looked_at(&mut self) {
+        let feed = self.feed(Channel::Displacement);
+        let length_s = self.plan.procedure.settle.dwell_s;
+        let window = feed.window(feed.window_from_s(length_s, self.now_s));
+        let Some(window) = window else {
+            return;
+        };
+        self.drift_m = Some(self.along(Channel::Displacement, window.mean));
+        self.done();
+    }
+
+    /// What the force gauge shows hanging free is how far its zero has moved: both drifts are kept, and asked about where they are large.
+    pub(super) fn work_zero_look(&mut self, out: &mut Vec<Action>) {
+        let feed = self.feed(Channel::Force);
+        // On the way to hanging free it was inside the wide band already: a dwell of its own.
+        let dwelt = self.now_s - self.look_since_s >= self.plan.procedure.settle.dwell_s;
+        let window = feed
+            .window(self.look_since_s)
+            .filter(|_| dwelt && feed.is_good(self.now_s));
+        let (Some(zero), Some(drift_m)) = (self.state.zero.as_ref(), self.drift_m) else {
+            self.done();
+            return;
+        };
+        let quiet_n = 2.0 * self.plan.procedure.settle.force_tolerance_n;
+        let Some(window) = window else {
+            return;
+        };
+        if window.spread > quiet_n {
+            self.look_since_s = self.now_s;
+            return;
+        }
+        let mut zeroed = zero.set.clone();
+        let drift_n = self.along(Channel::Force, window.mean);
+        let (limit_m, limit_n) = (self.drift_limit_m(), self.drift_limit_n());
+        let mut moved = Vec::new();
+        if drift_m.abs() > limit_m {
+            moved.push(format!(
+                "the displacement zero moved by {:.1} um",
+                drift_m * 1e6
+            ));
+        }
+        if drift_n.abs() > limit_n {
+            moved.push(format!("the force zero moved by {drift_n:.2} N"));
+        }
+        let goes_on = self.zero_is_unsure();
+        zeroed.drift_m = Some(drift_m);
+        zeroed.force_drift_n = Some(drift_n);
+        zeroed.flag = moved.join(" and ");
+        zeroed.moment = if goes_on {
+            ZeroMoment::Kept
+        } else {
+            ZeroMoment::After
+        };
+        self.say(
+            format!("zero drift: {:.1} um, {drift_n:.2} N", drift_m * 1e6),
+            out,
+        );
+        self.record(Event::Zero(zeroed), out);
+        for channel in Channel::ALL {
+            self.flag_few_digits(channel, out);
+            self.feeds[channel.index()].learn_digits();
+        }
+        self.unsure = false;
+        if std::mem::take(&mut self.jumped) && moved.is_empty() {
+            self.lag_s *= 2.0;
+        }
+        self.drift_m = None;
+        self.begin_histories();
+        self.done();
+        if moved.is_empty() {
+            self.note_shown();
+            return;
+        }
+        let text = moved.join(" and ");
+        if goes_on {
+            self.message(
+                format!("{text}: the readings since it was last looked at are flagged"),
+                true,
+                out,
+            );
+            // Where the next reading is in another cell or on another zero, that is set on the way to it.
+            let open = self.plan.next_open(&self.state, self.focus);
+            if let Some((cell, index)) = open.filter(|(cell, index)| self.has_zero(*cell, *index)) {
+                let mut jobs = Vec::new();
+                self.zero(cell, index, &mut jobs);
+                self.queue = jobs.into();
+            }
+            return;
+        }
+        if self.redone >= MOST_REDONE {
+            self.message(format!("{text}; the readings are flagged"), true, out);
+            return;
+        }
+        let prompt = Prompt::choice(
+            "drift",
+            format!(
+                "{text}; allowed are {:.1} um and {limit_n:.2} N.",
+                limit_m * 1e6
+            ),
+            &[
+                ("keep", "keep the readings; they are flagged"),
+                ("redo", "take the readings on this zero once more"),
+            ],
+        );
+        self.ask(prompt, Why::Drift, out);
+    }
+
+    /// Drift of the displacement zero that matters: a share of what is measured on it, no less than the gauge can show.
+    pub(super) fn drift_limit_m(&self) -> f64 {
+        let settle = &self.plan.procedure.settle;
+        let digit_m = self.feed(Channel::Displacement).last.as_ref();
+        let digit_m = digit_m.map_or(0.0, |last| last.resolution_si);
+        let least_m = settle.spread_m.max(DRIFT_DIGITS * digit_m);
+        let zero = self.state.zero.as_ref();
+        let on_it = self.state.readings.iter().filter(|kept| {
+            zero.is_some_and(|zero| {
+                (kept.taken.cell, &kept.taken.zero) == (zero.set.cell, &zero.set.label)
+            })
+        });
+        let largest_m = on_it
+            .map(|kept| kept.taken.displacement_m.abs())
+            .fold(0.0, f64::max);
+        (DRIFT_SHARE * largest_m)
+            .min(self.settings.drift_limit_m)
+            .max(least_m)
+    }
+
+    /// Drift of the force zero that matters.
+    fn drift_limit_n(&self) -> f64 {
+        let digit_n = self.feed(Channel::Force).last.as_ref();
+        let digit_n = digit_n.map_or(0.0, |last| last.resolution_si);
+        (FORCE_DRIFT_SHARE * self.plan.largest_n()).max(DRIFT_DIGITS * digit_n)
+    }
+
+    /// Whether the zero in use has to be looked at before the next reading.
+    pub(super) fn zero_is_unsure(&self) -> bool {
+        self.state.unconfirmed || self.unsure
+    }
+
+    /// Every reading on the zero in use is to be taken once more.
+    pub(super) fn redo_zero(&mut self, out: &mut Vec<Action>) {
+        let Some(zero) = self.state.zero.as_ref() else {
+            return;
+        };
+        let (cell, scope) = (zero.set.cell, zero.set.scope.clone());
+        self.redone += 1;
+        let label = zero.set.label.clone();
+        let on_it = self.state.readings.iter().filter(|kept| {
+            kept.superseded.is_none() && kept.taken.cell == cell && kept.taken.zero == label
+        });
+        let numbers: Vec<u32> = on_it.map(|kept| kept.taken.number).collect();
+        for number in numbers {
+            let reason = "the zero moved".to_owned();
+            self.record(Event::Superseded(Superseded { number, reason }), out);
+        }
+        let readings = self.plan.cells[cell].readings.iter();
+        let first = readings
+            .map(|reading| self.plan.zero_scope(reading))
+            .position(|of| of == scope);
+        let mut jobs = Vec::new();
+        self.zero(cell, first.unwrap_or(0), &mut jobs);
+        self.reroute();
+        self.queue = jobs.into();
+    }
+}

@@ -1,0 +1,231 @@
+//! Faults of gauges, zeros and operators during a session: no false value stands as an accepted reading without a flag.
+
+use stiffbench_gauges::{Channel, GaugeEvent, LinkState};
+use stiffbench_session::{Answer, Input, OperatorEvent, Outcome, PromptKind, SessionState, Task};
+
+use super::support::{Rig, records, short};
+
+/// Compliance of the bench along x, m/N, and the preload that its zero is set under, N.
+const COMPLIANCE: f64 = 5e-6;
+const PRELOAD_N: f64 = -1.0;
+
+/// A session up to its reading of this number.
+fn up_to(readings: usize) -> Rig {
+    let mut rig = Rig::start(&short(false));
+    rig.until(4000, |rig| rig.machine.state().readings.len() == readings);
+    rig
+}
+
+/// Fails if a reading that counts and has no flag is off the bench by more than three steps of its last digits.
+fn nothing_false(state: &SessionState, what: &str) {
+    for kept in state
+        .readings
+        .iter()
+        .filter(|kept| kept.superseded.is_none())
+    {
+        let taken = &kept.taken;
+        let true_m = COMPLIANCE * (taken.force_n - PRELOAD_N);
+        let off_m = (taken.displacement_m - true_m).abs();
+        assert!(
+            off_m <= 3e-6 || !kept.flag().is_empty(),
+            "{what}: reading {} is {:.1} um at {:.2} N, true {:.1}",
+            taken.number,
+            taken.displacement_m * 1e6,
+            taken.force_n,
+            true_m * 1e6
+        );
+    }
+}
+
+fn asked(rig: &Rig, id: &str) -> bool {
+    rig.asked.iter().any(|prompt| prompt.id == id)
+}
+
+fn link(channel: Channel, state: LinkState, at_s: f64) -> Input {
+    Input::Gauge(GaugeEvent::Link {
+        channel,
+        state,
+        at_s,
+    })
+}
+
+#[test]
+fn what_a_zero_leaves_is_taken_off_and_recorded() {
+    let mut rig = Rig::start(&short(false));
+    rig.bench.has_zero = [true; 2];
+    rig.bench.leaves_si = [0.8, 4e-6];
+    assert_eq!(rig.run(), Some(Outcome::Complete));
+    let state = rig.machine.state();
+    nothing_false(state, "a near zero");
+    for kept in &state.readings {
+        let raw = kept.taken.force_raw.trim_end_matches(" N").parse::<f64>();
+        let raw = raw.expect("the text of the mock");
+        let [zero_n, zero_m] = kept.taken.zero_si.expect("recorded");
+        assert!((zero_n - 0.8).abs() < 1e-9 && (zero_m - 4e-6).abs() < 1e-9);
+        // The force gauge of the bench counts against the axis.
+        assert!((kept.taken.force_n + (raw - zero_n)).abs() < 1e-9);
+    }
+    let again = SessionState::fold(&records(&rig.journal_bytes()));
+    assert!(again.rows().iter().all(|(reading, ..)| {
+        let text = reading.text.as_ref().expect("texts");
+        text.zero_si.iter().all(Option::is_some) && text.flag.is_empty()
+    }));
+}
+
+#[test]
+fn a_display_that_stood_still_on_the_way_gives_no_reading() {
+    for channel in Channel::ALL {
+        let mut rig = up_to(2);
+        rig.answers
+            .push(("frozen", Answer::Text("skip".to_owned())));
+        rig.answers
+            .push(("implausible", Answer::Text("skip".to_owned())));
+        rig.until(4000, |rig| rig.bench.force_n < -17.0);
+        rig.bench.hold(channel);
+        if channel == Channel::Force {
+            // Held just inside the band; the jack goes on.
+            rig.bench.held_si[0] = Some(19.8);
+        }
+        for _ in 0..200 {
+            rig.tick();
+        }
+        rig.bench.held_si = [None; 2];
+        rig.run();
+        nothing_false(rig.machine.state(), "held");
+    }
+}
+
+#[test]
+fn a_gauge_that_tares_itself_under_load_leaves_no_false_reading() {
+    for channel in Channel::ALL {
+        for readings in [1, 2, 3, 5] {
+            let mut rig = up_to(readings);
+            rig.bench.tare(channel);
+            rig.bench.by_display = true;
+            assert_eq!(rig.run(), Some(Outcome::Complete));
+            nothing_false(rig.machine.state(), "tared");
+        }
+    }
+}
+
+#[test]
+fn after_a_lost_line_the_zero_is_looked_at_before_the_next_reading() {
+    for tared in [false, true] {
+        let mut rig = up_to(2);
+        let at_s = rig.bench.now_s;
+        let reason = "unplugged".into();
+        rig.input(link(
+            Channel::Displacement,
+            LinkState::Lost { reason },
+            at_s,
+        ));
+        if tared {
+            rig.bench.tare(Channel::Displacement);
+        }
+        let port = "ttyUSB1".into();
+        rig.input(link(
+            Channel::Displacement,
+            LinkState::Connected { port },
+            at_s,
+        ));
+        let zeros = rig.machine.state().zeros.values().sum::<u32>();
+        assert_eq!(rig.run(), Some(Outcome::Complete));
+        let state = rig.machine.state();
+        nothing_false(state, "lost");
+        let flagged = state.readings.iter().filter(|kept| !kept.flag().is_empty());
+        assert_eq!(flagged.count(), if tared { 2 } else { 0 });
+        // One zero more than the one of the second repeat only if the first was lost.
+        let more = state.zeros.values().sum::<u32>() - zeros;
+        assert_eq!(more, if tared { 2 } else { 1 });
+    }
+}
+
+#[test]
+fn another_number_of_decimals_holds_the_session_up() {
+    let mut rig = up_to(2);
+    rig.bench.decimals = 4;
+    for _ in 0..300 {
+        rig.tick();
+    }
+    assert_eq!(rig.machine.state().readings.len(), 2);
+    let held_up = rig.machine.view().held_up.join("; ");
+    assert!(held_up.contains("another number of decimals"), "{held_up}");
+    rig.bench.decimals = 3;
+    assert_eq!(rig.run(), Some(Outcome::Complete));
+    nothing_false(rig.machine.state(), "decimals");
+}
+
+#[test]
+fn readings_whose_zero_nobody_looked_at_again_say_so_until_somebody_does() {
+    let mut rig = up_to(2);
+    rig.input(Input::Operator(OperatorEvent::Interrupt));
+    rig.run();
+    let state = rig.machine.state();
+    assert!(
+        state
+            .readings
+            .iter()
+            .all(|kept| kept.flag().contains("was not looked at"))
+    );
+    let bench = rig.bench.clone();
+    let mut rig = Rig::resume(&short(false), &rig.journal_bytes(), bench);
+    assert_eq!(rig.run(), Some(Outcome::Complete));
+    assert!(
+        rig.machine
+            .state()
+            .readings
+            .iter()
+            .all(|kept| kept.flag().is_empty())
+    );
+}
+
+#[test]
+fn a_load_applied_again_is_held_against_its_reading_of_before() {
+    let rig = up_to(2);
+    let mut bench = rig.bench.clone();
+    bench.sensitivity = 0.5;
+    bench.force_n = 0.0;
+    let mut rig = Rig::resume(&short(false), &rig.journal_bytes(), bench);
+    // The zero of such a gauge is right under the preload.
+    rig.bench.tare(Channel::Displacement);
+    rig.answers
+        .push(("changed", Answer::Text("flag".to_owned())));
+    rig.answers
+        .push(("implausible", Answer::Text("skip".to_owned())));
+    rig.run();
+    nothing_false(rig.machine.state(), "half as sensitive");
+}
+
+#[test]
+fn coarse_steps_behind_fine_decimals_are_asked_about() {
+    let mut procedure = short(false);
+    procedure.loads_n = (0..12).map(|n| -6.5 * f64::from(n)).collect();
+    let mut rig = Rig::start(&procedure);
+    rig.bench.step_m = 10e-6;
+    rig.answers
+        .push(("displacement-steps", Answer::Text("skip".to_owned())));
+    rig.answers
+        .push(("implausible", Answer::Text("skip".to_owned())));
+    rig.run();
+    assert!(asked(&rig, "displacement-steps"));
+    nothing_false(rig.machine.state(), "coarse");
+}
+
+#[test]
+fn a_question_goes_when_its_cause_is_gone() {
+    let mut rig = up_to(1);
+    rig.until(4000, |rig| {
+        matches!(rig.machine.view().task, Task::Load { target_n, .. } if target_n == -10.0)
+            && rig.bench.force_n < -5.0
+    });
+    let actions = rig
+        .machine
+        .input(Input::Operator(OperatorEvent::Capture), rig.bench.now_s);
+    assert!(!actions.is_empty());
+    let prompt = rig.machine.view().prompt.expect("it is asked");
+    assert_eq!(prompt.id, "not-settled");
+    assert!(matches!(prompt.kind, PromptKind::Choice(_)));
+    rig.until(200, |rig| rig.machine.state().readings.len() == 2);
+    assert!(rig.machine.state().readings[1].taken.flag.is_empty());
+    assert!(rig.said.iter().any(|line| line.starts_with("withdrawn")));
+}
