@@ -106,11 +106,18 @@ impl<H: Hill> Climb<H> {
         self.hill.height(&pose)
     }
 
-    /// Slope at `x` along a unit direction, a degree.
-    fn slope(&mut self, x: &DVector<f64>, direction: &DVector<f64>) -> Result<f64, RobotError> {
+    /// Slope at `x` along a unit direction, a degree, and the mean of the two heights that it is worked out from.
+    fn slope(
+        &mut self,
+        x: &DVector<f64>,
+        direction: &DVector<f64>,
+    ) -> Result<(f64, f64), RobotError> {
         let ahead = self.value(&(x + direction * H::STEP_DEG))?;
         let behind = self.value(&(x - direction * H::STEP_DEG))?;
-        Ok((ahead - behind) / (2.0 * H::STEP_DEG))
+        Ok((
+            (ahead - behind) / (2.0 * H::STEP_DEG),
+            0.5 * (ahead + behind),
+        ))
     }
 
     /// Indices of the limits the pose touches.
@@ -131,7 +138,7 @@ impl<H: Hill> Climb<H> {
         let mut gradient = DVector::zeros(n);
         for i in 0..n {
             let axis = DVector::from_fn(n, |j, _| f64::from(u8::from(i == j)));
-            gradient[i] = self.slope(&x, &axis)?;
+            (gradient[i], _) = self.slope(&x, &axis)?;
         }
         let mut kept = self.touched();
         loop {
@@ -169,14 +176,14 @@ impl<H: Hill> Climb<H> {
             }
         }
         // Every free variable has limits of its own, so that every direction meets one.
-        let (mut rising, mut height) = (0.0, self.value(&x)?);
+        let (mut rising, (_, mut height)) = (0.0, self.slope(&x, direction)?);
         let (mut falling, mut tried) = (farthest, farthest);
         // Bisection between a place that rises and one that falls or lies lower, far below what a step of the differences tells apart.
         loop {
             let there = &x + direction * tried;
-            let reached = self.value(&there)?;
+            let (slope, reached) = self.slope(&there, direction)?;
             let lower = reached < height - ROUNDING * height.abs();
-            if !lower && self.slope(&there, direction)? >= 0.0 {
+            if !lower && slope >= 0.0 {
                 (rising, height) = (tried, reached);
             } else {
                 falling = tried;
