@@ -50,24 +50,29 @@ impl Machine {
         }
     }
 
-    /// Before the first zero nothing rests on the settings of a gauge: it may be set as it should be, and all is looked at again.
-    fn set_otherwise_before_the_first_zero(&mut self, channel: Channel, out: &mut Vec<Action>) {
-        self.feeds[channel.index()].forget_settings();
-        self.feeds[channel.index()].forget();
-        self.unit_unsure[channel.index()] = true;
+    /// Identity, unit and mode are asked for again; what was being done is worked out anew.
+    fn look_again(&mut self, channel: Channel, out: &mut Vec<Action>) {
         self.checked = false;
+        self.unit_unsure[channel.index()] = true;
         self.begin_histories();
-        self.message(
-            format!("the {channel} gauge changed its unit or its number of decimals: it is looked at again"),
-            true,
-            out,
-        );
         if let Some(open) = self.pending.take_if(|open| open.why.is_of_a_load()) {
             self.say(format!("withdrawn: {}", open.prompt.text), out);
         }
         if self.pending.is_none() {
             self.reroute();
         }
+    }
+
+    /// Before the first zero nothing rests on the settings of a gauge: it may be set as it should be, and all is looked at again.
+    fn set_otherwise_before_the_first_zero(&mut self, channel: Channel, out: &mut Vec<Action>) {
+        self.feeds[channel.index()].forget_settings();
+        self.feeds[channel.index()].forget();
+        self.message(
+            format!("the {channel} gauge changed its unit or its number of decimals: it is looked at again"),
+            true,
+            out,
+        );
+        self.look_again(channel, out);
     }
 
     /// The line to a gauge went down or came back.
@@ -103,17 +108,9 @@ impl Machine {
 
     /// A gauge that was away may have forgotten its zero, its unit and its mode: all of it is looked at again before the next reading.
     fn gauge_was_away(&mut self, channel: Channel, out: &mut Vec<Action>) {
-        self.checked = false;
-        self.unit_unsure[channel.index()] = true;
         self.unsure |= self.state.zero.is_some();
         self.compares = self.unsure;
-        if let Some(open) = self.pending.take_if(|open| open.why.is_of_a_load()) {
-            self.say(format!("withdrawn: {}", open.prompt.text), out);
-        }
-        if self.pending.is_none() {
-            self.reroute();
-        }
-        self.begin_histories();
+        self.look_again(channel, out);
     }
 
     /// Nothing of a gauge may be used until it is good again.
