@@ -90,7 +90,7 @@ pub fn fit_figures(
     let drawn = outcome.estimates.iter().map(|estimate| DrawnFactor {
         name: estimate.name.to_owned(),
         value: estimate.value,
-        ci95: estimate.interval_95,
+        ci95: estimate.parts_95(),
         bounds: (!matches!(
             estimate.status,
             FactorStatus::Fixed | FactorStatus::Tied { .. }

@@ -67,6 +67,7 @@ fn factor_json(estimate: &FactorEstimate) -> Value {
     json!({
         "value": estimate.value,
         "ci95": estimate.interval_95,
+        "islands": estimate.islands_95,
         "ci95_quadratic": estimate.quadratic_interval_95,
         "ci95_bootstrap": estimate.bootstrap_interval_95,
         "status": estimate.status.word(),
@@ -120,7 +121,7 @@ pub fn fit_text(outcome: &FitOutcome) -> String {
             estimate.name.to_owned(),
             significant(estimate.start, 4),
             significant(estimate.value, 4),
-            interval(estimate.interval_95, 4),
+            islands(&estimate.parts_95()),
             estimate.status.word().replace('_', " "),
         ];
         if bootstrap {
@@ -137,6 +138,15 @@ pub fn fit_text(outcome: &FitOutcome) -> String {
         let _ = writeln!(text, "\nnote: {warning}");
     }
     text
+}
+
+/// The 95 % interval, or the islands that it consists of.
+fn islands(parts: &[[f64; 2]]) -> String {
+    if parts.is_empty() {
+        return interval(None, 4);
+    }
+    let parts = parts.iter().map(|part| interval(Some(*part), 4));
+    parts.collect::<Vec<_>>().join(" or ")
 }
 
 /// Sentences about factors that the data do not determine, and what would.
@@ -228,7 +238,7 @@ fn agreement_text(outcome: &FitOutcome) -> String {
                 agreement.dof
             ),
         });
-    format!("\nIntervals: profile likelihood, {sigma}; {basis}{chi}.\n")
+    format!("\nIntervals: likelihood ratio, {sigma}; {basis}{chi}.\n")
 }
 
 fn cells_text(outcome: &FitOutcome) -> String {

@@ -121,7 +121,7 @@ fn a_simulated_session_is_complete_and_its_truth_stands_apart() {
     let desk = Desk::new();
     for (plan, readings) in [
         ("paper", 480),
-        ("sweeps", 480),
+        ("sweeps", 540),
         ("load-unload", 900),
         ("load-hold-unload", 1020),
         ("shuffled", 480),

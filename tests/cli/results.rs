@@ -131,7 +131,7 @@ fn figures_and_sessions_are_listed_where_they_were_written() {
         desk.run("simulate a")
             .succeeds()
             .stdout
-            .contains("480 readings")
+            .contains("540 readings")
     );
     let simulated = desk.data("simulate b --poses P1 --directions x --repeats 2 --loads-N 0,-10");
     assert_eq!(simulated["readings"], 4);

@@ -5,6 +5,7 @@
     reason = "a test stops at what is not as it must be"
 )]
 
+mod fit_coverage;
 mod fit_recovery;
 mod map_questions;
 mod mismatch_specimens;

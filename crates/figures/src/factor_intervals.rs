@@ -18,8 +18,8 @@ pub struct DrawnFactor {
     pub name: String,
     /// Value, dimensionless.
     pub value: f64,
-    /// 95 % interval.
-    pub ci95: Option<[f64; 2]>,
+    /// 95 % interval, or the islands that it consists of; empty for none.
+    pub ci95: Vec<[f64; 2]>,
     /// Between which values the fit could choose.
     pub bounds: Option<[f64; 2]>,
     /// What became of it in the fit.
@@ -39,6 +39,13 @@ pub enum FactorFate {
     AtBound,
     /// The data do not tell it.
     NotIdentified,
+}
+
+impl DrawnFactor {
+    fn part_with_value(&self) -> Option<[f64; 2]> {
+        let holds = |[low, high]: &&[f64; 2]| (*low..=*high).contains(&self.value);
+        self.ci95.iter().find(holds).copied()
+    }
 }
 
 impl FactorFate {
@@ -94,12 +101,18 @@ pub fn factor_intervals(input: &FactorIntervals) -> Figure {
             .enumerate()
             .filter(|(_, factor)| factor.fate == fate)
             .map(|(place, factor)| Point {
-                x_bar: factor.ci95,
+                x_bar: factor.part_with_value(),
                 ..Point::new(factor.value, place as f64)
             })
             .collect();
         if !points.is_empty() {
             let (label, style) = fate.look();
+            let islands = other_parts(&input.factors, fate);
+            if !islands.is_empty() {
+                panel
+                    .series
+                    .push(Series::new(style, Marks::Segments(islands)));
+            }
             panel
                 .series
                 .push(Series::labelled(label, style, Marks::Points(points)));
@@ -108,10 +121,15 @@ pub fn factor_intervals(input: &FactorIntervals) -> Figure {
     let without = input
         .factors
         .iter()
-        .filter(|f| f.ci95.is_none() && matches!(f.fate, FactorFate::Free | FactorFate::AtBound))
+        .filter(|f| f.ci95.is_empty() && matches!(f.fate, FactorFate::Free | FactorFate::AtBound))
         .count();
+    let apart = input.factors.iter().filter(|f| f.ci95.len() > 1).count();
     let caption = joined([
         Some("Bars: 95 % intervals of the fitted factors.".to_owned()),
+        if_any(
+            apart,
+            "Where several bars stand beside each other, each of them is possible, and nothing between them.".to_owned(),
+        ),
         if_any(
             without,
             format!("{without} fitted factors have no interval."),
@@ -122,6 +140,22 @@ pub fn factor_intervals(input: &FactorIntervals) -> Figure {
         panels: vec![panel],
         ..Figure::new("Fitting factors", caption)
     }
+}
+
+/// The islands without the value, of the factors with a fate.
+fn other_parts(factors: &[DrawnFactor], fate: FactorFate) -> Vec<[[f64; 2]; 2]> {
+    let of_fate = factors
+        .iter()
+        .enumerate()
+        .filter(|(_, factor)| factor.fate == fate);
+    let parts = of_fate.flat_map(|(place, factor)| {
+        let others = factor
+            .ci95
+            .iter()
+            .filter(|part| Some(**part) != factor.part_with_value());
+        others.map(move |part| part.map(|end| [end, place as f64]))
+    });
+    parts.collect()
 }
 
 fn bar(place: f64, [low, high]: [f64; 2]) -> Polygon {
@@ -142,7 +176,7 @@ mod tests {
         let factor = |name: &str, value, fate| DrawnFactor {
             name: name.to_owned(),
             value,
-            ci95: (fate == FactorFate::Free).then_some([0.5 * value, 2.0 * value]),
+            ci95: Vec::from_iter((fate == FactorFate::Free).then_some([0.5 * value, 2.0 * value])),
             bounds: Some([0.1 * value, 10.0 * value]),
             fate,
         };

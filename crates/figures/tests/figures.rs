@@ -202,7 +202,7 @@ fn fitting_factors() {
     let factor = |name: &str, value: f64, half: Option<f64>, bounds: bool, fate| DrawnFactor {
         name: name.to_owned(),
         value,
-        ci95: half.map(|half| [value / half, value * half]),
+        ci95: Vec::from_iter(half.map(|half| [value / half, value * half])),
         bounds: bounds.then_some([0.1 * value, 10.0 * value]),
         fate,
     };

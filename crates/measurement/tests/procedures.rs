@@ -53,10 +53,19 @@ fn the_other_procedures_differ_from_the_sweeps_in_one_thing_each() {
         text: shipped(name).text,
         ..other
     };
-    assert_eq!(sweeps, named("sweeps", Procedure::default()));
+    let back_to_zero = Procedure {
+        loads_n: sweeps.loads_n.clone(),
+        ..Procedure::default()
+    };
+    assert_eq!(sweeps, named("sweeps", back_to_zero));
+    let (last_n, others_n) = sweeps.loads_n.split_last().unwrap();
+    assert_eq!(
+        (*last_n, others_n),
+        (0.0, Procedure::default().loads_n.as_slice())
+    );
     let load_unload = Procedure {
         unloading: true,
-        ..sweeps.clone()
+        ..Procedure::default()
     };
     assert_eq!(
         shipped("load-unload"),
@@ -70,7 +79,7 @@ fn the_other_procedures_differ_from_the_sweeps_in_one_thing_each() {
     let shuffled = Procedure {
         load_order: LoadOrder::Shuffled,
         seed: 1,
-        ..sweeps
+        ..Procedure::default()
     };
     assert_eq!(shipped("shuffled"), named("shuffled", shuffled));
 }
@@ -80,7 +89,7 @@ fn readings_of_twelve_cells() {
     // Readings of four poses and three directions, as in the comparison of plans that the procedures come from.
     for (name, readings) in [
         ("paper", 480),
-        ("sweeps", 480),
+        ("sweeps", 540),
         ("load-unload", 900),
         ("load-hold-unload", 1020),
         ("shuffled", 480),

@@ -77,7 +77,7 @@ pub fn fit_cells(problem: &FitProblem<'_>, options: &FitOptions) -> Result<FitOu
         known_dof: training.basis.dof(),
         ..CovarianceSettings::default()
     };
-    let profiled = Profiled::fit(&mut joint, set, sigma, &settings)?;
+    let profiled = Profiled::fit(&trained, &mut joint, set, sigma, &settings)?;
     let Profiled { set, fit, .. } = &profiled;
     let factors = joint.factors(&fit.values);
     let cells: Vec<_> = measured

@@ -86,24 +86,19 @@ impl MeasuredStiffness {
     /// known from the readings: the first is pooled over the cells, u² = s²/n + σ²/(c² Σ(F - F̄)²), with n runs and compliance c.
     #[must_use]
     pub fn from_table(table: &StiffnessTable, method: Method) -> Self {
-        let scatter: Vec<Option<CellScatter>> = table
-            .cells
-            .iter()
-            .map(|row| CellScatter::of(row, table))
-            .collect();
-        let pooled = pooled_run_slope(&scatter);
+        let pooled = table.run_slope.zip(table.pooled_scatter);
         let mut measured = Self {
             cells: Vec::new(),
             basis: match pooled {
-                Some((variance, dof)) => WeightBasis::Pooled {
-                    run_slope_sd: variance.sqrt(),
-                    dof,
+                Some((run_slope, _)) => WeightBasis::Pooled {
+                    run_slope_sd: run_slope.variance.sqrt(),
+                    dof: run_slope.dof,
                 },
                 None => WeightBasis::EachCell,
             },
             unusable: Vec::new(),
         };
-        for (row, scatter) in table.cells.iter().zip(&scatter) {
+        for row in &table.cells {
             let estimate = match row.by(method) {
                 Ok(estimate) if estimate.estimate.value > 0.0 => estimate,
                 Ok(estimate) => {
@@ -121,12 +116,11 @@ impl MeasuredStiffness {
                     continue;
                 }
             };
-            let own = match (pooled, scatter) {
-                (Some((variance, _)), Some(scatter)) => {
-                    Some((variance / scatter.runs + scatter.reading_variance).sqrt())
-                }
-                _ => estimate.ln_parts.independent,
-            };
+            let line = row.line.as_ref().ok();
+            let of_cell = pooled
+                .zip(line)
+                .and_then(|((run_slope, scatter), line)| run_slope.of_cell(line, &scatter));
+            let own = of_cell.map(f64::sqrt).or(estimate.ln_parts.independent);
             measured.cells.push(MeasuredCell {
                 cell: row.cell.clone(),
                 stiffness_n_per_m: estimate.estimate.value,
@@ -171,68 +165,4 @@ impl MeasuredStiffness {
     pub fn has_uncertainties(&self) -> bool {
         !self.cells.is_empty() && self.cells.iter().all(|cell| cell.ln_uncertainty.is_some())
     }
-}
-
-/// What the runs of a cell say about the scatter of its slope, relative.
-#[derive(Debug, Clone, Copy)]
-struct CellScatter {
-    runs: f64,
-    /// Variance of the mean slope as the runs show it, and its degrees of freedom.
-    by_runs: Option<(f64, f64)>,
-    /// Variance of the mean slope that reading noise alone gives.
-    reading_variance: f64,
-}
-
-impl CellScatter {
-    fn of(
-        row: &stiffbench_measurement::stiffness::CellStiffness,
-        table: &StiffnessTable,
-    ) -> Option<Self> {
-        let line = row.line.as_ref().ok()?;
-        let sd_m = table
-            .pooled_scatter
-            .as_ref()?
-            .sd_m(line.slope_m_per_n.abs());
-        let root_sxx_n = line.runs.iter().map(|run| run.sxx_n2).sum::<f64>().sqrt();
-        let relative = |u: f64| (u / line.slope_m_per_n).powi(2);
-        Some(Self {
-            runs: row.n_runs as f64,
-            by_runs: line
-                .slope_by_runs
-                .map(|by_runs| (relative(by_runs.standard_uncertainty), by_runs.dof)),
-            reading_variance: relative(sd_m / root_sxx_n),
-        })
-        .filter(|scatter| scatter.reading_variance.is_finite())
-    }
-}
-
-/// Variance of a run's slope beyond reading noise, relative, pooled over the cells; with degrees of freedom.
-///
-/// Weighted mean of n (u² - reading part) over the cells, weights from the variance of u², 2u⁴/dof, at the fitted value; ten rounds
-/// settle it. Never below zero.
-fn pooled_run_slope(cells: &[Option<CellScatter>]) -> Option<(f64, f64)> {
-    let with_runs: Vec<(CellScatter, f64, f64)> = cells
-        .iter()
-        .flatten()
-        .filter_map(|cell| cell.by_runs.map(|(u2, dof)| (*cell, u2, dof)))
-        .collect();
-    let dof: f64 = with_runs.iter().map(|(_, _, dof)| dof).sum();
-    if with_runs.is_empty() {
-        return None;
-    }
-    let mut variance = 0.0;
-    for _ in 0..10 {
-        let (mut weights, mut sum) = (0.0, 0.0);
-        for (cell, u2, dof) in &with_runs {
-            let expected = cell.reading_variance + variance / cell.runs;
-            let weight = dof / (cell.runs * expected).powi(2);
-            weights += weight;
-            sum += weight * cell.runs * (u2 - cell.reading_variance);
-        }
-        variance = (sum / weights).max(0.0);
-        if !variance.is_finite() {
-            return None;
-        }
-    }
-    Some((variance, dof))
 }

@@ -68,14 +68,28 @@ pub struct FactorEstimate {
     pub start: f64,
     /// Where it ended.
     pub value: f64,
-    /// 95 % profile-likelihood interval; only for factors that the data determine.
+    /// 95 % likelihood-ratio interval over all minima; only for factors that the data determine. From the first island to the last.
     pub interval_95: Option<[f64; 2]>,
+    /// The islands that this interval consists of; empty if it has no gaps.
+    pub islands_95: Vec<[f64; 2]>,
     /// 95 % interval from the covariance, for comparison.
     pub quadratic_interval_95: Option<[f64; 2]>,
     /// 95 % percentile interval from resampled runs, if asked for.
     pub bootstrap_interval_95: Option<[f64; 2]>,
     /// What is known of it.
     pub status: FactorStatus,
+}
+
+impl FactorEstimate {
+    /// The islands of the 95 % interval, or the interval itself; empty without one.
+    #[must_use]
+    pub fn parts_95(&self) -> Vec<[f64; 2]> {
+        if self.islands_95.is_empty() {
+            Vec::from_iter(self.interval_95)
+        } else {
+            self.islands_95.clone()
+        }
+    }
 }
 
 /// One cell after a fit.
@@ -208,6 +222,7 @@ pub(super) fn plain_estimates(
             start: start[i],
             value: fitted[i],
             interval_95: None,
+            islands_95: Vec::new(),
             quadratic_interval_95: None,
             bootstrap_interval_95: None,
             status: status(i),

@@ -256,8 +256,8 @@ mod tests {
             back_to_zero: Return::NotMeasured,
         };
         [
-            combine(&paper_stiffness(&curve, Some(&line)).unwrap(), &inputs),
-            combine(&regression_stiffness(&curve, &line).unwrap(), &inputs),
+            combine(&paper_stiffness(&curve, None).unwrap(), &inputs),
+            combine(&regression_stiffness(&curve, &line, None).unwrap(), &inputs),
         ]
     }
 
@@ -383,7 +383,7 @@ mod tests {
             pooled: None,
             back_to_zero: Return::Away(-12e-6),
         };
-        let estimate = combine(&regression_stiffness(&curve, &line).unwrap(), &inputs);
+        let estimate = combine(&regression_stiffness(&curve, &line, None).unwrap(), &inputs);
         let drift = estimate.budget.row(Source::ZeroDrift).unwrap();
         close(
             drift.contribution_n_per_m,

@@ -1,10 +1,13 @@
 //! The rows of an uncertainty budget, one function per source.
 //!
-//! How a certificate reaches a slope. U in newtons, common to all readings, can be an offset, a wrong scale or a curvature of
-//! the gauge. An offset goes into the free intercept (and into zeroing the gauge), so what is left to fear is the scale; the
-//! certificate cannot say how much of U it is. All of U is taken as a scale error that is reached at the largest load used,
-//! u(ln K) = (U/k) / F_max: the worst scale the certificate allows, hence not too small unless the gauge is curved within U.
-//! The displacement gauge is treated likewise at the largest displacement used.
+//! How a certificate reaches a stiffness. U in newtons, common to all readings, can be an offset, a wrong scale or a curvature of
+//! the gauge; the certificate cannot say which. Counted is the worst of them.
+//! - The slope: an offset goes into the free intercept, so what is left is the scale, all of U reached at the largest load used:
+//!   u(ln K) = (U/k) / F_max.
+//! - The mean of F/δ: an error of one size and sign at every load, which is an offset: u(K) = u Σ |∂K/∂F_l|. No other error
+//!   within ± U moves the mean further. It is taken as even within ± U, u = U/√3 (GUM 4.3.7), or U/k where that is more.
+//!
+//! The displacement gauge is treated likewise.
 //!
 //! How a display step reaches a slope. Rounding errors are within half a step, rectangular, q/√12. Where the repeats of a load
 //! differ by more than the step they round differently, are averaged, and show in the scatter: counted once, there. Where all
@@ -140,23 +143,32 @@ fn repeat_sd(curve: &LoadCurve, sd: impl Fn(&LoadMean) -> Option<f64>) -> Option
 }
 
 pub(super) fn calibration_rows(bare: &BareStiffness, inputs: &BudgetInputs<'_>) -> [BudgetRow; 2] {
-    let force_n = inputs.curve.largest_force_n();
-    let displacement_m = largest_displacement_m(bare, inputs.curve);
-    let scale = |largest: f64| {
-        if largest > 0.0 {
-            bare.value_n_per_m / largest
-        } else {
-            0.0
+    let [per_force, per_displacement] = match bare.method {
+        Method::PaperMean => {
+            [&bare.per_force, &bare.per_displacement].map(|per| per.iter().map(|s| s.abs()).sum())
         }
+        Method::Regression => [
+            inputs.curve.largest_force_n(),
+            largest_displacement_m(bare, inputs.curve),
+        ]
+        .map(|largest| {
+            if largest > 0.0 {
+                bare.value_n_per_m / largest
+            } else {
+                0.0
+            }
+        }),
     };
     [
         calibration_row(
-            row(Source::ForceCalibration, "N", scale(force_n)),
+            row(Source::ForceCalibration, "N", per_force),
             &inputs.gauges.force,
+            bare.method,
         ),
         calibration_row(
-            row(Source::DisplacementCalibration, "m", scale(displacement_m)),
+            row(Source::DisplacementCalibration, "m", per_displacement),
             &inputs.gauges.displacement,
+            bare.method,
         ),
     ]
 }
@@ -169,18 +181,32 @@ fn largest_displacement_m(bare: &BareStiffness, curve: &LoadCurve) -> f64 {
     }
 }
 
-fn calibration_row(empty: BudgetRow, gauge: &GaugeTerms) -> BudgetRow {
+fn calibration_row(empty: BudgetRow, gauge: &GaugeTerms, method: Method) -> BudgetRow {
     let empty = BudgetRow {
-        distribution: Distribution::Normal,
+        distribution: match method {
+            Method::Regression => Distribution::Normal,
+            Method::PaperMean => Distribution::Rectangular,
+        },
         ..empty
     };
     let Some(u) = gauge.calibration_standard_uncertainty() else {
         return empty.noted("calibration not stated");
     };
-    let note = if gauge.coverage_factor_is_assumed() {
-        "scale error at the largest value used, common to all cells; k not stated, 2 assumed"
-    } else {
-        "scale error at the largest value used, common to all cells"
+    let u = match method {
+        Method::Regression => u,
+        Method::PaperMean => gauge
+            .expanded_uncertainty()
+            .map_or(u, |expanded| u.max(expanded / 3_f64.sqrt())),
+    };
+    let note = match (method, gauge.coverage_factor_is_assumed()) {
+        (Method::Regression, false) => "scale error at the largest value used, common to all cells",
+        (Method::Regression, true) => {
+            "scale error at the largest value used, common to all cells; k not stated, 2 assumed"
+        }
+        (Method::PaperMean, false) => "the same error at every load, common to all cells",
+        (Method::PaperMean, true) => {
+            "the same error at every load, common to all cells; k not stated, 2 assumed"
+        }
     };
     empty.counted(u).noted(note)
 }
@@ -197,7 +223,11 @@ pub(super) fn zero_setting(bare: &BareStiffness, inputs: &BudgetInputs<'_>) -> B
         };
     }
     let (n_zeros, n_runs) = (inputs.curve.n_zeros, inputs.curve.runs.len());
-    if n_zeros >= n_runs && matches!(bare.basis, ScatterBasis::RunToRun { .. }) {
+    let between_runs = matches!(
+        bare.basis,
+        ScatterBasis::RunToRun { .. } | ScatterBasis::PooledRuns { .. }
+    );
+    if n_zeros >= n_runs && between_runs {
         return BudgetRow {
             standing: Standing::InRepeatability,
             ..empty.noted("each run has a zero of its own: seen in the scatter between runs")

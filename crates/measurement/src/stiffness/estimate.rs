@@ -9,6 +9,8 @@ use super::budget::Budget;
 use super::covariance::LnParts;
 use super::curve::LoadCurve;
 use super::line::{FEWEST_RUNS, LineFit};
+use super::run_slope::PooledRunSlope;
+use super::scatter::PooledScatter;
 use stiffbench_numeric::statistics::Estimate;
 
 /// How a stiffness was worked out of the readings.
@@ -39,13 +41,12 @@ pub enum ScatterBasis {
         /// Number of runs.
         n_runs: usize,
     },
-    /// Scatter of readings about the line of the cell, because there are fewer than three runs. A slope that differs from run
-    /// to run is not in it.
-    Residuals {
+    /// Scatter between runs, pooled over all cells, because this one has fewer than three runs.
+    PooledRuns {
         /// Number of runs.
         n_runs: usize,
     },
-    /// No scatter can be seen: the line goes through all readings by construction.
+    /// How runs differ cannot be seen: too few runs here, and in no other cell two.
     Unavailable {
         /// Number of runs.
         n_runs: usize,
@@ -56,13 +57,13 @@ impl fmt::Display for ScatterBasis {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::RunToRun { n_runs } => write!(f, "scatter between {n_runs} runs"),
-            Self::Residuals { n_runs } => write!(
+            Self::PooledRuns { n_runs } => write!(
                 f,
-                "scatter of readings about the line ({n_runs} run(s), three are needed to see how runs differ)"
+                "scatter between runs pooled over all cells ({n_runs} run(s) here, three are needed to see how runs differ)"
             ),
             Self::Unavailable { n_runs } => write!(
                 f,
-                "no scatter to be seen in {n_runs} run(s): too few readings for the number of unknowns"
+                "repeatability unknown: {n_runs} run(s) here, and no cell has two to tell how runs differ"
             ),
         }
     }
@@ -161,11 +162,11 @@ impl BareStiffness {
 /// quantity, and one with it is ruled by the noise of a single reading.
 ///
 /// Type A from runs: every run r pulls the mean by z_r = Σ_l (F - F̄ - k(δ - δ̄)) / (L n δ̄), k = F̄/δ̄, to first order, and
-/// u² = Σ z_r², each term enlarged by n/(n-1). With complete runs this is the jackknife over runs to first order. From
-/// residuals (fewer than three runs): the standard deviation about the line, independent between readings.
+/// u² = Σ z_r², each term enlarged by n/(n-1). With complete runs this is the jackknife over runs to first order. With fewer
+/// than three runs: what all cells together say.
 pub(super) fn paper_stiffness(
     curve: &LoadCurve,
-    line: Option<&LineFit>,
+    elsewhere: Option<&Elsewhere<'_>>,
 ) -> Result<BareStiffness, NoStiffness> {
     let loaded: Vec<usize> = curve.loaded().collect();
     if loaded.is_empty() {
@@ -181,10 +182,22 @@ pub(super) fn paper_stiffness(
         per_displacement[load] = -ratios[load] / (n_loads * displacement_m);
         per_force[load] = 1.0 / (n_loads * displacement_m);
     }
-    let (type_a, basis) = paper_type_a(curve, line, &per_displacement, &per_force);
+    let value_n_per_m = ratios.iter().sum::<f64>() / n_loads;
+    let n_runs = curve.runs.len();
+    let type_a = paper_type_a(curve, &per_displacement, &per_force);
+    let (type_a, basis) = if type_a.is_some() {
+        (type_a, ScatterBasis::RunToRun { n_runs })
+    } else {
+        let pooled = elsewhere.map(|from| {
+            let scatter = from.scatter;
+            from.run_slope
+                .type_a_of_mean(curve, scatter, value_n_per_m, &per_displacement)
+        });
+        borrowed(n_runs, pooled)
+    };
     Ok(BareStiffness {
         method: Method::PaperMean,
-        value_n_per_m: ratios.iter().sum::<f64>() / n_loads,
+        value_n_per_m,
         type_a,
         basis,
         per_displacement,
@@ -207,61 +220,56 @@ fn positive_ratio(curve: &LoadCurve, load: usize) -> Result<f64, NoStiffness> {
     }
 }
 
-fn paper_type_a(
-    curve: &LoadCurve,
-    line: Option<&LineFit>,
-    per_displacement: &[f64],
-    per_force: &[f64],
-) -> (Option<TypeA>, ScatterBasis) {
+/// What all cells together say of how runs differ, for a cell that has too few.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Elsewhere<'a> {
+    pub(super) run_slope: &'a PooledRunSlope,
+    pub(super) scatter: &'a PooledScatter,
+}
+
+/// What a cell of too few runs borrows from the others, if they have it.
+fn borrowed(n_runs: usize, type_a: Option<TypeA>) -> (Option<TypeA>, ScatterBasis) {
+    let basis = match type_a {
+        Some(_) => ScatterBasis::PooledRuns { n_runs },
+        None => ScatterBasis::Unavailable { n_runs },
+    };
+    (type_a, basis)
+}
+
+fn paper_type_a(curve: &LoadCurve, per_displacement: &[f64], per_force: &[f64]) -> Option<TypeA> {
     let loads = &curve.loads;
-    let n_runs = curve.runs.len();
     let spare: usize = curve.loaded().map(|load| loads[load].n - 1).sum();
     let loaded_runs = curve.runs.iter().filter(|run| {
         let mut points = run.points.iter();
         points.any(|p| !loads[p.load].is_unloaded())
     });
     let loaded_runs: Vec<_> = loaded_runs.collect();
-    if loaded_runs.len() >= FEWEST_RUNS && curve.loaded().all(|load| loads[load].n >= 2) {
-        let pull = |p: &super::curve::Point| {
-            let load = &loads[p.load];
-            let n = load.n as f64;
-            let change = per_force[p.load] * (p.force_n - load.force_n.mean)
-                + per_displacement[p.load] * (p.displacement_m - load.displacement_m.mean);
-            change / n * (n / (n - 1.0)).sqrt()
-        };
-        let variance: f64 = loaded_runs
-            .iter()
-            .map(|run| {
-                let points = run.points.iter();
-                let of_run: f64 = points
-                    .filter(|p| !loads[p.load].is_unloaded())
-                    .map(pull)
-                    .sum();
-                of_run * of_run
-            })
-            .sum();
-        let type_a = TypeA {
-            standard_uncertainty: variance.sqrt(),
-            // Runs of a single reading each leave one degree less per load, not one less in all.
-            dof: (loaded_runs.len() - 1).min(spare) as f64,
-        };
-        return (Some(type_a), ScatterBasis::RunToRun { n_runs });
+    if loaded_runs.len() < FEWEST_RUNS || curve.loaded().any(|load| loads[load].n < 2) {
+        return None;
     }
-    let from_line = line.and_then(|line| Some((line.residual_sd_m?, line.slope_by_residuals?.dof)));
-    match from_line {
-        Some((sd, dof)) => {
-            let squares: f64 = curve
-                .loaded()
-                .map(|load| per_displacement[load].powi(2) / loads[load].n as f64)
+    let pull = |p: &super::curve::Point| {
+        let load = &loads[p.load];
+        let n = load.n as f64;
+        let change = per_force[p.load] * (p.force_n - load.force_n.mean)
+            + per_displacement[p.load] * (p.displacement_m - load.displacement_m.mean);
+        change / n * (n / (n - 1.0)).sqrt()
+    };
+    let variance: f64 = loaded_runs
+        .iter()
+        .map(|run| {
+            let points = run.points.iter();
+            let of_run: f64 = points
+                .filter(|p| !loads[p.load].is_unloaded())
+                .map(pull)
                 .sum();
-            let type_a = TypeA {
-                standard_uncertainty: sd * squares.sqrt(),
-                dof,
-            };
-            (Some(type_a), ScatterBasis::Residuals { n_runs })
-        }
-        None => (None, ScatterBasis::Unavailable { n_runs }),
-    }
+            of_run * of_run
+        })
+        .sum();
+    Some(TypeA {
+        standard_uncertainty: variance.sqrt(),
+        // Runs of a single reading each leave one degree less per load, not one less in all.
+        dof: (loaded_runs.len() - 1).min(spare) as f64,
+    })
 }
 
 /// The stiffness of a curve by a method, N/m, without its uncertainty.
@@ -271,7 +279,7 @@ fn paper_type_a(
 pub fn stiffness_value(curve: &LoadCurve, method: Method) -> Result<f64, NoStiffness> {
     let bare = match method {
         Method::PaperMean => paper_stiffness(curve, None)?,
-        Method::Regression => regression_stiffness(curve, &LineFit::new(curve)?)?,
+        Method::Regression => regression_stiffness(curve, &LineFit::new(curve)?, None)?,
     };
     Ok(bare.value_n_per_m)
 }
@@ -280,6 +288,7 @@ pub fn stiffness_value(curve: &LoadCurve, method: Method) -> Result<f64, NoStiff
 pub(super) fn regression_stiffness(
     curve: &LoadCurve,
     line: &LineFit,
+    elsewhere: Option<&Elsewhere<'_>>,
 ) -> Result<BareStiffness, NoStiffness> {
     let value_n_per_m = 1.0 / line.slope_m_per_n;
     if !value_n_per_m.is_finite() {
@@ -287,21 +296,22 @@ pub(super) fn regression_stiffness(
     }
     let squared = value_n_per_m * value_n_per_m;
     let n_runs = curve.runs.len();
-    let basis = if line.slope_by_runs.is_some() {
-        ScatterBasis::RunToRun { n_runs }
-    } else if line.slope_by_residuals.is_some() {
-        ScatterBasis::Residuals { n_runs }
+    let type_a = line.slope_by_runs.map(|slope| TypeA {
+        standard_uncertainty: squared * slope.standard_uncertainty,
+        dof: slope.dof,
+    });
+    let (type_a, basis) = if type_a.is_some() {
+        (type_a, ScatterBasis::RunToRun { n_runs })
     } else {
-        ScatterBasis::Unavailable { n_runs }
+        let pooled =
+            elsewhere.and_then(|from| from.run_slope.type_a(line, from.scatter, value_n_per_m));
+        borrowed(n_runs, pooled)
     };
     let weights = &line.load_weights_per_n;
     Ok(BareStiffness {
         method: Method::Regression,
         value_n_per_m,
-        type_a: line.type_a().map(|slope| TypeA {
-            standard_uncertainty: squared * slope.standard_uncertainty,
-            dof: slope.dof,
-        }),
+        type_a,
         basis,
         per_displacement: weights.iter().map(|w| -squared * w).collect(),
         // An error f of the force shifts the displacement expected there by slope · f.
@@ -323,7 +333,7 @@ mod tests {
 
     fn paper_of(readings: &[Reading]) -> Result<BareStiffness, NoStiffness> {
         let curve = curve(readings);
-        paper_stiffness(&curve, LineFit::new(&curve).ok().as_ref())
+        paper_stiffness(&curve, None)
     }
 
     /// Loading 0..-70 N of a cell of 50 N/mm with `extra` metres at each force.
@@ -340,8 +350,8 @@ mod tests {
     fn both(readings: &[Reading]) -> (f64, f64) {
         let curve = curve(readings);
         let line = LineFit::new(&curve).unwrap();
-        let paper = paper_stiffness(&curve, Some(&line)).unwrap();
-        let regression = regression_stiffness(&curve, &line).unwrap();
+        let paper = paper_stiffness(&curve, None).unwrap();
+        let regression = regression_stiffness(&curve, &line, None).unwrap();
         (paper.value_n_per_m / 50e3, regression.value_n_per_m / 50e3)
     }
 
@@ -471,7 +481,7 @@ mod tests {
         let curve = curve(&readings);
         let line = LineFit::new(&curve).unwrap();
         assert_eq!(
-            regression_stiffness(&curve, &line).unwrap_err(),
+            regression_stiffness(&curve, &line, None).unwrap_err(),
             NoStiffness::NoSlope
         );
     }

@@ -76,6 +76,12 @@ impl GaugeTerms {
         self.resolution
     }
 
+    /// Expanded uncertainty U of the certificate, N or m.
+    #[must_use]
+    pub fn expanded_uncertainty(&self) -> Option<f64> {
+        self.expanded_uncertainty
+    }
+
     /// Standard uncertainty of the calibration U/k, N or m (GUM 4.3.3).
     #[must_use]
     pub fn calibration_standard_uncertainty(&self) -> Option<f64> {

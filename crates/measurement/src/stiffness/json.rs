@@ -359,7 +359,7 @@ mod tests {
             stiffness["reason"]
                 .as_str()
                 .unwrap()
-                .contains("too few readings")
+                .contains("repeatability unknown")
         );
     }
 }

@@ -69,6 +69,8 @@ pub struct LineFit {
     pub slope_m_per_n: f64,
     /// Uncertainty of the slope, m/N, from the scatter of the runs; from three runs on.
     pub slope_by_runs: Option<TypeA>,
+    /// The same from two runs on: too few to be believed by themselves, one degree of freedom more for what all cells say together.
+    pub(super) slope_by_any_runs: Option<TypeA>,
     /// Uncertainty of the slope, m/N, from the scatter of single readings about the line.
     pub slope_by_residuals: Option<TypeA>,
     /// Standard deviation of a reading about the line, m; `None` if the line goes through every reading by construction.
@@ -134,16 +136,18 @@ impl LineFit {
             dof: residual_dof,
         });
         let score = |p: &Point| (p.force_n - centres[p.zero].0) * residual(p);
-        let slope_by_runs = slope_by_runs(curve, &centres, score)
-            .filter(|_| residual_dof > 0.0)
-            .map(|(root_n2, dof)| TypeA {
-                standard_uncertainty: root_n2 / sxx,
-                dof: dof.min(residual_dof),
-            });
+        let by_runs = slope_by_runs(curve, &centres, score).filter(|_| residual_dof > 0.0);
+        let slope_by_any_runs = by_runs.map(|(root_n2, dof)| TypeA {
+            standard_uncertainty: root_n2 / sxx,
+            dof: dof.min(residual_dof),
+        });
+        let enough = by_runs.is_some_and(|(_, dof)| dof + 1.0 >= FEWEST_RUNS as f64);
+        let slope_by_runs = slope_by_any_runs.filter(|_| enough);
         let zero_offset_m = zero_offset(curve, &centres, &intercepts_m, residual_sd_m, sxx);
         Ok(Self {
             slope_m_per_n: slope,
             slope_by_runs,
+            slope_by_any_runs,
             slope_by_residuals,
             residual_sd_m,
             intercepts_m,
@@ -175,7 +179,7 @@ impl RunSums {
     }
 }
 
-/// Root of G/(G-1) Σ (Σ of the scores of a run)² over the G runs that pull the slope, and G - 1; `None` for too few of them.
+/// Root of G/(G-1) Σ (Σ of the scores of a run)² over the G runs that pull the slope, and G - 1; `None` for fewer than two.
 fn slope_by_runs(
     curve: &LoadCurve,
     centres: &[(f64, f64)],
@@ -190,7 +194,7 @@ fn slope_by_runs(
         .collect();
     let g = squares.len() as f64;
     let root = (g / (g - 1.0) * squares.iter().sum::<f64>()).sqrt();
-    (squares.len() >= FEWEST_RUNS).then_some((root, g - 1.0))
+    (squares.len() >= 2).then_some((root, g - 1.0))
 }
 
 /// Mean force (N) and displacement (m) of each gauge zero.

@@ -24,6 +24,7 @@ mod outliers;
 #[cfg(test)]
 mod property_tests;
 mod rounding;
+mod run_slope;
 #[cfg(test)]
 mod sample;
 mod scatter;
@@ -45,6 +46,7 @@ pub use gauges::{GaugeTerms, Gauges, StiffnessError};
 pub use grouping::LeftOut;
 pub use line::{LineFit, RunSums};
 pub use rounding::{RoundedValue, format_value_uncertainty};
+pub use run_slope::PooledRunSlope;
 pub use scatter::PooledScatter;
 pub use significance::{Significance, grubbs_limit};
 pub use table::{

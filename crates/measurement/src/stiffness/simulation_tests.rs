@@ -3,7 +3,7 @@
 use super::*;
 use crate::readings::Reading;
 use crate::stiffness::sample::SimulatedBench;
-use rand::SeedableRng;
+use rand::{RngExt as _, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution as _, StandardNormal};
 
@@ -32,17 +32,41 @@ fn intervals_from_runs_hold_the_truth_in_95_of_100_cells() {
 }
 
 #[test]
-fn intervals_from_residuals_hold_the_truth_when_slopes_do_not_scatter() {
+fn intervals_of_two_runs_borrow_how_runs_differ_from_all_cells() {
+    // Twelve cells of two runs each, a hundred sessions and more.
+    let mut covered = [0.0; 2];
+    let sessions = 200;
+    for session in 0..sessions {
+        let bench = SimulatedBench {
+            repeats: 2,
+            ..SimulatedBench::paper(12, 21 + session)
+        };
+        let table = table(&bench, &Gauges::default());
+        let methods = [Method::Regression, Method::PaperMean];
+        for (covered, method) in covered.iter_mut().zip(methods) {
+            *covered += coverage(&table, method) / f64::from(sessions as u32);
+        }
+        let basis = table.cells[0].by(Method::Regression).unwrap().basis;
+        assert_eq!(basis, ScatterBasis::PooledRuns { n_runs: 2 });
+    }
+    // 2400 cells: 95 % to 0.45 % by chance; cells of a session share one pooled variance.
+    for share in covered {
+        assert!((0.93..=0.97).contains(&share), "{share}");
+    }
+}
+
+#[test]
+fn one_run_in_every_cell_has_no_uncertainty() {
     let bench = SimulatedBench {
-        repeats: 2,
-        relative_slope_sd: 0.0,
-        ..SimulatedBench::paper(3000, 21)
+        repeats: 1,
+        ..SimulatedBench::paper(12, 23)
     };
     let table = table(&bench, &Gauges::default());
-    let share = coverage(&table, Method::Regression);
-    assert!((0.93..=0.97).contains(&share), "{share}");
-    let basis = table.cells[0].by(Method::Regression).unwrap().basis;
-    assert_eq!(basis, ScatterBasis::Residuals { n_runs: 2 });
+    for row in &table.cells {
+        let estimate = row.by(Method::Regression).unwrap();
+        assert_eq!(estimate.type_a, None);
+        assert_eq!(estimate.basis, ScatterBasis::Unavailable { n_runs: 1 });
+    }
 }
 
 #[test]
@@ -67,32 +91,66 @@ fn a_shared_zero_is_allowed_for_in_the_mean_of_ratios() {
     assert!((without.count() as f64) < 0.9 * table.cells.len() as f64);
 }
 
-#[test]
-fn intervals_hold_the_truth_with_calibration_and_steps_in_play() {
+/// What a gauge shows too much, as a share of its largest error, for a share of its range.
+type ErrorShape = fn(f64) -> f64;
+
+/// Share of cells whose interval holds the truth if each gauge errs within its certificate, by one shape in each cell.
+fn coverage_with_calibration(
+    shape: ErrorShape,
+    draw: impl Fn(&mut ChaCha8Rng) -> f64,
+    method: Method,
+) -> f64 {
+    // U of 0.7 N and 14 µm: 1 % of 70 N and of 1400 µm.
+    let (force_u, displacement_u) = (0.7, 14e-6);
     let gauges = Gauges {
-        force: GaugeTerms::new(Some(0.1), Some(0.7), Some(2.0)).unwrap(),
-        displacement: GaugeTerms::new(Some(10e-6), Some(14e-6), Some(2.0)).unwrap(),
+        force: GaugeTerms::new(Some(0.1), Some(force_u), Some(2.0)).unwrap(),
+        displacement: GaugeTerms::new(Some(10e-6), Some(displacement_u), Some(2.0)).unwrap(),
     };
     let mut readings = SimulatedBench::paper(3000, 23).readings();
     let mut random = ChaCha8Rng::seed_from_u64(24);
     for cell in readings.chunk_by_mut(|a, b| a.pose == b.pose && a.direction == b.direction) {
-        let mut draw = |sd: f64| -> f64 {
-            let z: f64 = StandardNormal.sample(&mut random);
-            1.0 + sd * z
-        };
-        // U/k at the largest load: 0.35 N of 70 N, 7 µm of 1400 µm.
-        let (force, displacement) = (draw(0.005), draw(0.005));
+        let (force, displacement) = (draw(&mut random), draw(&mut random));
         for reading in cell {
-            reading.force_n = (reading.force_n * force / 0.1).round() * 0.1;
-            reading.displacement_m =
-                (reading.displacement_m * displacement / 10e-6).round() * 10e-6;
+            let share = reading.target_n / -70.0;
+            let to_step = |value: f64, step: f64| (value / step).round() * step;
+            reading.force_n = to_step(reading.force_n + force * force_u * shape(share), 0.1);
+            reading.displacement_m = to_step(
+                reading.displacement_m + displacement * displacement_u * shape(share),
+                10e-6,
+            );
         }
     }
     let table = stiffness_table(&readings, &gauges, StiffnessOptions::default());
+    coverage(&table, method)
+}
+
+#[test]
+fn intervals_hold_the_truth_whatever_error_a_certificate_allows() {
+    let shapes: [(&str, ErrorShape); 3] = [
+        ("scale", |share| share),
+        ("offset", |_| 1.0),
+        ("bow", |share| 4.0 * share * (1.0 - share)),
+    ];
+    // An error is drawn normal with U/k, or anywhere within U.
+    let normal = |random: &mut ChaCha8Rng| -> f64 {
+        let z: f64 = StandardNormal.sample(random);
+        0.5 * z
+    };
+    let even = |random: &mut ChaCha8Rng| random.random_range(-1.0..=1.0);
     for method in [Method::Regression, Method::PaperMean] {
-        let share = coverage(&table, method);
-        assert!((0.93..=0.97).contains(&share), "{method}: {share}");
+        for (name, shape) in shapes {
+            let by_chance = coverage_with_calibration(shape, normal, method);
+            let within = coverage_with_calibration(shape, even, method);
+            // 3000 cells: 0.4 % by chance.
+            assert!(by_chance >= 0.93, "{method}, {name}, normal: {by_chance}");
+            assert!(within >= 0.93, "{method}, {name}, within U: {within}");
+        }
     }
+    // What the slope fears most is counted in full, not more.
+    let scale = coverage_with_calibration(shapes[0].1, normal, Method::Regression);
+    assert!(scale <= 0.97, "{scale}");
+    let offset = coverage_with_calibration(shapes[1].1, even, Method::PaperMean);
+    assert!(offset <= 0.97, "{offset}");
 }
 
 #[test]

@@ -7,12 +7,13 @@ use super::checks::{CellWork, check};
 use super::covariance::LnStiffnessCovariance;
 use super::curve::{Branches, LoadMean};
 use super::estimate::{
-    Method, NoStiffness, StiffnessEstimate, paper_stiffness, regression_stiffness,
+    Elsewhere, Method, NoStiffness, StiffnessEstimate, paper_stiffness, regression_stiffness,
 };
 use super::flags::Flag;
 use super::gauges::Gauges;
 use super::grouping::{LeftOut, group_by_cell};
 use super::line::LineFit;
+use super::run_slope::PooledRunSlope;
 use super::scatter::PooledScatter;
 use crate::readings::Reading;
 use stiffbench_numeric::statistics::Estimate;
@@ -116,6 +117,8 @@ pub struct StiffnessTable {
     pub cells: Vec<CellStiffness>,
     /// Scatter of single readings over all cells; `None` without repeats.
     pub pooled_scatter: Option<PooledScatter>,
+    /// Scatter of the slope from run to run beyond reading noise, over all cells; `None` if no cell has two runs.
+    pub run_slope: Option<PooledRunSlope>,
     /// Cells without a row, with the reason.
     pub skipped: Vec<SkippedCell>,
     /// Readings left out.
@@ -183,20 +186,31 @@ pub fn stiffness_table(
         }
     }
     let pooled_scatter = check(&mut works, gauges);
+    let with_line = works.iter();
+    let with_line = with_line.filter_map(|work| Some((&work.curve, work.line.as_ref().ok()?)));
+    let run_slope = pooled_scatter.and_then(|scatter| PooledRunSlope::over(with_line, &scatter));
+    let pooled = pooled_scatter.as_ref().zip(run_slope.as_ref());
+    let elsewhere = pooled.map(|(scatter, run_slope)| Elsewhere { run_slope, scatter });
     let cells = works
         .into_iter()
-        .map(|work| finish(work, gauges, pooled_scatter.as_ref()))
+        .map(|work| finish(work, gauges, pooled_scatter.as_ref(), elsewhere.as_ref()))
         .collect();
     StiffnessTable {
         branches: options.branches,
         cells,
         pooled_scatter,
+        run_slope,
         skipped,
         left_out,
     }
 }
 
-fn finish(work: CellWork, gauges: &Gauges, pooled: Option<&PooledScatter>) -> CellStiffness {
+fn finish(
+    work: CellWork,
+    gauges: &Gauges,
+    pooled: Option<&PooledScatter>,
+    elsewhere: Option<&Elsewhere<'_>>,
+) -> CellStiffness {
     let away = work.flags.iter().find_map(|flag| match flag {
         Flag::ReturnToZero { mean_m, .. } => Some(*mean_m),
         _ => None,
@@ -213,10 +227,10 @@ fn finish(work: CellWork, gauges: &Gauges, pooled: Option<&PooledScatter>) -> Ce
         pooled,
         back_to_zero,
     };
-    let paper = paper_stiffness(&work.curve, inputs.line).map(|bare| combine(&bare, &inputs));
+    let paper = paper_stiffness(&work.curve, elsewhere).map(|bare| combine(&bare, &inputs));
     let regression = work.line.as_ref().map_err(|reason| *reason);
     let regression = regression
-        .and_then(|line| regression_stiffness(&work.curve, line))
+        .and_then(|line| regression_stiffness(&work.curve, line, elsewhere))
         .map(|bare| combine(&bare, &inputs));
     CellStiffness {
         n_runs: work.curve.runs.len(),
@@ -332,8 +346,8 @@ mod tests {
     }
 
     #[test]
-    fn one_sweep_rests_on_residuals_and_three_on_runs() {
-        for (repeats, runs) in [(1, false), (2, false), (3, true)] {
+    fn three_runs_stand_for_themselves_two_borrow_and_one_has_no_uncertainty() {
+        for (repeats, dof) in [(1, None), (2, Some(1.0)), (3, Some(2.0))] {
             let bench = SimulatedBench {
                 repeats,
                 ..SimulatedBench::paper(1, 2)
@@ -341,14 +355,9 @@ mod tests {
             let table = table(&bench.readings());
             let regression = table.cells[0].by(Method::Regression).unwrap();
             let by_runs = matches!(regression.basis, ScatterBasis::RunToRun { .. });
-            assert_eq!(by_runs, runs);
-            let dof = if runs {
-                2.0
-            } else {
-                f64::from(repeats) * 7.0 - 1.0
-            };
-            assert_eq!(regression.type_a.unwrap().dof, dof);
-            assert!(regression.estimate.expanded_95().is_some());
+            assert_eq!(by_runs, repeats == 3);
+            assert_eq!(regression.type_a.map(|type_a| type_a.dof), dof);
+            assert_eq!(regression.estimate.expanded_95().is_some(), dof.is_some());
         }
     }
 

@@ -7,6 +7,7 @@
 //! - [`minimise`]: the minimum and why the search ended there;
 //! - [`covariance`]: standard errors, correlations, and which parameters the data cannot see;
 //! - [`profile`]: the interval of one parameter without assuming that the minimum is a parabola;
+//! - [`minima`], [`Likelihood`]: the same where several minima fit about as well;
 //! - [`cluster_bootstrap`]: the spread when whole groups of readings are drawn again;
 //! - [`search_for_lower_minimum`]: derivative-free search for a lower minimum than the one found.
 //!
@@ -31,6 +32,8 @@ mod bootstrap;
 mod covariance;
 mod error;
 mod identification;
+mod likelihood_set;
+mod minima;
 mod minimise;
 mod optimise;
 mod parameter;
@@ -50,6 +53,8 @@ pub use covariance::{
 };
 pub use error::LeastSquaresError;
 pub use identification::{DirectionComponent, UnidentifiedDirection, WhyNotIdentified};
+pub use likelihood_set::{Likelihood, LikelihoodSet, LikelihoodSetSettings};
+pub use minima::minima;
 pub use minimise::{Convergence, LeastSquaresFit, LeastSquaresSettings, Termination, minimise};
 pub use optimise::{
     GlobalSearch, Minimum, SearchOutcome, SearchSettings, nelder_mead, particle_swarm,

@@ -75,6 +75,17 @@ impl ProfileEnd {
             Self::OpenAtBound { .. } | Self::Open { .. } | Self::NotFollowed { .. } => None,
         }
     }
+
+    /// How far the profile was followed.
+    #[must_use]
+    pub fn value(&self) -> f64 {
+        match self {
+            Self::Closed { value }
+            | Self::OpenAtBound { value, .. }
+            | Self::Open { value, .. }
+            | Self::NotFollowed { value, .. } => *value,
+        }
+    }
 }
 
 /// A better fit met on the way: the fit that was profiled was not at the lowest minimum.
@@ -158,19 +169,10 @@ pub fn profile(
     let threshold = threshold(fit, covariance)?;
     let quadratic = covariance.estimates[parameter].interval_95;
     let estimate = fit.values[parameter];
-    let mut walk = Walk {
-        problem,
-        set,
-        fit,
-        parameter,
-        threshold,
-        settings,
-        lower_minimum: None,
-        evaluations: 0,
-    };
+    let mut walk = Walk::new(problem, set, fit, parameter, threshold, settings);
     let distance = quadratic.map_or_else(|| walk.first_distance(), |[_, upper]| upper - estimate);
-    let lower = walk.end(-distance, lower_bound, Bound::Lower)?;
-    let upper = walk.end(distance, upper_bound, Bound::Upper)?;
+    let lower = walk.end(walk.start(), -distance, lower_bound, Bound::Lower)?;
+    let upper = walk.end(walk.start(), distance, upper_bound, Bound::Upper)?;
     Ok(ProfileInterval {
         parameter,
         name: set.parameters()[parameter].name.clone(),
@@ -184,7 +186,14 @@ pub fn profile(
     })
 }
 
-fn bounds_of(set: &ParameterSet, parameter: usize) -> Result<(f64, f64), LeastSquaresError> {
+/// Bounds of a free parameter.
+///
+/// # Errors
+/// `UnknownParameter`, `NotFree`.
+pub(super) fn bounds_of(
+    set: &ParameterSet,
+    parameter: usize,
+) -> Result<(f64, f64), LeastSquaresError> {
     let count = set.parameters().len();
     let found = set
         .parameters()
@@ -204,7 +213,14 @@ fn bounds_of(set: &ParameterSet, parameter: usize) -> Result<(f64, f64), LeastSq
     })
 }
 
-fn threshold(fit: &LeastSquaresFit, covariance: &Covariance) -> Result<f64, LeastSquaresError> {
+/// Rise of ‖r‖² at the ends of a 95 % interval, by the F law.
+///
+/// # Errors
+/// `NoDegreesOfFreedom`.
+pub(super) fn threshold(
+    fit: &LeastSquaresFit,
+    covariance: &Covariance,
+) -> Result<f64, LeastSquaresError> {
     let no_dof = || LeastSquaresError::NoDegreesOfFreedom {
         residuals: fit.residuals.len(),
         estimated: covariance.rank,
@@ -218,27 +234,55 @@ fn threshold(fit: &LeastSquaresFit, covariance: &Covariance) -> Result<f64, Leas
 }
 
 /// A value of the parameter with the others refitted.
-struct Conditional {
-    value: f64,
+pub(super) struct Conditional {
+    pub(super) value: f64,
     /// √(rise/threshold), about linear in the value.
-    height: f64,
-    others: Vec<f64>,
+    pub(super) height: f64,
+    /// The other free parameters.
+    pub(super) others: Vec<f64>,
+    /// All parameters.
+    pub(super) full: Vec<f64>,
 }
 
-struct Walk<'a> {
+/// Follows the profile of one parameter from a minimum.
+pub(super) struct Walk<'a> {
     problem: &'a mut dyn ResidualFunction,
     set: &'a ParameterSet,
+    /// The minimum that is followed.
     fit: &'a LeastSquaresFit,
+    /// ‖r‖² that rises are counted from: that of the lowest minimum.
+    pub(super) lowest: f64,
     parameter: usize,
-    threshold: f64,
+    pub(super) threshold: f64,
     settings: &'a ProfileSettings,
-    lower_minimum: Option<LowerMinimum>,
-    evaluations: usize,
+    pub(super) lower_minimum: Option<LowerMinimum>,
+    pub(super) evaluations: usize,
 }
 
-impl Walk<'_> {
+impl<'a> Walk<'a> {
+    pub(super) fn new(
+        problem: &'a mut dyn ResidualFunction,
+        set: &'a ParameterSet,
+        fit: &'a LeastSquaresFit,
+        parameter: usize,
+        threshold: f64,
+        settings: &'a ProfileSettings,
+    ) -> Self {
+        Self {
+            problem,
+            set,
+            fit,
+            lowest: fit.sum_of_squares(),
+            parameter,
+            threshold,
+            settings,
+            lower_minimum: None,
+            evaluations: 0,
+        }
+    }
+
     /// Distance at which the threshold would be reached if the other parameters did not give way: never too far.
-    fn first_distance(&self) -> f64 {
+    pub(super) fn first_distance(&self) -> f64 {
         let free = self
             .set
             .free_indices()
@@ -252,14 +296,14 @@ impl Walk<'_> {
         }
     }
 
-    /// Steps outward until the threshold is passed, then closes in; `distance` is signed.
-    fn end(
+    /// Steps outward from `inner` until the threshold is passed, then closes in; `distance` is signed.
+    pub(super) fn end(
         &mut self,
+        mut inner: Conditional,
         mut distance: f64,
         limit: f64,
         bound: Bound,
     ) -> Result<ProfileEnd, LeastSquaresError> {
-        let mut inner = self.start();
         let mut failure: Option<(f64, Option<Termination>)> = None;
         for _ in 0..self.settings.max_refits {
             let rise = inner.height * inner.height;
@@ -316,19 +360,13 @@ impl Walk<'_> {
         (reached.value - self.fit.values[self.parameter]) * factor.clamp(0.5, 4.0)
     }
 
-    fn start(&self) -> Conditional {
-        let others = self
-            .set
-            .free_indices()
-            .iter()
-            .zip(&self.fit.free_values)
-            .filter(|&(&index, _)| index != self.parameter)
-            .map(|(_, &value)| value)
-            .collect();
+    pub(super) fn start(&self) -> Conditional {
+        let rise = self.fit.sum_of_squares() - self.lowest;
         Conditional {
             value: self.fit.values[self.parameter],
-            height: 0.0,
-            others,
+            height: (rise.max(0.0) / self.threshold).sqrt(),
+            others: others(self.set, self.parameter, &self.fit.free_values),
+            full: self.fit.values.clone(),
         }
     }
 
@@ -380,7 +418,7 @@ impl Walk<'_> {
     }
 
     /// Refits the others with the parameter at `value`; the inner error says how that failed.
-    fn refit(
+    pub(super) fn refit(
         &mut self,
         value: f64,
         start: &[f64],
@@ -401,7 +439,7 @@ impl Walk<'_> {
         if !fit.termination.is_converged() {
             return Ok(Err(Some(fit.termination)));
         }
-        let rise = fit.sum_of_squares() - self.fit.sum_of_squares();
+        let rise = fit.sum_of_squares() - self.lowest;
         // A thousandth of the threshold is beyond what an unfinished minimum explains.
         let best_so_far = self
             .lower_minimum
@@ -417,8 +455,17 @@ impl Walk<'_> {
             value,
             height: (rise.max(0.0) / self.threshold).sqrt(),
             others: fit.free_values,
+            full: fit.values,
         }))
     }
+}
+
+/// The free values without that of one parameter.
+pub(super) fn others(set: &ParameterSet, parameter: usize, free_values: &[f64]) -> Vec<f64> {
+    let all = set.free_indices().iter().zip(free_values);
+    all.filter(|&(&index, _)| index != parameter)
+        .map(|(_, &value)| value)
+        .collect()
 }
 
 #[cfg(test)]

@@ -1,0 +1,312 @@
+//! How often the intervals of a fit, and of the stiffness it starts from, hold the truth: sessions of a virtual bench, few poses, few runs.
+//!
+//! The true factors are those of the robot file, each times or divided by 1, 1.4 or 2. The short form runs with the other tests; the whole
+//! one is `cargo test --release -p stiffbench-diagnosis -- --ignored --nocapture a_thousand_sessions`.
+
+#![expect(clippy::print_stdout, reason = "a study shows what it counted")]
+
+use rand::seq::IndexedRandom;
+use rand::{RngExt, SeedableRng};
+use rand_chacha::ChaCha8Rng;
+use rayon::prelude::*;
+
+use stiffbench_beams::physics::ActingPhysics;
+use stiffbench_beams::robot::{FittingFactors, Robot};
+use stiffbench_diagnosis::fit::{
+    FACTOR_NAMES, FactorChoice, FactorRole, FactorStatus, FitOptions, FitOutcome, FitProblem,
+    MeasuredStiffness, fit_cells,
+};
+use stiffbench_measurement::procedure::Procedure;
+use stiffbench_measurement::readings::Reading;
+use stiffbench_measurement::stiffness::{
+    Gauges, Method, StiffnessOptions, StiffnessTable, stiffness_table,
+};
+use stiffbench_numeric::statistics::binomial_interval_95;
+use stiffbench_simulation::{Jack, NoiseModel, VirtualBench};
+use stiffbench_test_files::shipped_robot;
+use stiffbench_units_and_text::test_point::{Cell, PoseId};
+
+/// One kind of session.
+#[derive(Debug, Clone, Copy)]
+struct Kind {
+    /// Poses that are fitted.
+    train: &'static [&'static str],
+    /// Runs a cell.
+    repeats: u32,
+    /// Whether the slopes of runs scatter twice as much in half of the cells.
+    uneven: bool,
+}
+
+impl Kind {
+    fn poses(self) -> Vec<PoseId> {
+        self.train.iter().map(|pose| PoseId::new(pose)).collect()
+    }
+
+    /// The three cells of one pose are too few for four factors: A is known there.
+    fn choice(self) -> FactorChoice {
+        let mut choice = FactorChoice::default();
+        if self.train.len() == 1 {
+            choice.roles[0] = FactorRole::Fixed;
+        }
+        choice
+    }
+}
+
+/// Poses of the training sets.
+const TRAINING: [&[&str]; 4] = [
+    &["P1"],
+    &["P1", "P3"],
+    &["P1", "P2", "P3"],
+    &["P1", "P2", "P3", "P4"],
+];
+
+/// One session and its fit.
+struct Trial {
+    truth: FittingFactors,
+    table: StiffnessTable,
+    /// True stiffness of each cell of the table, N/m.
+    stiffness: Vec<f64>,
+    outcome: FitOutcome,
+}
+
+/// Factors of the beams, each free one times or divided by 1, 1.4 or 2.
+fn truth(start: &FittingFactors, kind: Kind, seed: u64) -> FittingFactors {
+    let mut random = ChaCha8Rng::seed_from_u64(2_000_000 + seed);
+    let mut factors = *start;
+    for (factor, role) in factors.beam.iter_mut().zip(kind.choice().roles) {
+        if role != FactorRole::Free {
+            continue;
+        }
+        let size: f64 = *[1.0, 1.4, 2.0].choose(&mut random).unwrap();
+        *factor *= if random.random() { size } else { 1.0 / size };
+    }
+    factors
+}
+
+/// Readings of a session; the cells of an uneven one come from two benches.
+fn readings(robot: &Robot, factors: &FittingFactors, kind: Kind, seed: u64) -> Vec<Reading> {
+    let mechanism = robot.mechanism(Some("F")).unwrap();
+    let physics = ActingPhysics::new(robot, mechanism, Vec::new()).unwrap();
+    let procedure = Procedure {
+        repeats: kind.repeats,
+        poses: Some(kind.poses()),
+        ..Procedure::default()
+    };
+    let run = |noise: NoiseModel, seed: u64| {
+        let bench = VirtualBench::new(robot, &physics, factors, noise, Jack::default()).unwrap();
+        bench.run(&procedure, "s", seed).unwrap().readings
+    };
+    let even = NoiseModel::default();
+    if !kind.uneven {
+        return run(even, seed);
+    }
+    let with = |share: f64| NoiseModel {
+        run_slope_sd: share * even.run_slope_sd,
+        ..even
+    };
+    let [quiet, loud] = [run(with(1.0), seed), run(with(2.0), seed + 1_000_000)];
+    let mut random = ChaCha8Rng::seed_from_u64(3_000_000 + seed);
+    let mut from: Vec<(Cell, bool)> = Vec::new();
+    let mut mixed = Vec::new();
+    for (quiet, loud) in quiet.into_iter().zip(loud) {
+        let cell = quiet.cell();
+        let known = from.iter().find(|(known, _)| *known == cell);
+        let is_loud = if let Some((_, loud)) = known {
+            *loud
+        } else {
+            let loud = random.random();
+            from.push((cell, loud));
+            loud
+        };
+        mixed.push(if is_loud { loud } else { quiet });
+    }
+    mixed
+}
+
+fn trial(robot: &Robot, kind: Kind, seed: u64) -> Trial {
+    let mechanism = robot.mechanism(Some("F")).unwrap();
+    let (_, start) = robot.default_factors();
+    let truth = truth(&start, kind, seed);
+    let readings = readings(robot, &truth, kind, seed);
+    let table = stiffness_table(&readings, &Gauges::default(), StiffnessOptions::default());
+    let measured = MeasuredStiffness::from_table(&table, Method::Regression);
+    let problem = FitProblem {
+        robot,
+        mechanism,
+        measured: &measured,
+        start: &start,
+        physics: None,
+    };
+    let options = FitOptions {
+        train: Some(kind.poses()),
+        choice: kind.choice(),
+        sigma: None,
+    };
+    let outcome = fit_cells(&problem, &options).unwrap();
+    let cells: Vec<Cell> = table.cells.iter().map(|row| row.cell.clone()).collect();
+    let stiffness = problem
+        .cell_model(&cells)
+        .unwrap()
+        .stiffness(&truth)
+        .unwrap();
+    Trial {
+        truth,
+        table,
+        stiffness,
+        outcome,
+    }
+}
+
+/// Hits among trials.
+#[derive(Debug, Clone, Copy, Default)]
+struct Count {
+    hits: usize,
+    trials: usize,
+}
+
+impl Count {
+    fn add(&mut self, hit: bool) {
+        self.hits += usize::from(hit);
+        self.trials += 1;
+    }
+
+    fn share(self) -> f64 {
+        self.hits as f64 / self.trials as f64
+    }
+
+    fn text(self) -> String {
+        let [low, high] = binomial_interval_95(self.hits, self.trials).unwrap_or([0.0, 1.0]);
+        format!(
+            "{:5.1} % of {:5} ({:.1} to {:.1})",
+            100.0 * self.share(),
+            self.trials,
+            100.0 * low,
+            100.0 * high
+        )
+    }
+}
+
+/// What a study of one kind of session counts.
+#[derive(Debug, Default)]
+struct Study {
+    /// Intervals without gaps, by factor.
+    factors: [Count; 4],
+    /// Intervals of several islands.
+    islands: Count,
+    /// Factors that have no interval.
+    not_stated: Count,
+    /// Stiffness of cells.
+    cells: Count,
+    /// Fits without degrees of freedom for an interval.
+    without: usize,
+}
+
+impl Study {
+    fn stated(&self) -> Count {
+        let mut all = self.islands;
+        for factor in self.factors {
+            all.hits += factor.hits;
+            all.trials += factor.trials;
+        }
+        all
+    }
+}
+
+fn study(robot: &Robot, kind: Kind, sessions: u64) -> Study {
+    let trials: Vec<Trial> = (0..sessions)
+        .into_par_iter()
+        .map(|seed| trial(robot, kind, seed))
+        .collect();
+    let mut study = Study::default();
+    for trial in &trials {
+        study.without += usize::from(trial.outcome.agreement.is_none());
+        for place in 0..4 {
+            let estimate = &trial.outcome.estimates[place];
+            let parts = estimate.parts_95();
+            if estimate.status == FactorStatus::Fixed {
+                continue;
+            }
+            study.not_stated.add(parts.is_empty());
+            if parts.is_empty() {
+                continue;
+            }
+            let truth = trial.truth.beam[place];
+            let holds = parts
+                .iter()
+                .any(|[low, high]| (*low..=*high).contains(&truth));
+            if parts.len() > 1 {
+                study.islands.add(holds);
+            } else {
+                study.factors[place].add(holds);
+            }
+        }
+        for (row, truth) in trial.table.cells.iter().zip(&trial.stiffness) {
+            let estimate = row.by(Method::Regression).unwrap().estimate;
+            if let Some([low, high]) = estimate.interval_95() {
+                study.cells.add((low..=high).contains(truth));
+            }
+        }
+    }
+    println!(
+        "{:14} {} runs{}: stated {}; islands {}; not stated {}; cells {}",
+        kind.train.join(","),
+        kind.repeats,
+        if kind.uneven { ", uneven" } else { "" },
+        study.stated().text(),
+        study.islands.text(),
+        study.not_stated.text(),
+        study.cells.text()
+    );
+    for (name, count) in FACTOR_NAMES.iter().zip(study.factors) {
+        println!("    {name}: {}", count.text());
+    }
+    study
+}
+
+fn hp_robot() -> Robot {
+    Robot::parse(&shipped_robot("hp-robot").unwrap()).unwrap()
+}
+
+#[test]
+fn intervals_of_two_poses_hold_the_truth_though_two_minima_compete() {
+    let kind = Kind {
+        train: TRAINING[1],
+        repeats: 5,
+        uneven: false,
+    };
+    let found = study(&hp_robot(), kind, 40);
+    // Of 160 intervals 95 % to 1.7 % by chance, four to a session; from the lowest minimum alone 82 % did.
+    assert!((0.89..=0.99).contains(&found.stated().share()), "{found:?}");
+    assert!(found.islands.trials > 20, "{found:?}");
+    assert!(found.not_stated.share() < 0.1, "{found:?}");
+}
+
+#[test]
+fn one_run_a_cell_gives_no_uncertainty_and_two_a_true_one() {
+    let kind = |repeats| Kind {
+        train: TRAINING[3],
+        repeats,
+        uneven: false,
+    };
+    assert_eq!(study(&hp_robot(), kind(1), 4).cells.trials, 0);
+    let found = study(&hp_robot(), kind(2), 60);
+    // 720 cells: 95 % to 0.8 % by chance.
+    assert!((0.92..=0.98).contains(&found.cells.share()), "{found:?}");
+    assert!((0.90..=0.99).contains(&found.stated().share()), "{found:?}");
+}
+
+#[test]
+#[ignore = "an hour"]
+fn a_thousand_sessions() {
+    let robot = hp_robot();
+    for train in TRAINING {
+        for (repeats, uneven) in [(5, false), (5, true), (3, false), (2, false), (1, false)] {
+            let kind = Kind {
+                train,
+                repeats,
+                uneven,
+            };
+            study(&robot, kind, 1000);
+        }
+    }
+}

@@ -1,0 +1,141 @@
+//! All minima of a sum of squares that starts spread over the bounds lead to.
+
+use super::error::LeastSquaresError;
+use super::minimise::{LeastSquaresFit, LeastSquaresSettings, minimise};
+use super::parameter::ParameterSet;
+use super::residual_function::ResidualFunction;
+
+/// Two fits that differ in no parameter by more than this share of the distance between its bounds are one minimum.
+const SAME_MINIMUM: f64 = 1e-3;
+
+/// Most minima kept. A valley without a bottom has as many as there are starts.
+const MOST_MINIMA: usize = 6;
+
+/// Distinct local minima within the bounds, lowest first, from the start of `set` and from `starts` points spread evenly over the bounds.
+///
+/// A parameter without two finite bounds begins at its start each time. Only the first fit is kept if it did not converge.
+///
+/// # Errors
+/// Those of [`minimise`] from the start of `set`; other starts without a value are passed over.
+pub fn minima(
+    problem: &mut dyn ResidualFunction,
+    set: &ParameterSet,
+    starts: usize,
+    settings: &LeastSquaresSettings,
+) -> Result<Vec<LeastSquaresFit>, LeastSquaresError> {
+    let mut found = vec![minimise(problem, set, settings)?];
+    for point in spread(set).take(starts) {
+        match minimise(problem, &set.with_start(&point)?, settings) {
+            Ok(fit) if fit.termination.is_converged() => keep(&mut found, fit, set),
+            Ok(_) | Err(LeastSquaresError::StartHasNoValue { .. }) => {}
+            Err(error) => return Err(error),
+        }
+    }
+    found.sort_by(|a, b| a.objective.total_cmp(&b.objective));
+    found.truncate(MOST_MINIMA);
+    Ok(found)
+}
+
+/// Adds a fit, or puts it in the place of the same minimum found less well.
+fn keep(found: &mut Vec<LeastSquaresFit>, fit: LeastSquaresFit, set: &ParameterSet) {
+    let bounds = set.free_bounds();
+    let same = |known: &&mut LeastSquaresFit| {
+        let pairs = known.free_values.iter().zip(&fit.free_values).zip(&bounds);
+        pairs.into_iter().all(|((a, b), (lower, upper))| {
+            let width = upper - lower;
+            let scale = if width.is_finite() { width } else { a.abs() };
+            (a - b).abs() <= SAME_MINIMUM * scale
+        })
+    };
+    match found.iter_mut().find(same) {
+        Some(known) if fit.objective < known.objective => *known = fit,
+        Some(_) => {}
+        None => found.push(fit),
+    }
+}
+
+/// Points that fill the bounds evenly however many are taken: multiples of the powers of 1/g modulo 1, with g^(d+1) = g + 1.
+///
+/// # Source
+/// Roberts, "The unreasonable effectiveness of quasirandom sequences" (2018), the sequence R_d.
+pub(super) fn spread(set: &ParameterSet) -> impl Iterator<Item = Vec<f64>> {
+    let (bounds, start) = (set.free_bounds(), set.free_start());
+    let dimensions = bounds.len() as f64;
+    let g = (0..64).fold(2.0_f64, |g, _| (1.0 + g).powf(1.0 / (dimensions + 1.0)));
+    (1..).map(move |k: u32| {
+        let coordinate = |(place, (&(lower, upper), &start)): (usize, (&(f64, f64), &f64))| {
+            let share = (0.5 + f64::from(k) * g.powi(-(place as i32 + 1))).fract();
+            if lower.is_finite() && upper.is_finite() {
+                lower + share * (upper - lower)
+            } else {
+                start
+            }
+        };
+        bounds
+            .iter()
+            .zip(&start)
+            .enumerate()
+            .map(coordinate)
+            .collect()
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::least_squares::{EvaluationFailure, JacobianView, Parameter};
+
+    /// r = (p² - 1, (p - 1)/20): wells at 1 and near -1, the first lower.
+    struct TwoWells;
+
+    impl ResidualFunction for TwoWells {
+        fn residual_count(&self) -> usize {
+            2
+        }
+
+        fn evaluate(
+            &mut self,
+            p: &[f64],
+            residuals: &mut [f64],
+            jacobian: Option<&mut JacobianView<'_>>,
+        ) -> Result<(), EvaluationFailure> {
+            residuals.copy_from_slice(&[p[0] * p[0] - 1.0, (p[0] - 1.0) / 20.0]);
+            if let Some(jacobian) = jacobian {
+                jacobian.set(0, 0, 2.0 * p[0]);
+                jacobian.set(1, 0, 1.0 / 20.0);
+            }
+            Ok(())
+        }
+    }
+
+    #[test]
+    fn both_wells_are_found_from_either_side_and_the_lower_comes_first() {
+        for start in [-1.5, 1.5] {
+            let set = ParameterSet::new(vec![Parameter::free("p", start, -3.0, 3.0)]).unwrap();
+            let settings = LeastSquaresSettings::default();
+            let found = minima(&mut TwoWells, &set, 16, &settings).unwrap();
+            let at: Vec<f64> = found.iter().map(|fit| fit.free_values[0]).collect();
+            assert_eq!(at.len(), 2, "{at:?}");
+            // The slope of the second residual moves its well: 4p(p² - 1) + (p - 1)/200 = 0 near -1 at -1 + 1/800.
+            assert!((at[0] - 1.0).abs() < 1e-9, "{at:?}");
+            assert!((at[1] + 1.0 - 1.0 / 800.0).abs() < 1e-5, "{at:?}");
+        }
+    }
+
+    #[test]
+    fn points_lie_inside_the_bounds_and_fill_each_half_alike() {
+        let set = ParameterSet::new(vec![
+            Parameter::free("p", 0.0, -1.0, 3.0),
+            Parameter::unbounded("q", 7.0),
+        ])
+        .unwrap();
+        let points: Vec<Vec<f64>> = spread(&set).take(64).collect();
+        assert!(
+            points
+                .iter()
+                .all(|p| (-1.0..3.0).contains(&p[0]) && p[1] == 7.0)
+        );
+        let below = points.iter().filter(|p| p[0] < 1.0).count();
+        assert!((31..=33).contains(&below), "{below}");
+    }
+}
