@@ -13,6 +13,7 @@ mod robot_file_errors;
 mod robot_kinematics;
 mod robot_mobility;
 mod robot_schema;
+mod stiff_elements;
 mod structure_errors;
 mod structure_opensees;
 mod structure_properties;

@@ -14,6 +14,7 @@
 
 mod batch;
 mod compliance;
+mod digits;
 mod element;
 mod gradient;
 mod influence;

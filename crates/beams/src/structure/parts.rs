@@ -158,6 +158,24 @@ pub enum StructureError {
         /// The freedom that moves most in the motion without resistance.
         freedom: Freedom,
     },
+    /// An element so stiff that the digits of its neighbours are lost.
+    #[error(
+        "the element between nodes {first} and {second} is too stiff beside its neighbours: {ratio:.0e} times the middle one, and displacements would keep fewer than six digits"
+    )]
+    #[diagnostic(
+        code(stiffbench::structure::too_stiff),
+        help(
+            "a section 1000 times stiffer than its neighbours is as good as rigid; check the unit of A, Iy, Iz and J (m2, m4)"
+        )
+    )]
+    TooStiff {
+        /// Name of its first node.
+        first: Arc<str>,
+        /// Name of its second node.
+        second: Arc<str>,
+        /// Its stiffness over that of the middle element, in the strain where it is largest.
+        ratio: f64,
+    },
     /// An element whose nodes coincide, or whose local axes cannot be told.
     #[error("element {element} between nodes {first} and {second} has no length or no plane")]
     #[diagnostic(

@@ -11,6 +11,7 @@ use faer::{Conj, MatMut, Par, Side, Spec};
 use stiffbench_numeric::vector::{dot, subtract};
 
 use super::compliance::Compliance6;
+use super::digits::{SIX_DIGITS, too_stiff};
 use super::element::{NaturalStiffness, STRAINS, global_matrix, natural_strains};
 use super::parts::{Attachment, Hinge, Structure, StructureError, Support};
 use super::rotation::LocalAxes;
@@ -213,23 +214,29 @@ impl Solver {
             MemStack::new(&mut self.memory),
             Spec::default(),
         );
-        let failed = match outcome {
-            Err(LltError::NonPositivePivot { .. }) => true,
-            Ok(_) => self.has_lost_a_pivot(),
+        let least = match outcome {
+            Err(LltError::NonPositivePivot { .. }) => 0.0,
+            Ok(_) => self.pivot_shares().fold(1.0, |least: f64, share| {
+                if share.is_nan() {
+                    0.0
+                } else {
+                    least.min(share)
+                }
+            }),
         };
-        if failed {
+        if least >= SIX_DIGITS {
+            return Ok(());
+        }
+        if let Some(too_stiff) = too_stiff(&self.natural, structure) {
+            return Err(too_stiff);
+        }
+        if least < LOST_PIVOT {
             let equation = self.topology.loosest_equation(&self.values);
             return Err(StructureError::Mechanism {
                 freedom: self.topology.freedom(equation, structure),
             });
         }
         Ok(())
-    }
-
-    /// Whether some pivot is nothing but rounding.
-    fn has_lost_a_pivot(&self) -> bool {
-        self.pivot_shares()
-            .any(|share| share.is_nan() || share < LOST_PIVOT)
     }
 
     /// What each pivot keeps of its diagonal entry.
