@@ -3,7 +3,7 @@
 use stiffbench_numeric::least_squares::{
     Bound, Covariance, CovarianceSettings, LeastSquaresError, LeastSquaresFit, Likelihood,
     LikelihoodSet, LikelihoodSetSettings, ParameterSet, ParameterStatus, ProfileEnd,
-    ProfileSettings, SigmaMode, covariance, minima,
+    ProfileSettings, SigmaMode, covariance, minima, spread,
 };
 
 use super::error::FitError;
@@ -43,8 +43,7 @@ impl Profiled {
         sigma: SigmaMode,
         settings: &CovarianceSettings,
     ) -> Result<Self, FitError> {
-        let refits = joint.settings();
-        let mut minima = minima(joint, &set, STARTS, &refits)?;
+        let mut minima = all_minima(problem, joint, &set)?;
         let at_lowest =
             |minima: &[LeastSquaresFit]| match covariance(&set, &minima[0], sigma, settings) {
                 Ok(covariance) => Ok(Some(covariance)),
@@ -137,6 +136,27 @@ impl Profiled {
     }
 }
 
+/// The minima that starts spread over the bounds lead to, lowest first.
+fn all_minima(
+    problem: &FitProblem<'_>,
+    joint: &mut JointProblem<'_>,
+    set: &ParameterSet,
+) -> Result<Vec<LeastSquaresFit>, FitError> {
+    let refits = joint.settings();
+    let spread = spread(set).take(STARTS);
+    if problem.physics.is_none() {
+        return Ok(minima(joint, set, spread, &refits)?);
+    }
+    // Physics beside the beams costs a hundred times as much, and has its minima where the beams have theirs.
+    let mut beams = JointProblem::new(&FitProblem {
+        physics: None,
+        ..*problem
+    })?;
+    let of_beams = minima(&mut beams, set, spread, &refits)?;
+    let starts = of_beams.into_iter().map(|fit| fit.free_values);
+    Ok(minima(joint, set, starts, &refits)?)
+}
+
 /// The sets of all free factors.
 fn likelihood_sets(
     problem: &FitProblem<'_>,
@@ -150,6 +170,7 @@ fn likelihood_sets(
             refits: joint.settings(),
             ..ProfileSettings::default()
         },
+        fold_starts: if problem.physics.is_some() { 0 } else { 4 },
         ..LikelihoodSetSettings::default()
     };
     let likelihood = Likelihood {

@@ -27,6 +27,8 @@ pub struct LikelihoodSetSettings {
     pub profile: ProfileSettings,
     /// A minimum within this of the lowest, in units of the residuals' variance, may belong to a set.
     pub near: f64,
+    /// Starts that a fold is looked for with at each end, beside the minima.
+    pub fold_starts: usize,
     /// Samples from which a limit is drawn; with none the F law is kept everywhere.
     pub draws: usize,
     /// Seed of the samples.
@@ -40,6 +42,7 @@ impl Default for LikelihoodSetSettings {
         Self {
             profile: ProfileSettings::default(),
             near: 10.0,
+            fold_starts: 4,
             draws: 199,
             seed: 0,
         }
@@ -84,9 +87,6 @@ pub struct Likelihood<'a, N> {
     /// How sets are found.
     pub settings: &'a LikelihoodSetSettings,
 }
-
-/// Starts of the other parameters that a fold is looked for with, beside the minima.
-const FOLD_STARTS: usize = 4;
 
 /// Folds of one profile that are followed; a valley with more has no end worth naming.
 const MOST_FOLDS: usize = 8;
@@ -291,7 +291,14 @@ where
                     result = (end, None);
                     break;
                 };
-                let Some(best) = lowest_at(&mut walk, value, set, self.parameter, &self.competing)?
+                let Some(best) = lowest_at(
+                    &mut walk,
+                    value,
+                    set,
+                    self.parameter,
+                    &self.competing,
+                    settings.fold_starts,
+                )?
                 else {
                     result = (end, None);
                     break;
@@ -370,9 +377,10 @@ fn lowest_at(
     set: &ParameterSet,
     parameter: usize,
     minima: &[&LeastSquaresFit],
+    fold_starts: usize,
 ) -> Result<Option<Conditional>, LeastSquaresError> {
     let from_minima = minima.iter().map(|fit| fit.free_values.clone());
-    let starts: Vec<Vec<f64>> = from_minima.chain(spread(set).take(FOLD_STARTS)).collect();
+    let starts: Vec<Vec<f64>> = from_minima.chain(spread(set).take(fold_starts)).collect();
     let mut best: Option<Conditional> = None;
     for start in starts {
         if let Ok(found) = walk.refit(value, &others(set, parameter, &start))?

@@ -11,20 +11,20 @@ const SAME_MINIMUM: f64 = 1e-3;
 /// Most minima kept. A valley without a bottom has as many as there are starts.
 const MOST_MINIMA: usize = 6;
 
-/// Distinct local minima within the bounds, lowest first, from the start of `set` and from `starts` points spread evenly over the bounds.
+/// Distinct local minima within the bounds, lowest first, from the start of `set` and from further starts (values of the free parameters).
 ///
-/// A parameter without two finite bounds begins at its start each time. Only the first fit is kept if it did not converge.
+/// Only the first fit is kept if it did not converge. See [`spread`] for starts.
 ///
 /// # Errors
 /// Those of [`minimise`] from the start of `set`; other starts without a value are passed over.
 pub fn minima(
     problem: &mut dyn ResidualFunction,
     set: &ParameterSet,
-    starts: usize,
+    starts: impl Iterator<Item = Vec<f64>>,
     settings: &LeastSquaresSettings,
 ) -> Result<Vec<LeastSquaresFit>, LeastSquaresError> {
     let mut found = vec![minimise(problem, set, settings)?];
-    for point in spread(set).take(starts) {
+    for point in starts {
         match minimise(problem, &set.with_start(&point)?, settings) {
             Ok(fit) if fit.termination.is_converged() => keep(&mut found, fit, set),
             Ok(_) | Err(LeastSquaresError::StartHasNoValue { .. }) => {}
@@ -56,9 +56,11 @@ fn keep(found: &mut Vec<LeastSquaresFit>, fit: LeastSquaresFit, set: &ParameterS
 
 /// Points that fill the bounds evenly however many are taken: multiples of the powers of 1/g modulo 1, with g^(d+1) = g + 1.
 ///
+/// A parameter without two finite bounds is at its start in all of them.
+///
 /// # Source
 /// Roberts, "The unreasonable effectiveness of quasirandom sequences" (2018), the sequence R_d.
-pub(super) fn spread(set: &ParameterSet) -> impl Iterator<Item = Vec<f64>> {
+pub fn spread(set: &ParameterSet) -> impl Iterator<Item = Vec<f64>> {
     let (bounds, start) = (set.free_bounds(), set.free_start());
     let dimensions = bounds.len() as f64;
     let g = (0..64).fold(2.0_f64, |g, _| (1.0 + g).powf(1.0 / (dimensions + 1.0)));
@@ -113,7 +115,7 @@ mod tests {
         for start in [-1.5, 1.5] {
             let set = ParameterSet::new(vec![Parameter::free("p", start, -3.0, 3.0)]).unwrap();
             let settings = LeastSquaresSettings::default();
-            let found = minima(&mut TwoWells, &set, 16, &settings).unwrap();
+            let found = minima(&mut TwoWells, &set, spread(&set).take(16), &settings).unwrap();
             let at: Vec<f64> = found.iter().map(|fit| fit.free_values[0]).collect();
             assert_eq!(at.len(), 2, "{at:?}");
             // The slope of the second residual moves its well: 4p(p² - 1) + (p - 1)/200 = 0 near -1 at -1 + 1/800.

@@ -54,7 +54,7 @@ pub use covariance::{
 pub use error::LeastSquaresError;
 pub use identification::{DirectionComponent, UnidentifiedDirection, WhyNotIdentified};
 pub use likelihood_set::{Likelihood, LikelihoodSet, LikelihoodSetSettings};
-pub use minima::minima;
+pub use minima::{minima, spread};
 pub use minimise::{Convergence, LeastSquaresFit, LeastSquaresSettings, Termination, minimise};
 pub use optimise::{
     GlobalSearch, Minimum, SearchOutcome, SearchSettings, nelder_mead, particle_swarm,

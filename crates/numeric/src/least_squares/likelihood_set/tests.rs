@@ -39,7 +39,7 @@ impl Square {
     fn set(&self, draws: usize) -> LikelihoodSet {
         let set = ParameterSet::new(vec![Parameter::free("p", 0.5, -3.0, 3.0)]).unwrap();
         let refits = LeastSquaresSettings::for_refits();
-        let minima = minima(&mut self.clone(), &set, 8, &refits).unwrap();
+        let minima = minima(&mut self.clone(), &set, spread(&set).take(8), &refits).unwrap();
         let (mode, settings) = (SigmaMode::Known, CovarianceSettings::default());
         let covariance = covariance(&set, &minima[0], mode, &settings).unwrap();
         let likelihood = Likelihood {
