@@ -187,25 +187,20 @@ fn shift(report: &DiagnosisReport<'_>, found: &str) -> FactorShift {
 
 fn held_out(report: &DiagnosisReport<'_>, found: &str) -> HeldOutError {
     let diagnosis = report.diagnosis;
-    let slope_sd = diagnosis.noise.run_slope_sd;
     let pairs = diagnosis
         .before
         .held_out
         .iter()
         .zip(&diagnosis.after.held_out);
-    let poses = pairs.map(|((pose, before_rms_m), (_, after_rms_m))| {
+    let poses = pairs.map(|((pose, before), (_, after))| {
         let readings = report.trace.readings.iter();
-        let squares: Vec<f64> = readings
-            .filter(|reading| reading.cell.pose == *pose)
-            .map(|r| r.reading_sd_m.powi(2) + (slope_sd * r.slope_m).powi(2))
-            .collect();
-        let n = squares.len();
         HeldOutPose {
             pose: pose.clone(),
-            before_rms_m: *before_rms_m,
-            after_rms_m: *after_rms_m,
-            noise_floor_m: (n > 0).then(|| (squares.iter().sum::<f64>() / n as f64).sqrt()),
-            n,
+            before: *before,
+            after: *after,
+            n: readings
+                .filter(|reading| reading.cell.pose == *pose)
+                .count(),
         }
     });
     HeldOutError {

@@ -2,7 +2,7 @@
 
 use std::collections::HashMap;
 
-use crate::fit::{CellModel, FactorStatus, FitError, FitOutcome};
+use crate::fit::{CellModel, FactorStatus, FitError, FitOutcome, WeightBasis};
 use crate::plot::{
     Bar, ComparedCell, Correlation, DrawnFactor, DrawnMember, DrawnNode, FactorFate,
     FactorIntervals, Figure, FittedLine, LoadCurvePoints, LoadDisplacement, LoadPoint, NamedPoint,
@@ -107,6 +107,10 @@ pub fn fit_figures(
     FitFigures {
         comparison: stiffness_comparison(&StiffnessComparison {
             prediction: format!("fitted model of mechanism {}", outcome.mechanism),
+            pooled: outcome
+                .agreement
+                .as_ref()
+                .is_some_and(|agreement| matches!(agreement.basis, WeightBasis::Pooled { .. })),
             cells: cells.collect(),
         }),
         factors: factor_intervals(&FactorIntervals {

@@ -113,7 +113,7 @@ fn panel(input: &ResidualsBeforeAfter, row: Row, direction: Direction) -> Panel 
         .collect();
     let rms = rms_um(points.iter().copied(), row).map_or_else(
         || "no rms".to_owned(),
-        |rms| format!("rms {}\u{a0}µm", micrometres(rms)),
+        |rms| format!("rms {}\u{a0}µm", three_digits(rms)),
     );
     let x = match input.against {
         ResidualsAgainst::Force => Axis::linear("load", "N"),
@@ -199,22 +199,22 @@ fn rms_um<'a>(points: impl Iterator<Item = &'a BeforeAfterPoint>, row: Row) -> O
     (n > 0).then(|| (sum / n as f64).sqrt())
 }
 
-/// A length in µm with two or three digits that matter.
-pub(super) fn micrometres(value_um: f64) -> String {
-    let size = value_um.abs();
+/// A number with two or three digits that matter.
+pub(super) fn three_digits(value: f64) -> String {
+    let size = value.abs();
     let decimals = if size < 9.95 {
         2
     } else {
         usize::from(size < 99.5)
     };
-    signed(value_um, decimals)
+    signed(value, decimals)
 }
 
 fn caption(input: &ResidualsBeforeAfter, flagged: usize) -> String {
     let mut directions = input.points.iter().map(|point| point.direction);
     let first = directions.next();
     let several = directions.any(|direction| Some(direction) != first);
-    let all = |row| rms_um(input.points.iter(), row).map(micrometres);
+    let all = |row| rms_um(input.points.iter(), row).map(three_digits);
     let overall = all(Row::Before)
         .zip(all(Row::After))
         .map(|(before, after)| {

@@ -2,7 +2,7 @@
 
 use stiffbench_units_and_text::quantity::METRES_PER_MICROMETRE;
 
-use super::before_after::micrometres;
+use super::before_after::three_digits;
 use super::caption::{counted, if_any, joined};
 use super::figure::{Axis, Figure, Marks, Note, Panel, Placement, Point, Series, Style};
 use super::font;
@@ -170,7 +170,7 @@ fn push_points(panel: &mut Panel, rows: &[Row<'_>]) {
 /// Texts to the left and to the right of a row's points.
 fn texts(row: &Row<'_>) -> Option<[(f64, String); 2]> {
     let with = |(effect, place): &(f64, &str)| {
-        let number = micrometres(*effect);
+        let number = three_digits(*effect);
         if place.is_empty() {
             number
         } else {

@@ -1,15 +1,16 @@
 //! Error in poses that the fit has not seen, without and with what was found.
 
-use stiffbench_units_and_text::quantity::METRES_PER_MICROMETRE;
 use stiffbench_units_and_text::test_point::PoseId;
 
-use super::before_after::micrometres;
-use super::caption::{count_range, if_any, joined};
+use super::before_after::three_digits;
+use super::caption::{count_range, joined};
 use super::figure::{Axis, Figure, Marks, Note, Panel, Placement, Point, Series, Style};
 use super::palette::{Colour, Marker, qualitative};
 
 /// Errors that differ by more than this factor stand on a logarithmic axis: on an even one the small ones would touch zero.
 const WIDEST_EVEN: f64 = 15.0;
+/// What noise alone leaves, in its own units.
+const NOISE_ALONE: f64 = 1.0;
 /// Width of a pose, px: two numbers must fit beside the points.
 const POSE_PX: f64 = 96.0;
 
@@ -27,12 +28,10 @@ pub struct HeldOutError {
 pub struct HeldOutPose {
     /// The pose left out.
     pub pose: PoseId,
-    /// Root mean square residual without what was found, m.
-    pub before_rms_m: f64,
-    /// The same with it, m.
-    pub after_rms_m: f64,
-    /// What noise alone would leave, m.
-    pub noise_floor_m: Option<f64>,
+    /// Root mean square residual without what was found, each reading as a multiple of its noise.
+    pub before: f64,
+    /// The same with it.
+    pub after: f64,
     /// Readings of the pose.
     pub n: usize,
 }
@@ -49,7 +48,7 @@ pub fn held_out_error(input: &HeldOutError) -> Figure {
     push_floor(&mut panel, input);
     let pairs = input.poses.iter().enumerate().map(|(place, pose)| {
         let x = place as f64;
-        [[x, um(pose.before_rms_m)], [x, um(pose.after_rms_m)]]
+        [[x, pose.before], [x, pose.after]]
     });
     panel.series.push(Series::new(
         Style::new(Colour::GREY, Marker::Dot).stroke(2.0),
@@ -68,55 +67,34 @@ pub fn held_out_error(input: &HeldOutError) -> Figure {
     }
 }
 
-fn um(value_m: f64) -> f64 {
-    value_m / METRES_PER_MICROMETRE
-}
-
-/// All values that the vertical axis must show, µm.
-fn values_um(input: &HeldOutError) -> impl Iterator<Item = f64> {
-    input
-        .poses
-        .iter()
-        .flat_map(|pose| {
-            [
-                Some(pose.before_rms_m),
-                Some(pose.after_rms_m),
-                pose.noise_floor_m,
-            ]
-        })
-        .flatten()
-        .map(um)
-        .filter(|value| value.is_finite())
-}
-
 /// An even axis from zero, or a logarithmic one for errors of very different sizes.
 fn vertical(input: &HeldOutError) -> Axis {
-    let name = "rms residual";
-    let (low, high) = values_um(input).fold((f64::MAX, 0.0_f64), |(low, high), value| {
-        (low.min(value), high.max(value))
-    });
+    let name = "rms residual in units of the noise";
+    let poses = input.poses.iter();
+    let values = poses.flat_map(|pose| [pose.before, pose.after, NOISE_ALONE]);
+    let (low, high) = values
+        .filter(|value| value.is_finite())
+        .fold((f64::MAX, 0.0_f64), |(low, high), value| {
+            (low.min(value), high.max(value))
+        });
     if low > 0.0 && high > WIDEST_EVEN * low {
         return Axis {
             range: Some([low / 1.4, high * 2.0]),
-            ..Axis::log10(name, "µm")
+            ..Axis::log10(name, "")
         };
     }
     let top = if high > 0.0 { 1.15 * high } else { 1.0 };
     Axis {
         range: Some([low.min(0.0), top]),
-        ..Axis::linear(name, "µm")
+        ..Axis::linear(name, "")
     }
 }
 
 fn push_floor(panel: &mut Panel, input: &HeldOutError) {
-    let floors: Vec<[[f64; 2]; 2]> = input
-        .poses
-        .iter()
-        .enumerate()
-        .filter_map(|(place, pose)| {
-            let floor = um(pose.noise_floor_m?);
+    let floors: Vec<[[f64; 2]; 2]> = (0..input.poses.len())
+        .map(|place| {
             let x = place as f64;
-            Some([[x - 0.38, floor], [x + 0.38, floor]])
+            [[x - 0.38, NOISE_ALONE], [x + 0.38, NOISE_ALONE]]
         })
         .collect();
     if !floors.is_empty() {
@@ -142,12 +120,8 @@ fn push_points(panel: &mut Panel, input: &HeldOutError, after: bool) {
         )
     };
     let at = |(place, pose): (usize, &HeldOutPose)| {
-        let value_m = if after {
-            pose.after_rms_m
-        } else {
-            pose.before_rms_m
-        };
-        [place as f64, um(value_m)]
+        let value = if after { pose.after } else { pose.before };
+        [place as f64, value]
     };
     let places: Vec<[f64; 2]> = input.poses.iter().enumerate().map(at).collect();
     // The two numbers of a pose stand on different sides, so that they cannot touch when the errors agree; and a little higher than
@@ -157,7 +131,7 @@ fn push_points(panel: &mut Panel, input: &HeldOutError, after: bool) {
         .notes
         .extend(places.iter().filter(|p| p[1].is_finite()).map(|p| Note {
             at: *p,
-            text: micrometres(p[1]),
+            text: three_digits(p[1]),
             colour: Colour::INK,
             size_px: 10.5,
             placement: Placement::Toward([side, 0.4]),
@@ -174,27 +148,15 @@ fn caption(input: &HeldOutError) -> String {
     let fell = input
         .poses
         .iter()
-        .filter(|pose| pose.after_rms_m < pose.before_rms_m)
-        .count();
-    let floorless = input
-        .poses
-        .iter()
-        .filter(|p| p.noise_floor_m.is_none())
+        .filter(|pose| pose.after < pose.before)
         .count();
     joined([
         Some(format!(
-            "Root mean square of measured minus predicted displacement in a pose, predicted by a fit to all other poses; {} readings \
-             a pose, no bars.",
+            "Root mean square of measured minus predicted displacement in a pose, predicted by a fit to all other poses, each reading \
+             as a multiple of its noise; {} readings a pose, no bars.",
             count_range(input.poses.iter().map(|pose| pose.n))
         )),
         Some(format!("The error fell in {fell} of {poses} poses.")),
-        if_any(
-            floorless,
-            format!(
-                "{floorless} of {poses} poses {} no noise floor.",
-                if floorless == 1 { "has" } else { "have" }
-            ),
-        ),
     ])
 }
 
@@ -204,12 +166,11 @@ mod tests {
     use crate::figure::Scale;
     use crate::png::parse;
 
-    fn pose(name: &str, before_m: f64, after_m: f64) -> HeldOutPose {
+    fn pose(name: &str, before: f64, after: f64) -> HeldOutPose {
         HeldOutPose {
             pose: name.into(),
-            before_rms_m: before_m,
-            after_rms_m: after_m,
-            noise_floor_m: (name != "P2").then_some(5e-6),
+            before,
+            after,
             n: 120,
         }
     }
@@ -222,11 +183,8 @@ mod tests {
     }
 
     #[test]
-    fn the_numbers_are_in_micrometres_and_stand_beside_the_points() {
-        let figure = held_out_error(&input(vec![
-            pose("P1", 44e-6, 6.6e-6),
-            pose("P2", 12e-6, 13e-6),
-        ]));
+    fn the_numbers_are_multiples_of_the_noise_and_stand_beside_the_points() {
+        let figure = held_out_error(&input(vec![pose("P1", 12.0, 6.6), pose("P2", 1.2, 1.3)]));
         let points = |label: &str| {
             let series = figure.panels[0].series.iter();
             let found = series.clone().find(|s| s.label.as_deref() == Some(label));
@@ -235,27 +193,26 @@ mod tests {
                 other => panic!("{other:?}"),
             }
         };
-        assert_eq!(points("before"), [44.0, 12.0]);
-        assert_eq!(points("after"), [7.0, 13.0]);
+        assert_eq!(points("before"), [12.0, 1.0]);
+        assert_eq!(points("after"), [7.0, 1.0]);
         let texts: Vec<&str> = figure.panels[0]
             .notes
             .iter()
             .map(|n| n.text.as_str())
             .collect();
-        assert_eq!(texts, ["44.0", "12.0", "6.60", "13.0"]);
+        assert_eq!(texts, ["12.0", "1.20", "6.60", "1.30"]);
         let caption = figure.caption.replace('\u{a0}', " ");
         assert!(caption.contains("n = 120 readings a pose"), "{caption}");
         assert!(caption.contains("fell in 1 of 2 poses"));
-        assert!(caption.contains("1 of 2 poses has no noise floor"));
         assert_eq!(figure.panels[0].y.scale, Scale::Linear);
         parse(&figure.to_svg()).unwrap();
     }
 
     #[test]
     fn very_different_errors_stand_on_a_logarithmic_axis() {
-        let figure = held_out_error(&input(vec![pose("P1", 900e-6, 6e-6)]));
+        let figure = held_out_error(&input(vec![pose("P1", 900.0, 6.0)]));
         assert_eq!(figure.panels[0].y.scale, Scale::Log10);
-        let figure = held_out_error(&input(vec![pose("P1", 900e-6, 0.0)]));
+        let figure = held_out_error(&input(vec![pose("P1", 900.0, 0.0)]));
         assert_eq!(
             figure.panels[0].y.scale,
             Scale::Linear,
@@ -265,7 +222,7 @@ mod tests {
 
     #[test]
     fn what_is_not_a_number_is_counted_as_not_drawn() {
-        let svg = held_out_error(&input(vec![pose("P1", f64::NAN, 1e-6)])).to_svg();
+        let svg = held_out_error(&input(vec![pose("P1", f64::NAN, 1.0)])).to_svg();
         assert!(svg.contains("1 point has no place on the axes"));
         parse(&svg).unwrap();
         parse(&held_out_error(&input(Vec::new())).to_svg()).unwrap();

@@ -15,6 +15,8 @@ const ALONE_PX: f64 = 400.0;
 const IN_SHEET_PX: f64 = 330.0;
 /// Widest view from above, px.
 const WIDEST_PX: f64 = 620.0;
+/// A workspace thinner than this share of its length is a line, not a surface.
+const FLAT: f64 = 0.05;
 /// Panels beside each other in a sheet, without the colour bar.
 const SHEET_COLUMNS: usize = 3;
 /// Values of one bin that differ by less than this share of the scale are not worth a sentence.
@@ -56,19 +58,28 @@ pub fn plane_map(input: &PlaneMapFigure) -> Figure {
     let size = Size::of(input.maps.iter(), ALONE_PX);
     let [width_px, height_px] = size.panel_px;
     let extent = extent(input.maps.iter());
+    // An end that keeps its height or its reach has no surface over the plane.
+    let [reach, height] = extent.map(|[low, high]| high - low);
+    let is_surface = reach.min(height) > FLAT * reach.max(height);
     let mut panels = Vec::new();
     for map in &input.maps {
-        panels.push(surface_panel(map, &scale, extent, height_px));
+        if is_surface {
+            panels.push(surface_panel(map, &scale, extent, height_px));
+        }
         panels.push(plane_panel(map, &scale, size.ranges, size.per_px_m));
         panels.push(scale.bar());
     }
+    let mut column_widths_px = vec![width_px, BAR_PX];
+    if is_surface {
+        column_widths_px.insert(0, SURFACE_PX[0]);
+    }
     Figure {
-        columns: 3,
+        columns: column_widths_px.len(),
         panel_px: size.panel_px,
-        column_widths_px: vec![SURFACE_PX[0], width_px, BAR_PX],
+        column_widths_px,
         panels,
         legend: point_legend(&input.maps),
-        ..Figure::new(input.title.clone(), caption(input, &scale, true))
+        ..Figure::new(input.title.clone(), caption(input, &scale, is_surface))
     }
 }
 

@@ -15,6 +15,9 @@ use super::ticks::{nearest_nice, signed};
 const SHOWN_SHARE: f64 = 0.08;
 /// Width of the plot area, px.
 const WIDTH_PX: f64 = 600.0;
+/// Height of both panels together, and least width of one, px.
+const TALLEST_PX: f64 = 900.0;
+const NARROWEST_PX: f64 = 340.0;
 
 /// Colours of chains in the order in which they come: no black, which is the robot under load.
 const CHAINS: [Colour; 7] = [
@@ -86,15 +89,24 @@ pub fn robot_pose(input: &RobotDrawing) -> Figure {
         .filter_map(|member| deformed(input, member, magnification?))
         .collect();
     let views = [View::SIDE, View::TOP];
-    let ranges = views.map(|view| view.ranges(input, &shapes, size_m));
-    let per_px = (ranges[0][0][1] - ranges[0][0][0]) / WIDTH_PX;
+    let mut ranges = views.map(|view| view.ranges(input, &shapes, size_m));
+    let length = |[low, high]: [f64; 2]| high - low;
+    let upward: f64 = ranges.iter().map(|[_, upward]| length(*upward)).sum();
+    let across = length(ranges[0][0]);
+    // A robot that stands in a corner of a tall picture is drawn narrower, not the picture taller.
+    let per_px = (across / WIDTH_PX).max(upward / TALLEST_PX);
+    let lacking = (NARROWEST_PX * per_px - across).max(0.0);
+    for [range, _] in &mut ranges {
+        *range = [range[0] - 0.5 * lacking, range[1] + 0.5 * lacking];
+    }
+    let width_px = length(ranges[0][0]) / per_px;
     let panels = views
         .into_iter()
         .zip(ranges)
         .map(|(view, ranges)| panel(input, view, ranges, &shapes, magnification, size_m))
         .collect();
     Figure {
-        panel_px: [WIDTH_PX, 300.0],
+        panel_px: [width_px, 300.0],
         row_heights_px: ranges
             .iter()
             .map(|[_, upward]| (upward[1] - upward[0]) / per_px)
@@ -454,7 +466,7 @@ mod tests {
             .zip(&figure.row_heights_px)
             .flat_map(|(panel, height)| {
                 let [x, y] = [&panel.x, &panel.y].map(|axis| axis.range.unwrap());
-                [(x[1] - x[0]) / WIDTH_PX, (y[1] - y[0]) / height]
+                [(x[1] - x[0]) / figure.panel_px[0], (y[1] - y[0]) / height]
             })
             .collect();
         assert!(

@@ -12,6 +12,8 @@ use super::palette::{Colour, Marker, qualitative};
 pub struct StiffnessComparison {
     /// Name of the prediction for the legend, for example `model fitted on P1, P3`.
     pub prediction: String,
+    /// Whether the intervals come from the scatter of all cells, not from that of each cell by itself.
+    pub pooled: bool,
     /// Cells in the order in which they stand.
     pub cells: Vec<ComparedCell>,
 }
@@ -75,8 +77,13 @@ fn caption(input: &StiffnessComparison, flagged: usize) -> String {
     let without = count(&|cell| cell.measured_ci95_n_per_m.is_none());
     joined([
         Some(format!(
-            "Bars: 95 % interval of the measured stiffness, from {} runs of a cell; in the lower panel it is carried to the \
-             ratio, the prediction taken as exact.",
+            "Bars: 95 % interval of the measured stiffness, {} ({} runs a cell); in the lower panel it is carried to the ratio, the \
+             prediction taken as exact.",
+            if input.pooled {
+                "from the scatter between runs pooled over all cells: not the U of a cell's own runs in the table of stiffness"
+            } else {
+                "from the scatter of each cell by itself"
+            },
             count_range(input.cells.iter().map(|cell| cell.n_runs))
         )),
         hollow_sentence(flagged),
@@ -223,6 +230,7 @@ mod tests {
     #[test]
     fn held_out_cells_are_a_series_of_their_own_in_both_panels() {
         let figure = stiffness_comparison(&StiffnessComparison {
+            pooled: true,
             prediction: "fitted".to_owned(),
             cells: vec![
                 cell(2e4, 2e4, false),
@@ -246,6 +254,7 @@ mod tests {
     #[test]
     fn cells_without_interval_are_counted_and_the_svg_parses() {
         let figure = stiffness_comparison(&StiffnessComparison {
+            pooled: true,
             prediction: "fitted".to_owned(),
             cells: vec![ComparedCell {
                 measured_ci95_n_per_m: None,

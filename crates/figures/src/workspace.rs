@@ -53,7 +53,8 @@ pub fn workspace(input: &WorkspaceProjection) -> Figure {
         .filter(|point| point.iter().all(|c| c.is_finite()))
         .collect();
     let [z, y] = [0, 1].map(|axis| span(input, &finite, axis));
-    let z = with_names(input, &finite, z, (y[1] - y[0]) / SIDE_PX[1]);
+    let larger = (z[1] - z[0]).max(y[1] - y[0]);
+    let z = with_names(input, &finite, z, larger / SIDE_PX[1]);
     let [wide, high] = [z[1] - z[0], y[1] - y[0]];
     let per_px = wide.max(high) / SIDE_PX[1];
     let panel_px = [wide, high].map(|span| (span / per_px).max(SIDE_PX[0]));

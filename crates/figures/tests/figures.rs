@@ -132,6 +132,7 @@ fn measured_against_predicted() {
         }
     }
     let figure = stiffness_comparison(&StiffnessComparison {
+        pooled: false,
         prediction: "predicted, fitted on P1 and P3".to_owned(),
         cells,
     });
@@ -399,7 +400,11 @@ fn crowded_figures_stay_readable() {
             .to_owned();
     check(
         "stiffness-comparison-crowded",
-        &stiffness_comparison(&StiffnessComparison { prediction, cells }),
+        &stiffness_comparison(&StiffnessComparison {
+            prediction,
+            pooled: true,
+            cells,
+        }),
     );
 
     let mut one = session("mean", 5, 1.0, false);

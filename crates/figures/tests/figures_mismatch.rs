@@ -404,20 +404,19 @@ fn evidence_for_candidates() {
 
 #[test]
 fn error_in_poses_left_out() {
-    let pose = |place: usize, before_um: f64, after_um: f64| HeldOutPose {
+    let pose = |place: usize, before: f64, after: f64| HeldOutPose {
         pose: POSES[place].into(),
-        before_rms_m: 1e-6 * before_um,
-        after_rms_m: 1e-6 * after_um,
-        noise_floor_m: (place != 4).then_some(1e-6 * (5.6 + 0.3 * place as f64)),
+        before,
+        after,
         n: 225,
     };
     let mut input = HeldOutError {
         found: FOUND.to_owned(),
         poses: vec![
-            pose(0, 31.0, 6.6),
-            pose(1, 22.5, 6.9),
-            pose(2, 68.0, 8.2),
-            pose(3, 14.0, 14.9),
+            pose(0, 5.6, 1.02),
+            pose(1, 4.1, 1.1),
+            pose(2, 12.0, 1.3),
+            pose(3, 1.2, 1.25),
         ],
     };
     check("held-out", &held_out_error(&input));

@@ -11,6 +11,9 @@ const STEP_DEG: f64 = 1e-4;
 /// A slope below this is flat, m per degree: what is left to gain then lies far below a nanometre.
 const FLAT_M_PER_DEG: f64 = 1e-9;
 
+/// Reach or height that varies by less than this share of the other is constant: what is left is rounding.
+const CONSTANT: f64 = 1e-6;
+
 /// One of the four outermost points that enclose a workspace (the paper's P1 to P4).
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Extreme {
@@ -42,6 +45,21 @@ impl Extreme {
             Self::Lowest => -height_m,
             Self::Nearest => -reach_m,
         }
+    }
+
+    /// Those along which points (reach and height, m) differ at all: an end that keeps its height has no highest place.
+    pub fn of_points(points: impl Iterator<Item = [f64; 2]>) -> Vec<Self> {
+        let none = [f64::INFINITY, f64::NEG_INFINITY];
+        let ranges = points.fold([none; 2], |ranges, point| {
+            [0, 1].map(|i| [ranges[i][0].min(point[i]), ranges[i][1].max(point[i])])
+        });
+        let [reach, height] = ranges.map(|[low, high]| high - low);
+        let least = CONSTANT * reach.max(height);
+        let differs = |extreme: &Self| match extreme {
+            Self::Highest | Self::Lowest => height > least,
+            Self::Furthest | Self::Nearest => reach > least,
+        };
+        Self::ALL.into_iter().filter(differs).collect()
     }
 
     /// What it is called.

@@ -116,7 +116,7 @@ pub struct Quality {
     pub held_out_rms_m: Option<f64>,
     /// The same with every reading as a multiple of its noise: 1 is noise alone, however soft the direction; `None` with one pose.
     pub held_out_noise_units: Option<f64>,
-    /// For each pose left out: its rms, m.
+    /// For each pose left out: its rms with every reading as a multiple of its noise.
     pub held_out: Vec<(PoseId, f64)>,
     /// Weighted squares over degrees of freedom.
     pub reduced_chi2: f64,

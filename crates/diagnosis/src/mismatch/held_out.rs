@@ -29,10 +29,14 @@ impl Bench<'_> {
             .poses
             .iter()
             .zip(&predicted)
-            .map(|(pose, (rms_m, _))| (pose.clone(), *rms_m))
+            .enumerate()
+            .map(|(pose, (name, (_, white)))| {
+                let readings = self.readings_of_pose(pose) as f64;
+                (name.clone(), (white / readings).sqrt())
+            })
             .collect();
         let mean =
-            held_out.iter().map(|(_, rms)| rms * rms).sum::<f64>() / held_out.len().max(1) as f64;
+            predicted.iter().map(|(rms, _)| rms * rms).sum::<f64>() / predicted.len().max(1) as f64;
         Ok(Quality {
             rms_m: self.rms_about_zeros(&residuals, &all),
             held_out_rms_m: (poses > 1).then(|| mean.sqrt()),
@@ -93,6 +97,13 @@ impl Bench<'_> {
         state.whitening.apply(&mut white);
         let squares = white.iter().map(|x| x * x).sum();
         Ok((self.rms_about_zeros(&residuals, &held), squares))
+    }
+
+    fn readings_of_pose(&self, pose: usize) -> usize {
+        let cells = &self.observations.cells;
+        (0..self.observations.len())
+            .filter(|reading| cells[self.observations.cell_of(*reading)].pose == pose)
+            .count()
     }
 
     /// Readings minus a model, m.

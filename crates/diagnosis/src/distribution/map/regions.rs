@@ -73,8 +73,12 @@ pub fn regions(
             }
         }
     }
+    let places = (0..map.len()).map(|row| reach_and_height(map.end_m(row)));
+    let differing = Extreme::of_points(places);
     for (best, extreme) in outermost.into_iter().zip(Extreme::ALL) {
-        if let Some((_, level)) = best {
+        if let Some((_, level)) = best
+            && differing.contains(&extreme)
+        {
             regions[level].region.holds.push(extreme);
         }
     }
