@@ -223,7 +223,7 @@ impl Mask<'_> {
                 .join("\n");
         }
         if self.case.timed {
-            text = without_time_columns(&without_stamps(&text));
+            text = without_time_columns(&without_hashes(&without_stamps(&text)));
         }
         text
     }
@@ -250,6 +250,24 @@ fn without_stamps(text: &str) -> String {
         masked += &rest[..start];
         masked += if is_stamp(word) { "TIME" } else { word };
         rest = &rest[start + length..];
+    }
+    masked + rest
+}
+
+/// A text whose hashes, in full or the first twelve digits in brackets, are masked: those of readings with times are never the same.
+fn without_hashes(text: &str) -> String {
+    let is_hex = |c: char| c.is_ascii_digit() || ('a'..='f').contains(&c);
+    let mut masked = String::new();
+    let mut rest = text;
+    while let Some(start) = rest.find(is_hex) {
+        let length = rest[start..]
+            .find(|c| !is_hex(c))
+            .unwrap_or(rest.len() - start);
+        let (before, word) = (&rest[..start], &rest[start..start + length]);
+        rest = &rest[start + length..];
+        let short = length == 12 && before.ends_with('(') && rest.starts_with(')');
+        masked += before;
+        masked += if length == 64 || short { "HASH" } else { word };
     }
     masked + rest
 }

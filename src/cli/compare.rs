@@ -12,6 +12,7 @@ use super::args::{Global, LogArgs};
 use super::data::{Session, load_session};
 use super::failure::Failure;
 use super::figure_files::write_figure;
+use super::inputs::Inputs;
 use super::outcome::Outcome;
 
 /// Arguments of `compare`.
@@ -34,6 +35,7 @@ pub(super) fn run(args: &CompareArgs, global: &Global) -> Result<Outcome, Failur
         load_session(&args.a, &log, global)?,
         load_session(&args.b, &log, global)?,
     ];
+    let inputs = Inputs::default().with_session(&a).with_session(&b);
     let [table_a, table_b] = [
         a.stiffness(Branches::LoadingOnly)?,
         b.stiffness(Branches::LoadingOnly)?,
@@ -54,7 +56,7 @@ pub(super) fn run(args: &CompareArgs, global: &Global) -> Result<Outcome, Failur
     if let Some(path) = &args.figure {
         let figure = load_displacement_figure(&[(&a.name, &table_a), (&b.name, &table_b)]);
         warnings.extend(
-            write_figure(path, &figure)?
+            write_figure(path, &figure, &inputs)?
                 .iter()
                 .map(|path| format!("wrote {}", path.display())),
         );
@@ -62,6 +64,7 @@ pub(super) fn run(args: &CompareArgs, global: &Global) -> Result<Outcome, Failur
     let differs = comparison.agreement == Agreement::Differs;
     let text = comparison_text(&comparison, &a.name, &b.name);
     Ok(Outcome::new("compare", text, comparison_json(&comparison))
+        .with_inputs(inputs)
         .with_warnings(warnings)
         .with_strict_exit(u8::from(differs)))
 }

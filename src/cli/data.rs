@@ -1,11 +1,8 @@
 //! From what the user names to data, robot, mechanism and factors.
 
-use std::fmt::Write;
 use std::fs;
 use std::io::Read;
 use std::path::{Path, PathBuf};
-
-use sha2::{Digest, Sha256};
 
 use crate::fit::{MeasuredStiffness, is_stiffness_list, read_stiffness_list};
 use crate::nearest::nearest;
@@ -24,6 +21,7 @@ use crate::test_point::PoseId;
 
 use super::args::{Global, LogArgs, ModelArgs};
 use super::failure::{CliError, Failure};
+use super::hash::sha256;
 use super::integrity::compare_with_journal;
 use super::model::{effects, named_model};
 
@@ -48,6 +46,8 @@ const SHIPPED_LISTS: [(&str, &str); 3] = [
 pub(super) struct Session {
     /// What the user called it.
     pub(super) name: String,
+    /// SHA-256 of the file, in hexadecimal.
+    pub(super) sha256: String,
     /// The readings.
     pub(super) table: ReadingTable,
     /// `session.toml` beside them, if there is one.
@@ -67,6 +67,8 @@ pub(super) enum Data {
     Stiffness {
         /// What the user called them.
         name: String,
+        /// SHA-256 of their text, in hexadecimal.
+        sha256: String,
         /// The values.
         measured: MeasuredStiffness,
     },
@@ -77,6 +79,7 @@ pub(super) fn load(path: &Path, global: &Global) -> Result<Data, Failure> {
     if let Some((name, text)) = shipped_list(path) {
         return Ok(Data::Stiffness {
             name: name.to_owned(),
+            sha256: sha256(text),
             measured: read_stiffness_list(name, text)?,
         });
     }
@@ -88,6 +91,7 @@ pub(super) fn load(path: &Path, global: &Global) -> Result<Data, Failure> {
         })?;
         return Ok(Data::Stiffness {
             measured: read_stiffness_list(&name, &text)?,
+            sha256: sha256(&text),
             name,
         });
     }
@@ -164,12 +168,10 @@ pub(super) fn load_session(
     let file = readings_file(path)?;
     let folder = file.parent().map(Path::to_owned).unwrap_or_default();
     let name = file.display().to_string();
-    let open = || {
-        fs::File::open(&file).map_err(|source| CliError::Read {
-            path: file.clone(),
-            source,
-        })
-    };
+    let bytes = fs::read(&file).map_err(|source| CliError::Read {
+        path: file.clone(),
+        source,
+    })?;
     let options = ReadOptions::default();
     let table = match (&log.pose, log.direction) {
         (Some(pose), Some(direction)) => {
@@ -184,9 +186,9 @@ pub(super) fn load_session(
                 },
                 text: options,
             };
-            read_gauge_log(&name, open()?, &options)?
+            read_gauge_log(&name, bytes.as_slice(), &options)?
         }
-        (None, None) => read_readings(&name, open()?, &options)?,
+        (None, None) => read_readings(&name, bytes.as_slice(), &options)?,
         _ => {
             return Err(CliError::Argument {
                 argument: "--pose and --direction".to_owned(),
@@ -212,6 +214,7 @@ pub(super) fn load_session(
     }
     let session = Session {
         name: path.display().to_string(),
+        sha256: sha256(&bytes),
         table,
         header,
         folder,
@@ -278,6 +281,15 @@ impl Session {
         })
     }
 
+    /// How the readings came about if nobody measured them.
+    pub(super) fn origin(&self) -> Option<String> {
+        let header = self
+            .header
+            .as_ref()
+            .and_then(|header| header.origin.clone());
+        self.table.origin.clone().or(header)
+    }
+
     /// Stiffness of every cell.
     pub(super) fn stiffness(&self, branches: Branches) -> Result<StiffnessTable, Failure> {
         Ok(stiffness_table(
@@ -341,15 +353,6 @@ pub(super) struct Chosen {
     pub(super) physics: ActingPhysics,
     /// What a user should know of robot and model.
     pub(super) warnings: Vec<String>,
-}
-
-/// SHA-256 of a text, in hexadecimal.
-pub(super) fn sha256(text: &str) -> String {
-    let mut digits = String::new();
-    for byte in Sha256::digest(text.as_bytes()) {
-        let _ = write!(digits, "{byte:02x}");
-    }
-    digits
 }
 
 /// Text of a robot file or of a shipped robot; a file that another file names stands beside that one.

@@ -20,6 +20,7 @@ use super::data::{Chosen, choose};
 use super::diagnose::RANGE;
 use super::diagnose_args::DiagnoseArgs;
 use super::failure::{CliError, Failure};
+use super::inputs::Inputs;
 use super::outcome::Outcome;
 use super::procedure::named_procedure;
 
@@ -54,7 +55,9 @@ pub(super) fn run(args: &DiagnoseArgs, name: &str, range: [f64; 2]) -> Result<Ou
     };
     let report = design_of_plan(&bench, &procedure, None, args.seed)?;
     warnings.extend(chosen.robot.warnings.iter().cloned());
-    Ok(Outcome::new("design", text(&report), json(&report)).with_warnings(warnings))
+    Ok(Outcome::new("design", text(&report), json(&report))
+        .with_inputs(Inputs::default().with_model(&chosen))
+        .with_warnings(warnings))
 }
 
 /// What a shipped procedure can show on a mechanism in its named poses, on a bench of which nothing is known yet.

@@ -18,13 +18,15 @@ use crate::report::{
 use crate::robot::FittingFactors;
 
 use super::args::{Global, LogArgs};
-use super::data::{Chosen, Session, choose, load_session, sha256};
+use super::data::{Chosen, Session, choose, load_session};
 use super::design;
 use super::diagnose_args::{DiagnoseArgs, NoiseSource};
 use super::diagnose_earlier::earlier_noise;
 use super::diagnose_specimen;
 use super::failure::{CliError, Failure};
 use super::figure_files::{write, write_figure};
+use super::hash::sha256;
+use super::inputs::Inputs;
 use super::outcome::{Outcome, envelope};
 use super::progress::progress;
 
@@ -47,6 +49,7 @@ pub(super) fn run(args: &DiagnoseArgs, global: &Global) -> Result<Outcome, Failu
     let mut session = load_session(design::data(args)?, &LogArgs::default(), global)?;
     let chosen = choose(&args.model, Some(&mut session))?;
     refuse_known_physics(&chosen)?;
+    let inputs = Inputs::default().with_session(&session).with_model(&chosen);
     let mechanism = chosen.robot.mechanism(Some(&chosen.mechanism))?;
     let observations = Observations::new(&session.table, session.header.as_ref());
     let baseline = design::baseline(&chosen, mechanism, &observations.poses, RANGE)?;
@@ -92,30 +95,48 @@ pub(super) fn run(args: &DiagnoseArgs, global: &Global) -> Result<Outcome, Failu
     };
     let mut text = diagnosis_page(&report);
     let whole = format!("{text}\n{}", diagnosis_appendix(&report));
+    let with_inputs = format!("{}{whole}", inputs.text());
     let mut data = diagnosis_json(&report);
     bar.inc(1);
     if let Some(folder) = folder(args) {
         let factors = baseline.factors(&diagnosis.parameters);
-        let model = model(&report, &chosen, factors, &folder)?;
-        let page = Page {
-            text: &whole,
-            data: &data,
-            model: model.as_ref(),
-            warnings: &session.warnings,
-            procedures: &procedures,
-        };
-        let written = write_all(args, &report, &folder, &page)?;
-        let _ = writeln!(
-            text,
-            "\nThis page with all numbers behind it, the data and the figures: {}",
-            folder.display()
-        );
-        data["files"] = json!(written);
+        let result = model(&report, &chosen, factors, &folder).map_err(Failure::from);
+        let written = result.and_then(|model| {
+            let page = Page {
+                text: &with_inputs,
+                inputs: &inputs,
+                data: &data,
+                model: model.as_ref(),
+                warnings: &session.warnings,
+                procedures: &procedures,
+            };
+            write_all(args, &report, &folder, &page)
+        });
+        match written {
+            Ok(written) => {
+                let _ = writeln!(
+                    text,
+                    "\nThis page with all numbers behind it, the data and the figures: {}",
+                    folder.display()
+                );
+                data["files"] = json!(written);
+            }
+            Err(failure) if args.out.is_some() => return Err(failure),
+            // A verdict is not withheld because the session may only be read.
+            Err(failure) => {
+                text = whole;
+                session.warnings.push(format!(
+                    "page and figures were not written: {}; --out FOLDER puts them elsewhere",
+                    failure.message()
+                ));
+            }
+        }
     } else {
         text = whole;
     }
     bar.finish_and_clear();
     Ok(Outcome::new("diagnosis", text, data)
+        .with_inputs(inputs)
         .with_warnings(session.warnings)
         .with_strict_exit(strict_exit(&diagnosis)))
 }
@@ -292,6 +313,7 @@ fn folder(args: &DiagnoseArgs) -> Option<PathBuf> {
 /// What is written besides figures.
 struct Page<'a> {
     text: &'a str,
+    inputs: &'a Inputs,
     data: &'a Value,
     model: Option<&'a ModelFile>,
     warnings: &'a [String],
@@ -307,6 +329,7 @@ fn write_all(
     page: &Page<'_>,
 ) -> Result<Vec<PathBuf>, Failure> {
     let mut object = envelope("diagnosis", true);
+    object["inputs"] = json!(page.inputs);
     object["data"] = page.data.clone();
     object["warnings"] = json!(page.warnings);
     let mut files = vec![
@@ -326,7 +349,7 @@ fn write_all(
     }
     if !args.no_figures {
         for (name, figure) in diagnosis_figures(report) {
-            written.extend(write_figure(&folder.join(name), &figure)?);
+            written.extend(write_figure(&folder.join(name), &figure, page.inputs)?);
         }
     }
     Ok(written)

@@ -1,6 +1,8 @@
 //! `stiffbench diagnose --specimen`: a table of force against displacement without a robot.
 
-use std::fs::File;
+use std::fs;
+
+use serde_json::json;
 
 use crate::mismatch::{NEED_A_ROBOT, SearchOptions, diagnose, specimen_bench};
 use crate::physics::Law;
@@ -11,6 +13,8 @@ use super::design;
 use super::diagnose_args::DiagnoseArgs;
 use super::failure::{CliError, Failure};
 use super::figure_files::write;
+use super::hash::sha256;
+use super::inputs::Inputs;
 use super::outcome::{Outcome, envelope};
 
 /// Reads the table and says what a straight line leaves out.
@@ -20,11 +24,13 @@ pub(super) fn run(
     without: Vec<Law>,
 ) -> Result<Outcome, Failure> {
     let path = design::data(args)?;
-    let file = File::open(path).map_err(|source| CliError::Read {
+    let bytes = fs::read(path).map_err(|source| CliError::Read {
         path: path.to_owned(),
         source,
     })?;
-    let table = read_specimen(&path.display().to_string(), file, options)?;
+    let name = path.display().to_string();
+    let inputs = Inputs::default().with_list(&name, &sha256(&bytes));
+    let table = read_specimen(&name, bytes.as_slice(), options)?;
     let (observations, baseline, scale) = specimen_bench(&table)?;
     let search = SearchOptions {
         without: without.into_iter().chain(NEED_A_ROBOT).collect(),
@@ -42,7 +48,9 @@ pub(super) fn run(
     let data = specimen_json(&report);
     if let Some(folder) = &args.out {
         let mut object = envelope("diagnosis", true);
+        object["inputs"] = json!(inputs);
         object["data"] = data.clone();
+        let text = format!("{}{text}", inputs.text());
         write(&folder.join("verdict.txt"), text.as_bytes())?;
         write(
             &folder.join("diagnosis.json"),
@@ -54,5 +62,7 @@ pub(super) fn run(
     if !excluded.is_empty() {
         notes.push(excluded);
     }
-    Ok(Outcome::new("diagnosis", text, data).with_warnings(notes))
+    Ok(Outcome::new("diagnosis", text, data)
+        .with_inputs(inputs)
+        .with_warnings(notes))
 }

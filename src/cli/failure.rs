@@ -242,11 +242,18 @@ pub(super) enum CliError {
 
 /// A failure on its way out of the program.
 #[derive(Debug)]
-pub(super) struct Failure(miette::Report);
+pub(super) struct Failure {
+    report: miette::Report,
+    /// What a user should know besides.
+    warnings: Vec<String>,
+}
 
 impl<E: Diagnostic + Send + Sync + 'static> From<E> for Failure {
     fn from(error: E) -> Self {
-        Self(miette::Report::new(error))
+        Self {
+            report: miette::Report::new(error),
+            warnings: Vec::new(),
+        }
     }
 }
 
@@ -267,10 +274,11 @@ impl Failure {
             ("stiffbench::input_needed", 3),
             ("stiffbench::session::in_use", 21),
             ("stiffbench::session::damaged", 30),
-            ("stiffbench::session::journal", 11),
+            ("stiffbench::session::journal", 14),
             ("stiffbench::session", 10),
             ("stiffbench::input", 11),
-            ("stiffbench::output", 11),
+            ("stiffbench::output::exists", 13),
+            ("stiffbench::output", 14),
             ("stiffbench::procedure", 10),
             ("stiffbench::reference::size", 2),
             ("stiffbench::reference::record", 11),
@@ -296,6 +304,7 @@ impl Failure {
             ("stiffbench::port::wrong_device", 20),
             ("stiffbench::port::silent", 20),
             ("stiffbench::port::lost", 22),
+            ("stiffbench::port::not_allowed", 23),
             ("stiffbench::port", 21),
             ("stiffbench::bindings", 10),
             ("stiffbench::live", 10),
@@ -309,14 +318,20 @@ impl Failure {
     }
 
     fn code(&self) -> String {
-        self.0
+        self.report
             .code()
             .map_or_else(String::new, |code| code.to_string())
     }
 
+    /// With what a user should know besides.
+    pub(super) fn with_warnings(mut self, warnings: &[String]) -> Self {
+        self.warnings.extend(warnings.iter().cloned());
+        self
+    }
+
     /// What went wrong and why, in one sentence.
     pub(super) fn message(&self) -> String {
-        let causes: Vec<String> = self.0.chain().map(ToString::to_string).collect();
+        let causes: Vec<String> = self.report.chain().map(ToString::to_string).collect();
         causes.join(": ")
     }
 
@@ -328,14 +343,18 @@ impl Failure {
             object["error"] = json!({
                 "code": self.code(),
                 "message": self.message(),
-                "help": self.0.help().map(|help| help.to_string()),
+                "help": self.report.help().map(|help| help.to_string()),
                 "exit_code": exit,
             });
+            object["warnings"] = json!(self.warnings);
             if let Err(error) = print_json(&object) {
                 return not_printed(&error);
             }
         } else {
-            print_error(&format!("{:?}", self.0));
+            print_error(&format!("{:?}", self.report));
+            for warning in self.warnings.iter().filter(|_| !global.quiet) {
+                print_error(&format!("note: {warning}"));
+            }
         }
         ExitCode::from(exit)
     }

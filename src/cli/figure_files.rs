@@ -5,6 +5,7 @@ use std::path::{Path, PathBuf};
 use crate::plot::{Figure, to_png};
 
 use super::failure::{CliError, Failure};
+use super::inputs::Inputs;
 
 /// Pixels in a unit of the drawing: sharp on a page and on a screen.
 const PNG_SCALE: f64 = 2.0;
@@ -14,8 +15,12 @@ const OTHER_FORMATS: [&str; 9] = [
     "pdf", "eps", "ps", "jpg", "jpeg", "gif", "tif", "tiff", "webp",
 ];
 
-/// Writes a figure as `path.svg` and `path.png`, or one of them if the name ends so; returns what was written.
-pub(super) fn write_figure(path: &Path, figure: &Figure) -> Result<Vec<PathBuf>, Failure> {
+/// Writes a figure, its inputs before the caption, as `path.svg` and `path.png`, or one of them if the name ends so; returns what was written.
+pub(super) fn write_figure(
+    path: &Path,
+    figure: &Figure,
+    inputs: &Inputs,
+) -> Result<Vec<PathBuf>, Failure> {
     let wanted = path
         .extension()
         .and_then(|extension| extension.to_str())
@@ -35,7 +40,7 @@ pub(super) fn write_figure(path: &Path, figure: &Figure) -> Result<Vec<PathBuf>,
         Some("svg" | "png") => path.with_extension(""),
         _ => path.to_owned(),
     };
-    let svg = figure.to_svg();
+    let svg = inputs.on(figure).to_svg();
     let mut written = Vec::new();
     for extension in ["svg", "png"] {
         if wanted

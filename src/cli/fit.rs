@@ -17,7 +17,9 @@ use super::args::{FitArgs, Global, Method, ModelArgs, Sigma};
 use super::data::{Chosen, Data, Session, choose, is_shipped_list, load, load_measured, no_robot};
 use super::failure::{CliError, Failure};
 use super::figure_files::{write, write_figure};
+use super::inputs::Inputs;
 use super::outcome::Outcome;
+use super::plausible;
 use super::progress::progress;
 
 /// Data ready to be fitted.
@@ -32,6 +34,8 @@ pub(super) struct Prepared {
     pub(super) session: Option<(Box<Session>, StiffnessTable)>,
     /// Notes.
     pub(super) warnings: Vec<String>,
+    /// Data, robot, mechanism and factors.
+    pub(super) inputs: Inputs,
 }
 
 impl Prepared {
@@ -88,15 +92,17 @@ pub(super) fn run(args: &FitArgs, global: &Global) -> Result<Outcome, Failure> {
     };
     refuse_what_the_method_ignores(args)?;
     let prepared = prepare(load(&args.data, global)?, &args.model, method)?;
-    let (outcome, text, data) = match args.method {
-        Method::LeastSquares => {
-            let outcome = least_squares(args, &prepared, global)?;
+    let fitted = match args.method {
+        Method::LeastSquares => least_squares(args, &prepared, global).map(|outcome| {
             let (text, data) = (fit_text(&outcome), fit_json(&outcome));
             (outcome, text, data)
-        }
-        Method::Paper => paper(args, &prepared, global)?,
+        }),
+        Method::Paper => paper(args, &prepared, global),
     };
+    let (outcome, text, data) =
+        fitted.map_err(|failure| failure.with_warnings(&prepared.warnings))?;
     let mut warnings = prepared.warnings;
+    warnings.extend(plausible::of_fit(&outcome));
     // The text has them already.
     if global.json {
         warnings.extend(outcome.warnings.iter().cloned());
@@ -112,10 +118,19 @@ pub(super) fn run(args: &FitArgs, global: &Global) -> Result<Outcome, Failure> {
         written.extend(write_figure(
             &folder.join("stiffness"),
             &figures.comparison,
+            &prepared.inputs,
         )?);
-        written.extend(write_figure(&folder.join("factors"), &figures.factors)?);
+        written.extend(write_figure(
+            &folder.join("factors"),
+            &figures.factors,
+            &prepared.inputs,
+        )?);
         if let Some(correlation) = &figures.correlation {
-            written.extend(write_figure(&folder.join("correlation"), correlation)?);
+            written.extend(write_figure(
+                &folder.join("correlation"),
+                correlation,
+                &prepared.inputs,
+            )?);
         }
     }
     warnings.extend(
@@ -130,6 +145,7 @@ pub(super) fn run(args: &FitArgs, global: &Global) -> Result<Outcome, Failure> {
         )
     });
     Ok(Outcome::new("fit", text, data)
+        .with_inputs(prepared.inputs)
         .with_warnings(warnings)
         .with_strict_exit(if open { 41 } else { 0 }))
 }
@@ -141,7 +157,11 @@ pub(super) fn prepare(
     method: StiffnessMethod,
 ) -> Result<Prepared, Failure> {
     match data {
-        Data::Stiffness { measured, name } => {
+        Data::Stiffness {
+            measured,
+            name,
+            sha256,
+        } => {
             if model.robot.is_none() && model.model.is_none() && !is_shipped_list(&name) {
                 return Err(no_robot().into());
             }
@@ -157,6 +177,9 @@ pub(super) fn prepare(
                 warnings.push("without readings the loads behind the stiffness values are not known: laws that are not linear act as under the paper's, 10 to 70 N".to_owned());
             }
             Ok(Prepared {
+                inputs: Inputs::default()
+                    .with_list(&name, &sha256)
+                    .with_model(&chosen),
                 chosen,
                 measured,
                 physics,
@@ -175,6 +198,7 @@ pub(super) fn prepare(
                     .iter()
                     .map(|(cell, reason)| format!("{cell} takes no part in the fit: {reason}")),
             );
+            warnings.extend(plausible::of_stiffness(&table));
             let flags: usize = table.cells.iter().map(|cell| cell.flags.len()).sum();
             if flags > 0 {
                 warnings.push(format!("{flags} flag(s) on the readings; `stiffbench stiffness` prints them. Nothing was removed."));
@@ -182,6 +206,7 @@ pub(super) fn prepare(
             let physics = fixed_physics(&chosen, method)
                 .map(|physics| physics.under(&session.table, session.header.as_ref()));
             Ok(Prepared {
+                inputs: Inputs::default().with_session(&session).with_model(&chosen),
                 chosen,
                 measured,
                 physics,

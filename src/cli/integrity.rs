@@ -60,6 +60,7 @@ fn header_changes(state: &SessionState, header: &SessionHeader) -> Vec<Differenc
             &header.robot_sha256,
         ),
         ("mechanism", started.mechanism.clone(), &header.mechanism),
+        ("origin", started.origin.clone(), &header.origin),
     ];
     let changed = keys.into_iter().filter_map(|(key, journal, header)| {
         let journal = journal?;

@@ -67,6 +67,15 @@ pub(super) fn physics_text(physics: &ActingPhysics) -> String {
     }
 }
 
+/// The effects in a line, as `--effect` takes them.
+pub(super) fn effects_text(physics: &ActingPhysics) -> String {
+    let effects: Vec<String> = physics.effects.iter().map(Effect::compact).collect();
+    match effects.as_slice() {
+        [] => "no effects beside the beams".to_owned(),
+        effects => format!("effects {}", effects.join("; ")),
+    }
+}
+
 /// The effects for programs.
 pub(super) fn physics_json(physics: &ActingPhysics) -> Value {
     json!(

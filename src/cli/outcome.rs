@@ -9,6 +9,7 @@ use serde_json::{Value, json};
 
 use super::args::{Cli, Global};
 use super::failure::CliError;
+use super::inputs::Inputs;
 
 /// A result: text for people, data for programs, and notes for both.
 #[derive(Debug, Default)]
@@ -19,6 +20,8 @@ pub(super) struct Outcome {
     pub(super) text: String,
     /// For programs.
     pub(super) data: Value,
+    /// What the result was made of.
+    pub(super) inputs: Inputs,
     /// What a user should know before using the numbers.
     pub(super) warnings: Vec<String>,
     /// Exit code under `--strict`; 0 otherwise.
@@ -38,6 +41,12 @@ impl Outcome {
             data,
             ..Self::default()
         }
+    }
+
+    /// With what it was made of.
+    pub(super) fn with_inputs(mut self, inputs: Inputs) -> Self {
+        self.inputs = inputs;
+        self
     }
 
     /// With notes.
@@ -93,11 +102,12 @@ impl Outcome {
     fn write(&mut self, global: &Global) -> std::io::Result<()> {
         if global.json {
             let mut object = envelope(self.kind, true);
+            object["inputs"] = json!(self.inputs);
             object["data"] = self.data.take();
             object["warnings"] = json!(self.warnings);
             return print_json(&object);
         }
-        print(&self.text)?;
+        print(&format!("{}{}", self.inputs.text(), self.text))?;
         if !global.quiet {
             for warning in &self.warnings {
                 print_error(&format!("note: {warning}"));
@@ -110,11 +120,20 @@ impl Outcome {
 /// The envelope of all JSON output.
 pub(super) fn envelope(kind: &str, ok: bool) -> Value {
     json!({
-        "schema": format!("stiffbench/{kind}/1"),
+        "schema": format!("stiffbench/{kind}/{}", schema_version(kind)),
         "tool": { "name": env!("CARGO_PKG_NAME"), "version": env!("CARGO_PKG_VERSION") },
         "kind": kind,
         "ok": ok,
     })
+}
+
+/// The version of a kind's schema. In the second, `u` is the standard and `U` the expanded uncertainty; in the first `u` was the
+/// expanded one.
+fn schema_version(kind: &str) -> u32 {
+    match kind {
+        "compare" | "demo" | "map" | "stiffness" => 2,
+        _ => 1,
+    }
 }
 
 /// One JSON object and a line break.
@@ -161,9 +180,10 @@ pub(super) fn print_usage(error: &clap::Error, arguments: &[OsString]) -> ExitCo
         object["error"] = json!({
             "code": "stiffbench::usage",
             "message": usage_message(error),
-            "help": "stiffbench --help tells what there is, stiffbench SUBCOMMAND --help what it takes",
+            "help": usage_tip(error).unwrap_or_else(|| "stiffbench --help tells what there is, stiffbench SUBCOMMAND --help what it takes".to_owned()),
             "exit_code": 2,
         });
+        object["warnings"] = json!([]);
         if let Err(error) = print_json(&object) {
             return not_printed(&error);
         }
@@ -180,6 +200,16 @@ fn usage_message(error: &clap::Error) -> String {
     let words: Vec<&str> = paragraph.split_whitespace().collect();
     let line = words.join(" ");
     line.strip_prefix("error: ").unwrap_or(&line).to_owned()
+}
+
+/// What clap thinks was meant.
+fn usage_tip(error: &clap::Error) -> Option<String> {
+    let text = error.to_string();
+    let tips = text
+        .lines()
+        .filter_map(|line| line.trim().strip_prefix("tip: "));
+    let tips: Vec<&str> = tips.collect();
+    (!tips.is_empty()).then(|| tips.join("; "))
 }
 
 /// Completions of a shell.

@@ -17,25 +17,24 @@ use super::data::{Data, choose, load, load_session};
 use super::failure::{CliError, Failure};
 use super::figure_files::write_figure;
 use super::fit::{Prepared, prepare};
+use super::inputs::Inputs;
 use super::outcome::Outcome;
 use super::robot::workspace_projection;
 
 /// Draws one figure.
 pub(super) fn run(args: &PlotArgs, global: &Global) -> Result<Outcome, Failure> {
     let mut warnings = Vec::new();
-    let (name, figure) = match args.figure {
-        FigureName::LoadDisplacement => {
-            ("load-displacement", overlay(args, global, &mut warnings)?)
-        }
-        FigureName::Workspace => ("workspace", workspace(args)?),
-        FigureName::Robot => ("robot", robot(args, &mut warnings)?),
+    let (name, figure, inputs) = match args.figure {
+        FigureName::LoadDisplacement => overlay(args, global, &mut warnings)?,
+        FigureName::Workspace => workspace(args)?,
+        FigureName::Robot => robot(args, &mut warnings)?,
         FigureName::Stiffness
         | FigureName::Factors
         | FigureName::Correlation
         | FigureName::Residuals => of_fit(args, global, &mut warnings)?,
     };
     let path = args.out.clone().unwrap_or_else(|| PathBuf::from(name));
-    let written = write_figure(&path, &figure)?;
+    let written = write_figure(&path, &figure, &inputs)?;
     let names: Vec<String> = written
         .iter()
         .map(|path| path.display().to_string())
@@ -43,9 +42,13 @@ pub(super) fn run(args: &PlotArgs, global: &Global) -> Result<Outcome, Failure> 
     let text = names.join("\n") + "\n";
     Ok(
         Outcome::new("plot", text, json!({ "figure": name, "files": written }))
+            .with_inputs(inputs)
             .with_warnings(warnings),
     )
 }
+
+/// A figure with its name and what it shows.
+type Drawn = (&'static str, Figure, Inputs);
 
 fn first_data(args: &PlotArgs) -> Result<&PathBuf, CliError> {
     args.data.first().ok_or_else(|| CliError::Argument {
@@ -55,16 +58,14 @@ fn first_data(args: &PlotArgs) -> Result<&PathBuf, CliError> {
     })
 }
 
-fn overlay(
-    args: &PlotArgs,
-    global: &Global,
-    warnings: &mut Vec<String>,
-) -> Result<Figure, Failure> {
+fn overlay(args: &PlotArgs, global: &Global, warnings: &mut Vec<String>) -> Result<Drawn, Failure> {
     first_data(args)?;
     let mut sessions = Vec::new();
+    let mut inputs = Inputs::default();
     for path in &args.data {
         let session = load_session(path, &LogArgs::default(), global)?;
         warnings.extend(session.warnings.iter().cloned());
+        inputs = inputs.with_session(&session);
         let table = session.stiffness(Branches::Both)?;
         sessions.push((session.name, table));
     }
@@ -72,14 +73,14 @@ fn overlay(
         .iter()
         .map(|(name, table)| (name.as_str(), table))
         .collect();
-    Ok(load_displacement_figure(&pairs))
+    Ok((
+        "load-displacement",
+        load_displacement_figure(&pairs),
+        inputs,
+    ))
 }
 
-fn of_fit(
-    args: &PlotArgs,
-    global: &Global,
-    warnings: &mut Vec<String>,
-) -> Result<(&'static str, Figure), Failure> {
+fn of_fit(args: &PlotArgs, global: &Global, warnings: &mut Vec<String>) -> Result<Drawn, Failure> {
     let path = first_data(args)?;
     let data = load(path, global)?;
     if args.figure == FigureName::Residuals && matches!(data, Data::Stiffness { .. }) {
@@ -97,14 +98,18 @@ fn of_fit(
     };
     let outcome = fit_cells(&prepared.problem()?, &options)?;
     if args.figure == FigureName::Residuals {
-        return Ok(("residuals", residuals(&prepared, &outcome)?));
+        return Ok((
+            "residuals",
+            residuals(&prepared, &outcome)?,
+            prepared.inputs,
+        ));
     }
     let table = prepared.session.as_ref().map(|(_, table)| table);
     let figures = fit_figures(&outcome, table, options.choice.range);
     match args.figure {
-        FigureName::Factors => Ok(("factors", figures.factors)),
+        FigureName::Factors => Ok(("factors", figures.factors, prepared.inputs)),
         FigureName::Correlation => match figures.correlation {
-            Some(figure) => Ok(("correlation", figure)),
+            Some(figure) => Ok(("correlation", figure, prepared.inputs)),
             None => Err(CliError::Argument {
                 argument: "correlation".to_owned(),
                 problem: "the data determine fewer than two factors, so there is no correlation"
@@ -113,7 +118,7 @@ fn of_fit(
             }
             .into()),
         },
-        _ => Ok(("stiffness", figures.comparison)),
+        _ => Ok(("stiffness", figures.comparison, prepared.inputs)),
     }
 }
 
@@ -136,12 +141,14 @@ pub(super) fn residuals(prepared: &Prepared, outcome: &FitOutcome) -> Result<Fig
     )?)
 }
 
-fn workspace(args: &PlotArgs) -> Result<Figure, Failure> {
+fn workspace(args: &PlotArgs) -> Result<Drawn, Failure> {
     let chosen = choose(&args.model, None)?;
-    Ok(workspace_projection(&chosen.robot, args.poses, args.seed)?.figure())
+    let figure = workspace_projection(&chosen.robot, args.poses, args.seed)?.figure();
+    let inputs = Inputs::default().with_robot(&chosen.robot, &chosen.source.text);
+    Ok(("workspace", figure, inputs))
 }
 
-fn robot(args: &PlotArgs, warnings: &mut Vec<String>) -> Result<Figure, Failure> {
+fn robot(args: &PlotArgs, warnings: &mut Vec<String>) -> Result<Drawn, Failure> {
     let chosen = choose(&args.model, None)?;
     let (name, pose) = match &args.pose {
         Some(name) => (name.clone(), chosen.robot.pose(&PoseId::new(name))?.clone()),
@@ -167,5 +174,6 @@ fn robot(args: &PlotArgs, warnings: &mut Vec<String>) -> Result<Figure, Failure>
         factors,
     )?;
     predictor.place(&pose)?;
-    Ok(robot_figure(&mut predictor, &name, args.force))
+    let figure = robot_figure(&mut predictor, &name, args.force);
+    Ok(("robot", figure, Inputs::default().with_model(&chosen)))
 }

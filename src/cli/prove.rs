@@ -29,6 +29,7 @@ use super::design;
 use super::diagnose::laws;
 use super::failure::{CliError, Failure};
 use super::figure_files::{write, write_figure};
+use super::inputs::Inputs;
 use super::outcome::Outcome;
 use super::progress::{progress, step_on};
 use super::prove_args::{ProveArgs, ProvePart, SetChoice};
@@ -247,7 +248,7 @@ fn power_part(args: &ProveArgs, global: &Global, done: &mut Done) -> Result<(), 
         done.add("power", &power_text(cases), power_json(cases));
         done.save(args)?;
         let figure = args.out.join("figures").join("power");
-        write_figure(&figure, &power_figure(cases))?;
+        write_figure(&figure, &power_figure(cases), &Inputs::default())?;
         Ok::<(), Failure>(())
     })?;
     bar.finish_and_clear();

@@ -18,6 +18,7 @@ use super::args::{ComplianceArgs, RobotArgs, RobotCommand, WorkspaceArgs};
 use super::data::{choose, robot_source};
 use super::failure::{CliError, Failure};
 use super::figure_files::write_figure;
+use super::inputs::Inputs;
 use super::model::{physics_json, physics_text};
 use super::outcome::Outcome;
 
@@ -25,14 +26,21 @@ use super::outcome::Outcome;
 pub(super) fn run(args: RobotArgs) -> Result<Outcome, Failure> {
     match args.what {
         RobotCommand::Show { robot } => {
-            let robot = read(&robot)?;
+            let (robot, inputs) = read(&robot)?;
             Ok(
                 Outcome::new("robot", robot_text(&robot), robot_json(&robot))
+                    .with_inputs(inputs)
                     .with_warnings(robot.warnings.clone()),
             )
         }
-        RobotCommand::Check { robot } => check(&read(&robot)?),
-        RobotCommand::Mobility { robot } => show_mobility(&read(&robot)?),
+        RobotCommand::Check { robot } => {
+            let (robot, inputs) = read(&robot)?;
+            Ok(check(&robot)?.with_inputs(inputs))
+        }
+        RobotCommand::Mobility { robot } => {
+            let (robot, inputs) = read(&robot)?;
+            Ok(show_mobility(&robot)?.with_inputs(inputs))
+        }
         RobotCommand::Workspace(args) => workspace(&args),
         RobotCommand::Compliance(args) => compliance(&args),
         RobotCommand::Schema => {
@@ -46,8 +54,11 @@ pub(super) fn run(args: RobotArgs) -> Result<Outcome, Failure> {
     }
 }
 
-fn read(name: &str) -> Result<Robot, Failure> {
-    Ok(Robot::parse(&robot_source(name, None)?)?)
+fn read(name: &str) -> Result<(Robot, Inputs), Failure> {
+    let source = robot_source(name, None)?;
+    let robot = Robot::parse(&source)?;
+    let inputs = Inputs::default().with_robot(&robot, &source.text);
+    Ok((robot, inputs))
 }
 
 /// Tries every mechanism in every named pose (the nominal one if there is none).
@@ -98,7 +109,7 @@ fn check(robot: &Robot) -> Result<Outcome, Failure> {
     } else {
         "See the notes."
     };
-    let text = format!("{}\n\n{}\n{verdict}\n", robot.name, rows.text());
+    let text = format!("{}\n{verdict}\n", rows.text());
     let strict = u8::from(!findings.is_empty());
     let data = json!({ "name": robot.name, "checked": checked, "findings": findings });
     Ok(Outcome::new("robot-check", text, data)
@@ -150,15 +161,13 @@ pub(super) fn workspace_projection(
 fn project(robot: &Robot, plan: &WorkspacePlan) -> Result<WorkspaceProjection, Failure> {
     let mechanism = robot.mechanism(None)?;
     let sample = WorkspaceSample::draw(robot, mechanism, plan)?;
-    let names = [
-        ("highest", Extreme::Highest),
-        ("furthest", Extreme::Furthest),
-        ("lowest", Extreme::Lowest),
-        ("nearest", Extreme::Nearest),
-    ];
-    let extremes = names
+    let points = sample.points.iter();
+    let extremes = Extreme::of_points(points.map(|point| [point.reach_m, point.height_m]))
         .into_iter()
-        .map(|(name, extreme)| Ok((name, sample.refined_extreme(robot, mechanism, extreme)?)))
+        .map(|extreme| {
+            let refined = sample.refined_extreme(robot, mechanism, extreme)?;
+            Ok((extreme.word(), refined))
+        })
         .collect::<Result<_, RobotError>>()?;
     let stated = robot
         .poses
@@ -217,8 +226,7 @@ impl WorkspaceProjection {
             );
         }
         let mut text = format!(
-            "{}: {} poses within the limits of {} drawn (seed {}), {} of them not reachable.\n\n{}",
-            robot.name,
+            "{} poses within the limits of {} drawn (seed {}), {} of them not reachable.\n\n{}",
             sample.accepted(),
             sample.drawn,
             sample.plan.seed,
@@ -265,7 +273,7 @@ impl WorkspaceProjection {
 }
 
 fn workspace(args: &WorkspaceArgs) -> Result<Outcome, Failure> {
-    let robot = read(&args.robot)?;
+    let (robot, inputs) = read(&args.robot)?;
     let mut plan = WorkspacePlan {
         poses: args.poses,
         seed: args.seed,
@@ -286,7 +294,7 @@ fn workspace(args: &WorkspaceArgs) -> Result<Outcome, Failure> {
     let mut warnings = robot.warnings.clone();
     if let Some(path) = &args.figure {
         warnings.extend(
-            write_figure(path, &projection.figure())?
+            write_figure(path, &projection.figure(), &inputs)?
                 .iter()
                 .map(|path| format!("wrote {}", path.display())),
         );
@@ -296,6 +304,7 @@ fn workspace(args: &WorkspaceArgs) -> Result<Outcome, Failure> {
         projection.text(&robot),
         projection.json(),
     )
+    .with_inputs(inputs)
     .with_warnings(warnings))
 }
 
@@ -347,17 +356,12 @@ fn compliance(args: &ComplianceArgs) -> Result<Outcome, Failure> {
         Predictor::with(robot, &physics.mechanism, &joints, theory, &chosen.factors)?;
     predictor.place(&pose)?;
     let compliance = physics.with_base(&predictor.compliance(), predictor.model());
-    let text = format!(
-        "{}, mechanism {}, factors {}\n{}\n{}",
-        robot.name,
-        chosen.mechanism,
-        chosen.factors_name,
-        physics_text(physics),
-        compliance_text(&compliance)
-    );
+    let text = format!("{}{}", physics_text(physics), compliance_text(&compliance));
     let mut data = compliance_json(&compliance, predictor.model());
     data["physics"] = physics_json(physics);
-    Ok(Outcome::new("robot-compliance", text, data).with_warnings(warnings))
+    Ok(Outcome::new("robot-compliance", text, data)
+        .with_inputs(Inputs::default().with_model(&chosen))
+        .with_warnings(warnings))
 }
 
 /// A joint that turns freely has no law.

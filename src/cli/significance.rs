@@ -9,6 +9,7 @@ use super::args::SignificanceArgs;
 use super::data::choose;
 use super::failure::{CliError, Failure};
 use super::fit::fixed_physics;
+use super::inputs::Inputs;
 use super::model::physics_text;
 use super::outcome::Outcome;
 
@@ -43,15 +44,13 @@ pub(super) fn run(args: &SignificanceArgs) -> Result<Outcome, Failure> {
         physics.as_ref(),
     )?;
     let text = format!(
-        "{}, mechanism {}, pose {pose}, factors {}\n{}\n{}",
-        chosen.robot.name,
-        chosen.mechanism,
-        chosen.factors_name,
+        "Pose {pose}\n{}\n{}",
         physics_text(&chosen.physics),
         significance_with_sequence(&found)
     );
     Ok(
         Outcome::new("significance", text, significance_json(&found))
+            .with_inputs(Inputs::default().with_model(&chosen))
             .with_warnings(chosen.warnings.clone()),
     )
 }

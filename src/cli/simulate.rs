@@ -15,10 +15,12 @@ use crate::report::factors_toml;
 use crate::robot::FittingFactors;
 
 use super::args::{NoiseWord, SimulateArgs};
-use super::data::{Chosen, choose, sha256};
+use super::data::{Chosen, choose};
 use super::failure::{CliError, Failure};
 use super::figure_files::write;
-use super::model::{physics_json, physics_text};
+use super::hash::sha256;
+use super::inputs::Inputs;
+use super::model::{effects_text, physics_json, physics_text};
 use super::outcome::Outcome;
 use super::procedure::choose_procedure;
 
@@ -35,9 +37,10 @@ pub(super) fn run(args: &SimulateArgs) -> Result<Outcome, Failure> {
     let noise = noise(args);
     let jack = Jack::default();
     let id = format!("simulated-{}", args.seed);
-    let table = VirtualBench::new(&chosen.robot, &chosen.physics, &truth, noise, jack)?
+    let mut table = VirtualBench::new(&chosen.robot, &chosen.physics, &truth, noise, jack)?
         .keeping_history(args.keep_history)
         .run(&procedure, &id, args.seed)?;
+    table.origin = Some(origin(args, &chosen));
     let idle = chosen.physics.effects.iter();
     warnings.extend(idle.filter(|e| !acts(e, &table)).map(|effect| {
         format!("{effect}: the procedure has no such reading, and the effect does not act")
@@ -83,7 +86,16 @@ pub(super) fn run(args: &SimulateArgs) -> Result<Outcome, Failure> {
         "noise": noise,
     });
     warnings.extend(chosen.warnings.iter().cloned());
-    Ok(Outcome::new("simulate", text, data).with_warnings(warnings))
+    Ok(Outcome::new("simulate", text, data)
+        .with_inputs(Inputs::default().with_model(&chosen))
+        .with_warnings(warnings))
+}
+
+/// The mark of readings that nobody measured.
+fn origin(args: &SimulateArgs, chosen: &Chosen) -> String {
+    let noise = if args.noise_free { "no noise" } else { "noise" };
+    let physics = effects_text(&chosen.physics);
+    format!("simulated; seed {}; {noise}; {physics}", args.seed)
 }
 
 /// Makes the session folder; one that exists is never touched.
@@ -164,6 +176,7 @@ fn header(args: &SimulateArgs, chosen: &Chosen, procedure: &Procedure, id: &str)
             .factors
             .contains_key(&chosen.factors_name)
             .then(|| chosen.factors_name.clone()),
+        origin: Some(origin(args, chosen)),
         operator: Some("simulation".to_owned()),
         software: Some(concat!("stiffbench ", env!("CARGO_PKG_VERSION")).to_owned()),
         procedure: Some(procedure.to_record()),

@@ -6,7 +6,9 @@ use crate::stiffness::Branches;
 use super::args::{BranchChoice, Global, StiffnessArgs};
 use super::data::load_session;
 use super::failure::Failure;
+use super::inputs::Inputs;
 use super::outcome::Outcome;
+use super::plausible;
 
 /// Readings to stiffness.
 pub(super) fn run(args: &StiffnessArgs, global: &Global) -> Result<Outcome, Failure> {
@@ -17,7 +19,9 @@ pub(super) fn run(args: &StiffnessArgs, global: &Global) -> Result<Outcome, Fail
     };
     let table = session.stiffness(branches)?;
     let flagged = table.cells.iter().any(|cell| !cell.flags.is_empty());
+    let inputs = Inputs::default().with_session(&session);
     let mut warnings = session.warnings;
+    warnings.extend(plausible::of_stiffness(&table));
     let excluded = &session.table.excluded;
     let left_out = excluded.superseded.len() + excluded.rejected.len();
     if left_out > 0 {
@@ -28,6 +32,7 @@ pub(super) fn run(args: &StiffnessArgs, global: &Global) -> Result<Outcome, Fail
     let data = serde_json::to_value(&table).unwrap_or_default();
     Ok(
         Outcome::new("stiffness", stiffness_text(&table, args.budget), data)
+            .with_inputs(inputs)
             .with_warnings(warnings)
             .with_strict_exit(u8::from(flagged)),
     )

@@ -95,7 +95,8 @@ pub fn comparison_json(comparison: &Comparison) -> Value {
                 "difference": {
                     "value": change.change_n_per_m / N_PER_UM,
                     "unit": "N/um",
-                    "u": change.expanded_n_per_m / N_PER_UM,
+                    "u": change.standard_uncertainty_n_per_m / N_PER_UM,
+                    "U": change.expanded_n_per_m / N_PER_UM,
                     "dof": change.dof.is_finite().then_some(change.dof),
                 },
                 "en_ratio": change.en_ratio,

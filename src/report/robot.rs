@@ -13,8 +13,7 @@ use super::text::{TextTable, significant};
 #[must_use]
 pub fn robot_text(robot: &Robot) -> String {
     let mut text = format!(
-        "{}\n{} bodies, {} joints, {} nodes, {} elements, {} sections, end node {}, supports {}.\n\n",
-        robot.name,
+        "{} bodies, {} joints, {} nodes, {} elements, {} sections, end node {}, supports {}.\n\n",
         robot.bodies.len(),
         robot.joints.len(),
         robot.nodes.len(),

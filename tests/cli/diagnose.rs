@@ -82,7 +82,7 @@ fn friction_in_a_joint_is_named_with_its_size() {
     // The page says it in words; the files are what was printed.
     let page = desk.read("out/verdict.txt");
     assert!(
-        page.starts_with("The model leaves out friction in joint S1 ("),
+        page.contains("\n\nThe model leaves out friction in joint S1 ("),
         "{page}"
     );
     for words in [
@@ -129,7 +129,7 @@ fn nothing_missing_says_what_would_have_been_found() {
     let ran = desk.run(&format!("{command} --strict")).exits_with(41);
     assert!(
         ran.stdout
-            .starts_with("The readings show nothing that the model leaves out."),
+            .contains("\n\nThe readings show nothing that the model leaves out."),
         "{}",
         ran.stdout
     );
@@ -219,7 +219,7 @@ fn what_cannot_be_told_apart_is_named_as_a_set() {
     }
     let page = desk.read("out/verdict.txt");
     assert!(
-        page.starts_with("The model leaves out a loose element ")
+        page.contains("\n\nThe model leaves out a loose element ")
             && page.contains("these readings do not tell"),
         "{page}"
     );
@@ -238,8 +238,8 @@ fn what_no_law_explains_is_called_unknown() {
     assert!(data["left_over"]["p"].as_f64().unwrap() < 0.01);
     let page = desk.read("out/verdict.txt");
     assert!(
-        page.starts_with(
-            "Something is missing from the model, and no law of the library explains it"
+        page.contains(
+            "\n\nSomething is missing from the model, and no law of the library explains it"
         ),
         "{page}"
     );
@@ -266,7 +266,7 @@ fn a_bare_file_is_diagnosed_without_files_and_says_what_it_lacks() {
         .succeeds()
         .stdout;
     assert!(
-        text.starts_with("These readings cannot decide whether the model leaves something out."),
+        text.contains("\n\nThese readings cannot decide whether the model leaves something out."),
         "{text}"
     );
     assert!(text.contains("WHAT IS LACKING") && text.contains("three repeats"));
@@ -423,7 +423,7 @@ fn what_cannot_be_diagnosed_is_refused() {
     assert!(Path::new(&desk.path("file")).is_file());
     refused(
         "diagnose ok.csv --robot hp-robot --no-figures --out file/below",
-        11,
+        14,
         "stiffbench::output::write",
     );
 }

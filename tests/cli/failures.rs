@@ -438,16 +438,16 @@ fn a_session_is_never_written_over() {
     let before = desk.read("session/readings.csv");
     let error = desk.refusal(
         "simulate session --seed 9",
-        11,
+        13,
         "stiffbench::output::exists",
     );
     assert_says(&error, &["session exists already", "another name"]);
     assert_eq!(desk.read("session/readings.csv"), before);
     desk.write("file", "");
-    desk.refusal("demo --out file", 11, "stiffbench::output::write");
+    desk.refusal("demo --out file/demo", 14, "stiffbench::output::write");
     desk.refusal(
         "plot robot --out file/robot.svg",
-        11,
+        14,
         "stiffbench::output::write",
     );
 }
@@ -499,7 +499,11 @@ fn a_robot_file_in_another_folder_is_found_from_anywhere() {
     let robot = desk.path("robots/mine.toml");
     let robot = robot.display();
     let ran = desk.run(&format!("robot show {robot}")).succeeds();
-    assert!(ran.stdout.starts_with("my own arm"), "{}", ran.stdout);
+    assert!(
+        ran.stdout.starts_with("Robot: my own arm ("),
+        "{}",
+        ran.stdout
+    );
     desk.run(&format!("simulate deep/er/session --robot {robot}"))
         .succeeds();
     // The session keeps its own copy, and is read with it from any other folder.

@@ -51,7 +51,11 @@ fn the_demonstration_writes_all_it_lists() {
     // The session it leaves can be used as it stands, and again.
     let fit = desk.data("fit here/demo/session --train P1,P3");
     assert_eq!(fit["factors"], data["fit"]["factors"]);
+    // A second demonstration leaves the first one as it is, and what its user has changed there.
+    desk.write("here/demo/tables.txt", "mine");
     desk.run("demo --out here/demo").succeeds();
+    assert_eq!(desk.read("here/demo/tables.txt"), "mine");
+    assert!(desk.path("here/demo-2/tables.txt").is_file());
 }
 
 #[test]

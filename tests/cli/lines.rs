@@ -140,7 +140,7 @@ fn what_is_recorded_is_shown_decoded_and_replayed() {
     drop(gauge);
     desk.refusal(
         "trace record mark10-series5 --port gauge --seconds 1 --out a.trace",
-        11,
+        13,
         "stiffbench::output::exists",
     );
     let shown = desk.data("trace show a.trace");

@@ -6,6 +6,7 @@ mod diagnose;
 mod emulate;
 mod failures;
 mod files;
+mod inputs;
 mod instruments;
 #[cfg(unix)]
 mod lines;
@@ -16,6 +17,7 @@ mod permissions;
 mod physics;
 mod reference;
 mod results;
+mod robots;
 mod session;
 mod strict;
 

@@ -40,7 +40,7 @@ fn a_port_that_this_user_may_not_open_is_neither_absent_nor_busy() {
     allow(&desk.path("gauge"), 0o000);
     allow(desk.folder.path(), 0o755);
     let read = "instrument read mark10-series5 --port gauge --json";
-    let error = &run_without_rights(&desk, read).exits_with(21).json()["error"];
+    let error = &run_without_rights(&desk, read).exits_with(23).json()["error"];
     assert_eq!(error["code"], "stiffbench::port::not_allowed", "{error}");
     let help = error["help"].as_str().unwrap();
     assert!(help.contains("usermod -aG"), "{help}");

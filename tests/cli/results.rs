@@ -12,7 +12,12 @@ fn both(desk: &Desk, arguments: &str, words: &[&str], kind: &str) {
         );
     }
     let object = desk.run(&format!("{arguments} --json")).succeeds().json();
-    assert_eq!(object["schema"], format!("stiffbench/{kind}/1"));
+    let version = match kind {
+        "compare" | "demo" | "map" | "stiffness" => 2,
+        _ => 1,
+    };
+    assert_eq!(object["schema"], format!("stiffbench/{kind}/{version}"));
+    assert!(object["inputs"].is_object());
     assert_eq!(object["kind"], kind);
     assert_eq!(object["ok"], true);
     assert_eq!(object["tool"]["name"], "stiffbench");
@@ -101,7 +106,7 @@ fn significance_paper_and_demo() {
     both(
         &desk,
         "significance --beams-only",
-        &["pose P1"],
+        &["Pose P1"],
         "significance",
     );
     both(

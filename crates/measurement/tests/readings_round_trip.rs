@@ -284,7 +284,14 @@ fn the_written_header_is_the_contract() {
     let expected = "session,seq,utc,t_s,pose,direction,branch,step,target_N,repeat,attempt,run,zero_id,force_N,force_raw,force_zero_N,\
                     displacement_um,displacement_raw,displacement_zero_um,hold_s,temp_degC,status,flag,note\n";
     assert_eq!(String::from_utf8(written(&table)).unwrap(), expected);
-    assert_eq!(Column::ALL.len(), expected.split(',').count());
+    // Readings that nobody measured have one column more.
+    assert_eq!(Column::ALL.len(), expected.split(',').count() + 1);
+    let marked = ReadingTable {
+        origin: Some("simulated".to_owned()),
+        ..table
+    };
+    let header = expected.replace("note\n", "note,origin\n");
+    assert_eq!(String::from_utf8(written(&marked)).unwrap(), header);
 }
 
 #[test]

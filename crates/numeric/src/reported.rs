@@ -13,10 +13,13 @@ pub struct Reported {
     pub value: Option<f64>,
     /// ASCII unit, for example `N/um` or `rad/(N*m)`.
     pub unit: &'static str,
-    /// Expanded uncertainty U = k u, in `unit`.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub u: Option<f64>,
-    /// Coverage factor of `u` for 95 %, from Student's t with `dof`.
+    /// Standard uncertainty u, in `unit`.
+    #[serde(rename = "u", skip_serializing_if = "Option::is_none")]
+    pub standard_uncertainty: Option<f64>,
+    /// Expanded uncertainty U = k u for 95 %, in `unit`.
+    #[serde(rename = "U", skip_serializing_if = "Option::is_none")]
+    pub expanded_uncertainty: Option<f64>,
+    /// Coverage factor k for 95 %, from Student's t with `dof`.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub k: Option<f64>,
     /// Effective degrees of freedom; absent when infinite or when no uncertainty is given.
@@ -38,7 +41,8 @@ impl Reported {
         Self {
             value: finite.then_some(value),
             unit,
-            u: None,
+            standard_uncertainty: None,
+            expanded_uncertainty: None,
             k: None,
             dof: None,
             ci95: None,
@@ -72,7 +76,8 @@ impl Reported {
         let mut reported = Self::exact(estimate.value / si_per_unit, unit);
         match estimate.expanded_95() {
             Some(expanded) => {
-                reported.u = Some(expanded / si_per_unit);
+                reported.standard_uncertainty = Some(estimate.standard_uncertainty / si_per_unit);
+                reported.expanded_uncertainty = Some(expanded / si_per_unit);
                 reported.k = estimate.coverage_factor_95();
                 reported.dof = estimate.dof.is_finite().then_some(estimate.dof);
             }

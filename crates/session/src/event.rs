@@ -68,6 +68,9 @@ pub struct Started {
     /// Mechanism of the robot.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub mechanism: Option<String>,
+    /// How the readings come about if nobody measures them.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub origin: Option<String>,
 }
 
 /// How a session was taken up again.

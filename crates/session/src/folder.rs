@@ -334,7 +334,7 @@ impl TableFile {
             return self.rewrite(state);
         }
         let mut row = Vec::new();
-        let mut writer = ReadingsWriter::continuing(&mut row, session(state));
+        let mut writer = ReadingsWriter::continuing(&mut row, session(state), origin(state));
         if let Some((reading, run, zero)) = state.rows().last() {
             let written = writer
                 .write(reading, run, zero)
@@ -367,7 +367,7 @@ impl TableFile {
 /// # Errors
 /// As [`ReadingsWriter::write`].
 pub fn table(state: &SessionState, output: impl Write) -> Result<(), ReadingsError> {
-    let mut writer = ReadingsWriter::new(output, session(state))?;
+    let mut writer = ReadingsWriter::new(output, session(state), origin(state))?;
     for (reading, run, zero) in state.rows() {
         writer.write(&reading, &run, &zero)?;
     }
@@ -379,6 +379,10 @@ fn session(state: &SessionState) -> Option<&str> {
         .started
         .as_ref()
         .map(|started| started.session.as_str())
+}
+
+fn origin(state: &SessionState) -> Option<&str> {
+    state.started.as_ref()?.origin.as_deref()
 }
 
 /// Writes a file whole or not at all: beside its place, then into it.

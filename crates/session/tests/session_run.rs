@@ -132,6 +132,7 @@ fn session(
             procedure_sha256: String::new(),
             robot_sha256: None,
             mechanism: None,
+            origin: None,
             software,
             pid,
             host,

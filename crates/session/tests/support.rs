@@ -293,6 +293,7 @@ impl Rig {
             procedure_sha256: String::new(),
             robot_sha256: None,
             mechanism: None,
+            origin: None,
             software: "test".to_owned(),
             pid: 1,
             host: "test".to_owned(),

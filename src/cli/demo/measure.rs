@@ -1,6 +1,6 @@
 //! The session of the demonstration: measured with emulated gauges, through the very command that measures with real ones.
 
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 use crate::cli::args::Global;
 use crate::cli::failure::Failure;
@@ -50,15 +50,6 @@ pub(super) fn measure(folder: &Path, _global: &Global) -> Result<(), Failure> {
     write(&folder.join("readings.csv"), READINGS.as_bytes())?;
     write(&folder.join("session.toml"), HEADER.as_bytes())?;
     Ok(())
-}
-
-/// `session` in a folder, or the first of `session-2`, `session-3` … that is not there: no session is ever written over.
-pub(super) fn free_folder(out: &Path) -> PathBuf {
-    let numbered = (2..).map(|number| out.join(format!("session-{number}")));
-    let mut folders = std::iter::once(out.join("session")).chain(numbered);
-    folders
-        .find(|folder| !folder.exists())
-        .unwrap_or_else(|| out.join("session"))
 }
 
 #[cfg(unix)]

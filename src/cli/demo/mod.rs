@@ -2,7 +2,7 @@
 
 mod measure;
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use serde_json::json;
 
@@ -30,11 +30,8 @@ const TRAIN: [&str; 2] = ["P1", "P3"];
 
 /// Runs everything and writes it to a folder.
 pub(super) fn run(args: &DemoArgs, global: &Global) -> Result<Outcome, Failure> {
-    std::fs::create_dir_all(&args.out).map_err(|source| CliError::Write {
-        path: args.out.clone(),
-        source,
-    })?;
-    let folder = measure::free_folder(&args.out);
+    let out = free_folder(&args.out)?;
+    let folder = out.join("session");
     measure::measure(&folder, global)?;
     let bar = progress(global, "analysing", 6);
     let session = load_session(&folder, &LogArgs::default(), global)?;
@@ -71,8 +68,13 @@ pub(super) fn run(args: &DemoArgs, global: &Global) -> Result<Outcome, Failure> 
     bar.inc(1);
 
     let mut files: Vec<PathBuf> = Vec::new();
+    let inputs = &prepared.inputs;
     let mut figure = |name: &str, figure: &crate::plot::Figure| -> Result<(), Failure> {
-        files.extend(write_figure(&args.out.join("figures").join(name), figure)?);
+        files.extend(write_figure(
+            &out.join("figures").join(name),
+            figure,
+            inputs,
+        )?);
         Ok(())
     };
     figure(
@@ -108,18 +110,18 @@ pub(super) fn run(args: &DemoArgs, global: &Global) -> Result<Outcome, Failure> 
         fit_text(&outcome),
         paper.fits_text()
     );
-    write(&args.out.join("tables.txt"), text.as_bytes())?;
-    files.push(args.out.join("tables.txt"));
-    files.push(folder.join("session.toml"));
-    files.push(folder.join("readings.csv"));
+    let with_inputs = format!("{}{text}", inputs.text());
+    write(&out.join("tables.txt"), with_inputs.as_bytes())?;
+    files.push(out.join("tables.txt"));
+    files.extend(["session.toml", "readings.csv"].map(|name| folder.join(name)));
     bar.finish_and_clear();
     let listing: Vec<String> = files
         .iter()
         .map(|path| format!("  {}", path.display()))
         .collect();
-    let listing = listing.join("\n");
     let text = format!(
-        "{text}\nWritten:\n{listing}\n\nNext: stiffbench fit {} --train P1,P3 --bootstrap 1000\n",
+        "{text}\nWritten:\n{}\n\nNext: stiffbench fit {} --train P1,P3 --bootstrap 1000\n",
+        listing.join("\n"),
         folder.display()
     );
     let data = json!({
@@ -128,5 +130,26 @@ pub(super) fn run(args: &DemoArgs, global: &Global) -> Result<Outcome, Failure> 
         "paper_table_vi": { "stated_worst_percent": paper.stated_worst_percent, "procedure": paper.procedure.max_error_percent(), "joint": paper.joint.max_error_percent() },
         "files": files,
     });
-    Ok(Outcome::new("demo", text, data).with_warnings(prepared.warnings))
+    Ok(Outcome::new("demo", text, data)
+        .with_inputs(prepared.inputs)
+        .with_warnings(prepared.warnings))
+}
+
+/// Makes the folder, or the first of `FOLDER-2`, `FOLDER-3` … that is not there or empty: nothing is ever written over.
+fn free_folder(out: &Path) -> Result<PathBuf, CliError> {
+    let numbered = (2..).map(|number| {
+        let mut name = out.as_os_str().to_owned();
+        name.push(format!("-{number}"));
+        PathBuf::from(name)
+    });
+    let is_free = |folder: &PathBuf| {
+        std::fs::read_dir(folder)
+            .map_or_else(|_| !folder.exists(), |mut entries| entries.next().is_none())
+    };
+    let mut folders = std::iter::once(out.to_owned()).chain(numbered);
+    let free = folders.find(is_free).unwrap_or_else(|| out.to_owned());
+    match std::fs::create_dir_all(&free) {
+        Ok(()) => Ok(free),
+        Err(source) => Err(CliError::Write { path: free, source }),
+    }
 }

@@ -3,10 +3,11 @@
 use std::path::{Path, PathBuf};
 
 use rayon::prelude::*;
-use serde_json::Value;
+use serde_json::{Value, json};
 
 use crate::cli::failure::Failure;
 use crate::cli::figure_files::{write, write_figure};
+use crate::cli::inputs::Inputs;
 use crate::cli::outcome::envelope;
 use crate::plot::Figure;
 use crate::report::{MapReport, mesh_of, points_csv};
@@ -27,9 +28,9 @@ pub(super) fn write_all(
     folder: &Path,
     report: &MapReport<'_>,
     wanted: &WantedFigures,
-    (text, data): (&str, &Value),
+    (text, data, inputs): (&str, &Value, &Inputs),
 ) -> Result<Vec<PathBuf>, Failure> {
-    let mut written = write_text(folder, text, data)?;
+    let mut written = write_text(folder, text, data, inputs)?;
     // One after the other: the points of all mechanisms at once would need as much memory again as the maps.
     let mut put = |name: String, content: &[u8]| -> Result<(), Failure> {
         let path = folder.join(name);
@@ -74,7 +75,7 @@ pub(super) fn write_all(
         })?;
         figures.extend(of_two);
     }
-    written.extend(write_figures(folder, &figures)?);
+    written.extend(write_figures(folder, &figures, inputs)?);
     Ok(written)
 }
 
@@ -82,21 +83,28 @@ pub(super) fn write_all(
 pub(super) fn write_figures(
     folder: &Path,
     figures: &[(String, Figure)],
+    inputs: &Inputs,
 ) -> Result<Vec<PathBuf>, Failure> {
     let folder = folder.join("figures");
     let written: Vec<Vec<PathBuf>> = figures
         .par_iter()
-        .map(|(name, figure)| write_figure(&folder.join(name), figure))
+        .map(|(name, figure)| write_figure(&folder.join(name), figure, inputs))
         .collect::<Result<_, Failure>>()?;
     Ok(written.into_iter().flatten().collect())
 }
 
 /// Writes tables and numbers.
-pub(super) fn write_text(folder: &Path, text: &str, data: &Value) -> Result<Vec<PathBuf>, Failure> {
+pub(super) fn write_text(
+    folder: &Path,
+    text: &str,
+    data: &Value,
+    inputs: &Inputs,
+) -> Result<Vec<PathBuf>, Failure> {
     let mut object = envelope("map", true);
+    object["inputs"] = json!(inputs);
     object["data"] = data.clone();
     let files = [
-        ("map.txt".to_owned(), text.to_owned()),
+        ("map.txt".to_owned(), format!("{}{text}", inputs.text())),
         ("map.json".to_owned(), format!("{object:#}\n")),
     ];
     write_files(folder, &files)

@@ -3,6 +3,7 @@
 use serde::{Deserialize, Serialize};
 
 use crate::cli::failure::{CliError, Failure};
+use crate::cli::inputs::Inputs;
 use crate::distribution::{
     FactorCovariance, MapColumn, MapModel, MechanismStudy, PosePlan, PoseSet, Sampling, Shard,
     StiffnessMap, StudyPoses,
@@ -43,6 +44,17 @@ pub(super) struct MechanismJob {
 }
 
 impl MapJob {
+    /// What results are made of.
+    pub(super) fn inputs(&self, robot: &Robot) -> Inputs {
+        let model = Inputs::default()
+            .with_robot(robot, &self.robot_text)
+            .with_factors(&self.factors_name, &self.factors);
+        let mechanisms = self.mechanisms.iter();
+        mechanisms.fold(model, |inputs, mechanism| {
+            inputs.with_mechanism(&mechanism.name)
+        })
+    }
+
     /// The robot.
     pub(super) fn robot(&self) -> Result<Robot, Failure> {
         Ok(Robot::parse(&SourceText::new(

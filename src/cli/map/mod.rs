@@ -65,15 +65,18 @@ fn finish(
     let physics = job.physics(robot)?;
     let poses = StudyPoses::new(poses, job.sampling);
     let report = job.report(robot, &physics, &poses, maps)?;
+    let inputs = job.inputs(robot);
     let (text, data) = (report.text(), report.json());
     let written = match out {
-        Some(folder) => write_all(folder, &report, figures, (&text, &data))?,
+        Some(folder) => write_all(folder, &report, figures, (&text, &data, &inputs))?,
         None => Vec::new(),
     };
     let written = written
         .iter()
         .map(|path| format!("wrote {}", path.display()));
-    Ok(Outcome::new("map", text, data).with_warnings(written.collect()))
+    Ok(Outcome::new("map", text, data)
+        .with_inputs(inputs)
+        .with_warnings(written.collect()))
 }
 
 /// A share, to a file.
@@ -98,5 +101,5 @@ fn one_shard(job: &MapJob, share: Shard, folder: &Path) -> Result<Outcome, Failu
         "poses": poses.len(),
         "of": poses.whole,
     });
-    Ok(Outcome::new("map-shard", text, data))
+    Ok(Outcome::new("map-shard", text, data).with_inputs(job.inputs(&robot)))
 }

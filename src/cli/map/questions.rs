@@ -74,18 +74,21 @@ pub(super) fn run(job: &MapJob, asked: &Asked, out: Option<&Path>) -> Result<Out
     if asked.design || asked.lift.is_some() {
         design(job, asked, (&robot, &physics), &poses.set, &mut answer)?;
     }
+    let inputs = job.inputs(&robot);
     let mut warnings = Vec::new();
     if let Some(folder) = out {
-        let mut written = write_figures(folder, &answer.figures)?;
+        let mut written = write_figures(folder, &answer.figures, &inputs)?;
         written.extend(write_files(folder, &answer.files)?);
-        written.extend(write_text(folder, &answer.text, &answer.data)?);
+        written.extend(write_text(folder, &answer.text, &answer.data, &inputs)?);
         warnings.extend(
             written
                 .iter()
                 .map(|path| format!("wrote {}", path.display())),
         );
     }
-    Ok(Outcome::new("map", answer.text, answer.data).with_warnings(warnings))
+    Ok(Outcome::new("map", answer.text, answer.data)
+        .with_inputs(inputs)
+        .with_warnings(warnings))
 }
 
 /// What was found, for people, for programs, and as figures.

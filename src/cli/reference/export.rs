@@ -8,9 +8,11 @@ use serde_json::json;
 
 use super::args::ExportArgs;
 use crate::cli::args::ModelArgs;
-use crate::cli::data::{Chosen, choose, sha256};
+use crate::cli::data::{Chosen, choose};
 use crate::cli::failure::{CliError, Failure};
 use crate::cli::figure_files::write;
+use crate::cli::hash::sha256;
+use crate::cli::inputs::Inputs;
 use crate::cli::outcome::Outcome;
 use crate::reference::{LoadCase, PoseModel, ReferenceModel, SolidMember, SolidModel};
 use crate::report::{TextTable, significant};
@@ -58,7 +60,9 @@ pub(super) fn export(args: &ExportArgs) -> Result<Outcome, Failure> {
         &args.out.join(MODEL_FILE),
         format!("{:#}\n", json!(model)).as_bytes(),
     )?;
-    Ok(Outcome::new("reference-export", text, data).with_warnings(chosen.warnings))
+    Ok(Outcome::new("reference-export", text, data)
+        .with_inputs(Inputs::default().with_model(&chosen))
+        .with_warnings(chosen.warnings))
 }
 
 /// Refuses loads that move nothing, poses named twice, and a folder in use.

@@ -17,8 +17,9 @@ use crate::robot::{FittingFactors, Robot};
 use crate::test_point::{Cell, Direction, PoseId};
 
 use super::args::Global;
-use super::data::{robot_source, sha256};
+use super::data::robot_source;
 use super::failure::{CliError, Failure};
+use super::hash::sha256;
 use super::outcome::Outcome;
 use args::{ReferenceCommand, ReferenceCompareArgs};
 

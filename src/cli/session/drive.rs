@@ -7,8 +7,9 @@ use jiff::{Timestamp, tz::TimeZone};
 use serde_json::json;
 
 use crate::cli::args::Global;
-use crate::cli::data::{choose, sha256};
+use crate::cli::data::choose;
 use crate::cli::failure::{CliError, Failure};
+use crate::cli::hash::sha256;
 use crate::cli::outcome::{Outcome as Printed, print_error};
 use crate::cli::procedure::choose_procedure;
 use crate::cli::screen::Screen;
@@ -21,7 +22,9 @@ use crate::session::{
 };
 
 use super::args::{BenchArgs, CaptureWord, ResumeArgs, RunArgs};
-use super::emulation::{Hand, emulate, emulate_again, of_a_hand, speed, with_hand};
+use super::emulation::{
+    Hand, emulate, emulate_again, of_a_hand, origin, refuse_mixture, speed, with_hand,
+};
 use super::gauges::{ChosenGauge, Connected, check_present, choose_gauges, connect};
 use super::line::LineOperator;
 use super::operator::AtBench;
@@ -91,6 +94,7 @@ pub(super) fn run(
             .factors
             .contains_key(&robot.factors_name)
             .then(|| robot.factors_name.clone()),
+        origin: origin(&args.bench, &robot.physics),
         operator: args.operator.clone(),
         place: args.place.clone(),
         software: Some(SOFTWARE.to_owned()),
@@ -103,12 +107,13 @@ pub(super) fn run(
     let first = Event::Started(Started {
         session: id,
         procedure: procedure.name.clone(),
-        procedure_sha256: sha256(&procedure.to_toml()),
+        procedure_sha256: sha256(procedure.to_toml()),
         software: SOFTWARE.to_owned(),
         pid: std::process::id(),
         host: host(),
         robot_sha256: header.robot_sha256.clone(),
         mechanism: header.mechanism.clone(),
+        origin: header.origin.clone(),
     });
     let ready = Ready {
         folder,
@@ -131,6 +136,7 @@ pub(super) fn run(
 pub(super) fn resume(args: &ResumeArgs, global: &Global) -> Result<Printed, Failure> {
     // A damaged or foreign folder is refused before anything is opened.
     let (plan, header, hash) = plan_of(&read_folder(&args.folder)?)?;
+    refuse_mixture(&args.bench, &header)?;
     let now = Timestamp::now();
     let (folder, journal, read, cut_bytes) = SessionFolder::open(&args.folder, now)?;
     let state = SessionState::fold(&read.records);
@@ -182,6 +188,7 @@ pub(super) fn resume(args: &ResumeArgs, global: &Global) -> Result<Printed, Fail
             host: host(),
             robot_sha256: header.robot_sha256.clone(),
             mechanism: header.mechanism.clone(),
+            origin: header.origin.clone(),
         })
     };
     let ready = Ready {

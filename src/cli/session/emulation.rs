@@ -4,8 +4,10 @@ use std::path::Path;
 
 use crate::cli::args::ModelArgs;
 use crate::cli::data::{Chosen, choose};
-use crate::cli::failure::Failure;
+use crate::cli::failure::{CliError, Failure};
+use crate::cli::model::effects_text;
 use crate::clock::Clock;
+use crate::physics::ActingPhysics;
 use crate::procedure::Procedure;
 use crate::readings::SessionHeader;
 use crate::session::{Answers, Operator, SessionPlan};
@@ -121,6 +123,36 @@ pub(super) fn emulate_again(
         .take()
         .or(model_of(&header.instruments.displacement));
     emulate(args, &choose(&model, None)?, &plan.procedure, clock)
+}
+
+/// The mark of readings that nobody measures; `None` at a real bench.
+pub(super) fn origin(args: &BenchArgs, physics: &ActingPhysics) -> Option<String> {
+    #[cfg(unix)]
+    let seed = args.seed;
+    #[cfg(not(unix))]
+    let seed = 0;
+    let effects = effects_text(physics);
+    is_emulated(args).then(|| format!("emulated gauges; seed {seed}; {effects}"))
+}
+
+/// Refuses to go on with measured readings by emulated ones, or the other way round.
+pub(super) fn refuse_mixture(args: &BenchArgs, header: &SessionHeader) -> Result<(), CliError> {
+    let (problem, help) = match (is_emulated(args), &header.origin) {
+        (true, None) => (
+            "the readings of this session were measured, and emulated ones would stand among them",
+            "resume it without --emulated, at its bench",
+        ),
+        (false, Some(_)) => (
+            "the readings of this session are marked as emulated, and measured ones would bear that mark too",
+            "resume it with --emulated, or begin a session at the bench",
+        ),
+        (true, Some(_)) | (false, None) => return Ok(()),
+    };
+    Err(CliError::Argument {
+        argument: "--emulated".to_owned(),
+        problem: problem.to_owned(),
+        help: Some(help.to_owned()),
+    })
 }
 
 fn is_emulated(args: &BenchArgs) -> bool {

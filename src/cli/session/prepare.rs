@@ -5,8 +5,8 @@ use std::path::Path;
 
 use jiff::civil::Date;
 
-use crate::cli::data::sha256;
 use crate::cli::failure::{CliError, Failure};
+use crate::cli::hash::sha256;
 use crate::procedure::Procedure;
 use crate::readings::{InstrumentRecord, Instruments, SessionHeader};
 use crate::session::{Answers, ReadFolder, SessionPlan};
@@ -19,7 +19,7 @@ pub(super) fn plan_of(read: &ReadFolder) -> Result<(SessionPlan, SessionHeader, 
     let header = SessionHeader::from_toml(&read.header_name, &read.header)?.header;
     let record = header.procedure.clone().unwrap_or_default();
     let procedure = Procedure::from_record(&record)?;
-    let hash = sha256(&procedure.to_toml());
+    let hash = sha256(procedure.to_toml());
     Ok((SessionPlan::new(&procedure, &[]), header, hash))
 }
 

@@ -137,10 +137,9 @@ impl MapReport<'_> {
 
     /// The outermost of points (z, y), with the name of the pose that the robot file states nearby.
     pub(super) fn outermost(&self, points: &[[f64; 2]]) -> Vec<NamedPoint> {
-        let words = ["highest", "furthest", "lowest", "nearest"];
-        let named = Extreme::ALL.into_iter().zip(words);
-        named
-            .filter_map(|(extreme, word)| {
+        Extreme::of_points(points.iter().copied())
+            .into_iter()
+            .filter_map(|extreme| {
                 let value = |point: &[f64; 2]| extreme.of_reach_and_height(*point);
                 let at = points.iter().max_by(|a, b| value(a).total_cmp(&value(b)))?;
                 let near = self.robot.poses.iter().find(|pose| {
@@ -148,7 +147,8 @@ impl MapReport<'_> {
                         .is_some_and(|[z, y]| (z - at[0]).hypot(y - at[1]) < SAME_PLACE_M)
                 });
                 Some(NamedPoint {
-                    name: near.map_or_else(|| word.to_owned(), |pose| pose.id.to_string()),
+                    name: near
+                        .map_or_else(|| extreme.word().to_owned(), |pose| pose.id.to_string()),
                     z_m: at[0],
                     y_m: at[1],
                 })

@@ -15,6 +15,7 @@ mod mobility;
 mod model;
 mod parameters;
 mod place_many;
+mod plausible;
 mod predict;
 mod predict_many;
 mod resized;

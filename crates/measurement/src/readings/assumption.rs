@@ -202,6 +202,13 @@ pub enum Note {
         /// First of their lines.
         line: u32,
     },
+    /// Readings that stand in the table more than once.
+    DuplicateRows {
+        /// How many repeat an earlier one.
+        readings: u32,
+        /// First of their lines.
+        line: u32,
+    },
     /// A time of day without a zone, which was not used.
     LocalTime(String),
     /// A line of a gauge's log above the column names that was not used.
@@ -223,6 +230,10 @@ impl fmt::Display for Note {
             Self::ZeroForceAtTarget { readings, line } => write!(
                 f,
                 "{readings} readings have zero force where a load was aimed at, first in line {line}"
+            ),
+            Self::DuplicateRows { readings, line } => write!(
+                f,
+                "{readings} readings repeat an earlier row of the same run in every number, first in line {line}: was part of the file pasted twice?"
             ),
             Self::LocalTime(text) => {
                 write!(f, "the local time `{text}` has no zone and is not used")

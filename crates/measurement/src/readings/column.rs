@@ -56,11 +56,13 @@ pub enum Column {
     Flag,
     /// Free text.
     Note,
+    /// How the reading came about if nobody measured it: simulated or emulated, with what acted.
+    Origin,
 }
 
 impl Column {
     /// All columns, in the order in which they are written.
-    pub const ALL: [Self; 24] = [
+    pub const ALL: [Self; 25] = [
         Self::Session,
         Self::Seq,
         Self::Utc,
@@ -85,6 +87,7 @@ impl Column {
         Self::Status,
         Self::Flag,
         Self::Note,
+        Self::Origin,
     ];
 
     /// The five columns without which a table is not accepted.
@@ -124,6 +127,7 @@ impl Column {
             Self::Status => "status",
             Self::Flag => "flag",
             Self::Note => "note",
+            Self::Origin => "origin",
         }
     }
 

@@ -67,6 +67,7 @@ pub fn read_readings(
             .session
             .map(|(session, _)| session)
             .filter(|s| !s.is_empty()),
+        origin: reader.origin,
         readings: reader.readings,
         runs: reader.runs.into_keys(),
         zeros: reader.zeros.into_keys(),

@@ -80,7 +80,7 @@ pub enum ReadingsError {
         line: u32,
     },
     /// A column that must be there is not.
-    #[error("{file}, line {line}: no column `{column}` among {found}")]
+    #[error("{file}, line {line}: no column `{column}`{others} among {found}")]
     #[diagnostic(code(stiffbench::readings::missing_column))]
     MissingColumn {
         /// The file.
@@ -89,6 +89,8 @@ pub enum ReadingsError {
         line: u32,
         /// The column's name.
         column: &'static str,
+        /// Further columns that are missing, as they follow in the sentence.
+        others: String,
         /// The names found, each in backquotes.
         found: String,
         /// What to do, with the nearest name if there is one.

@@ -79,36 +79,64 @@ impl Header {
         file: &str,
         without_unit: &[(Column, usize)],
     ) -> Result<(), ReadingsError> {
-        for column in Column::REQUIRED {
-            if self.has(column) {
-                continue;
+        let absent = |column: &Column| !self.has(*column);
+        // `force` where `force_N` is needed: the unit is missing rather than the column, and no unit is guessed.
+        let named = |column: &Column| without_unit.iter().find(|(found, _)| found == column);
+        let (no_unit, missing): (Vec<Column>, Vec<Column>) = Column::REQUIRED
+            .into_iter()
+            .filter(absent)
+            .partition(|column| named(column).is_some());
+        match (missing.as_slice(), no_unit.as_slice()) {
+            ([], []) => Ok(()),
+            ([], [column, ..]) => {
+                let name = named(column).map_or("", |(_, index)| &self.names[*index]);
+                Err(wrong_unit(
+                    file,
+                    self.line,
+                    name,
+                    *column,
+                    "none".to_owned(),
+                ))
             }
-            // `force` where `force_N` is needed: the unit is missing rather than the column, and no unit is guessed.
-            if let Some((_, index)) = without_unit.iter().find(|(found, _)| *found == column) {
-                let name = &self.names[*index];
-                return Err(wrong_unit(file, self.line, name, column, "none".to_owned()));
-            }
-            return Err(self.missing(file, column));
+            ([first, others @ ..], no_unit) => Err(self.missing(file, *first, others, no_unit)),
         }
-        Ok(())
     }
 
-    fn missing(&self, file: &str, column: Column) -> ReadingsError {
-        let unused = self.unused.iter().map(|index| self.names[*index].as_str());
-        let advice = match nearest(column.name(), unused) {
-            Some(near) => format!("is `{near}` meant? Name it `{column}`"),
-            None => {
+    /// All that is missing, at once.
+    fn missing(
+        &self,
+        file: &str,
+        first: Column,
+        others: &[Column],
+        no_unit: &[Column],
+    ) -> ReadingsError {
+        let unused = || self.unused.iter().map(|index| self.names[*index].as_str());
+        let near = std::iter::once(&first).chain(others).filter_map(|column| {
+            let near = nearest(column.name(), unused())?;
+            Some(format!("is `{near}` meant? Name it `{column}`"))
+        });
+        let units = no_unit
+            .iter()
+            .map(|column| format!("`{column}` needs a unit behind its name"));
+        let mut advice: Vec<String> = near.chain(units).collect();
+        if advice.is_empty() {
+            advice.push(
                 "the smallest table has the columns pose,direction,repeat,force_N,displacement_um"
-                    .to_owned()
-            }
-        };
+                    .to_owned(),
+            );
+        }
         let found: Vec<String> = self.names.iter().map(|name| format!("`{name}`")).collect();
+        let others: Vec<String> = others
+            .iter()
+            .map(|column| format!(", `{column}`"))
+            .collect();
         ReadingsError::MissingColumn {
             file: file.to_owned(),
             line: self.line,
-            column: column.name(),
+            column: first.name(),
+            others: others.concat(),
             found: found.join(", "),
-            advice,
+            advice: advice.join("; "),
         }
     }
 
@@ -233,6 +261,20 @@ mod tests {
         assert_eq!(column, "direction");
         assert!(advice.contains("`directoin`"), "{advice}");
         assert!(found.contains("`displacement_um`"), "{found}");
+    }
+
+    #[test]
+    fn all_missing_columns_are_named_at_once() {
+        let error = header("Pose,Richtung,Wiederholung,force,Weg").unwrap_err();
+        let text = error.to_string();
+        assert!(
+            text.contains("no column `direction`, `repeat`, `displacement_um` among"),
+            "{text}"
+        );
+        let ReadingsError::MissingColumn { advice, .. } = error else {
+            panic!("{text}");
+        };
+        assert!(advice.contains("`force_N` needs a unit"), "{advice}");
     }
 
     #[test]

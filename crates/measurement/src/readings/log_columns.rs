@@ -105,6 +105,7 @@ impl LogColumns {
             file: file.to_owned(),
             line,
             column: column.name(),
+            others: String::new(),
             found: names.join(", "),
             advice: "a log has the columns Reading, Load, Travel (or Distance), Time".to_owned(),
         };

@@ -26,6 +26,8 @@ pub(super) struct RowReader<'a> {
     pub(super) runs: RunNumbers,
     pub(super) zeros: RunNumbers,
     pub(super) session: Option<(String, u32)>,
+    /// The first that is given.
+    pub(super) origin: Option<String>,
     pub(super) present: [bool; Column::ALL.len()],
     pub(super) first_missing: FirstMissing,
     pub(super) other_encoding: Option<u32>,
@@ -42,6 +44,7 @@ impl<'a> RowReader<'a> {
             runs: RunNumbers::default(),
             zeros: RunNumbers::default(),
             session: None,
+            origin: None,
             present: [false; Column::ALL.len()],
             first_missing: [None; Column::ALL.len()],
             other_encoding: None,
@@ -52,6 +55,10 @@ impl<'a> RowReader<'a> {
     pub(super) fn take<R: Read>(&mut self, rows: &Rows<R>, line: u32) -> Result<(), ReadingsError> {
         self.check_width(rows, line)?;
         self.check_session(rows, line)?;
+        if self.origin.is_none() {
+            let origin = self.text(rows, line, Column::Origin);
+            self.origin = origin.filter(|origin| !origin.is_empty());
+        }
         let pose = self.pose(rows, line)?;
         let direction = self.direction(rows, line)?;
         let repeat = self.repeat(rows, line)?;

@@ -24,6 +24,8 @@ pub struct SessionHeader {
     pub mechanism: Option<String>,
     /// Set of fitting factors the analysis starts from.
     pub factors: Option<String>,
+    /// How the readings came about if nobody measured them: simulated or emulated, with what acted.
+    pub origin: Option<String>,
     /// Who measured.
     pub operator: Option<String>,
     /// Where.

@@ -51,6 +51,7 @@ impl SessionHeader {
         put_text(&mut table, "robot_sha256", self.robot_sha256.as_ref());
         put_text(&mut table, "mechanism", self.mechanism.as_ref());
         put_text(&mut table, "factors", self.factors.as_ref());
+        put_text(&mut table, "origin", self.origin.as_ref());
         put_text(&mut table, "operator", self.operator.as_ref());
         put_text(&mut table, "place", self.place.as_ref());
         put_text(&mut table, "software", self.software.as_ref());
@@ -83,6 +84,7 @@ fn read_header(
         robot_sha256: root.text("robot_sha256")?,
         mechanism: root.text("mechanism")?,
         factors: root.text("factors")?,
+        origin: root.text("origin")?,
         operator: root.text("operator")?,
         place: root.text("place")?,
         environment: read_environment(root, unknown)?,

@@ -119,6 +119,8 @@ pub struct ReadingTable {
     pub source: String,
     /// The session they belong to, if they say so.
     pub session: Option<String>,
+    /// How the readings came about if nobody measured them.
+    pub origin: Option<String>,
     /// All readings, those that do not count included.
     pub readings: Vec<Reading>,
     /// What the readings of a run have in common, by [`Reading::run`].
@@ -190,7 +192,32 @@ impl ReadingTable {
             let readings = unloaded.len() as u32;
             self.notes.push(Note::ZeroForceAtTarget { readings, line });
         }
+        self.note_duplicates();
         self.note_cells();
+    }
+
+    /// Rows of a run that agree in every number. Unloaded readings of a coarse gauge may well agree, loaded ones of one branch hardly.
+    fn note_duplicates(&mut self) {
+        let mut seen = HashSet::new();
+        let loaded = self.accepted().filter(|reading| reading.force_n != 0.0);
+        let twice: Vec<u32> = loaded
+            .filter(|reading| {
+                let numbers = [
+                    reading.force_n,
+                    reading.displacement_m,
+                    reading.target_n,
+                    reading.time_s.unwrap_or(f64::NAN),
+                    reading.hold_s.unwrap_or(f64::NAN),
+                ];
+                let bits = numbers.map(f64::to_bits);
+                !seen.insert((reading.run, reading.branch, reading.repeat, bits))
+            })
+            .map(|reading| reading.line)
+            .collect();
+        if let Some(line) = twice.first().copied() {
+            let readings = twice.len() as u32;
+            self.notes.push(Note::DuplicateRows { readings, line });
+        }
     }
 
     fn note_cells(&mut self) {

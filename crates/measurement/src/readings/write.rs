@@ -14,24 +14,34 @@ use super::table::{ReadingTable, RunKey};
 pub struct ReadingsWriter<W: Write> {
     output: csv::Writer<W>,
     session: String,
+    origin: String,
     number: String,
 }
 
 impl<W: Write> ReadingsWriter<W> {
-    /// Writes the header; `session` goes into every row.
+    /// Writes the header; `session` and `origin` go into every row. Readings that were measured have no origin and no such column.
     ///
     /// # Errors
     /// [`ReadingsError::Write`] if the output fails.
-    pub fn new(output: W, session: Option<&str>) -> Result<Self, ReadingsError> {
-        let mut writer = Self::continuing(output, session);
-        let names = Column::ALL.map(Column::name);
-        writer.output.write_record(names).map_err(failed)?;
+    pub fn new(
+        output: W,
+        session: Option<&str>,
+        origin: Option<&str>,
+    ) -> Result<Self, ReadingsError> {
+        let mut writer = Self::continuing(output, session, origin);
+        let marked = origin.is_some();
+        let columns = Column::ALL.into_iter();
+        let columns = columns.filter(|column| marked || *column != Column::Origin);
+        writer
+            .output
+            .write_record(columns.map(Column::name))
+            .map_err(failed)?;
         Ok(writer)
     }
 
     /// The same behind rows that are there already: no header is written.
     #[must_use]
-    pub fn continuing(output: W, session: Option<&str>) -> Self {
+    pub fn continuing(output: W, session: Option<&str>, origin: Option<&str>) -> Self {
         let output = csv::WriterBuilder::new()
             .terminator(csv::Terminator::Any(b'\n'))
             // A first field that starts with `#` must not become a comment.
@@ -41,6 +51,7 @@ impl<W: Write> ReadingsWriter<W> {
         Self {
             output,
             session: session.unwrap_or_default().to_owned(),
+            origin: origin.unwrap_or_default().to_owned(),
             number: String::new(),
         }
     }
@@ -83,6 +94,9 @@ impl<W: Write> ReadingsWriter<W> {
         self.text(&reading.status.to_string())?;
         self.text(&text.flag)?;
         self.text(&text.note)?;
+        if !self.origin.is_empty() {
+            self.output.write_field(&self.origin).map_err(failed)?;
+        }
         self.output.write_record(None::<&[u8]>).map_err(failed)
     }
 
@@ -155,7 +169,8 @@ fn check_finite(reading: &Reading) -> Result<(), ReadingsError> {
 /// # Panics
 /// If a reading's run or zero is not in the table's lists.
 pub fn write_readings(table: &ReadingTable, output: impl Write) -> Result<(), ReadingsError> {
-    let mut writer = ReadingsWriter::new(output, table.session.as_deref())?;
+    let mut writer =
+        ReadingsWriter::new(output, table.session.as_deref(), table.origin.as_deref())?;
     for reading in &table.readings {
         let run = &table.runs[reading.run as usize];
         let zero = &table.zeros[reading.zero as usize];

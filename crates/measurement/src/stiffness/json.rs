@@ -221,7 +221,7 @@ fn reported_stiffness(found: &Result<StiffnessEstimate, NoStiffness>) -> Reporte
     };
     let unit = NEWTON_PER_METRE_PER_NEWTON_PER_MICROMETRE;
     let mut reported = Reported::from_estimate(&estimate.estimate, unit, "N/um");
-    if reported.value.is_some() && reported.u.is_none() {
+    if reported.value.is_some() && reported.expanded_uncertainty.is_none() {
         reported.reason = Some(format!("no uncertainty: {}", estimate.basis));
     }
     reported

@@ -18,6 +18,7 @@ use super::Robot;
 use super::error::{RobotError, RobotProblem};
 use super::file::{FORMAT, RobotFile};
 use super::kinematics;
+use super::plausible;
 use reader::deserialize;
 
 /// Reads and checks a robot file.
@@ -26,6 +27,7 @@ pub(super) fn compile(source: &SourceText) -> Result<Robot, RobotError> {
     let compiler = Compiler::new(source, &file)?;
     let mut robot = compiler.robot()?;
     robot.warnings.extend(unknown);
+    robot.warnings.extend(plausible::oddities(&robot));
     kinematics::check_order(&robot).map_err(|circular| compiler.circular(circular))?;
     Ok(robot)
 }

@@ -1,0 +1,154 @@
+//! What a result was made of: data, robot, mechanism and factors, with their hashes. It stands before every result.
+
+use serde::Serialize;
+
+use crate::plot::Figure;
+use crate::report::factors_toml;
+use crate::robot::{FittingFactors, Robot};
+
+use super::data::{Chosen, Session};
+use super::hash::sha256;
+
+/// Digits of a hash in text; JSON has them all.
+const SHORT_HASH: usize = 12;
+
+/// The inputs of a result.
+#[derive(Debug, Clone, Default, Serialize)]
+pub(super) struct Inputs {
+    /// Readings or stiffness values.
+    data: Vec<DataInput>,
+    /// The robot file.
+    robot: Option<NamedInput>,
+    /// Mechanisms of the robot.
+    mechanisms: Vec<String>,
+    /// The factors of the model, or those that a fit starts from.
+    factors: Option<NamedInput>,
+}
+
+#[derive(Debug, Clone, Serialize)]
+struct NamedInput {
+    name: String,
+    sha256: String,
+}
+
+#[derive(Debug, Clone, Serialize)]
+struct DataInput {
+    name: String,
+    sha256: String,
+    /// How the readings came about if nobody measured them.
+    origin: Option<String>,
+}
+
+impl Inputs {
+    /// Readings.
+    pub(super) fn with_session(mut self, session: &Session) -> Self {
+        self.data.push(DataInput {
+            name: session.name.clone(),
+            sha256: session.sha256.clone(),
+            origin: session.origin(),
+        });
+        self
+    }
+
+    /// Stiffness values, by name and text.
+    pub(super) fn with_list(mut self, name: &str, sha256: &str) -> Self {
+        self.data.push(DataInput {
+            name: name.to_owned(),
+            sha256: sha256.to_owned(),
+            origin: None,
+        });
+        self
+    }
+
+    /// A robot with one mechanism and its factors.
+    pub(super) fn with_model(self, chosen: &Chosen) -> Self {
+        self.with_robot(&chosen.robot, &chosen.source.text)
+            .with_factors(&chosen.factors_name, &chosen.factors)
+            .with_mechanism(&chosen.mechanism)
+    }
+
+    /// A robot and the text of its file.
+    pub(super) fn with_robot(mut self, robot: &Robot, text: &str) -> Self {
+        self.robot = Some(NamedInput {
+            name: robot.name.clone(),
+            sha256: sha256(text),
+        });
+        self
+    }
+
+    /// Factors, by the name of their set.
+    pub(super) fn with_factors(mut self, name: &str, factors: &FittingFactors) -> Self {
+        self.factors = Some(NamedInput {
+            name: name.to_owned(),
+            sha256: sha256(factors_toml(factors)),
+        });
+        self
+    }
+
+    /// A mechanism of the robot.
+    pub(super) fn with_mechanism(mut self, name: &str) -> Self {
+        self.mechanisms.push(name.to_owned());
+        self
+    }
+
+    /// The lines before a result, with a blank one behind them; empty without inputs.
+    pub(super) fn text(&self) -> String {
+        let lines = self.lines();
+        if lines.is_empty() {
+            return String::new();
+        }
+        lines.join("\n") + "\n\n"
+    }
+
+    /// The figure with its inputs before the caption.
+    pub(super) fn on(&self, figure: &Figure) -> Figure {
+        let lines = self.lines().into_iter();
+        let mut words: Vec<String> = lines.map(|line| line + ".").collect();
+        words.extend((!figure.caption.is_empty()).then(|| figure.caption.clone()));
+        Figure {
+            caption: words.join(" "),
+            ..figure.clone()
+        }
+    }
+
+    /// One line for each table of data and one for the model.
+    fn lines(&self) -> Vec<String> {
+        let data = self.data.iter();
+        let data = data.map(|data| format!("Data: {}", data.words()));
+        data.chain(self.model_words()).collect()
+    }
+
+    fn model_words(&self) -> Option<String> {
+        let robot = self.robot.as_ref()?.words();
+        let mechanisms = match self.mechanisms.as_slice() {
+            [] => String::new(),
+            [one] => format!(", mechanism {one}"),
+            several => format!(", mechanisms {}", several.join(", ")),
+        };
+        let factors = self.factors.as_ref();
+        let factors = factors.map_or_else(String::new, |factors| {
+            format!(", factors {}", factors.words())
+        });
+        Some(format!("Robot: {robot}{mechanisms}{factors}"))
+    }
+}
+
+impl NamedInput {
+    fn words(&self) -> String {
+        format!("{} ({})", self.name, short(&self.sha256))
+    }
+}
+
+impl DataInput {
+    fn words(&self) -> String {
+        let words = format!("{} ({})", self.name, short(&self.sha256));
+        match &self.origin {
+            Some(origin) => format!("{words}, NOT MEASURED: {origin}"),
+            None => words,
+        }
+    }
+}
+
+fn short(hash: &str) -> &str {
+    hash.get(..SHORT_HASH).unwrap_or(hash)
+}

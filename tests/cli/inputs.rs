@@ -1,0 +1,176 @@
+//! Every result says what it was made of, marks readings that nobody measured, and doubts numbers that are hardly meant.
+
+use super::{Desk, five_columns};
+
+#[test]
+fn every_result_begins_with_its_data_and_its_robot() {
+    let desk = Desk::with_session();
+    for (arguments, data, robot) in [
+        ("stiffness session", 1, false),
+        ("compare session session", 2, false),
+        ("fit session", 1, true),
+        ("fit paper-experiment", 1, true),
+        ("diagnose session --no-figures", 1, true),
+        ("plot residuals --data session --out r", 1, true),
+        ("plot load-displacement --data session --out l", 1, false),
+        ("map --poses 40 --mechanism F", 0, true),
+        ("map --poses 40 --mechanism F --load=0,0,-50", 0, true),
+        ("robot compliance --pose P1", 0, true),
+        ("robot show hp-robot", 0, true),
+        ("robot check hp-robot", 0, true),
+        ("robot mobility hp-robot", 0, true),
+        ("robot workspace --poses 50", 0, true),
+        ("significance --beams-only", 0, true),
+        ("diagnose --design sweeps", 0, true),
+        ("simulate again", 0, true),
+    ] {
+        let text = desk.run(arguments).succeeds().stdout;
+        let first = if data > 0 { "Data: " } else { "Robot: " };
+        assert!(text.starts_with(first), "{arguments}:\n{text}");
+        let arguments = arguments.replace("again", "once-more");
+        let object = desk.run(&format!("{arguments} --json")).succeeds().json();
+        let inputs = &object["inputs"];
+        let listed = inputs["data"].as_array().unwrap();
+        assert_eq!(listed.len(), data, "{arguments}: {inputs}");
+        for entry in listed {
+            assert_eq!(entry["sha256"].as_str().unwrap().len(), 64, "{arguments}");
+        }
+        assert_eq!(inputs["robot"]["sha256"].is_string(), robot, "{arguments}");
+    }
+    assert!(desk.read("r.svg").contains("mechanism"));
+    assert!(
+        desk.read("session/diagnosis/verdict.txt")
+            .starts_with("Data: ")
+    );
+}
+
+#[test]
+fn simulated_readings_bear_their_mark_wherever_they_go() {
+    let desk = Desk::new();
+    desk.run("simulate s --seed 3").succeeds();
+    desk.run("simulate with --effect joint-friction@A3:c=0.1urad/(N*m),friction_moment=26N*m")
+        .succeeds();
+    let header = desk.read("with/session.toml");
+    assert!(header.contains("effects joint-friction@A3"), "{header}");
+    let mark = "simulated; seed 3; noise; no effects beside the beams";
+    assert!(desk.read("s/session.toml").contains(mark));
+    assert!(
+        desk.read("s/readings.csv")
+            .lines()
+            .nth(1)
+            .unwrap()
+            .contains(mark)
+    );
+    // The table alone still bears it.
+    std::fs::copy(desk.path("s/readings.csv"), desk.path("alone.csv")).unwrap();
+    for data in ["s", "alone.csv"] {
+        let text = desk.run(&format!("stiffness {data}")).succeeds().stdout;
+        assert!(text.contains(&format!("NOT MEASURED: {mark}")), "{text}");
+    }
+    desk.run("plot load-displacement --data s --out l")
+        .succeeds();
+    assert!(desk.read("l.svg").contains("NOT MEASURED"));
+    // Readings that were measured have no such column.
+    desk.write("measured.csv", &five_columns(&["P1"], 3));
+    let text = desk.run("stiffness measured.csv").succeeds().stdout;
+    assert!(!text.contains("NOT MEASURED"), "{text}");
+}
+
+#[cfg(unix)]
+#[test]
+fn emulated_readings_bear_their_mark_and_are_not_mixed_with_measured_ones() {
+    let desk = Desk::new();
+    desk.run(
+        "session run e --emulated --speed 50 --no-input --procedure sweeps --poses P1 --seed 2",
+    )
+    .succeeds();
+    let mark = "emulated gauges; seed 2";
+    for file in ["session.toml", "journal.jsonl", "readings.csv"] {
+        assert!(desk.read(&format!("e/{file}")).contains(mark), "{file}");
+    }
+    let text = desk.run("stiffness e").succeeds().stdout;
+    assert!(text.contains("NOT MEASURED: emulated gauges"), "{text}");
+    // A mark that was taken away is missed.
+    let header = desk.read("e/session.toml");
+    let kept = header.lines().filter(|line| !line.starts_with("origin"));
+    let without: Vec<&str> = kept.collect();
+    desk.write("e/session.toml", &without.join("\n"));
+    desk.run("stiffness e").exits_with(11);
+    desk.run("session resume e --emulated --no-input")
+        .exits_with(2);
+}
+
+#[test]
+fn numbers_that_are_hardly_meant_are_doubted() {
+    let desk = Desk::new();
+    let table = five_columns(&["P1", "P2"], 3);
+    desk.write("good.csv", &table);
+    let doubts = |file: &str| desk.run(&format!("stiffness {file}")).succeeds().stderr;
+    let good = doubts("good.csv");
+    for words in ["exchanged", "expected", "twice", "opposite"] {
+        assert!(!good.contains(words), "{good}");
+    }
+    desk.write(
+        "swapped.csv",
+        &table.replace("force_N,displacement_um", "displacement_um,force_N"),
+    );
+    assert!(doubts("swapped.csv").contains("are the two columns exchanged?"));
+    desk.write(
+        "mm.csv",
+        &table.replace("displacement_um", "displacement_mm"),
+    );
+    assert!(doubts("mm.csv").contains("does the displacement have the unit"));
+    let turned: Vec<String> = table
+        .lines()
+        .map(|line| match line.rsplit_once(",-") {
+            Some((before, displacement)) => format!("{before},{displacement}"),
+            None => line.to_owned(),
+        })
+        .collect();
+    desk.write("turned.csv", &turned.join("\n"));
+    assert!(doubts("turned.csv").contains("opposite signs"));
+    let rows: Vec<&str> = table.lines().collect();
+    let twice = [rows.as_slice(), &rows[1..9]].concat();
+    desk.write("twice.csv", &twice.join("\n"));
+    assert!(doubts("twice.csv").contains("was part of the file pasted twice?"));
+
+    let fixture = concat!(env!("CARGO_MANIFEST_DIR"), "/fixtures/robots/scara.toml");
+    let file = std::fs::read_to_string(fixture).unwrap();
+    let with = |text: String| {
+        assert_ne!(text, file);
+        desk.write("robot.toml", &text);
+        desk.run("robot check robot.toml").succeeds().stderr
+    };
+    let moduli = |from: &str, to: &str| file.replace(from, to);
+    assert!(with(moduli("e9", "e3")).contains("is it in MPa or GPa?"));
+    let in_mm = file
+        .replace("h = 0.40", "h = 400.0")
+        .replace("l1 = 0.30", "l1 = 300.0")
+        .replace("l2 = 0.25", "l2 = 250.0");
+    assert!(with(in_mm).contains("are lengths in mm?"));
+}
+
+#[test]
+fn what_was_meant_is_said_to_programs_too_and_a_read_only_place_keeps_no_verdict_back() {
+    let desk = Desk::with_session();
+    let object = desk
+        .run("stiffness session --budgets --json")
+        .exits_with(2)
+        .json();
+    let help = object["error"]["help"].as_str().unwrap();
+    assert!(help.contains("--budget"), "{help}");
+    assert!(object["warnings"].is_array());
+    // A file where the folder should be cannot be written into, whoever runs this.
+    desk.write("session/diagnosis", "in the way");
+    let ran = desk.run("diagnose session").succeeds();
+    assert!(
+        ran.stdout.contains("nothing that the model leaves out"),
+        "{}",
+        ran.stdout
+    );
+    assert!(
+        ran.stderr.contains("--out FOLDER puts them elsewhere"),
+        "{}",
+        ran.stderr
+    );
+}

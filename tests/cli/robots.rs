@@ -1,0 +1,187 @@
+//! Six robots of different shape through the commands: what is printed is what programs get, intervals hold their estimates, extremes are
+//! extreme, and every result names its robot and its data.
+
+use serde_json::Value;
+
+use super::Desk;
+
+/// Robots with a pose of theirs: shipped, or in `fixtures/robots`. The end of the SCARA keeps its height, that of the four-bar follows a curve.
+const ROBOTS: [(&str, &str); 6] = [
+    ("hp-robot", "P1"),
+    ("hp-robot-host-dominant", "P2"),
+    ("serial-arm", "P1"),
+    ("scara", "P1"),
+    ("four-bar", "P2"),
+    ("six-axis", "P3"),
+];
+
+/// A robot's name for `--robot`; one of the fixtures is put on the desk.
+fn robot_on(desk: &Desk, name: &str) -> String {
+    let fixture = format!("{}/fixtures/robots/{name}.toml", env!("CARGO_MANIFEST_DIR"));
+    match std::fs::read_to_string(fixture) {
+        Ok(text) => {
+            desk.write(&format!("{name}.toml"), &text);
+            format!("{name}.toml")
+        }
+        Err(_) => name.to_owned(),
+    }
+}
+
+/// The object that a command prints with `--json`: valid, without a word for a number that is none, and naming what it was made of.
+fn object(desk: &Desk, arguments: &str) -> Value {
+    let object = desk.run(&format!("{arguments} --json")).succeeds().json();
+    assert_eq!(object["ok"], true, "{arguments}");
+    let kind = object["kind"].as_str().unwrap();
+    assert!(
+        object["schema"]
+            .as_str()
+            .unwrap()
+            .starts_with(&format!("stiffbench/{kind}/")),
+        "{arguments}"
+    );
+    let inputs = &object["inputs"];
+    let named = inputs["robot"]["name"].is_string() || inputs["data"][0]["name"].is_string();
+    assert!(named, "{arguments}: {inputs}");
+    object
+}
+
+/// Whether a printed number is another one, rounded to its last digit that is not a filling zero.
+fn is_rounded(printed: &str, exact: f64) -> bool {
+    let decimals = printed.split_once('.').map(|(_, decimals)| decimals.len());
+    let zeros = printed.len() - printed.trim_end_matches('0').len();
+    let place = decimals.map_or(zeros as i32, |decimals| -(decimals as i32));
+    let value: f64 = printed.parse().unwrap();
+    (value - exact).abs() <= 0.5 * 10_f64.powi(place) * (1.0 + 1e-9)
+}
+
+#[test]
+fn six_robots_go_through_every_command() {
+    for (seed, (name, pose)) in ROBOTS.into_iter().enumerate() {
+        let desk = Desk::new();
+        let robot = robot_on(&desk, name);
+        for arguments in [
+            format!("robot show {robot}"),
+            format!("robot check {robot}"),
+            format!("robot mobility {robot}"),
+            format!("robot workspace {robot} --poses 300 --figure workspace.svg"),
+            format!("robot compliance --robot {robot} --pose {pose}"),
+            format!("plot robot --robot {robot} --pose {pose} --out robot.svg"),
+            format!("significance --robot {robot} --pose {pose} --beams-only"),
+            format!("simulate s --robot {robot} --seed {seed}"),
+            "stiffness s".to_owned(),
+            "compare s s".to_owned(),
+            "plot load-displacement --data s --out l.svg".to_owned(),
+            "diagnose s --no-figures".to_owned(),
+        ] {
+            object(&desk, &arguments);
+        }
+        stiffness_is_the_same_for_people_and_programs(&desk);
+        estimates_lie_inside_their_intervals_and_these_inside_the_bounds(&desk);
+        refined_extremes_are_extreme(&desk, &robot);
+        let refused = desk.run(&format!(
+            "robot compliance --robot {robot} --pose NOWHERE --json"
+        ));
+        let refused = refused.exits_with(10).json();
+        assert_eq!(refused["ok"], false);
+        assert!(refused["error"]["message"].is_string() && refused["warnings"].is_array());
+    }
+}
+
+fn stiffness_is_the_same_for_people_and_programs(desk: &Desk) {
+    let text = desk.run("stiffness s").succeeds().stdout;
+    let data = desk.data("stiffness s");
+    let rows: Vec<Vec<&str>> = text
+        .lines()
+        .map(|line| line.split('|').map(str::trim).collect())
+        .filter(|cells: &Vec<&str>| cells.len() > 10 && cells[3].parse::<u32>().is_ok())
+        .collect();
+    let cells = data["cells"].as_array().unwrap();
+    assert_eq!(rows.len(), cells.len(), "{text}");
+    for (row, cell) in rows.iter().zip(cells) {
+        assert_eq!(row[1], cell["pose"].as_str().unwrap());
+        let regression = &cell["stiffness_regression"];
+        for (column, key) in [(4, "value"), (5, "U"), (6, "k")] {
+            let exact = regression[key].as_f64().unwrap();
+            assert!(
+                is_rounded(row[column], exact),
+                "{} is not {exact}",
+                row[column]
+            );
+        }
+    }
+}
+
+fn estimates_lie_inside_their_intervals_and_these_inside_the_bounds(desk: &Desk) {
+    let fit = object(desk, "fit s");
+    for (name, factor) in fit["data"]["factors"]["beam"].as_object().unwrap() {
+        let [value, start] = ["value", "start"].map(|key| factor[key].as_f64().unwrap());
+        let within = |bounds: [f64; 2]| (bounds[0]..=bounds[1]).contains(&value);
+        assert!(within([0.0999 * start, 10.001 * start]), "{name}: {factor}");
+        let interval = |ends: &Value| [0, 1].map(|end| ends[end].as_f64().unwrap());
+        if factor["ci95"].is_array() {
+            let ends = interval(&factor["ci95"]);
+            assert!(within(ends), "{name}: {factor}");
+            assert!(
+                ends[0] >= 0.0999 * start && ends[1] <= 10.001 * start,
+                "{name}: {factor}"
+            );
+        }
+        let islands = factor["islands"].as_array().unwrap();
+        if !islands.is_empty() {
+            assert!(islands.len() > 1, "{name}: {factor}");
+            assert!(
+                islands.iter().any(|island| within(interval(island))),
+                "{name}: {factor}"
+            );
+        }
+    }
+}
+
+fn refined_extremes_are_extreme(desk: &Desk, robot: &str) {
+    let map = object(
+        desk,
+        &format!("map --robot {robot} --poses 200 --out map --figures"),
+    );
+    for mechanism in map["data"]["mechanisms"].as_array().unwrap() {
+        for column in mechanism["stiffness"].as_array().unwrap() {
+            let value = |which: &str, how: &str| column[which][how]["value"]["value"].as_f64();
+            for (which, sign) in [("smallest", -1.0), ("largest", 1.0)] {
+                let (Some(sampled), Some(refined)) =
+                    (value(which, "sampled"), value(which, "refined"))
+                else {
+                    continue;
+                };
+                assert!(
+                    sign * refined >= sign * sampled - 1e-9 * sampled,
+                    "{robot}, {}: {which} {sampled}, refined {refined}",
+                    column["along"]
+                );
+            }
+        }
+    }
+}
+
+/// From three runs on, where each cell stands for itself: of fewer the uncertainty is that of all cells together.
+#[test]
+fn more_runs_give_smaller_uncertainties_on_average() {
+    let desk = Desk::new();
+    let mut shares = Vec::new();
+    for repeats in [3, 5, 9] {
+        desk.write(
+            "plan.toml",
+            &format!("schema = \"stiffbench/procedure/1\"\nname = \"plan\"\nrepeats = {repeats}\n"),
+        );
+        desk.run(&format!(
+            "simulate s{repeats} --procedure plan.toml --seed {repeats}"
+        ))
+        .succeeds();
+        let data = desk.data(&format!("stiffness s{repeats}"));
+        let cells = data["cells"].as_array().unwrap();
+        let share = |cell: &Value| {
+            let found = &cell["stiffness_regression"];
+            found["U"].as_f64().unwrap() / found["value"].as_f64().unwrap()
+        };
+        shares.push(cells.iter().map(share).sum::<f64>() / cells.len() as f64);
+    }
+    assert!(shares[0] > shares[1] && shares[1] > shares[2], "{shares:?}");
+}
