@@ -19,8 +19,7 @@ const PLAN: &str =
     "--procedure sweeps --poses P1,P2 --directions x --loads-n 0,-20,-40 --repeats 3";
 
 /// An emulated bench with nobody there.
-const BENCH: &str =
-    "--emulated --speed 20 --no-input --answer implausible=accept --answer drift=keep";
+const BENCH: &str = "--emulated --speed 20 --no-input --answer implausible=accept --answer frozen=accept --answer drift=keep";
 
 /// Longest that one go may take, s.
 const PATIENCE: Duration = Duration::from_secs(120);

@@ -3,6 +3,7 @@
 use std::path::PathBuf;
 
 use clap::Args;
+use serde_json::json;
 
 use crate::readings::InstrumentRecord;
 use crate::report::{comparison_json, comparison_text, load_displacement_figure};
@@ -62,8 +63,15 @@ pub(super) fn run(args: &CompareArgs, global: &Global) -> Result<Outcome, Failur
         );
     }
     let differs = comparison.agreement == Agreement::Differs;
-    let text = comparison_text(&comparison, &a.name, &b.name);
-    Ok(Outcome::new("compare", text, comparison_json(&comparison))
+    let mut text = comparison_text(&comparison, &a.name, &b.name);
+    let mut data = comparison_json(&comparison);
+    let robots = two_robots(&a, &b);
+    data["two_robots"] = json!(robots.is_some());
+    if let Some(words) = robots {
+        text = format!("{words}\n\n{text}");
+        warnings.insert(0, words);
+    }
+    Ok(Outcome::new("compare", text, data)
         .with_inputs(inputs)
         .with_warnings(warnings)
         .with_strict_exit(u8::from(differs)))
@@ -104,7 +112,19 @@ fn gauge_note(same: SameGauges) -> String {
     )
 }
 
-/// What differs in the headers of the sessions.
+/// Words for sessions of two robots.
+fn two_robots(a: &Session, b: &Session) -> Option<String> {
+    let hash = |session: &Session| session.header.as_ref()?.robot_sha256.clone();
+    let [of_a, of_b] = [hash(a)?, hash(b)?];
+    (of_a != of_b).then(|| {
+        format!(
+            "Two robots were measured: the robot file of {} is not that of {}. Their stiffness differs for that reason alone.",
+            a.name, b.name
+        )
+    })
+}
+
+/// What else the headers do not have in common.
 fn metadata_differences(a: &Session, b: &Session) -> Vec<String> {
     let (Some(a), Some(b)) = (&a.header, &b.header) else {
         return Vec::new();

@@ -10,6 +10,9 @@ use crate::specimen::{Scale, SpecimenTable};
 
 use super::text::TextTable;
 
+/// Chance below which something is left over: the level of the omnibus test.
+const LEFT_OVER: f64 = 0.01;
+
 /// What is said of a table.
 #[derive(Debug, Clone, Copy)]
 pub struct SpecimenReport<'a> {
@@ -153,10 +156,15 @@ pub fn specimen_text(report: &SpecimenReport<'_>) -> String {
             "1" => String::new(),
             unit => format!(" {unit}"),
         };
+        // Where something is left over, the noise was estimated from it too, and is no unit for it.
+        let in_noise = if diagnosis.left_over.p_family < LEFT_OVER {
+            String::new()
+        } else {
+            format!(", {:.2} in units of the noise", quality.reduced_chi2.sqrt())
+        };
         format!(
-            "{:.4e}{unit}, {:.2} in units of the noise",
-            quality.rms_m * report.scale.answer,
-            quality.reduced_chi2.sqrt()
+            "{:.4e}{unit}{in_noise}",
+            quality.rms_m * report.scale.answer
         )
     };
     let _ = writeln!(
@@ -173,14 +181,23 @@ pub fn specimen_text(report: &SpecimenReport<'_>) -> String {
     }
     let _ = writeln!(
         text,
-        "What is left would be seen in {:.2} % of tables with noise alone (largest in {}).",
-        100.0 * diagnosis.left_over.p_family,
+        "What is left would be seen in {} of tables with noise alone (largest in {}).",
+        share_of_tables(diagnosis.left_over.p_family),
         diagnosis.left_over.stratum.name()
     );
     if report.scale.order_is_clock {
         text.push_str("There is no time column: the order of the readings stands for the clock.\n");
     }
     text
+}
+
+/// A share with two decimals, or its bound where these would be zero.
+fn share_of_tables(share: f64) -> String {
+    if share < 1e-4 {
+        "fewer than 0.01 %".to_owned()
+    } else {
+        format!("{:.2} %", 100.0 * share)
+    }
 }
 
 fn headline(report: &SpecimenReport<'_>) -> String {

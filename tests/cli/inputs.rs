@@ -101,6 +101,17 @@ fn emulated_readings_bear_their_mark_and_are_not_mixed_with_measured_ones() {
 }
 
 #[test]
+fn two_robots_are_not_compared_without_a_word() {
+    let desk = Desk::with_session();
+    desk.run("simulate other --robot hp-robot-host-dominant --seed 4")
+        .succeeds();
+    let text = desk.run("compare session other").succeeds().stdout;
+    assert!(text.contains("\n\nTwo robots were measured"), "{text}");
+    let same = desk.run("compare session session").succeeds().stdout;
+    assert!(!same.contains("Two robots"), "{same}");
+}
+
+#[test]
 fn numbers_that_are_hardly_meant_are_doubted() {
     let desk = Desk::new();
     let table = five_columns(&["P1", "P2"], 3);
