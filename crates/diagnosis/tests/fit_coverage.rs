@@ -296,7 +296,7 @@ fn one_run_a_cell_gives_no_uncertainty_and_two_a_true_one() {
 }
 
 #[test]
-#[ignore = "an hour"]
+#[ignore = "some forty minutes; `just nightly` runs it"]
 fn a_thousand_sessions() {
     let robot = hp_robot();
     for train in TRAINING {
