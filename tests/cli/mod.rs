@@ -68,6 +68,14 @@ impl Desk {
         std::fs::write(path, text).unwrap();
     }
 
+    /// Copies a program here. Another process does so: while this one has it open for writing, one that another test starts has it open as well, and the system runs no program that somebody may be writing.
+    #[cfg(unix)]
+    fn install(&self, program: &str, name: &str) {
+        let mut command = Command::new("install");
+        command.current_dir(&self.folder);
+        command.args(["-m", "755", program, name]).unwrap();
+    }
+
     fn command(&self, arguments: &str) -> Command {
         let mut command = Command::new(env!("CARGO_BIN_EXE_stiffbench"));
         command.current_dir(&self.folder);

@@ -18,7 +18,7 @@ fn run_without_rights(desk: &Desk, arguments: &str) -> Ran {
     // Copied, as not everybody may look into the folder it was built in.
     let program = desk.path("stiffbench");
     if !program.exists() {
-        std::fs::copy(env!("CARGO_BIN_EXE_stiffbench"), &program).unwrap();
+        desk.install(env!("CARGO_BIN_EXE_stiffbench"), "stiffbench");
     }
     let mut command = Command::new(&program);
     command.current_dir(&desk.folder);

@@ -110,14 +110,12 @@ echo " 7 -1.0E-01 -2.0E-01 -3.0E-01" >> "$1.dat"
 #[cfg(unix)]
 #[test]
 fn a_run_that_was_stopped_says_so_and_goes_on_where_it_was() {
-    use std::os::unix::fs::PermissionsExt;
-
     let desk = Desk::new();
     desk.run("reference export --robot serial-arm --size 40 --out solids")
         .succeeds();
-    desk.write("ccx", STAND_IN);
+    desk.write("stand-in.sh", STAND_IN);
+    desk.install("stand-in.sh", "ccx");
     let program = desk.path("ccx");
-    std::fs::set_permissions(&program, std::fs::Permissions::from_mode(0o755)).unwrap();
     let run = format!("reference run solids --ccx {}", program.display());
     desk.write("solids/stop", "");
     desk.refusal(&run, 11, "stiffbench::reference::answer");
