@@ -19,22 +19,23 @@ use super::args::{Global, ModelArgs};
 use super::data::choose;
 use super::emulated::{Emulation, Hand};
 use super::failure::{CliError, Failure};
+use super::instrument_args::ProtocolsArgs;
 use super::outcome::{Outcome, print_error, print_now};
 use super::procedure::{ProcedureArgs, choose_procedure};
 
 /// Arguments of `emulate`.
 #[derive(Debug, Args)]
 #[command(
-    after_help = "Commands on standard input, each answered by ok or by what is wrong:\n  pose P1 | direction y | run N                 where and for which run; the jack is off\n  preload | apply -10 [STEP REPEAT] | release   the jack; a load is the first planned one of its size unless told otherwise\n  zero GAUGE | unit GAUGE WORD | key GAUGE      at the gauge; GAUGE is force or displacement\n  push -8 | push GAUGE - | let-go               by hand: both gauges as by a force in N, or one alone (- or +)\n  fault GAUGE WHAT [KEY=VALUE ...] | phase NAME what goes wrong (docs/fault-script.md)\n  wait | state | quit                           until all is at rest; what acts on the gauges; the end\n\nExamples:\n  stiffbench emulate\n  stiffbench emulate --force sauter-fh --displacement mahr-dk-u1 --link /tmp/bench --faults faults.toml"
+    after_help = "Commands on standard input, each answered by ok or by what is wrong:\n  pose P1 | direction y | run N                 where and for which run; the jack is off\n  preload | apply -10 [STEP REPEAT] | release   the jack; a load is the first planned one of its size unless told otherwise\n  zero GAUGE | unit GAUGE WORD | key GAUGE      at the gauge; GAUGE is force or displacement\n  push -8 | push GAUGE - | let-go               by hand: both gauges as by a force in N, or one alone (- or +)\n  fault GAUGE WHAT [KEY=VALUE ...] | phase NAME what goes wrong (docs/fault-script.md)\n  wait | state | quit                           until all is at rest; what acts on the gauges; the end\n\nExamples:\n  stiffbench emulate\n  stiffbench emulate --force sauter-fh --displacement mahr-dk-u1 --link /tmp/bench --faults faults.toml\n  stiffbench emulate --force my-gauge.toml            a gauge of your own, as its description has it"
 )]
 pub(super) struct EmulateArgs {
     /// Robot, mechanism and true factors.
     #[command(flatten)]
     pub(super) model: ModelArgs,
-    /// The force gauge, by the name of its description
+    /// The force gauge: name of a description, or a file
     #[arg(long, default_value = "mark10-series5", value_name = "NAME")]
     pub(super) force: String,
-    /// The displacement gauge, by the name of its description
+    /// The displacement gauge: name of a description, or a file
     #[arg(long, default_value = "mitutoyo-01a", value_name = "NAME")]
     pub(super) displacement: String,
     /// What goes wrong, as docs/fault-script.md has it
@@ -58,6 +59,9 @@ pub(super) struct EmulateArgs {
     /// Go on when standard input ends, until the process is stopped
     #[arg(long)]
     pub(super) stay: bool,
+    /// More descriptions.
+    #[command(flatten)]
+    pub(super) protocols: ProtocolsArgs,
     /// What is to be measured; last, as its heading would go on.
     #[command(flatten)]
     pub(super) procedure: ProcedureArgs,
@@ -85,6 +89,7 @@ pub(super) fn run(args: &EmulateArgs, global: &Global) -> Result<Outcome, Failur
         procedure: &procedure,
         force: &args.force,
         displacement: &args.displacement,
+        protocols: &args.protocols,
         setup: setup(args),
         session: Clock::starting_at(0.0, args.speed),
         faults: args

@@ -10,13 +10,14 @@ use crate::clock::Clock;
 use crate::instrument::Channel;
 use crate::instrument::emulator::{
     EmulatedGauge, FaultScript, HostOptions, Line, Panel, PtyHost, ScriptedFault, SharedTruth,
-    emulated_gauges,
 };
 use crate::procedure::Procedure;
 use crate::test_point::{Direction, PoseId};
 
 use super::data::Chosen;
+use super::descriptions::{all_descriptions, find_description};
 use super::failure::{CliError, Failure};
+use super::instrument_args::ProtocolsArgs;
 
 /// How many times as fast as real lines the emulated ones are run at most; streams and delays of a gauge get shorter, programs do not.
 const FASTEST_LINE: f64 = 10.0;
@@ -31,6 +32,8 @@ pub(super) struct Emulation<'a> {
     pub(super) force: &'a str,
     /// Name of the displacement gauge.
     pub(super) displacement: &'a str,
+    /// Descriptions besides the shipped ones.
+    pub(super) protocols: &'a ProtocolsArgs,
     /// Noise, seed, and which way the gauges stand.
     pub(super) setup: EmulatedSetup,
     /// Session time.
@@ -53,7 +56,7 @@ impl Emulation<'_> {
     /// Starts the two gauges on the robot. Their ports are there when this returns.
     ///
     /// # Errors
-    /// For a gauge that is not emulated or measures the other quantity, a procedure that the robot cannot follow, or no ports.
+    /// For a gauge that is not known or measures the other quantity, a procedure that the robot cannot follow, or no ports.
     pub(super) fn start(self) -> Result<Hand, Failure> {
         let bench = EmulatedBench::new(
             &self.chosen.robot,
@@ -67,11 +70,13 @@ impl Emulation<'_> {
         let lines = vec![
             line(
                 self.force,
+                self.protocols,
                 Channel::Force,
                 Arc::new(move || of_force.force_n()),
             )?,
             line(
                 self.displacement,
+                self.protocols,
                 Channel::Displacement,
                 Arc::new(move || of_displacement.displacement_m()),
             )?,
@@ -99,20 +104,32 @@ impl Emulation<'_> {
     }
 }
 
-/// An emulated gauge, if it measures what it is to measure.
-fn line(name: &str, channel: Channel, truth: SharedTruth) -> Result<Line, Failure> {
-    let gauge = EmulatedGauge::new(name, truth)?;
-    if gauge.channel() == channel {
-        return Ok(Line::new(gauge));
+/// An emulated gauge, if it measures what it is to measure: a shipped one as its maker has it, a user's own as its description does.
+fn line(
+    name: &str,
+    protocols: &ProtocolsArgs,
+    channel: Channel,
+    truth: SharedTruth,
+) -> Result<Line, Failure> {
+    let found = find_description(name, protocols)?;
+    let description = &found.description;
+    if description.channel != channel {
+        let (all, _) = all_descriptions(protocols)?;
+        let fitting = all.iter().map(|found| &found.description);
+        let fitting = fitting.filter(|other| other.channel == channel);
+        let fitting: Vec<&str> = fitting.map(|other| other.name.as_str()).collect();
+        return Err(CliError::Argument {
+            argument: format!("--{channel} {name}"),
+            problem: format!("this gauge measures {}", description.channel),
+            help: Some(format!("gauges of {channel} are {}", fitting.join(", "))),
+        }
+        .into());
     }
-    let fitting = emulated_gauges().filter(|(_, of)| *of == channel);
-    let fitting: Vec<&str> = fitting.map(|(name, _)| name).collect();
-    Err(CliError::Argument {
-        argument: format!("--{channel} {name}"),
-        problem: format!("this gauge measures {}", gauge.channel()),
-        help: Some(format!("gauges of {channel} are {}", fitting.join(", "))),
-    }
-    .into())
+    let gauge = match found.path {
+        Some(_) => EmulatedGauge::described(description, truth),
+        None => EmulatedGauge::new(&description.name, truth)?,
+    };
+    Ok(Line::new(gauge))
 }
 
 impl Hand {

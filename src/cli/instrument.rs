@@ -187,9 +187,11 @@ fn check(found: Found) -> Outcome {
     let mut text = description_text(&found.description);
     text.push_str("\nno errors\n");
     let data = summary_json(&found);
+    let mut warnings = found.warnings;
+    warnings.extend(found.description.doubts());
     Outcome::new("instrument-check", text, data)
-        .with_strict_exit(u8::from(!found.warnings.is_empty()))
-        .with_warnings(found.warnings)
+        .with_strict_exit(u8::from(!warnings.is_empty()))
+        .with_warnings(warnings)
 }
 
 fn decode(args: &DecodeArgs) -> Result<Outcome, Failure> {

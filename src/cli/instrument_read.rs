@@ -125,6 +125,10 @@ impl Taken {
                 state: LinkState::Silent,
                 ..
             } => self.silent = true,
+            GaugeEvent::Link {
+                state: LinkState::Slow { reason },
+                ..
+            } => self.notes.push(reason.into()),
             _ => {}
         }
     }

@@ -107,12 +107,25 @@ fn a_description_of_ones_own_is_checked_listed_and_used() {
         .stdout;
     let own = shown.replace("name = \"generic-ascii\"", "name = \"my-gauge\"");
     desk.write("own/instruments/my-gauge.toml", &own);
-    desk.run("instrument check own/instruments/my-gauge.toml")
+    let check = desk
+        .run("instrument check own/instruments/my-gauge.toml")
         .succeeds();
+    for asked in ["overloaded", "capacity", "resolution"] {
+        assert!(check.stderr.contains(asked), "{asked}: {}", check.stderr);
+    }
     let data = desk.data("instrument list --protocols own");
     assert_eq!(data["instruments"][0]["name"], "my-gauge");
     let data = desk.decoded("my-gauge --protocols own --unit N", b"1.5 kgf\n");
     assert_eq!(data["samples"][0]["value"], 14.709_975);
+    // A session is rehearsed with it: its description plays the gauge.
+    desk.run("session run s --emulated --no-input --speed 50 --protocols own --force-instrument my-gauge --poses P1 --directions x --repeats 1")
+        .succeeds();
+    let data = desk.data("session verify s");
+    assert_eq!(data["readings"], 9, "{data}");
+    assert!(
+        desk.read("s/readings.csv").contains("0N,0,"),
+        "the gauge's own text"
+    );
     desk.write(
         "own/instruments/broken.toml",
         &own.replace("baud = 9600", "baud = 9"),

@@ -48,7 +48,10 @@ pub(super) fn wrap(text: &str, size_px: f64, width_limit_px: f64) -> Vec<String>
     // A non-breaking space keeps a number and its unit in one line, so only the plain space separates.
     for word in text.split([' ', '\n']).filter(|word| !word.is_empty()) {
         match lines.last_mut() {
-            Some(line) if width_px(&format!("{line} {word}"), size_px) <= width_limit_px => {
+            Some(line)
+                if width_px(&as_wide_as_can_be(&format!("{line} {word}")), size_px)
+                    <= width_limit_px =>
+            {
                 line.push(' ');
                 line.push_str(word);
             }
@@ -57,6 +60,26 @@ pub(super) fn wrap(text: &str, size_px: f64, width_limit_px: f64) -> Vec<String>
     }
     lines
 }
+
+/// A text with checksums as wide as any: a caption must not break elsewhere because its data have another checksum.
+fn as_wide_as_can_be(text: &str) -> String {
+    let is_checksum = |word: &str| {
+        let digits = word.trim_matches(|c: char| !c.is_ascii_alphanumeric());
+        digits.len() == CHECKSUM_DIGITS && digits.bytes().all(|byte| byte.is_ascii_hexdigit())
+    };
+    let words = text.split(' ').map(|word| {
+        if is_checksum(word) {
+            // No letter of hexadecimal digits is wider than a digit.
+            word.replace(|c: char| c.is_ascii_hexdigit(), "0")
+        } else {
+            word.to_owned()
+        }
+    });
+    words.collect::<Vec<_>>().join(" ")
+}
+
+/// Digits of a checksum as captions give it.
+const CHECKSUM_DIGITS: usize = 12;
 
 /// Advance widths in units of the size, by character.
 #[derive(Debug)]
@@ -168,6 +191,25 @@ fn u32_at(bytes: &[u8], place: usize) -> Option<u32> {
 
 #[cfg(test)]
 mod tests {
+    #[test]
+    fn lines_break_alike_whatever_the_checksum() {
+        for limit_px in 60..260 {
+            let lines = |sum: &str| {
+                wrap(
+                    &format!("readings.csv ({sum}), nobody"),
+                    10.0,
+                    f64::from(limit_px),
+                )
+                .len()
+            };
+            assert_eq!(
+                lines("ffffffffffff"),
+                lines("0b1e2c3d4e5f"),
+                "{limit_px} px"
+            );
+        }
+    }
+
     use super::*;
 
     #[test]

@@ -37,6 +37,18 @@ pub(super) enum FramingKind {
     },
 }
 
+impl Framing {
+    /// A packet with its end mark, if it has one.
+    pub(super) fn ended(&self, mut packet: Vec<u8>) -> Vec<u8> {
+        if let FramingKind::Line { ends, bare, .. } = &self.kind
+            && !bare.contains(&packet)
+        {
+            packet.extend(ends.first().into_iter().flatten());
+        }
+        packet
+    }
+}
+
 impl fmt::Display for Framing {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match &self.kind {

@@ -85,6 +85,11 @@ pub enum LinkState {
     },
     /// Open, but nothing comes.
     Silent,
+    /// Open, and answers come, but later than is waited for.
+    Slow {
+        /// How long is waited, and what to do.
+        reason: Box<str>,
+    },
     /// The port is gone: cable pulled, adapter reset, machine suspended.
     Lost {
         /// What the system said.

@@ -4,6 +4,7 @@
 //! What was tried in vain at one place is remembered, so the time is at most the product of fields, bytes and alternatives.
 
 use super::description::{ReplyMeaning, Trouble};
+use super::integer::IntegerShape;
 use super::number::NumberShape;
 use super::registers::Registers;
 use super::sample::Mark;
@@ -60,8 +61,10 @@ pub(super) enum Field {
     Sign(Vec<(Vec<u8>, bool)>),
     /// A digit, at most this, that says how many decimals the next number has.
     Point { most: u8 },
-    /// A number.
+    /// A decimal number.
     Number(NumberShape),
+    /// An integer in hexadecimal digits or bytes.
+    Integer(IntegerShape),
     /// A unit.
     Unit {
         codes: Vec<(Vec<u8>, UnitWord)>,
@@ -235,6 +238,7 @@ impl Field {
                 one_if(digit, 1)
             }
             Self::Number(shape) => shape.lengths(rest),
+            Self::Integer(shape) => one_if(shape.counts(rest).is_some(), shape.width),
             Self::Unit { codes, others } => {
                 let mut ways = starting(codes, rest);
                 if let Some((set, count)) = others {

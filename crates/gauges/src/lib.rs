@@ -12,6 +12,7 @@ pub mod emulator;
 mod framing;
 mod gauges;
 mod grammar;
+mod integer;
 #[cfg(feature = "live")]
 pub mod live;
 mod number;
@@ -27,6 +28,7 @@ mod sample;
 mod shipped;
 pub mod trace;
 mod units;
+mod write;
 
 pub use decode::{Decoded, Decoder, DecoderError, Meaning, Reply, raw_text};
 pub use description::{

@@ -18,6 +18,14 @@ pub(super) struct Units {
 }
 
 impl Units {
+    /// Units that values can have.
+    pub(super) fn all(&self) -> Vec<String> {
+        match (self.source, &self.fixed) {
+            (UnitSource::Fixed, Some(fixed)) => vec![fixed.clone()],
+            _ => self.choices.clone(),
+        }
+    }
+
     /// The unit that an answer of the gauge names.
     pub(super) fn named_by(&self, answer: &str) -> Option<&str> {
         let answer = answer.trim();

@@ -122,7 +122,7 @@ fn unknown_keys_are_named_with_the_one_that_is_meant() {
 }
 
 /// What is written for what in the example, and the words of the error.
-const MISTAKES: [(&str, &str, &[&str]); 20] = [
+const MISTAKES: [(&str, &str, &[&str]); 24] = [
     (
         "instrument/1",
         "instrument/2",
@@ -197,7 +197,7 @@ const MISTAKES: [(&str, &str, &[&str]); 20] = [
     (
         "count = [7]",
         "count = [7, 3]",
-        &[":31:", "value[0].fields[3].number.count", "[7, 3]"],
+        &[":35:", "value[0].fields[3].number.count", "[7, 3]"],
     ),
     (
         "count = [7]",
@@ -218,6 +218,26 @@ const MISTAKES: [(&str, &str, &[&str]); 20] = [
         "{ number = { count = [7], point = \"in-place\" } },\n",
         "",
         &["fields with 0 numbers", "one number"],
+    ),
+    (
+        "  { literal = \",\" },\n  { unit",
+        "  { literal = \" \" },\n  { number = { count = [5], } },\n  { unit",
+        &["fields with 2 numbers", "own quantity", "any"],
+    ),
+    (
+        "{ number = { count = [7], point = \"in-place\" } },\n",
+        "{ hex = { count = 13 } },\n",
+        &["value[0].fields[3].hex.count", "1 to 12"],
+    ),
+    (
+        "{ number = { count = [7], point = \"in-place\" } },\n",
+        "{ integer = { bytes = 0 } },\n",
+        &["value[0].fields[3].integer.bytes", "1 to 6"],
+    ),
+    (
+        "{ number = { count = [7], point = \"in-place\" } },\n",
+        "{ hex = { count = 4, digits = \"0123456789abcdeF\", scale = 0.0 } },\n",
+        &["hex.scale", "other than 0"],
     ),
 ];
 
@@ -260,4 +280,119 @@ fn registers_belong_to_modbus_and_fields_to_text() {
     let beyond = hp.text.replace("first = 0", "first = 12");
     let error = InstrumentDescription::parse(&beyond, "f").unwrap_err();
     assert!(error.to_string().contains("within the 13"), "{error}");
+}
+
+/// A desktop gauge with a start mark, a sign and five bytes of which the low four bits count, as a public program reads it.
+const LOW_FOUR_BITS: &str = r#"
+schema = "stiffbench/instrument/1"
+name = "desk-gauge"
+text = "a desktop push-pull gauge"
+channel = "force"
+status = "implemented"
+[line]
+baud = 2400
+[commands]
+read = { send = "e", expects = "value" }
+[framing.start]
+mark = [0x55, 0x01]
+length = 8
+[sign]
+compression = "ask"
+[unit]
+from = "fixed"
+fixed = "N"
+[physical]
+capacity = { N = 500 }
+plausible = { N = 600 }
+resolution = { N = 0.001 }
+[[value]]
+fields = [
+  { bytes = [0x55, 0x01] },
+  { sign = { plus = ["+"], minus = ["-"] } },
+  { hex = { count = 5, digits = "0123456789:;<=>?", decimals = 3 } },
+]
+"#;
+
+#[test]
+fn integers_in_digits_and_in_bytes_are_values() {
+    let (description, _) = InstrumentDescription::parse(LOW_FOUR_BITS, "desk-gauge").unwrap();
+    assert_eq!(description.doubts(), [""; 0]);
+    let mut decoder = Decoder::new(&description, None).unwrap();
+    let mut out = Vec::new();
+    decoder.push(b"U\x01+00000U\x01-0271?U\x01+0G000", 0.0, &mut out);
+    let values: Vec<_> = out
+        .iter()
+        .filter_map(|decoded| match decoded {
+            Decoded::Sample(sample) => Some((sample.value, sample.resolution_si)),
+            _ => None,
+        })
+        .collect();
+    assert_eq!(values, [(0.0, 0.001), (-10.015, 0.001)]);
+
+    let text = LOW_FOUR_BITS.replace(
+        "  { sign = { plus = [\"+\"], minus = [\"-\"] } },\n  { hex = { count = 5, digits = \"0123456789:;<=>?\", decimals = 3 } },\n",
+        "  { integer = { bytes = 3, order = \"low-first\", signed = true, scale = 0.0005 } },\n",
+    );
+    let text = text.replace("length = 8", "length = 5");
+    let (description, _) = InstrumentDescription::parse(&text, "desk-gauge").unwrap();
+    let mut decoder = Decoder::new(&description, None).unwrap();
+    let mut out = Vec::new();
+    decoder.push(&[0x55, 1, 0xfe, 0xff, 0xff], 0.0, &mut out);
+    let [Decoded::Sample(sample)] = &out[..] else {
+        panic!("{out:?}");
+    };
+    assert_eq!((sample.value, sample.resolution_si), (-0.001, 0.0005));
+}
+
+#[test]
+fn what_a_description_leaves_open_is_asked_for() {
+    let (description, _) = InstrumentDescription::parse(example(), "example").unwrap();
+    assert_eq!(description.doubts(), [""; 0], "the example of the page");
+    let doubted = |find: &str, replacement: &str, part: &str| {
+        let (description, _) = InstrumentDescription::parse(&with(find, replacement), "f").unwrap();
+        let doubts = description.doubts();
+        let named = doubts.iter().any(|doubt| doubt.contains(part));
+        assert!(named, "{part} is not in {doubts:?}");
+    };
+    doubted(
+        ", refuse = { OL = \"overload: unload the gauge\" }",
+        "",
+        "overloaded is not described",
+    );
+    doubted("capacity = { kgf = 50 }\n", "", "physical.capacity");
+    doubted("resolution = { kgf = 0.01 }\n", "", "physical.resolution");
+    doubted("  { unit = { others = [1, 6] } },\n", "", "carries no unit");
+    // What could say something must not be passed over.
+    let state = "{ choice = { good = [\"ST\"], note = { US = \"unstable\" }, refuse = { OL = \"overload: unload the gauge\" } } }";
+    doubted(state, "{ any = { count = [2] } }", "passes over letters");
+    doubted(
+        "{ sign = { plus = [\"+\"], minus = [\"-\"] } }",
+        "{ any = { count = [1], of = \"+-\" } }",
+        "may be a sign",
+    );
+    // One packet is taken for another.
+    let error = "[[error]]\nmeaning = \"refused\"\ntext = \"the gauge did not understand\"\nfields = [{ literal = \"ER\" }]";
+    doubted(
+        error,
+        "[[error]]\nmeaning = \"refused\"\ntext = \"any\"\nfields = [{ any = { count = [1, 40] } }]",
+        "is refused",
+    );
+    doubted(
+        "[[value]]\n",
+        "[[value]]\nfields = [{ literal = \"ST,\" }, { sign = { plus = [\"+\"], minus = [\"-\"] } }, { any = { count = [2], of = \"0\" } }, { number = { count = [5], point = \"none\", decimals = 1 } }, { literal = \",\" }, { unit = { others = [1, 6] } }]\n[[value]]\n",
+        "value[0]",
+    );
+}
+
+#[test]
+fn a_decimal_comma_is_told_from_garbage() {
+    let (description, _) = InstrumentDescription::parse(example(), "example").unwrap();
+    let mut decoder = Decoder::new(&description, None).unwrap();
+    let mut out = Vec::new();
+    decoder.push(b"ST,+0012,34,kgf\r\nST,+001x,34,kgf\r\n", 0.0, &mut out);
+    let [Decoded::Rejected(comma), Decoded::Rejected(garbage)] = &out[..] else {
+        panic!("{out:?}");
+    };
+    assert!(comma.reason.contains("set `comma = true`"), "{comma:?}");
+    assert!(garbage.reason.contains("garbled"), "{garbage:?}");
 }

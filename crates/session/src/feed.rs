@@ -415,6 +415,7 @@ pub(super) fn link_text(state: &LinkState) -> String {
         LinkState::Silent => {
             "connected, but nothing comes: switched off, asleep or in a menu?".to_owned()
         }
+        LinkState::Slow { reason } => reason.to_string(),
         LinkState::Lost { reason } => {
             format!("the line is gone ({reason}): check cable and adapter")
         }

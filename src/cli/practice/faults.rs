@@ -11,6 +11,7 @@ use crate::cli::args::{Global, ModelArgs};
 use crate::cli::data::{Chosen, choose};
 use crate::cli::emulated::Emulation;
 use crate::cli::failure::{CliError, Failure};
+use crate::cli::instrument_args::ProtocolsArgs;
 use crate::cli::outcome::Outcome;
 use crate::cli::progress::progress;
 use crate::clock::Clock;
@@ -321,6 +322,7 @@ fn rehearse(
             procedure: &procedure,
             force: &args.force_instrument,
             displacement: &args.displacement_instrument,
+            protocols: &ProtocolsArgs::default(),
             setup: EmulatedSetup {
                 seed: args.seed,
                 ..EmulatedSetup::default()

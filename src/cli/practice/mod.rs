@@ -12,9 +12,14 @@ pub(super) use hand::HelpingHand;
 
 /// The unit that an emulated gauge is in where its packets do not say; `None` where they do.
 pub(super) fn unit_in_use(description: &InstrumentDescription) -> Option<String> {
-    let unit = match description.channel {
+    let usual = match description.channel {
         Channel::Force => "N",
         Channel::Displacement => "mm",
+    };
+    let choices = description.unit_choices();
+    let unit = match choices.first() {
+        Some(first) if !choices.contains(&usual) => first,
+        _ => usual,
     };
     (description.unit_source() != UnitSource::Packet).then(|| unit.to_owned())
 }

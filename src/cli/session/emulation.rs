@@ -43,11 +43,11 @@ pub(super) fn emulate(
     clock: Clock,
 ) -> Result<Option<Hand>, Failure> {
     use crate::bench::EmulatedSetup;
+    use crate::cli::descriptions::find_description;
     use crate::cli::emulated::Emulation;
     use crate::cli::practice::unit_in_use;
     use crate::instrument::Channel;
     use crate::instrument::emulator::FaultScript;
-    use crate::shipped::shipped_instrument;
 
     if !args.emulated {
         return Ok(None);
@@ -63,6 +63,7 @@ pub(super) fn emulate(
         procedure,
         force: &force,
         displacement: &displacement,
+        protocols: &args.protocols,
         setup: EmulatedSetup {
             seed: args.seed,
             ..EmulatedSetup::default()
@@ -75,8 +76,12 @@ pub(super) fn emulate(
     let port = |channel| Some(hand.port(channel).display().to_string());
     args.force_port = port(Channel::Force);
     args.displacement_port = port(Channel::Displacement);
-    args.force_unit = unit_in_use(&shipped_instrument(&force)?);
-    args.displacement_unit = unit_in_use(&shipped_instrument(&displacement)?);
+    let unit = |name| {
+        Ok::<_, Failure>(unit_in_use(
+            &find_description(name, &args.protocols)?.description,
+        ))
+    };
+    (args.force_unit, args.displacement_unit) = (unit(&force)?, unit(&displacement)?);
     // Nothing is measured, so nothing can be measured wrongly.
     args.allow_unverified = true;
     Ok(Some(hand))

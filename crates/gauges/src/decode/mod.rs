@@ -338,22 +338,26 @@ impl Decoder {
     }
 }
 
+impl InstrumentDescription {
+    /// Whether bytes are a packet with a value in fields.
+    fn covers_value(&self, packet: &[u8]) -> bool {
+        let mut values = self.grammar.values.iter();
+        values.any(|value| matches!(value, ValuePacket::Text(pattern) if pattern.matches(packet).is_some()))
+    }
+}
+
 /// Whether bytes of full length are a packet of the gauge.
 fn fits(description: &InstrumentDescription, packet: &[u8]) -> bool {
     if let FramingKind::Modbus { .. } = description.framing.kind {
         return fits_modbus(packet);
     }
     let Grammar {
-        errors,
-        replies,
-        values,
+        errors, replies, ..
     } = &description.grammar;
     let fits = |pattern: &super::grammar::Pattern| pattern.matches(packet).is_some();
     errors.iter().any(|error| fits(&error.pattern))
         || replies.iter().any(|reply| fits(&reply.pattern))
-        || values
-            .iter()
-            .any(|value| matches!(value, ValuePacket::Text(pattern) if fits(pattern)))
+        || description.covers_value(packet)
 }
 
 fn rejected(bytes: &[u8], at_s: f64, reason: String) -> Decoded {

@@ -1,7 +1,6 @@
 //! From the fields of a packet that matched to what they say.
 
 use crate::grammar::{ChoiceWord, Field, Matched, UnitWord};
-use crate::number::Digits;
 use crate::sample::{Channel, Mark};
 
 use super::reply::raw_text;
@@ -33,23 +32,27 @@ pub(super) enum PacketUnit {
     Unknown(String),
 }
 
-/// A number of a packet.
+/// The number of a packet.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct PacketNumber {
-    pub(super) negative: bool,
-    pub(super) digits: Digits,
+    /// In the sign as sent; zero has none.
+    pub(super) value: f64,
+    /// Step of the last digit.
+    pub(super) step: f64,
+    /// Digits behind the point, where digits were sent.
+    pub(super) decimals: Option<u8>,
     /// What it measures and in which unit, where that is not what the gauge does.
     pub(super) other: Option<(Channel, String)>,
 }
 
 impl PacketNumber {
-    /// The number in the sign as sent; zero has none.
-    pub(super) fn value(&self) -> f64 {
-        let size = self.digits.value();
-        if self.negative && size != 0.0 {
-            -size
-        } else {
-            size
+    fn new(negative: bool, size: f64, step: f64, decimals: Option<u8>) -> Self {
+        let value = if negative { -size } else { size };
+        Self {
+            value: if value == 0.0 { 0.0 } else { value },
+            step,
+            decimals,
+            other: None,
         }
     }
 }
@@ -68,11 +71,19 @@ pub(super) fn packet_values(fields: &[Matched<'_>]) -> PacketValues {
             }
             Field::Point { .. } => point_digit = matched.bytes.first().map(|digit| digit - b'0'),
             Field::Number(shape) => {
+                let digits = shape.read(matched.bytes, point_digit);
+                let (size, decimals) = (digits.value(), Some(digits.decimals));
                 values.numbers.push(PacketNumber {
-                    negative,
-                    digits: shape.read(matched.bytes, point_digit),
                     other: shape.other.clone(),
+                    ..PacketNumber::new(negative, size, digits.step(), decimals)
                 });
+                (negative, point_digit) = (false, None);
+            }
+            Field::Integer(shape) => {
+                let size = shape.value(shape.counts(matched.bytes).unwrap_or_default());
+                values
+                    .numbers
+                    .push(PacketNumber::new(negative, size, shape.step(), None));
                 (negative, point_digit) = (false, None);
             }
             Field::Unit { codes, .. } => match codes.get(matched.alternative) {

@@ -38,13 +38,27 @@ pub(super) fn unknown_packet(bytes: &[u8], description: &InstrumentDescription) 
         return seven_bit_even();
     }
     let name = &description.name;
-    if bytes.iter().all(|byte| matches!(byte, 0x20..=0x7e)) {
+    if with_point(bytes).is_some_and(|packet| description.covers_value(&packet)) {
+        format!("a decimal comma: set `comma = true` for the number in the description of {name}")
+    } else if bytes.iter().all(|byte| matches!(byte, 0x20..=0x7e)) {
         format!("no packet of {name}: garbled, or another gauge")
     } else {
         format!(
             "no packet of {name}: bytes that are no text, a garbled line or other line settings"
         )
     }
+}
+
+/// The same with a point for its only comma between digits.
+fn with_point(bytes: &[u8]) -> Option<Vec<u8>> {
+    let is_decimal =
+        |three: &[u8]| three[1] == b',' && three[0].is_ascii_digit() && three[2].is_ascii_digit();
+    let mut places =
+        (0..bytes.len().saturating_sub(2)).filter(|at| is_decimal(&bytes[*at..at + 3]));
+    let place = places.next()? + 1;
+    let mut pointed = bytes.to_vec();
+    pointed[place] = b'.';
+    places.next().is_none().then_some(pointed)
 }
 
 /// A line whose beginning may be lost, and that could be part of a longer number.

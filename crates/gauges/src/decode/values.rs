@@ -157,9 +157,9 @@ impl Decoder {
         };
         Ok(Candidate {
             kind: channel.kind(),
-            value: number.value(),
-            step: number.digits.step(),
-            decimals: Some(number.digits.decimals),
+            value: number.value,
+            step: number.step,
+            decimals: number.decimals,
             unit,
         })
     }

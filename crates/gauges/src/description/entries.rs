@@ -25,8 +25,12 @@ pub(super) enum FieldEntry {
     Sign(SignField),
     /// A digit that says how many decimals the number behind it has.
     Point(PointField),
-    /// The number.
+    /// The number, in decimal digits.
     Number(NumberField),
+    /// The number, as an integer in hexadecimal digits.
+    Hex(HexField),
+    /// The number, as an integer in bytes.
+    Integer(IntegerField),
     /// The unit.
     Unit(UnitField),
     /// The place of the unit in the list that the gauge gives when it is asked (a reply that means `units`), from 0.
@@ -77,10 +81,61 @@ pub(super) struct NumberField {
     /// A comma may stand for the point.
     #[serde(default)]
     pub(super) comma: bool,
-    /// What the number measures where that is not what the gauge does, in a packet of two numbers.
+    /// What the number measures where that is not what the gauge does, in a packet of two numbers; a session passes it over.
     pub(super) measures: Option<Channel>,
     /// Its unit then.
     pub(super) unit: Option<String>,
+}
+
+/// An integer in hexadecimal digits.
+#[derive(Debug, Clone, Deserialize, JsonSchema)]
+pub(super) struct HexField {
+    /// Digits.
+    pub(super) count: usize,
+    /// Characters of the digits from 0 to 15, letters in either case; 0 to F if absent.
+    #[serde(default = "hexadecimal")]
+    pub(super) digits: String,
+    /// Whether it is two's complement over all digits; without it the sign, if any, is a field of its own.
+    #[serde(default)]
+    pub(super) signed: bool,
+    /// Decimals; 0 if absent.
+    #[serde(default)]
+    pub(super) decimals: u8,
+    /// Factor by which the number is multiplied besides; 1 if absent.
+    pub(super) scale: Option<f64>,
+}
+
+fn hexadecimal() -> String {
+    "0123456789ABCDEF".to_owned()
+}
+
+/// An integer in bytes.
+#[derive(Debug, Clone, Deserialize, JsonSchema)]
+pub(super) struct IntegerField {
+    /// Bytes.
+    pub(super) bytes: usize,
+    /// Which byte comes first; the high one if absent.
+    #[serde(default)]
+    pub(super) order: ByteOrder,
+    /// Whether it is two's complement over all bytes; without it the sign, if any, is a field of its own.
+    #[serde(default)]
+    pub(super) signed: bool,
+    /// Decimals; 0 if absent.
+    #[serde(default)]
+    pub(super) decimals: u8,
+    /// Factor by which the number is multiplied besides; 1 if absent.
+    pub(super) scale: Option<f64>,
+}
+
+/// Which byte of an integer comes first.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub(super) enum ByteOrder {
+    /// The high one.
+    #[default]
+    HighFirst,
+    /// The low one.
+    LowFirst,
 }
 
 /// Where the point of a number is.

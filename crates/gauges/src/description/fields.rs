@@ -4,10 +4,12 @@ use std::fmt::Display;
 
 use crate::Channel;
 use crate::grammar::{CharacterSet, ChoiceWord, Count, Field, Pattern, UnitWord};
+use crate::integer::{IntegerCoding, IntegerShape};
 use crate::number::{MOST_DIGITS, NumberShape};
 
 use super::entries::{
-    BlankPlace, ChoiceField, FieldEntry, NumberField, PointPlace, SignField, UnitField,
+    BlankPlace, ByteOrder, ChoiceField, FieldEntry, HexField, IntegerField, NumberField,
+    PointPlace, SignField, UnitField,
 };
 use super::parse::{Misplaced, Place, key_of};
 use super::problem::DescriptionProblem;
@@ -60,7 +62,7 @@ pub(super) fn pattern(
     Ok(Pattern { fields })
 }
 
-/// The pattern of a packet that carries a value: with one number for each quantity.
+/// The pattern of a packet that carries a value: with one number.
 pub(super) fn value_pattern(
     entries: &[FieldEntry],
     path: &[Place],
@@ -69,12 +71,14 @@ pub(super) fn value_pattern(
     let pattern = pattern(entries, path, context)?;
     let mut numbers = [0; 2];
     for field in &pattern.fields {
-        if let Field::Number(shape) = field {
-            numbers[usize::from(shape.other.is_some())] += 1;
+        match field {
+            Field::Number(shape) => numbers[usize::from(shape.other.is_some())] += 1,
+            Field::Integer(_) => numbers[0] += 1,
+            _ => {}
         }
     }
     if numbers[0] != 1 || numbers[1] > 1 {
-        let expected = "one number of the gauge's own quantity (and one of the other at most)";
+        let expected = "one number of the gauge's own quantity (and one of the other at most, with measures and unit); what else stands in the packet is passed over by any";
         let found = format!("fields with {} numbers", numbers[0] + numbers[1]);
         return Err(value(within(path, "fields"), found, expected));
     }
@@ -107,6 +111,8 @@ fn field(
             Err(value(path, point.most, "a digit, 0 to 9"))
         }
         FieldEntry::Number(number) => number_field(number, &within(path, "number"), context),
+        FieldEntry::Hex(hex) => hex_field(hex, &within(path, "hex")),
+        FieldEntry::Integer(integer) => integer_field(integer, &within(path, "integer")),
         FieldEntry::Unit(unit) => unit_field(unit, &within(path, "unit"), context),
         FieldEntry::UnitPlace(place) if place.most <= 9 => {
             Ok(Field::UnitPlace { most: place.most })
@@ -218,6 +224,64 @@ fn other_quantity(
             Err(value(path.to_vec(), found, expected))
         }
     }
+}
+
+fn hex_field(hex: &HexField, path: &[Place]) -> Result<Field, Misplaced> {
+    let digits = hex.digits.as_bytes();
+    let alone = |(place, digit): (usize, &u8)| !digits[..place].contains(digit);
+    let Ok(sixteen) = <[u8; 16]>::try_from(digits) else {
+        let expected = "sixteen characters, those of the digits 0 to 15";
+        return Err(value(within(path, "digits"), &hex.digits, expected));
+    };
+    if !digits.iter().enumerate().all(alone) {
+        let expected = "sixteen different characters";
+        return Err(value(within(path, "digits"), &hex.digits, expected));
+    }
+    integer(
+        IntegerShape {
+            coding: IntegerCoding::Hexadecimal(sixteen),
+            width: hex.count,
+            signed: hex.signed,
+            decimals: hex.decimals,
+            scale: hex.scale.unwrap_or(1.0),
+        },
+        "count",
+        path,
+    )
+}
+
+fn integer_field(entry: &IntegerField, path: &[Place]) -> Result<Field, Misplaced> {
+    integer(
+        IntegerShape {
+            coding: match entry.order {
+                ByteOrder::HighFirst => IntegerCoding::HighByteFirst,
+                ByteOrder::LowFirst => IntegerCoding::LowByteFirst,
+            },
+            width: entry.bytes,
+            signed: entry.signed,
+            decimals: entry.decimals,
+            scale: entry.scale.unwrap_or(1.0),
+        },
+        "bytes",
+        path,
+    )
+}
+
+fn integer(shape: IntegerShape, width_key: &str, path: &[Place]) -> Result<Field, Misplaced> {
+    let widest = shape.coding.widest();
+    if !(1..=widest).contains(&shape.width) {
+        let expected = format!("1 to {widest}");
+        return Err(value(within(path, width_key), shape.width, &expected));
+    }
+    if usize::from(shape.decimals) > MOST_DIGITS {
+        let expected = "at most 15";
+        return Err(value(within(path, "decimals"), shape.decimals, expected));
+    }
+    if !shape.scale.is_finite() || shape.scale == 0.0 {
+        let expected = "a finite number other than 0";
+        return Err(value(within(path, "scale"), shape.scale, expected));
+    }
+    Ok(Field::Integer(shape))
 }
 
 fn unit_field(

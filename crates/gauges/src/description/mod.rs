@@ -5,6 +5,7 @@
 
 mod commands;
 mod compile;
+mod doubts;
 mod entries;
 mod fields;
 pub(super) mod file;

@@ -30,6 +30,12 @@ impl Driver {
     }
 
     pub(super) fn value(&mut self, sample: Sample, now: Moment, deeds: &mut Vec<Deed>) {
+        let channel = self.description.channel;
+        if sample.kind != channel.kind() && !matches!(self.phase, Phase::Draining { .. }) {
+            // The other number of a packet: what its own number answers, it answers too.
+            deeds.push(Deed::Tell(GaugeEvent::Sample { channel, sample }));
+            return;
+        }
         self.last_value_s = now.real_s;
         let is_answer = matches!(&self.phase, Phase::Waiting { job, .. } if job.role == Role::Read);
         match std::mem::replace(&mut self.phase, Phase::Resting) {
@@ -39,6 +45,7 @@ impl Driver {
                 reason,
                 again,
             } => {
+                self.came_late(now, deeds);
                 self.phase = Phase::Draining {
                     since_s,
                     dropped: dropped + 1,
@@ -57,6 +64,7 @@ impl Driver {
                 return;
             }
             Phase::Waiting { job, .. } if is_answer && self.doubtful => {
+                self.came_late(now, deeds);
                 let until_s = now.real_s + self.description.timing().drain_s;
                 self.phase = Phase::Confirming {
                     held: sample,
@@ -65,7 +73,7 @@ impl Driver {
                 };
                 return;
             }
-            Phase::Waiting { .. } if is_answer => {}
+            Phase::Waiting { .. } if is_answer => self.late = 0,
             phase => self.phase = phase,
         }
         self.tell_value(sample, now, deeds);

@@ -28,6 +28,8 @@ pub struct Driver {
     pub(super) skip: u32,
     /// A reply did not come: the next value is held until it is sure that no second one follows.
     pub(super) doubtful: bool,
+    /// Values that came too late since the last one that came in time.
+    pub(super) late: u32,
     pub(super) last_byte: Option<Moment>,
     pub(super) idle_told: bool,
     pub(super) last_sent_s: f64,
@@ -77,6 +79,7 @@ impl Driver {
             said: Vec::new(),
             standing: Standing::Unproven,
             doubtful: false,
+            late: 0,
             last_byte: None,
             idle_told: true,
             last_sent_s: f64::NEG_INFINITY,

@@ -6,6 +6,9 @@ use super::exchange::{Job, Phase, Standing, unanswered};
 use super::machine::{Driver, SILENT_PAUSE_S};
 use super::{Acquisition, Deed, Moment};
 
+/// Values that come late without one in time between them, after which the gauge is slow and no single answer was lost.
+const LATE_IN_A_ROW: u32 = 5;
+
 impl Driver {
     /// The line is quiet, or will not be.
     pub(super) fn drained(
@@ -103,8 +106,31 @@ impl Driver {
         self.pause_s = (self.pause_s * 2.0).min(SILENT_PAUSE_S[1]);
         if self.standing != Standing::Silent {
             self.standing = Standing::Silent;
-            self.link(LinkState::Silent, now, deeds);
+            let state = if self.late > 0 {
+                LinkState::Slow {
+                    reason: self.too_late().into(),
+                }
+            } else {
+                LinkState::Silent
+            };
+            self.link(state, now, deeds);
         }
+    }
+
+    /// A value came later than it is waited for; that a gauge does so always is said.
+    pub(super) fn came_late(&mut self, now: Moment, deeds: &mut Vec<Deed>) {
+        self.late += 1;
+        if self.late.is_multiple_of(LATE_IN_A_ROW) {
+            self.note(now, deeds, &self.too_late());
+        }
+    }
+
+    fn too_late(&self) -> String {
+        format!(
+            "{} answers later than the {} s that its description waits: give it a longer timing.reply_deadline_s, or a gauge or adapter setting that answers sooner",
+            self.description.name,
+            self.description.timing().reply_deadline_s
+        )
     }
 
     pub(super) fn drain(&mut self, reason: &'static str, again: Option<Job>, now: Moment) {

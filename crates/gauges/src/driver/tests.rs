@@ -1,5 +1,6 @@
 //! The talk with a gauge, moment by moment, without a port and without waiting.
 
+use std::collections::VecDeque;
 use std::sync::Arc;
 
 use proptest::prelude::*;
@@ -195,6 +196,30 @@ fn a_reply_that_comes_while_the_line_is_drained_is_not_used() {
     assert_eq!(talk.values(), [0.0; 0], "it could still be the late one");
     talk.wait(0.1);
     assert_eq!(talk.values(), [2.0]);
+}
+
+#[test]
+fn a_gauge_that_is_slower_than_its_description_says_is_told_from_a_silent_one() {
+    let mut talk = Talk::polled();
+    // Each request is answered 0.58 s later: beyond the 0.5 s, and while the line is drained.
+    let (mut asked, mut answers) = (0, VecDeque::from([talk.now_s + 0.58]));
+    while talk.now_s < 30.0 {
+        talk.wait(0.02);
+        if answers.front().is_some_and(|at_s| *at_s <= talk.now_s) {
+            answers.pop_front();
+            talk.hears("+1 N\r");
+        }
+        for _ in asked..talk.sent.len() {
+            answers.push_back(talk.now_s + 0.58);
+        }
+        asked = talk.sent.len();
+    }
+    let said = |event: &GaugeEvent| match event {
+        GaugeEvent::Note { text, .. } => text.contains("later than the 0.5 s"),
+        GaugeEvent::Link { state, .. } => matches!(state, LinkState::Slow { .. }),
+        _ => false,
+    };
+    assert!(talk.told.iter().any(said), "{:?}", talk.told);
 }
 
 #[test]

@@ -1,8 +1,9 @@
 //! An emulated gauge: bytes in, bytes out.
 
-use crate::Channel;
+use crate::{Channel, InstrumentDescription};
 use stiffbench_units_and_text::nearest::nearest;
 
+use super::described::{self, Described};
 use super::makers;
 use super::meter::{Meter, Range};
 use super::truth::SharedTruth;
@@ -68,7 +69,7 @@ pub enum EmulatorError {
     #[diagnostic(code(stiffbench::usage::emulated_unit), help("its units are {known}"))]
     Unit {
         /// The gauge.
-        gauge: &'static str,
+        gauge: String,
         /// The unit.
         unit: String,
         /// What it has.
@@ -78,7 +79,7 @@ pub enum EmulatorError {
 
 /// A gauge in software, at the level of bytes: a pure state machine that is told the time.
 pub struct EmulatedGauge {
-    name: &'static str,
+    name: String,
     meter: Meter,
     maker: Box<dyn Maker>,
 }
@@ -110,17 +111,25 @@ impl EmulatedGauge {
                 ),
             });
         };
-        Ok(Self::made(make.name, make.range, (make.maker)(), truth))
+        Ok(Self::made(make.name, (make.range)(), (make.maker)(), truth))
+    }
+
+    /// A gauge that does what a description says, as it is after switching on.
+    #[must_use]
+    pub fn described(description: &InstrumentDescription, truth: SharedTruth) -> Self {
+        let maker = Described::boxed(description);
+        let range = described::range(description);
+        Self::made(&description.name, range, maker, truth)
     }
 
     pub(super) fn made(
-        name: &'static str,
+        name: &str,
         range: Range,
         maker: Box<dyn Maker>,
         truth: SharedTruth,
     ) -> Self {
         Self {
-            name,
+            name: name.to_owned(),
             meter: Meter::new(range, truth),
             maker,
         }
@@ -128,8 +137,8 @@ impl EmulatedGauge {
 
     /// The name of its description.
     #[must_use]
-    pub fn name(&self) -> &'static str {
-        self.name
+    pub fn name(&self) -> &str {
+        &self.name
     }
 
     /// Whether it measures force or displacement.
@@ -182,9 +191,10 @@ impl EmulatedGauge {
             Panel::Zero => meter.zero(),
             Panel::Unit(name) => {
                 if !meter.set_unit(name) {
-                    let known: Vec<&str> = meter.range.units.iter().map(|unit| unit.name).collect();
+                    let units = meter.range.units.iter();
+                    let known: Vec<&str> = units.map(|unit| unit.name.as_str()).collect();
                     return Err(EmulatorError::Unit {
-                        gauge: self.name,
+                        gauge: self.name.clone(),
                         unit: name.to_string(),
                         known: known.join(", "),
                     });
@@ -210,5 +220,5 @@ impl EmulatedGauge {
 pub fn emulated_gauges() -> impl Iterator<Item = (&'static str, Channel)> {
     makers::EMULATED
         .iter()
-        .map(|make| (make.name, make.range.channel))
+        .map(|make| (make.name, (make.range)().channel))
 }

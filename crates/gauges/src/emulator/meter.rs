@@ -6,10 +6,10 @@ use super::digits::Digits;
 use super::truth::SharedTruth;
 
 /// A unit of a gauge.
-#[derive(Debug, Clone, Copy)]
+#[derive(Debug, Clone)]
 pub(super) struct Unit {
     /// As the gauge writes it, or as its panel names it where packets carry none.
-    pub(super) name: &'static str,
+    pub(super) name: String,
     /// N or m in one of it.
     pub(super) si: f64,
     /// Digits behind the point.
@@ -17,12 +17,12 @@ pub(super) struct Unit {
 }
 
 /// What a gauge is made for.
-#[derive(Debug, Clone, Copy)]
+#[derive(Debug, Clone)]
 pub(super) struct Range {
     /// Which of the two gauges it can be.
     pub(super) channel: Channel,
     /// Its units; the first is the one after switching on.
-    pub(super) units: &'static [Unit],
+    pub(super) units: Vec<Unit>,
     /// Largest value, N or m.
     pub(super) capacity_si: f64,
     /// Whether its plus is the truth's: force in tension, displacement as it counts.
@@ -188,8 +188,8 @@ impl Meter {
         self.clear_peaks();
     }
 
-    pub(super) fn unit(&self) -> Unit {
-        self.range.units[self.unit]
+    pub(super) fn unit(&self) -> &Unit {
+        &self.range.units[self.unit]
     }
 
     /// Changes the unit; `false` if the gauge does not have it.

@@ -1,11 +1,12 @@
 //! Emulated gauges: devices that speak their makers' bytes, on the lines and with the faults of real ones.
 //!
 //! From the inside out: [`EmulatedGauge`] is a pure state machine of bytes and time, on a truth that it is given ([`GaugeTruth`]). Practice
-//! sessions, `stiffbench demo` and tests open them by name, through the same code that opens a real port.
+//! sessions, `stiffbench demo` and tests open them through the same code that opens a real port.
 //!
-//! The bytes are written by hand from the makers' manuals. Nothing here uses the framing and decoding of this crate, so that one can be
-//! held against the other.
+//! The bytes of shipped gauges are written by hand from the makers' manuals, without the framing and decoding of this crate, so that one can be
+//! held against the other. Any other gauge is emulated from its description ([`EmulatedGauge::described`]).
 
+mod described;
 mod digits;
 mod fault;
 mod fault_entry;

@@ -224,6 +224,9 @@ fn link(text: &str) -> Option<LinkState> {
     Some(match state {
         "connected" => LinkState::Connected { port: rest.into() },
         "silent" => LinkState::Silent,
+        "slow" => LinkState::Slow {
+            reason: rest.into(),
+        },
         "lost" => LinkState::Lost {
             reason: rest.into(),
         },
@@ -280,6 +283,9 @@ mod tests {
             },
             What::Reset,
             What::Link(LinkState::Silent),
+            What::Link(LinkState::Slow {
+                reason: "answers later than 0.5 s".into(),
+            }),
             What::Link(LinkState::Lost {
                 reason: "Broken pipe".into(),
             }),
@@ -320,7 +326,7 @@ mod tests {
         let trace = Trace::parse(&written(&entries()), "t").unwrap();
         assert_eq!(trace.header, header());
         let mut expected = entries();
-        expected[10].what = What::Note("two lines".to_owned());
+        expected[11].what = What::Note("two lines".to_owned());
         assert_eq!(trace.entries, expected);
         assert_eq!(trace.damage, []);
         assert!(trace.complete);

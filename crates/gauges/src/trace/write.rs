@@ -67,6 +67,7 @@ fn link(state: &LinkState) -> String {
     match state {
         LinkState::Connected { port } => format!("connected {}", one_line(port)),
         LinkState::Silent => "silent".to_owned(),
+        LinkState::Slow { reason } => format!("slow {}", one_line(reason)),
         LinkState::Lost { reason } => format!("lost {}", one_line(reason)),
         LinkState::Reconnecting { attempt } => format!("reconnecting {attempt}"),
         LinkState::WrongDevice { reason } => format!("wrong-device {}", one_line(reason)),

@@ -13,6 +13,8 @@ const STATE_AGAIN_S: f64 = 2.0;
 impl Machine {
     pub(super) fn gauge(&mut self, event: GaugeEvent, out: &mut Vec<Action>) {
         match event {
+            // The other number of a packet is no value of this gauge.
+            GaugeEvent::Sample { channel, sample } if sample.kind != channel.kind() => {}
             GaugeEvent::Sample { channel, sample } => {
                 let was_blocked = self.feed(channel).blocked.is_some();
                 if self.state.zero.is_none() && self.feed(channel).is_set_otherwise(&sample) {

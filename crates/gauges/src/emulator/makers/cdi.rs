@@ -12,9 +12,9 @@ use super::{INCH_M, MILLIMETRE_M, Make, unit};
 
 pub(super) const MAKE: Make = Make {
     name: "cdi-logic",
-    range: Range {
+    range: || Range {
         channel: Channel::Displacement,
-        units: &[unit("MM", MILLIMETRE_M, 3), unit("IN", INCH_M, 5)],
+        units: vec![unit("MM", MILLIMETRE_M, 3), unit("IN", INCH_M, 5)],
         capacity_si: 0.025,
         plus_as_truth: true,
     },

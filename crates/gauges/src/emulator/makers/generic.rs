@@ -8,9 +8,9 @@ use super::{INCH_M, MILLIMETRE_M, Make, unit};
 
 pub(super) const FORCE: Make = Make {
     name: "generic-ascii",
-    range: Range {
+    range: || Range {
         channel: Channel::Force,
-        units: &[unit("N", 1.0, 2), unit("kN", 1000.0, 5)],
+        units: vec![unit("N", 1.0, 2), unit("kN", 1000.0, 5)],
         capacity_si: 200.0,
         plus_as_truth: true,
     },
@@ -19,9 +19,9 @@ pub(super) const FORCE: Make = Make {
 
 pub(super) const DISPLACEMENT: Make = Make {
     name: "generic-ascii-displacement",
-    range: Range {
+    range: || Range {
         channel: Channel::Displacement,
-        units: &[unit("mm", MILLIMETRE_M, 3), unit("in", INCH_M, 5)],
+        units: vec![unit("mm", MILLIMETRE_M, 3), unit("in", INCH_M, 5)],
         capacity_si: 0.05,
         plus_as_truth: true,
     },
@@ -36,7 +36,7 @@ fn value(meter: &mut Meter) -> Vec<u8> {
         return b"# overload\r\n".to_vec();
     }
     let digits = meter.digits(value_si);
-    let unit = meter.unit().name;
+    let unit = &meter.unit().name;
     format!("{}{} {unit}\r\n", digits.sign_or(""), digits.plain()).into_bytes()
 }
 

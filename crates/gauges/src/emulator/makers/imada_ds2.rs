@@ -12,9 +12,9 @@ use super::{Make, unit};
 
 pub(super) const MAKE: Make = Make {
     name: "imada-ds2",
-    range: Range {
+    range: || Range {
         channel: Channel::Force,
-        units: &[
+        units: vec![
             unit("N", 1.0, 1),
             unit("K", KILOGRAM_FORCE_N, 2),
             unit("O", POUND_FORCE_N, 1),

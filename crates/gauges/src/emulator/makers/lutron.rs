@@ -12,9 +12,9 @@ use super::{Make, unit};
 
 pub(super) const MAKE: Make = Make {
     name: "lutron-fg",
-    range: Range {
+    range: || Range {
         channel: Channel::Force,
-        units: &[
+        units: vec![
             unit("N", 1.0, 2),
             unit("kg", KILOGRAM_FORCE_N, 3),
             unit("g", KILOGRAM_FORCE_N / 1000.0, 0),
@@ -32,7 +32,7 @@ const PER_SECOND: f64 = 4.0;
 
 fn value(meter: &mut Meter) -> Vec<u8> {
     let digits = meter.shown();
-    let unit = match meter.unit().name {
+    let unit = match meter.unit().name.as_str() {
         "kg" => 55,
         "lb" => 56,
         "g" => 57,

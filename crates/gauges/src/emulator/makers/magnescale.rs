@@ -12,9 +12,9 @@ use super::{MILLIMETRE_M, Make, unit};
 
 pub(super) const MAKE: Make = Make {
     name: "magnescale-lt20a",
-    range: Range {
+    range: || Range {
         channel: Channel::Displacement,
-        units: &[unit("mm", MILLIMETRE_M, 4)],
+        units: vec![unit("mm", MILLIMETRE_M, 4)],
         capacity_si: 0.06,
         plus_as_truth: true,
     },

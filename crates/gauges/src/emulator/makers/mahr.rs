@@ -13,9 +13,9 @@ use super::{INCH_M, MILLIMETRE_M, Make, unit};
 
 pub(super) const MAKE: Make = Make {
     name: "mahr-dk-u1",
-    range: Range {
+    range: || Range {
         channel: Channel::Displacement,
-        units: &[unit("mm", MILLIMETRE_M, 3), unit("inch", INCH_M, 5)],
+        units: vec![unit("mm", MILLIMETRE_M, 3), unit("inch", INCH_M, 5)],
         capacity_si: 0.05,
         plus_as_truth: true,
     },

@@ -13,9 +13,9 @@ use super::{Make, unit};
 
 pub(super) const MAKE: Make = Make {
     name: "mark10-series5",
-    range: Range {
+    range: || Range {
         channel: Channel::Force,
-        units: &[
+        units: vec![
             unit("N", 1.0, 1),
             unit("kN", 1000.0, 4),
             unit("kgF", KILOGRAM_FORCE_N, 2),
@@ -259,14 +259,11 @@ mod tests {
     use crate::emulator::Panel;
     use crate::emulator::makers::test_bench::TestBench;
 
-    use crate::emulator::meter::Unit;
-
     /// The gauge of a small capacity that the maker's example is from.
-    const FINE: [Unit; 1] = [unit("N", 1.0, 3)];
 
     #[test]
     fn it_sends_the_makers_literal_packets() {
-        let mut small = TestBench::with_units(&MAKE, &FINE);
+        let mut small = TestBench::with_units(&MAKE, vec![unit("N", 1.0, 3)]);
         assert_eq!(small.set(-4.285).ask("?\r"), "4.285 N\r\n");
         let mut bench = TestBench::of(&MAKE);
         assert_eq!(bench.ask("FOO\r"), "*10\r\n");

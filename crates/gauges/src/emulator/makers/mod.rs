@@ -29,7 +29,7 @@ use super::meter::{Range, Unit};
 pub(super) struct Make {
     /// The name of its description.
     pub(super) name: &'static str,
-    pub(super) range: Range,
+    pub(super) range: fn() -> Range,
     /// Its protocol as it is after switching on.
     pub(super) maker: fn() -> Box<dyn Maker>,
 }
@@ -56,8 +56,12 @@ pub(super) const EMULATED: [Make; 17] = [
 ];
 
 /// A unit as a table line.
-const fn unit(name: &'static str, si: f64, decimals: usize) -> Unit {
-    Unit { name, si, decimals }
+fn unit(name: &str, si: f64, decimals: usize) -> Unit {
+    Unit {
+        name: name.to_owned(),
+        si,
+        decimals,
+    }
 }
 
 /// Metres in a millimetre and an inch.

@@ -13,9 +13,9 @@ use super::{MILLIMETRE_M, Make, unit};
 
 pub(super) const HP: Make = Make {
     name: "hp-modbus",
-    range: Range {
+    range: || Range {
         channel: Channel::Force,
-        units: &[unit("N", 1.0, 1)],
+        units: vec![unit("N", 1.0, 1)],
         capacity_si: 500.0,
         plus_as_truth: false,
     },
@@ -30,9 +30,9 @@ pub(super) const HP: Make = Make {
 
 pub(super) const SHAHE: Make = Make {
     name: "shahe-modbus",
-    range: Range {
+    range: || Range {
         channel: Channel::Displacement,
-        units: &[unit("mm", MILLIMETRE_M, 3)],
+        units: vec![unit("mm", MILLIMETRE_M, 3)],
         capacity_si: 0.065_535,
         plus_as_truth: true,
     },

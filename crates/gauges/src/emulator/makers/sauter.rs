@@ -13,9 +13,9 @@ use super::{Make, unit};
 
 pub(super) const MAKE: Make = Make {
     name: "sauter-fh",
-    range: Range {
+    range: || Range {
         channel: Channel::Force,
-        units: &[
+        units: vec![
             unit("N", 1.0, 1),
             unit("kgf", KILOGRAM_FORCE_N, 2),
             unit("lbf", POUND_FORCE_N, 2),
@@ -58,14 +58,11 @@ mod tests {
     use super::*;
     use crate::emulator::makers::test_bench::TestBench;
 
-    use crate::emulator::meter::Unit;
-
     /// The gauge of a small capacity that the maker's example is from.
-    const FINE: [Unit; 1] = [unit("N", 1.0, 2)];
 
     #[test]
     fn it_sends_the_makers_literal_packet() {
-        let mut small = TestBench::with_units(&MAKE, &FINE);
+        let mut small = TestBench::with_units(&MAKE, vec![unit("N", 1.0, 2)]);
         assert_eq!(small.set(21.15).ask("9"), "1021.15");
     }
 

@@ -13,9 +13,9 @@ use super::{Make, unit};
 
 pub(super) const MAKE: Make = Make {
     name: "nidec-shimpo-fg7000",
-    range: Range {
+    range: || Range {
         channel: Channel::Force,
-        units: &[
+        units: vec![
             unit("N", 1.0, 1),
             unit("kgf", KILOGRAM_FORCE_N, 2),
             unit("lbf", POUND_FORCE_N, 2),

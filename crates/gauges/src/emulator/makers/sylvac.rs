@@ -13,9 +13,9 @@ use super::{INCH_M, MILLIMETRE_M, Make, unit};
 
 pub(super) const MAKE: Make = Make {
     name: "sylvac-opto-rs",
-    range: Range {
+    range: || Range {
         channel: Channel::Displacement,
-        units: &[unit("MM", MILLIMETRE_M, 3), unit("IN", INCH_M, 5)],
+        units: vec![unit("MM", MILLIMETRE_M, 3), unit("IN", INCH_M, 5)],
         capacity_si: 0.05,
         plus_as_truth: true,
     },
@@ -70,7 +70,7 @@ impl Sylvac {
                 }
                 return value;
             }
-            "UNI?" => return meter.unit().name.to_owned(),
+            "UNI?" => return meter.unit().name.clone(),
             "MOD?" if meter.peak_mode => return "MAX".to_owned(),
             "MOD?" => return self.extreme.unwrap_or("NOR").to_owned(),
             "CHA?" => return if self.reversed { "CHA-" } else { "CHA+" }.to_owned(),

@@ -24,15 +24,15 @@ impl TestBench {
     }
 
     pub(super) fn of(make: &super::Make) -> Self {
-        Self::new(make.range, (make.maker)())
+        Self::new((make.range)(), (make.maker)())
     }
 
     /// The same gauge with another unit table.
-    pub(super) fn with_units(make: &super::Make, units: &'static [super::Unit]) -> Self {
+    pub(super) fn with_units(make: &super::Make, units: Vec<super::Unit>) -> Self {
         Self::new(
             Range {
                 units,
-                ..make.range
+                ..(make.range)()
             },
             (make.maker)(),
         )

@@ -1,0 +1,224 @@
+//! Packets written by the patterns that read them: for gauges that are emulated from their description, and to try a description out.
+
+use super::description::RegisterFormat;
+use super::grammar::{CharacterSet, ChoiceWord, Count, Field, Pattern, UnitWord};
+use super::number::{MOST_DIGITS, NumberShape};
+use super::registers::{Registers, modbus_crc};
+use super::sample::Mark;
+
+/// What a packet is to say.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Said<'a> {
+    /// The number, in the unit.
+    pub(super) value: f64,
+    /// Digits behind the point, where the packet leaves that open.
+    pub(super) decimals: u8,
+    /// The unit.
+    pub(super) unit: &'a str,
+    /// Its place in the list that the gauge gives.
+    pub(super) unit_place: u8,
+    /// What else there is to say.
+    pub(super) state: State,
+    /// Bytes for the first field that leaves them open, in place of what has no meaning.
+    pub(super) list: Option<&'a [u8]>,
+}
+
+/// What a packet can say beside a number.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum State {
+    /// Nothing.
+    Running,
+    /// The peak is shown.
+    Peak,
+    /// The value is held.
+    Hold,
+    /// Beyond the capacity.
+    Overload,
+    /// The battery is low.
+    LowBattery,
+}
+
+impl State {
+    /// Whether words for the operator speak of this.
+    pub(super) fn is_told_by(self, words: &str) -> bool {
+        let word = match self {
+            Self::Running => return false,
+            Self::Peak => "peak",
+            Self::Hold => "hold",
+            Self::Overload => "overload",
+            Self::LowBattery => "battery",
+        };
+        words.to_lowercase().contains(word)
+    }
+}
+
+impl Pattern {
+    /// A packet of this pattern; `None` if it has no room for the number or no word for the unit.
+    pub(super) fn write(&self, said: &Said<'_>) -> Option<Vec<u8>> {
+        let mut packet = Vec::new();
+        let mut decimals = said.decimals;
+        let mut list = said.list;
+        let has_sign = self
+            .fields
+            .iter()
+            .any(|field| matches!(field, Field::Sign(_)));
+        for (place, field) in self.fields.iter().enumerate() {
+            let value = self.value_at(place, said);
+            match field {
+                Field::Literal(bytes) => packet.extend_from_slice(bytes),
+                Field::Any { set, count } => match list.take() {
+                    Some(bytes) => packet.extend_from_slice(fitted(bytes, *count)?),
+                    None => packet.extend(vec![set.filling()?; count.least]),
+                },
+                Field::Sign(texts) => {
+                    let negative = value < 0.0;
+                    let (text, _) = texts.iter().find(|(_, minus)| *minus == negative)?;
+                    packet.extend_from_slice(text);
+                }
+                Field::Point { most } => {
+                    decimals = decimals.min(*most);
+                    packet.push(b'0' + decimals);
+                }
+                Field::Number(shape) if has_sign || value >= 0.0 => {
+                    let before = place
+                        .checked_sub(1)
+                        .and_then(|before| self.fields.get(before));
+                    let has_point = matches!(before, Some(Field::Point { .. }));
+                    let fixed = shape.most_points == 0 && !has_point;
+                    let decimals = if fixed { shape.decimals } else { decimals };
+                    packet.extend(shape.write(value.abs(), decimals, has_point)?);
+                }
+                Field::Number(_) => return None,
+                Field::Integer(shape) => {
+                    let size = if has_sign { value.abs() } else { value };
+                    packet.extend(shape.write(size)?);
+                }
+                Field::Unit { codes, .. } => {
+                    let means =
+                        |word: &UnitWord| matches!(word, UnitWord::Unit(unit) if unit == said.unit);
+                    let (code, _) = codes.iter().find(|(_, word)| means(word))?;
+                    packet.extend_from_slice(code);
+                }
+                Field::UnitPlace { most } => packet.push(b'0' + said.unit_place.min(*most)),
+                Field::Choice(texts) => packet.extend_from_slice(chosen(texts, said.state)?),
+            }
+        }
+        Some(packet)
+    }
+
+    /// The value of the next number from a field on: nothing is said of a quantity that is not the gauge's own.
+    fn value_at(&self, place: usize, said: &Said<'_>) -> f64 {
+        let mut rest = self.fields[place..].iter();
+        let next = rest.find(|field| matches!(field, Field::Number(_) | Field::Integer(_)));
+        match next {
+            Some(Field::Number(shape)) if shape.other.is_some() => 0.0,
+            _ => said.value,
+        }
+    }
+}
+
+/// The text of a choice: what tells the state if something does, else one that says nothing against the value.
+fn chosen(texts: &[(Vec<u8>, ChoiceWord)], state: State) -> Option<&[u8]> {
+    let tells = |word: &ChoiceWord| match word {
+        ChoiceWord::Refuse(why) => state.is_told_by(why),
+        ChoiceWord::Note(mark) => *mark == Mark::LowBattery && state == State::LowBattery,
+        ChoiceWord::Good => false,
+    };
+    let is_good = |word: &ChoiceWord| *word == ChoiceWord::Good;
+    let is_note = |word: &ChoiceWord| matches!(word, ChoiceWord::Note(_));
+    let find = |which: &dyn Fn(&ChoiceWord) -> bool| texts.iter().find(|(_, word)| which(word));
+    let found = find(&tells)
+        .or_else(|| find(&is_good))
+        .or_else(|| find(&is_note))
+        .or_else(|| texts.first());
+    found.map(|(text, _)| text.as_slice())
+}
+
+/// As many of the bytes as a field takes, if there are enough.
+fn fitted(bytes: &[u8], count: Count) -> Option<&[u8]> {
+    (bytes.len() >= count.least).then(|| &bytes[..bytes.len().min(count.most)])
+}
+
+impl CharacterSet {
+    /// A character of the set, the one that says least.
+    fn filling(&self) -> Option<u8> {
+        let usual = b" 0".iter().copied();
+        usual.chain(0..128).find(|byte| self.contains(*byte))
+    }
+}
+
+impl NumberShape {
+    /// A number in this shape, with fewer decimals if there is no room for all; `None` if it has no room.
+    fn write(&self, size: f64, decimals: u8, decimals_are_told: bool) -> Option<Vec<u8>> {
+        let may_shorten = self.most_points > 0 && !decimals_are_told;
+        let mut decimals = usize::from(decimals);
+        loop {
+            let mut text = format!("{size:.decimals$}");
+            if self.most_points == 0 {
+                text.retain(|character| character != '.');
+            } else if self.least_points > 0 && decimals == 0 {
+                text.push('.');
+            }
+            let digits = text.bytes().filter(u8::is_ascii_digit).count();
+            if text.len() <= self.most && digits <= MOST_DIGITS {
+                let fill = if self.leading_blanks { " " } else { "0" };
+                let missing = self.least.saturating_sub(text.len());
+                return Some((fill.repeat(missing) + &text).into_bytes());
+            }
+            if !may_shorten || decimals == 0 {
+                return None;
+            }
+            decimals -= 1;
+        }
+    }
+}
+
+impl Registers {
+    /// A reply with a value; `None` if the format has no room for it.
+    pub(super) fn write(
+        &self,
+        value: f64,
+        slave: u8,
+        function: u8,
+        data_bytes: usize,
+    ) -> Option<Vec<u8>> {
+        let mut words = vec![0_u16; data_bytes / 2];
+        let size = if self.sign.is_some() {
+            value.abs()
+        } else {
+            value
+        };
+        let counts = size / self.scale * 10_f64.powi(i32::from(self.decimals));
+        let whole = counts.round();
+        let within =
+            |least: f64, most: f64| (least..=most).contains(&whole).then_some(whole as i64);
+        let bits = match self.format {
+            RegisterFormat::U16 => within(0.0, f64::from(u16::MAX))? as u32,
+            RegisterFormat::I16 => within(f64::from(i16::MIN), f64::from(i16::MAX))? as u32,
+            RegisterFormat::U32 => within(0.0, f64::from(u32::MAX))? as u32,
+            RegisterFormat::I32 => within(f64::from(i32::MIN), f64::from(i32::MAX))? as u32,
+            RegisterFormat::F32 => (counts as f32).to_bits(),
+        };
+        let (high, low) = ((bits >> 16) as u16, bits as u16);
+        match (self.format.registers(), self.low_word_first) {
+            (1, _) => *words.get_mut(self.first)? = low,
+            (_, low_first) => {
+                let pair = if low_first { [low, high] } else { [high, low] };
+                words
+                    .get_mut(self.first..self.first + 2)?
+                    .copy_from_slice(&pair);
+            }
+        }
+        for required in &self.require {
+            *words.get_mut(required.register)? |= required.equals & required.mask;
+        }
+        if let Some(sign) = &self.sign {
+            let bits = if value < 0.0 { sign.minus } else { sign.plus };
+            *words.get_mut(sign.register)? |= bits & sign.mask;
+        }
+        let mut packet = vec![slave, function, u8::try_from(data_bytes).ok()?];
+        packet.extend(words.iter().flat_map(|word| word.to_be_bytes()));
+        packet.extend(modbus_crc(&packet).to_le_bytes());
+        Some(packet)
+    }
+}
