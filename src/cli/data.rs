@@ -212,7 +212,7 @@ pub(super) fn load_session(
             &mut warnings,
         )?;
     }
-    let session = Session {
+    let mut session = Session {
         name: path.display().to_string(),
         sha256: sha256(&bytes),
         table,
@@ -220,6 +220,8 @@ pub(super) fn load_session(
         folder,
         warnings,
     };
+    let read_off = session.gauges()?;
+    session.warnings.extend(read_off.read_off());
     session.check_calibration(global)
 }
 
@@ -266,7 +268,7 @@ fn first_line(path: &Path) -> Result<String, CliError> {
 }
 
 impl Session {
-    /// The gauges' resolution and calibration, as far as the session states them.
+    /// The gauges' resolution and calibration, as far as the session states them; a resolution that it does not is that of its readings.
     pub(super) fn gauges(&self) -> Result<Gauges, Failure> {
         let instruments = self.header.as_ref().map(|header| &header.instruments);
         let terms = |record: Option<&InstrumentRecord>| match record {
@@ -275,10 +277,11 @@ impl Session {
             }
             None => Ok(GaugeTerms::not_stated()),
         };
-        Ok(Gauges {
+        let stated = Gauges {
             force: terms(instruments.and_then(|i| i.force.as_ref()))?,
             displacement: terms(instruments.and_then(|i| i.displacement.as_ref()))?,
-        })
+        };
+        Ok(stated.with_steps_of(&self.table.readings))
     }
 
     /// How the readings came about if nobody measured them.

@@ -13,6 +13,12 @@ const SET: f64 = 0.05;
 /// And the largest displacement varies more than this.
 const FOLLOWS: f64 = 0.3;
 
+/// A scatter between runs so uneven is in one session of twenty by chance.
+const UNEVEN_P: f64 = 0.05;
+
+/// Residuals so many times what the scatter explains are no chance.
+const FAR_OUTSIDE: f64 = 10.0;
+
 /// A model that errs by more than this explains the stiffness badly, percent.
 const BAD_FIT_PERCENT: f64 = 10.0;
 
@@ -43,6 +49,13 @@ pub(super) fn of_stiffness(table: &StiffnessTable) -> Vec<String> {
             STIFFNESS_N_PER_M[1] * METRES_PER_MICROMETRE
         ));
     }
+    if let Some(run_slope) = &table.run_slope
+        && let Some(p) = run_slope.evenness_p.filter(|p| *p < UNEVEN_P)
+    {
+        odd.push(format!(
+            "the scatter between runs is not the same in all cells (Bartlett's test, p = {p:.1e}); a fit takes it as the same, so that cells with more of it count too much: look for what is loose in them, or repeat them"
+        ));
+    }
     let largest = |of: fn(&crate::stiffness::LoadMean) -> f64| -> Vec<f64> {
         let cells = table.cells.iter();
         cells
@@ -69,11 +82,25 @@ pub(super) fn of_stiffness(table: &StiffnessTable) -> Vec<String> {
 }
 
 /// Doubts about a model that was fitted.
-pub(super) fn of_fit(outcome: &FitOutcome) -> Option<String> {
-    let error = outcome.max_error_percent()?;
-    (error > BAD_FIT_PERCENT).then(|| {
-        format!("the model misses a measured stiffness by {error:.0} %: `stiffbench diagnose` with the readings says what it leaves out")
-    })
+pub(super) fn of_fit(outcome: &FitOutcome) -> Vec<String> {
+    let mut odd = Vec::new();
+    let agreement = outcome.agreement.as_ref();
+    let agreement = agreement.and_then(|agreement| agreement.reduced_chi_squared);
+    let times = agreement.map_or(0.0, f64::sqrt);
+    if times > FAR_OUTSIDE {
+        odd.push(format!(
+            "the residuals are {times:.0} times what the scatter explains: `stiffbench diagnose` with the readings says what the model leaves out"
+        ));
+    }
+    let error = outcome
+        .max_error_percent()
+        .filter(|error| *error > BAD_FIT_PERCENT);
+    if let Some(error) = error {
+        odd.push(format!(
+            "the model misses a measured stiffness by {error:.0} %: `stiffbench diagnose` with the readings says what it leaves out"
+        ));
+    }
+    odd
 }
 
 /// Standard deviation over mean, from three values on.

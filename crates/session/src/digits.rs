@@ -5,15 +5,23 @@ use std::collections::VecDeque;
 /// Values at rest that are remembered.
 const REMEMBERED: usize = 64;
 
+/// Values of any kind that are remembered, a few seconds of motion.
+const REMEMBERED_ALL: usize = 256;
+
+/// Steps of the last digit from which a common step of all values is coarser than the text.
+const COARSE: i64 = 5;
+
 /// Logarithm of the odds against chance beyond which it is none: 1 in 160 000.
 const ODDS: f64 = 12.0;
 
-/// Values of a gauge at rest, as counts of the last digit sent. On the way a drive leaves a pattern of its own; where it stops, any last
-/// digit may come.
+/// Values of a gauge, as counts of the last digit sent. On the way a drive leaves a pattern of its own, in which some digits are rare; where it
+/// stops, any last digit may come. That all values are multiples of one coarse step is no pattern of a drive.
 #[derive(Debug, Clone, Default)]
 pub(super) struct LastDigits {
-    /// Time and count.
+    /// Time and count at rest.
     rests: VecDeque<(f64, i64)>,
+    /// Time and count whenever the text changed.
+    all: VecDeque<(f64, i64)>,
 }
 
 /// A gauge that uses few last digits.
@@ -32,23 +40,61 @@ pub(super) struct FewDigits {
 impl LastDigits {
     /// Takes a value at rest and the step of its last digit.
     pub(super) fn rest(&mut self, at_s: f64, value: f64, digit: f64) {
-        let count = (value / digit).round();
-        if digit <= 0.0 || !count.is_finite() || count.abs() > 1e15 {
+        let Some(count) = counts_of(value, digit) else {
             return;
-        }
+        };
         if self.rests.len() == REMEMBERED {
             self.rests.pop_front();
         }
-        self.rests.push_back((at_s, count as i64));
+        self.rests.push_back((at_s, count));
+    }
+
+    /// Takes a value at rest or on the way whose text is new.
+    pub(super) fn change(&mut self, at_s: f64, value: f64, digit: f64) {
+        let Some(count) = counts_of(value, digit) else {
+            return;
+        };
+        if self.all.len() == REMEMBERED_ALL {
+            self.all.pop_front();
+        }
+        self.all.push_back((at_s, count));
     }
 
     /// What is said against chance, over the longest stretch up to now that says anything; `now` and its digit belong to it.
     pub(super) fn few(&self, now: f64, digit: f64) -> Option<FewDigits> {
-        let latest = (now / digit).round();
-        if digit <= 0.0 || !latest.is_finite() || latest.abs() > 1e15 {
-            return None;
+        let latest = counts_of(now, digit)?;
+        self.few_at_rest(latest).or_else(|| self.coarse(latest))
+    }
+
+    /// All values lie whole multiples of a coarse step apart. Of n values by chance in g^(1-n) of cases for a given step g, and g may be any.
+    fn coarse(&self, latest: i64) -> Option<FewDigits> {
+        let mut counts = vec![latest];
+        let mut step = 0;
+        let mut found = None;
+        for (n, (_, count)) in self.all.iter().rev().enumerate() {
+            if counts.contains(count) {
+                continue;
+            }
+            counts.push(*count);
+            step = gcd(step, (count - latest).abs());
+            if step < COARSE {
+                break;
+            }
+            let odds = (counts.len() as f64 - 2.0) * (step as f64).ln();
+            if odds > ODDS {
+                let certain = self.all.len().checked_sub(n + 2);
+                found = Some(FewDigits {
+                    since_s: certain.map_or(0.0, |at| self.all[at].0),
+                    digits: last_digits(&counts),
+                    values: counts.len(),
+                    step,
+                });
+            }
         }
-        let latest = latest as i64;
+        found
+    }
+
+    fn few_at_rest(&self, latest: i64) -> Option<FewDigits> {
         let mut seen = [false; 10];
         seen[latest.rem_euclid(10) as usize] = true;
         // The same loads again and again, by weights, leave the same digits.
@@ -70,12 +116,11 @@ impl LastDigits {
             }
             let odds = (counts.len() - m) as f64 * (10.0 / m as f64).ln() - ln_choices(m);
             if odds > ODDS {
-                let digits = (0..10_u8).filter(|digit| seen[usize::from(*digit)]);
                 // Certain was the value before these.
                 let certain = self.rests.len().checked_sub(n + 2);
                 found = Some(FewDigits {
                     since_s: certain.map_or(0.0, |at| self.rests[at].0),
-                    digits: digits.map(|digit| char::from(b'0' + digit)).collect(),
+                    digits: last_digits(&counts),
                     values: counts.len(),
                     step,
                 });
@@ -83,6 +128,18 @@ impl LastDigits {
         }
         found
     }
+}
+
+/// A value in steps of its last digit.
+fn counts_of(value: f64, digit: f64) -> Option<i64> {
+    let count = (value / digit).round();
+    (digit > 0.0 && count.abs() <= 1e15).then_some(count as i64)
+}
+
+/// The last digits of values, each once, in order.
+fn last_digits(counts: &[i64]) -> String {
+    let has = |digit: &i64| counts.iter().any(|count| count.rem_euclid(10) == *digit);
+    (0..10).filter(has).map(|digit| digit.to_string()).collect()
 }
 
 fn gcd(a: i64, b: i64) -> i64 {
@@ -130,6 +187,20 @@ mod tests {
             assert_eq!((few.digits.as_str(), few.step), (digits, step as i64));
         }
         assert!(told(&values(10.0)[..8]).is_some());
+    }
+
+    #[test]
+    fn values_on_the_way_tell_a_coarse_step_before_eight_rests_do() {
+        let told = |step: f64| {
+            let mut digits = LastDigits::default();
+            for (at_s, value) in values(step)[..10].iter().enumerate() {
+                digits.change(at_s as f64, *value, 1.0);
+            }
+            digits.few(values(step)[9], 1.0).map(|few| few.step)
+        };
+        assert_eq!(told(100.0), Some(100));
+        assert_eq!(told(50.0), Some(50));
+        assert_eq!(told(1.0), None);
     }
 
     #[test]

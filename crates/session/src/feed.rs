@@ -5,6 +5,7 @@ use std::collections::VecDeque;
 use stiffbench_gauges::{Channel, LinkState, Rejected, Sample};
 
 use super::digits::{FewDigits, LastDigits};
+use super::link_text::link_text;
 
 /// Values kept for a window, at most: 20 s at the 250 a second that the fastest gauges stream.
 const MOST_KEPT: usize = 5000;
@@ -31,9 +32,14 @@ const TYPICAL: f64 = 6.0;
 /// And further than this many steps of the last digit: a gauge without noise flickers by one.
 const TYPICAL_DIGITS: f64 = 3.0;
 
-/// Values of a rest from which its flicker is learnt, and rests before that is believed.
+/// Share of values that differ from the one before from which noise is at least half a digit: below it the share depends on where between two
+/// digits the value lies.
+const CLEAR_FLICKER: f64 = 0.5;
+
+/// Values of a rest from which its flicker is learnt, and rests before that is believed: fewer where noise is clear.
 const LEAST_OF_A_REST: usize = 5;
 const LEAST_RESTS: u32 = 3;
+const CLEAR_RESTS: u32 = 2;
 
 /// What a window of samples says.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -141,6 +147,8 @@ impl Feed {
                     self.changes.pop_front();
                 }
                 self.changes.push_back(sample.at_s);
+                self.digits
+                    .change(sample.at_s, sample.value_si, sample.resolution_si);
             }
         }
         if self.kept.len() == MOST_KEPT {
@@ -280,14 +288,25 @@ impl Feed {
         }
     }
 
-    /// How likely it is that a display that flickers as this one does shows one text since `from_s`; 1 where that is not known.
+    /// How likely it is that a display that flickers as this one does changes its text so seldom since `from_s`, or not at all; 1 where that is
+    /// not known. A display in peak mode goes on from peak to peak.
     pub(super) fn chance_of_stillness(&self, from_s: f64) -> f64 {
         let (values, changes) = self.changed(from_s);
         let (least, rests) = self.flicker;
-        if changes > 0 || rests < LEAST_RESTS {
+        let is_clear = least >= CLEAR_FLICKER;
+        let needed = if is_clear { CLEAR_RESTS } else { LEAST_RESTS };
+        if rests < needed || (changes > 0 && !is_clear) {
             return 1.0;
         }
-        (1.0 - least).powi(values as i32)
+        // The lower tail of the binomial distribution.
+        let share = least.min(1.0 - f64::EPSILON);
+        let mut term = (1.0 - share).powi(values as i32);
+        let mut chance = term;
+        for k in 0..changes {
+            term *= (values as f64 - k as f64) / (k as f64 + 1.0) * share / (1.0 - share);
+            chance += term;
+        }
+        chance.min(1.0)
     }
 
     /// Since when it has shown its last value, give or take `band`.
@@ -405,25 +424,6 @@ impl Feed {
             .checked_sub(3)
             .and_then(|at| self.kept.get(at));
         third.map_or(now_s - length_s, |(at_s, _)| at_s.min(now_s - length_s))
-    }
-}
-
-/// How a line stands, in words.
-pub(super) fn link_text(state: &LinkState) -> String {
-    match state {
-        LinkState::Connected { port } => format!("connected on {port}"),
-        LinkState::Silent => {
-            "connected, but nothing comes: switched off, asleep or in a menu?".to_owned()
-        }
-        LinkState::Slow { reason } => reason.to_string(),
-        LinkState::Lost { reason } => {
-            format!("the line is gone ({reason}): check cable and adapter")
-        }
-        LinkState::Reconnecting { attempt } => format!("looking for it again, try {attempt}"),
-        LinkState::WrongDevice { reason } => format!("something else answers: {reason}"),
-        LinkState::GivenUp => {
-            "not found again; plug it in and press p to look once more".to_owned()
-        }
     }
 }
 

@@ -8,6 +8,7 @@ mod feed;
 mod folder;
 mod integrity;
 mod journal;
+mod link_text;
 mod live;
 mod operator;
 mod plan;

@@ -1,6 +1,6 @@
 //! Measured stiffness as a fit takes it: the logarithm of each cell with what is known of its uncertainty.
 
-use stiffbench_measurement::stiffness::{Method, StiffnessTable};
+use stiffbench_measurement::stiffness::{Method, PooledScatter, StiffnessTable};
 use stiffbench_units_and_text::test_point::Cell;
 
 /// Stiffness of one cell.
@@ -86,7 +86,8 @@ impl MeasuredStiffness {
     /// known from the readings: the first is pooled over the cells, u² = s²/n + σ²/(c² Σ(F - F̄)²), with n runs and compliance c.
     #[must_use]
     pub fn from_table(table: &StiffnessTable, method: Method) -> Self {
-        let pooled = table.run_slope.zip(table.pooled_scatter);
+        let scatter = table.pooled_scatter.unwrap_or(PooledScatter::UNSEEN);
+        let pooled = table.run_slope.map(|run_slope| (run_slope, scatter));
         let mut measured = Self {
             cells: Vec::new(),
             basis: match pooled {

@@ -118,16 +118,24 @@ fn resolution_row(
         (None, Some(sd)) => sd >= standard_uncertainty,
         (None, None) => false,
     };
+    let is_read_off = gauge.resolution_is_read_off();
     if shows {
+        let note = if is_read_off {
+            "not stated, step read off the readings; they differ by more than it: seen in the scatter"
+        } else {
+            "readings differ by more than a step: averaged, and seen in the scatter"
+        };
         return BudgetRow {
             standing: Standing::InRepeatability,
             standard_uncertainty: Some(standard_uncertainty),
-            ..empty.noted("readings differ by more than a step: averaged, and seen in the scatter")
+            ..empty.noted(note)
         };
     }
-    empty
-        .counted(standard_uncertainty)
-        .noted("repeats fall on one step: common to the repeats of a load")
+    empty.counted(standard_uncertainty).noted(if is_read_off {
+        "not stated, step read off the readings; repeats fall on one step"
+    } else {
+        "repeats fall on one step: common to the repeats of a load"
+    })
 }
 
 /// Pooled standard deviation of the readings of a load, over the loads that have repeats.

@@ -46,7 +46,7 @@ pub enum ScatterBasis {
         /// Number of runs.
         n_runs: usize,
     },
-    /// How runs differ cannot be seen: fewer than three runs here, and in no cell two with repeats at common loads.
+    /// How runs differ cannot be seen: fewer than three runs here, and in no cell two.
     Unavailable {
         /// Number of runs.
         n_runs: usize,
@@ -63,7 +63,7 @@ impl fmt::Display for ScatterBasis {
             ),
             Self::Unavailable { n_runs } => write!(
                 f,
-                "repeatability unknown: {n_runs} run(s) here, and no cells with repeats at common loads to tell how runs differ"
+                "repeatability unknown: {n_runs} run(s) here, and no cell with two to tell how runs differ"
             ),
         }
     }

@@ -3,6 +3,10 @@
 use miette::Diagnostic;
 use thiserror::Error;
 
+use crate::readings::Reading;
+
+use super::display_step::{are_planned, step_of};
+
 /// Coverage factor taken when a certificate's expanded uncertainty comes without one; the usual one for 95 % (GUM 6.3.3).
 const USUAL_COVERAGE_FACTOR: f64 = 2.0;
 
@@ -29,6 +33,7 @@ pub enum StiffnessError {
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct GaugeTerms {
     resolution: Option<f64>,
+    resolution_is_read_off: bool,
     expanded_uncertainty: Option<f64>,
     coverage_factor: Option<f64>,
 }
@@ -59,6 +64,7 @@ impl GaugeTerms {
         }
         Ok(Self {
             resolution,
+            resolution_is_read_off: false,
             expanded_uncertainty,
             coverage_factor,
         })
@@ -74,6 +80,24 @@ impl GaugeTerms {
     #[must_use]
     pub fn resolution(&self) -> Option<f64> {
         self.resolution
+    }
+
+    /// Whether the resolution was not stated, and is the step of the readings.
+    #[must_use]
+    pub fn resolution_is_read_off(&self) -> bool {
+        self.resolution_is_read_off
+    }
+
+    /// The same with the step of its readings, where it states none.
+    fn with_step_of(self, values: impl Iterator<Item = f64>) -> Self {
+        match self.resolution.is_none().then(|| step_of(values)).flatten() {
+            Some(step) => Self {
+                resolution: Some(step),
+                resolution_is_read_off: true,
+                ..self
+            },
+            None => self,
+        }
     }
 
     /// Expanded uncertainty U of the certificate, N or m.
@@ -114,6 +138,41 @@ pub struct Gauges {
     pub force: GaugeTerms,
     /// Displacement gauge, terms in m.
     pub displacement: GaugeTerms,
+}
+
+impl Gauges {
+    /// The same gauges with the steps of their readings, where no resolution is stated. Forces that are the planned loads have none.
+    #[must_use]
+    pub fn with_steps_of(self, readings: &[Reading]) -> Self {
+        let force = if are_planned(readings) {
+            self.force
+        } else {
+            let forces = readings.iter().map(|reading| reading.force_n);
+            self.force.with_step_of(forces)
+        };
+        let displacements = readings.iter().map(|reading| reading.displacement_m);
+        Self {
+            force,
+            displacement: self.displacement.with_step_of(displacements),
+        }
+    }
+
+    /// What was read off the readings because it is not stated.
+    pub fn read_off(&self) -> impl Iterator<Item = String> {
+        let of = |terms: GaugeTerms, name: &'static str, scale: f64, unit: &'static str| {
+            let step = terms.resolution.filter(|_| terms.resolution_is_read_off)?;
+            let step = (step * scale * 1e6).round() / 1e6;
+            Some(format!(
+                "the resolution of the {name} gauge is not stated: its readings are whole multiples of {step} {unit}, which is taken"
+            ))
+        };
+        [
+            of(self.force, "force", 1.0, "N"),
+            of(self.displacement, "displacement", 1e6, "um"),
+        ]
+        .into_iter()
+        .flatten()
+    }
 }
 
 #[cfg(test)]

@@ -14,7 +14,10 @@ mod compare;
 mod contributions;
 mod covariance;
 mod curve;
+mod display_step;
 mod estimate;
+#[cfg(test)]
+mod flag_tests;
 mod flags;
 mod gauges;
 mod grouping;

@@ -8,7 +8,7 @@ use super::curve::LoadCurve;
 use super::estimate::TypeA;
 use super::line::LineFit;
 use super::scatter::PooledScatter;
-use stiffbench_numeric::statistics::welch_satterthwaite;
+use stiffbench_numeric::statistics::{chi_squared_upper_tail, welch_satterthwaite};
 
 /// Scatter of the slope from run to run beyond reading noise, relative.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -17,6 +17,8 @@ pub struct PooledRunSlope {
     pub variance: f64,
     /// Degrees of freedom over all cells with two runs or more.
     pub dof: f64,
+    /// Chance of a scatter between runs as uneven over the cells as this one, were it the same in all; `None` without two cells of three runs.
+    pub evenness_p: Option<f64>,
     /// Variance of the gauge zero from zero to zero, m², with its degrees of freedom; `None` if no cell has two zeros.
     pub zero_variance_m2: Option<(f64, f64)>,
 }
@@ -33,7 +35,8 @@ struct CellRuns {
 
 impl PooledRunSlope {
     /// Weighted mean of n (u² - reading part) over the cells, weights from the variance of u², 2u⁴/dof, at the fitted value; ten rounds
-    /// settle it. Never below zero. `None` if no cell has two runs.
+    /// settle it. Never below zero. Where the scatter of readings was not seen, all that runs differ by is theirs. `None` if no cell has two
+    /// runs.
     pub(super) fn over<'a>(
         cells: impl Iterator<Item = (&'a LoadCurve, &'a LineFit)> + Clone,
         scatter: &PooledScatter,
@@ -56,22 +59,28 @@ impl PooledRunSlope {
             return None;
         }
         let mut variance = 0.0;
-        for _ in 0..10 {
-            let (mut weights, mut sum) = (0.0, 0.0);
-            for cell in &runs {
-                let expected = cell.reading_variance + variance / cell.runs;
-                let weight = cell.dof / (cell.runs * expected).powi(2);
-                weights += weight;
-                sum += weight * cell.runs * (cell.shown - cell.reading_variance);
+        if *scatter == PooledScatter::UNSEEN {
+            let shown = runs.iter().map(|cell| cell.dof * cell.runs * cell.shown);
+            variance = shown.sum::<f64>() / dof;
+        } else {
+            for _ in 0..10 {
+                let (mut weights, mut sum) = (0.0, 0.0);
+                for cell in &runs {
+                    let expected = cell.reading_variance + variance / cell.runs;
+                    let weight = cell.dof / (cell.runs * expected).powi(2);
+                    weights += weight;
+                    sum += weight * cell.runs * (cell.shown - cell.reading_variance);
+                }
+                variance = (sum / weights).max(0.0);
             }
-            variance = (sum / weights).max(0.0);
-            if !variance.is_finite() {
-                return None;
-            }
+        }
+        if !variance.is_finite() {
+            return None;
         }
         Some(Self {
             variance,
             dof,
+            evenness_p: evenness(&runs, variance),
             zero_variance_m2: pooled_zero(cells, variance, scatter),
         })
     }
@@ -113,6 +122,7 @@ impl PooledRunSlope {
                 dof,
             ));
         }
+        parts.retain(|(u, _)| *u > 0.0);
         let squares: f64 = parts.iter().map(|(u, _)| u * u).sum();
         TypeA {
             standard_uncertainty: squares.sqrt(),
@@ -133,6 +143,35 @@ impl PooledRunSlope {
             dof: self.dof,
         })
     }
+}
+
+/// Bartlett's test of equal variances on what the runs of each cell show over what they should, given their common variance.
+///
+/// # Source
+/// M. S. Bartlett, Proc. R. Soc. A 160 (1937) 268; NIST/SEMATECH e-Handbook of Statistical Methods, 1.3.5.7.
+fn evenness(cells: &[CellRuns], variance: f64) -> Option<f64> {
+    // Of one degree of freedom the approximation by chi-squared is poor.
+    let cells = cells.iter().filter(|cell| cell.dof >= 2.0);
+    let ratios: Vec<(f64, f64)> = cells
+        .map(|cell| {
+            let expected = cell.reading_variance + variance / cell.runs;
+            (cell.dof, cell.shown / expected)
+        })
+        .filter(|(_, ratio)| ratio.is_finite() && *ratio > 0.0)
+        .collect();
+    if ratios.len() < 2 {
+        return None;
+    }
+    let others = (ratios.len() - 1) as f64;
+    let dof: f64 = ratios.iter().map(|(dof, _)| dof).sum();
+    let pooled = ratios.iter().map(|(n, ratio)| n * ratio).sum::<f64>() / dof;
+    let logs: f64 = ratios
+        .iter()
+        .map(|(n, ratio)| n * (ratio / pooled).ln())
+        .sum();
+    let inverse: f64 = ratios.iter().map(|(n, _)| 1.0 / n).sum();
+    let correction = 1.0 + (inverse - 1.0 / dof) / (3.0 * others);
+    chi_squared_upper_tail(-logs / correction, others)
 }
 
 /// Variance of a gauge zero: that of the intercepts of a cell about their mean, over all cells, less what slopes and readings add to it.

@@ -26,6 +26,14 @@ pub struct PooledScatter {
 }
 
 impl PooledScatter {
+    /// No readings were repeated at a common load, so that none was seen.
+    pub const UNSEEN: Self = Self {
+        displacement_sd_m: 0.0,
+        force_sd_n: 0.0,
+        mean_sd_m: 0.0,
+        dof: 0.0,
+    };
+
     /// Standard deviation of a reading in a cell of this compliance (m/N), m.
     #[must_use]
     pub fn sd_m(&self, compliance_m_per_n: f64) -> f64 {

@@ -1,4 +1,4 @@
-//! What the uncertainties and flags promise, held against simulated benches whose truth is known.
+//! What the uncertainties promise, held against simulated benches whose truth is known.
 
 use super::*;
 use crate::readings::Reading;
@@ -57,6 +57,61 @@ fn intervals_of_two_runs_borrow_how_runs_differ_from_all_cells() {
 }
 
 #[test]
+fn two_runs_at_loads_of_their_own_differ_as_they_are_seen_to() {
+    // As of a recording that runs on: no two readings at one force.
+    let sessions = 2000;
+    let mut covered = 0.0;
+    for seed in 0..sessions {
+        let bench = SimulatedBench {
+            repeats: 2,
+            ..SimulatedBench::paper(1, seed)
+        };
+        let mut readings = bench.readings();
+        for (place, reading) in readings.iter_mut().enumerate() {
+            let beyond_n = 0.1 * (place + 1) as f64;
+            reading.target_n -= beyond_n;
+            reading.force_n -= beyond_n;
+            reading.displacement_m -= beyond_n / TRUE_STIFFNESS;
+        }
+        let table = stiffness_table(&readings, &Gauges::default(), StiffnessOptions::default());
+        assert_eq!(table.pooled_scatter, None);
+        covered += coverage(&table, Method::Regression) / f64::from(sessions as u32);
+    }
+    // 95 % to 0.5 % by chance.
+    assert!((0.93..=0.97).contains(&covered), "{covered}");
+}
+
+#[test]
+fn a_scatter_that_is_twice_as_large_in_half_of_the_cells_is_noticed() {
+    let (mut noticed, mut falsely) = (0, 0);
+    let sessions = 300;
+    for seed in 0..sessions {
+        let even = SimulatedBench::paper(12, seed).readings();
+        let p = |readings: &[Reading]| {
+            let table = stiffness_table(readings, &Gauges::default(), StiffnessOptions::default());
+            table.run_slope.unwrap().evenness_p.unwrap()
+        };
+        falsely += usize::from(p(&even) < 0.05);
+        let wide = SimulatedBench {
+            relative_slope_sd: 0.02,
+            ..SimulatedBench::paper(12, seed)
+        };
+        let narrow = SimulatedBench {
+            relative_slope_sd: 0.01,
+            ..SimulatedBench::paper(12, seed + 1000)
+        };
+        let half = even.len() / 2;
+        let mut uneven = wide.readings()[..half].to_vec();
+        uneven.extend_from_slice(&narrow.readings()[half..]);
+        noticed += usize::from(p(&uneven) < 0.05);
+    }
+    println!("noticed {noticed}, falsely {falsely} of {sessions}");
+    // 5 % and three standard errors of it.
+    assert!(falsely <= 26, "{falsely}");
+    assert!(noticed >= 90, "{noticed}");
+}
+
+#[test]
 fn one_run_in_every_cell_has_no_uncertainty() {
     let bench = SimulatedBench {
         repeats: 1,
@@ -95,35 +150,55 @@ fn a_shared_zero_is_allowed_for_in_the_mean_of_ratios() {
 /// What a gauge shows too much, as a share of its largest error, for a share of its range.
 type ErrorShape = fn(f64) -> f64;
 
-/// Share of cells whose interval holds the truth if each gauge errs within its certificate, by one shape in each cell.
+/// Sessions for each kind of error: a share of 0.93 is then known to 0.8 %.
+const SESSIONS: u64 = 1000;
+
+/// Share of intervals that hold the truth if each gauge errs within its certificate, by one shape in each session: over all cells, and of the
+/// worst of twelve from 27 to 200 N/mm.
 fn coverage_with_calibration(
     shape: ErrorShape,
-    draw: impl Fn(&mut ChaCha8Rng) -> f64,
+    draw: fn(&mut ChaCha8Rng) -> f64,
     method: Method,
-) -> f64 {
-    // U of 0.7 N and 14 µm: 1 % of 70 N and of 1400 µm.
+) -> [f64; 2] {
+    // U of 1 % of 70 N, and of up to 4 % of the displacement at 70 N.
     let (force_u, displacement_u) = (0.7, 14e-6);
     let gauges = Gauges {
         force: GaugeTerms::new(Some(0.1), Some(force_u), Some(2.0)).unwrap(),
-        displacement: GaugeTerms::new(Some(10e-6), Some(displacement_u), Some(2.0)).unwrap(),
+        displacement: GaugeTerms::new(Some(1e-6), Some(displacement_u), Some(2.0)).unwrap(),
     };
-    let mut readings = SimulatedBench::paper(3000, 23).readings();
-    let mut random = ChaCha8Rng::seed_from_u64(24);
-    for cell in readings.chunk_by_mut(|a, b| a.pose == b.pose && a.direction == b.direction) {
+    let compliances_m_per_n: Vec<f64> = (0..12).map(|i| 5e-6 * 1.2_f64.powi(i)).collect();
+    let mut held = [0.0; 12];
+    for seed in 0..SESSIONS {
+        let bench = SimulatedBench {
+            compliances_m_per_n: compliances_m_per_n.clone(),
+            ..SimulatedBench::paper(12, seed)
+        };
+        let mut readings = bench.readings();
+        let mut random = ChaCha8Rng::seed_from_u64(1_000_000 + seed);
         let (force, displacement) = (draw(&mut random), draw(&mut random));
-        for reading in cell {
+        for reading in &mut readings {
             let share = reading.target_n / -70.0;
+            // A gauge errs by what it shows: of a stiff cell it uses a part of its range.
+            let travel = reading.displacement_m.abs() / LONGEST_M;
             let to_step = |value: f64, step: f64| (value / step).round() * step;
             reading.force_n = to_step(reading.force_n + force * force_u * shape(share), 0.1);
             reading.displacement_m = to_step(
-                reading.displacement_m + displacement * displacement_u * shape(share),
-                10e-6,
+                reading.displacement_m + displacement * displacement_u * shape(travel),
+                1e-6,
             );
         }
+        let table = stiffness_table(&readings, &gauges, StiffnessOptions::default());
+        for ((row, truth), held) in table.cells.iter().zip(&compliances_m_per_n).zip(&mut held) {
+            let [low, high] = row.by(method).unwrap().estimate.interval_95().unwrap();
+            *held += f64::from(u8::from((low..=high).contains(&truth.recip()))) / SESSIONS as f64;
+        }
     }
-    let table = stiffness_table(&readings, &gauges, StiffnessOptions::default());
-    coverage(&table, method)
+    let all = held.iter().sum::<f64>() / held.len() as f64;
+    [all, held.into_iter().fold(1.0, f64::min)]
 }
+
+/// Displacement of the softest cell at 70 N, m.
+const LONGEST_M: f64 = 2.6e-3;
 
 #[test]
 fn intervals_hold_the_truth_whatever_error_a_certificate_allows() {
@@ -133,25 +208,24 @@ fn intervals_hold_the_truth_whatever_error_a_certificate_allows() {
         ("bow", |share| 4.0 * share * (1.0 - share)),
     ];
     // An error is drawn normal with U/k, or anywhere within U.
-    let normal = |random: &mut ChaCha8Rng| -> f64 {
+    let normal: fn(&mut ChaCha8Rng) -> f64 = |random| {
         let z: f64 = StandardNormal.sample(random);
         0.5 * z
     };
-    let even = |random: &mut ChaCha8Rng| random.random_range(-1.0..=1.0);
+    let even: fn(&mut ChaCha8Rng) -> f64 = |random| random.random_range(-1.0..=1.0);
     for method in [Method::Regression, Method::PaperMean] {
         for (name, shape) in shapes {
-            let by_chance = coverage_with_calibration(shape, normal, method);
-            let within = coverage_with_calibration(shape, even, method);
-            // 3000 cells: 0.4 % by chance.
-            assert!(by_chance >= 0.93, "{method}, {name}, normal: {by_chance}");
-            assert!(within >= 0.93, "{method}, {name}, within U: {within}");
+            for (drawn, draw) in [("normal", normal), ("within U", even)] {
+                let [all, worst] = coverage_with_calibration(shape, draw, method);
+                println!("{method}, {name}, {drawn}: {all:.3}, worst cell {worst:.3}");
+                assert!(all >= 0.93, "{method}, {name}, {drawn}: {all}");
+                assert!(worst >= 0.90, "{method}, {name}, {drawn}: {worst}");
+            }
         }
     }
-    // What the slope fears most is counted in full, not more.
-    let scale = coverage_with_calibration(shapes[0].1, normal, Method::Regression);
+    // What the slope of the cell with the longest travel fears most is counted in full, not more.
+    let [_, scale] = coverage_with_calibration(shapes[0].1, normal, Method::Regression);
     assert!(scale <= 0.97, "{scale}");
-    let offset = coverage_with_calibration(shapes[1].1, even, Method::PaperMean);
-    assert!(offset <= 0.97, "{offset}");
 }
 
 /// Sweeps up to the largest load and back to zero, as shipped, while the dial gauge drifts by so much in each sweep, m.
@@ -233,204 +307,53 @@ fn a_stiff_cell_on_one_gauge_step_gets_the_step_as_uncertainty() {
     assert!((row.contribution_n_per_m / expected - 1.0).abs() < 1e-9);
 }
 
-/// Twelve cells of 7 to 300 N/mm, loading and unloading.
-fn mixed_bench(seed: u64) -> SimulatedBench {
-    SimulatedBench {
-        compliances_m_per_n: (0..12).map(|i| 3e-6 * 1.4_f64.powi(i)).collect(),
-        unloading: true,
-        reading_sd_m: 3e-6,
-        force_step_n: 0.1,
-        ..SimulatedBench::paper(12, seed)
-    }
-}
-
-fn rules(table: &StiffnessTable) -> Vec<&'static str> {
-    let flags = table.cells.iter().flat_map(|row| &row.flags);
-    flags.map(Flag::rule).collect()
-}
-
 #[test]
-fn flawless_benches_are_flagged_in_one_of_twenty_at_most() {
-    let n_benches = 400;
-    // 5 % and three standard errors of a share of 5 % among the benches.
-    let allowed = 0.05 + 3.0 * (0.05 * 0.95 / f64::from(n_benches)).sqrt();
-    for shared_zero in [false, true] {
-        let mut counts = std::collections::BTreeMap::new();
-        for seed in 0..n_benches {
-            let bench = SimulatedBench {
-                shared_zero,
-                ..mixed_bench(u64::from(seed as u32))
-            };
-            let mut found = rules(&table(&bench, &Gauges::default()));
-            found.sort_unstable();
-            found.dedup();
-            for rule in found {
-                *counts.entry(rule).or_insert(0.0) += 1.0;
+fn a_display_step_that_nobody_stated_is_in_the_budget() {
+    let compliances_m_per_n: Vec<f64> = (0..12).map(|i| 0.8e-6 + 0.19e-6 * f64::from(i)).collect();
+    // Displacements of up to 200 µm on a display of 10 µm, a noise of 0.2 µm: five repeats mostly show the same.
+    let bench = SimulatedBench {
+        compliances_m_per_n: compliances_m_per_n.clone(),
+        reading_sd_m: 0.2e-6,
+        zero_sd_m: 0.0,
+        relative_slope_sd: 0.0,
+        ..SimulatedBench::paper(12, 5)
+    };
+    let mut random = ChaCha8Rng::seed_from_u64(6);
+    let (mut covered, mut without) = (0.0, 0.0);
+    let sessions = 100;
+    for seed in 0..sessions {
+        let bench = SimulatedBench {
+            seed,
+            ..bench.clone()
+        };
+        let mut readings = bench.readings();
+        for cell in readings.chunk_by_mut(|a, b| a.pose == b.pose && a.direction == b.direction) {
+            // Where the steps of the display lie is chance, of cell after cell.
+            let offset: f64 = random.random_range(0.0..10e-6);
+            for reading in cell {
+                let shown = (reading.displacement_m + offset) / 10e-6;
+                reading.displacement_m = shown.round() * 10e-6;
             }
         }
-        for rule in [
-            "outlier",
-            "repeat-trend",
-            "zero-drift",
-            "return-to-zero",
-            "not-monotonic",
-        ] {
-            let share = counts.get(rule).copied().unwrap_or(0.0) / f64::from(n_benches);
-            println!("shared zero {shared_zero}, {rule}: {share}");
-            assert!(share <= allowed, "{rule} in {share} of flawless benches");
-        }
+        let gauges = Gauges::default().with_steps_of(&readings);
+        assert!((gauges.displacement.resolution().unwrap() - 10e-6).abs() < 1e-12);
+        assert!(gauges.displacement.resolution_is_read_off());
+        let table =
+            |gauges: &Gauges| stiffness_table(&readings, gauges, StiffnessOptions::default());
+        let share = |gauges| {
+            let table = table(gauges);
+            let rows = table.cells.iter().zip(&compliances_m_per_n);
+            let held = rows.filter(|(row, compliance)| {
+                let estimate = row.by(Method::Regression).unwrap().estimate;
+                let [low, high] = estimate.interval_95().unwrap();
+                (low..=high).contains(&compliance.recip())
+            });
+            held.count() as f64 / (12.0 * sessions as f64)
+        };
+        covered += share(&gauges);
+        without += share(&Gauges::default());
     }
-}
-
-/// The flags of a bench after `spoil`.
-fn spoiled(bench: &SimulatedBench, spoil: impl Fn(&mut Reading)) -> StiffnessTable {
-    let mut readings = bench.readings();
-    readings.iter_mut().for_each(spoil);
-    stiffness_table(&readings, &Gauges::default(), StiffnessOptions::default())
-}
-
-#[test]
-fn a_large_outlier_is_flagged_alone_and_kept() {
-    let bench = mixed_bench(1);
-    let victim = bench.readings()[95].seq;
-    let clean = table(&bench, &Gauges::default());
-    let spoiled = spoiled(&bench, |r| {
-        if r.seq == victim {
-            r.displacement_m += 200e-6;
-        }
-    });
-    assert!(!rules(&clean).contains(&"outlier"));
-    let flagged: Vec<u32> = spoiled
-        .cells
-        .iter()
-        .flat_map(|row| &row.flags)
-        .filter_map(|flag| match flag {
-            Flag::Outlier { place, .. } => Some(place.seq),
-            _ => None,
-        })
-        .collect();
-    assert_eq!(flagged, [victim]);
-    let n = |table: &StiffnessTable| table.cells[1].loads.iter().map(|l| l.n).sum::<usize>();
-    assert_eq!(n(&clean), n(&spoiled));
-    assert_ne!(clean.cells[1].regression, spoiled.cells[1].regression);
-    // Its size does not hide in the pooled scatter.
-    let sd = |table: &StiffnessTable| table.pooled_scatter.unwrap().mean_sd_m;
-    assert!((sd(&spoiled) / sd(&clean) - 1.0).abs() < 0.02);
-}
-
-#[test]
-fn a_stiffness_that_grows_with_the_repeat_is_a_trend() {
-    let table = spoiled(&mixed_bench(2), |r| {
-        if r.pose.as_str() == "P4" {
-            r.displacement_m *= 1.0 - 0.02 * f64::from(r.repeat);
-        }
-    });
-    let trends: Vec<f64> = table.cells[9..]
-        .iter()
-        .flat_map(|row| &row.flags)
-        .filter_map(|flag| match flag {
-            Flag::RepeatTrend { per_repeat, .. } => Some(*per_repeat),
-            _ => None,
-        })
-        .collect();
-    assert_eq!(trends.len(), 3);
-    assert!(
-        trends
-            .iter()
-            .all(|per_repeat| (per_repeat - 0.02).abs() < 0.008)
-    );
-    let first_nine = table.cells[..9].iter().flat_map(|row| &row.flags);
-    assert!(
-        !first_nine
-            .map(Flag::rule)
-            .any(|rule| rule == "repeat-trend")
-    );
-}
-
-#[test]
-fn a_creeping_zero_is_a_drift_if_the_gauge_keeps_its_zero() {
-    let bench = SimulatedBench {
-        shared_zero: true,
-        ..mixed_bench(3)
-    };
-    let drift = |r: &mut Reading| r.displacement_m += 40e-9 * r.time_s.unwrap_or(0.0);
-    let seen_in = |table: &StiffnessTable| {
-        table.cells[0].flags.iter().find_map(|flag| match flag {
-            Flag::ZeroDrift { evidence, .. } => Some(*evidence),
-            _ => None,
-        })
-    };
-    let with_unloaded = spoiled(&bench, drift);
-    assert_eq!(
-        seen_in(&with_unloaded),
-        Some(ZeroEvidence::UnloadedReadings)
-    );
-    let mut loaded = bench.readings();
-    loaded.retain(|r| r.target_n != 0.0);
-    loaded.iter_mut().for_each(drift);
-    let table = stiffness_table(&loaded, &Gauges::default(), StiffnessOptions::default());
-    assert_eq!(seen_in(&table), Some(ZeroEvidence::Intercepts));
-}
-
-#[test]
-fn a_gauge_that_does_not_come_back_is_flagged_and_in_the_budget() {
-    let table = spoiled(&mixed_bench(4), |r| {
-        if r.branch == stiffbench_units_and_text::test_point::Branch::Unloading {
-            r.displacement_m -= 15e-6;
-        }
-    });
-    for row in &table.cells {
-        let back = row.flags.iter().any(|flag| flag.rule() == "return-to-zero");
-        assert!(back, "{}", row.cell);
-        let budget = &row.by(Method::Regression).unwrap().budget;
-        let drift = budget.row(Source::ZeroDrift).unwrap();
-        assert_eq!(drift.standing, Standing::Counted);
-        let stated = drift.standard_uncertainty.unwrap() * 3_f64.sqrt();
-        assert!((stated - 15e-6).abs() < 6e-6);
-    }
-}
-
-#[test]
-fn two_tables_of_one_robot_differ_in_one_of_twenty_and_a_change_is_found() {
-    let gauges = Gauges {
-        force: GaugeTerms::new(None, Some(0.15), Some(2.0)).unwrap(),
-        displacement: GaugeTerms::new(None, Some(4e-6), Some(2.0)).unwrap(),
-    };
-    let n_pairs = 500;
-    let mut differs = 0;
-    let mut named = 0;
-    for seed in 0..n_pairs {
-        let [a, b] = [2 * seed, 2 * seed + 1].map(|seed| table(&mixed_bench(seed), &gauges));
-        let comparison = compare(&a, &b, true);
-        assert_eq!(comparison.changes.len(), 12);
-        differs += u32::from(comparison.agreement == Agreement::Differs);
-        named += u32::from(comparison.changes.iter().any(|change| change.differs));
-    }
-    let allowed = 0.05 + 3.0 * (0.05 * 0.95 / n_pairs as f64).sqrt();
-    println!("differs {differs}, named {named} of {n_pairs}");
-    assert!(
-        f64::from(differs) <= allowed * n_pairs as f64,
-        "{differs} of {n_pairs}"
-    );
-    assert!(
-        f64::from(named) <= allowed * n_pairs as f64,
-        "{named} of {n_pairs}"
-    );
-
-    let a = table(&mixed_bench(1), &gauges);
-    let b = spoiled(&mixed_bench(2), |r| {
-        if r.pose.as_str() == "P2" {
-            r.displacement_m *= 1.05;
-        }
-    });
-    let comparison = compare(&a, &b, true);
-    assert_eq!(comparison.agreement, Agreement::Differs);
-    let changed: Vec<bool> = comparison.changes.iter().map(|c| c.differs).collect();
-    assert_eq!(changed[3..6], [true; 3]);
-    assert!(
-        !changed[..3]
-            .iter()
-            .chain(&changed[6..])
-            .any(|differs| *differs)
-    );
+    println!("{covered} with the step, {without} without");
+    assert!(covered >= 0.93, "{covered}");
+    assert!(without < 0.9, "it does matter: {without}");
 }

@@ -188,9 +188,12 @@ pub fn stiffness_table(
     let pooled_scatter = check(&mut works, gauges);
     let with_line = works.iter();
     let with_line = with_line.filter_map(|work| Some((&work.curve, work.line.as_ref().ok()?)));
-    let run_slope = pooled_scatter.and_then(|scatter| PooledRunSlope::over(with_line, &scatter));
-    let pooled = pooled_scatter.as_ref().zip(run_slope.as_ref());
-    let elsewhere = pooled.map(|(scatter, run_slope)| Elsewhere { run_slope, scatter });
+    let scatter = pooled_scatter.unwrap_or(PooledScatter::UNSEEN);
+    let run_slope = PooledRunSlope::over(with_line, &scatter);
+    let elsewhere = run_slope.as_ref().map(|run_slope| Elsewhere {
+        run_slope,
+        scatter: &scatter,
+    });
     let cells = works
         .into_iter()
         .map(|work| finish(work, gauges, pooled_scatter.as_ref(), elsewhere.as_ref()))

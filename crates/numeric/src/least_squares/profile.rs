@@ -436,9 +436,23 @@ impl<'a> Walk<'a> {
             Err(other) => return Err(other),
         };
         self.evaluations += fit.evaluations;
-        if !fit.termination.is_converged() {
-            return Ok(Err(Some(fit.termination)));
-        }
+        let fit = match fit.termination {
+            Termination::Converged(_) => fit,
+            // Along the floor of a valley a fit may creep on where its height has long been reached.
+            Termination::AtLimit { .. } => {
+                let on = set.with_start(&fit.free_values)?;
+                let further = minimise(self.problem, &on, &self.settings.refits)?;
+                self.evaluations += further.evaluations;
+                let fallen = fit.sum_of_squares() - further.sum_of_squares();
+                let arrived = further.termination.is_converged()
+                    || fallen <= self.settings.tolerance * self.threshold;
+                if !arrived {
+                    return Ok(Err(Some(further.termination)));
+                }
+                further
+            }
+            termination => return Ok(Err(Some(termination))),
+        };
         let rise = fit.sum_of_squares() - self.lowest;
         // A thousandth of the threshold is beyond what an unfinished minimum explains.
         let best_so_far = self

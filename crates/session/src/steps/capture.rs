@@ -8,7 +8,7 @@ use super::answers::Why;
 use super::plausibility::Doubt;
 use super::{Action, Applied, Machine};
 
-/// A doubt that may go by itself is asked about after this many dwells under the load.
+/// A doubt that may go by itself is asked about after this many dwells under the load without a gap.
 const PATIENT_DWELLS: f64 = 3.0;
 
 impl Machine {
@@ -55,7 +55,11 @@ impl Machine {
         let open = doubts.find(|doubt| !accepted.contains(&doubt.rule));
         if let Some(doubt) = open {
             let patient_s = PATIENT_DWELLS * self.plan.procedure.settle.dwell_s;
-            if !doubt.may_pass || taken.hold_s >= patient_s {
+            let dwelt_s = self
+                .load
+                .as_ref()
+                .map_or(0.0, |load| load.dwell_s(self.now_s));
+            if !doubt.may_pass || dwelt_s >= patient_s {
                 self.ask_doubt(&doubt, out);
             }
             return;

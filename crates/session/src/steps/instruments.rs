@@ -1,7 +1,7 @@
 //! What comes from the gauges, and who they are.
 
 use crate::event::{Event, InstrumentSeen, LinkChange, Outcome};
-use crate::feed::link_text;
+use crate::link_text::link_text;
 use crate::operator::Bell;
 use stiffbench_gauges::{Ask, Channel, GaugeEvent, LinkState};
 
@@ -17,6 +17,7 @@ impl Machine {
             GaugeEvent::Sample { channel, sample } if sample.kind != channel.kind() => {}
             GaugeEvent::Sample { channel, sample } => {
                 let was_blocked = self.feed(channel).blocked.is_some();
+                let was_away = self.feed(channel).is_stale(sample.at_s);
                 if self.state.zero.is_none() && self.feed(channel).is_set_otherwise(&sample) {
                     self.set_otherwise_before_the_first_zero(channel, out);
                 }
@@ -25,6 +26,10 @@ impl Machine {
                 } else {
                     if was_blocked {
                         self.say(format!("the {channel} gauge is good again"), out);
+                    }
+                    if was_away && self.settings.lag_s.is_finite() {
+                        // Nobody saw what happened meanwhile.
+                        self.left_band();
                     }
                     self.watch_load(channel);
                 }

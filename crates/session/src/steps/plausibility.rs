@@ -77,7 +77,7 @@ impl Machine {
                 self.displacement_stands_still(taken),
                 self.force_stands_still(taken),
                 self.out_of_proportion(taken),
-                self.both_stand_still(taken),
+                self.flicker_has_ended(taken),
             ]
         });
         let rules = [
@@ -189,8 +189,8 @@ impl Machine {
         })
     }
 
-    /// Displays that used to flicker both stand still since the dwell began: held, or handed on by an adapter that repeats itself.
-    fn both_stand_still(&self, taken: &TakenReading) -> Option<Doubt> {
+    /// Displays that used to flicker stand still since the dwell began: held, at a peak, or handed on by an adapter that repeats itself.
+    fn flicker_has_ended(&self, taken: &TakenReading) -> Option<Doubt> {
         let dwell_s = self.load.as_ref()?.dwell_s(self.now_s);
         let from_s = self.now_s - dwell_s;
         let chances = self
@@ -200,7 +200,7 @@ impl Machine {
         (chances.product::<f64>() < CHANCE_OF_STILLNESS).then(|| Doubt {
             rule: "frozen",
             text: format!(
-                "Both displays have flickered until now and show {} and {} without change for {dwell_s:.1} s: hold, or an adapter that repeats itself?",
+                "The displays flickered until now; for {dwell_s:.1} s they show {} and {} nearly without change: hold, peak mode, or an adapter that repeats itself?",
                 taken.force_raw.trim(),
                 taken.displacement_raw.trim(),
             ),

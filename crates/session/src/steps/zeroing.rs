@@ -10,6 +10,9 @@ use super::{Action, Machine, ZeroDraft};
 /// Steps of the last digit that a gauge may show right after it was zeroed.
 const ZERO_DIGITS: f64 = 5.0;
 
+/// Dwells that a zero which still changes is waited for; what then remains is drift, and taken off as it is.
+const LEVEL_DWELLS: f64 = 3.0;
+
 impl Machine {
     pub(super) fn begin_zero(&mut self, channel: Channel, out: &mut Vec<Action>) {
         // Before the zero commands make the displays jump.
@@ -75,6 +78,18 @@ impl Machine {
         }
         let digit = feed.last.as_ref().map_or(0.0, |last| last.resolution_si);
         let by_gauge = draft.by_gauge;
+        // A gauge may say yes at once and set its zero a second later.
+        let waited_s = self.now_s - since_s;
+        let last = |share: f64| feed.window(self.now_s - share * settle.dwell_s);
+        if by_gauge[channel.index()]
+            && waited_s < LEVEL_DWELLS * settle.dwell_s
+            && last(0.25).or(last(0.5)).is_some_and(|later| {
+                let step = window.mean - later.mean;
+                step.abs() > (later.spread / 2.0).max(2.0 * digit)
+            })
+        {
+            return;
+        }
         let near_zero = window.mean.abs() <= (ZERO_DIGITS * digit).max(limit);
         if by_gauge[channel.index()] && !near_zero {
             self.ask_zero_not_shown(channel, out);

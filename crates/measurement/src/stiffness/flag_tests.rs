@@ -1,0 +1,211 @@
+//! What the flags promise, held against simulated benches with a spoiled reading, a drift or none.
+
+use super::*;
+use crate::readings::Reading;
+use crate::stiffness::sample::SimulatedBench;
+
+fn table(bench: &SimulatedBench, gauges: &Gauges) -> StiffnessTable {
+    stiffness_table(&bench.readings(), gauges, StiffnessOptions::default())
+}
+
+/// Twelve cells of 7 to 300 N/mm, loading and unloading.
+fn mixed_bench(seed: u64) -> SimulatedBench {
+    SimulatedBench {
+        compliances_m_per_n: (0..12).map(|i| 3e-6 * 1.4_f64.powi(i)).collect(),
+        unloading: true,
+        reading_sd_m: 3e-6,
+        force_step_n: 0.1,
+        ..SimulatedBench::paper(12, seed)
+    }
+}
+
+fn rules(table: &StiffnessTable) -> Vec<&'static str> {
+    let flags = table.cells.iter().flat_map(|row| &row.flags);
+    flags.map(Flag::rule).collect()
+}
+
+#[test]
+fn flawless_benches_are_flagged_in_one_of_twenty_at_most() {
+    let n_benches = 400;
+    // 5 % and three standard errors of a share of 5 % among the benches.
+    let allowed = 0.05 + 3.0 * (0.05 * 0.95 / f64::from(n_benches)).sqrt();
+    for shared_zero in [false, true] {
+        let mut counts = std::collections::BTreeMap::new();
+        for seed in 0..n_benches {
+            let bench = SimulatedBench {
+                shared_zero,
+                ..mixed_bench(u64::from(seed as u32))
+            };
+            let mut found = rules(&table(&bench, &Gauges::default()));
+            found.sort_unstable();
+            found.dedup();
+            for rule in found {
+                *counts.entry(rule).or_insert(0.0) += 1.0;
+            }
+        }
+        for rule in [
+            "outlier",
+            "repeat-trend",
+            "zero-drift",
+            "return-to-zero",
+            "not-monotonic",
+        ] {
+            let share = counts.get(rule).copied().unwrap_or(0.0) / f64::from(n_benches);
+            println!("shared zero {shared_zero}, {rule}: {share}");
+            assert!(share <= allowed, "{rule} in {share} of flawless benches");
+        }
+    }
+}
+
+/// The flags of a bench after `spoil`.
+fn spoiled(bench: &SimulatedBench, spoil: impl Fn(&mut Reading)) -> StiffnessTable {
+    let mut readings = bench.readings();
+    readings.iter_mut().for_each(spoil);
+    stiffness_table(&readings, &Gauges::default(), StiffnessOptions::default())
+}
+
+#[test]
+fn a_large_outlier_is_flagged_alone_and_kept() {
+    let bench = mixed_bench(1);
+    let victim = bench.readings()[95].seq;
+    let clean = table(&bench, &Gauges::default());
+    let spoiled = spoiled(&bench, |r| {
+        if r.seq == victim {
+            r.displacement_m += 200e-6;
+        }
+    });
+    assert!(!rules(&clean).contains(&"outlier"));
+    let flagged: Vec<u32> = spoiled
+        .cells
+        .iter()
+        .flat_map(|row| &row.flags)
+        .filter_map(|flag| match flag {
+            Flag::Outlier { place, .. } => Some(place.seq),
+            _ => None,
+        })
+        .collect();
+    assert_eq!(flagged, [victim]);
+    let n = |table: &StiffnessTable| table.cells[1].loads.iter().map(|l| l.n).sum::<usize>();
+    assert_eq!(n(&clean), n(&spoiled));
+    assert_ne!(clean.cells[1].regression, spoiled.cells[1].regression);
+    // Its size does not hide in the pooled scatter.
+    let sd = |table: &StiffnessTable| table.pooled_scatter.unwrap().mean_sd_m;
+    assert!((sd(&spoiled) / sd(&clean) - 1.0).abs() < 0.02);
+}
+
+#[test]
+fn a_stiffness_that_grows_with_the_repeat_is_a_trend() {
+    let table = spoiled(&mixed_bench(2), |r| {
+        if r.pose.as_str() == "P4" {
+            r.displacement_m *= 1.0 - 0.02 * f64::from(r.repeat);
+        }
+    });
+    let trends: Vec<f64> = table.cells[9..]
+        .iter()
+        .flat_map(|row| &row.flags)
+        .filter_map(|flag| match flag {
+            Flag::RepeatTrend { per_repeat, .. } => Some(*per_repeat),
+            _ => None,
+        })
+        .collect();
+    assert_eq!(trends.len(), 3);
+    assert!(
+        trends
+            .iter()
+            .all(|per_repeat| (per_repeat - 0.02).abs() < 0.008)
+    );
+    let first_nine = table.cells[..9].iter().flat_map(|row| &row.flags);
+    assert!(
+        !first_nine
+            .map(Flag::rule)
+            .any(|rule| rule == "repeat-trend")
+    );
+}
+
+#[test]
+fn a_creeping_zero_is_a_drift_if_the_gauge_keeps_its_zero() {
+    let bench = SimulatedBench {
+        shared_zero: true,
+        ..mixed_bench(3)
+    };
+    let drift = |r: &mut Reading| r.displacement_m += 40e-9 * r.time_s.unwrap_or(0.0);
+    let seen_in = |table: &StiffnessTable| {
+        table.cells[0].flags.iter().find_map(|flag| match flag {
+            Flag::ZeroDrift { evidence, .. } => Some(*evidence),
+            _ => None,
+        })
+    };
+    let with_unloaded = spoiled(&bench, drift);
+    assert_eq!(
+        seen_in(&with_unloaded),
+        Some(ZeroEvidence::UnloadedReadings)
+    );
+    let mut loaded = bench.readings();
+    loaded.retain(|r| r.target_n != 0.0);
+    loaded.iter_mut().for_each(drift);
+    let table = stiffness_table(&loaded, &Gauges::default(), StiffnessOptions::default());
+    assert_eq!(seen_in(&table), Some(ZeroEvidence::Intercepts));
+}
+
+#[test]
+fn a_gauge_that_does_not_come_back_is_flagged_and_in_the_budget() {
+    let table = spoiled(&mixed_bench(4), |r| {
+        if r.branch == stiffbench_units_and_text::test_point::Branch::Unloading {
+            r.displacement_m -= 15e-6;
+        }
+    });
+    for row in &table.cells {
+        let back = row.flags.iter().any(|flag| flag.rule() == "return-to-zero");
+        assert!(back, "{}", row.cell);
+        let budget = &row.by(Method::Regression).unwrap().budget;
+        let drift = budget.row(Source::ZeroDrift).unwrap();
+        assert_eq!(drift.standing, Standing::Counted);
+        let stated = drift.standard_uncertainty.unwrap() * 3_f64.sqrt();
+        assert!((stated - 15e-6).abs() < 6e-6);
+    }
+}
+
+#[test]
+fn two_tables_of_one_robot_differ_in_one_of_twenty_and_a_change_is_found() {
+    let gauges = Gauges {
+        force: GaugeTerms::new(None, Some(0.15), Some(2.0)).unwrap(),
+        displacement: GaugeTerms::new(None, Some(4e-6), Some(2.0)).unwrap(),
+    };
+    let n_pairs = 500;
+    let mut differs = 0;
+    let mut named = 0;
+    for seed in 0..n_pairs {
+        let [a, b] = [2 * seed, 2 * seed + 1].map(|seed| table(&mixed_bench(seed), &gauges));
+        let comparison = compare(&a, &b, true);
+        assert_eq!(comparison.changes.len(), 12);
+        differs += u32::from(comparison.agreement == Agreement::Differs);
+        named += u32::from(comparison.changes.iter().any(|change| change.differs));
+    }
+    let allowed = 0.05 + 3.0 * (0.05 * 0.95 / n_pairs as f64).sqrt();
+    println!("differs {differs}, named {named} of {n_pairs}");
+    assert!(
+        f64::from(differs) <= allowed * n_pairs as f64,
+        "{differs} of {n_pairs}"
+    );
+    assert!(
+        f64::from(named) <= allowed * n_pairs as f64,
+        "{named} of {n_pairs}"
+    );
+
+    let a = table(&mixed_bench(1), &gauges);
+    let b = spoiled(&mixed_bench(2), |r| {
+        if r.pose.as_str() == "P2" {
+            r.displacement_m *= 1.05;
+        }
+    });
+    let comparison = compare(&a, &b, true);
+    assert_eq!(comparison.agreement, Agreement::Differs);
+    let changed: Vec<bool> = comparison.changes.iter().map(|c| c.differs).collect();
+    assert_eq!(changed[3..6], [true; 3]);
+    assert!(
+        !changed[..3]
+            .iter()
+            .chain(&changed[6..])
+            .any(|differs| *differs)
+    );
+}
