@@ -56,8 +56,10 @@ pub(super) fn run(args: &CompareArgs, global: &Global) -> Result<Outcome, Failur
     warnings.extend(metadata_differences(&a, &b));
     if let Some(path) = &args.figure {
         let figure = load_displacement_figure(&[(&a.name, &table_a), (&b.name, &table_b)]);
+        let written = write_figure(path, &figure, &inputs);
+        let written = written.map_err(|failure| failure.with_warnings(&warnings))?;
         warnings.extend(
-            write_figure(path, &figure, &inputs)?
+            written
                 .iter()
                 .map(|path| format!("wrote {}", path.display())),
         );

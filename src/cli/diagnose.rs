@@ -45,8 +45,18 @@ pub(super) fn run(args: &DiagnoseArgs, global: &Global) -> Result<Outcome, Failu
     if let Some(options) = args.specimen.options() {
         return diagnose_specimen::run(args, &options, without);
     }
+    let session = load_session(design::data(args)?, &LogArgs::default(), global)?;
+    let warnings = session.warnings.clone();
+    of_session(args, session, without, global).map_err(|failure| failure.with_warnings(&warnings))
+}
+
+fn of_session(
+    args: &DiagnoseArgs,
+    mut session: Session,
+    without: Vec<Law>,
+    global: &Global,
+) -> Result<Outcome, Failure> {
     let bar = progress(global, "diagnosis: read, search, judge, draw", 4);
-    let mut session = load_session(design::data(args)?, &LogArgs::default(), global)?;
     let chosen = choose(&args.model, Some(&mut session))?;
     refuse_known_physics(&chosen)?;
     let inputs = Inputs::default().with_session(&session).with_model(&chosen);

@@ -1,8 +1,12 @@
 //! What a result was made of: data, robot, mechanism and factors, with their hashes. It stands before every result.
 
+use std::fs;
+use std::path::Path;
+
 use serde::Serialize;
 
 use crate::plot::Figure;
+use crate::readings::SessionHeader;
 use crate::report::factors_toml;
 use crate::robot::{FittingFactors, Robot};
 
@@ -47,6 +51,25 @@ impl Inputs {
             sha256: session.sha256.clone(),
             origin: session.origin(),
         });
+        self
+    }
+
+    /// A session folder: its table, if there is one yet, and what its header says of the model.
+    pub(super) fn with_folder(mut self, folder: &Path, header: &SessionHeader) -> Self {
+        if let Ok(table) = fs::read(folder.join("readings.csv")) {
+            self.data.push(DataInput {
+                name: folder.display().to_string(),
+                sha256: sha256(table),
+                origin: header.origin.clone(),
+            });
+        }
+        if let (Some(name), Some(hash)) = (&header.robot, &header.robot_sha256) {
+            self.robot = Some(NamedInput {
+                name: name.clone(),
+                sha256: hash.clone(),
+            });
+        }
+        self.mechanisms.extend(header.mechanism.clone());
         self
     }
 

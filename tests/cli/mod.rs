@@ -2,6 +2,7 @@
 
 mod contract;
 mod diagnose;
+mod drawn;
 #[cfg(unix)]
 mod emulate;
 mod failures;

@@ -77,6 +77,7 @@ fn six_robots_go_through_every_command() {
         }
         stiffness_is_the_same_for_people_and_programs(&desk);
         estimates_lie_inside_their_intervals_and_these_inside_the_bounds(&desk);
+        figures_show_the_numbers_of_the_fit(&desk);
         refined_extremes_are_extreme(&desk, &robot);
         let refused = desk.run(&format!(
             "robot compliance --robot {robot} --pose NOWHERE --json"
@@ -135,6 +136,32 @@ fn estimates_lie_inside_their_intervals_and_these_inside_the_bounds(desk: &Desk)
             );
         }
     }
+}
+
+fn figures_show_the_numbers_of_the_fit(desk: &Desk) {
+    let fit = object(desk, "fit s --figures figures");
+    let cells = fit["data"]["cells"].as_array().unwrap();
+    let measured: Vec<f64> = cells
+        .iter()
+        .map(|cell| cell["measured"]["value"].as_f64().unwrap())
+        .collect();
+    // The lower panel shows how a cell is predicted by the others, where it is.
+    let ratios: Vec<f64> = cells
+        .iter()
+        .zip(&measured)
+        .map(|(cell, measured)| {
+            let judged = cell["predicted_without_its_pose"]["value"].as_f64();
+            judged.map_or(cell["ratio_percent"].as_f64().unwrap(), |k| {
+                100.0 * k / measured
+            })
+        })
+        .collect();
+    let panels = super::drawn::panels(&desk.read("figures/stiffness.svg"));
+    let [upper, lower] = &panels[..] else {
+        panic!("{panels:?}");
+    };
+    upper.assert_shows(&measured, f64::ln);
+    lower.assert_shows(&ratios, |percent| percent);
 }
 
 fn refined_extremes_are_extreme(desk: &Desk, robot: &str) {

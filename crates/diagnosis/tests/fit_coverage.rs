@@ -193,6 +193,9 @@ struct Study {
     factors: [Count; 4],
     /// Intervals of several islands.
     islands: Count,
+    /// Scatter between runs over its true size, root mean square, in sessions with islands and in others, and how many these are: islands
+    /// part where the scatter is taken for too small.
+    scatter: [(f64, usize); 2],
     /// Factors that have no interval.
     not_stated: Count,
     /// Stiffness of cells.
@@ -220,6 +223,14 @@ fn study(robot: &Robot, kind: Kind, sessions: u64) -> Study {
     let mut study = Study::default();
     for trial in &trials {
         study.without += usize::from(trial.outcome.agreement.is_none());
+        if let Some(run_slope) = &trial.table.run_slope {
+            let has_islands = trial.outcome.estimates[..4]
+                .iter()
+                .any(|estimate| estimate.parts_95().len() > 1);
+            let (sum, n) = &mut study.scatter[usize::from(!has_islands)];
+            *sum += run_slope.variance / NoiseModel::default().run_slope_sd.powi(2);
+            *n += 1;
+        }
         for place in 0..4 {
             let estimate = &trial.outcome.estimates[place];
             let parts = estimate.parts_95();
@@ -256,6 +267,10 @@ fn study(robot: &Robot, kind: Kind, sessions: u64) -> Study {
         study.islands.text(),
         study.not_stated.text(),
         study.cells.text()
+    );
+    let [with, without] = study.scatter.map(|(sum, n)| (sum / n as f64).sqrt());
+    println!(
+        "    scatter between runs over its true size: {with:.2} where islands are, {without:.2} elsewhere"
     );
     for (name, count) in FACTOR_NAMES.iter().zip(study.factors) {
         println!("    {name}: {}", count.text());

@@ -7,6 +7,7 @@ use jiff::{Timestamp, tz::TimeZone};
 use serde_json::{Value, json};
 
 use crate::cli::failure::Failure;
+use crate::cli::inputs::Inputs;
 use crate::cli::outcome::Outcome;
 use crate::instrument::Channel;
 use crate::procedure::Pace;
@@ -74,7 +75,9 @@ pub(super) fn status(folder: &Path) -> Result<Outcome, Failure> {
             "repeat": plan.cells[cell].readings[index].repeat,
         })),
     });
-    Ok(Outcome::new("session-status", text, data).with_warnings(warnings))
+    Ok(Outcome::new("session-status", text, data)
+        .with_inputs(Inputs::default().with_folder(folder, &header))
+        .with_warnings(warnings))
 }
 
 /// What a user should know of the end of a journal.

@@ -6,6 +6,7 @@ use serde_json::{Value, json};
 
 use crate::cli::data::choose;
 use crate::cli::failure::Failure;
+use crate::cli::inputs::Inputs;
 use crate::cli::outcome::Outcome;
 use crate::cli::procedure::choose_procedure;
 use crate::procedure::{Pace, PlannedReading};
@@ -66,7 +67,9 @@ pub(super) fn run(args: &PlanArgs) -> Result<Outcome, Failure> {
         "files": FILES.iter().map(|(name, _)| *name).collect::<Vec<_>>(),
     });
     warnings.extend(chosen.warnings.iter().cloned());
-    Ok(Outcome::new("session-plan", text, data).with_warnings(warnings))
+    Ok(Outcome::new("session-plan", text, data)
+        .with_inputs(Inputs::default().with_model(&chosen))
+        .with_warnings(warnings))
 }
 
 /// The steps of a cell: a line for each gauge zero and each run or load.

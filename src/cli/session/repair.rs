@@ -7,10 +7,13 @@ use jiff::Timestamp;
 use serde_json::json;
 
 use crate::cli::failure::{CliError, Failure};
+use crate::cli::inputs::Inputs;
 use crate::cli::integrity::{compare_with_journal, shortened};
 use crate::cli::outcome::Outcome;
 use crate::readings::{ReadOptions, ReadingsError, SessionHeader, read_readings};
 use crate::session::{JournalEnd, ReadFolder, ReadJournal, SessionState, read_folder, recover};
+
+use super::prepare::plan_of;
 
 /// Exit code for data that are damaged and readable in part.
 const PART: u8 = 30;
@@ -51,7 +54,12 @@ pub(super) fn verify(folder: &Path) -> Result<Outcome, Failure> {
     );
     let mut data = report(&read.journal, &state, exit);
     data["table"] = table;
-    Ok(Outcome::new("session-verify", text, data).with_exit(exit))
+    let mut outcome = Outcome::new("session-verify", text, data).with_exit(exit);
+    // Of a damaged journal not even the header may be left.
+    if let Ok((_, header, _)) = plan_of(&read) {
+        outcome = outcome.with_inputs(Inputs::default().with_folder(folder, &header));
+    }
+    Ok(outcome)
 }
 
 /// The table beside its journal: for JSON, in words, and the exit code for it.

@@ -18,8 +18,8 @@ impl Machine {
             GaugeEvent::Sample { channel, sample } => {
                 let was_blocked = self.feed(channel).blocked.is_some();
                 let was_away = self.feed(channel).is_stale(sample.at_s);
-                if self.state.zero.is_none() && self.feed(channel).is_set_otherwise(&sample) {
-                    self.set_otherwise_before_the_first_zero(channel, out);
+                if self.state.readings.is_empty() && self.feed(channel).is_set_otherwise(&sample) {
+                    self.set_otherwise_before_the_first_reading(channel, out);
                 }
                 if let Err(reason) = self.feeds[channel.index()].sample(sample) {
                     self.hold_up(channel, reason, out);
@@ -70,8 +70,9 @@ impl Machine {
         }
     }
 
-    /// Before the first zero nothing rests on the settings of a gauge: it may be set as it should be, and all is looked at again.
-    fn set_otherwise_before_the_first_zero(&mut self, channel: Channel, out: &mut Vec<Action>) {
+    /// Before the first reading nothing rests on the settings of a gauge: it may be set as it should be, and all is looked at again, a zero
+    /// that is set already with it.
+    fn set_otherwise_before_the_first_reading(&mut self, channel: Channel, out: &mut Vec<Action>) {
         self.feeds[channel.index()].forget_settings();
         self.feeds[channel.index()].forget();
         self.message(
@@ -79,6 +80,7 @@ impl Machine {
             true,
             out,
         );
+        self.unsure |= self.state.zero.is_some();
         self.look_again(channel, out);
     }
 
