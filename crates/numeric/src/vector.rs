@@ -1,15 +1,17 @@
 //! Vectors of three components in global axes.
 //!
-//! Leaf module. Plain arrays: the few products needed here do not ask for a matrix library in public signatures.
+//! Leaf module, inlined into the loops of other crates. Plain arrays: the few products needed here do not ask for a matrix library in public signatures.
 
 /// Scalar product.
 #[must_use]
+#[inline]
 pub fn dot(a: [f64; 3], b: [f64; 3]) -> f64 {
     a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
 }
 
 /// Vector product.
 #[must_use]
+#[inline]
 pub fn cross(a: [f64; 3], b: [f64; 3]) -> [f64; 3] {
     [
         a[1] * b[2] - a[2] * b[1],
@@ -20,18 +22,21 @@ pub fn cross(a: [f64; 3], b: [f64; 3]) -> [f64; 3] {
 
 /// Euclidean length.
 #[must_use]
+#[inline]
 pub fn norm(a: [f64; 3]) -> f64 {
     dot(a, a).sqrt()
 }
 
 /// A vector times a number.
 #[must_use]
+#[inline]
 pub fn scale(a: [f64; 3], factor: f64) -> [f64; 3] {
     a.map(|c| c * factor)
 }
 
 /// a - b.
 #[must_use]
+#[inline]
 pub fn subtract(a: [f64; 3], b: [f64; 3]) -> [f64; 3] {
     [a[0] - b[0], a[1] - b[1], a[2] - b[2]]
 }

@@ -61,8 +61,11 @@ pub fn regions(
         Gathered::new(level, [from, from + third], poses.free.len())
     });
     let mut outermost: [Option<(f64, usize)>; 4] = [None; 4];
-    for (row, stiffness) in map.column(column).enumerate() {
-        let zy = reach_and_height(map.end_m(row));
+    let plan = WorkspacePlan::paper();
+    let places: Vec<[f64; 2]> = (0..map.len())
+        .map(|row| plan.reach_and_height(map.end_m(row)))
+        .collect();
+    for (row, (stiffness, &zy)) in map.column(column).zip(&places).enumerate() {
         let level = level_of(stiffness);
         let place = map.places[row] as usize;
         regions[level].add(zy, poses.free_angles_deg(place));
@@ -73,8 +76,7 @@ pub fn regions(
             }
         }
     }
-    let places = (0..map.len()).map(|row| reach_and_height(map.end_m(row)));
-    let differing = Extreme::of_points(places);
+    let differing = Extreme::of_points(places.iter().copied());
     for (best, extreme) in outermost.into_iter().zip(Extreme::ALL) {
         if let Some((_, level)) = best
             && differing.contains(&extreme)
@@ -82,7 +84,7 @@ pub fn regions(
             regions[level].region.holds.push(extreme);
         }
     }
-    let areas = surface.map(|triangles| areas(map, triangles, column, level_of));
+    let areas = surface.map(|triangles| areas(map, &places, triangles, column, level_of));
     let total: f64 = areas.iter().flatten().sum();
     let mut levels = 0..3;
     regions.map(|gathered| {
@@ -97,6 +99,7 @@ pub fn regions(
 /// Area of the triangles whose mean stiffness is of each level, m².
 fn areas(
     map: &StiffnessMap,
+    places: &[[f64; 2]],
     triangles: &[[u32; 3]],
     column: usize,
     level_of: impl Fn(f64) -> usize,
@@ -104,7 +107,7 @@ fn areas(
     let mut areas = [0.0; 3];
     for corners in triangles {
         let rows = corners.map(|corner| corner as usize);
-        let [a, b, c] = rows.map(|row| reach_and_height(map.end_m(row)));
+        let [a, b, c] = rows.map(|row| places[row]);
         let twice = (b[0] - a[0]) * (c[1] - a[1]) - (c[0] - a[0]) * (b[1] - a[1]);
         let mean = rows
             .map(|row| map.stiffness_n_per_m(row, column))
@@ -114,11 +117,6 @@ fn areas(
         areas[level_of(mean)] += 0.5 * twice.abs();
     }
     areas
-}
-
-/// Reach and height of the end, m, as [`WorkspacePlan::paper`] measures them.
-fn reach_and_height(end_m: [f64; 3]) -> [f64; 2] {
-    WorkspacePlan::paper().reach_and_height(end_m)
 }
 
 /// A region on the way.
