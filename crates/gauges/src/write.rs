@@ -1,8 +1,10 @@
 //! Packets written by the patterns that read them: for gauges that are emulated from their description, and to try a description out.
 
+#[cfg(feature = "emulator")]
 use super::description::RegisterFormat;
 use super::grammar::{CharacterSet, ChoiceWord, Count, Field, Pattern, UnitWord};
 use super::number::{MOST_DIGITS, NumberShape};
+#[cfg(feature = "emulator")]
 use super::registers::{Registers, modbus_crc};
 use super::sample::Mark;
 
@@ -25,6 +27,10 @@ pub(super) struct Said<'a> {
 
 /// What a packet can say beside a number.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[cfg_attr(
+    not(feature = "emulator"),
+    expect(dead_code, reason = "only an emulated gauge is in all of them")
+)]
 pub(super) enum State {
     /// Nothing.
     Running,
@@ -173,6 +179,7 @@ impl NumberShape {
     }
 }
 
+#[cfg(feature = "emulator")]
 impl Registers {
     /// A reply with a value; `None` if the format has no room for it.
     pub(super) fn write(

@@ -40,24 +40,12 @@ pub(super) struct FewDigits {
 impl LastDigits {
     /// Takes a value at rest and the step of its last digit.
     pub(super) fn rest(&mut self, at_s: f64, value: f64, digit: f64) {
-        let Some(count) = counts_of(value, digit) else {
-            return;
-        };
-        if self.rests.len() == REMEMBERED {
-            self.rests.pop_front();
-        }
-        self.rests.push_back((at_s, count));
+        remember(&mut self.rests, REMEMBERED, at_s, counts_of(value, digit));
     }
 
     /// Takes a value at rest or on the way whose text is new.
     pub(super) fn change(&mut self, at_s: f64, value: f64, digit: f64) {
-        let Some(count) = counts_of(value, digit) else {
-            return;
-        };
-        if self.all.len() == REMEMBERED_ALL {
-            self.all.pop_front();
-        }
-        self.all.push_back((at_s, count));
+        remember(&mut self.all, REMEMBERED_ALL, at_s, counts_of(value, digit));
     }
 
     /// What is said against chance, over the longest stretch up to now that says anything; `now` and its digit belong to it.
@@ -128,6 +116,15 @@ impl LastDigits {
         }
         found
     }
+}
+
+/// Keeps a count, the oldest making room for it.
+fn remember(counts: &mut VecDeque<(f64, i64)>, most: usize, at_s: f64, count: Option<i64>) {
+    let Some(count) = count else { return };
+    if counts.len() == most {
+        counts.pop_front();
+    }
+    counts.push_back((at_s, count));
 }
 
 /// A value in steps of its last digit.
