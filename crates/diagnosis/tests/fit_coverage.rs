@@ -399,7 +399,7 @@ impl ByGrid<'_> {
 }
 
 /// Factors without an interval and with one, of sessions of two poses, held against their chi-squared at the bounds.
-fn intervals_against_a_grid(repeats: u32, sessions: u64) -> [usize; 2] {
+fn intervals_against_a_grid(repeats: u32, sessions: &[u64]) -> [usize; 2] {
     let robot = hp_robot();
     let mechanism = robot.mechanism(Some("F")).unwrap();
     let kind = Kind {
@@ -421,7 +421,10 @@ fn intervals_against_a_grid(repeats: u32, sessions: u64) -> [usize; 2] {
             start: start.beam,
             measured: &measured,
         };
-        let lowest = grid.least(None, &start);
+        // In a narrow curved valley a grid may end above the floor, where the fit's point certainly is.
+        let fitted = |place: usize| (trial.outcome.estimates[place].value / start.beam[place]).ln();
+        let at_fit = grid.chi_squared(std::array::from_fn(fitted), &start);
+        let lowest = grid.least(None, &start).min(at_fit);
         let mut counts = [0, 0];
         for (place, estimate) in trial.outcome.estimates[..4].iter().enumerate() {
             let bound = 10_f64.ln();
@@ -447,26 +450,29 @@ fn intervals_against_a_grid(repeats: u32, sessions: u64) -> [usize; 2] {
         }
         counts
     };
-    let counts: Vec<[usize; 2]> = (0..sessions).into_par_iter().map(of_session).collect();
+    let counts: Vec<[usize; 2]> = sessions.par_iter().map(|&seed| of_session(seed)).collect();
     let sum = |which: usize| counts.iter().map(|count| count[which]).sum();
     let [without, with] = [sum(0), sum(1)];
     println!(
-        "{repeats} runs, {sessions} sessions: {without} not stated, {with} stated, all as the grid has it"
+        "{repeats} runs, {} sessions: {without} not stated, {with} stated, all as the grid has it",
+        sessions.len()
     );
     [without, with]
 }
 
 #[test]
 fn no_interval_is_withheld_whose_limit_is_crossed_within_the_bounds() {
-    let [without, with] = intervals_against_a_grid(2, 6);
+    // In session 68 a refit stalls in the rounding of the model.
+    let [without, with] = intervals_against_a_grid(2, &[0, 1, 2, 3, 4, 68]);
     assert_eq!(without + with, 24);
 }
 
 #[test]
 #[ignore = "some minutes; `just nightly` runs it"]
 fn no_interval_of_a_hundred_sessions_is_withheld_whose_limit_is_crossed() {
+    let sessions: Vec<u64> = (0..100).collect();
     for repeats in [2, 5] {
-        intervals_against_a_grid(repeats, 100);
+        intervals_against_a_grid(repeats, &sessions);
     }
 }
 

@@ -438,8 +438,9 @@ impl<'a> Walk<'a> {
         self.evaluations += fit.evaluations;
         let fit = match fit.termination {
             Termination::Converged(_) => fit,
-            // Along the floor of a valley a fit may creep on where its height has long been reached.
-            Termination::AtLimit { .. } => {
+            // Along the floor of a curved valley a fit creeps on, or stalls in the rounding of the model, where its height has long
+            // been reached.
+            Termination::AtLimit { .. } | Termination::Stalled => {
                 let on = set.with_start(&fit.free_values)?;
                 let further = minimise(self.problem, &on, &self.settings.refits)?;
                 self.evaluations += further.evaluations;
@@ -451,7 +452,7 @@ impl<'a> Walk<'a> {
                 }
                 further
             }
-            termination => return Ok(Err(Some(termination))),
+            termination @ Termination::EvaluationFailed(_) => return Ok(Err(Some(termination))),
         };
         let rise = fit.sum_of_squares() - self.lowest;
         // A thousandth of the threshold is beyond what an unfinished minimum explains.
