@@ -49,6 +49,7 @@ fn refit(criterion: &mut Criterion) {
                 cell: cell.clone(),
                 stiffness_n_per_m,
                 ln_uncertainty: None,
+                reading_noise: None,
             })
             .collect(),
         basis: WeightBasis::Equal,

@@ -216,6 +216,12 @@ fn agreement_text(outcome: &FitOutcome) -> String {
                 100.0 * run_slope_sd
             )
         }
+        WeightBasis::FromResiduals { run_slope_sd, dof } => {
+            format!(
+                "weights from reading noise and a scatter from run to run of {:.2} % that the residuals ask for ({dof:.0} degrees of freedom)",
+                100.0 * run_slope_sd
+            )
+        }
         WeightBasis::EachCell => "weights from each cell's own scatter".to_owned(),
         WeightBasis::Stated => "weights from the stated uncertainties".to_owned(),
         WeightBasis::Equal => "equal weights".to_owned(),

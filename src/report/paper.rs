@@ -155,6 +155,7 @@ fn experiment(rows: &[Printed]) -> MeasuredStiffness {
                 },
                 stiffness_n_per_m: row.value * 1e6,
                 ln_uncertainty: None,
+                reading_noise: None,
             })
         });
     MeasuredStiffness {

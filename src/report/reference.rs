@@ -161,6 +161,7 @@ fn smallest_loads(cells: &[&ReferenceCell]) -> MeasuredStiffness {
                 },
                 stiffness_n_per_m: cell.force_n / cell.displacement_um[wanted.index()] * UM_PER_M,
                 ln_uncertainty: None,
+                reading_noise: None,
             })
     };
     MeasuredStiffness {

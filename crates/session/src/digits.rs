@@ -14,8 +14,11 @@ const COARSE: i64 = 5;
 /// Logarithm of the odds against chance beyond which it is none: 1 in 160 000.
 const ODDS: f64 = 12.0;
 
+/// A change at the rate of the one before, to within this share, says nothing of steps: a drive of constant speed leaves equal ones.
+const SAME_RATE: f64 = 0.2;
+
 /// Values of a gauge, as counts of the last digit sent. On the way a drive leaves a pattern of its own, in which some digits are rare; where it
-/// stops, any last digit may come. That all values are multiples of one coarse step is no pattern of a drive.
+/// stops, any last digit may come. That all values are multiples of one coarse step is no pattern of a drive, unless its speed is constant.
 #[derive(Debug, Clone, Default)]
 pub(super) struct LastDigits {
     /// Time and count at rest.
@@ -54,21 +57,25 @@ impl LastDigits {
         self.few_at_rest(latest).or_else(|| self.coarse(latest))
     }
 
-    /// All values lie whole multiples of a coarse step apart. Of n values by chance in g^(1-n) of cases for a given step g, and g may be any.
+    /// All values lie whole multiples of a coarse step apart. Of n values by chance in g^(1-n) of cases for a given step g, and g may be any of
+    /// those that displays have.
     fn coarse(&self, latest: i64) -> Option<FewDigits> {
         let mut counts = vec![latest];
-        let mut step = 0;
+        let mut telling = 0;
+        let mut apart = 0;
         let mut found = None;
         for (n, (_, count)) in self.all.iter().rev().enumerate() {
             if counts.contains(count) {
                 continue;
             }
             counts.push(*count);
-            step = gcd(step, (count - latest).abs());
+            apart = gcd(apart, (count - latest).abs());
+            let step = display_step(apart);
             if step < COARSE {
                 break;
             }
-            let odds = (counts.len() as f64 - 2.0) * (step as f64).ln();
+            telling += usize::from(!self.goes_on(self.all.len() - 1 - n));
+            let odds = (telling as f64 - 1.0) * (step as f64).ln();
             if odds > ODDS {
                 let certain = self.all.len().checked_sub(n + 2);
                 found = Some(FewDigits {
@@ -80,6 +87,17 @@ impl LastDigits {
             }
         }
         found
+    }
+
+    /// Whether the change after the value at a place was as fast as the one before it.
+    fn goes_on(&self, at: usize) -> bool {
+        let rate = |from: usize| {
+            let ((before_s, before), (after_s, after)) =
+                (self.all.get(from)?, self.all.get(from + 1)?);
+            Some((after - before) as f64 / (after_s - before_s))
+        };
+        let rates = at.checked_sub(1).and_then(rate).zip(rate(at));
+        rates.is_some_and(|(before, after)| (after - before).abs() <= SAME_RATE * before.abs())
     }
 
     fn few_at_rest(&self, latest: i64) -> Option<FewDigits> {
@@ -137,6 +155,16 @@ fn counts_of(value: f64, digit: f64) -> Option<i64> {
 fn last_digits(counts: &[i64]) -> String {
     let has = |digit: &i64| counts.iter().any(|count| count.rem_euclid(10) == *digit);
     (0..10).filter(has).map(|digit| digit.to_string()).collect()
+}
+
+/// The largest step of a display (1, 2 or 5 and zeros) that divides a number of counts.
+fn display_step(counts: i64) -> i64 {
+    let tens = std::iter::successors(Some(1_i64), |ten| ten.checked_mul(10));
+    tens.take_while(|ten| counts % ten == 0 && *ten <= counts)
+        .flat_map(|ten| [1, 2, 5].map(|digit| digit * ten))
+        .filter(|step| counts % step == 0)
+        .max()
+        .unwrap_or(1)
 }
 
 fn gcd(a: i64, b: i64) -> i64 {
@@ -198,6 +226,32 @@ mod tests {
         assert_eq!(told(100.0), Some(100));
         assert_eq!(told(50.0), Some(50));
         assert_eq!(told(1.0), None);
+    }
+
+    #[test]
+    fn a_drive_of_constant_speed_says_nothing() {
+        for step in [49.0, 50.0, 100.0] {
+            let mut digits = LastDigits::default();
+            for at_s in 0..20 {
+                digits.change(f64::from(at_s), step * f64::from(at_s), 1.0);
+            }
+            assert_eq!(digits.few(step * 19.0, 1.0), None, "{step}");
+        }
+    }
+
+    #[test]
+    fn steps_are_those_of_displays() {
+        for (counts, step) in [
+            (49, 1),
+            (60, 20),
+            (150, 50),
+            (700, 100),
+            (0, 1),
+            (1, 1),
+            (1024, 2),
+        ] {
+            assert_eq!(display_step(counts), step, "{counts}");
+        }
     }
 
     #[test]

@@ -15,7 +15,7 @@ use super::choice::{FactorChoice, FactorRole};
 use super::error::FitError;
 use super::intervals::Profiled;
 use super::joint::JointProblem;
-use super::measured::MeasuredStiffness;
+use super::measured::{MeasuredStiffness, WeightBasis};
 use super::outcome::{
     Agreement, Correlation, FactorStatus, FitMethod, FitOutcome, FittedCell, fitted_cells,
     plain_estimates,
@@ -67,6 +67,7 @@ pub fn fit_cells(problem: &FitProblem<'_>, options: &FitOptions) -> Result<FitOu
             cells: training.cells.len(),
         });
     }
+    let training = training.weighted_by_residuals(problem, &set)?;
     let sigma = sigma_mode(options, &training);
     let trained = FitProblem {
         measured: &training,
@@ -223,7 +224,11 @@ fn agreement(
     training: &MeasuredStiffness,
 ) -> Agreement {
     let p_value = match covariance.mode {
-        SigmaMode::Known if covariance.dof > 0 => {
+        // Weights from the residuals cannot be tested by them.
+        SigmaMode::Known
+            if covariance.dof > 0
+                && !matches!(training.basis, WeightBasis::FromResiduals { .. }) =>
+        {
             chi_squared_upper_tail(fit.sum_of_squares(), covariance.dof as f64)
         }
         _ => None,

@@ -137,7 +137,7 @@ impl Profiled {
 }
 
 /// The minima that starts spread over the bounds lead to, lowest first.
-fn all_minima(
+pub(super) fn all_minima(
     problem: &FitProblem<'_>,
     joint: &mut JointProblem<'_>,
     set: &ParameterSet,

@@ -12,6 +12,8 @@ pub struct MeasuredCell {
     pub stiffness_n_per_m: f64,
     /// What the cell's uncertainty of ln K consists of; `None` if nothing is known.
     pub ln_uncertainty: Option<LnUncertainty>,
+    /// The same without what differs from run to run: its own part is from reading noise alone. `None` if that was not seen.
+    pub reading_noise: Option<LnUncertainty>,
 }
 
 /// Standard uncertainty of ln K in parts, each relative (1).
@@ -49,6 +51,13 @@ pub enum WeightBasis {
     },
     /// Each cell's own scatter, because no cell has the three runs from which runs can be compared.
     EachCell,
+    /// Reading noise of each cell, and a scatter from run to run that the residuals of the fit ask for: no cell has two runs to show it.
+    FromResiduals {
+        /// Standard deviation of the slope from run to run, relative.
+        run_slope_sd: f64,
+        /// Degrees of freedom behind it: cells less free factors.
+        dof: f64,
+    },
     /// Stated with the stiffness values.
     Stated,
     /// Nothing is known: all cells weigh the same.
@@ -60,7 +69,7 @@ impl WeightBasis {
     #[must_use]
     pub fn dof(self) -> f64 {
         match self {
-            Self::Pooled { dof, .. } => dof,
+            Self::Pooled { dof, .. } | Self::FromResiduals { dof, .. } => dof,
             Self::EachCell | Self::Stated | Self::Equal => f64::INFINITY,
         }
     }
@@ -87,6 +96,10 @@ impl MeasuredStiffness {
     #[must_use]
     pub fn from_table(table: &StiffnessTable, method: Method) -> Self {
         let scatter = table.pooled_scatter.unwrap_or(PooledScatter::UNSEEN);
+        let lines = table.cells.iter().filter_map(|row| row.line.as_ref().ok());
+        let readings = table
+            .pooled_scatter
+            .or_else(|| PooledScatter::about_lines(lines));
         let pooled = table.run_slope.map(|run_slope| (run_slope, scatter));
         let mut measured = Self {
             cells: Vec::new(),
@@ -122,14 +135,18 @@ impl MeasuredStiffness {
                 .zip(line)
                 .and_then(|((run_slope, scatter), line)| run_slope.of_cell(line, &scatter));
             let own = of_cell.map(f64::sqrt).or(estimate.ln_parts.independent);
+            let with_own = |own: f64| LnUncertainty {
+                own,
+                force_calibration: estimate.ln_parts.force_calibration,
+                displacement_calibration: estimate.ln_parts.displacement_calibration,
+            };
+            let of_readings = readings.zip(line);
+            let of_readings = of_readings.and_then(|(scatter, line)| scatter.slope_variance(line));
             measured.cells.push(MeasuredCell {
                 cell: row.cell.clone(),
                 stiffness_n_per_m: estimate.estimate.value,
-                ln_uncertainty: own.map(|own| LnUncertainty {
-                    own,
-                    force_calibration: estimate.ln_parts.force_calibration,
-                    displacement_calibration: estimate.ln_parts.displacement_calibration,
-                }),
+                ln_uncertainty: own.map(with_own),
+                reading_noise: of_readings.map(f64::sqrt).map(with_own),
             });
         }
         // Weights are either known for all cells or used for none: one cell without would otherwise have to be guessed.

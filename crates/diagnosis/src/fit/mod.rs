@@ -8,6 +8,7 @@
 //! - [`Refitter`]: the same fit to other values, by the thousand.
 
 mod advice;
+mod between_runs;
 mod bootstrap;
 mod cell_model;
 mod choice;

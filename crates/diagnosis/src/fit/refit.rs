@@ -119,6 +119,7 @@ mod tests {
             cell: cell.clone(),
             stiffness_n_per_m: *k,
             ln_uncertainty: None,
+            reading_noise: None,
         };
         let measured = MeasuredStiffness {
             cells: cells.iter().zip(&truth).map(measured_cell).collect(),

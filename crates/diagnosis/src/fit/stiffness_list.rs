@@ -171,6 +171,7 @@ pub fn read_stiffness_list(
                 force_calibration: 0.0,
                 displacement_calibration: 0.0,
             }),
+        reading_noise: None,
     };
     Ok(MeasuredStiffness {
         cells: sums.into_iter().map(measured).collect(),

@@ -45,7 +45,7 @@ impl PooledRunSlope {
             .clone()
             .filter_map(|(_, line)| {
                 let by_runs = line.slope_by_any_runs?;
-                let reading_variance = reading_variance(line, scatter)?;
+                let reading_variance = scatter.slope_variance(line)?;
                 Some(CellRuns {
                     runs: line.runs.len() as f64,
                     shown: (by_runs.standard_uncertainty / line.slope_m_per_n).powi(2),
@@ -88,7 +88,7 @@ impl PooledRunSlope {
     /// Relative variance of the slope of a cell: u² = s²/n + σ²/(c² Σ(F - F̄)²), with n runs and compliance c.
     #[must_use]
     pub fn of_cell(&self, line: &LineFit, scatter: &PooledScatter) -> Option<f64> {
-        Some(self.variance / line.runs.len() as f64 + reading_variance(line, scatter)?)
+        Some(self.variance / line.runs.len() as f64 + scatter.slope_variance(line)?)
     }
 
     /// The type A uncertainty of the mean of F/δ, N/m, which the zero of each run enters beside its slope and its readings.
@@ -200,12 +200,4 @@ fn pooled_zero<'a>(
     }
     let found = (sum - expected).max(0.0) / dof;
     found.is_finite().then_some((found, dof))
-}
-
-/// Relative variance of the mean slope that reading noise alone gives.
-fn reading_variance(line: &LineFit, scatter: &PooledScatter) -> Option<f64> {
-    let sd_m = scatter.sd_m(line.slope_m_per_n.abs());
-    let root_sxx_n = line.runs.iter().map(|run| run.sxx_n2).sum::<f64>().sqrt();
-    let variance = (sd_m / root_sxx_n / line.slope_m_per_n).powi(2);
-    variance.is_finite().then_some(variance)
 }

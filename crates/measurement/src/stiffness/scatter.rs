@@ -41,6 +41,33 @@ impl PooledScatter {
         (self.displacement_sd_m.powi(2) + force * force).sqrt()
     }
 
+    /// Scatter of the readings about the line of their cell, for cells without repeats; a bend of the line counts as scatter.
+    ///
+    /// `None` if every line goes through its readings by construction.
+    #[must_use]
+    pub fn about_lines<'a>(lines: impl Iterator<Item = &'a LineFit>) -> Option<Self> {
+        let of_line = |line: &LineFit| {
+            let dof = line.slope_by_residuals.as_ref()?.dof;
+            Some(CellScatter {
+                compliance_m_per_n: line.slope_m_per_n,
+                deviations: Vec::new(),
+                sum_of_squares_m2: dof * line.residual_sd_m?.powi(2),
+                dof,
+            })
+        };
+        let cells: Vec<CellScatter> = lines.filter_map(of_line).collect();
+        Self::over(cells.iter())
+    }
+
+    /// Relative variance that reading noise gives the slope of a line, σ²/(c² Σ(F - F̄)²) with compliance c.
+    #[must_use]
+    pub fn slope_variance(&self, line: &LineFit) -> Option<f64> {
+        let sd_m = self.sd_m(line.slope_m_per_n.abs());
+        let root_sxx_n = line.runs.iter().map(|run| run.sxx_n2).sum::<f64>().sqrt();
+        let variance = (sd_m / root_sxx_n / line.slope_m_per_n).powi(2);
+        variance.is_finite().then_some(variance)
+    }
+
     /// `None` if no cell has repeats to compare.
     pub(super) fn over<'a>(cells: impl Iterator<Item = &'a CellScatter>) -> Option<Self> {
         let cells: Vec<(f64, f64, f64)> = cells
