@@ -21,13 +21,13 @@ quick crate *arguments:
 # What takes too long for every change: all goldens and tests, every fault, the quick proof, solids, parquet (the whole proof is `just prove`)
 nightly: parquet
     .ci/run
-    STIFFBENCH_GOLDENS=all cargo test --release --locked --test stiffbench goldens
+    STIFFBENCH_GOLDENS=all cargo test --release --locked --test stiffbench --test validation goldens
     cargo test --release --locked -- --ignored
-    cargo run --release --locked -- session faults
-    cargo run --release --locked -- prove --quick --out target/nightly/prove
-    cargo run --release --locked -- reference export --pose P1 --load=-50 --size 40 --out target/nightly/solids
-    cargo run --release --locked -- reference run target/nightly/solids
-    cargo run --release --locked -- reference compare target/nightly/solids
+    cargo run --release --locked --bin stiffbench-validate -- faults
+    cargo run --release --locked --bin stiffbench-validate -- prove --quick --out target/nightly/prove
+    cargo run --release --locked --bin stiffbench-validate -- reference export --pose P1 --load=-50 --size 40 --out target/nightly/solids
+    cargo run --release --locked --bin stiffbench-validate -- reference run target/nightly/solids
+    cargo run --release --locked --bin stiffbench-validate -- reference compare target/nightly/solids
 
 # The main job: stiffness, fit, validation and figures of the shipped session
 demo:
@@ -35,7 +35,7 @@ demo:
 
 # The proof that diagnoses can be trusted, whole (an hour or so on two cores); the result is kept in the repository
 prove *arguments:
-    cargo run --release --locked -- prove --out data/concealed/results {{arguments}}
+    cargo run --release --locked --bin stiffbench-validate -- prove --out data/concealed/results {{arguments}}
 
 # Points of maps as Parquet: the test of the feature, and a map read back by Apache Arrow (another build, so no part of `ci`)
 parquet:
@@ -45,11 +45,11 @@ parquet:
     target/parquet-check/venv/bin/pip install --quiet pyarrow==26.0.1
     target/parquet-check/venv/bin/python fixtures/parquet/check.py target/parquet-check
 
-# Write what every command prints and writes into fixtures/goldens again, and show every byte that has changed
+# Write what every command prints and writes into fixtures/goldens and fixtures/goldens-validate again, and show every byte that has changed
 goldens:
-    STIFFBENCH_GOLDENS=write cargo test --release --locked --test stiffbench goldens
-    git status --short fixtures/goldens
-    git diff --stat fixtures/goldens
+    STIFFBENCH_GOLDENS=write cargo test --release --locked --test stiffbench --test validation goldens
+    git status --short fixtures
+    git diff --stat fixtures
 
 # Attacks on whole sessions by gauges and an operator written apart from the program (eight minutes; Python 3.11); `just attacks --quick` for one
 attacks *arguments:

@@ -16,7 +16,8 @@
 //! - `simulation`: [`mod@bench`]. The virtual bench. The noise that makes data lives here, never the noise an analysis assumes.
 //! - `diagnosis`: [`fit`], [`mismatch`], [`distribution`]. Model and measurement together, and the stiffness over the workspace.
 //! - `figures`: [`plot`]. Plain numbers to SVG and PNG. Opens no files.
-//! - `validation`: [`prove`], [`mod@reference`]. What checks the tool.
+//!
+//! What checks the tool is another program, `stiffbench-validate` in `crates/validation`, built on this one.
 //!
 //! Here:
 //!
@@ -37,4 +38,3 @@ pub use stiffbench_numeric::{least_squares, reported, statistics, vector};
 pub use stiffbench_session as session;
 pub use stiffbench_simulation as bench;
 pub use stiffbench_units_and_text::{clock, nearest, quantity, source_text, test_point};
-pub use stiffbench_validation::{prove, reference};

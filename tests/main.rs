@@ -11,7 +11,6 @@ mod fuzz_briefly;
 mod goldens;
 mod paper_tables;
 mod paper_transcription;
-mod prove;
 mod readme;
 mod session_crash;
 mod session_terminal;

@@ -8,16 +8,15 @@ use clap::{Args, Parser, Subcommand, ValueEnum};
 use crate::test_point::Direction;
 
 use super::compare::CompareArgs;
+use super::demo::DemoArgs;
 use super::diagnose_args::DiagnoseArgs;
 #[cfg(unix)]
 use super::emulate::EmulateArgs;
 use super::instrument_args::InstrumentArgs;
 use super::map::MapArgs;
-use super::paper::PaperArgs;
+use super::moved::MovedArgs;
 use super::ports::PortsArgs;
 use super::procedure::ProcedureArgs;
-use super::prove_args::ProveArgs;
-use super::reference::ReferenceArgs;
 use super::session::SessionArgs;
 use super::trace::TraceArgs;
 
@@ -43,27 +42,27 @@ pub(super) struct Cli {
 #[expect(clippy::struct_excessive_bools, reason = "one switch a flag")]
 #[derive(Debug, Clone, Args)]
 #[command(next_help_heading = "Output")]
-pub(super) struct Global {
+pub struct Global {
     /// One JSON object on standard output instead of text, also on failure
     #[arg(long, global = true)]
-    pub(super) json: bool,
+    pub json: bool,
     /// Findings (flags, missing physics, factors that the data do not determine, overdue calibration) make the exit code other than 0
     #[arg(long, global = true)]
-    pub(super) strict: bool,
+    pub strict: bool,
     /// Use the readings.csv of a session folder though it differs from the journal; every result says so
     #[arg(long, global = true)]
-    pub(super) trust_csv: bool,
+    pub trust_csv: bool,
     /// No notes and no progress on standard error
     #[arg(long, short, global = true)]
-    pub(super) quiet: bool,
+    pub quiet: bool,
     /// Progress on standard error
     #[arg(long, global = true, value_enum, default_value_t = ProgressMode::Auto)]
-    pub(super) progress: ProgressMode,
+    pub progress: ProgressMode,
 }
 
 /// How progress is shown.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
-pub(super) enum ProgressMode {
+pub enum ProgressMode {
     /// A bar on a terminal, nothing otherwise
     Auto,
     /// A bar
@@ -102,12 +101,15 @@ pub(super) enum Command {
     Diagnose(DiagnoseArgs),
     /// Stiffness over the workspace, for each mechanism: statistics, where it is high and low, the paper's Tables VII to X
     Map(MapArgs),
-    /// The paper's Tables I and III to VI beside ours, cell by cell
-    Paper(PaperArgs),
-    /// Whether diagnoses can be trusted: blind verdicts on concealed sessions, error rates, recordings by others
-    Prove(ProveArgs),
-    /// Solids to hold the beams against: write the robot for CalculiX, run it, and the paper's Table IV on it
-    Reference(ReferenceArgs),
+    /// Moved to stiffbench-validate
+    #[command(hide = true, disable_help_flag = true)]
+    Paper(MovedArgs),
+    /// Moved to stiffbench-validate
+    #[command(hide = true, disable_help_flag = true)]
+    Prove(MovedArgs),
+    /// Moved to stiffbench-validate
+    #[command(hide = true, disable_help_flag = true)]
+    Reference(MovedArgs),
     /// Gauges: which there are, what is known of each, and bytes to samples
     Instrument(InstrumentArgs),
     /// Serial ports: which there are, what is on them, which gauge is bound to which
@@ -125,31 +127,22 @@ pub(super) enum Command {
 
 /// Which robot, mechanism and factors, and which physics beside them.
 #[derive(Debug, Clone, Default, Args)]
-pub(super) struct ModelArgs {
+pub struct ModelArgs {
     /// Robot file, or the name of a shipped robot [default: the session's, else hp-robot]
     #[arg(long, value_name = "FILE|NAME")]
-    pub(super) robot: Option<String>,
+    pub robot: Option<String>,
     /// Mechanism of the robot [default: the session's, else the robot's last]
     #[arg(long, value_name = "NAME")]
-    pub(super) mechanism: Option<String>,
+    pub mechanism: Option<String>,
     /// Factor set of the robot, or a TOML file with tables beam and link [default: the session's, else m_fsd, else unit]
     #[arg(long, value_name = "NAME|FILE")]
-    pub(super) factors: Option<String>,
+    pub factors: Option<String>,
     /// Model with found physics, as diagnose writes it: gives robot, mechanism, factors and effects where the options above do not
     #[arg(long, value_name = "FILE")]
-    pub(super) model: Option<PathBuf>,
+    pub model: Option<PathBuf>,
     /// Effect beside the beams, LAW@PLACE:NAME=VALUE,... (docs/physics.md); more than once for more effects
     #[arg(long = "effect", value_name = "EFFECT")]
-    pub(super) effects: Vec<String>,
-}
-
-/// Arguments of `demo`.
-#[derive(Debug, Args)]
-#[command(after_help = "Example:\n  stiffbench demo --out my-demo")]
-pub(super) struct DemoArgs {
-    /// Folder for the session, tables and figures
-    #[arg(long, default_value = "stiffbench-demo")]
-    pub(super) out: PathBuf,
+    pub effects: Vec<String>,
 }
 
 /// Arguments of `robot`.
@@ -479,7 +472,8 @@ pub(super) struct SimulateArgs {
 }
 
 /// A whole number above zero.
-pub(super) fn at_least_one() -> impl TypedValueParser<Value = usize> {
+#[must_use]
+pub fn at_least_one() -> impl TypedValueParser<Value = usize> {
     RangedU64ValueParser::<usize>::new().range(1..)
 }
 

@@ -16,13 +16,13 @@ use crate::readings::SessionHeader;
 use crate::robot::{Mechanism, Pose, Robot};
 use crate::test_point::PoseId;
 
-use super::data::{Chosen, choose};
 use super::diagnose::RANGE;
 use super::diagnose_args::DiagnoseArgs;
 use super::failure::{CliError, Failure};
 use super::inputs::Inputs;
 use super::outcome::Outcome;
 use super::procedure::named_procedure;
+use super::resolve::{ResolvedModel, resolve};
 
 /// Steps of the gauges of a bench of which nothing is known yet: a dial gauge of 10 µm, a force gauge of a tenth of a newton.
 const USUAL_STEPS: GaugeSteps = GaugeSteps {
@@ -36,7 +36,7 @@ const ROWS: usize = 40;
 /// Says what a procedure can and cannot tell apart.
 pub(super) fn run(args: &DiagnoseArgs, name: &str, range: [f64; 2]) -> Result<Outcome, Failure> {
     let (procedure, mut warnings) = named_procedure(name)?;
-    let chosen = choose(&args.model, None)?;
+    let chosen = resolve(&args.model, None)?;
     let mechanism = chosen.robot.mechanism(Some(&chosen.mechanism))?;
     let measured = procedure.poses.clone().unwrap_or_default();
     let poses = poses_at_hand(&chosen.robot, mechanism, &chosen.factors, &measured);
@@ -61,7 +61,10 @@ pub(super) fn run(args: &DiagnoseArgs, name: &str, range: [f64; 2]) -> Result<Ou
 }
 
 /// What a shipped procedure can show on a mechanism in its named poses, on a bench of which nothing is known yet.
-pub(super) fn usual_plan(
+///
+/// # Errors
+/// For a mechanism or procedure that is not there, or a plan that shows nothing.
+pub fn usual_plan(
     robot: &Robot,
     mechanism: &str,
     procedure: &str,
@@ -93,7 +96,7 @@ type Proposals = (Vec<NextMeasurement>, Vec<(String, String)>);
 
 /// Plans that separate what a diagnosis left open, with the procedures to be written beside it.
 pub(super) fn proposals(
-    chosen: &Chosen,
+    chosen: &ResolvedModel,
     header: Option<&SessionHeader>,
     done: &Observations,
     diagnosis: &Diagnosis,
@@ -152,7 +155,7 @@ fn told(proposal: &ProposedMeasurement, files: &mut Vec<(String, String)>) -> Ne
 
 /// The beam model of what was chosen, in these poses.
 pub(super) fn baseline<'a>(
-    chosen: &'a Chosen,
+    chosen: &'a ResolvedModel,
     mechanism: &Mechanism,
     poses: &[PoseId],
     range: [f64; 2],

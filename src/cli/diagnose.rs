@@ -6,10 +6,9 @@ use std::path::{Path, PathBuf};
 use serde_json::{Value, json};
 
 use crate::mismatch::{
-    Baseline, Diagnosis, EstimatedNoise, KnownNoise, MismatchError, Observations, RobotBaseline,
-    SearchOptions, Verdict, diagnose_and_locate, given_noise, trace,
+    Baseline, Diagnosis, EstimatedNoise, KnownNoise, Observations, RobotBaseline, SearchOptions,
+    Verdict, diagnose_and_locate, given_noise, trace,
 };
-use crate::nearest::nearest;
 use crate::physics::{Law, ModelFile};
 use crate::report::{
     DiagnosisReport, NoiseOrigin, diagnosis_appendix, diagnosis_figures, diagnosis_json,
@@ -18,7 +17,7 @@ use crate::report::{
 use crate::robot::FittingFactors;
 
 use super::args::{Global, LogArgs};
-use super::data::{Chosen, Session, choose, load_session};
+use super::data::{Session, load_session};
 use super::design;
 use super::diagnose_args::{DiagnoseArgs, NoiseSource};
 use super::diagnose_earlier::earlier_noise;
@@ -27,8 +26,10 @@ use super::failure::{CliError, Failure};
 use super::figure_files::{write, write_figure};
 use super::hash::sha256;
 use super::inputs::Inputs;
+use super::model::laws;
 use super::outcome::{Outcome, envelope};
 use super::progress::progress;
+use super::resolve::{ResolvedModel, resolve};
 
 /// Multiples of their start between which the beam factors may move.
 pub(super) const RANGE: [f64; 2] = [0.1, 10.0];
@@ -57,7 +58,7 @@ fn of_session(
     global: &Global,
 ) -> Result<Outcome, Failure> {
     let bar = progress(global, "diagnosis: read, search, judge, draw", 4);
-    let chosen = choose(&args.model, Some(&mut session))?;
+    let chosen = resolve(&args.model, Some(&mut session))?;
     refuse_known_physics(&chosen)?;
     let inputs = Inputs::default().with_session(&session).with_model(&chosen);
     let mechanism = chosen.robot.mechanism(Some(&chosen.mechanism))?;
@@ -152,7 +153,7 @@ fn of_session(
 }
 
 /// The search begins with the beams alone; physics that is known already would be found again, or hidden.
-fn refuse_known_physics(chosen: &Chosen) -> Result<(), CliError> {
+fn refuse_known_physics(chosen: &ResolvedModel) -> Result<(), CliError> {
     if chosen.physics.effects.is_empty() {
         return Ok(());
     }
@@ -170,7 +171,7 @@ fn refuse_known_physics(chosen: &Chosen) -> Result<(), CliError> {
 /// The model with what was found in it, for a file in `folder`; where the readings cannot decide there is none to give back.
 fn model(
     report: &DiagnosisReport<'_>,
-    chosen: &Chosen,
+    chosen: &ResolvedModel,
     factors: FittingFactors,
     folder: &Path,
 ) -> Result<Option<ModelFile>, CliError> {
@@ -187,7 +188,7 @@ fn model(
 }
 
 /// The robot as a file in `folder` names it: a shipped robot by its name, a file by its path from there.
-fn robot_seen_from(chosen: &Chosen, folder: &Path) -> Result<String, CliError> {
+fn robot_seen_from(chosen: &ResolvedModel, folder: &Path) -> Result<String, CliError> {
     let file = Path::new(&chosen.source.name);
     if !file.is_file() {
         return Ok(chosen.source.name.clone());
@@ -222,35 +223,6 @@ pub(super) fn called(session: &Session, path: &Path) -> String {
             .map(|name| name.to_string_lossy().into_owned())
     })
     .unwrap_or_else(|| session.name.clone())
-}
-
-/// Laws by name; a name may stand for two, as `thermal-drift` does.
-pub(super) fn laws(names: &[String]) -> Result<Vec<Law>, Failure> {
-    let mut laws = Vec::new();
-    for name in names {
-        let before = laws.len();
-        laws.extend(Law::named(name));
-        if laws.len() == before {
-            return Err(unknown_law(name));
-        }
-    }
-    laws.sort_unstable();
-    laws.dedup();
-    Ok(laws)
-}
-
-fn unknown_law(name: &str) -> Failure {
-    let mut known: Vec<&str> = Law::ALL.into_iter().map(Law::name).collect();
-    known.dedup();
-    let list = known.join(", ");
-    MismatchError::UnknownLaw {
-        name: name.to_owned(),
-        known: match nearest(name, known) {
-            Some(near) => format!("{list}; did you mean {near}?"),
-            None => list,
-        },
-    }
-    .into()
 }
 
 /// What is known of the noise beforehand, and where from.

@@ -7,12 +7,13 @@ use crate::readings::{InstrumentRecord, SessionHeader};
 use crate::report::EarlierSession;
 
 use super::args::{Global, LogArgs};
-use super::data::{Session, choose, load_session};
+use super::data::{Session, load_session};
 use super::design;
 use super::diagnose::{RANGE, called};
 use super::diagnose_args::DiagnoseArgs;
 use super::failure::{CliError, Failure};
 use super::progress::progress;
+use super::resolve::resolve;
 
 /// The scatter of earlier sessions that is that of this one, and what each told.
 ///
@@ -92,7 +93,7 @@ fn scatter_of(
     global: &Global,
 ) -> Result<(Session, EarlierNoise), Failure> {
     let mut session = load_session(path, &LogArgs::default(), global)?;
-    let chosen = choose(&args.model, Some(&mut session))?;
+    let chosen = resolve(&args.model, Some(&mut session))?;
     let mechanism = chosen.robot.mechanism(Some(&chosen.mechanism))?;
     let observations = Observations::new(&session.table, session.header.as_ref());
     let baseline = design::baseline(&chosen, mechanism, &observations.poses, RANGE)?;

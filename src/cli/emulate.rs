@@ -16,12 +16,12 @@ use crate::source_text::SourceText;
 use crate::test_point::{Direction, PoseId};
 
 use super::args::{Global, ModelArgs};
-use super::data::choose;
 use super::emulated::{Emulation, Hand};
 use super::failure::{CliError, Failure};
 use super::instrument_args::ProtocolsArgs;
 use super::outcome::{Outcome, print_error, print_now};
 use super::procedure::{ProcedureArgs, choose_procedure};
+use super::resolve::resolve;
 
 /// Arguments of `emulate`.
 #[derive(Debug, Args)]
@@ -81,7 +81,7 @@ const LOOK: Duration = Duration::from_millis(2);
 
 /// Hosts the bench until it is told to end.
 pub(super) fn run(args: &EmulateArgs, global: &Global) -> Result<Outcome, Failure> {
-    let chosen = choose(&args.model, None)?;
+    let chosen = resolve(&args.model, None)?;
     let (procedure, mut warnings) = choose_procedure(&args.procedure)?;
     warnings.extend(chosen.warnings.iter().cloned());
     let hand = Emulation {

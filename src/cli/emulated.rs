@@ -14,38 +14,38 @@ use crate::instrument::emulator::{
 use crate::procedure::Procedure;
 use crate::test_point::{Direction, PoseId};
 
-use super::data::Chosen;
 use super::descriptions::{all_descriptions, find_description};
 use super::failure::{CliError, Failure};
 use super::instrument_args::ProtocolsArgs;
+use super::resolve::ResolvedModel;
 
 /// How many times as fast as real lines the emulated ones are run at most; streams and delays of a gauge get shorter, programs do not.
 const FASTEST_LINE: f64 = 10.0;
 
 /// What is emulated.
-pub(super) struct Emulation<'a> {
+pub struct Emulation<'a> {
     /// Robot, mechanism, true factors, physics.
-    pub(super) chosen: &'a Chosen,
+    pub chosen: &'a ResolvedModel,
     /// What is to be measured.
-    pub(super) procedure: &'a Procedure,
+    pub procedure: &'a Procedure,
     /// Name of the force gauge.
-    pub(super) force: &'a str,
+    pub force: &'a str,
     /// Name of the displacement gauge.
-    pub(super) displacement: &'a str,
+    pub displacement: &'a str,
     /// Descriptions besides the shipped ones.
-    pub(super) protocols: &'a ProtocolsArgs,
+    pub protocols: &'a ProtocolsArgs,
     /// Noise, seed, and which way the gauges stand.
-    pub(super) setup: EmulatedSetup,
+    pub setup: EmulatedSetup,
     /// Session time.
-    pub(super) session: Clock,
+    pub session: Clock,
     /// What goes wrong.
-    pub(super) faults: FaultScript,
+    pub faults: FaultScript,
     /// Folder for the links to the ports; one of its own if none is named.
-    pub(super) links: Option<PathBuf>,
+    pub links: Option<PathBuf>,
 }
 
 /// The hand at an emulated bench; it may be used from any thread. The bench goes when it is dropped.
-pub(super) struct Hand {
+pub struct Hand {
     bench: EmulatedBench,
     host: PtyHost,
     /// Last, so that the links go before their folder.
@@ -57,7 +57,7 @@ impl Emulation<'_> {
     ///
     /// # Errors
     /// For a gauge that is not known or measures the other quantity, a procedure that the robot cannot follow, or no ports.
-    pub(super) fn start(self) -> Result<Hand, Failure> {
+    pub fn start(self) -> Result<Hand, Failure> {
         let bench = EmulatedBench::new(
             &self.chosen.robot,
             &self.chosen.physics,
@@ -134,7 +134,8 @@ fn line(
 
 impl Hand {
     /// The port of a gauge, the same for as long as the bench is there.
-    pub(super) fn port(&self, channel: Channel) -> PathBuf {
+    #[must_use]
+    pub fn port(&self, channel: Channel) -> PathBuf {
         self.host.port(channel).unwrap_or_default()
     }
 
@@ -149,17 +150,17 @@ impl Hand {
     }
 
     /// Makes ready for a run, before its zero is set.
-    pub(super) fn begin_run(&self, repeat: u32) {
+    pub fn begin_run(&self, repeat: u32) {
         self.bench.begin_run(repeat);
     }
 
     /// Presses on with the preload.
-    pub(super) fn preload(&self) {
+    pub fn preload(&self) {
         self.bench.preload();
     }
 
     /// Turns the jack to a load; `which` is its step and repeat, the first of that size if none is given.
-    pub(super) fn apply(&self, target_n: f64, which: Option<(u32, u32)>) {
+    pub fn apply(&self, target_n: f64, which: Option<(u32, u32)>) {
         self.host.reading();
         match which {
             Some((step, repeat)) => self.bench.apply(target_n, step, repeat),
@@ -168,7 +169,7 @@ impl Hand {
     }
 
     /// Takes the load off.
-    pub(super) fn release(&self) {
+    pub fn release(&self) {
         self.bench.release();
     }
 
@@ -184,12 +185,12 @@ impl Hand {
 
     /// Pushes on the force gauge and the robot behind it, firmly, along the axis or against it as the force that was asked for, until
     /// [`Hand::let_go`].
-    pub(super) fn push(&self, force_n: f64) {
+    pub fn push(&self, force_n: f64) {
         self.bench.push_by_hand(force_n);
     }
 
     /// Pushes a gauge or the robot at it by hand, along the axis (`sign` above zero) or against it, until [`Hand::let_go`].
-    pub(super) fn push_by_hand(&self, channel: Channel, sign: f64) {
+    pub fn push_by_hand(&self, channel: Channel, sign: f64) {
         match channel {
             Channel::Force => self.bench.push_force_gauge(sign),
             Channel::Displacement => self.bench.push_end(sign),
@@ -197,17 +198,17 @@ impl Hand {
     }
 
     /// Lets go.
-    pub(super) fn let_go(&self) {
+    pub fn let_go(&self) {
         self.bench.let_go();
     }
 
     /// A phase of the session begins, for faults that wait for it.
-    pub(super) fn phase(&self, name: &str) {
+    pub fn phase(&self, name: &str) {
         self.host.phase(name);
     }
 
     /// Adds a fault.
-    pub(super) fn fail(&self, fault: ScriptedFault) {
+    pub fn fail(&self, fault: ScriptedFault) {
         self.host.fail(fault);
     }
 

@@ -11,7 +11,7 @@ use super::outcome::{envelope, not_printed, print_error, print_json};
 
 /// Errors of the command line itself.
 #[derive(Debug, thiserror::Error, Diagnostic)]
-pub(super) enum CliError {
+pub enum CliError {
     /// A file that cannot be read.
     #[error("{path} cannot be read")]
     #[diagnostic(
@@ -105,6 +105,20 @@ pub(super) enum CliError {
         #[help]
         help: Option<String>,
     },
+    /// A command that checks the program, no longer part of it.
+    #[error("stiffbench {command} has moved to another program: {now}")]
+    #[diagnostic(
+        code(stiffbench::usage::moved),
+        help(
+            "cargo run --release --bin stiffbench-validate -- --help, in a clone of the repository (docs/validation.md)"
+        )
+    )]
+    Moved {
+        /// The command.
+        command: &'static str,
+        /// The program and its command.
+        now: String,
+    },
     /// Data that need a model, and no robot is named.
     #[error("no robot: neither --robot nor a session.toml beside the data names one")]
     #[diagnostic(code(stiffbench::usage::no_robot))]
@@ -163,19 +177,6 @@ pub(super) enum CliError {
         /// What needs readings.
         needs: &'static str,
     },
-    /// A folder of proof data that is not there.
-    #[error("{path}: there is no such file or folder, and the proof needs it")]
-    #[diagnostic(
-        code(stiffbench::input::proof_data),
-        help(
-            "the concealed sessions and recordings are too large for the program and stand in the folder data of its repository: run \
-             stiffbench prove in a clone of it, or name that folder with --data"
-        )
-    )]
-    ProofData {
-        /// The path.
-        path: PathBuf,
-    },
     /// Records that do not say what the noise of a reading is.
     #[error(
         "{data}: --noise records needs the step of the displacement gauge, and no record states it"
@@ -204,30 +205,6 @@ pub(super) enum CliError {
         /// Name of the description.
         instrument: String,
     },
-    /// CalculiX is not there.
-    #[error("{program} cannot be run, and the reference needs CalculiX")]
-    #[diagnostic(
-        code(stiffbench::reference::no_calculix),
-        help(
-            "apt-get install calculix-ccx, or name the program with --ccx PATH; results that were recorded with it: stiffbench reference compare"
-        )
-    )]
-    NoCalculix {
-        /// What was to be run.
-        program: PathBuf,
-        /// What the system says.
-        source: std::io::Error,
-    },
-    /// Something else than CalculiX.
-    #[error("{program} is not CalculiX: it does not say its version")]
-    #[diagnostic(
-        code(stiffbench::reference::no_calculix),
-        help("name the solver, ccx, with --ccx PATH; cgx is the viewer")
-    )]
-    NotCalculix {
-        /// What was run.
-        program: PathBuf,
-    },
     /// Overdue calibration under --strict.
     #[error("calibration overdue: {instruments}")]
     #[diagnostic(
@@ -242,7 +219,7 @@ pub(super) enum CliError {
 
 /// A failure on its way out of the program.
 #[derive(Debug)]
-pub(super) struct Failure {
+pub struct Failure {
     report: miette::Report,
     /// What a user should know besides.
     warnings: Vec<String>,
@@ -258,8 +235,8 @@ impl<E: Diagnostic + Send + Sync + 'static> From<E> for Failure {
 }
 
 impl Failure {
-    /// Exit code by the first part of the error's code that has one.
-    fn exit_code(&self) -> u8 {
+    /// Exit code by the first part of the error's code that has one, here or among `more`.
+    fn exit_code(&self, more: &[(&str, u8)]) -> u8 {
         // The first that fits counts: single errors stand before their stage.
         const CODES: &[(&str, u8)] = &[
             ("stiffbench::usage", 2),
@@ -280,11 +257,6 @@ impl Failure {
             ("stiffbench::output::exists", 13),
             ("stiffbench::output", 14),
             ("stiffbench::procedure", 10),
-            ("stiffbench::reference::size", 2),
-            ("stiffbench::reference::record", 11),
-            ("stiffbench::reference::answer", 11),
-            ("stiffbench::reference::unfinished", 11),
-            ("stiffbench::reference", 10),
             ("stiffbench::robot", 10),
             ("stiffbench::structure", 10),
             ("stiffbench::stiffness", 10),
@@ -292,7 +264,6 @@ impl Failure {
             ("stiffbench::bench", 10),
             ("stiffbench::emulator", 70),
             ("stiffbench::physics", 10),
-            ("stiffbench::prove", 11),
             ("stiffbench::instrument::description", 10),
             ("stiffbench::instrument", 2),
             ("stiffbench::specimen", 11),
@@ -311,8 +282,8 @@ impl Failure {
             ("stiffbench::trace", 11),
         ];
         let code = self.code();
-        CODES
-            .iter()
+        more.iter()
+            .chain(CODES)
             .find(|(prefix, _)| code.starts_with(prefix))
             .map_or(70, |(_, exit)| *exit)
     }
@@ -324,20 +295,23 @@ impl Failure {
     }
 
     /// With what a user should know besides.
-    pub(super) fn with_warnings(mut self, warnings: &[String]) -> Self {
+    #[must_use]
+    pub fn with_warnings(mut self, warnings: &[String]) -> Self {
         self.warnings.extend(warnings.iter().cloned());
         self
     }
 
     /// What went wrong and why, in one sentence.
-    pub(super) fn message(&self) -> String {
+    pub fn message(&self) -> String {
         let causes: Vec<String> = self.report.chain().map(ToString::to_string).collect();
         causes.join(": ")
     }
 
-    /// Prints the failure: JSON on standard output, or text on standard error.
-    pub(super) fn print(&self, global: &Global) -> ExitCode {
-        let exit = self.exit_code();
+    /// Prints the failure: JSON on standard output, or text on standard error. `more` gives the exit codes of errors that only the calling
+    /// program has, by the beginning of their code.
+    #[must_use]
+    pub fn print(&self, global: &Global, more: &[(&str, u8)]) -> ExitCode {
+        let exit = self.exit_code(more);
         if global.json {
             let mut object = envelope("error", false);
             object["error"] = json!({

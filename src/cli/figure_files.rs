@@ -16,7 +16,10 @@ const OTHER_FORMATS: [&str; 9] = [
 ];
 
 /// Writes a figure, its inputs before the caption, as `path.svg` and `path.png`, or one of them if the name ends so; returns what was written.
-pub(super) fn write_figure(
+///
+/// # Errors
+/// For another format, or a file that cannot be written.
+pub fn write_figure(
     path: &Path,
     figure: &Figure,
     inputs: &Inputs,
@@ -64,7 +67,10 @@ pub(super) fn write_figure(
 }
 
 /// Writes a whole file, and makes its folder if there is none.
-pub(super) fn write(path: &Path, bytes: &[u8]) -> Result<(), CliError> {
+///
+/// # Errors
+/// For a folder or file that cannot be written.
+pub fn write(path: &Path, bytes: &[u8]) -> Result<(), CliError> {
     if let Some(folder) = path
         .parent()
         .filter(|folder| !folder.as_os_str().is_empty())

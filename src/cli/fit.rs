@@ -14,18 +14,19 @@ use crate::stiffness::{Branches, Method as StiffnessMethod, StiffnessTable};
 use crate::test_point::PoseId;
 
 use super::args::{FitArgs, Global, Method, ModelArgs, Sigma};
-use super::data::{Chosen, Data, Session, choose, is_shipped_list, load, load_measured, no_robot};
+use super::data::{Data, Session, is_shipped_list, load, load_measured};
 use super::failure::{CliError, Failure};
 use super::figure_files::{write, write_figure};
 use super::inputs::Inputs;
 use super::outcome::Outcome;
 use super::plausible;
 use super::progress::progress;
+use super::resolve::{ResolvedModel, no_robot, resolve};
 
 /// Data ready to be fitted.
 pub(super) struct Prepared {
     /// Robot, mechanism, factors.
-    pub(super) chosen: Chosen,
+    pub(super) chosen: ResolvedModel,
     /// Stiffness of the cells.
     pub(super) measured: MeasuredStiffness,
     /// What acts beside the beams.
@@ -165,7 +166,7 @@ pub(super) fn prepare(
             if model.robot.is_none() && model.model.is_none() && !is_shipped_list(&name) {
                 return Err(no_robot().into());
             }
-            let chosen = choose(model, None)?;
+            let chosen = resolve(model, None)?;
             for cell in &measured.cells {
                 chosen.robot.pose(&cell.cell.pose)?;
             }
@@ -188,7 +189,7 @@ pub(super) fn prepare(
             })
         }
         Data::Readings(mut session) => {
-            let chosen = choose(model, Some(&mut session))?;
+            let chosen = resolve(model, Some(&mut session))?;
             let table = session.stiffness(Branches::LoadingOnly)?;
             let measured = MeasuredStiffness::from_table(&table, method);
             let mut warnings = session.warnings.clone();
@@ -218,7 +219,10 @@ pub(super) fn prepare(
 }
 
 /// The physics beside the beams for a fit, if there is any.
-pub(super) fn fixed_physics(chosen: &Chosen, method: StiffnessMethod) -> Option<FixedPhysics> {
+pub(super) fn fixed_physics(
+    chosen: &ResolvedModel,
+    method: StiffnessMethod,
+) -> Option<FixedPhysics> {
     let acting = Some(&chosen.physics).filter(|acting| !acting.effects.is_empty())?;
     Some(FixedPhysics::new(acting.clone(), method))
 }

@@ -10,15 +10,16 @@ use crate::readings::SessionHeader;
 use crate::report::factors_toml;
 use crate::robot::{FittingFactors, Robot};
 
-use super::data::{Chosen, Session};
+use super::data::Session;
 use super::hash::sha256;
+use super::resolve::ResolvedModel;
 
 /// Digits of a hash in text; JSON has them all.
 const SHORT_HASH: usize = 12;
 
 /// The inputs of a result.
 #[derive(Debug, Clone, Default, Serialize)]
-pub(super) struct Inputs {
+pub struct Inputs {
     /// Readings or stiffness values.
     data: Vec<DataInput>,
     /// The robot file.
@@ -84,7 +85,8 @@ impl Inputs {
     }
 
     /// A robot with one mechanism and its factors.
-    pub(super) fn with_model(self, chosen: &Chosen) -> Self {
+    #[must_use]
+    pub fn with_model(self, chosen: &ResolvedModel) -> Self {
         self.with_robot(&chosen.robot, &chosen.source.text)
             .with_factors(&chosen.factors_name, &chosen.factors)
             .with_mechanism(&chosen.mechanism)

@@ -8,10 +8,10 @@ use super::instrument_read::ReadArgs;
 
 /// Where descriptions come from besides the shipped ones.
 #[derive(Debug, Clone, Default, Args)]
-pub(super) struct ProtocolsArgs {
+pub struct ProtocolsArgs {
     /// Folder with descriptions of your own in DIR/instruments/*.toml; they go before shipped ones of the same name
     #[arg(long, value_name = "DIR")]
-    pub(super) protocols: Option<PathBuf>,
+    pub protocols: Option<PathBuf>,
 }
 
 /// Arguments of `instrument`.

@@ -182,7 +182,10 @@ pub(super) fn sample_json(sample: &Sample) -> Value {
 }
 
 /// Parses a positive number of seconds.
-pub(super) fn seconds(text: &str) -> Result<f64, String> {
+///
+/// # Errors
+/// For anything else, in words.
+pub fn seconds(text: &str) -> Result<f64, String> {
     match text.parse::<f64>() {
         Ok(seconds) if seconds.is_finite() && seconds > 0.0 => Ok(seconds),
         _ => Err("it must be a positive number of seconds".to_owned()),

@@ -1,11 +1,11 @@
 //! The command line: arguments, files, terminal. One file a subcommand; each returns an `Outcome`, and only this module prints.
 
-mod args;
+pub mod args;
 mod compare;
-mod data;
+pub mod data;
 mod demo;
 mod descriptions;
-mod design;
+pub mod design;
 mod diagnose;
 mod diagnose_args;
 mod diagnose_earlier;
@@ -13,30 +13,28 @@ mod diagnose_specimen;
 #[cfg(unix)]
 mod emulate;
 #[cfg(unix)]
-mod emulated;
-mod failure;
-mod figure_files;
+pub mod emulated;
+pub mod failure;
+pub mod figure_files;
 mod fit;
 mod gauge;
-mod hash;
-mod inputs;
+pub mod hash;
+pub mod inputs;
 mod instrument;
-mod instrument_args;
-mod instrument_read;
+pub mod instrument_args;
+pub mod instrument_read;
 mod integrity;
 mod map;
-mod model;
-mod outcome;
-mod paper;
+pub mod model;
+mod moved;
+pub mod outcome;
 mod plausible;
 mod plot;
 mod ports;
-mod practice;
+pub mod practice;
 mod procedure;
-mod progress;
-mod prove;
-mod prove_args;
-mod reference;
+pub mod progress;
+pub mod resolve;
 mod robot;
 mod screen;
 mod session;
@@ -45,8 +43,6 @@ mod simulate;
 mod specimen_args;
 mod stiffness;
 mod trace;
-mod trace_counter;
-mod trace_sustain;
 
 use std::ffi::OsString;
 use std::process::ExitCode;
@@ -62,12 +58,14 @@ pub fn main(arguments: impl IntoIterator<Item = OsString>) -> ExitCode {
     let arguments: Vec<OsString> = arguments.into_iter().collect();
     let cli = match Cli::try_parse_from(&arguments) {
         Ok(cli) => cli,
-        Err(error) => return outcome::print_usage(&error, &arguments),
+        Err(error) => return outcome::print_usage(&error, &arguments, "stiffbench"),
     };
-    let global = cli.global.clone();
+    let mut global = cli.global.clone();
+    // Of a command that has moved it is no option but an argument.
+    global.json |= arguments.iter().any(|argument| argument == "--json");
     match run(cli) {
         Ok(outcome) => outcome.print(&global),
-        Err(failure) => failure.print(&global),
+        Err(failure) => failure.print(&global, &[]),
     }
 }
 
@@ -87,9 +85,9 @@ fn run(cli: Cli) -> Result<Outcome, Failure> {
         Command::Compare(args) => compare::run(&args, global),
         Command::Diagnose(args) => diagnose::run(&args, global),
         Command::Map(args) => map::run(&args),
-        Command::Paper(args) => paper::run(&args),
-        Command::Prove(args) => prove::run(&args, global),
-        Command::Reference(args) => reference::run(&args, global),
+        Command::Paper(args) => args.run("paper", "paper"),
+        Command::Prove(args) => args.run("prove", "prove"),
+        Command::Reference(args) => args.run("reference", "reference"),
         Command::Instrument(args) => instrument::run(&args, global),
         Command::Ports(args) => ports::run(&args, global),
         Command::Trace(args) => trace::run(&args, global),

@@ -5,7 +5,9 @@ use std::path::{Path, PathBuf};
 
 use serde_json::{Value, json};
 
-use crate::physics::{ActingPhysics, Effect, ModelFile};
+use crate::mismatch::MismatchError;
+use crate::nearest::nearest;
+use crate::physics::{ActingPhysics, Effect, Law, ModelFile};
 use crate::source_text::SourceText;
 
 use super::args::ModelArgs;
@@ -85,4 +87,36 @@ pub(super) fn physics_json(physics: &ActingPhysics) -> Value {
             .map(Effect::to_json)
             .collect::<Vec<_>>()
     )
+}
+
+/// Laws by name; a name may stand for two, as `thermal-drift` does.
+///
+/// # Errors
+/// For a name that is no law's.
+pub fn laws(names: &[String]) -> Result<Vec<Law>, Failure> {
+    let mut laws = Vec::new();
+    for name in names {
+        let before = laws.len();
+        laws.extend(Law::named(name));
+        if laws.len() == before {
+            return Err(unknown_law(name));
+        }
+    }
+    laws.sort_unstable();
+    laws.dedup();
+    Ok(laws)
+}
+
+fn unknown_law(name: &str) -> Failure {
+    let mut known: Vec<&str> = Law::ALL.into_iter().map(Law::name).collect();
+    known.dedup();
+    let list = known.join(", ");
+    MismatchError::UnknownLaw {
+        name: name.to_owned(),
+        known: match nearest(name, known) {
+            Some(near) => format!("{list}; did you mean {near}?"),
+            None => list,
+        },
+    }
+    .into()
 }

@@ -13,7 +13,7 @@ use super::inputs::Inputs;
 
 /// A result: text for people, data for programs, and notes for both.
 #[derive(Debug, Default)]
-pub(super) struct Outcome {
+pub struct Outcome {
     /// Word for the kind of result, also the name of its schema.
     pub(super) kind: &'static str,
     /// For people; ends with a line break.
@@ -34,7 +34,8 @@ pub(super) struct Outcome {
 
 impl Outcome {
     /// A result without notes.
-    pub(super) fn new(kind: &'static str, text: String, data: Value) -> Self {
+    #[must_use]
+    pub fn new(kind: &'static str, text: String, data: Value) -> Self {
         Self {
             kind,
             text,
@@ -44,26 +45,30 @@ impl Outcome {
     }
 
     /// With what it was made of.
-    pub(super) fn with_inputs(mut self, inputs: Inputs) -> Self {
+    #[must_use]
+    pub fn with_inputs(mut self, inputs: Inputs) -> Self {
         self.inputs = inputs;
         self
     }
 
     /// With notes.
-    pub(super) fn with_warnings(mut self, warnings: Vec<String>) -> Self {
+    #[must_use]
+    pub fn with_warnings(mut self, warnings: Vec<String>) -> Self {
         self.warnings = warnings;
         self
     }
 
     /// With notes before those it has.
-    pub(super) fn with_more_warnings(mut self, mut warnings: Vec<String>) -> Self {
+    #[must_use]
+    pub fn with_more_warnings(mut self, mut warnings: Vec<String>) -> Self {
         warnings.append(&mut self.warnings);
         self.warnings = warnings;
         self
     }
 
     /// With an exit code under `--strict`.
-    pub(super) fn with_strict_exit(mut self, exit: u8) -> Self {
+    #[must_use]
+    pub fn with_strict_exit(mut self, exit: u8) -> Self {
         self.strict_exit = exit;
         self
     }
@@ -80,13 +85,15 @@ impl Outcome {
     }
 
     /// With an exit code in any case.
-    pub(super) fn with_exit(mut self, exit: u8) -> Self {
+    #[must_use]
+    pub fn with_exit(mut self, exit: u8) -> Self {
         self.exit = exit;
         self
     }
 
     /// Prints the result: JSON or text on standard output, notes on standard error.
-    pub(super) fn print(mut self, global: &Global) -> ExitCode {
+    #[must_use]
+    pub fn print(mut self, global: &Global) -> ExitCode {
         let printed = if self.printed {
             Ok(())
         } else {
@@ -118,7 +125,8 @@ impl Outcome {
 }
 
 /// The envelope of all JSON output.
-pub(super) fn envelope(kind: &str, ok: bool) -> Value {
+#[must_use]
+pub fn envelope(kind: &str, ok: bool) -> Value {
     json!({
         "schema": format!("stiffbench/{kind}/{}", schema_version(kind)),
         "tool": { "name": env!("CARGO_PKG_NAME"), "version": env!("CARGO_PKG_VERSION") },
@@ -173,14 +181,15 @@ pub(super) fn not_printed(error: &std::io::Error) -> ExitCode {
 }
 
 /// What clap says, and its exit code; with `--json` among the arguments also that is JSON.
-pub(super) fn print_usage(error: &clap::Error, arguments: &[OsString]) -> ExitCode {
+#[must_use]
+pub fn print_usage(error: &clap::Error, arguments: &[OsString], program: &str) -> ExitCode {
     let failed = error.use_stderr();
     if failed && arguments.iter().any(|argument| argument == "--json") {
         let mut object = envelope("error", false);
         object["error"] = json!({
             "code": "stiffbench::usage",
             "message": usage_message(error),
-            "help": usage_tip(error).unwrap_or_else(|| "stiffbench --help tells what there is, stiffbench SUBCOMMAND --help what it takes".to_owned()),
+            "help": usage_tip(error).unwrap_or_else(|| format!("{program} --help tells what there is, {program} SUBCOMMAND --help what it takes")),
             "exit_code": 2,
         });
         object["warnings"] = json!([]);

@@ -13,12 +13,13 @@ use crate::stiffness::{Branches, Method};
 use crate::test_point::PoseId;
 
 use super::args::{FigureName, Global, LogArgs, PlotArgs};
-use super::data::{Data, choose, load, load_session};
+use super::data::{Data, load, load_session};
 use super::failure::{CliError, Failure};
 use super::figure_files::write_figure;
 use super::fit::{Prepared, prepare};
 use super::inputs::Inputs;
 use super::outcome::Outcome;
+use super::resolve::resolve;
 use super::robot::workspace_projection;
 
 /// Draws one figure.
@@ -142,14 +143,14 @@ pub(super) fn residuals(prepared: &Prepared, outcome: &FitOutcome) -> Result<Fig
 }
 
 fn workspace(args: &PlotArgs) -> Result<Drawn, Failure> {
-    let chosen = choose(&args.model, None)?;
+    let chosen = resolve(&args.model, None)?;
     let figure = workspace_projection(&chosen.robot, args.poses, args.seed)?.figure();
     let inputs = Inputs::default().with_robot(&chosen.robot, &chosen.source.text);
     Ok(("workspace", figure, inputs))
 }
 
 fn robot(args: &PlotArgs, warnings: &mut Vec<String>) -> Result<Drawn, Failure> {
-    let chosen = choose(&args.model, None)?;
+    let chosen = resolve(&args.model, None)?;
     let (name, pose) = match &args.pose {
         Some(name) => (name.clone(), chosen.robot.pose(&PoseId::new(name))?.clone()),
         None => match chosen.robot.poses.first() {

@@ -8,7 +8,8 @@ use super::args::{Global, ProgressMode};
 use super::outcome::print_error;
 
 /// A bar, lines, or nothing, as the user wants it.
-pub(super) fn progress(global: &Global, what: &str, steps: u64) -> ProgressBar {
+#[must_use]
+pub fn progress(global: &Global, what: &str, steps: u64) -> ProgressBar {
     match mode(global) {
         ProgressMode::Bar => {
             let bar = ProgressBar::new(steps);
@@ -32,7 +33,7 @@ pub(super) fn progress(global: &Global, what: &str, steps: u64) -> ProgressBar {
 }
 
 /// One step of a long row; as text every hundredth is a line.
-pub(super) fn step_on(global: &Global, bar: &ProgressBar, what: &str) {
+pub fn step_on(global: &Global, bar: &ProgressBar, what: &str) {
     bar.inc(1);
     let done = bar.position();
     if mode(global) == ProgressMode::Text && done.is_multiple_of(100) {

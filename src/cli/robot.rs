@@ -15,12 +15,12 @@ use crate::robot::{
 use crate::test_point::PoseId;
 
 use super::args::{ComplianceArgs, RobotArgs, RobotCommand, WorkspaceArgs};
-use super::data::{choose, robot_source};
 use super::failure::{CliError, Failure};
 use super::figure_files::write_figure;
 use super::inputs::Inputs;
 use super::model::{physics_json, physics_text};
 use super::outcome::Outcome;
+use super::resolve::{resolve, robot_source};
 
 /// Looks at a robot.
 pub(super) fn run(args: RobotArgs) -> Result<Outcome, Failure> {
@@ -309,7 +309,7 @@ fn workspace(args: &WorkspaceArgs) -> Result<Outcome, Failure> {
 }
 
 fn compliance(args: &ComplianceArgs) -> Result<Outcome, Failure> {
-    let chosen = choose(&args.model, None)?;
+    let chosen = resolve(&args.model, None)?;
     let robot = &chosen.robot;
     let mut pose = match &args.pose {
         Some(name) => robot.pose(&PoseId::new(name))?.clone(),

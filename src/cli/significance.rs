@@ -6,16 +6,16 @@ use crate::stiffness::Method;
 use crate::test_point::PoseId;
 
 use super::args::SignificanceArgs;
-use super::data::choose;
 use super::failure::{CliError, Failure};
 use super::fit::fixed_physics;
 use super::inputs::Inputs;
 use super::model::physics_text;
 use super::outcome::Outcome;
+use super::resolve::resolve;
 
 /// Which constant matters where.
 pub(super) fn run(args: &SignificanceArgs) -> Result<Outcome, Failure> {
-    let chosen = choose(&args.model, None)?;
+    let chosen = resolve(&args.model, None)?;
     let pose = match (&args.pose, chosen.robot.poses.first()) {
         (Some(pose), _) => PoseId::new(pose),
         (None, Some(first)) => first.id.clone(),

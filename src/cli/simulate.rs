@@ -15,7 +15,6 @@ use crate::report::factors_toml;
 use crate::robot::FittingFactors;
 
 use super::args::{NoiseWord, SimulateArgs};
-use super::data::{Chosen, choose};
 use super::failure::{CliError, Failure};
 use super::figure_files::write;
 use super::hash::sha256;
@@ -23,10 +22,11 @@ use super::inputs::Inputs;
 use super::model::{effects_text, physics_json, physics_text};
 use super::outcome::Outcome;
 use super::procedure::choose_procedure;
+use super::resolve::{ResolvedModel, resolve};
 
 /// A session folder from a virtual bench.
 pub(super) fn run(args: &SimulateArgs) -> Result<Outcome, Failure> {
-    let chosen = choose(&args.model, None)?;
+    let chosen = resolve(&args.model, None)?;
     let truth = true_factors(args, &chosen.factors)?;
     let (mut procedure, mut warnings) = choose_procedure(&args.procedure)?;
     let poses = procedure.poses.get_or_insert_with(|| {
@@ -92,7 +92,7 @@ pub(super) fn run(args: &SimulateArgs) -> Result<Outcome, Failure> {
 }
 
 /// The mark of readings that nobody measured.
-fn origin(args: &SimulateArgs, chosen: &Chosen) -> String {
+fn origin(args: &SimulateArgs, chosen: &ResolvedModel) -> String {
     let noise = if args.noise_free { "no noise" } else { "noise" };
     let physics = effects_text(&chosen.physics);
     format!("simulated; seed {}; {noise}; {physics}", args.seed)
@@ -159,7 +159,12 @@ fn noise(args: &SimulateArgs) -> NoiseModel {
     }
 }
 
-fn header(args: &SimulateArgs, chosen: &Chosen, procedure: &Procedure, id: &str) -> SessionHeader {
+fn header(
+    args: &SimulateArgs,
+    chosen: &ResolvedModel,
+    procedure: &Procedure,
+    id: &str,
+) -> SessionHeader {
     let step = |step: f64| (!args.noise_free && step > 0.0).then_some(step);
     let gauge = |model: &str, resolution| InstrumentRecord {
         model: Some(model.to_owned()),
@@ -213,7 +218,7 @@ fn acts(effect: &Effect, table: &ReadingTable) -> bool {
 /// What an analysis must not see: the truth.
 fn simulation_record(
     args: &SimulateArgs,
-    chosen: &Chosen,
+    chosen: &ResolvedModel,
     truth: &FittingFactors,
     noise: &NoiseModel,
     procedure: &Procedure,

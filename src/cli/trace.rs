@@ -23,13 +23,13 @@ use super::failure::{CliError, Failure};
 use super::gauge::{Gauge, PortArgs};
 use super::instrument_args::ProtocolsArgs;
 use super::instrument_read::{line, sample_json, seconds};
+use super::moved::MovedArgs;
 use super::outcome::{Outcome, print, print_error};
-use super::trace_sustain::{self, SustainArgs};
 
 /// Arguments of `trace`.
 #[derive(Debug, Args)]
 #[command(
-    after_help = "Examples:\n  stiffbench trace record mark10-series5 --port /dev/ttyUSB0 --seconds 30 --out pull.trace\n  stiffbench trace show pull.trace\n  stiffbench trace decode pull.trace --json\n  stiffbench trace replay force.trace dial.trace --speed 10\n  stiffbench trace sustain --seconds 600"
+    after_help = "Examples:\n  stiffbench trace record mark10-series5 --port /dev/ttyUSB0 --seconds 30 --out pull.trace\n  stiffbench trace show pull.trace\n  stiffbench trace decode pull.trace --json\n  stiffbench trace replay force.trace dial.trace --speed 10"
 )]
 pub(super) struct TraceArgs {
     /// What to do.
@@ -51,8 +51,9 @@ enum TraceCommand {
     Decode(DecodeArgs),
     /// Traces as live gauges, at any speed
     Replay(ReplayArgs),
-    /// Two emulated gauges streaming through pseudo-terminals: what is lost, what it costs
-    Sustain(SustainArgs),
+    /// Moved to stiffbench-validate
+    #[command(hide = true, disable_help_flag = true)]
+    Sustain(MovedArgs),
 }
 
 /// Arguments of `trace record`.
@@ -115,7 +116,7 @@ pub(super) fn run(args: &TraceArgs, global: &Global) -> Result<Outcome, Failure>
         TraceCommand::Show { file } => show(file),
         TraceCommand::Decode(args) => decode(args),
         TraceCommand::Replay(args) => replay(args, global),
-        TraceCommand::Sustain(args) => trace_sustain::run(args, global),
+        TraceCommand::Sustain(args) => args.run("trace sustain", "sustain"),
     }
 }
 

@@ -28,7 +28,8 @@ use noise::noise_json;
 pub use noise::{EarlierSession, NoiseOrigin};
 pub use page::diagnosis_page;
 use where_json::{carriers_json, location_json, strata_json, where_json};
-pub(super) use words::{law_row, listed, short_phrase};
+pub use words::law_row;
+pub(super) use words::{listed, short_phrase};
 
 /// A diagnosis with everything that is told beside it.
 #[derive(Debug, Clone, Copy)]

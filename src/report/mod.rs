@@ -8,9 +8,7 @@ mod diagnosis_figures;
 mod figures;
 mod fit;
 mod map;
-mod paper;
-mod prove;
-mod reference;
+pub mod paper;
 mod robot;
 mod significance;
 mod specimen;
@@ -20,7 +18,7 @@ mod text;
 pub use compare::{comparison_json, comparison_text};
 pub use diagnosis::{
     DiagnosisReport, EarlierSession, NoiseOrigin, diagnosis_appendix, diagnosis_json,
-    diagnosis_page,
+    diagnosis_page, law_row,
 };
 pub use diagnosis_figures::diagnosis_figures;
 pub use figures::{
@@ -35,12 +33,6 @@ pub use map::{
     mesh_of, points_csv, sensitivity_json, sensitivity_text, vtu,
 };
 pub use paper::{PaperCell, PaperReport, paper_report};
-pub use prove::{
-    calibration_json, calibration_text, concealed_json, concealed_text, idealised_json,
-    idealised_text, power_figure, power_json, power_text, recordings_json, recordings_text,
-    twelve_values_json, twelve_values_text, verdicts_json,
-};
-pub use reference::{ReferencePose, ReferenceReport, ReferenceRow, reference_report};
 pub use robot::{
     compliance_json, compliance_text, mobility_json, mobility_text, robot_json, robot_text,
 };

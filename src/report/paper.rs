@@ -3,7 +3,6 @@
 //! The printed cells live in `data/paper/tables.csv`.
 
 mod models;
-mod table_iv;
 
 use std::fmt::Write;
 
@@ -17,7 +16,6 @@ use crate::robot::Robot;
 use crate::test_point::{Cell, Direction, PoseId};
 
 use models::Models;
-pub(super) use table_iv::{PaperRow, PaperTableIv};
 
 use super::text::{TextTable, significant};
 
@@ -82,18 +80,26 @@ pub struct PaperReport {
 
 /// One transcribed row.
 #[derive(Debug, serde::Deserialize)]
-pub(super) struct Printed {
-    pub(super) table: String,
-    pub(super) mechanism_or_model: String,
-    pub(super) physical_direction: String,
-    pub(super) pose: String,
-    pub(super) quantity: String,
-    pub(super) unit: String,
-    pub(super) value: f64,
+pub struct Printed {
+    /// Number of the table.
+    pub table: String,
+    /// Mechanism or model of the column.
+    pub mechanism_or_model: String,
+    /// Direction in the paper's words.
+    pub physical_direction: String,
+    /// Pose.
+    pub pose: String,
+    /// What is printed.
+    pub quantity: String,
+    /// Its unit.
+    pub unit: String,
+    /// Its value.
+    pub value: f64,
 }
 
 /// All transcribed rows.
-pub(super) fn printed_rows() -> Vec<Printed> {
+#[must_use]
+pub fn printed_rows() -> Vec<Printed> {
     csv::Reader::from_reader(TABLES.as_bytes())
         .deserialize()
         .collect::<Result<_, _>>()
@@ -185,7 +191,8 @@ fn stated_worst(rows: &[Printed]) -> [f64; 2] {
 }
 
 /// Global axis of a word of the tables.
-pub(super) fn direction(word: &str) -> Option<Direction> {
+#[must_use]
+pub fn direction(word: &str) -> Option<Direction> {
     Direction::ALL
         .into_iter()
         .find(|direction| direction.word() == word)

@@ -2,7 +2,7 @@
 
 use serde_json::Value;
 
-use super::Desk;
+use super::{desk, desk_with_session};
 
 /// A quantity: value and unit, and an uncertainty with coverage factor and degrees of freedom, or the words why there is none.
 fn assert_quantity(quantity: &Value, unit: &str) {
@@ -21,7 +21,7 @@ fn array(value: &Value) -> &Vec<Value> {
 
 #[test]
 fn stiffness() {
-    let desk = Desk::with_session();
+    let desk = desk_with_session();
     let data = desk.data("stiffness session");
     let cells = array(&data["cells"]);
     assert_eq!(cells.len(), 12);
@@ -43,7 +43,7 @@ fn stiffness() {
 
 #[test]
 fn fit() {
-    let desk = Desk::with_session();
+    let desk = desk_with_session();
     let data = desk.data("fit session --train P1,P3 --fix beam.J --tie link.A=beam.A");
     let factors = &data["factors"];
     for class in ["beam", "link"] {
@@ -81,7 +81,7 @@ fn fit() {
 
 #[test]
 fn compliance_is_symmetric_and_its_nodes_are_named() {
-    let desk = Desk::new();
+    let desk = desk();
     let data =
         desk.data("robot compliance --robot hp-robot --mechanism F --pose P1 --factors m_fsd");
     let row = |i: usize| -> Vec<f64> {
@@ -122,7 +122,7 @@ fn compliance_is_symmetric_and_its_nodes_are_named() {
 
 #[test]
 fn mobility_is_counted_where_bodies_name_their_chain() {
-    let desk = Desk::new();
+    let desk = desk();
     let host = desk.data("robot mobility hp-robot");
     assert_eq!(host["total"], 4);
     assert_eq!(array(&host["chains"]).len(), 7);
@@ -133,7 +133,7 @@ fn mobility_is_counted_where_bodies_name_their_chain() {
 
 #[test]
 fn compliance_follows_every_choice() {
-    let desk = Desk::new();
+    let desk = desk();
     let lateral = |options: &str| {
         desk.data(&format!("robot compliance --pose P1 {options}"))["compliance"][0][0]
             .as_f64()
@@ -164,39 +164,8 @@ fn compliance_follows_every_choice() {
 }
 
 #[test]
-fn every_printed_cell_of_the_papers_tables_is_there() {
-    let desk = Desk::new();
-    let data = desk.data("paper");
-    let text = include_str!("../../data/paper/tables.csv");
-    let printed = |table: &str| {
-        text.lines()
-            .filter(|line| line.starts_with(&format!("{table},")))
-            .count()
-    };
-    for table in ["I", "III", "IV", "V", "VI"] {
-        let cells: Vec<&Value> = array(&data["cells"])
-            .iter()
-            .filter(|cell| cell["table"] == table)
-            .collect();
-        assert!(printed(table) > 0);
-        assert_eq!(cells.len(), printed(table), "Table {table}");
-        for cell in cells {
-            assert!(cell["paper"].is_number(), "{cell}");
-            assert!(
-                cell["ours"].is_number() || cell["reason"].is_string(),
-                "{cell}"
-            );
-            assert!(
-                cell["reproduced"] == true || cell["reason"].is_string(),
-                "{cell}"
-            );
-        }
-    }
-}
-
-#[test]
 fn the_workspace_reaches_the_points_the_paper_states() {
-    let desk = Desk::new();
+    let desk = desk();
     let data = desk.data("robot workspace --poses 2000 --seed 1");
     assert_eq!(data["poses"], 2000);
     assert!(data["drawn"].as_u64().unwrap() > 2000);
@@ -224,7 +193,7 @@ fn the_workspace_reaches_the_points_the_paper_states() {
 
 #[test]
 fn a_session_agrees_with_itself_and_differs_from_another_truth() {
-    let desk = Desk::with_session();
+    let desk = desk_with_session();
     let same = desk.data("compare session session");
     assert_eq!(same["verdict"], "agrees");
     for cell in array(&same["cells"]) {
@@ -241,7 +210,7 @@ fn a_session_agrees_with_itself_and_differs_from_another_truth() {
 
 #[test]
 fn the_truth_behind_a_simulation_lies_in_the_intervals() {
-    let desk = Desk::new();
+    let desk = desk();
     desk.run("simulate exact --noise-free --true-factor beam.Iy=0.006")
         .succeeds();
     let data = desk.data("fit exact");
@@ -259,4 +228,27 @@ fn the_truth_behind_a_simulation_lies_in_the_intervals() {
         assert!(interval[1] / interval[0] < 1.01, "{name}: {factor}");
     }
     assert_eq!(data["termination"], "converged");
+}
+
+#[test]
+fn the_papers_procedure_takes_the_list_that_calculix_gave() {
+    let fitted = desk()
+        .data("fit paper-experiment --method paper --train P1 --reference calculix-reference");
+    assert!(fitted["factors"]["beam"]["A"]["value"].is_number());
+}
+
+#[test]
+fn a_command_that_has_moved_says_where() {
+    let desk = desk();
+    for command in [
+        "prove --quick",
+        "paper",
+        "reference compare",
+        "session faults --phase settle",
+        "trace sustain --seconds 5",
+    ] {
+        // Behind the name everything belongs to it, `--json` too.
+        let ran = desk.run(command).exits_with(2);
+        assert!(ran.stderr.contains("stiffbench-validate"), "{}", ran.stderr);
+    }
 }

@@ -4,7 +4,7 @@ use std::path::Path;
 
 use serde_json::Value;
 
-use super::{Desk, five_columns};
+use super::{desk, five_columns};
 
 /// Benches in which a joint of a serial arm rubs, nothing is missing, a joint has play while the robot sets in, one of two members that
 /// vanish together is loose, and the gauge has a period; their answers are open (`data/concealed/development-answers.json`).
@@ -49,7 +49,7 @@ fn found(data: &Value) -> Vec<(&str, &Value)> {
 
 #[test]
 fn friction_in_a_joint_is_named_with_its_size() {
-    let desk = Desk::new();
+    let desk = desk();
     let object = desk
         .run(&format!("diagnose {} --out out --json", session(FRICTION)))
         .succeeds()
@@ -123,7 +123,7 @@ fn friction_in_a_joint_is_named_with_its_size() {
 
 #[test]
 fn nothing_missing_says_what_would_have_been_found() {
-    let desk = Desk::new();
+    let desk = desk();
     let command = format!("diagnose {} --no-figures --out out", session(NOTHING));
     // One pose does not determine all factors: without a finding that is what --strict tells.
     let ran = desk.run(&format!("{command} --strict")).exits_with(41);
@@ -166,7 +166,7 @@ fn nothing_missing_says_what_would_have_been_found() {
 
 #[test]
 fn two_effects_are_told_apart_and_law_by_law_left_out() {
-    let desk = Desk::new();
+    let desk = desk();
     let path = session(PLAY_AND_SETTING_IN);
     let data = desk.data(&format!("diagnose {path} --out a --no-figures"));
     for truth in answer(PLAY_AND_SETTING_IN)["truth"].as_array().unwrap() {
@@ -199,7 +199,7 @@ fn two_effects_are_told_apart_and_law_by_law_left_out() {
 
 #[test]
 fn what_cannot_be_told_apart_is_named_as_a_set() {
-    let desk = Desk::new();
+    let desk = desk();
     let command = format!("diagnose {} --no-figures --out out", session(LOOSE_MEMBER));
     let data = desk.data(&command);
     assert_eq!(data["verdict"], "ambiguous");
@@ -227,7 +227,7 @@ fn what_cannot_be_told_apart_is_named_as_a_set() {
 
 #[test]
 fn what_no_law_explains_is_called_unknown() {
-    let desk = Desk::new();
+    let desk = desk();
     let command = format!(
         "diagnose {} --without gauge-periodic --no-figures --out out",
         session(PERIOD)
@@ -251,7 +251,7 @@ fn what_no_law_explains_is_called_unknown() {
 
 #[test]
 fn a_bare_file_is_diagnosed_without_files_and_says_what_it_lacks() {
-    let desk = Desk::new();
+    let desk = desk();
     desk.write("readings.csv", &five_columns(&["P1", "P2"], 1));
     let before = std::fs::read_dir(desk.folder.path()).unwrap().count();
     let object = desk
@@ -279,7 +279,7 @@ fn a_bare_file_is_diagnosed_without_files_and_says_what_it_lacks() {
 
 #[test]
 fn noise_from_the_records_needs_a_record() {
-    let desk = Desk::new();
+    let desk = desk();
     desk.write("session/readings.csv", &five_columns(&["P1", "P2"], 3));
     let error = desk.run("diagnose session --robot hp-robot --noise records --json");
     let error = error.exits_with(10).json();
@@ -303,7 +303,7 @@ fn noise_from_the_records_needs_a_record() {
 
 #[test]
 fn earlier_sessions_tell_the_noise_too() {
-    let desk = Desk::new();
+    let desk = desk();
     let simulate = |name: &str, options: &str| {
         desk.run(&format!(
             "simulate {name} --mechanism A --procedure load-unload {options}"
@@ -370,7 +370,7 @@ fn earlier_sessions_tell_the_noise_too() {
 
 #[test]
 fn what_cannot_be_diagnosed_is_refused() {
-    let desk = Desk::new();
+    let desk = desk();
     desk.write("readings.csv", &five_columns(&["P1", "P9"], 3));
     desk.write("ok.csv", &five_columns(&["P1", "P2"], 3));
     let refused = |arguments: &str, exit: i32, code: &str| {

@@ -6,7 +6,7 @@ use std::time::{Duration, Instant};
 
 use serialport::TTYPort;
 
-use super::Desk;
+use super::{Desk, desk};
 
 /// How long a test waits for what must come.
 const PATIENCE: Duration = Duration::from_secs(30);
@@ -105,7 +105,7 @@ fn ask(port: &mut TTYPort, command: &[u8], end: &str) -> String {
 
 #[test]
 fn the_gauges_show_the_compliance_of_the_robot() {
-    let desk = Desk::new();
+    let desk = desk();
     let data = desk.data("robot compliance --pose P3");
     let mut bench = Bench::new(&desk, "--noise-free --procedure paper");
     bench.tell("pose P3");
@@ -132,7 +132,7 @@ fn the_gauges_show_the_compliance_of_the_robot() {
 #[test]
 fn the_same_seed_shows_the_same_in_another_process() {
     let shown = [(); 2].map(|()| {
-        let desk = Desk::new();
+        let desk = desk();
         let mut bench = Bench::new(&desk, "--seed 11 --poses P2,P4");
         bench.tell("pose P4");
         bench.tell("run 2");
@@ -148,7 +148,7 @@ fn the_same_seed_shows_the_same_in_another_process() {
 
 #[test]
 fn lines_that_mean_nothing_are_answered_and_the_bench_goes_on() {
-    let desk = Desk::new();
+    let desk = desk();
     let mut bench = Bench::new(&desk, "--noise-free");
     for (command, part) in [
         ("hello", "is no command"),
@@ -175,7 +175,7 @@ fn lines_that_mean_nothing_are_answered_and_the_bench_goes_on() {
 
 #[test]
 fn a_gauge_that_is_turned_round_counts_the_other_way() {
-    let desk = Desk::new();
+    let desk = desk();
     let mut bench = Bench::new(&desk, "--noise-free --turned force,displacement");
     bench.tell("zero displacement");
     bench.tell("push force -");
@@ -190,7 +190,7 @@ fn a_gauge_that_is_turned_round_counts_the_other_way() {
 
 #[test]
 fn it_ends_with_its_input_and_takes_its_ports_along() {
-    let desk = Desk::new();
+    let desk = desk();
     desk.write("faults.toml", "schema = \"stiffbench/faults/1\"\n");
     let ran = desk
         .run("emulate --link ports --faults faults.toml --json")
@@ -202,7 +202,7 @@ fn it_ends_with_its_input_and_takes_its_ports_along() {
 
 #[test]
 fn what_cannot_be_emulated_is_refused() {
-    let desk = Desk::new();
+    let desk = desk();
     desk.write(
         "faults.toml",
         "schema = \"stiffbench/faults/1\"\n[[fault]]\nwhat = \"nulls\"\n",

@@ -1,43 +1,10 @@
 //! What the program refuses: the code of the error, the exit code, and what it tells the user to do.
 
-use serde_json::Value;
-
-use super::{Desk, Ran, five_columns};
-
-impl Desk {
-    /// Runs what must fail, in both forms; returns the JSON error after comparing the exit codes.
-    pub(super) fn refusal(&self, arguments: &str, exit: i32, code: &str) -> Value {
-        let text = self.run(arguments).exits_with(exit);
-        assert_eq!(text.stdout, "", "{arguments}");
-        assert!(!text.stderr.is_empty(), "{arguments}");
-        let object = self
-            .run(&format!("{arguments} --json"))
-            .exits_with(exit)
-            .json();
-        assert_eq!(object["ok"], false);
-        assert_eq!(object["kind"], "error");
-        assert_eq!(object["schema"], "stiffbench/error/1");
-        let error = object["error"].clone();
-        assert_eq!(error["code"], code, "{arguments}: {error}");
-        assert_eq!(error["exit_code"], exit);
-        assert!(
-            !error["message"].as_str().unwrap().contains('\n'),
-            "{error}"
-        );
-        error
-    }
-}
-
-pub(super) fn assert_says(error: &Value, words: &[&str]) {
-    let text = format!("{} {}", error["message"], error["help"]);
-    for word in words {
-        assert!(text.contains(word), "`{word}` is not in {text}");
-    }
-}
+use super::{Ran, assert_says, desk, desk_with_session, five_columns};
 
 #[test]
 fn data_that_are_not_there() {
-    let desk = Desk::new();
+    let desk = desk();
     desk.write("folder/notes.txt", "no session");
     desk.write("empty.csv", "");
     let error = desk.refusal("stiffness nowhere", 11, "stiffbench::input::not_found");
@@ -62,7 +29,7 @@ fn data_that_are_not_there() {
 
 #[test]
 fn wrong_readings_are_named_by_file_line_and_column() {
-    let desk = Desk::new();
+    let desk = desk();
     desk.write(
         "word.csv",
         "pose,direction,repeat,force_N,displacement_um\nP1,x,1,-10,-5\nP1,x,1,-20,abc\n",
@@ -96,7 +63,7 @@ fn wrong_readings_are_named_by_file_line_and_column() {
 
 #[test]
 fn a_pose_that_the_robot_does_not_have_is_refused_with_the_nearest_name() {
-    let desk = Desk::new();
+    let desk = desk();
     desk.write("typo.csv", &five_columns(&["P1", "P2a"], 2));
     let error = desk.refusal(
         "fit typo.csv --robot hp-robot",
@@ -120,7 +87,7 @@ fn a_pose_that_the_robot_does_not_have_is_refused_with_the_nearest_name() {
 
 #[test]
 fn stiffness_values_where_readings_are_needed() {
-    let desk = Desk::new();
+    let desk = desk();
     desk.write("list.csv", "pose,direction,stiffness_N_per_um\nP1,x,0.01\n");
     for arguments in [
         "stiffness list.csv",
@@ -152,7 +119,7 @@ fn stiffness_values_where_readings_are_needed() {
 
 #[test]
 fn names_that_do_not_exist() {
-    let desk = Desk::new();
+    let desk = desk();
     let unknown = "stiffbench::robot::unknown_name";
     assert_says(
         &desk.refusal("robot compliance --pose P9", 10, unknown),
@@ -179,10 +146,6 @@ fn names_that_do_not_exist() {
         &["P1"],
     );
     assert_says(&desk.refusal("simulate s --poses P9", 10, unknown), &["P1"]);
-    assert_says(
-        &desk.refusal("paper --robot serial-arm", 10, unknown),
-        &["s_fsd_p1"],
-    );
     assert_says(
         &desk.refusal(
             "fit paper-experiment --factors nope.toml",
@@ -212,7 +175,7 @@ fn names_that_do_not_exist() {
 
 #[test]
 fn arguments_without_meaning() {
-    let desk = Desk::new();
+    let desk = desk();
     let argument = "stiffbench::usage::argument";
     for (arguments, words) in [
         (
@@ -297,7 +260,7 @@ fn arguments_without_meaning() {
 
 #[test]
 fn procedures_that_cannot_be_followed() {
-    let desk = Desk::new();
+    let desk = desk();
     for (arguments, code) in [
         ("--repeats 0", "no_repeat"),
         ("--loads-n 0,nan", "not_finite"),
@@ -333,7 +296,7 @@ fn procedures_that_cannot_be_followed() {
 
 #[test]
 fn arguments_that_do_not_parse() {
-    let desk = Desk::new();
+    let desk = desk();
     for (arguments, word) in [
         ("nonsense", "nonsense"),
         ("stiffness", "<DATA>"),
@@ -357,7 +320,7 @@ fn arguments_that_do_not_parse() {
 
 #[test]
 fn fits_that_cannot_be() {
-    let desk = Desk::new();
+    let desk = desk();
     desk.write("one.csv", &five_columns(&["P1"], 2));
     let error = desk.refusal(
         "fit one.csv --robot hp-robot",
@@ -381,7 +344,7 @@ fn fits_that_cannot_be() {
 
 #[test]
 fn files_of_robots_factors_and_sessions_that_are_wrong() {
-    let desk = Desk::new();
+    let desk = desk();
     let robot = include_str!("../../data/robots/serial-arm.toml");
     desk.write(
         "robot.toml",
@@ -434,7 +397,7 @@ fn files_of_robots_factors_and_sessions_that_are_wrong() {
 
 #[test]
 fn a_session_is_never_written_over() {
-    let desk = Desk::with_session();
+    let desk = desk_with_session();
     let before = desk.read("session/readings.csv");
     let error = desk.refusal(
         "simulate session --seed 9",
@@ -462,7 +425,7 @@ fn standard_output_that_takes_no_more() {
     let program = env!("CARGO_BIN_EXE_stiffbench");
     // More text than a pipe holds, so that the program writes into a pipe that nobody reads any more.
     let mut child = Command::new(program)
-        .args(["paper", "--json"])
+        .args(["completions", "bash"])
         .stdout(Stdio::piped())
         .stderr(Stdio::piped())
         .spawn()
@@ -490,7 +453,7 @@ fn standard_output_that_takes_no_more() {
 
 #[test]
 fn a_robot_file_in_another_folder_is_found_from_anywhere() {
-    let desk = Desk::new();
+    let desk = desk();
     let robot = include_str!("../../data/robots/serial-arm.toml");
     desk.write(
         "robots/mine.toml",
@@ -525,7 +488,7 @@ fn a_robot_file_in_another_folder_is_found_from_anywhere() {
 
 #[test]
 fn data_without_a_robot_get_no_model() {
-    let desk = Desk::new();
+    let desk = desk();
     desk.write("bare.csv", &five_columns(&["P1", "P2"], 3));
     desk.write(
         "list.csv",

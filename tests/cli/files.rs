@@ -1,6 +1,6 @@
 //! The files that the program writes: complete, readable, and the same bytes for the same seed.
 
-use super::{Desk, Ran};
+use super::{Desk, Ran, desk, desk_with_session};
 
 /// An SVG that parses, with something drawn in it.
 fn assert_svg(desk: &Desk, name: &str) {
@@ -30,7 +30,7 @@ const FIGURES: [&str; 7] = [
 
 #[test]
 fn the_demonstration_writes_all_it_lists() {
-    let desk = Desk::new();
+    let desk = desk();
     let data = desk.data("demo --out here/demo");
     let files: Vec<&str> = data["files"]
         .as_array()
@@ -60,7 +60,7 @@ fn the_demonstration_writes_all_it_lists() {
 
 #[test]
 fn every_figure_can_be_drawn_alone() {
-    let desk = Desk::with_session();
+    let desk = desk_with_session();
     for figure in FIGURES {
         let data = if ["workspace", "robot"].contains(&figure) {
             "--poses 500"
@@ -96,7 +96,7 @@ fn every_figure_can_be_drawn_alone() {
 
 #[test]
 fn saved_factors_are_read_again() {
-    let desk = Desk::with_session();
+    let desk = desk_with_session();
     let fit = desk.data("fit session --save-factors fitted.toml");
     let from_file = desk.data("significance --pose P1 --factors fitted.toml");
     for (place, name) in ["A", "Iy", "Iz", "J"].iter().enumerate() {
@@ -122,7 +122,7 @@ fn saved_factors_are_read_again() {
 
 #[test]
 fn a_simulated_session_is_complete_and_its_truth_stands_apart() {
-    let desk = Desk::new();
+    let desk = desk();
     for (plan, readings) in [
         ("paper", 480),
         ("sweeps", 540),
@@ -157,7 +157,7 @@ fn a_simulated_session_is_complete_and_its_truth_stands_apart() {
 
 #[test]
 fn a_session_freezes_the_procedure_it_followed() {
-    let desk = Desk::new();
+    let desk = desk();
     desk.write(
         "mine.toml",
         "schema = \"stiffbench/procedure/1\"\nloads_N = [0, -10, -20, 10, 20]\nbranches = [\"loading\", \"unloading\"]\n\
@@ -240,7 +240,7 @@ fn a_session_freezes_the_procedure_it_followed() {
 
 #[test]
 fn the_same_seed_gives_the_same_bytes() {
-    let desk = Desk::new();
+    let desk = desk();
     for (name, seed) in [("a", 7), ("b", 7), ("c", 8)] {
         desk.run(&format!("simulate {name} --seed {seed}"))
             .succeeds();
@@ -262,11 +262,11 @@ fn the_same_seed_gives_the_same_bytes() {
 
 #[test]
 fn the_number_of_threads_changes_nothing() {
-    let desk = Desk::with_session();
+    let desk = desk_with_session();
     for arguments in [
         "fit session --train P1,P3 --bootstrap 200 --seed 1 --json",
         "robot workspace --poses 2000 --seed 3 --json",
-        "paper --json",
+        "map --poses 200 --json",
     ] {
         let [one, two] = ["1", "2"].map(|threads| {
             Ran::of(desk.command(arguments).env("RAYON_NUM_THREADS", threads))

@@ -1,10 +1,10 @@
 //! Every result says what it was made of, marks readings that nobody measured, and doubts numbers that are hardly meant.
 
-use super::{Desk, five_columns};
+use super::{desk, desk_with_session, five_columns};
 
 #[test]
 fn every_result_begins_with_its_data_and_its_robot() {
-    let desk = Desk::with_session();
+    let desk = desk_with_session();
     for (arguments, data, robot) in [
         ("stiffness session", 1, false),
         ("compare session session", 2, false),
@@ -46,7 +46,7 @@ fn every_result_begins_with_its_data_and_its_robot() {
 
 #[test]
 fn simulated_readings_bear_their_mark_wherever_they_go() {
-    let desk = Desk::new();
+    let desk = desk();
     desk.run("simulate s --seed 3").succeeds();
     desk.run("simulate with --effect joint-friction@A3:c=0.1urad/(N*m),friction_moment=26N*m")
         .succeeds();
@@ -79,7 +79,7 @@ fn simulated_readings_bear_their_mark_wherever_they_go() {
 #[cfg(unix)]
 #[test]
 fn emulated_readings_bear_their_mark_and_are_not_mixed_with_measured_ones() {
-    let desk = Desk::new();
+    let desk = desk();
     desk.run(
         "session run e --emulated --speed 50 --no-input --procedure sweeps --poses P1 --seed 2",
     )
@@ -102,7 +102,7 @@ fn emulated_readings_bear_their_mark_and_are_not_mixed_with_measured_ones() {
 
 #[test]
 fn two_robots_are_not_compared_without_a_word() {
-    let desk = Desk::with_session();
+    let desk = desk_with_session();
     desk.run("simulate other --robot hp-robot-host-dominant --seed 4")
         .succeeds();
     let text = desk.run("compare session other").succeeds().stdout;
@@ -113,7 +113,7 @@ fn two_robots_are_not_compared_without_a_word() {
 
 #[test]
 fn numbers_that_are_hardly_meant_are_doubted() {
-    let desk = Desk::new();
+    let desk = desk();
     let table = five_columns(&["P1", "P2"], 3);
     desk.write("good.csv", &table);
     let doubts = |file: &str| desk.run(&format!("stiffness {file}")).succeeds().stderr;
@@ -163,7 +163,7 @@ fn numbers_that_are_hardly_meant_are_doubted() {
 
 #[test]
 fn what_was_meant_is_said_to_programs_too_and_a_read_only_place_keeps_no_verdict_back() {
-    let desk = Desk::with_session();
+    let desk = desk_with_session();
     let object = desk
         .run("stiffness session --budgets --json")
         .exits_with(2)

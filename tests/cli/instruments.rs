@@ -2,25 +2,22 @@
 
 use serde_json::{Value, json};
 
-use super::failures::assert_says;
-use super::{Desk, Ran};
+use super::{Desk, Ran, assert_says, desk};
 
-impl Desk {
-    /// Decodes bytes on standard input.
-    fn decode(&self, arguments: &str, bytes: &[u8]) -> Ran {
-        let mut command = self.command(&format!("instrument decode {arguments}"));
-        Ran::of(command.write_stdin(bytes))
-    }
+/// Decodes bytes on standard input.
+fn decode(desk: &Desk, arguments: &str, bytes: &[u8]) -> Ran {
+    let mut command = desk.command(&format!("instrument decode {arguments}"));
+    Ran::of(command.write_stdin(bytes))
+}
 
-    fn decoded(&self, arguments: &str, bytes: &[u8]) -> Value {
-        let ran = self.decode(&format!("{arguments} --json"), bytes);
-        ran.succeeds().json()["data"].take()
-    }
+fn decoded(desk: &Desk, arguments: &str, bytes: &[u8]) -> Value {
+    let ran = decode(desk, &format!("{arguments} --json"), bytes);
+    ran.succeeds().json()["data"].take()
 }
 
 #[test]
 fn the_list_names_status_channel_and_where_there_is_no_port() {
-    let data = Desk::new().data("instrument list");
+    let data = desk().data("instrument list");
     let instruments = data["instruments"].as_array().unwrap();
     assert_eq!(instruments.len(), 17);
     let of = |name: &str| instruments.iter().find(|one| one["name"] == name).unwrap();
@@ -35,8 +32,9 @@ fn the_list_names_status_channel_and_where_there_is_no_port() {
 
 #[test]
 fn bytes_become_samples_in_the_unit_that_is_named_and_the_sign_as_sent() {
-    let desk = Desk::new();
-    let data = desk.decoded(
+    let desk = desk();
+    let data = decoded(
+        &desk,
         "mark10-series5 --unit N",
         b"4.285 N\r\n-1.0 lbF\r\n*10\r\n1 lbFin\r\n\x80\r\n",
     );
@@ -50,7 +48,7 @@ fn bytes_become_samples_in_the_unit_that_is_named_and_the_sign_as_sent() {
     let rejected = data["rejected"].as_array().unwrap();
     let raw: Vec<&Value> = rejected.iter().map(|one| &one["raw"]).collect();
     assert_eq!(raw, ["*10", "1 lbFin", "\\x80"]);
-    let data = desk.decoded("imada-ds2 --unit N", b"-056.7NTL\r-056.7NPL\r");
+    let data = decoded(&desk, "imada-ds2 --unit N", b"-056.7NTL\r-056.7NPL\r");
     assert_eq!(data["samples"][0]["value"], -56.7);
     assert_eq!(data["samples"][0]["marks"], json!(["below-limit"]));
     assert!(
@@ -63,7 +61,7 @@ fn bytes_become_samples_in_the_unit_that_is_named_and_the_sign_as_sent() {
 
 #[test]
 fn a_name_a_unit_or_a_permission_that_is_wanting_is_told() {
-    let desk = Desk::new();
+    let desk = desk();
     let error = desk.refusal(
         "instrument show mark10-series",
         2,
@@ -94,13 +92,17 @@ fn a_name_a_unit_or_a_permission_that_is_wanting_is_told() {
         "stiffbench::instrument::unverified",
     );
     assert_says(&error, &["--allow-unverified"]);
-    let data = desk.decoded("recalled.toml --unit N --allow-unverified", b"1.5 N\n");
+    let data = decoded(
+        &desk,
+        "recalled.toml --unit N --allow-unverified",
+        b"1.5 N\n",
+    );
     assert_eq!(data["samples"][0]["value"], 1.5);
 }
 
 #[test]
 fn a_description_of_ones_own_is_checked_listed_and_used() {
-    let desk = Desk::new();
+    let desk = desk();
     let shown = desk
         .run("instrument show generic-ascii --toml")
         .succeeds()
@@ -115,7 +117,7 @@ fn a_description_of_ones_own_is_checked_listed_and_used() {
     }
     let data = desk.data("instrument list --protocols own");
     assert_eq!(data["instruments"][0]["name"], "my-gauge");
-    let data = desk.decoded("my-gauge --protocols own --unit N", b"1.5 kgf\n");
+    let data = decoded(&desk, "my-gauge --protocols own --unit N", b"1.5 kgf\n");
     assert_eq!(data["samples"][0]["value"], 14.709_975);
     // A session is rehearsed with it: its description plays the gauge.
     desk.run("session run s --emulated --no-input --speed 50 --protocols own --force-instrument my-gauge --poses P1 --directions x --repeats 1")

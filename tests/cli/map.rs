@@ -3,8 +3,7 @@
 use std::fs;
 use std::process::Stdio;
 
-use super::Desk;
-use super::failures::assert_says;
+use super::{Desk, assert_says, desk, desk_with_session};
 
 /// Every file of a folder with its bytes, by name.
 fn files(desk: &Desk, folder: &str) -> Vec<(String, Vec<u8>)> {
@@ -22,7 +21,7 @@ fn files(desk: &Desk, folder: &str) -> Vec<(String, Vec<u8>)> {
 
 #[test]
 fn all_mechanisms_beside_the_paper() {
-    let desk = Desk::new();
+    let desk = desk();
     let text = desk.run("map --poses 400").succeeds().stdout;
     for words in [
         "400 random poses (seed 0)",
@@ -64,7 +63,7 @@ fn all_mechanisms_beside_the_paper() {
 
 #[test]
 fn one_mechanism_in_directions_of_ones_own() {
-    let desk = Desk::new();
+    let desk = desk();
     let data = desk.data("map --mechanism F --poses 60 --sampling grid --direction x,y --direction 0,1,1 --direction -1,0,0");
     let columns = data["mechanisms"][0]["stiffness"].as_array().unwrap();
     let names: Vec<&str> = columns
@@ -87,7 +86,7 @@ fn one_mechanism_in_directions_of_ones_own() {
 
 #[test]
 fn shares_joined_are_the_whole_byte_by_byte() {
-    let desk = Desk::new();
+    let desk = desk();
     let study = "--mechanism A,F --poses 300 --seed 5 --direction x,z";
     for sampling in ["monte-carlo", "grid", "low-discrepancy"] {
         let study = format!("{study} --sampling {sampling}");
@@ -133,7 +132,7 @@ fn shares_joined_are_the_whole_byte_by_byte() {
 
 #[test]
 fn shards_that_do_not_fit_are_refused() {
-    let desk = Desk::new();
+    let desk = desk();
     let study = "map --mechanism A --poses 100 --direction x";
     for share in ["1/2", "2/2", "1/3"] {
         desk.run(&format!("{study} --shard {share} --out s"))
@@ -176,7 +175,7 @@ fn shards_that_do_not_fit_are_refused() {
 
 #[test]
 fn a_shard_killed_on_its_way_leaves_none_and_can_be_run_again() {
-    let desk = Desk::new();
+    let desk = desk();
     // Joints that yield go pose by pose: slow enough to be killed at work.
     let study = "map --mechanism F --poses 30000 --direction x --no-principal --effect joint-compliance@A3:c=1urad/(N*m)";
     let mut child = std::process::Command::new(env!("CARGO_BIN_EXE_stiffbench"))
@@ -205,7 +204,7 @@ fn a_shard_killed_on_its_way_leaves_none_and_can_be_run_again() {
 
 #[test]
 fn found_physics_and_fits_go_into_the_map() {
-    let desk = Desk::with_session();
+    let desk = desk_with_session();
     let plain = desk.data("map --mechanism F --poses 50");
     let effect = "--effect joint-backlash@A4B:play=0.12mrad,seat_moment=0.05N*m";
     let error = desk.refusal(
@@ -290,7 +289,7 @@ fn found_physics_and_fits_go_into_the_map() {
 
 #[test]
 fn what_cannot_be_asked_for() {
-    let desk = Desk::new();
+    let desk = desk();
     for arguments in [
         "map --poses 0",
         "map --poses many",
@@ -321,7 +320,7 @@ fn what_cannot_be_asked_for() {
 
 #[test]
 fn the_points_are_a_table_of_the_poses() {
-    let desk = Desk::new();
+    let desk = desk();
     desk.run("map --mechanism A --poses 40 --out out")
         .succeeds();
     let table = desk.read("out/points-A.csv");

@@ -1,11 +1,10 @@
 //! `stiffbench map` asked for figures, loads, own weight and designs.
 
-use super::Desk;
-use super::failures::assert_says;
+use super::{assert_says, desk};
 
 #[test]
 fn figures_of_each_mechanism_of_all_and_of_a_difference() {
-    let desk = Desk::new();
+    let desk = desk();
     let study = "map --mechanism A,F --poses 600 --direction y --no-principal --out out";
     let ran = desk
         .run(&format!("{study} --figures --difference A,F"))
@@ -41,7 +40,7 @@ fn figures_of_each_mechanism_of_all_and_of_a_difference() {
 
 #[test]
 fn a_load_moves_the_end_and_a_limit_bounds_the_load() {
-    let desk = Desk::new();
+    let desk = desk();
     let arguments = "map --mechanism F --poses 300 --load 0,-50,0 --limit 0.5";
     let text = desk.run(arguments).succeeds().stdout;
     for words in [
@@ -72,7 +71,7 @@ fn a_load_moves_the_end_and_a_limit_bounds_the_load() {
 
 #[test]
 fn a_robot_without_masses_is_told_what_to_add_and_one_with_them_sags() {
-    let desk = Desk::new();
+    let desk = desk();
     let error = desk.refusal("map --poses 10 --sag", 2, "stiffbench::usage::argument");
     assert_says(&error, &["no masses", "mass_per_m", "density", "[masses]"]);
     let page = include_str!("../../docs/robot-file.md");
@@ -105,7 +104,7 @@ fn a_robot_without_masses_is_told_what_to_add_and_one_with_them_sags() {
 
 #[test]
 fn what_the_stiffness_depends_on_and_the_cheapest_lift() {
-    let desk = Desk::new();
+    let desk = desk();
     let data = desk.data("map --poses 200 --direction y --no-principal --design --lift min:y:20%");
     let found = &data["design"]["sensitivities"][0];
     assert_eq!(
@@ -146,7 +145,7 @@ fn what_the_stiffness_depends_on_and_the_cheapest_lift() {
 
 #[test]
 fn the_robot_of_a_lift_is_a_robot_file() {
-    let desk = Desk::new();
+    let desk = desk();
     let study = "--poses 200 --mechanism F";
     let design = desk.data(&format!("map {study} --lift min:y:20% --out changed"));
     let after = design["design"]["lifts"][0]["after"]["value"]
@@ -183,7 +182,7 @@ fn the_robot_of_a_lift_is_a_robot_file() {
 
 #[test]
 fn questions_that_cannot_be_asked() {
-    let desk = Desk::new();
+    let desk = desk();
     for arguments in [
         "map --load 1,2",
         "map --load 0,0,0",

@@ -8,7 +8,7 @@ use std::process::Command;
 
 use super::lines::mark10;
 use super::session::{EMULATED, SHORT};
-use super::{Desk, Ran};
+use super::{Desk, Ran, desk};
 
 /// The user `nobody`, who is in no group.
 const NOBODY: u32 = 65_534;
@@ -35,7 +35,7 @@ fn allow(path: &Path, mode: u32) {
 
 #[test]
 fn a_port_that_this_user_may_not_open_is_neither_absent_nor_busy() {
-    let desk = Desk::new();
+    let desk = desk();
     let _gauge = mark10(&desk);
     allow(&desk.path("gauge"), 0o000);
     allow(desk.folder.path(), 0o755);
@@ -48,7 +48,7 @@ fn a_port_that_this_user_may_not_open_is_neither_absent_nor_busy() {
 
 #[test]
 fn a_folder_that_this_user_may_only_read_gets_no_session_and_loses_none() {
-    let desk = Desk::new();
+    let desk = desk();
     allow(desk.folder.path(), 0o555);
     let command = format!("session run s {SHORT} {EMULATED} --json");
     let error = &run_without_rights_in_read_only(&desk, &command)["error"];

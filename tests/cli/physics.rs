@@ -8,8 +8,7 @@ use stiffbench::robot::Robot;
 use stiffbench::shipped::shipped_robot;
 use stiffbench::test_point::PoseId;
 
-use super::Desk;
-use super::failures::assert_says;
+use super::{Desk, assert_says, desk};
 
 /// One effect of every law, and what the clock's hundredths and the tenths of a hold leave open in its readings, m.
 const EFFECTS: [(&str, f64); 15] = [
@@ -78,7 +77,7 @@ fn predicted(mechanics: &Mechanics<'_>, physics: &ActingPhysics, run: &[&Reading
 
 #[test]
 fn a_simulation_without_noise_is_the_prediction_of_the_laws() {
-    let desk = Desk::new();
+    let desk = desk();
     let robot = Robot::parse(&shipped_robot("hp-robot").unwrap()).unwrap();
     let mechanism = robot.mechanism(Some("F")).unwrap();
     let factors = robot.factor_set("m_fsd").unwrap();
@@ -136,7 +135,7 @@ fn column(desk: &Desk, session: &str, name: &str) -> Vec<String> {
 
 #[test]
 fn the_force_that_acts_moves_the_robot_and_the_force_that_is_read_is_rounded() {
-    let desk = Desk::new();
+    let desk = desk();
     let quiet = "--reading-sd-um 0 --zero-sd-um 0 --run-slope-sd 0 --displacement-step-um 0.001";
     let effect = "--effect joint-friction@A3:c=0.1urad/(N*m),friction_moment=26N*m";
     for (session, step) in [("fine", "0.001"), ("coarse", "5")] {
@@ -158,7 +157,7 @@ fn the_force_that_acts_moves_the_robot_and_the_force_that_is_read_is_rounded() {
 
 #[test]
 fn a_slider_may_stay_where_a_run_left_it() {
-    let desk = Desk::new();
+    let desk = desk();
     let plan = "--noise-free --poses P2 --directions y --repeats 2 --procedure load-unload";
     let effect = "--effect joint-friction@A4B:c=0.19mrad/(N*m),friction_moment=0.4N*m";
     desk.run(&format!("simulate virgin {plan} {effect}"))
@@ -183,7 +182,7 @@ fn a_slider_may_stay_where_a_run_left_it() {
 
 #[test]
 fn the_truth_is_recorded_as_effects_that_make_the_same_session_again() {
-    let desk = Desk::new();
+    let desk = desk();
     let effects = "--effect slip@P3.z.2.5:jump=-30um --effect creep:k=1%/decade,t0=1s";
     let data = desk.data(&format!("simulate first --seed 3 {effects}"));
     assert_eq!(data["physics"][0]["physics"], "slip");
@@ -229,7 +228,7 @@ parameters.c = { value = 2e-7, unit = "rad/(N*m)" }
 
 /// A desk with the model, its robot beside it, and a session measured on it.
 fn desk_with_model() -> Desk {
-    let desk = Desk::new();
+    let desk = desk();
     desk.write("model.toml", MODEL);
     desk.write("arms/robot.toml", &shipped_robot("hp-robot").unwrap().text);
     desk.run("simulate session --noise-free --model model.toml")
@@ -295,7 +294,7 @@ fn the_options_beside_a_model_win() {
 
 #[test]
 fn of_the_bench_is_not_of_the_robot() {
-    let desk = Desk::new();
+    let desk = desk();
     let effect = "--effect gauge-stand-compliance@y:c=1um/N";
     let with = desk
         .run(&format!("robot compliance --json --pose P1 {effect}"))

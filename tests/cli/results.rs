@@ -1,6 +1,6 @@
 //! Every subcommand once, for people and for programs.
 
-use super::{Desk, five_columns};
+use super::{Desk, desk, desk_with_session, five_columns};
 
 /// Runs a subcommand in both forms; the text holds `words`, the JSON is an envelope of `kind`.
 fn both(desk: &Desk, arguments: &str, words: &[&str], kind: &str) {
@@ -28,7 +28,7 @@ fn both(desk: &Desk, arguments: &str, words: &[&str], kind: &str) {
 
 #[test]
 fn stiffness_fit_and_compare() {
-    let desk = Desk::with_session();
+    let desk = desk_with_session();
     both(
         &desk,
         "stiffness session",
@@ -63,7 +63,7 @@ fn stiffness_fit_and_compare() {
 
 #[test]
 fn robots() {
-    let desk = Desk::new();
+    let desk = desk();
     both(&desk, "robot show", &["28 bodies", "Factor sets"], "robot");
     both(
         &desk,
@@ -95,8 +95,8 @@ fn robots() {
 }
 
 #[test]
-fn significance_paper_and_demo() {
-    let desk = Desk::new();
+fn significance_and_demo() {
+    let desk = desk();
     both(
         &desk,
         "significance --pose P1 --factors unit",
@@ -111,12 +111,6 @@ fn significance_paper_and_demo() {
     );
     both(
         &desk,
-        "paper",
-        &["Table III", "Not reproduced, and why"],
-        "paper",
-    );
-    both(
-        &desk,
         "demo",
         &["judged on P2 and P4", "Written:", "Next: stiffbench fit"],
         "demo",
@@ -125,7 +119,7 @@ fn significance_paper_and_demo() {
 
 #[test]
 fn figures_and_sessions_are_listed_where_they_were_written() {
-    let desk = Desk::new();
+    let desk = desk();
     both(
         &desk,
         "plot robot --force 0,-50,0",
@@ -144,7 +138,7 @@ fn figures_and_sessions_are_listed_where_they_were_written() {
 
 #[test]
 fn completions_and_the_manual() {
-    let desk = Desk::new();
+    let desk = desk();
     for shell in ["bash", "zsh", "fish"] {
         assert!(
             desk.run(&format!("completions {shell}"))
@@ -158,7 +152,7 @@ fn completions_and_the_manual() {
 
 #[test]
 fn help_has_examples_and_exit_codes() {
-    let desk = Desk::new();
+    let desk = desk();
     let help = desk.run("--help").succeeds().stdout;
     assert!(
         help.contains("Examples:") && help.contains("Exit codes:"),
@@ -173,8 +167,6 @@ fn help_has_examples_and_exit_codes() {
         "plot",
         "simulate",
         "compare",
-        "paper",
-        "reference",
         "ports",
         "trace",
     ] {
@@ -192,7 +184,7 @@ fn help_has_examples_and_exit_codes() {
 
 #[test]
 fn the_smallest_readings_file_is_enough_and_what_was_assumed_is_said() {
-    let desk = Desk::new();
+    let desk = desk();
     desk.write("readings.csv", &five_columns(&["P1", "P2"], 3));
     let ran = desk.run("stiffness readings.csv").succeeds();
     assert!(ran.stdout.contains("0.01000"), "{}", ran.stdout);
@@ -218,7 +210,7 @@ fn the_smallest_readings_file_is_enough_and_what_was_assumed_is_said() {
 
 #[test]
 fn a_gauges_own_log_needs_pose_and_direction() {
-    let desk = Desk::new();
+    let desk = desk();
     let log = format!("{}/fixtures/sessions/gauge.log", env!("CARGO_MANIFEST_DIR"));
     let cells = &desk.data(&format!("stiffness {log} --pose P1 --direction y"))["cells"];
     assert_eq!(
@@ -231,7 +223,7 @@ fn a_gauges_own_log_needs_pose_and_direction() {
 
 #[test]
 fn lists_of_stiffness_values_can_be_fitted() {
-    let desk = Desk::new();
+    let desk = desk();
     desk.write(
         "list.csv",
         "pose,direction,stiffness_N_per_um,u_N_per_um\nP1,x,0.01,0.0001\nP1,y,0.03,0.0003\nP1,z,0.24,0.002\nP3,x,0.013,0.0001\nP3,y,0.035,0.0003\nP3,z,0.28,0.002\n",
@@ -253,7 +245,7 @@ fn lists_of_stiffness_values_can_be_fitted() {
 
 #[test]
 fn progress_is_text_if_asked_for() {
-    let desk = Desk::with_session();
+    let desk = desk_with_session();
     let ran = desk
         .run("fit session --bootstrap 50 --progress text")
         .succeeds();

@@ -3,7 +3,7 @@
 
 use serde_json::Value;
 
-use super::Desk;
+use super::{Desk, desk};
 
 /// Robots with a pose of theirs: shipped, or in `fixtures/robots`. The end of the SCARA keeps its height, that of the four-bar follows a curve.
 const ROBOTS: [(&str, &str); 6] = [
@@ -57,7 +57,7 @@ fn is_rounded(printed: &str, exact: f64) -> bool {
 #[test]
 fn six_robots_go_through_every_command() {
     for (seed, (name, pose)) in ROBOTS.into_iter().enumerate() {
-        let desk = Desk::new();
+        let desk = desk();
         let robot = robot_on(&desk, name);
         for arguments in [
             format!("robot show {robot}"),
@@ -191,7 +191,7 @@ fn refined_extremes_are_extreme(desk: &Desk, robot: &str) {
 /// From three runs on, where each cell stands for itself: of fewer the uncertainty is that of all cells together.
 #[test]
 fn more_runs_give_smaller_uncertainties_on_average() {
-    let desk = Desk::new();
+    let desk = desk();
     let mut shares = Vec::new();
     for repeats in [3, 5, 9] {
         desk.write(

@@ -1,6 +1,6 @@
 //! `stiffbench session` on an emulated bench: measured, interrupted, gone on with, damaged and recovered.
 
-use super::Desk;
+use super::desk;
 
 /// One pose, one direction, four readings.
 pub(super) const SHORT: &str =
@@ -11,7 +11,7 @@ pub(super) const EMULATED: &str = "--emulated --speed 5 --no-input";
 
 #[test]
 fn a_plan_lists_every_step_question_and_file() {
-    let desk = Desk::new();
+    let desk = desk();
     let data = desk.data("session plan --procedure load-hold-unload --poses P1,P3 --directions y");
     assert_eq!(data["readings"], 2 * 5 * 17);
     assert_eq!(data["cells"][1]["pose"], "P3");
@@ -30,7 +30,7 @@ fn a_plan_lists_every_step_question_and_file() {
 #[cfg(unix)]
 #[test]
 fn a_session_on_an_emulated_bench_gives_readings_that_are_analysed() {
-    let desk = Desk::new();
+    let desk = desk();
     let data = desk.data(&format!("session run s {SHORT} {EMULATED}"));
     assert_eq!(data["outcome"], "complete");
     assert_eq!(data["accepted"], 4);
@@ -60,7 +60,7 @@ fn a_session_on_an_emulated_bench_gives_readings_that_are_analysed() {
 #[cfg(unix)]
 #[test]
 fn a_damaged_journal_is_found_and_recovered_and_the_session_goes_on() {
-    let desk = Desk::new();
+    let desk = desk();
     desk.run(&format!("session run s {SHORT} {EMULATED}"))
         .succeeds();
     let journal = desk.read("s/journal.jsonl");
@@ -107,7 +107,7 @@ fn with_value(table: &str, reading: usize, column: &str, value: impl Fn(&str) ->
 #[cfg(unix)]
 #[test]
 fn a_table_that_was_changed_after_the_session_is_refused() {
-    let desk = Desk::new();
+    let desk = desk();
     desk.run(&format!("session run s {SHORT} {EMULATED}"))
         .succeeds();
     let table = desk.read("s/readings.csv");
@@ -197,7 +197,7 @@ fn a_table_that_was_changed_after_the_session_is_refused() {
 #[cfg(unix)]
 #[test]
 fn a_table_that_lags_behind_the_journal_was_not_changed() {
-    let desk = Desk::new();
+    let desk = desk();
     desk.run(&format!("session run s {SHORT} {EMULATED}"))
         .succeeds();
     let table = desk.read("s/readings.csv");
@@ -226,7 +226,7 @@ fn a_table_that_lags_behind_the_journal_was_not_changed() {
 #[cfg(unix)]
 #[test]
 fn a_question_without_an_answer_ends_with_3_and_names_the_flag() {
-    let desk = Desk::new();
+    let desk = desk();
     let ran = desk.run(&format!(
         "session run s {SHORT} {EMULATED} --answer sign-check=left --json"
     ));
@@ -256,7 +256,7 @@ fn a_question_without_an_answer_ends_with_3_and_names_the_flag() {
 #[cfg(unix)]
 #[test]
 fn an_overdue_calibration_is_said_and_refused_under_strict() {
-    let desk = Desk::new();
+    let desk = desk();
     let records = "schema = \"stiffbench/session/1\"\n[instruments.force]\nserial = \"7\"\ndue = 2020-01-31\n";
     desk.write("records.toml", records);
     let command = format!("session run s {SHORT} {EMULATED} --instruments records.toml");
@@ -278,7 +278,7 @@ fn an_overdue_calibration_is_said_and_refused_under_strict() {
 
 #[test]
 fn a_gauge_or_port_that_is_not_named_is_asked_for_before_anything_is_made() {
-    let desk = Desk::new();
+    let desk = desk();
     let ran = desk.run(&format!("session run s {SHORT} --no-input"));
     assert_eq!(ran.code, 2);
     assert!(ran.stderr.contains("--force-instrument"), "{}", ran.stderr);

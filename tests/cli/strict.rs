@@ -1,10 +1,10 @@
 //! `--strict`: findings become exit codes, and without it they do not.
 
-use super::{Desk, five_columns};
+use super::{desk, five_columns};
 
 #[test]
 fn a_flag_on_the_readings_exits_with_1() {
-    let desk = Desk::new();
+    let desk = desk();
     let readings = five_columns(&["P1", "P2"], 5);
     desk.write("clean.csv", &readings);
     desk.run("stiffness clean.csv --strict").succeeds();
@@ -21,7 +21,7 @@ fn a_flag_on_the_readings_exits_with_1() {
 
 #[test]
 fn overdue_calibration_exits_with_12() {
-    let desk = Desk::new();
+    let desk = desk();
     desk.write("session/readings.csv", &five_columns(&["P1", "P2"], 5));
     let header = |due: &str| {
         format!(
@@ -55,7 +55,7 @@ fn overdue_calibration_exits_with_12() {
 
 #[test]
 fn a_factor_that_the_data_do_not_determine_exits_with_41() {
-    let desk = Desk::new();
+    let desk = desk();
     let open = |fit: &serde_json::Value| {
         let factors = fit["factors"]["beam"].as_object().unwrap();
         factors
@@ -74,7 +74,7 @@ fn a_factor_that_the_data_do_not_determine_exits_with_41() {
 
 #[test]
 fn a_robot_with_a_pose_beyond_its_limits_exits_with_1() {
-    let desk = Desk::new();
+    let desk = desk();
     desk.run("robot check hp-robot --strict").succeeds();
     let robot = include_str!("../../data/robots/serial-arm.toml");
     let pose = robot

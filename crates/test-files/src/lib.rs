@@ -1,7 +1,17 @@
-//! Files of this repository for the tests of its crates: shipped robots, procedures and instrument descriptions, data and documents.
+//! What the tests of several crates share: files of this repository, a folder to run a program in, and comparison with kept outputs.
 //!
 //! The program embeds what it ships (`src/shipped` of the root package). A library crate embeds nothing outside its own folder, so its tests
 //! read the same files here.
+
+#![expect(
+    clippy::unwrap_used,
+    clippy::must_use_candidate,
+    clippy::return_self_not_must_use,
+    reason = "a test stops at what is not as it must be, and runs commands for what they do"
+)]
+
+pub mod desk;
+pub mod goldens;
 
 use std::fs;
 use std::path::{Path, PathBuf};

@@ -1,7 +1,11 @@
-//! What checks the tool.
+//! Whether `stiffbench` can be trusted: the program `stiffbench-validate`, which users of `stiffbench` do not need.
 //!
-//! - [`prove`]: whether a diagnosis can be trusted: blind verdicts scored against sealed answers, error rates, recordings by others.
-//! - [`mod@reference`]: a robot as solids, for a program of others to hold the beams against.
+//! - [`prove`]: blind verdicts scored against sealed answers, error rates, recordings by others.
+//! - [`mod@reference`]: a robot as solids, for another program to compare the beams with.
+//! - [`report`]: their results as tables, JSON and figures.
+//! - [`cli`]: arguments, files, terminal.
 
+pub mod cli;
 pub mod prove;
 pub mod reference;
+pub mod report;

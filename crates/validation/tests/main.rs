@@ -5,5 +5,10 @@
     reason = "a test stops at what is not as it must be"
 )]
 
+#[cfg(unix)]
+mod commands;
+mod goldens;
+mod prove;
 mod recordings;
 mod reference;
+mod reference_commands;

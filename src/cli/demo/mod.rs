@@ -4,6 +4,7 @@ mod measure;
 
 use std::path::{Path, PathBuf};
 
+use clap::Args;
 use serde_json::json;
 
 use crate::fit::{FitOptions, FitProblem, MeasuredStiffness, fit_cells};
@@ -15,7 +16,7 @@ use crate::robot::Predictor;
 use crate::stiffness::{Branches, Method};
 use crate::test_point::PoseId;
 
-use super::args::{DemoArgs, Global, LogArgs, ModelArgs};
+use super::args::{Global, LogArgs, ModelArgs};
 use super::data::{Data, load_session};
 use super::failure::{CliError, Failure};
 use super::figure_files::{write, write_figure};
@@ -24,6 +25,15 @@ use super::outcome::Outcome;
 use super::plot::residuals;
 use super::progress::progress;
 use super::robot::workspace_projection;
+
+/// Arguments of `demo`.
+#[derive(Debug, Args)]
+#[command(after_help = "Example:\n  stiffbench demo --out my-demo")]
+pub(super) struct DemoArgs {
+    /// Folder for the session, tables and figures
+    #[arg(long, default_value = "stiffbench-demo")]
+    out: PathBuf,
+}
 
 /// Poses the demonstration fits; the others are held out, as in the paper.
 const TRAIN: [&str; 2] = ["P1", "P3"];

@@ -1,8 +1,8 @@
 //! From the arguments to a study.
 
 use crate::cli::args::ModelArgs;
-use crate::cli::data::{Chosen, choose};
 use crate::cli::failure::Failure;
+use crate::cli::resolve::{ResolvedModel, resolve};
 use crate::distribution::{MapColumn, variables_beside_the_plane};
 use crate::physics::{ActingPhysics, Effect, EffectError, Law, PlaceKind};
 use crate::robot::{Mechanism, Robot};
@@ -88,8 +88,8 @@ fn notes_on_laws(args: &StudyArgs, job: &MapJob, linear: bool) -> Vec<String> {
 fn choose_without_effects(
     bare: &ModelArgs,
     added: &[String],
-) -> Result<(Chosen, Vec<Effect>), Failure> {
-    let chosen = choose(bare, None)?;
+) -> Result<(ResolvedModel, Vec<Effect>), Failure> {
+    let chosen = resolve(bare, None)?;
     let mut effects = chosen.physics.effects.clone();
     for text in added {
         effects.push(text.parse()?);
@@ -98,7 +98,11 @@ fn choose_without_effects(
 }
 
 /// The mechanisms to study, each once.
-fn mechanisms(args: &StudyArgs, robot: &Robot, chosen: &Chosen) -> Result<Vec<String>, Failure> {
+fn mechanisms(
+    args: &StudyArgs,
+    robot: &Robot,
+    chosen: &ResolvedModel,
+) -> Result<Vec<String>, Failure> {
     if args.mechanism.is_empty() && args.model.is_some() {
         return Ok(vec![chosen.mechanism.clone()]);
     }

@@ -9,7 +9,7 @@ use crate::test_point::{Direction, PoseId};
 /// An operator whose jack, robot and gauges are emulated: whoever looks and answers is behind it, the turning is done here.
 ///
 /// It acts on what is shown, as a person would, and knows nothing else of the session.
-pub(in crate::cli) struct HelpingHand<'a> {
+pub struct HelpingHand<'a> {
     /// Who looks at the screen and answers.
     operator: &'a mut dyn Operator,
     hand: &'a Hand,
@@ -36,7 +36,7 @@ enum Deed {
 
 impl<'a> HelpingHand<'a> {
     /// A hand on a bench.
-    pub(in crate::cli) fn new(operator: &'a mut dyn Operator, hand: &'a Hand) -> Self {
+    pub fn new(operator: &'a mut dyn Operator, hand: &'a Hand) -> Self {
         Self {
             operator,
             hand,
@@ -132,7 +132,7 @@ fn deed(view: &View) -> Option<Deed> {
 }
 
 /// The phases of a session, in the order in which they come first.
-pub(in crate::cli) const PHASES: [&str; 12] = [
+pub const PHASES: [&str; 12] = [
     "instruments",
     "set-up",
     "sign-check",

@@ -7,6 +7,7 @@ use clap::{Args, Subcommand, ValueEnum};
 use crate::cli::args::ModelArgs;
 use crate::cli::gauge::BINDINGS_FILE;
 use crate::cli::instrument_args::ProtocolsArgs;
+use crate::cli::moved::MovedArgs;
 use crate::cli::procedure::ProcedureArgs;
 
 /// Arguments of `session`.
@@ -37,9 +38,9 @@ pub(super) enum SessionCommand {
     Recover(RecoverArgs),
     /// What happened in a session, line by line
     Log(FolderArgs),
-    /// Every fault of a gauge or line in every phase of a session on an emulated bench, and what became of the readings
-    #[cfg(unix)]
-    Faults(crate::cli::practice::FaultsArgs),
+    /// Moved to stiffbench-validate
+    #[command(hide = true, disable_help_flag = true)]
+    Faults(MovedArgs),
 }
 
 /// A session folder.

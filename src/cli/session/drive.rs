@@ -7,11 +7,11 @@ use jiff::{Timestamp, tz::TimeZone};
 use serde_json::json;
 
 use crate::cli::args::Global;
-use crate::cli::data::choose;
 use crate::cli::failure::{CliError, Failure};
 use crate::cli::hash::sha256;
 use crate::cli::outcome::{Outcome as Printed, print_error};
 use crate::cli::procedure::choose_procedure;
+use crate::cli::resolve::resolve;
 use crate::cli::screen::Screen;
 use crate::clock::Clock;
 use crate::readings::{InstrumentRecord, Instruments, SessionHeader};
@@ -57,7 +57,7 @@ pub(super) fn run(
     global: &Global,
     other: Option<Box<dyn Operator>>,
 ) -> Result<Printed, Failure> {
-    let robot = choose(&args.model, None)?;
+    let robot = resolve(&args.model, None)?;
     let (mut procedure, mut warnings) = choose_procedure(&args.procedure)?;
     warnings.extend(robot.warnings.iter().cloned());
     // The poses are frozen with the procedure.

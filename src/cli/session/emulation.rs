@@ -3,9 +3,9 @@
 use std::path::Path;
 
 use crate::cli::args::ModelArgs;
-use crate::cli::data::{Chosen, choose};
 use crate::cli::failure::{CliError, Failure};
 use crate::cli::model::effects_text;
+use crate::cli::resolve::{ResolvedModel, resolve};
 use crate::clock::Clock;
 use crate::physics::ActingPhysics;
 use crate::procedure::Procedure;
@@ -38,7 +38,7 @@ pub(super) fn speed(args: &BenchArgs) -> f64 {
 #[cfg(unix)]
 pub(super) fn emulate(
     args: &mut BenchArgs,
-    chosen: &Chosen,
+    chosen: &ResolvedModel,
     procedure: &Procedure,
     clock: Clock,
 ) -> Result<Option<Hand>, Failure> {
@@ -91,7 +91,7 @@ pub(super) fn emulate(
 #[cfg(not(unix))]
 pub(super) fn emulate(
     _args: &mut BenchArgs,
-    _chosen: &Chosen,
+    _chosen: &ResolvedModel,
     _procedure: &Procedure,
     _clock: Clock,
 ) -> Result<Option<Hand>, Failure> {
@@ -127,7 +127,7 @@ pub(super) fn emulate_again(
         .displacement_instrument
         .take()
         .or(model_of(&header.instruments.displacement));
-    emulate(args, &choose(&model, None)?, &plan.procedure, clock)
+    emulate(args, &resolve(&model, None)?, &plan.procedure, clock)
 }
 
 /// The mark of readings that nobody measures; `None` at a real bench.

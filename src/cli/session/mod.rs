@@ -30,8 +30,7 @@ pub(super) fn run(args: SessionArgs, global: &Global) -> Result<Outcome, Failure
         SessionCommand::Resume(args) => drive::resume(&args, global),
         SessionCommand::Status(args) => look::status(&args.folder),
         SessionCommand::Log(args) => look::log(&args.folder),
-        #[cfg(unix)]
-        SessionCommand::Faults(args) => crate::cli::practice::run_faults(&args, global),
+        SessionCommand::Faults(args) => args.run("session faults", "faults"),
         SessionCommand::Verify(args) => repair::verify(&args.folder),
         SessionCommand::Recover(args) => repair::recover_into(&args.folder, &args.out),
     }

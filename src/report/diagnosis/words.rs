@@ -256,7 +256,8 @@ pub(super) fn location(location: &Location) -> String {
 }
 
 /// Name of a law in a row; the two drifts share one.
-pub(in crate::report) fn law_row(law: Law) -> String {
+#[must_use]
+pub fn law_row(law: Law) -> String {
     match law {
         Law::DriftPerSecond => format!("{law} (time)"),
         Law::DriftPerKelvin => format!("{law} (temperature)"),

@@ -311,6 +311,10 @@ impl Machine {
         };
         let force_n = self.along(Channel::Force, window.mean);
         let (target_n, purpose) = (load.target_n, load.purpose);
+        // It is where it should be; what is waited for is the other gauge, whose gap began the dwell anew.
+        if (force_n - target_n).abs() <= load.tolerance_n {
+            return;
+        }
         let opposite = force_n * target_n < 0.0
             && (force_n + target_n).abs() <= (0.3 * target_n.abs()).max(load.tolerance_n);
         let asked = match purpose {

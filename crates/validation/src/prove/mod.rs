@@ -33,7 +33,7 @@ pub use pose_errors::score_pose_errors;
 pub use power::{IdealPoint, PowerCase, PowerOptions, PowerPoint, power};
 pub use promises::promises;
 pub use recordings::{
-    ComparedFigure, Recording, RecordingScore, Recordings, judge, score_recording,
+    ComparedFigure, Recording, RecordingFile, RecordingScore, Recordings, judge, score_recording,
 };
 pub use score::{
     APART, APART_SHARE, INSEPARABLE, Named, Outcome, Score, TruthScore, UNKNOWN_FROM, score,

@@ -234,7 +234,7 @@ pub fn score_pose_errors(
     let candidates = poses.candidates();
     let limit = limit(&poses, &candidates, seed);
     let singular = || ProveError::Form {
-        file: recording.file.clone(),
+        file: recording.name.clone(),
         problem: "its columns are not independent".to_owned(),
     };
     let with = |extra: &[&Vec<f64>]| {

@@ -29,8 +29,10 @@ pub struct Recordings {
 pub struct Recording {
     /// Its name.
     pub name: String,
-    /// Its file, beside `recordings.toml`.
-    pub file: String,
+    /// Its files, below the folder that holds recordings; tables with the same columns, read as one.
+    pub files: Vec<RecordingFile>,
+    /// Where the measurements come from, and what was changed.
+    pub source: String,
     /// Its licence.
     pub licence: String,
     /// Readings it has.
@@ -53,6 +55,16 @@ pub struct Recording {
     pub specimen: Option<SpecimenOptions>,
     /// Known figures.
     pub figures: BTreeMap<String, f64>,
+}
+
+/// A file of a recording.
+#[derive(Debug, Clone, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct RecordingFile {
+    /// Path below the folder.
+    pub path: String,
+    /// SHA-256 of the file that the answer was worked out for, in hexadecimal.
+    pub sha256: String,
 }
 
 impl Recordings {

@@ -115,7 +115,7 @@ pub enum ReferenceError {
     #[error("{file}: the run was stopped after {done} of {} cases; {first} is the first without a result", done + missing)]
     #[diagnostic(
         code(stiffbench::reference::unfinished),
-        help("stiffbench reference run FOLDER goes on where it was stopped")
+        help("stiffbench-validate reference run FOLDER goes on where it was stopped")
     )]
     Unfinished {
         /// The file.
@@ -132,7 +132,7 @@ pub enum ReferenceError {
     #[diagnostic(
         code(stiffbench::reference::record),
         help(
-            "stiffbench reference export writes model.json, stiffbench reference run reference.json"
+            "stiffbench-validate reference export writes model.json, stiffbench-validate reference run reference.json"
         )
     )]
     Record {

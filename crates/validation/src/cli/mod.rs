@@ -1,0 +1,100 @@
+//! The command line of `stiffbench-validate`: one file a subcommand. Options, results and failures are those of `stiffbench`.
+
+#[cfg(unix)]
+mod counter;
+mod error;
+#[cfg(unix)]
+mod faults;
+mod paper;
+mod prove;
+mod prove_args;
+mod recordings;
+mod reference;
+#[cfg(unix)]
+mod rehearsal;
+#[cfg(unix)]
+mod sustain;
+
+use std::ffi::OsString;
+use std::process::ExitCode;
+
+use clap::{Parser, Subcommand};
+
+use stiffbench::cli::args::Global;
+use stiffbench::cli::failure::Failure;
+use stiffbench::cli::outcome::{Outcome, print_usage};
+
+/// Whether stiffbench can be trusted: blind tests of diagnoses, recordings by others, the paper's tables, solid elements, faults of gauges.
+#[derive(Debug, Parser)]
+#[command(
+    name = "stiffbench-validate",
+    version,
+    about,
+    max_term_width = 110,
+    after_help = "Examples:\n  stiffbench-validate prove --quick                      blind test and error rates in a few minutes\n  stiffbench-validate recordings --from my-recordings    recordings by others, with their known answers\n  stiffbench-validate paper                              the paper's tables beside ours\n  stiffbench-validate reference compare                  beams beside solid elements\n  stiffbench-validate faults --phase settle              faults of gauges and lines in a session\n\nExit codes: those of stiffbench."
+)]
+struct Cli {
+    /// What all subcommands share.
+    #[command(flatten)]
+    global: Global,
+    /// What to do.
+    #[command(subcommand)]
+    command: Command,
+}
+
+/// Subcommands.
+#[derive(Debug, Subcommand)]
+enum Command {
+    /// Blind test of diagnoses on sessions by another simulator; error rates and power on simulated benches
+    Prove(prove_args::ProveArgs),
+    /// Diagnoses of recordings by others, read from a folder of yours, beside their known answers
+    Recordings(recordings::RecordingsArgs),
+    /// The paper's Tables I and III to VI beside ours, cell by cell
+    Paper(paper::PaperArgs),
+    /// Beams beside solid elements: write the robot for CalculiX, run it, compare (the paper's Table IV)
+    Reference(reference::ReferenceArgs),
+    /// Every fault of a gauge or line in every phase of a session, and what became of the readings
+    #[cfg(unix)]
+    Faults(faults::FaultsArgs),
+    /// Two emulated gauges streaming through pseudo-terminals: what is lost, and the cost
+    #[cfg(unix)]
+    Sustain(sustain::SustainArgs),
+}
+
+/// Exit codes of failures that `stiffbench` does not have.
+const EXIT_CODES: &[(&str, u8)] = &[
+    ("stiffbench::reference::size", 2),
+    ("stiffbench::reference::record", 11),
+    ("stiffbench::reference::answer", 11),
+    ("stiffbench::reference::unfinished", 11),
+    ("stiffbench::reference", 10),
+    ("stiffbench::prove", 11),
+];
+
+/// Runs the program on the given arguments (the first is its name) and prints what comes out.
+pub fn main(arguments: impl IntoIterator<Item = OsString>) -> ExitCode {
+    let arguments: Vec<OsString> = arguments.into_iter().collect();
+    let cli = match Cli::try_parse_from(&arguments) {
+        Ok(cli) => cli,
+        Err(error) => return print_usage(&error, &arguments, "stiffbench-validate"),
+    };
+    let global = cli.global.clone();
+    match run(cli) {
+        Ok(outcome) => outcome.print(&global),
+        Err(failure) => failure.print(&global, EXIT_CODES),
+    }
+}
+
+fn run(cli: Cli) -> Result<Outcome, Failure> {
+    let global = &cli.global;
+    match cli.command {
+        Command::Prove(args) => prove::run(&args, global),
+        Command::Recordings(args) => recordings::run(&args, global),
+        Command::Paper(args) => paper::run(&args),
+        Command::Reference(args) => reference::run(&args, global),
+        #[cfg(unix)]
+        Command::Faults(args) => faults::run(&args, global),
+        #[cfg(unix)]
+        Command::Sustain(args) => sustain::run(&args, global),
+    }
+}

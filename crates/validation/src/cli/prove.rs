@@ -1,0 +1,347 @@
+//! `stiffbench-validate prove`.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::time::Instant;
+
+use serde_json::{Map, Value, json};
+
+use crate::prove::{
+    Answers, PowerOptions, Session, SessionTexts, Set, Sets, beside_idealised, calibrate,
+    calibration_plans, diagnose_all, power, score, twelve_values, unseal,
+};
+use crate::report::{
+    calibration_json, calibration_text, concealed_json, concealed_text, idealised_json,
+    idealised_text, power_figure, power_json, power_text, twelve_values_json, twelve_values_text,
+    verdicts_json,
+};
+use stiffbench::mismatch::SearchOptions;
+use stiffbench::physics::Law;
+use stiffbench::readings::SessionHeader;
+use stiffbench::robot::Robot;
+use stiffbench::source_text::SourceText;
+
+use super::error::ValidationError;
+use super::prove_args::{ProveArgs, ProvePart, SetChoice};
+use stiffbench::cli::args::Global;
+use stiffbench::cli::design;
+use stiffbench::cli::failure::{CliError, Failure};
+use stiffbench::cli::figure_files::{write, write_figure};
+use stiffbench::cli::inputs::Inputs;
+use stiffbench::cli::model::laws;
+use stiffbench::cli::outcome::Outcome;
+use stiffbench::cli::progress::{progress, step_on};
+use stiffbench::cli::resolve::robot_source;
+
+/// Stiffness of the paper's bench and fitted model, and displacements of its finite elements.
+const TABLE_VI: &str = include_str!("../../../../data/paper/experiment-table-vi.csv");
+const TABLE_V: &str = include_str!("../../../../data/paper/reference.csv");
+
+/// Mechanisms whose standard errors are worked out: one arm, and all chains.
+const ERROR_MECHANISMS: [&str; 2] = ["A", "F"];
+
+/// Sealed answers of the first two lists, and of the second proof list.
+const ANSWERS: &str = "answers.sealed";
+const SECOND_ANSWERS: &str = "answers-second.sealed";
+
+/// Concealed sessions of each list under `--quick`.
+const QUICK_SESSIONS: usize = 12;
+
+/// Benches with nothing missing.
+const TRIALS: usize = 1000;
+
+/// The same under `--quick`.
+const QUICK_TRIALS: usize = 60;
+
+/// Each point of a power curve has the trials of the calibration over this many, and no fewer than the least.
+const TRIALS_PER_POINT: usize = 25;
+const LEAST_TRIALS: usize = 6;
+
+/// Sizes of power curves, standard errors.
+const SIZES: [f64; 4] = [3.0, 4.5, 6.0, 8.0];
+
+/// Laws under `--quick`: one of a joint that is smooth, one with a history, one of the structure, one of the gauge.
+const QUICK_LAWS: [Law; 4] = [
+    Law::JointCompliance,
+    Law::JointFriction,
+    Law::SettingIn,
+    Law::GaugePeriodic,
+];
+
+/// A part of the proof, what runs it.
+type Part = (
+    ProvePart,
+    fn(&ProveArgs, &Global, &mut Done) -> Result<(), Failure>,
+);
+
+/// The parts, in order.
+const PARTS: [Part; 5] = [
+    (ProvePart::Concealed, concealed),
+    (ProvePart::Calibration, calibration),
+    (ProvePart::Power, power_part),
+    (ProvePart::Paper, paper),
+    (ProvePart::Errors, errors),
+];
+
+/// Runs the parts of the proof and writes them to a folder, after each part what there is.
+pub(crate) fn run(args: &ProveArgs, global: &Global) -> Result<Outcome, Failure> {
+    let started = Instant::now();
+    let mut done = Done {
+        started,
+        text: String::new(),
+        json: Map::new(),
+    };
+    let (mut text, mut data) = (String::new(), Value::Null);
+    for (part, run_part) in PARTS {
+        if args.only.is_empty() || args.only.contains(&part) {
+            run_part(args, global, &mut done)?;
+            (text, data) = done.save(args)?;
+        }
+    }
+    let text = format!("{text}\nWritten to {}\n", args.out.display());
+    Ok(Outcome::new("prove", text, data))
+}
+
+/// What the parts give.
+#[derive(Debug)]
+struct Done {
+    started: Instant,
+    text: String,
+    json: Map<String, Value>,
+}
+
+impl Done {
+    fn add(&mut self, name: &str, text: &str, json: Value) {
+        self.text.push_str(text);
+        self.json.insert(name.to_owned(), json);
+    }
+
+    /// Writes what there is; returns it as text and for programs.
+    fn save(&self, args: &ProveArgs) -> Result<(String, Value), Failure> {
+        let seconds = self.started.elapsed().as_secs_f64();
+        let threads = rayon::current_num_threads();
+        let data = json!({
+            "quick": args.quick,
+            "seed": args.seed,
+            "earlier_sessions": args.earlier,
+            "seconds": seconds.round(),
+            "threads": threads,
+            "parts": self.json,
+        });
+        let text = format!(
+            "stiffbench-validate {} prove{}, seed {}{}, {seconds:.0} s on {threads} threads\n\n{}",
+            env!("CARGO_PKG_VERSION"),
+            if args.quick { " --quick" } else { "" },
+            args.seed,
+            match args.earlier {
+                0 => String::new(),
+                count => format!(", noise told by {count} earlier sessions too"),
+            },
+            self.text
+        );
+        let mut stored = stiffbench::cli::outcome::envelope("prove", true);
+        stored["data"] = data.clone();
+        let stored = format!("{stored:#}\n");
+        write(&args.out.join("prove.json"), stored.as_bytes())?;
+        write(&args.out.join("tables.txt"), text.as_bytes())?;
+        Ok((text, data))
+    }
+}
+
+/// Blind verdicts first, in a file; then the answers.
+fn concealed(args: &ProveArgs, global: &Global, done: &mut Done) -> Result<(), Failure> {
+    let folder = args.data.join("concealed");
+    let chosen = chosen_sessions(args, &folder)?;
+    let sessions: Vec<Session> = chosen
+        .iter()
+        .map(|(id, _)| Ok(Session::read(&session_texts(&folder, id)?)?))
+        .collect::<Result<_, Failure>>()?;
+    let bar = progress(global, "concealed sessions", sessions.len() as u64);
+    let options = SearchOptions {
+        seed: args.seed,
+        ..SearchOptions::default()
+    };
+    let verdicts = diagnose_all(&sessions, &options, &|| bar.inc(1));
+    bar.finish_and_clear();
+    let written = format!("{:#}\n", verdicts_json(&verdicts, args.seed));
+    write(&args.out.join("verdicts.json"), written.as_bytes())?;
+
+    let mut answers = unsealed(&folder.join(ANSWERS))?;
+    if chosen.iter().any(|(_, set)| *set == Set::Second) {
+        answers.add(unsealed(&folder.join(SECOND_ANSWERS))?);
+    }
+    let scores = verdicts
+        .iter()
+        .zip(&chosen)
+        .map(|(verdict, (id, set))| Ok(score(verdict, answers.get(id)?, *set)))
+        .collect::<Result<Vec<_>, Failure>>()?;
+    done.add(
+        "concealed",
+        &concealed_text(&scores),
+        concealed_json(&scores),
+    );
+    Ok(())
+}
+
+/// Answers, opened.
+fn unsealed(sealed: &Path) -> Result<Answers, Failure> {
+    let plain = unseal(&read(sealed)?)?;
+    Ok(Answers::parse(&sealed.display().to_string(), &plain)?)
+}
+
+/// Null benches on the plans of the concealed sessions.
+fn calibration(args: &ProveArgs, global: &Global, done: &mut Done) -> Result<(), Failure> {
+    let texts = plan_texts(args)?;
+    let plans = calibration_plans(&texts, args.quick.then_some(1))?;
+    let trials = trials(args);
+    let bar = progress(global, "benches with nothing missing", trials as u64);
+    let done_one = || step_on(global, &bar, "benches with nothing missing");
+    let rows = calibrate(&plans, (trials, args.earlier), args.seed, &done_one)?;
+    bar.finish_and_clear();
+    done.add(
+        "calibration",
+        &calibration_text(&rows),
+        calibration_json(&rows),
+    );
+    Ok(())
+}
+
+/// Power and right names on the plans of the concealed sessions.
+fn power_part(args: &ProveArgs, global: &Global, done: &mut Done) -> Result<(), Failure> {
+    let sessions: Vec<Session> = plan_texts(args)?
+        .iter()
+        .map(|texts| Ok(Session::read(texts)?))
+        .collect::<Result<_, Failure>>()?;
+    let trials = (trials(args) / TRIALS_PER_POINT).max(LEAST_TRIALS);
+    let options = PowerOptions {
+        laws: match (args.laws.as_slice(), args.quick) {
+            ([], true) => QUICK_LAWS.to_vec(),
+            ([], false) => Law::ALL.to_vec(),
+            (names, _) => laws(names)?,
+        },
+        sizes: match (args.sizes.as_slice(), args.quick) {
+            ([], true) => vec![6.0],
+            ([], false) => SIZES.to_vec(),
+            (sizes, _) => sizes.to_vec(),
+        },
+        trials,
+        closed_benches: if args.quick { 1 } else { 2 },
+        earlier: args.earlier,
+        pairs: !args.quick && args.laws.is_empty(),
+        seed: args.seed,
+    };
+    // The number of places is known only when they have been tried: the bar counts trials.
+    let bar = progress(global, "power", 0);
+    let step = || step_on(global, &bar, "power");
+    let before = done.text.clone();
+    // What is done is kept, if the rest is not waited for.
+    power(&sessions, &options, &step, &mut |cases| {
+        done.text.clone_from(&before);
+        done.add("power", &power_text(cases), power_json(cases));
+        done.save(args)?;
+        let figure = args.out.join("figures").join("power");
+        write_figure(&figure, &power_figure(cases), &Inputs::default())?;
+        Ok::<(), Failure>(())
+    })?;
+    bar.finish_and_clear();
+    Ok(())
+}
+
+/// The paper's twelve stiffness values on the shipped robot.
+fn paper(args: &ProveArgs, global: &Global, done: &mut Done) -> Result<(), Failure> {
+    let robot = Robot::parse(&robot_source("hp-robot", None)?)?;
+    let bar = progress(global, "the paper's stiffness values", 1);
+    let found = twelve_values(&robot, TABLE_VI, TABLE_V, args.seed)?;
+    bar.finish_and_clear();
+    done.add(
+        "paper",
+        &twelve_values_text(&found),
+        twelve_values_json(&found),
+    );
+    Ok(())
+}
+
+/// What the paper's plan, with unloading, can show on the shipped robot.
+fn errors(args: &ProveArgs, global: &Global, done: &mut Done) -> Result<(), Failure> {
+    let robot = Robot::parse(&robot_source("hp-robot", None)?)?;
+    let bar = progress(global, "standard errors", ERROR_MECHANISMS.len() as u64);
+    let mut plans = Vec::new();
+    for mechanism in ERROR_MECHANISMS {
+        plans.push(design::usual_plan(
+            &robot,
+            mechanism,
+            "load-unload",
+            args.seed,
+        )?);
+        bar.inc(1);
+    }
+    bar.finish_and_clear();
+    let benches = ERROR_MECHANISMS.map(|mechanism| format!("mechanism {mechanism}"));
+    let rows = beside_idealised(&plans);
+    done.add(
+        "errors",
+        &idealised_text(&benches, &plans, &rows),
+        idealised_json(&benches, &rows),
+    );
+    Ok(())
+}
+
+fn trials(args: &ProveArgs) -> usize {
+    let usual = if args.quick { QUICK_TRIALS } else { TRIALS };
+    args.trials.unwrap_or(usual)
+}
+
+/// The concealed sessions of the first two lists, for their plans.
+fn plan_texts(args: &ProveArgs) -> Result<Vec<SessionTexts>, Failure> {
+    let folder = args.data.join("concealed");
+    let file = folder.join("sets.toml");
+    let sets = Sets::parse(&file.display().to_string(), &read(&file)?)?;
+    sets.chosen(None)
+        .iter()
+        .filter(|(_, set)| *set != Set::Second)
+        .map(|(id, _)| session_texts(&folder, id))
+        .collect()
+}
+
+/// The sessions that are asked for, by name, with their lists.
+fn chosen_sessions(args: &ProveArgs, folder: &Path) -> Result<Vec<(String, Set)>, Failure> {
+    let file = folder.join("sets.toml");
+    let sets = Sets::parse(&file.display().to_string(), &read(&file)?)?;
+    let most = args.sessions.or(args.quick.then_some(QUICK_SESSIONS));
+    let mut chosen = sets.chosen(most);
+    chosen.retain(|(_, set)| match args.set {
+        SetChoice::All => true,
+        SetChoice::Development => *set == Set::Development,
+        SetChoice::Proof => *set == Set::Proof,
+        SetChoice::Second => *set == Set::Second,
+    });
+    Ok(chosen)
+}
+
+/// The texts of a concealed session.
+fn session_texts(folder: &Path, id: &str) -> Result<SessionTexts, Failure> {
+    let folder = folder.join("sessions").join(id);
+    let path = folder.join("session.toml");
+    let header = SourceText::new(path.display().to_string(), read(&path)?);
+    let named = SessionHeader::from_toml(&header.name, &header.text)?.header;
+    let robot = robot_source(named.robot.as_deref().unwrap_or("hp-robot"), Some(&path))?;
+    Ok(SessionTexts {
+        id: id.to_owned(),
+        readings: read(&folder.join("readings.csv"))?,
+        header,
+        robot,
+    })
+}
+
+/// A file of the proof's data.
+fn read(path: &Path) -> Result<String, Failure> {
+    let path_buf = || PathBuf::from(path);
+    fs::read_to_string(path).map_err(|source| match source.kind() {
+        std::io::ErrorKind::NotFound => ValidationError::ProofData { path: path_buf() }.into(),
+        _ => CliError::Read {
+            path: path_buf(),
+            source,
+        }
+        .into(),
+    })
+}

@@ -1,0 +1,103 @@
+//! `stiffbench-validate reference`.
+
+mod args;
+mod calculix;
+mod export;
+
+pub(crate) use args::ReferenceArgs;
+
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::time::Instant;
+
+use crate::reference::ReferenceRecord;
+use crate::report::reference_report;
+use stiffbench::fit::CellModel;
+use stiffbench::robot::{FittingFactors, Robot};
+use stiffbench::test_point::{Cell, Direction, PoseId};
+
+use args::{ReferenceCommand, ReferenceCompareArgs};
+use stiffbench::cli::args::Global;
+use stiffbench::cli::failure::{CliError, Failure};
+use stiffbench::cli::hash::sha256;
+use stiffbench::cli::outcome::Outcome;
+use stiffbench::cli::resolve::robot_source;
+
+/// What was recorded with CalculiX, for machines without it.
+const RECORDED: &str = include_str!("../../../../../data/reference/hp-robot-P1/reference.json");
+
+const MODEL_FILE: &str = "model.json";
+const RECORD_FILE: &str = "reference.json";
+const LIST_FILE: &str = "reference.csv";
+
+/// Solutions that are timed: enough for a tenth of a second of work.
+const TIMED_SOLVES: u32 = 1000;
+
+/// A reference of solids: written, run, compared.
+pub(crate) fn run(args: &ReferenceArgs, global: &Global) -> Result<Outcome, Failure> {
+    match &args.what {
+        ReferenceCommand::Export(args) => export::export(args),
+        ReferenceCommand::Run(args) => calculix::run_calculix(args, global),
+        ReferenceCommand::Compare(args) => compare(args),
+    }
+}
+
+fn read(path: &Path) -> Result<String, CliError> {
+    fs::read_to_string(path).map_err(|source| {
+        if source.kind() == std::io::ErrorKind::NotFound {
+            return CliError::NotFound {
+                path: path.to_owned(),
+                help: "stiffbench-validate reference export writes a model, stiffbench-validate reference run its results".to_owned(),
+            };
+        }
+        CliError::Read {
+            path: path.to_owned(),
+            source,
+        }
+    })
+}
+
+fn compare(args: &ReferenceCompareArgs) -> Result<Outcome, Failure> {
+    let (name, text) = match &args.reference {
+        None => ("the recorded reference".to_owned(), RECORDED.to_owned()),
+        Some(path) => {
+            let file: PathBuf = if path.is_dir() {
+                path.join(RECORD_FILE)
+            } else {
+                path.clone()
+            };
+            (file.display().to_string(), read(&file)?)
+        }
+    };
+    let record = ReferenceRecord::parse(&name, &text)?;
+    record.check_finished(&name)?;
+    let source = robot_source(args.robot.as_deref().unwrap_or(&record.model.robot), None)?;
+    let robot = Robot::parse(&source)?;
+    let mechanism = robot.mechanism(Some(&record.model.mechanism))?;
+    let mut report = reference_report(&robot, mechanism, &record)?;
+    if let Some(pose) = report.poses.first() {
+        let factors = FittingFactors {
+            beam: pose.factors,
+            link: pose.factors,
+        };
+        let cells = [Cell {
+            pose: PoseId::new(&pose.model.pose),
+            direction: Direction::X,
+        }];
+        let started = Instant::now();
+        for _ in 0..TIMED_SOLVES {
+            // As a new run of the paper's program would: structure, assembly, solution.
+            CellModel::new(&robot, mechanism, &cells)?.stiffness(&factors)?;
+        }
+        report.seconds_per_solve = started.elapsed().as_secs_f64() / f64::from(TIMED_SOLVES);
+    }
+    let mut warnings = robot.warnings.clone();
+    warnings.extend(report.notes());
+    if sha256(&source.text) != record.model.robot_sha256 {
+        warnings.push(format!(
+            "{} is not the file the reference was made of: its SHA-256 differs",
+            source.name
+        ));
+    }
+    Ok(Outcome::new("reference-compare", report.text(), report.json()).with_warnings(warnings))
+}

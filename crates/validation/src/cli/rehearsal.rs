@@ -1,0 +1,291 @@
+//! A short session on an emulated bench with nobody there, to see what a fault does to it.
+
+use std::collections::BTreeSet;
+use std::time::{Duration, Instant};
+
+use stiffbench::cli::emulated::{Emulation, Hand};
+use stiffbench::cli::failure::Failure;
+use stiffbench::clock::Clock;
+use stiffbench::instrument::Channel;
+use stiffbench::instrument::description::SignMeaning;
+use stiffbench::instrument::driver::Acquisition;
+use stiffbench::instrument::emulator::ScriptedFault;
+use stiffbench::instrument::live::{LiveGauge, LiveGauges, Persistence};
+use stiffbench::instrument::port::{Patience, PortIdentity};
+use stiffbench::procedure::Procedure;
+use stiffbench::readings::Reading;
+use stiffbench::session::{
+    Answers, Bell, Bench, Event, Journal, Machine, Operator, OperatorEvent, Outcome, Prompt,
+    Resumed, RunError, SessionPlan, SessionState, Settings, Started, View, lag_s, run,
+};
+use stiffbench::shipped::shipped_instrument;
+
+use stiffbench::cli::practice::{HelpingHand, unit_in_use};
+
+/// Real time after which a session that gets nowhere is ended, so that the fault can be mended.
+const PATIENCE: Duration = Duration::from_secs(8);
+
+/// Times that a session may be taken up again.
+const MOST_RESUMES: usize = 4;
+
+/// What became of a session.
+#[derive(Debug)]
+pub(crate) struct Rehearsed {
+    /// Accepted readings, in the order of the plan, and how many the plan has.
+    pub(crate) readings: Vec<Reading>,
+    pub(crate) planned: usize,
+    /// How often it had to be taken up again.
+    pub(crate) resumes: usize,
+    /// What it said that an operator would act on, once each, in order.
+    pub(crate) said: Vec<String>,
+}
+
+/// A session to be rehearsed.
+pub(crate) struct Rehearsal<'a> {
+    /// The bench.
+    pub(crate) emulation: Emulation<'a>,
+    /// What somebody does at the bench once the session cannot go on by itself.
+    pub(crate) mend: Vec<ScriptedFault>,
+}
+
+impl Rehearsal<'_> {
+    /// Runs the session to its end, taking it up again as an operator would.
+    pub(crate) fn run(self) -> Result<Rehearsed, Failure> {
+        let (clock, procedure) = (self.emulation.session, self.emulation.procedure.clone());
+        let gauges = [self.emulation.force, self.emulation.displacement].map(str::to_owned);
+        let hand = self.emulation.start()?;
+        let mut nobody = Nobody::default();
+        let mut state = SessionState::default();
+        let mut mend = Some(self.mend);
+        let mut resumes = 0;
+        loop {
+            let taken = state.taken.len();
+            let (after, outcome) = one_go(&hand, &gauges, &procedure, clock, state, &mut nobody)?;
+            state = after;
+            if outcome == Some(Outcome::Complete) || resumes == MOST_RESUMES {
+                break;
+            }
+            resumes += 1;
+            // Who comes back and finds it stopped looks at the gauges first.
+            let stuck = state.taken.len() == taken || nobody.gave_up;
+            if let Some(mend) = mend.take_if(|_| stuck || outcome != Some(Outcome::Complete)) {
+                for fault in mend {
+                    hand.fail(fault);
+                }
+            }
+        }
+        let mut readings = state.table_readings();
+        readings.retain(Reading::is_accepted);
+        Ok(Rehearsed {
+            readings,
+            planned: SessionPlan::new(&procedure, &[]).len(),
+            resumes,
+            said: nobody.said,
+        })
+    }
+}
+
+/// Runs from where the session stands until it ends or stops.
+fn one_go(
+    hand: &Hand,
+    gauges: &[String; 2],
+    procedure: &Procedure,
+    clock: Clock,
+    state: SessionState,
+    nobody: &mut Nobody,
+) -> Result<(SessionState, Option<Outcome>), Failure> {
+    let (mut live, compression_sign) = open(hand, gauges, clock)?;
+    let plan = SessionPlan::new(procedure, &[]);
+    let settings = Settings {
+        compression_sign,
+        names: gauges.clone(),
+        lag_s: lag_s(clock.speed()),
+        ..Settings::default()
+    };
+    let resumed = state.started.is_some();
+    let first = beginning(&state, procedure);
+    let mut journal = Journal::behind(Vec::new(), state.events);
+    let mut machine = Machine::new(plan, settings, state);
+    machine.recorded(&journal.append(first, clock.utc(), clock.now_s())?);
+    nobody.until = Some(Instant::now() + PATIENCE);
+    nobody.gave_up = false;
+    let mut operator = HelpingHand::new(nobody, hand);
+    let ended = run(
+        &mut machine,
+        Bench {
+            gauges: &mut live,
+            operator: &mut operator,
+            clock: &clock,
+            journal: &mut journal,
+            table: None,
+            answers: &answers(resumed),
+        },
+    );
+    let outcome = match ended {
+        Ok(outcome) => Some(outcome),
+        Err(RunError::NeedsInput { text, .. }) => {
+            nobody.hear(&text);
+            None
+        }
+        Err(error) => return Err(error.into()),
+    };
+    Ok((machine.state().clone(), outcome))
+}
+
+/// Opens both gauges as a session does.
+fn open(
+    hand: &Hand,
+    gauges: &[String; 2],
+    clock: Clock,
+) -> Result<(LiveGauges, Option<f64>), Failure> {
+    let mut compression_sign = None;
+    let mut live = Vec::new();
+    for (channel, name) in Channel::ALL.into_iter().zip(gauges) {
+        let description = shipped_instrument(name)?.sped_up(clock.speed());
+        if channel == Channel::Force {
+            compression_sign = match description.sign.compression {
+                SignMeaning::Positive => Some(1.0),
+                SignMeaning::Negative => Some(-1.0),
+                SignMeaning::Ask => None,
+            };
+        }
+        live.push(LiveGauge {
+            acquisition: Acquisition::surest(&description).sped_up(clock.speed()),
+            unit: unit_in_use(&description),
+            port: PortIdentity::of_path(&hand.port(channel).to_string_lossy(), &[]),
+            identity: None,
+            trace: None,
+            description,
+        });
+    }
+    let persistence = Persistence {
+        longest_s: 0.5,
+        ..Persistence::default()
+    };
+    let live = LiveGauges::start(live, clock, Patience::default(), persistence)?;
+    Ok((live, compression_sign))
+}
+
+/// What a journal begins with, or goes on with.
+fn beginning(state: &SessionState, procedure: &Procedure) -> Event {
+    let software = "rehearsal".to_owned();
+    let (pid, host) = (std::process::id(), String::new());
+    if state.started.is_some() {
+        return Event::Resumed(Resumed {
+            software,
+            pid,
+            host,
+            cut_bytes: 0,
+        });
+    }
+    Event::Started(Started {
+        session: "rehearsal".to_owned(),
+        procedure: procedure.name.clone(),
+        procedure_sha256: String::new(),
+        robot_sha256: None,
+        mechanism: None,
+        origin: None,
+        software,
+        pid,
+        host,
+    })
+}
+
+/// What a careful operator would answer: nothing doubtful is accepted. Who comes back to a session that stopped has looked which way the gauge
+/// counts, and turns its sign where it is asked for.
+fn answers(resumed: bool) -> Answers {
+    let mut answers = Answers {
+        no_input: true,
+        ..Answers::default()
+    };
+    for answer in CAREFUL {
+        // They are names of questions with answers of their kind; a test says so.
+        let _ = answers.take_argument(answer);
+    }
+    if resumed {
+        let _ = answers.take_argument("displacement-sign=flip");
+    }
+    answers
+}
+
+/// See [`answers`].
+const CAREFUL: [&str; 13] = [
+    "ready=true",
+    "temperature=21",
+    "setup=true",
+    "sign-check=minus",
+    "sign-differs=again",
+    "zero-not-shown=again",
+    "force-offset=wait",
+    "force-sign=wait",
+    "frozen=again",
+    "displacement-sign=again",
+    "implausible=again",
+    "not-settled=wait",
+    "drift=redo",
+];
+
+/// Nobody: hears what is said, and after a while ends what gets nowhere.
+#[derive(Default)]
+struct Nobody {
+    until: Option<Instant>,
+    progress: (usize, usize),
+    gave_up: bool,
+    heard: BTreeSet<String>,
+    said: Vec<String>,
+}
+
+impl Nobody {
+    fn hear(&mut self, text: &str) {
+        if self.heard.insert(text.to_owned()) {
+            self.said.push(text.to_owned());
+        }
+    }
+}
+
+impl Operator for Nobody {
+    fn show(&mut self, view: &View) {
+        for text in &view.held_up {
+            self.hear(text);
+        }
+        for message in view.messages.iter().filter(|message| message.urgent) {
+            self.hear(&message.text);
+        }
+        let progress = (view.progress.accepted, view.messages.len());
+        if std::mem::replace(&mut self.progress, progress).0 != progress.0 {
+            self.until = Some(Instant::now() + PATIENCE);
+        }
+    }
+
+    fn prompt(&mut self, _prompt: &Prompt) {}
+
+    fn poll(&mut self, _wait: Duration) -> Option<OperatorEvent> {
+        let over = self.until.is_some_and(|until| Instant::now() > until);
+        if over {
+            self.until = None;
+            self.gave_up = true;
+        }
+        over.then_some(OperatorEvent::Abort)
+    }
+
+    fn bell(&mut self, _bell: Bell) {}
+
+    fn say(&mut self, line: &str) {
+        if line.contains("Answered beforehand") {
+            self.hear(line);
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_careful_answer_is_one() {
+        let mut answers = Answers::default();
+        for answer in CAREFUL {
+            answers.take_argument(answer).unwrap();
+        }
+    }
+}

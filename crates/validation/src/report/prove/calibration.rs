@@ -1,0 +1,103 @@
+//! False alarms and coverage.
+
+use std::fmt::Write;
+
+use serde_json::{Value, json};
+
+use crate::prove::{CalibrationRow, Share, Variant};
+use stiffbench::mismatch::{LAW_LEVEL, LEFT_OVER_LEVEL};
+use stiffbench::report::TextTable;
+
+use super::{share_json, share_words};
+
+/// False alarms in all, and the upper 95 % bound, that are promised.
+const MOST: [f64; 2] = [0.05, 0.065];
+
+/// Shares of all rows, or of one variant.
+fn sums<'a>(rows: impl Iterator<Item = &'a CalibrationRow>) -> [Share; 2] {
+    rows.fold([Share::default(); 2], |[alarms, factors], row| {
+        [alarms.with(row.alarms), factors.with(row.factors)]
+    })
+}
+
+/// Tables and every false alarm with its seed.
+#[must_use]
+pub fn calibration_text(rows: &[CalibrationRow]) -> String {
+    let [all, _] = sums(rows.iter());
+    let mut text = format!(
+        "False alarms on {} benches with nothing missing; designed level {:.1} % (laws {:.1} %, structure left {:.1} %).\nAny verdict but nothing-missing or insufficient-data is an alarm.\n\n",
+        all.trials,
+        100.0 * (LAW_LEVEL + LEFT_OVER_LEVEL),
+        100.0 * LAW_LEVEL,
+        100.0 * LEFT_OVER_LEVEL
+    );
+    let mut table = TextTable::new(&[
+        "variant",
+        "bench",
+        "alarms",
+        "%",
+        "upper 95 %",
+        "factors in intervals",
+        "%",
+        "95 % interval",
+    ]);
+    let mut add = |variant: &str, bench: &str, [alarms, factors]: [Share; 2]| {
+        let [hits, percent, _] = share_words(&alarms);
+        let [covered, share, interval] = share_words(&factors);
+        let upper = alarms.upper_95();
+        let upper = upper.map_or_else(|| "-".to_owned(), |upper| format!("{:.1}", 100.0 * upper));
+        let (variant, bench) = (variant.to_owned(), bench.to_owned());
+        table.row([
+            variant, bench, hits, percent, upper, covered, share, interval,
+        ]);
+    };
+    for row in rows {
+        add(row.variant.name(), &row.bench, [row.alarms, row.factors]);
+    }
+    for variant in Variant::ALL {
+        let of_variant = || rows.iter().filter(|row| row.variant == variant);
+        if of_variant().count() > 1 {
+            add(variant.name(), "all", sums(of_variant()));
+        }
+    }
+    add("all", "all", sums(rows.iter()));
+    text.push_str(&table.text());
+    let [share, upper] = MOST.map(|most| 100.0 * most);
+    let kept = all.value().is_some_and(|value| value <= MOST[0])
+        && all.upper_95().is_some_and(|upper| upper <= MOST[1]);
+    let _ = writeln!(
+        text,
+        "\nPromised: at most {share:.0} %, upper 95 % bound at most {upper:.1} %: {}. Coverage of factors: 93 to 97 %.\n",
+        if kept { "kept" } else { "NOT KEPT" }
+    );
+    for row in rows {
+        for (seed, said) in &row.said {
+            let _ = writeln!(
+                text,
+                "- {}, {}, seed {seed}: {said}",
+                row.variant.name(),
+                row.bench
+            );
+        }
+    }
+    text.push('\n');
+    text
+}
+
+/// The same for programs.
+#[must_use]
+pub fn calibration_json(rows: &[CalibrationRow]) -> Value {
+    let [alarms, factors] = sums(rows.iter());
+    json!({
+        "designed_level": LAW_LEVEL + LEFT_OVER_LEVEL,
+        "alarms": share_json(&alarms),
+        "factors_in_intervals": share_json(&factors),
+        "rows": rows.iter().map(|row| json!({
+            "variant": row.variant.name(),
+            "bench": row.bench,
+            "alarms": share_json(&row.alarms),
+            "factors_in_intervals": share_json(&row.factors),
+            "said": row.said.iter().map(|(seed, said)| json!({ "seed": seed.to_string(), "said": said })).collect::<Vec<_>>(),
+        })).collect::<Vec<_>>(),
+    })
+}

@@ -1,0 +1,66 @@
+//! Standard errors on real baselines beside the idealised ones.
+
+use serde_json::{Value, json};
+
+use crate::prove::ErrorRow;
+use stiffbench::mismatch::DesignReport;
+use stiffbench::quantity::METRES_PER_MICROMETRE;
+use stiffbench::report::TextTable;
+
+fn um(length_m: f64) -> f64 {
+    length_m / METRES_PER_MICROMETRE
+}
+
+/// The table: smallest, middle and largest over the places of a law.
+#[must_use]
+pub fn idealised_text(benches: &[String], plans: &[DesignReport], rows: &[ErrorRow]) -> String {
+    let heads: Vec<String> = benches.iter().map(|bench| format!("{bench}, um")).collect();
+    let mut columns = vec!["law", "idealised bench, um"];
+    columns.extend(heads.iter().map(String::as_str));
+    let mut table = TextTable::new(&columns);
+    for row in rows {
+        let mut cells = vec![
+            row.law.name().to_owned(),
+            format!("{:.2}", um(row.idealised_m)),
+        ];
+        cells.extend(row.plans.iter().map(|plan| match plan {
+            None => "not shown".to_owned(),
+            Some(found) if found.places == 1 => format!("{:.2}", um(found.error_m[0])),
+            Some(found) => {
+                let [least, middle, most] = found.error_m.map(um);
+                format!("{least:.2} to {most:.2}, middle {middle:.2}")
+            }
+        }));
+        table.row(cells);
+    }
+    let readings: Vec<String> = plans
+        .iter()
+        .map(|plan| format!("{} readings by {}", plan.readings, plan.procedure))
+        .collect();
+    format!(
+        "Standard errors of the laws as the largest change of a reading, beside those of an idealised bench of the same plan ({}), with a\ndial gauge of 10 um read to 6 um. The idealised bench has three factors with random patterns and knows noise and shapes beforehand.\n\n{}\n",
+        readings.join("; "),
+        table.text()
+    )
+}
+
+/// The same for programs.
+#[must_use]
+pub fn idealised_json(benches: &[String], rows: &[ErrorRow]) -> Value {
+    rows.iter()
+        .map(|row| {
+            let plans = row.plans.iter().zip(benches).map(|(plan, bench)| {
+                json!({
+                    "bench": bench,
+                    "places": plan.map_or(0, |plan| plan.places),
+                    "standard_error_um": plan.map(|plan| plan.error_m.map(um)),
+                })
+            });
+            json!({
+                "physics": row.law.name(),
+                "idealised_um": um(row.idealised_m),
+                "plans": plans.collect::<Vec<_>>(),
+            })
+        })
+        .collect()
+}

@@ -1,0 +1,185 @@
+//! What the paper's twelve stiffness values can show.
+
+use std::fmt::Write;
+
+use serde_json::{Value, json};
+
+use crate::prove::{FurtherCell, LinearCandidate, TwelveValues};
+use stiffbench::report::{TextTable, significant};
+
+/// Laws that are printed.
+const PRINTED: usize = 16;
+
+/// Tables and what follows from them.
+#[must_use]
+pub fn twelve_values_text(found: &TwelveValues) -> String {
+    let mut text = String::from(
+        "The paper's bench (Table VI) against its finite elements (Table V): stiffness of the elements over that of the bench\n\n",
+    );
+    let mut gap = TextTable::new(&["pose", "direction", "elements over bench"]);
+    for (pose, direction, ratio) in &found.gap {
+        gap.row([
+            pose.to_string(),
+            direction.to_string(),
+            format!("{ratio:.2}"),
+        ]);
+    }
+    text.push_str(&gap.text());
+    text.push_str(
+        "\nWhat one linear law closes of that gap alone (share of the squares of ln K), the elements left as they are\n\n",
+    );
+    let mut alone: Vec<&LinearCandidate> = found.candidates.iter().collect();
+    alone.sort_by(|a, b| b.closes.total_cmp(&a.closes));
+    let mut rows = TextTable::new(&["law", "value", "closes, %"]);
+    for candidate in alone.iter().take(PRINTED) {
+        rows.row([
+            candidate.title.clone(),
+            format!(
+                "{} {}",
+                significant(candidate.value_alone, 3),
+                candidate.unit
+            ),
+            format!("{:.0}", 100.0 * candidate.closes),
+        ]);
+    }
+    text.push_str(&rows.text());
+    let _ = writeln!(
+        text,
+        "\nWhat one linear law adds once the beam factors are fitted to the bench; F needs {:.1} to pass the search of {} laws\n",
+        found.f_limit,
+        found.candidates.len()
+    );
+    text.push_str(&fitted_table(found));
+    text.push_str(&conclusions(found));
+    text
+}
+
+fn fitted_table(found: &TwelveValues) -> String {
+    let mut rows = TextTable::new(&[
+        "law",
+        "value",
+        "rms of 12, %",
+        "F",
+        "p of the search",
+        "worst, pose left out, %",
+        "worst, P2 and P4, %",
+        "behind the best",
+    ]);
+    let listed = std::iter::once(&found.baseline).chain(found.candidates.iter().take(PRINTED));
+    for candidate in listed {
+        rows.row([
+            candidate.title.clone(),
+            format!("{} {}", significant(candidate.value, 3), candidate.unit),
+            format!("{:.1}", candidate.rms_percent),
+            format!("{:.2}", candidate.f),
+            format!("{:.3}", candidate.p_family),
+            format!("{:.1}", candidate.worst_left_out_percent),
+            format!("{:.1}", candidate.worst_held_out_percent),
+            format!("{:.2}", candidate.behind),
+        ]);
+    }
+    rows.text()
+}
+
+fn conclusions(found: &TwelveValues) -> String {
+    let mut text = String::new();
+    let best = found.candidates.first();
+    let passes = found
+        .candidates
+        .iter()
+        .filter(|candidate| candidate.f > found.f_limit)
+        .count();
+    let least = found.candidates.iter().min_by(|a, b| {
+        a.worst_held_out_percent
+            .total_cmp(&b.worst_held_out_percent)
+    });
+    let _ = writeln!(
+        text,
+        "\nLaws that pass the limit of the search: {passes}. Best fit: {}. Laws within 3 of its log likelihood, which twelve values do not tell apart from it: {}.",
+        best.map_or("none", |candidate| candidate.title.as_str()),
+        found.not_told_apart
+    );
+    if let Some(least) = least {
+        let _ = writeln!(
+            text,
+            "Worst error on P2 and P4 with P1 and P3 fitted: {:.1} % with beam factors alone, at best {:.1} % with one law ({}); the paper prints {:.1} % for its own model.",
+            found.baseline.worst_held_out_percent,
+            least.worst_held_out_percent,
+            least.title,
+            found.paper_worst_percent
+        );
+    }
+    text.push_str(
+        "All these laws are linear in the load: no reading of a higher load tells them apart, other poses and other gauges do. A second gauge at the base, at the\nstand and across a joint decides between base, stand and joint at once. With the end's gauge alone, one more cell decides most for each pair:\n\n",
+    );
+    let mut rows = TextTable::new(&[
+        "best against",
+        "pose",
+        "direction",
+        "predictions differ, %",
+        "what the fit leaves, %",
+        "decides",
+    ]);
+    for cell in &found.further {
+        rows.row([
+            cell.rival.clone(),
+            pose_words(cell),
+            cell.direction.to_string(),
+            format!("{:.0}", cell.difference_percent),
+            format!("{:.1}", cell.rms_percent),
+            if cell.difference_percent > 2.0 * cell.rms_percent {
+                "yes"
+            } else {
+                "no: only a gauge at the place itself"
+            }
+            .to_owned(),
+        ]);
+    }
+    text.push_str(&rows.text());
+    text.push('\n');
+    text
+}
+
+fn pose_words(cell: &FurtherCell) -> String {
+    let angles = cell
+        .pose
+        .iter()
+        .map(|(name, angle)| format!("{name}={angle:.1}"));
+    angles.collect::<Vec<_>>().join(" ")
+}
+
+/// The same for programs.
+#[must_use]
+pub fn twelve_values_json(found: &TwelveValues) -> Value {
+    let candidate = |candidate: &LinearCandidate| {
+        json!({
+            "title": candidate.title,
+            "value": candidate.value,
+            "unit": candidate.unit,
+            "rms_percent": candidate.rms_percent,
+            "f": candidate.f,
+            "p_family": candidate.p_family,
+            "log_likelihood_behind": candidate.behind,
+            "worst_left_out_percent": candidate.worst_left_out_percent,
+            "worst_held_out_percent": candidate.worst_held_out_percent,
+            "closes_of_gap": candidate.closes,
+            "value_alone": candidate.value_alone,
+        })
+    };
+    json!({
+        "elements_over_bench": found.gap.iter().map(|(pose, direction, ratio)| json!({
+            "pose": pose, "direction": direction, "ratio": ratio,
+        })).collect::<Vec<_>>(),
+        "f_limit": found.f_limit,
+        "baseline": candidate(&found.baseline),
+        "candidates": found.candidates.iter().map(candidate).collect::<Vec<_>>(),
+        "paper_worst_percent": found.paper_worst_percent,
+        "not_told_apart": found.not_told_apart,
+        "further": found.further.iter().map(|cell| json!({
+            "rival": cell.rival,
+            "pose_deg": cell.pose.iter().map(|(name, angle)| (name.clone(), json!(angle))).collect::<serde_json::Map<_, _>>(),
+            "direction": cell.direction,
+            "difference_percent": cell.difference_percent,
+        })).collect::<Vec<_>>(),
+    })
+}

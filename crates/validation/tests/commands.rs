@@ -1,0 +1,110 @@
+//! Commands of the program that have no file of their own here.
+
+use std::fmt::Write;
+
+use serde_json::Value;
+
+use stiffbench_test_files::desk::{Desk, assert_says};
+
+fn desk() -> Desk {
+    Desk::new(env!("CARGO_BIN_EXE_stiffbench-validate"))
+}
+
+#[test]
+fn every_printed_cell_of_the_papers_tables_is_there() {
+    let desk = desk();
+    let data = desk.data("paper");
+    let text = stiffbench_test_files::text("data/paper/tables.csv");
+    let printed = |table: &str| {
+        text.lines()
+            .filter(|line| line.starts_with(&format!("{table},")))
+            .count()
+    };
+    for table in ["I", "III", "IV", "V", "VI"] {
+        let cells: Vec<&Value> = data["cells"]
+            .as_array()
+            .unwrap()
+            .iter()
+            .filter(|cell| cell["table"] == table)
+            .collect();
+        assert!(printed(table) > 0);
+        assert_eq!(cells.len(), printed(table), "Table {table}");
+        for cell in cells {
+            assert!(cell["paper"].is_number(), "{cell}");
+            assert!(
+                cell["ours"].is_number() || cell["reason"].is_string(),
+                "{cell}"
+            );
+            assert!(
+                cell["reproduced"] == true || cell["reason"].is_string(),
+                "{cell}"
+            );
+        }
+    }
+}
+
+#[test]
+fn the_papers_tables_are_printed_with_what_cannot_be_had() {
+    let text = desk().run("paper").succeeds().stdout;
+    assert!(text.contains("Table III") && text.contains("Not reproduced, and why"));
+}
+
+#[test]
+fn the_papers_tables_need_its_poses() {
+    desk().refusal(
+        "paper --robot serial-arm",
+        10,
+        "stiffbench::robot::unknown_name",
+    );
+}
+
+#[test]
+fn recordings_are_read_from_the_folder_that_is_named() {
+    let desk = desk();
+    let error = desk.refusal("recordings --from .", 11, "stiffbench::input::recordings");
+    assert_says(&error, &["recordings.toml"]);
+    // A parabola with the noise of the recording whose place it takes.
+    let mut table = String::from("run,order,load,deflection\n");
+    for order in 1..=40_i32 {
+        let load = 150_000.0 * f64::from((order - 1) % 20 + 1);
+        let noise = 2e-4 * f64::from((order * 37) % 11 - 5) / 3.0;
+        let deflection = 6.7e-4 + 7.32e-7 * load - 3.2e-15 * load * load + noise;
+        let run = (order - 1) / 20 + 1;
+        writeln!(table, "{run},{order},{load},{deflection:.5}").unwrap();
+    }
+    desk.write("mine/nist-load-cell-pontius/pontius.csv", &table);
+    let mut object = desk.run("recordings --from mine --json").succeeds().json();
+    let data = object["data"].take();
+    assert_eq!(data["recordings"][0]["is_right"], true, "{data}");
+    assert_eq!(data["recordings"].as_array().unwrap().len(), 1);
+    assert_eq!(data["absent"].as_array().unwrap().len(), 10);
+    let warning = object["warnings"][0].as_str().unwrap();
+    assert!(warning.contains("its SHA-256 differs"), "{warning}");
+}
+
+#[test]
+fn a_fault_in_a_session_is_survived_or_said() {
+    let data = desk().data("faults --fault garbage --phase settle");
+    assert_eq!(data["sessions"], 1);
+    assert_eq!(data["false_readings"], 0);
+    assert_eq!(data["stuck"], 0);
+}
+
+#[test]
+fn two_streams_are_held_without_a_loss() {
+    let desk = desk();
+    let data = desk.data("sustain --seconds 2");
+    for (gauge, sent) in [("force", 500), ("displacement", 100)] {
+        let tally = &data[gauge];
+        assert_eq!(
+            (tally["sent"].as_u64(), tally["received"].as_u64()),
+            (Some(sent), Some(sent)),
+            "{data}"
+        );
+        assert_eq!(
+            (&tally["lost"], &tally["out_of_order"]),
+            (&0.into(), &0.into())
+        );
+    }
+    assert!(data["processor_percent"].is_number() || data["reason"].is_string());
+}

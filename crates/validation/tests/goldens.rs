@@ -1,0 +1,15 @@
+//! What every command prints and writes, against what is kept in `fixtures/goldens-validate`.
+
+#![cfg(unix)]
+
+use stiffbench_test_files::goldens::Goldens;
+
+#[test]
+fn every_command_gives_what_is_kept() {
+    Goldens {
+        program: env!("CARGO_BIN_EXE_stiffbench-validate"),
+        name: "stiffbench-validate",
+        folder: "fixtures/goldens-validate",
+    }
+    .check();
+}

@@ -1,0 +1,508 @@
+//! The proof: its scorer by hand-made verdicts, its seal, and a tiny run from end to end.
+
+use std::fs;
+use std::path::PathBuf;
+use std::process::{Command, Output};
+
+use serde_json::{Value as Json, json};
+use stiffbench::mismatch::{
+    Diagnosis, Finding, Location, Quality, ReadingNoise, Stratum, Value, Verdict,
+};
+use stiffbench::physics::{Effect, Law, Place};
+use stiffbench_validation::prove::{
+    Answer, Answers, BlindVerdict, Named, Outcome, Score, Set, Sets, promises, score, unseal,
+};
+
+fn data() -> PathBuf {
+    stiffbench_test_files::repository().join("data")
+}
+
+fn read(path: &str) -> String {
+    fs::read_to_string(data().join("concealed").join(path)).unwrap()
+}
+
+fn joint(law: Law, name: &str, size: f64) -> Effect {
+    let mut values = vec![0.0; law.parameters().len()];
+    values[0] = size;
+    Effect::new(law, Place::Joint(name.to_owned()), values).unwrap()
+}
+
+fn finding(effect: Effect, group: Option<u32>) -> Finding {
+    let value = |&value: &f64| Value {
+        value,
+        u: Some(0.1 * value.abs()),
+        dof: 1e6,
+    };
+    Finding {
+        values: effect.values.iter().map(value).collect(),
+        effect,
+        alternative_group: group,
+        end_effect_m: 1e-5,
+        absorbed_share: 0.2,
+        log_bayes: 20.0,
+        standard_errors: 8.0,
+        p_family: 1e-4,
+        rivals: Vec::new(),
+    }
+}
+
+/// A diagnosis with these findings and a held-out error of 2 µm.
+fn said(verdict: Verdict, findings: Vec<Finding>) -> BlindVerdict {
+    let quality = Quality {
+        rms_m: 2e-6,
+        held_out_rms_m: Some(2e-6),
+        held_out_noise_units: None,
+        held_out: Vec::new(),
+        reduced_chi2: 1.0,
+    };
+    let left_over = Location {
+        stratum: Stratum::Rest,
+        pose: None,
+        direction: None,
+        p_family: 0.5,
+        size_m: 0.0,
+    };
+    BlindVerdict {
+        session: "s".to_owned(),
+        bench: "b".to_owned(),
+        diagnosis: Ok(Diagnosis {
+            verdict,
+            lacking: Vec::new(),
+            locations: Vec::new(),
+            findings,
+            left_over,
+            before: quality.clone(),
+            after: quality,
+            factors: Vec::new(),
+            noise: ReadingNoise {
+                reading_sd_m: 1e-6,
+                zero_sd_m: 1e-6,
+                run_slope_sd: 1e-3,
+            },
+            noise_dof: [1e6; 3],
+            detection_limits: Vec::new(),
+            impossible: Vec::new(),
+            parameters: Vec::new(),
+            effects: Vec::new(),
+        }),
+    }
+}
+
+/// A compliant joint A3 of 6 standard errors with rivals at given distances.
+fn compliant(rivals: &[(&str, &str, f64)]) -> Json {
+    json!({
+        "physics": "joint-compliance", "place": { "joint": "A3" },
+        "parameters": { "c": { "value": 1e-6, "unit": "rad/(N*m)" } },
+        "standard_errors": 6.0, "standard_errors_beside_the_others": 6.0,
+        "end_effect_um": 10.0, "absorbed_share": 0.5,
+        "rivals": rivals.iter().map(|(physics, joint, between)| json!({
+            "physics": physics, "place": { "joint": joint }, "standard_errors_between": between
+        })).collect::<Vec<_>>(),
+    })
+}
+
+fn answer(expected: &str, may_be_missed: bool, truth: &[Json]) -> Answer {
+    serde_json::from_value(json!({
+        "mode": "law", "expected": expected, "may_be_missed": may_be_missed, "truth": truth,
+        "published_validation_passes": true, "floor_rms_um": 1.6,
+        "beam_factors": { "A": 1.0 },
+    }))
+    .unwrap()
+}
+
+fn scored(verdict: &BlindVerdict, answer: &Answer) -> Score {
+    score(verdict, answer, Set::Development)
+}
+
+fn outcome(verdict: Verdict, findings: Vec<Finding>, answer: &Answer) -> Outcome {
+    scored(&said(verdict, findings), answer).outcome
+}
+
+#[test]
+fn a_right_name_at_the_right_place_is_right() {
+    let answer = answer("named", false, &[compliant(&[])]);
+    let truth = || finding(joint(Law::JointCompliance, "A3", 1.1e-6), None);
+    let score = scored(&said(Verdict::Explained, vec![truth()]), &answer);
+    assert_eq!(score.outcome, Outcome::Right);
+    assert_eq!(score.truths[0].named, Named::Alone);
+    assert_eq!(score.truths[0].size_covered, Some(true));
+    assert!((score.truths[0].size_ratio.unwrap() - 1.1).abs() < 1e-12);
+    assert!((score.held_out_ratio.unwrap() - 1.25).abs() < 1e-12);
+    assert!(score.is_concealed());
+    let far = finding(joint(Law::JointCompliance, "A3", 2e-6), None);
+    let far = scored(&said(Verdict::Explained, vec![far]), &answer);
+    assert_eq!(far.truths[0].size_covered, Some(false));
+    // Right, but more is said than there is.
+    let other = finding(joint(Law::JointBacklash, "A1", 1e-6), None);
+    let extra = outcome(Verdict::Explained, vec![truth(), other], &answer);
+    assert_eq!(extra, Outcome::Extra);
+    let unknown = outcome(Verdict::Unknown, vec![truth()], &answer);
+    assert_eq!(unknown, Outcome::StructureClaimed);
+}
+
+#[test]
+fn another_place_or_another_law_is_a_wrong_name() {
+    let answer = answer("named", false, &[compliant(&[])]);
+    for wrong in [
+        joint(Law::JointCompliance, "A2", 1e-6),
+        joint(Law::JointFriction, "A3", 1e-6),
+    ] {
+        let findings = vec![finding(wrong, None)];
+        assert_eq!(
+            outcome(Verdict::Explained, findings.clone(), &answer),
+            Outcome::WrongName
+        );
+        assert_eq!(
+            outcome(Verdict::Unknown, findings, &answer),
+            Outcome::UnknownInstead
+        );
+    }
+    assert_eq!(
+        outcome(Verdict::NothingMissing, vec![], &answer),
+        Outcome::NotFound
+    );
+    assert_eq!(
+        outcome(Verdict::InsufficientData, vec![], &answer),
+        Outcome::Undecided
+    );
+}
+
+#[test]
+fn sets_may_hold_what_is_near_and_nothing_else() {
+    let rivals = [
+        ("joint-compliance", "A2", 1.5),
+        ("joint-backlash", "A3", 4.0),
+        ("joint-backlash", "A2", 5.0),
+    ];
+    let ambiguous = answer("ambiguous", false, &[compliant(&rivals)]);
+    let set = |effects: &[(Law, &str)]| -> Score {
+        let members = effects
+            .iter()
+            .map(|(law, name)| finding(joint(*law, name, 1e-6), Some(1)));
+        scored(&said(Verdict::Ambiguous, members.collect()), &ambiguous)
+    };
+    let truth = (Law::JointCompliance, "A3");
+    let twin = (Law::JointCompliance, "A2");
+    assert_eq!(set(&[truth, twin]).outcome, Outcome::Right);
+    // A richer law at the joint of the truth, or of something near, is no padding.
+    let richer = [(Law::JointFriction, "A3"), (Law::JointNonlinearity, "A2")];
+    let score = set(&[truth, twin, richer[0], richer[1]]);
+    assert_eq!(score.outcome, Outcome::Right);
+    assert_eq!(score.truths[0].named, Named::InSet(4));
+    let near = (Law::JointBacklash, "A3");
+    assert_eq!(set(&[truth, twin, near]).outcome, Outcome::Right);
+    // Five standard errors of six apart, and not listed at all.
+    for far in [(Law::JointBacklash, "A2"), (Law::JointBacklash, "C1")] {
+        let score = set(&[truth, twin, far]);
+        assert_eq!(score.outcome, Outcome::Padded);
+        assert_eq!(score.truths[0].padding.len(), 1);
+    }
+    let score = set(&[truth, near]);
+    assert_eq!(score.outcome, Outcome::Incomplete);
+    assert_eq!(score.truths[0].left_out.len(), 1);
+    // A set without the truth.
+    assert_eq!(set(&[twin, near]).outcome, Outcome::WrongName);
+    // Naming one of several that cannot be told apart.
+    let alone = vec![finding(joint(truth.0, truth.1, 1e-6), None)];
+    let alone = outcome(Verdict::Explained, alone, &ambiguous);
+    assert_eq!(alone, Outcome::Incomplete);
+}
+
+#[test]
+fn a_full_list_of_rivals_says_nothing_about_others() {
+    let names = ["B1", "B2", "B3", "B4", "B5", "B6", "B7", "B8"];
+    let near: Vec<(&str, &str, f64)> = names
+        .iter()
+        .map(|name| ("joint-compliance", *name, 1.0))
+        .collect();
+    let answer = answer("ambiguous", false, &[compliant(&near)]);
+    let members = names
+        .iter()
+        .chain(&["A3", "B9"])
+        .map(|name| finding(joint(Law::JointCompliance, name, 1e-6), Some(1)));
+    let found = outcome(Verdict::Ambiguous, members.collect(), &answer);
+    assert_eq!(found, Outcome::Right);
+}
+
+#[test]
+fn of_two_effects_each_needs_its_own_finding() {
+    let drift = json!({
+        "physics": "thermal-drift", "place": { "clock": true },
+        "parameters": { "rate": { "value": 1e-8, "unit": "m/s" } },
+        "standard_errors": 12.0, "standard_errors_beside_the_others": 11.9,
+        "end_effect_um": 3.0, "absorbed_share": 0.1, "rivals": [],
+    });
+    let both = answer("named", false, &[compliant(&[]), drift]);
+    let compliance = || finding(joint(Law::JointCompliance, "A3", 1e-6), None);
+    let drifting = |law| finding(Effect::new(law, Place::Clock, vec![1e-8]).unwrap(), None);
+    let right = vec![compliance(), drifting(Law::DriftPerSecond)];
+    let score = scored(&said(Verdict::Explained, right), &both);
+    assert_eq!(score.outcome, Outcome::Right);
+    assert!(score.truths.iter().all(|t| t.named == Named::Alone));
+    // The drift of the other unit is another law.
+    let other = vec![compliance(), drifting(Law::DriftPerKelvin)];
+    assert_eq!(
+        outcome(Verdict::Explained, other, &both),
+        Outcome::WrongName
+    );
+    let one = vec![compliance()];
+    assert_eq!(outcome(Verdict::Explained, one, &both), Outcome::Partly);
+    // Two findings of the same effect do not stand for two effects.
+    let twice = vec![compliance(), compliance()];
+    assert_eq!(
+        outcome(Verdict::Explained, twice, &both),
+        Outcome::WrongName
+    );
+}
+
+#[test]
+fn nothing_small_and_unknown() {
+    let nothing = answer("nothing-missing", false, &[]);
+    assert_eq!(
+        outcome(Verdict::NothingMissing, vec![], &nothing),
+        Outcome::Right
+    );
+    assert_eq!(
+        outcome(Verdict::Unknown, vec![], &nothing),
+        Outcome::FalseAlarm
+    );
+    assert_eq!(
+        outcome(Verdict::InsufficientData, vec![], &nothing),
+        Outcome::Undecided
+    );
+    let small = answer("named", true, &[compliant(&[])]);
+    assert_eq!(
+        outcome(Verdict::NothingMissing, vec![], &small),
+        Outcome::MayBeMissed
+    );
+    let mut outside = answer("unknown", false, &[]);
+    for (left, missed) in [(9.0, Outcome::NotFound), (4.5, Outcome::MayBeMissed)] {
+        outside.left_by_library = Some(left);
+        let found = finding(joint(Law::JointFriction, "A3", 1e-6), None);
+        let with = |verdict, findings| outcome(verdict, findings, &outside);
+        assert_eq!(with(Verdict::Unknown, vec![found.clone()]), Outcome::Right);
+        let named = if left > 6.0 {
+            Outcome::WrongName
+        } else {
+            Outcome::PartNamed
+        };
+        assert_eq!(with(Verdict::Explained, vec![found]), named);
+        assert_eq!(with(Verdict::NothingMissing, vec![]), missed);
+    }
+}
+
+#[test]
+fn promises_count_the_sessions_they_are_about() {
+    let named = answer("named", false, &[compliant(&[])]);
+    let truth = vec![finding(joint(Law::JointCompliance, "A3", 1e-6), None)];
+    let nothing = answer("nothing-missing", false, &[]);
+    let scores = [
+        scored(&said(Verdict::Explained, truth), &named),
+        scored(&said(Verdict::NothingMissing, vec![]), &named),
+        scored(&said(Verdict::NothingMissing, vec![]), &nothing),
+    ];
+    let counted = |start: &str| -> (usize, usize) {
+        let promises = promises(&scores);
+        let promise = promises.iter().find(|p| p.what.starts_with(start)).unwrap();
+        (promise.share.hits, promise.share.trials)
+    };
+    assert_eq!(counted("false alarms"), (0, 1));
+    assert_eq!(counted("one effect of 6 or more, not slip"), (1, 2));
+    assert_eq!(counted("one effect of 4.5"), (0, 0));
+    assert_eq!(counted("one slip"), (0, 0));
+    assert_eq!(counted("the published validation passes"), (1, 2));
+}
+
+#[test]
+fn opened_answers_are_those_of_the_open_list() {
+    let plain = unseal(&read("answers.sealed")).unwrap();
+    let all = Answers::parse("answers.sealed", &plain).unwrap();
+    let open = Answers::parse(
+        "development-answers.json",
+        &read("development-answers.json"),
+    )
+    .unwrap();
+    let sets = Sets::parse("sets.toml", &read("sets.toml")).unwrap();
+    let mut names = sets.development.clone();
+    names.sort();
+    let known: Vec<&String> = open.iter().map(|(name, _)| name).collect();
+    assert_eq!(known, names.iter().collect::<Vec<_>>());
+    for (name, answer) in open.iter() {
+        assert_eq!(all.get(name).unwrap(), answer, "{name}");
+    }
+    let both = sets.development.len() + sets.proof.len();
+    assert_eq!(all.iter().count(), both);
+    for (name, _) in sets.chosen(None) {
+        assert!(data().join("concealed/sessions").join(&name).is_dir());
+    }
+}
+
+fn prove(arguments: &[&str], threads: &str) -> Output {
+    Command::new(env!("CARGO_BIN_EXE_stiffbench-validate"))
+        .arg("prove")
+        .args(arguments)
+        .env("RAYON_NUM_THREADS", threads)
+        .output()
+        .unwrap()
+}
+
+#[test]
+fn a_tiny_proof_is_the_same_on_any_number_of_threads() {
+    let folder = tempfile::tempdir().unwrap();
+    let data = data();
+    let verdicts = ["1", "3"].map(|threads| {
+        let out = folder.path().join(threads);
+        let words = [
+            "--only",
+            "concealed",
+            "--set",
+            "development",
+            "--sessions",
+            "2",
+            "--data",
+            data.to_str().unwrap(),
+            "--out",
+            out.to_str().unwrap(),
+            "--json",
+        ];
+        let output = prove(&words, threads);
+        assert!(
+            output.status.success(),
+            "{}",
+            String::from_utf8_lossy(&output.stderr)
+        );
+        let printed: Json = serde_json::from_slice(&output.stdout).unwrap();
+        let scored = &printed["data"]["parts"]["concealed"]["development"];
+        assert_eq!(scored["scores"].as_array().unwrap().len(), 2);
+        let stored: Json =
+            serde_json::from_str(&fs::read_to_string(out.join("prove.json")).unwrap()).unwrap();
+        assert_eq!(stored["data"], printed["data"]);
+        assert!(out.join("tables.txt").is_file());
+        fs::read_to_string(out.join("verdicts.json")).unwrap()
+    });
+    assert_eq!(verdicts[0], verdicts[1]);
+}
+
+#[test]
+fn without_its_data_the_proof_says_where_they_are() {
+    let folder = tempfile::tempdir().unwrap();
+    let nowhere = folder.path().join("nowhere");
+    let output = prove(&["--data", nowhere.to_str().unwrap(), "--json"], "1");
+    assert_eq!(output.status.code(), Some(11));
+    let printed: Json = serde_json::from_slice(&output.stdout).unwrap();
+    assert_eq!(printed["error"]["code"], "stiffbench::input::proof_data");
+    let help = printed["error"]["help"].as_str().unwrap();
+    assert!(help.contains("--data"), "{help}");
+}
+
+#[test]
+fn power_is_counted_for_the_laws_and_sizes_that_are_asked_for() {
+    let folder = tempfile::tempdir().unwrap();
+    let (data, out) = (data(), folder.path().join("power"));
+    let power = |laws: &str| {
+        let places = [
+            "--data",
+            data.to_str().unwrap(),
+            "--out",
+            out.to_str().unwrap(),
+        ];
+        let asked = [
+            "--only", "power", "--laws", laws, "--sizes", "8", "--trials", "1", "--json",
+        ];
+        let output = prove(&[&places[..], &asked[..]].concat(), "2");
+        let printed: Json = serde_json::from_slice(&output.stdout).unwrap();
+        (output.status.code(), printed)
+    };
+    let (code, printed) = power("creep");
+    assert_eq!(code, Some(0));
+    let cases = printed["data"]["parts"]["power"]["cases"].as_array();
+    let [case] = &cases.unwrap()[..] else {
+        panic!("creep is tried on one bench: {printed}");
+    };
+    assert_eq!(case["laws"], json!(["creep"]));
+    let points = case["points"].as_array().unwrap();
+    assert_eq!(points.len(), 1);
+    assert_eq!(points[0]["standard_errors"], 8.0);
+    // At eight standard errors a diagnosis that finds creep in less than half of six benches has lost its way.
+    assert!(points[0]["found"]["hits"].as_u64().unwrap() >= 3, "{case}");
+    // An observer who knows the noise misses none of these, and never counts what is not found as rightly named.
+    let ideal = &points[0]["ideal"];
+    let hits = |what: &str| ideal[what]["hits"].as_u64().unwrap();
+    assert!(hits("right") <= hits("nameable") && hits("nameable") <= hits("found"));
+    assert!(hits("right") > 3900, "{ideal}");
+    let tables = fs::read_to_string(out.join("tables.txt")).unwrap();
+    let name = |line: &str| line.split('|').nth(1).map(|cell| cell.trim().to_owned());
+    let of_creep = tables
+        .lines()
+        .filter(|line| name(line).as_deref() == Some("creep"));
+    assert_eq!(
+        of_creep.count(),
+        2,
+        "by itself, and beside the observer:\n{tables}"
+    );
+
+    let (code, printed) = power("cereep");
+    assert_eq!(code, Some(2), "{printed}");
+    assert!(
+        printed["error"]["help"]
+            .as_str()
+            .unwrap()
+            .contains("did you mean creep?")
+    );
+}
+
+#[test]
+fn slips_are_tried_all_over_the_plan_and_earlier_sessions_tell_the_noise() {
+    let folder = tempfile::tempdir().unwrap();
+    let (data, out) = (data(), folder.path().join("power"));
+    let counted = |arguments: &[&str]| {
+        let places = [
+            "--data",
+            data.to_str().unwrap(),
+            "--out",
+            out.to_str().unwrap(),
+            "--only",
+            "power",
+            "--json",
+        ];
+        let output = prove(&[&places[..], arguments].concat(), "2");
+        assert_eq!(output.status.code(), Some(0));
+        let printed: Json = serde_json::from_slice(&output.stdout).unwrap();
+        printed["data"].clone()
+    };
+    // 24 trials of each size, eight a place.
+    let data = counted(&["--laws", "slip", "--trials", "600"]);
+    assert_eq!(data["earlier_sessions"], 0);
+    let case = &data["parts"]["power"]["cases"][0];
+    let places = case["places"].as_array().unwrap();
+    assert_eq!(places.len(), 3);
+    for (number, place) in places.iter().enumerate() {
+        assert!(place["step"].as_u64().unwrap() >= 1, "{place}");
+        let others = places[..number].iter();
+        for other in others {
+            assert!(other["run"] != place["run"] && other["step"] != place["step"]);
+        }
+    }
+    let base = [
+        "--laws",
+        "base-compliance",
+        "--sizes",
+        "4.5",
+        "--trials",
+        "400",
+    ];
+    let alone = counted(&base);
+    let together = counted(&[&base[..], &["--earlier", "4"]].concat());
+    assert_eq!(together["earlier_sessions"], 4);
+    let found = |data: &Json| data["parts"]["power"]["cases"][0]["points"][0]["found"].clone();
+    let [alone, together] = [found(&alone), found(&together)];
+    assert_eq!(alone["trials"], together["trials"]);
+    // The same sessions, their noise known better: of 16 no more than two are lost for it.
+    let hits = |share: &Json| share["hits"].as_u64().unwrap();
+    assert!(hits(&together) + 2 >= hits(&alone), "{alone} {together}");
+    let text = fs::read_to_string(out.join("tables.txt")).unwrap();
+    assert!(
+        text.contains("noise told by 4 earlier sessions too"),
+        "{text}"
+    );
+}
