@@ -29,8 +29,8 @@ pub use fit::{factors_toml, fit_json, fit_text, paper_steps_json, paper_steps_te
 #[cfg(feature = "parquet")]
 pub use map::points_parquet;
 pub use map::{
-    Field, MapReport, MeshPoints, ShiftCause, ShiftReport, lift_json, lift_sentence, lift_text,
-    mesh_of, points_csv, sensitivity_json, sensitivity_text, vtu,
+    Field, MapReport, MeshPoints, ShiftCause, ShiftReport, mesh_of, points_csv, sensitivity_json,
+    sensitivity_text, vtu,
 };
 pub use paper::{PaperCell, PaperReport, paper_report};
 pub use robot::{

@@ -1,12 +1,10 @@
 //! What a map is asked beside the stiffness: loads, own weight, design. Against closed forms, differences and the solver of single poses.
 
-use rand::{RngExt, SeedableRng};
-use rand_chacha::ChaCha8Rng;
 use stiffbench_beams::physics::ActingPhysics;
 use stiffbench_beams::robot::{FittingFactors, GRAVITY_M_PER_S2, Predictor, Robot};
 use stiffbench_diagnosis::distribution::{
-    DesignCost, DesignGoal, Lift, LiftedDesign, MapColumn, MapModel, NoDesign, NoMap, PosePlan,
-    PoseSet, Sampling, Shard, ShiftMap, StiffnessMap, design_sensitivity, largest_load, lift,
+    MapColumn, MapModel, NoMap, PosePlan, PoseSet, Sampling, Shard, ShiftMap, StiffnessMap,
+    design_sensitivity, largest_load,
 };
 use stiffbench_test_files::shipped_robot;
 use stiffbench_units_and_text::source_text::SourceText;
@@ -133,15 +131,6 @@ fn loads_and_weight_refuse_laws_that_are_not_linear() {
         [0.0, -1.0, 0.0, 0.0, 0.0, 0.0]
     )));
     assert!(refused(ShiftMap::under_weight(&model, &set)));
-    let wanted = Lift {
-        goal: DesignGoal::Mean,
-        axis: 1,
-        by: 0.1,
-    };
-    assert!(matches!(
-        lift(&model, &set, wanted, DesignCost::Change),
-        Err(NoDesign::NotLinear)
-    ));
 }
 
 /// The arm hangs at its root: each member's own weight, and the tip's weight and moment on the root. The base adds compliance times the
@@ -252,180 +241,4 @@ fn sensitivities_are_those_of_differences() {
         }
     }
     assert!(seen >= 3, "{seen}");
-}
-
-/// Stiffness of the arm along y with factors on the second moments: 1/K = (L³ - l³)/3EI₁ + l³/3EI₂, all of bending.
-fn arm_compliance(f1: f64, f2: f64) -> f64 {
-    let [e, i1, i2, l, l2] = [210e9, 9e-7 * f1, 2e-7 * f2, 1.5_f64, 0.6_f64];
-    (l.powi(3) - l2.powi(3)) / (3.0 * e * i1) + l2.powi(3) / (3.0 * e * i2)
-}
-
-/// The least cost over f1, with f2 what the lift then needs: found by trying.
-fn by_trying(target: f64, cost: impl Fn(f64, f64) -> f64) -> (f64, f64) {
-    let mut best = (f64::INFINITY, 1.0);
-    for i in 0..200_000 {
-        let f1 = 0.9 + 1.5 * f64::from(i) / 200_000.0;
-        let rest = target - arm_compliance(f1, f64::INFINITY);
-        if rest > 0.0 {
-            let f2 = arm_compliance(f64::INFINITY, 1.0) / rest;
-            let cost = cost(f1, f2);
-            if cost < best.0 {
-                best = (cost, f1);
-            }
-        }
-    }
-    best
-}
-
-fn of(design: &LiftedDesign, section: &str) -> [f64; 4] {
-    design
-        .changes
-        .iter()
-        .find(|change| change.section == section)
-        .unwrap()
-        .factors
-}
-
-#[test]
-fn the_cheapest_change_of_two_members_is_the_one_found_by_trying() {
-    let robot = arm();
-    let physics = acting(&robot, &[]);
-    let model = MapModel::new(&robot, &physics, &FittingFactors::UNIT, None).unwrap();
-    let set = poses(&robot, 6);
-    let target = arm_compliance(1.0, 1.0) / 1.2;
-    for goal in [DesignGoal::Smallest, DesignGoal::Mean] {
-        let wanted = Lift {
-            goal,
-            axis: 1,
-            by: 0.2,
-        };
-        let design = lift(&model, &set, wanted, DesignCost::Change).unwrap();
-        let (cost, f1) = by_trying(target, |f1, f2| 0.5 * (f1.ln().powi(2) + f2.ln().powi(2)));
-        assert!(
-            (design.cost_value / cost - 1.0).abs() < 1e-4,
-            "{} {cost}",
-            design.cost_value
-        );
-        // The cost is flat at its least.
-        assert!(
-            (of(&design, "root")[1] - f1).abs() < 1e-3,
-            "{design:?} {f1}"
-        );
-        let [area, _, iz, j] = of(&design, "tip");
-        assert!(
-            [area, iz, j].iter().all(|f| (f - 1.0).abs() < 1e-6),
-            "{design:?}"
-        );
-
-        let design = lift(&model, &set, wanted, DesignCost::Mass).unwrap();
-        // Iy grows with the square of the area, so the mass with its root.
-        let mass =
-            |f1: f64, f2: f64| 16.0 * 0.9 * (f1.sqrt() - 1.0) + 8.0 * 0.6 * (f2.sqrt() - 1.0);
-        let barred = |f1: f64, f2: f64| {
-            if f1 < 1.0 || f2 < 1.0 {
-                f64::INFINITY
-            } else {
-                mass(f1, f2)
-            }
-        };
-        let (cost, _) = by_trying(target, barred);
-        assert!(
-            (design.cost_value / cost - 1.0).abs() < 1e-4,
-            "{} {cost}",
-            design.cost_value
-        );
-        let [area, iy, ..] = of(&design, "root");
-        assert!((area * area / iy - 1.0).abs() < 1e-12);
-        // It weighs what it costs.
-        let added: f64 = [("root", 0.9), ("tip", 0.6)]
-            .map(|(name, length)| {
-                length
-                    * (design.robot.sections[name].mass_kg_per_m.unwrap()
-                        - robot.sections[name].mass_kg_per_m.unwrap())
-            })
-            .iter()
-            .sum();
-        assert!((added - design.cost_value).abs() < 1e-12);
-    }
-}
-
-/// On the whole robot: what is found lifts by what was wanted, no more, and whatever would be cheaper lifts by less.
-#[test]
-fn a_lift_of_the_robot_is_reached_and_nothing_near_is_cheaper() {
-    let robot = hp_robot();
-    let physics = acting(&robot, &[]);
-    let factors = robot.default_factors().1;
-    let model = MapModel::new(&robot, &physics, &factors, None).unwrap();
-    let set = poses(&robot, 400);
-    for (which, goal) in [DesignGoal::Smallest, DesignGoal::Mean]
-        .into_iter()
-        .enumerate()
-    {
-        let wanted = Lift {
-            goal,
-            axis: 1,
-            by: 0.2,
-        };
-        let design = lift(&model, &set, wanted, DesignCost::Change).unwrap();
-        let target = design.before_n_per_m * 1.2;
-        assert!(
-            design.after_n_per_m >= target && design.after_n_per_m < target * (1.0 + 1e-5),
-            "{design:?}"
-        );
-        // To first order, twenty percent are nearly what the derivatives say.
-        let error = design.predicted_n_per_m / design.after_n_per_m - 1.0;
-        assert!(error.abs() < 0.05, "{error}");
-        let solved = |robot: &Robot| {
-            let model = MapModel::new(robot, &physics, &factors, None).unwrap();
-            least_and_mean(&axis_map(&model, &set, 1))[which]
-        };
-        assert_eq!(solved(&design.robot), design.after_n_per_m);
-        let mut random = ChaCha8Rng::seed_from_u64(3);
-        let x: Vec<f64> = design
-            .changes
-            .iter()
-            .flat_map(|c| c.factors.map(f64::ln))
-            .collect();
-        let length = x.iter().map(|x| x * x).sum::<f64>().sqrt();
-        for _ in 0..20 {
-            // A step that makes the change cheaper by about a percent, any way else.
-            let noise: Vec<f64> = x.iter().map(|_| random.random_range(-1.0..1.0)).collect();
-            let along: f64 =
-                noise.iter().zip(&x).map(|(n, x)| n * x).sum::<f64>() / (length * length);
-            let step: Vec<f64> = noise
-                .iter()
-                .zip(&x)
-                .map(|(n, x)| 0.01 * (0.2 * (n - along * x) * length - 0.5 * x))
-                .collect();
-            let mut cheaper = design.robot.clone();
-            for (change, step) in design.changes.iter().zip(step.chunks(4)) {
-                let section = cheaper.sections.get_mut(&change.section).unwrap();
-                section.section = section
-                    .section
-                    .scaled(std::array::from_fn(|i| step[i].exp()));
-            }
-            assert!(solved(&cheaper) < target, "{goal:?}");
-        }
-    }
-}
-
-#[test]
-fn what_cannot_be_designed_is_refused() {
-    let robot = hp_robot();
-    let physics = acting(&robot, &[]);
-    let model = MapModel::new(&robot, &physics, &robot.default_factors().1, None).unwrap();
-    let set = poses(&robot, 20);
-    let wanted = |by| Lift {
-        goal: DesignGoal::Smallest,
-        axis: 1,
-        by,
-    };
-    let found = lift(&model, &set, wanted(0.1), DesignCost::Mass);
-    assert!(matches!(found, Err(NoDesign::NoMass { .. })), "{found:?}");
-    // All constants ten times as large lift by ten.
-    let found = lift(&model, &set, wanted(20.0), DesignCost::Change);
-    assert!(
-        matches!(found, Err(NoDesign::OutOfReach { .. })),
-        "{found:?}"
-    );
 }

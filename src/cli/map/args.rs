@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use clap::{Args, Subcommand, ValueEnum};
 
 use crate::cli::args::at_least_one;
-use crate::distribution::{DesignGoal, Lift, MapColumn, Sampling, Shard};
+use crate::distribution::{MapColumn, Sampling, Shard};
 
 use super::files::WantedFigures;
 
@@ -13,7 +13,7 @@ use super::files::WantedFigures;
 #[derive(Debug, Args)]
 #[command(
     args_conflicts_with_subcommands = true,
-    after_help = "Examples:\n  stiffbench map                                     the paper's six mechanisms in 50 000 random poses\n  stiffbench map --mechanism A,F --poses 200000 --out maps\n  stiffbench map --mechanism F --direction x,y,z --direction 0,1,1 --json\n  stiffbench map --model my-session/diagnosis/model.toml --at-load 50\n  stiffbench map --out maps --figures --difference A,F\n  stiffbench map --load 0,-50,0 --limit 0.5           pose accuracy under 50 N downward, largest load for half a millimetre\n  stiffbench map --lift min:y:20%                     cheapest change that lifts the least stiffness along y by 20 %\n  stiffbench map --lift mean:z:5% --out changed       and the changed robot file, changed/robot-F.toml\n  stiffbench map --poses 1000000 --shard 3/8 --out shards\n  stiffbench map merge shards/*.map-shard --out maps"
+    after_help = "Examples:\n  stiffbench map                                     the paper's six mechanisms in 50 000 random poses\n  stiffbench map --mechanism A,F --poses 200000 --out maps\n  stiffbench map --mechanism F --direction x,y,z --direction 0,1,1 --json\n  stiffbench map --model my-session/diagnosis/model.toml --at-load 50\n  stiffbench map --out maps --figures --difference A,F\n  stiffbench map --load 0,-50,0 --limit 0.5           pose accuracy under 50 N downward, largest load for half a millimetre\n  stiffbench map --poses 1000000 --shard 3/8 --out shards\n  stiffbench map merge shards/*.map-shard --out maps"
 )]
 pub(in crate::cli) struct MapArgs {
     /// Joining shards instead.
@@ -25,7 +25,7 @@ pub(in crate::cli) struct MapArgs {
     /// Work out the share K of N only and write it as a shard file into the folder of --out; map merge joins them
     #[arg(long, value_name = "K/N", value_parser = shard, requires = "out")]
     pub(super) shard: Option<Shard>,
-    /// Folder for the points (CSV), meshes for ParaView (VTU), tables and numbers; with --lift, for the changed robot file
+    /// Folder for the points (CSV), meshes for ParaView (VTU), tables and numbers
     #[arg(long, value_name = "FOLDER")]
     pub(super) out: Option<PathBuf>,
     /// With --out: also figures (SVG and PNG) of every mechanism and direction, and of all mechanisms with one scale
@@ -64,33 +64,13 @@ pub(super) struct Asked {
     /// What the least and the mean stiffness depend on: sections and joints [mechanism: the last, unless named]
     #[arg(long, conflicts_with = "shard")]
     pub(super) design: bool,
-    /// The cheapest change of the sections that lifts the least or mean stiffness, for example min:y:20%
-    #[arg(long, value_name = "min|mean:AXIS:PERCENT", value_parser = lift, conflicts_with = "shard")]
-    pub(super) lift: Option<Lift>,
-    /// What is cheap: little relative change, or little added mass [default: change]
-    #[arg(long, value_enum, requires = "lift")]
-    pub(super) cost: Option<CostWord>,
 }
 
 impl Asked {
     /// Whether anything is asked.
     pub(super) fn is_any(&self) -> bool {
-        self.load.is_some() || self.sag || self.is_design()
+        self.load.is_some() || self.sag || self.design
     }
-
-    /// Whether it is about a design.
-    pub(super) fn is_design(&self) -> bool {
-        self.design || self.lift.is_some()
-    }
-}
-
-/// What a change costs.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
-pub(super) enum CostWord {
-    /// Squares of the relative changes of all section constants
-    Change,
-    /// Added mass, sections keeping their shape
-    Mass,
 }
 
 /// Force and moment at the end, N and N·m.
@@ -119,32 +99,6 @@ fn above_zero(text: &str) -> Result<f64, String> {
         Ok(value) if value.is_finite() && value > 0.0 => Ok(value),
         _ => Err("a number above zero is needed".to_owned()),
     }
-}
-
-/// GOAL:AXIS:PERCENT.
-fn lift(text: &str) -> Result<Lift, String> {
-    let wrong =
-        "min or mean, an axis and a percentage above zero are needed, for example min:y:20%";
-    let parts: Vec<&str> = text.split(':').map(str::trim).collect();
-    let [goal, axis, percent] = parts[..] else {
-        return Err(wrong.to_owned());
-    };
-    let goal = match goal {
-        "min" => DesignGoal::Smallest,
-        "mean" => DesignGoal::Mean,
-        _ => return Err(wrong.to_owned()),
-    };
-    let axis = ["x", "y", "z"]
-        .iter()
-        .position(|name| *name == axis)
-        .ok_or(wrong)?;
-    let percent =
-        above_zero(percent.strip_suffix('%').unwrap_or(percent).trim()).map_err(|_| wrong)?;
-    Ok(Lift {
-        goal,
-        axis,
-        by: percent / 100.0,
-    })
 }
 
 /// Two names with a comma between them.

@@ -124,7 +124,7 @@ pub(super) fn write_files(
 }
 
 /// The name of a mechanism as a part of a file's name.
-pub(super) fn file_part(name: &str) -> String {
+fn file_part(name: &str) -> String {
     let plain = |c: char| c.is_alphanumeric() || matches!(c, '-' | '_' | '.');
     name.chars()
         .map(|c| if plain(c) { c } else { '_' })

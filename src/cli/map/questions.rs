@@ -6,21 +6,14 @@ use serde_json::{Value, json};
 
 use crate::cli::failure::Failure;
 use crate::cli::outcome::Outcome;
-use crate::distribution::{
-    DesignCost, LiftedDesign, PoseSet, Shard, ShiftMap, StiffnessMap, StudyPoses,
-    design_sensitivity, lift,
-};
+use crate::distribution::{PoseSet, Shard, ShiftMap, StiffnessMap, StudyPoses, design_sensitivity};
 use crate::physics::ActingPhysics;
 use crate::plot::Figure;
-use crate::report::{
-    MapReport, ShiftCause, ShiftReport, lift_json, lift_sentence, lift_text, sensitivity_json,
-    sensitivity_text,
-};
+use crate::report::{MapReport, ShiftCause, ShiftReport, sensitivity_json, sensitivity_text};
 use crate::robot::{JointModel, Masses, MechanismModel, Robot, Theory};
-use crate::source_text::SourceText;
 
-use super::args::{Asked, CostWord};
-use super::files::{file_part, write_figures, write_files, write_text};
+use super::args::Asked;
+use super::files::{write_figures, write_text};
 use super::job::{MapJob, wrong};
 
 const MM: f64 = 1e-3;
@@ -71,14 +64,13 @@ pub(super) fn run(job: &MapJob, asked: &Asked, out: Option<&Path>) -> Result<Out
             },
         );
     }
-    if asked.design || asked.lift.is_some() {
-        design(job, asked, (&robot, &physics), &poses.set, &mut answer)?;
+    if asked.design {
+        design(job, (&robot, &physics), &poses.set, &mut answer)?;
     }
     let inputs = job.inputs(&robot);
     let mut warnings = Vec::new();
     if let Some(folder) = out {
         let mut written = write_figures(folder, &answer.figures, &inputs)?;
-        written.extend(write_files(folder, &answer.files)?);
         written.extend(write_text(folder, &answer.text, &answer.data, &inputs)?);
         warnings.extend(
             written
@@ -97,8 +89,6 @@ struct Answer {
     text: String,
     data: Value,
     figures: Vec<(String, Figure)>,
-    /// Further files, by name.
-    files: Vec<(String, String)>,
 }
 
 impl Answer {
@@ -156,35 +146,17 @@ fn masses(
     Ok(found)
 }
 
-/// Sensitivities along every axis that is mapped, or the cheapest change along the one that is to rise.
+/// Sensitivities along every axis that is mapped.
 fn design(
     job: &MapJob,
-    asked: &Asked,
     (robot, physics): (&Robot, &[ActingPhysics]),
     poses: &PoseSet,
     answer: &mut Answer,
 ) -> Result<(), Failure> {
-    let (mut text, mut sensitivities, mut lifts) = (String::new(), Vec::new(), Vec::new());
+    let (mut text, mut sensitivities) = (String::new(), Vec::new());
     for physics in physics {
         let model = job.model(robot, physics)?;
         let name = &model.mechanism().name;
-        if let Some(wanted) = asked.lift {
-            let cost = match asked.cost {
-                Some(CostWord::Mass) => DesignCost::Mass,
-                Some(CostWord::Change) | None => DesignCost::Change,
-            };
-            let found = lift(&model, poses, wanted, cost)?;
-            text.push_str(&lift_text(name, &found));
-            text.push('\n');
-            lifts.push(lift_json(name, &found));
-            let file = format!("robot-{}.toml", file_part(name));
-            answer
-                .files
-                .push((file, changed_file(job, robot, name, &found)));
-        }
-        if !asked.design {
-            continue;
-        }
         let map = StiffnessMap::over(&model, poses, &job.columns)?;
         for axis in 0..3 {
             if let Some(found) = design_sensitivity(&model, &map, poses, axis)? {
@@ -202,23 +174,6 @@ fn design(
         )
         .into());
     }
-    answer.add(
-        "design",
-        &text,
-        json!({ "sensitivities": sensitivities, "lifts": lifts }),
-    );
+    answer.add("design", &text, json!({ "sensitivities": sensitivities }));
     Ok(())
-}
-
-/// The robot file with the sections of a design; its first line says where they come from.
-fn changed_file(job: &MapJob, robot: &Robot, mechanism: &str, found: &LiftedDesign) -> String {
-    let source = SourceText::new(job.robot_file.clone(), job.robot_text.clone());
-    format!(
-        "# Sections changed by stiffbench {} from {}: {}, factors {}.\n{}",
-        job.version,
-        job.robot_file,
-        lift_sentence(mechanism, found),
-        job.factors_name,
-        robot.text_with_sections(&source, &found.robot),
-    )
 }

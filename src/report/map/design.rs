@@ -1,12 +1,10 @@
-//! What moves the stiffness over the workspace, and the cheapest change that lifts it.
+//! What moves the stiffness over the workspace.
 
 use std::fmt::Write;
 
 use serde_json::{Value, json};
 
-use crate::distribution::{
-    DesignCost, DesignGoal, DesignSensitivity, JointSensitivity, LiftedDesign,
-};
+use crate::distribution::{DesignSensitivity, JointSensitivity};
 use crate::quantity::NEWTON_PER_METRE_PER_NEWTON_PER_MICROMETRE as N_PER_UM;
 use crate::report::text::{TextTable, significant};
 use crate::structure::Property;
@@ -115,107 +113,5 @@ pub fn sensitivity_json(mechanism: &str, found: &DesignSensitivity) -> Value {
             "dln_smallest_dc": { "value": joint.smallest, "unit": "N*m/rad" },
             "dln_mean_dc": { "value": joint.mean, "unit": "N*m/rad" },
         })).collect::<Vec<_>>(),
-    })
-}
-
-fn goal_word(goal: DesignGoal) -> &'static str {
-    match goal {
-        DesignGoal::Smallest => "least",
-        DesignGoal::Mean => "mean",
-    }
-}
-
-/// What a design did, in one line.
-#[must_use]
-pub fn lift_sentence(mechanism: &str, design: &LiftedDesign) -> String {
-    let number = |n_per_m: f64| significant(n_per_m / N_PER_UM, 5);
-    format!(
-        "{} stiffness of mechanism {mechanism} along {} from {} to {} N/um",
-        goal_word(design.wanted.goal),
-        AXES[design.wanted.axis],
-        number(design.before_n_per_m),
-        number(design.after_n_per_m),
-    )
-}
-
-/// A design for people.
-#[must_use]
-pub fn lift_text(mechanism: &str, design: &LiftedDesign) -> String {
-    let number = |n_per_m: f64| significant(n_per_m / N_PER_UM, 5);
-    let rise = |n_per_m: f64| 100.0 * (n_per_m / design.before_n_per_m - 1.0);
-    let mut text = format!(
-        "Cheapest change of mechanism {mechanism} that lifts the {} stiffness along {} by {} %\n\n",
-        goal_word(design.wanted.goal),
-        AXES[design.wanted.axis],
-        100.0 * design.wanted.by,
-    );
-    let _ = writeln!(
-        text,
-        "before {} N/um; predicted from the derivatives at the start {} N/um ({:+.2} %); solved again in all poses {} N/um ({:+.2} %), after {} steps",
-        number(design.before_n_per_m),
-        number(design.predicted_n_per_m),
-        rise(design.predicted_n_per_m),
-        number(design.after_n_per_m),
-        rise(design.after_n_per_m),
-        design.steps,
-    );
-    let _ = match design.cost {
-        DesignCost::Change => writeln!(
-            text,
-            "cost: half the sum of the squares of ln factor over all constants of all sections = {}",
-            significant(design.cost_value, 4)
-        ),
-        DesignCost::Mass => writeln!(
-            text,
-            "cost: added mass = {} kg; sections keep their shape (Iy, Iz and J grow with the square of A) and none shrinks",
-            significant(design.cost_value, 4)
-        ),
-    };
-    let mut table = TextTable::new(&["section", "A", "Iy", "Iz", "J"]);
-    let size = |factors: &[f64; 4]| factors.iter().map(|f| f.ln().abs()).fold(0.0, f64::max);
-    let mut changes: Vec<_> = design.changes.iter().collect();
-    changes.sort_by(|a, b| size(&b.factors).total_cmp(&size(&a.factors)));
-    let count = changes
-        .iter()
-        .filter(|change| size(&change.factors) >= WORTH_LISTING)
-        .count();
-    for change in &changes[..count] {
-        let factors = change.factors.map(|factor| format!("{factor:.4}"));
-        table.row([change.section.clone()].into_iter().chain(factors));
-    }
-    let _ = write!(
-        text,
-        "\nFactors on the section constants:\n\n{}",
-        table.text()
-    );
-    let rest = changes.len() - count;
-    if rest > 0 {
-        let _ = writeln!(text, "{rest} sections stay within 0.05 %.");
-    }
-    text
-}
-
-/// A design for programs.
-#[must_use]
-pub fn lift_json(mechanism: &str, design: &LiftedDesign) -> Value {
-    let value = |n_per_m: f64| json!({ "value": n_per_m / N_PER_UM, "unit": "N/um" });
-    let (cost, unit) = match design.cost {
-        DesignCost::Change => ("half-sum-of-squared-ln-factors", "1"),
-        DesignCost::Mass => ("added-mass", "kg"),
-    };
-    json!({
-        "mechanism": mechanism,
-        "direction": AXES[design.wanted.axis],
-        "goal": goal_word(design.wanted.goal),
-        "wanted_percent": 100.0 * design.wanted.by,
-        "before": value(design.before_n_per_m),
-        "predicted": value(design.predicted_n_per_m),
-        "after": value(design.after_n_per_m),
-        "cost": { "measure": cost, "value": design.cost_value, "unit": unit },
-        "steps": design.steps,
-        "sections": design.changes.iter().map(|change| {
-            let [a, iy, iz, j] = change.factors;
-            json!({ "section": change.section, "A": a, "Iy": iy, "Iz": iz, "J": j })
-        }).collect::<Vec<_>>(),
     })
 }

@@ -16,7 +16,7 @@ use crate::robot::Robot;
 
 use super::paper::PaperCell;
 
-pub use design::{lift_json, lift_sentence, lift_text, sensitivity_json, sensitivity_text};
+pub use design::{sensitivity_json, sensitivity_text};
 #[cfg(feature = "parquet")]
 pub use parquet::points_parquet;
 pub use points::{mesh_of, points_csv};

@@ -18,7 +18,6 @@ mod place_many;
 mod plausible;
 mod predict;
 mod predict_many;
-mod resized;
 mod shapes;
 mod sweep;
 mod sweep_lanes;

@@ -73,17 +73,11 @@ impl MechanismModel<'_> {
             .map(|member| sections[member.section].mass_kg_per_m.unwrap_or(0.0))
     }
 
-    /// Mass of each element where the model stands, kg; zero where none is known.
-    #[must_use]
-    pub fn masses_of_members_kg(&self) -> Vec<f64> {
-        let elements = self.masses_kg_per_m().enumerate();
-        elements.map(|(i, mass)| mass * self.length_m(i)).collect()
-    }
-
     /// Mass of all that has one, kg.
     #[must_use]
     pub fn mass_kg(&self) -> f64 {
-        let members: f64 = self.masses_of_members_kg().iter().sum();
+        let elements = self.masses_kg_per_m().enumerate();
+        let members: f64 = elements.map(|(i, mass)| mass * self.length_m(i)).sum();
         members + self.point_masses().map(|(_, mass)| mass).sum::<f64>()
     }
 

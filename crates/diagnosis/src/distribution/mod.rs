@@ -11,10 +11,7 @@ mod map;
 mod pose_set;
 mod workspace;
 
-pub use design::{
-    DesignCost, DesignGoal, DesignSensitivity, JointSensitivity, Lift, LiftedDesign, NoDesign,
-    SectionChange, SectionSensitivity, design_sensitivity, lift,
-};
+pub use design::{DesignSensitivity, JointSensitivity, SectionSensitivity, design_sensitivity};
 pub use end_load::{EndShift, ShiftMap, Spread, largest_load};
 pub use extreme::{Extreme, RefinedExtreme};
 pub use map::{

@@ -12,7 +12,7 @@ use stiffbench_beams::structure::{Solver, TwistInfluence};
 /// Poses that a thread takes at a time.
 const CHUNK: usize = 128;
 /// Derivatives of a mean are taken from this many poses at most, evenly chosen among all: their scatter is then below a few percent of
-/// themselves, and what they lead to is checked in all poses.
+/// themselves.
 const POSES_OF_A_MEAN: usize = 4_000;
 
 /// What moves the stiffness along an axis.
@@ -55,10 +55,10 @@ pub struct JointSensitivity {
 }
 
 /// Derivatives of ln K to ln A, ln Iy, ln Iz, ln J of each section, in the order of [`sections_of`].
-pub(super) type LogGradient = Vec<[f64; 4]>;
+type LogGradient = Vec<[f64; 4]>;
 
 /// Indices of the sections that the members of a mechanism have, in the order of the file.
-pub(super) fn sections_of(robot: &Robot, mechanism: &Mechanism) -> Vec<usize> {
+fn sections_of(robot: &Robot, mechanism: &Mechanism) -> Vec<usize> {
     let is_used = |section: &usize| {
         let mut members = mechanism.members.iter();
         members.any(|&member| robot.members[member].section == *section)
@@ -67,7 +67,7 @@ pub(super) fn sections_of(robot: &Robot, mechanism: &Mechanism) -> Vec<usize> {
 }
 
 /// Derivatives of ln K along an axis in poses; joints must be linear.
-pub(super) fn log_gradients(
+fn log_gradients(
     model: &MapModel<'_>,
     joints: &JointModel,
     poses: &[Pose],
@@ -155,20 +155,20 @@ fn joint_gradients(
 }
 
 /// Rows of a map from which the derivatives of its mean are taken.
-pub(super) fn rows_of_mean(map: &StiffnessMap) -> Vec<usize> {
+fn rows_of_mean(map: &StiffnessMap) -> Vec<usize> {
     let step = map.len().div_ceil(POSES_OF_A_MEAN).max(1);
     (0..map.len()).step_by(step).collect()
 }
 
 /// The poses of rows.
-pub(super) fn poses_of(map: &StiffnessMap, poses: &PoseSet, rows: &[usize]) -> Vec<Pose> {
+fn poses_of(map: &StiffnessMap, poses: &PoseSet, rows: &[usize]) -> Vec<Pose> {
     let pose = |&row: &usize| poses.pose(map.places[row] as usize);
     rows.iter().map(pose).collect()
 }
 
 /// Gradient of the logarithm of a mean from those of its terms: their mean, weighted with the terms. Gradients beyond the values are left
 /// out.
-pub(super) fn of_mean(gradients: &[Vec<f64>], values: &[f64]) -> Vec<f64> {
+fn of_mean(gradients: &[Vec<f64>], values: &[f64]) -> Vec<f64> {
     let sum: f64 = values.iter().sum();
     let mut mean = vec![0.0; gradients.first().map_or(0, Vec::len)];
     for (gradient, value) in gradients.iter().zip(values) {

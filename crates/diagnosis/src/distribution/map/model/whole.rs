@@ -1,7 +1,7 @@
-//! What loads and designs need of a model beyond its stiffness: the whole compliance, the rocking base, another robot.
+//! What loads need of a model beyond its stiffness: the whole compliance, the rocking base.
 
 use crate::distribution::end_load::EndShift;
-use stiffbench_beams::robot::{Keep, Pose, Robot};
+use stiffbench_beams::robot::{Keep, Pose};
 use stiffbench_beams::structure::Compliance6;
 
 use super::{MapModel, Means, NoMap};
@@ -9,22 +9,7 @@ use super::{MapModel, Means, NoMap};
 /// Where the end is and its whole compliance, or why there is none.
 type WholeCompliance = Result<([f64; 3], Compliance6), String>;
 
-impl<'a> MapModel<'a> {
-    /// The same mechanism, factors and physics with a robot that differs in its sections only.
-    pub(in crate::distribution) fn of_robot<'b>(
-        &self,
-        robot: &'b Robot,
-    ) -> Result<MapModel<'b>, NoMap>
-    where
-        'a: 'b,
-    {
-        let load_n = match &self.means {
-            Means::Sweep { .. } => None,
-            Means::Secant { load_n, .. } => Some(*load_n),
-        };
-        MapModel::new(robot, self.physics, &self.factors, load_n)
-    }
-
+impl MapModel<'_> {
     /// The whole compliance in poses, on all cores.
     pub(in crate::distribution) fn compliances(
         &self,
