@@ -104,7 +104,7 @@ impl Emulation<'_> {
     }
 }
 
-/// An emulated gauge, if it measures what it is to measure: a shipped one as its maker has it, a user's own as its description does.
+/// A gauge emulated from its description, if it measures what it is to measure.
 fn line(
     name: &str,
     protocols: &ProtocolsArgs,
@@ -125,11 +125,7 @@ fn line(
         }
         .into());
     }
-    let gauge = match found.path {
-        Some(_) => EmulatedGauge::described(description, truth),
-        None => EmulatedGauge::new(&description.name, truth)?,
-    };
-    Ok(Line::new(gauge))
+    Ok(Line::new(EmulatedGauge::described(description, truth)))
 }
 
 impl Hand {

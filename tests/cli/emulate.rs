@@ -63,7 +63,7 @@ impl Bench {
 
     /// What a Mark-10 and a Mitutoyo show, N (compression positive) and mm.
     fn shown(&mut self) -> (f64, f64) {
-        let force = ask(&mut self.force, b"?\r", "\r\n");
+        let force = ask(&mut self.force, b"?C\r", "\r\n");
         let displacement = ask(&mut self.displacement, b"1\r", "\r");
         let newtons = force.strip_suffix(" N").unwrap().parse().unwrap();
         let millimetres = displacement.strip_prefix("01A").unwrap().parse().unwrap();

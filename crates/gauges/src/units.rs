@@ -11,7 +11,7 @@ pub(super) struct Units {
     pub(super) source: UnitSource,
     /// The unit of a gauge that knows only one.
     pub(super) fixed: Option<String>,
-    /// What stands on the wire and the unit it means, the longest text first.
+    /// What stands on the wire and the unit it means, in the order of the file: the first of a unit is what an emulated gauge sends.
     pub(super) codes: Vec<(String, String)>,
     /// Units that may be configured.
     pub(super) choices: Vec<String>,

@@ -42,19 +42,23 @@ pub(super) enum State {
     Overload,
     /// The battery is low.
     LowBattery,
+    /// Nothing is plugged in, or the probe is off.
+    ToolOff,
 }
 
 impl State {
     /// Whether words for the operator speak of this.
     pub(super) fn is_told_by(self, words: &str) -> bool {
-        let word = match self {
-            Self::Running => return false,
-            Self::Peak => "peak",
-            Self::Hold => "hold",
-            Self::Overload => "overload",
-            Self::LowBattery => "battery",
+        let telling: &[&str] = match self {
+            Self::Running => &[],
+            Self::Peak => &["peak", "maximum"],
+            Self::Hold => &["hold"],
+            Self::Overload => &["overload"],
+            Self::LowBattery => &["battery"],
+            Self::ToolOff => &["fault", "unplugged"],
         };
-        words.to_lowercase().contains(word)
+        let words = words.to_lowercase();
+        telling.iter().any(|word| words.contains(word))
     }
 }
 
@@ -72,10 +76,13 @@ impl Pattern {
             let value = self.value_at(place, said);
             match field {
                 Field::Literal(bytes) => packet.extend_from_slice(bytes),
-                Field::Any { set, count } => match list.take() {
-                    Some(bytes) => packet.extend_from_slice(fitted(bytes, *count)?),
-                    None => packet.extend(vec![set.filling()?; count.least]),
-                },
+                Field::Any { set, count } => {
+                    let bytes = list.take().and_then(|bytes| fitted(bytes, set, *count));
+                    match bytes {
+                        Some(bytes) => packet.extend_from_slice(bytes),
+                        None => packet.extend(vec![set.filling()?; count.least]),
+                    }
+                }
                 Field::Sign(texts) => {
                     let negative = value < 0.0;
                     let (text, _) = texts.iter().find(|(_, minus)| *minus == negative)?;
@@ -102,7 +109,9 @@ impl Pattern {
                 Field::Unit { codes, .. } => {
                     let means =
                         |word: &UnitWord| matches!(word, UnitWord::Unit(unit) if unit == said.unit);
-                    let (code, _) = codes.iter().find(|(_, word)| means(word))?;
+                    let tells = |word: &UnitWord| matches!(word, UnitWord::Refuse(why) if said.state.is_told_by(why));
+                    let told = codes.iter().find(|(_, word)| tells(word));
+                    let (code, _) = told.or_else(|| codes.iter().find(|(_, word)| means(word)))?;
                     packet.extend_from_slice(code);
                 }
                 Field::UnitPlace { most } => packet.push(b'0' + said.unit_place.min(*most)),
@@ -123,26 +132,28 @@ impl Pattern {
     }
 }
 
-/// The text of a choice: what tells the state if something does, else one that says nothing against the value.
+/// The text of a choice: what tells the state if something does, else the shortest that says nothing against the value.
 fn chosen(texts: &[(Vec<u8>, ChoiceWord)], state: State) -> Option<&[u8]> {
     let tells = |word: &ChoiceWord| match word {
         ChoiceWord::Refuse(why) => state.is_told_by(why),
         ChoiceWord::Note(mark) => *mark == Mark::LowBattery && state == State::LowBattery,
         ChoiceWord::Good => false,
     };
-    let is_good = |word: &ChoiceWord| *word == ChoiceWord::Good;
+    let good = texts.iter().filter(|(_, word)| *word == ChoiceWord::Good);
     let is_note = |word: &ChoiceWord| matches!(word, ChoiceWord::Note(_));
     let find = |which: &dyn Fn(&ChoiceWord) -> bool| texts.iter().find(|(_, word)| which(word));
     let found = find(&tells)
-        .or_else(|| find(&is_good))
+        .or_else(|| good.min_by_key(|(text, _)| text.len()))
         .or_else(|| find(&is_note))
         .or_else(|| texts.first());
     found.map(|(text, _)| text.as_slice())
 }
 
-/// As many of the bytes as a field takes, if there are enough.
-fn fitted(bytes: &[u8], count: Count) -> Option<&[u8]> {
-    (bytes.len() >= count.least).then(|| &bytes[..bytes.len().min(count.most)])
+/// As many of the bytes as a field takes, if there are enough and they are of its set.
+fn fitted<'a>(bytes: &'a [u8], set: &CharacterSet, count: Count) -> Option<&'a [u8]> {
+    let bytes = &bytes[..bytes.len().min(count.most)];
+    let fits = bytes.len() >= count.least && bytes.iter().all(|byte| set.contains(*byte));
+    fits.then_some(bytes)
 }
 
 impl CharacterSet {

@@ -1,77 +1,116 @@
-//! Decoding held against emulated gauges: the bytes of shipped ones are written by hand from the makers' manuals, and share no code with the
-//! decoder. Gauges that are emulated from their description do the same here.
+//! Decoding held against emulated gauges: all shipped ones from their descriptions, and those that are written by hand from the makers' manuals,
+//! which share no code with the decoder.
 
 use std::sync::{Arc, Mutex};
 
-use stiffbench_gauges::emulator::{EmulatedGauge, Panel, emulated_gauges};
+use stiffbench_gauges::description::{SignMeaning, UnitSource};
+use stiffbench_gauges::emulator::{EmulatedGauge, Panel};
 use stiffbench_gauges::{
     Channel, Decoded, Decoder, Expect, InstrumentDescription, Meaning, Role, Sample,
 };
 use stiffbench_test_files::shipped_instruments;
 
+use crate::oracles::{ORACLES, Oracle};
 use crate::support::shipped_instrument;
+
+/// Who sends the bytes.
+enum Source {
+    Described(Box<EmulatedGauge>),
+    ByHand(Oracle),
+}
 
 /// An emulated gauge and the decoder of its description.
 struct Pair {
     name: &'static str,
     truth: Arc<Mutex<f64>>,
-    /// Emulated from its description.
-    is_described: bool,
-    gauge: EmulatedGauge,
+    gauge: Source,
     description: InstrumentDescription,
     decoder: Decoder,
     now_s: f64,
 }
 
 impl Pair {
-    fn new(name: &'static str, channel: Channel, is_described: bool) -> Self {
+    fn described(name: &'static str) -> Self {
         let truth = Arc::new(Mutex::new(0.0));
         let shared = Arc::clone(&truth);
         let shown = Arc::new(move || *shared.lock().unwrap());
+        let gauge = EmulatedGauge::described(&shipped_instrument(name), shown);
+        Self::of(name, truth, Source::Described(Box::new(gauge)))
+    }
+
+    fn by_hand(name: &'static str, oracle: Oracle) -> Self {
+        Self::of(name, Arc::clone(&oracle.truth), Source::ByHand(oracle))
+    }
+
+    fn of(name: &'static str, truth: Arc<Mutex<f64>>, gauge: Source) -> Self {
         let description = shipped_instrument(name);
-        let gauge = if is_described {
-            EmulatedGauge::described(&description, shown)
-        } else {
-            EmulatedGauge::new(name, shown).unwrap()
-        };
-        let unit = match channel {
-            Channel::Force => "N",
-            Channel::Displacement => "mm",
-        };
-        let decoder = Decoder::new(&description, Some(unit))
-            .or_else(|_| Decoder::new(&description, None))
-            .unwrap();
         Self {
             name,
             truth,
-            is_described,
             gauge,
+            decoder: decoder(&description, first_unit(&description)),
             description,
-            decoder,
             now_s: 0.0,
         }
     }
 
-    /// All shipped gauges, as their makers have them and as they are described.
+    /// All shipped gauges as they are described, and some as their makers have them.
     fn all() -> impl Iterator<Item = Self> {
-        let pairs = |(name, channel)| [false, true].map(|is| Self::new(name, channel, is));
-        emulated_gauges().flat_map(pairs)
+        let shipped = shipped_instruments().iter();
+        let by_hand = ORACLES.iter().map(|(name, new)| Self::by_hand(name, new()));
+        shipped
+            .map(|file| Self::described(file.name))
+            .chain(by_hand)
     }
 
-    fn set(&mut self, value_si: f64) {
-        *self.truth.lock().unwrap() = value_si;
+    /// A truth, N or tenths of a millimetre, in SI units.
+    fn si(&self, value: f64) -> f64 {
+        match self.description.channel {
+            Channel::Force => value,
+            Channel::Displacement => value * 1e-4,
+        }
+    }
+
+    fn set(&self, value: f64) {
+        *self.truth.lock().unwrap() = self.si(value);
+    }
+
+    /// Does something at a described gauge.
+    fn press(&mut self, panel: &Panel) {
+        if let Source::Described(gauge) = &mut self.gauge {
+            gauge.press(panel).unwrap();
+        }
+    }
+
+    /// Sets the unit at the panel, and a decoder that knows of it; `false` if the gauge does not have it.
+    fn set_unit(&mut self, unit: &str) -> bool {
+        let is_set = match &mut self.gauge {
+            Source::Described(gauge) => gauge.press(&Panel::Unit(unit.into())).is_ok(),
+            Source::ByHand(oracle) => oracle.meter.set_unit(unit),
+        };
+        if is_set {
+            self.decoder = decoder(&self.description, unit);
+            if self.description.unit_source() == UnitSource::Query {
+                self.ask(Role::QueryUnit);
+            }
+        }
+        is_set
     }
 
     /// What the decoder makes of the answer to a command, or of what comes by itself.
     fn ask(&mut self, role: Role) -> Vec<Decoded> {
         let mut out = Vec::new();
         self.now_s += 1.0;
-        let bytes = match self.description.command(role) {
-            Some(command) => {
+        let bytes = match (self.description.command(role), &mut self.gauge) {
+            (Some(command), gauge) => {
                 self.decoder.asked(role);
-                self.gauge.receive(&command.bytes.clone(), self.now_s)
+                match gauge {
+                    Source::Described(gauge) => gauge.receive(&command.bytes, self.now_s),
+                    Source::ByHand(oracle) => oracle.receive(&command.bytes, self.now_s),
+                }
             }
-            None => self.gauge.tick(self.now_s),
+            (None, Source::Described(gauge)) => gauge.tick(self.now_s),
+            (None, Source::ByHand(oracle)) => oracle.tick(self.now_s),
         };
         self.decoder.push(&bytes, self.now_s, &mut out);
         self.decoder.idle(self.now_s + 1.0, &mut out);
@@ -86,54 +125,73 @@ impl Pair {
         });
         samples.collect()
     }
+
+    /// Every value comes as the gauge counts it from a zero, within half a step of its display.
+    fn values_come_from(&mut self, zero: f64, doing: &str) {
+        let sense = match (self.description.channel, self.description.sign.compression) {
+            // An emulated gauge of which nobody says it has compression plus.
+            (Channel::Force, SignMeaning::Positive | SignMeaning::Ask) => -1.0,
+            _ => 1.0,
+        };
+        for value in [0.0, 1.0, -1.0, -37.3, 70.0, 0.123, zero] {
+            self.set(value);
+            let samples = self.samples();
+            let told = format!("{}, {doing}: {value} as {samples:?}", self.name);
+            let sample = samples.last().expect(&told);
+            // A float says nothing of the display behind it.
+            let step_si = match self.name {
+                "hp-modbus" => 0.1,
+                _ => sample.resolution_si,
+            };
+            let off_si = sample.value_si - sense * self.si(value - zero);
+            assert!(off_si.abs() <= 0.501 * step_si, "{told}");
+        }
+    }
+}
+
+/// A decoder of a gauge that is set to a unit.
+fn decoder(description: &InstrumentDescription, unit: &str) -> Decoder {
+    Decoder::new(description, Some(unit))
+        .or_else(|_| Decoder::new(description, None))
+        .unwrap()
+}
+
+fn first_unit(description: &InstrumentDescription) -> &'static str {
+    match description.channel {
+        Channel::Force => "N",
+        Channel::Displacement => "mm",
+    }
 }
 
 #[test]
-fn every_shipped_gauge_is_emulated_and_no_other() {
-    let mut shipped: Vec<&str> = shipped_instruments().iter().map(|s| s.name).collect();
-    let mut emulated: Vec<&str> = emulated_gauges().map(|(name, _)| name).collect();
-    shipped.sort_unstable();
-    emulated.sort_unstable();
-    assert_eq!(shipped, emulated);
-}
-
-#[test]
-fn values_come_through_in_every_format() {
+fn values_zeros_and_units_come_through_in_every_format() {
     for mut pair in Pair::all() {
         // A stream that begins has nothing to tell yet.
         pair.ask(Role::Read);
-        let mut signs = Vec::new();
-        for value_si in [0.0, 1.0, -1.0, -37.3, 70.0, 0.123] {
-            let value_si = match pair.gauge.channel() {
-                Channel::Force => value_si,
-                Channel::Displacement => value_si * 1e-4,
-            };
-            pair.set(value_si);
-            let samples = pair.samples();
-            let sample = samples
-                .last()
-                .unwrap_or_else(|| panic!("{}: no sample of {value_si}", pair.name));
-            let off = (sample.value_si.abs() - value_si.abs()).abs();
-            // A float says nothing of the display behind it.
-            let step_si = if pair.name == "hp-modbus" {
-                0.1
-            } else {
-                sample.resolution_si
-            };
-            assert!(
-                off <= 0.51 * step_si,
-                "{}: {value_si} as {sample:?}",
-                pair.name
-            );
-            if value_si.abs() > step_si {
-                signs.push(sample.value_si * value_si > 0.0);
+        pair.values_come_from(0.0, "as it is switched on");
+        let mut zero = 0.0;
+        if pair.description.command(Role::Zero).is_some() {
+            zero = 12.0;
+            pair.set(zero);
+            pair.ask(Role::Zero);
+            pair.values_come_from(zero, "zeroed");
+            assert_eq!(pair.samples().last().unwrap().value_si, 0.0);
+        }
+        let mut units = 0;
+        for unit in ["mN", "kN", "gf", "kgf", "lbf", "ozf", "um", "in"] {
+            if pair.set_unit(unit) {
+                units += 1;
+                pair.values_come_from(zero, unit);
             }
         }
-        assert!(
-            signs.iter().all(|sign| *sign == signs[0]),
-            "{}: {signs:?}",
-            pair.name
-        );
+        let is_fixed = pair.description.unit_source() == UnitSource::Fixed;
+        let is_by_hand = matches!(pair.gauge, Source::ByHand(_));
+        assert!(units > 0 || is_fixed || is_by_hand, "{}", pair.name);
+        if pair.description.command(Role::SetUnit).is_some() {
+            pair.ask(Role::SetUnit);
+            pair.decoder = decoder(&pair.description, first_unit(&pair.description));
+            pair.values_come_from(zero, "set back to its first unit");
+        }
     }
 }
 
@@ -171,59 +229,81 @@ fn every_command_is_answered_as_its_description_says() {
     }
 }
 
-#[test]
-fn a_zero_command_zeroes() {
-    for mut pair in Pair::all() {
-        if pair.description.command(Role::Zero).is_none() {
-            continue;
-        }
-        pair.set(1e-3);
-        pair.ask(Role::Zero);
-        assert_eq!(
-            pair.samples().last().unwrap().value_si,
-            0.0,
-            "{}",
-            pair.name
-        );
-    }
-}
-
-/// Gauges that say when they are overloaded, beyond their range, or have nothing to tell.
-const SAYS_SO: [&str; 8] = [
-    "imada-ds2",
+/// Gauges whose description says what they send when they are overloaded, or what when their tool is off.
+const SAYS_OVERLOAD: [&str; 3] = ["imada-ds2", "sylvac-opto-rs", "magnescale-lt20a"];
+const SAYS_TOOL_OFF: [&str; 5] = [
+    "aikoh-rx",
     "mitutoyo-01a",
     "sylvac-opto-rs",
-    "mahr-dk-u1",
     "heidenhain-nd28x",
     "magnescale-lt20a",
-    "generic-ascii",
-    "generic-ascii-displacement",
 ];
 
 #[test]
 fn an_overloaded_gauge_gives_no_value_or_one_beyond_all_loads() {
-    for mut pair in Pair::all() {
-        pair.set(1e-3);
+    for file in shipped_instruments() {
+        let mut pair = Pair::described(file.name);
+        pair.set(10.0);
         pair.ask(Role::Read);
-        for panel in [Panel::ToolOff(true), Panel::Overload(true)] {
-            pair.gauge.press(&panel, pair.now_s).unwrap();
-        }
+        pair.press(&Panel::Overload(true));
         let samples = pair.samples();
-        if SAYS_SO.contains(&pair.name) || (pair.is_described && samples.is_empty()) {
+        if SAYS_OVERLOAD.contains(&pair.name) {
             assert!(samples.is_empty(), "{}: {samples:?}", pair.name);
-            continue;
+        } else {
+            let beyond = |sample: &Sample| sample.value_si.abs() > pair.si(500.0);
+            assert!(
+                !samples.is_empty() && samples.iter().all(beyond),
+                "{}: {samples:?}",
+                pair.name
+            );
         }
-        let beyond_si = match pair.gauge.channel() {
-            Channel::Force => 200.0,
-            Channel::Displacement => 0.025,
-        };
-        let all_beyond = samples
-            .iter()
-            .all(|sample| sample.value_si.abs() > beyond_si);
-        assert!(
-            !samples.is_empty() && all_beyond,
-            "{}: {samples:?}",
-            pair.name
-        );
+        pair.press(&Panel::Overload(false));
+        assert!(!pair.samples().is_empty(), "{}", pair.name);
+    }
+}
+
+#[test]
+fn a_gauge_without_its_tool_says_so_or_goes_on() {
+    for file in shipped_instruments() {
+        let mut pair = Pair::described(file.name);
+        pair.ask(Role::Read);
+        pair.press(&Panel::ToolOff(true));
+        let says = SAYS_TOOL_OFF.contains(&pair.name);
+        assert_eq!(pair.samples().is_empty(), says, "{}", pair.name);
+    }
+}
+
+/// A peak or a held value is told where the description has a word for it: in the packet or in the answer to the question for the mode.
+#[test]
+fn peaks_and_holds_are_told_where_there_is_a_word_for_them() {
+    for (name, panel) in [
+        ("mark10-series5", Panel::PeakMode(true)),
+        ("aikoh-rx", Panel::PeakMode(true)),
+        ("imada-ds2", Panel::PeakMode(true)),
+        ("heidenhain-nd28x", Panel::PeakMode(true)),
+        ("sylvac-opto-rs", Panel::PeakMode(true)),
+        ("cdi-logic", Panel::Hold(true)),
+        ("mark10-series5", Panel::LowBattery(true)),
+    ] {
+        let mut pair = Pair::described(name);
+        pair.press(&panel);
+        pair.ask(Role::QueryMode);
+        assert!(pair.samples().is_empty(), "{name}");
+    }
+}
+
+/// Where the command for a value is said to be answered by the running one, peaks and holds do not come into it.
+#[test]
+fn a_running_value_runs_whatever_the_display_shows() {
+    for (name, runs) in [("mark10-series5", true), ("sauter-fh", false)] {
+        for panel in [Panel::PeakMode(true), Panel::Hold(true)] {
+            let mut pair = Pair::described(name);
+            pair.set(-60.0);
+            pair.press(&panel);
+            pair.samples();
+            pair.set(-10.0);
+            let shown = pair.samples().last().unwrap().value_si.abs();
+            assert_eq!(shown, if runs { 10.0 } else { 60.0 }, "{name} {panel:?}");
+        }
     }
 }

@@ -13,6 +13,8 @@ use stiffbench_gauges::emulator::{
 };
 use tempfile::TempDir;
 
+use crate::support::shipped_instrument;
+
 /// How long a test waits for what must come; nothing is asserted of how soon it does.
 const PATIENCE: Duration = Duration::from_secs(20);
 
@@ -46,9 +48,14 @@ impl Bench {
 }
 
 fn lines() -> Vec<Line> {
-    let force = EmulatedGauge::new("mark10-series5", Arc::new(|| -12.3)).unwrap();
-    let displacement = EmulatedGauge::new("mitutoyo-01a", Arc::new(|| 0.000_415)).unwrap();
-    vec![Line::new(force), Line::new(displacement)]
+    let [force, displacement] = ["mark10-series5", "mitutoyo-01a"].map(shipped_instrument);
+    vec![
+        Line::new(EmulatedGauge::described(&force, Arc::new(|| -12.3))),
+        Line::new(EmulatedGauge::described(
+            &displacement,
+            Arc::new(|| 0.000_415),
+        )),
+    ]
 }
 
 fn fault(line: &str) -> ScriptedFault {
@@ -108,7 +115,7 @@ fn gauges_answer_by_name() {
     let mut force = bench.open(Channel::Force);
     let mut displacement = bench.open(Channel::Displacement);
     for _ in 0..3 {
-        assert_eq!(ask(&mut force, b"?\r", b"\n"), "12.3 N\r\n");
+        assert_eq!(ask(&mut force, b"?C\r", b"\n"), "12.3 N\r\n");
         assert_eq!(ask(&mut displacement, b"1\r", b"\r"), "01A+0000.415\r");
     }
     assert_eq!(bench.host.packets_sent(Channel::Force), 3);
@@ -119,7 +126,7 @@ fn a_port_can_be_opened_again_and_a_second_program_is_refused() {
     let bench = Bench::new("");
     for _ in 0..5 {
         let mut force = bench.open(Channel::Force);
-        assert_eq!(ask(&mut force, b"?\r", b"\n"), "12.3 N\r\n");
+        assert_eq!(ask(&mut force, b"?C\r", b"\n"), "12.3 N\r\n");
         let path = bench.host.port(Channel::Force).unwrap();
         let second = serialport::new(path.to_str().unwrap(), 9600).open_native();
         assert!(second.is_err());
@@ -131,16 +138,16 @@ fn without_links_the_terminals_have_their_own_names() {
     let host = PtyHost::start(lines(), HostOptions::default()).unwrap();
     let [force, displacement] = Channel::ALL.map(|channel| host.port(channel).unwrap());
     assert_ne!(force, displacement);
-    assert_eq!(ask(&mut open(&force), b"?\r", b"\n"), "12.3 N\r\n");
+    assert_eq!(ask(&mut open(&force), b"?C\r", b"\n"), "12.3 N\r\n");
 }
 
 #[test]
 fn a_stream_comes_without_being_asked_for_again() {
     let bench = Bench::new("");
     let mut force = bench.open(Channel::Force);
-    force.write_all(b"AOUT250\r").unwrap();
+    force.write_all(b"AOUT10\r").unwrap();
     let mut got = Vec::new();
-    while got.len() < 100 * "12.3 N\r\n".len() {
+    while got.len() < 10 * "12.3 N\r\n".len() {
         got.extend(read_until(&mut force, b"\n"));
     }
     let text = String::from_utf8(got).unwrap();
@@ -151,14 +158,14 @@ fn a_stream_comes_without_being_asked_for_again() {
 fn an_unplugged_line_ends_and_comes_back_under_its_name() {
     let bench = Bench::new("");
     let mut force = bench.open(Channel::Force);
-    ask(&mut force, b"NUM\r?\r", b"\n");
+    ask(&mut force, b"Z\r?C\r", b"\n");
     bench.fail("force unplug for_s=0.1");
     wait_for_the_end(&mut force);
     drop(force);
     // The gauge itself was on all the time.
     assert_eq!(
-        ask(&mut bench.open(Channel::Force), b"?\r", b"\n"),
-        "12.3\r\n"
+        ask(&mut bench.open(Channel::Force), b"?C\r", b"\n"),
+        "0.0 N\r\n"
     );
 }
 
@@ -176,7 +183,7 @@ fn swapped_adapters_come_back_under_each_others_name() {
         "01A+0000.415\r"
     );
     assert_eq!(
-        ask(&mut bench.open(Channel::Displacement), b"?\r", b"\n"),
+        ask(&mut bench.open(Channel::Displacement), b"?C\r", b"\n"),
         "12.3 N\r\n"
     );
 }
@@ -188,7 +195,7 @@ fn a_suspended_machine_answers_afterwards() {
     // Before the lid is shut: a thread may lose its turn anywhere.
     let since = Instant::now();
     bench.host.phase("lid");
-    assert_eq!(ask(&mut force, b"?\r", b"\n"), "12.3 N\r\n");
+    assert_eq!(ask(&mut force, b"?C\r", b"\n"), "12.3 N\r\n");
     assert!(since.elapsed() >= Duration::from_millis(290));
 }
 
@@ -199,15 +206,15 @@ fn scripted_faults_hit_the_packet_and_the_load_they_name() {
          [[fault]]\ngauge = \"displacement\"\nwhat = \"tool-off\"\nreading = 2\nfor_s = 0.05\n",
     );
     let mut force = bench.open(Channel::Force);
-    let answers: Vec<String> = (0..3).map(|_| ask(&mut force, b"?\r", b"\n")).collect();
+    let answers: Vec<String> = (0..3).map(|_| ask(&mut force, b"?C\r", b"\n")).collect();
     assert_eq!(answers, ["12.3 N\r\n", "#12.3 N\r\n", "12.3 N\r\n"]);
     let mut displacement = bench.open(Channel::Displacement);
     bench.host.reading();
     assert_eq!(ask(&mut displacement, b"1\r", b"\r"), "01A+0000.415\r");
     bench.host.reading();
-    assert_eq!(ask(&mut displacement, b"1\r", b"\r"), "911\r");
+    assert_eq!(ask(&mut displacement, b"1\r", b"\r"), "901\r");
     let since = Instant::now();
-    while ask(&mut displacement, b"1\r", b"\r") == "911\r" {
+    while ask(&mut displacement, b"1\r", b"\r") == "901\r" {
         assert!(since.elapsed() < PATIENCE, "it does not end");
     }
 }
@@ -218,7 +225,7 @@ fn somebody_at_the_panel_changes_what_is_sent() {
     let mut force = bench.open(Channel::Force);
     let press = |panel| bench.host.press(Channel::Force, &panel);
     press(Panel::Unit("kN".into())).unwrap();
-    assert_eq!(ask(&mut force, b"?\r", b"\n"), "0.0123 kN\r\n");
+    assert_eq!(ask(&mut force, b"?C\r", b"\n"), "0.0123 kN\r\n");
     assert!(press(Panel::Unit("mm".into())).is_err());
     press(Panel::DataKey).unwrap();
     assert_eq!(read_until(&mut force, b"\n"), b"0.0123 kN\r\n");

@@ -7,7 +7,9 @@
 
 mod emulated_decoding;
 mod emulated_lines;
+mod emulated_oracles;
 mod instrument_contract;
 mod instrument_descriptions;
 mod lines;
+mod oracles;
 mod support;

@@ -114,6 +114,8 @@ pub struct Command {
     pub expects: Expect,
     /// What it does to the gauge.
     pub effect: Effect,
+    /// The value is the running one, whatever the display holds or peak it shows.
+    pub running: bool,
     pub(crate) separator: Option<String>,
     pub(crate) refuse: Vec<(String, String)>,
 }
@@ -167,6 +169,7 @@ mod tests {
             bytes: Vec::new(),
             expects: Expect::Text,
             effect: Effect::Reads,
+            running: false,
             separator: Some(";".to_owned()),
             refuse: vec![("PT".to_owned(), "peak".to_owned())],
         };

@@ -216,6 +216,7 @@ fn command(role: Role, entry: &CommandEntry, terminator: &str) -> Result<Command
         bytes,
         expects: entry.expects,
         effect: entry.effect,
+        running: entry.running,
         separator: entry.separator.clone(),
         refuse: entry.refuse.clone().into_iter().collect(),
     })

@@ -159,8 +159,7 @@ fn sign_field(sign: &SignField, path: Vec<Place>) -> Result<Field, Misplaced> {
         .chain(minus)
         .map(|(text, negative)| (text.clone().into_bytes(), negative));
     let texts = longest_first(texts.collect());
-    let twice = texts.windows(2).any(|pair| pair[0].0 == pair[1].0);
-    if sign.plus.is_empty() || sign.minus.is_empty() || twice {
+    if sign.plus.is_empty() || sign.minus.is_empty() || is_twice(&texts) {
         let found = format!("plus {:?}, minus {:?}", sign.plus, sign.minus);
         return Err(value(
             path,
@@ -328,7 +327,7 @@ fn choice_field(choice: &ChoiceField, path: Vec<Place>) -> Result<Field, Misplac
         .map(|(text, word)| (text.clone().into_bytes(), word))
         .collect();
     let texts = longest_first(texts);
-    if texts.is_empty() || texts.windows(2).any(|pair| pair[0].0 == pair[1].0) {
+    if texts.is_empty() || is_twice(&texts) {
         return Err(value(
             path,
             "this",
@@ -338,8 +337,15 @@ fn choice_field(choice: &ChoiceField, path: Vec<Place>) -> Result<Field, Misplac
     Ok(Field::Choice(texts))
 }
 
-/// Alternatives with the longest text first, equal texts side by side.
+/// Alternatives with the longest text first, those of the same length as they stand in the file.
 fn longest_first<T>(mut texts: Vec<(Vec<u8>, T)>) -> Vec<(Vec<u8>, T)> {
-    texts.sort_by(|a, b| b.0.len().cmp(&a.0.len()).then_with(|| a.0.cmp(&b.0)));
+    texts.sort_by_key(|(text, _)| std::cmp::Reverse(text.len()));
     texts
+}
+
+/// Whether a text is there twice.
+fn is_twice<T>(texts: &[(Vec<u8>, T)]) -> bool {
+    let before = |place: usize| texts[..place].iter().map(|(text, _)| text);
+    let mut texts = texts.iter().enumerate();
+    texts.any(|(place, (text, _))| before(place).any(|other| other == text))
 }

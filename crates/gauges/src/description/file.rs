@@ -191,6 +191,9 @@ pub(super) struct CommandEntry {
     /// What the command does to the gauge; reads if absent.
     #[serde(default)]
     pub(super) effect: Effect,
+    /// The value is the running one, whatever the display holds or peak it shows.
+    #[serde(default)]
+    pub(super) running: bool,
     /// What divides the answer into words, for `refuse`; nothing if absent.
     pub(super) separator: Option<String>,
     /// Words of the answer with which values must not be used, and why.

@@ -1,99 +1,113 @@
-//! A gauge emulated from its description: the fields that read its packets, written backwards.
+//! The protocol of a gauge, from its description: the fields that read its packets, written backwards.
 //!
 //! It knows what the description says and no more. Where its maker's gauge does otherwise, the description is wrong, and this gauge shares the
 //! mistake: it rehearses a session, and proves nothing about decoding.
 
-use crate::Channel;
-use crate::description::{
-    Command, Expect, InstrumentDescription, ReplyMeaning, Role, SignMeaning, Trouble,
-};
+use crate::description::{Command, Expect, InstrumentDescription, ReplyMeaning, Role, Trouble};
 use crate::framing::FramingKind;
-use crate::grammar::{Pattern, ValuePacket};
+use crate::grammar::ValuePacket;
+use crate::registers::{is_intact, modbus_crc};
 use crate::write::{Said, State};
 
-use super::gauge::Maker;
-use super::meter::{Meter, Range, Unit};
+use super::meter::Meter;
+use super::range::first_unit;
 use super::wire::{Packets, Stream};
-
-/// Capacities of gauges whose description says none, N and m.
-const USUAL_CAPACITY_SI: [f64; 2] = [500.0, 0.025];
-
-/// Steps of the last digit of gauges whose description says none, N and m.
-const USUAL_STEP_SI: [f64; 2] = [0.01, 1e-6];
-
-/// Most decimals of a unit.
-const MOST_DECIMALS: u8 = 6;
 
 /// Longest command that is waited for.
 const LONGEST_COMMAND: usize = 256;
 
-/// What a described gauge is made for.
-pub(super) fn range(description: &InstrumentDescription) -> Range {
-    let mut units = description.units.all();
-    let first = first_unit(description.channel);
-    units.sort_by_key(|unit| unit != first);
-    let place = usize::from(description.channel == Channel::Displacement);
-    let kind = description.channel.kind();
-    let units = units.into_iter().filter_map(|name| {
-        let si = kind.si_factor(&name)?;
-        let decimals = usize::from(decimals(description, &name, USUAL_STEP_SI[place] / si));
-        Some(Unit { name, si, decimals })
-    });
-    let capacity_si = description.physical.capacity_si;
-    Range {
-        channel: description.channel,
-        units: units.collect(),
-        capacity_si: capacity_si.unwrap_or(USUAL_CAPACITY_SI[place]),
-        plus_as_truth: match (description.channel, description.sign.compression) {
-            (Channel::Force, SignMeaning::Positive) => false,
-            (Channel::Force, SignMeaning::Negative | SignMeaning::Ask) => true,
-            (Channel::Displacement, meaning) => meaning != SignMeaning::Negative,
-        },
-    }
-}
+/// Values a second of a stream, unless the description says that there are fewer.
+const USUAL_STREAM_PER_S: f64 = 10.0;
 
-fn first_unit(channel: Channel) -> &'static str {
-    match channel {
-        Channel::Force => "N",
-        Channel::Displacement => "mm",
-    }
-}
+/// Bytes of a Modbus request to read, and the code by which one for other registers is refused.
+const MODBUS_REQUEST: usize = 8;
+const MODBUS_ILLEGAL_ADDRESS: u8 = 2;
 
-/// Digits behind the point in a unit.
-fn decimals(description: &InstrumentDescription, unit: &str, usual_step: f64) -> u8 {
-    let physical = &description.physical;
-    let mut decimals = physical.decimals.iter();
-    if let Some((_, possible)) = decimals.find(|(name, _)| name == unit)
-        && let Some(most) = possible.iter().max()
-    {
-        return *most;
-    }
-    let mut resolution = physical.resolution.iter();
-    let step = resolution
-        .find(|(name, _)| name == unit)
-        .map_or(usual_step, |(_, step)| *step);
-    let digits = (0..MOST_DECIMALS).find(|digits| {
-        let steps = step * 10_f64.powi(i32::from(*digits));
-        steps >= 0.999 && (steps - steps.round()).abs() < 1e-6 * steps
-    });
-    digits.unwrap_or(MOST_DECIMALS)
-}
-
-/// A gauge as its description has it.
-pub(super) struct Described {
+/// What a gauge says as its description has it.
+pub(super) struct Protocol {
     description: InstrumentDescription,
     /// Bytes of a command that is not complete.
     heard: Vec<u8>,
+    heard_at_s: f64,
     stream: Stream,
 }
 
-impl Described {
-    pub(super) fn boxed(description: &InstrumentDescription) -> Box<dyn Maker> {
-        Box::new(Self {
+impl Protocol {
+    pub(super) fn new(description: &InstrumentDescription) -> Self {
+        Self {
             description: description.clone(),
             heard: Vec::new(),
+            heard_at_s: 0.0,
             stream: Stream::default(),
-        })
+        }
+    }
+
+    /// Bytes arrive from the host.
+    pub(super) fn receive(
+        &mut self,
+        meter: &mut Meter,
+        bytes: &[u8],
+        now_s: f64,
+        out: &mut Packets,
+    ) {
+        if self.is_modbus() && now_s - self.heard_at_s > self.description.framing.idle_s {
+            self.heard.clear();
+        }
+        self.heard_at_s = now_s;
+        for byte in bytes {
+            self.heard.push(*byte);
+            self.hear(meter, now_s, out);
+        }
+    }
+
+    /// Time passes: values of a stream.
+    pub(super) fn tick(&mut self, meter: &mut Meter, now_s: f64, out: &mut Packets) {
+        if self.sends_unasked() && !self.stream.is_on() {
+            self.start(now_s);
+        }
+        for _ in 0..self.stream.due(now_s) {
+            out.extend(self.value(meter));
+        }
+    }
+
+    /// When time will have something to send, s.
+    pub(super) fn next_due_s(&self) -> Option<f64> {
+        let unasked = self.sends_unasked().then_some(0.0);
+        self.stream.next_due_s().or(unasked)
+    }
+
+    /// A packet with what the display shows, or what says that there is no value.
+    pub(super) fn value(&self, meter: &mut Meter) -> Option<Vec<u8>> {
+        let value_si = meter.displayed_si();
+        self.packet(meter, value_si)
+    }
+
+    /// A packet with a value, or what says that there is none: of every state of the gauge that can be told, the worst is told.
+    fn packet(&self, meter: &Meter, value_si: f64) -> Option<Vec<u8>> {
+        let shown = meter.rounded(value_si);
+        let running = self.written(meter, shown, State::Running);
+        let told = states(meter, value_si).find_map(|state| {
+            let troubles = troubles(state).iter();
+            let mut packets = troubles.filter_map(|trouble| self.trouble(*trouble, meter));
+            packets.next().or_else(|| {
+                let written = self.written(meter, shown, state);
+                written.filter(|packet| Some(packet) != running.as_ref())
+            })
+        });
+        told.or(running)
+            .or_else(|| self.trouble(Trouble::Overload, meter))
+    }
+
+    /// The unit that a word means at the panel: a code of the line, or the usual name.
+    pub(super) fn unit_named<'a>(&'a self, word: &'a str) -> &'a str {
+        let mut codes = self.description.units.codes.iter();
+        codes
+            .find(|(code, _)| code == word)
+            .map_or(word, |(_, means)| means)
+    }
+
+    fn is_modbus(&self) -> bool {
+        matches!(self.description.framing.kind, FramingKind::Modbus { .. })
     }
 
     /// Whether it sends values without having been asked for any.
@@ -107,11 +121,15 @@ impl Described {
         roles.filter_map(|role| Some((role, self.description.command(role)?)))
     }
 
-    /// The byte that ends all commands, if one does.
+    /// The byte that ends all commands, if one does. What clears half a command stands alone.
     fn common_end(&self) -> Option<u8> {
-        let mut ends = self
+        let commands = self
             .commands()
-            .map(|(_, command)| command.bytes.last().copied());
+            .filter(|(role, _)| *role != Role::Resynchronise);
+        let mut ends = commands.map(|(_, command)| match command.bytes[..] {
+            [_, .., end] => Some(end),
+            _ => None,
+        });
         let end = ends.next().flatten().filter(u8::is_ascii_control)?;
         ends.all(|other| other == Some(end)).then_some(end)
     }
@@ -130,25 +148,53 @@ impl Described {
     }
 
     fn hear(&mut self, meter: &mut Meter, now_s: f64, out: &mut Packets) {
-        match (self.understood(), self.common_end()) {
-            (Ok(None), _) => {}
-            (Ok(Some(role)), _) => {
+        match self.understood() {
+            Ok(None) => {}
+            Ok(Some(role)) => {
                 self.heard.clear();
                 self.obey(role, meter, now_s, out);
             }
-            (Err(()), Some(end)) => {
-                if self.heard.last() == Some(&end) {
-                    self.heard.clear();
-                    out.extend(self.trouble(Trouble::Refused, meter));
-                }
-            }
-            (Err(()), None) => {
-                while !self.heard.is_empty() && self.understood().is_err() {
-                    self.heard.remove(0);
-                }
-            }
+            Err(()) if self.is_modbus() => out.extend(self.refused_request()),
+            Err(()) => self.hear_wrong(meter, out),
         }
         self.heard.truncate(LONGEST_COMMAND);
+    }
+
+    /// What begins no command: a line is refused when it ends, other bytes are overlooked.
+    fn hear_wrong(&mut self, meter: &Meter, out: &mut Packets) {
+        let clear = self.description.command(Role::Resynchronise);
+        let Some(end) = self.common_end() else {
+            while !self.heard.is_empty() && self.understood().is_err() {
+                self.heard.remove(0);
+            }
+            return;
+        };
+        // A line feed behind a carriage return ends nothing.
+        let overlooked =
+            self.heard == b"\n" || clear.is_some_and(|it| self.heard.ends_with(&it.bytes));
+        if overlooked {
+            self.heard.clear();
+        } else if self.heard.last() == Some(&end) {
+            self.heard.clear();
+            out.extend(self.trouble(Trouble::Refused, meter));
+        }
+    }
+
+    /// The answer to a Modbus request that the gauge does not know; none to one that is garbled or not for it.
+    fn refused_request(&mut self) -> Option<Vec<u8>> {
+        let FramingKind::Modbus { slave, .. } = self.description.framing.kind else {
+            return None;
+        };
+        if self.heard.len() < MODBUS_REQUEST {
+            return None;
+        }
+        let request = std::mem::take(&mut self.heard);
+        if request[0] != slave || !is_intact(&request) {
+            return None;
+        }
+        let mut packet = vec![slave, request[1] | 0x80, MODBUS_ILLEGAL_ADDRESS];
+        packet.extend(modbus_crc(&packet).to_le_bytes());
+        Some(packet)
     }
 
     fn obey(&mut self, role: Role, meter: &mut Meter, now_s: f64, out: &mut Packets) {
@@ -175,44 +221,29 @@ impl Described {
         };
         out.extend(match command.expects {
             Expect::Nothing => None,
+            Expect::Value if command.running => {
+                let value_si = meter.live_si();
+                self.packet(meter, value_si)
+            }
             Expect::Value => self.value(meter),
             Expect::Acknowledgement => self
                 .reply(ReplyMeaning::Acknowledged, meter, None)
                 .or_else(|| Some(self.echo(command))),
             Expect::Echo => Some(self.echo(command)),
-            Expect::Text => self.told(role, command, meter),
+            Expect::Text => Some(self.told(role, command, meter)),
         });
     }
 
     fn start(&mut self, now_s: f64) {
-        self.stream
-            .start(self.description.timing().most_per_s.min(50.0), now_s);
+        let most_per_s = self.description.timing().most_per_s;
+        self.stream.start(most_per_s.min(USUAL_STREAM_PER_S), now_s);
     }
 
-    /// A packet with the value, or what says that there is none.
-    fn value(&self, meter: &mut Meter) -> Option<Vec<u8>> {
-        if meter.tool_off {
-            return self.trouble(Trouble::NoData, meter);
-        }
-        let value_si = meter.displayed_si();
-        let state = state(meter, value_si);
-        let trouble = match state {
-            State::Overload => Some(Trouble::Overload),
-            State::Hold => Some(Trouble::Hold),
-            State::LowBattery => Some(Trouble::LowBattery),
-            State::Running | State::Peak => None,
-        };
-        if let Some(said) = trouble.and_then(|trouble| self.trouble(trouble, meter)) {
-            return Some(said);
-        }
-        let unit = meter.unit();
-        // As the display rounds it.
-        let shown = meter.digits(value_si);
-        let size = shown.steps as f64 / 10_f64.powi(shown.decimals as i32);
-        let value = if shown.negative { -size } else { size };
+    /// The first packet with a value that has room for it.
+    fn written(&self, meter: &Meter, value: f64, state: State) -> Option<Vec<u8>> {
         let said = Said {
             value,
-            decimals: unit.decimals as u8,
+            decimals: meter.unit().decimals,
             state,
             ..Self::said(meter)
         };
@@ -228,10 +259,7 @@ impl Described {
                 _ => None,
             },
         });
-        match written {
-            Some(packet) => Some(self.ended(packet)),
-            None => self.trouble(Trouble::Overload, meter),
-        }
+        Some(self.ended(written?))
     }
 
     fn said(meter: &Meter) -> Said<'_> {
@@ -257,7 +285,7 @@ impl Described {
 
     fn reply(&self, meaning: ReplyMeaning, meter: &Meter, list: Option<&[u8]>) -> Option<Vec<u8>> {
         let mut replies = self.description.grammar.replies.iter();
-        let pattern: &Pattern = &replies.find(|reply| reply.meaning == meaning)?.pattern;
+        let pattern = &replies.find(|reply| reply.meaning == meaning)?.pattern;
         let said = Said {
             list,
             ..Self::said(meter)
@@ -266,26 +294,29 @@ impl Described {
     }
 
     /// An answer in words.
-    fn told(&self, role: Role, command: &Command, meter: &Meter) -> Option<Vec<u8>> {
-        let reply = |meaning, list: Option<&[u8]>| self.reply(meaning, meter, list);
-        let written = match role {
-            Role::Identify => reply(ReplyMeaning::Identity, None),
-            Role::QueryUnit => reply(ReplyMeaning::Unit, None)
-                .or_else(|| reply(ReplyMeaning::Units, Some(&self.unit_list(meter)))),
-            Role::QueryMode => reply(ReplyMeaning::State, None)
-                .or_else(|| reply(ReplyMeaning::Units, Some(&self.unit_list(meter)))),
-            _ => reply(ReplyMeaning::Text, None),
+    fn told(&self, role: Role, command: &Command, meter: &mut Meter) -> Vec<u8> {
+        let name = format!("emulated {}", self.description.name);
+        let meanings: &[ReplyMeaning] = match role {
+            Role::Identify => &[ReplyMeaning::Identity],
+            Role::QueryUnit => &[ReplyMeaning::Unit, ReplyMeaning::Units],
+            Role::QueryMode => &[ReplyMeaning::State, ReplyMeaning::Units],
+            _ => &[ReplyMeaning::Text],
         };
-        if written.is_some() {
-            return written;
-        }
-        let text = match role {
-            Role::Identify => format!("emulated {}", self.description.name),
-            Role::QueryUnit => self.code(&meter.unit().name).to_owned(),
-            Role::QueryMode => mode_text(command, meter),
-            _ => "OK".to_owned(),
-        };
-        Some(self.ended(text.into_bytes()))
+        let mut replies = meanings.iter().filter_map(|meaning| match meaning {
+            ReplyMeaning::Identity => self.reply(*meaning, meter, Some(name.as_bytes())),
+            ReplyMeaning::Units => self.reply(*meaning, meter, Some(&self.unit_list(meter))),
+            _ => self.reply(*meaning, meter, None),
+        });
+        let reply = replies.next();
+        reply.unwrap_or_else(|| {
+            let text = match role {
+                Role::Identify => name,
+                Role::QueryUnit => self.code(&meter.unit().name).to_owned(),
+                Role::QueryMode => mode_text(command, meter),
+                _ => "OK".to_owned(),
+            };
+            self.ended(text.into_bytes())
+        })
     }
 
     /// What stands on the wire for a unit.
@@ -321,54 +352,37 @@ impl Described {
     }
 }
 
-fn state(meter: &Meter, value_si: f64) -> State {
-    if meter.overloaded(value_si) {
-        State::Overload
-    } else if meter.is_held() {
-        State::Hold
-    } else if meter.peak_mode {
-        State::Peak
-    } else if meter.battery_low {
-        State::LowBattery
-    } else {
-        State::Running
+/// What there is to tell beside the value, the worst first.
+fn states(meter: &Meter, value_si: f64) -> impl Iterator<Item = State> + use<> {
+    let states = [
+        (meter.tool_off, State::ToolOff),
+        (meter.overloaded(value_si), State::Overload),
+        (meter.is_held(), State::Hold),
+        (meter.peak_mode, State::Peak),
+        (meter.battery_low, State::LowBattery),
+    ];
+    states
+        .into_iter()
+        .filter_map(|(is, state)| is.then_some(state))
+}
+
+/// Packets that stand in place of a value in a state.
+fn troubles(state: State) -> &'static [Trouble] {
+    match state {
+        State::ToolOff => &[Trouble::NoData, Trouble::SensorFault],
+        State::Overload => &[Trouble::Overload],
+        State::Hold => &[Trouble::Hold],
+        State::LowBattery => &[Trouble::LowBattery],
+        State::Running | State::Peak => &[],
     }
 }
 
 /// The answer to the question for the mode: a word that the description refuses if the gauge is in that state, else one that it does not.
-fn mode_text(command: &Command, meter: &Meter) -> String {
-    let state = state(meter, 0.0);
-    let told = command
-        .refuse
-        .iter()
-        .find(|(_, why)| state.is_told_by(why))
-        .map(|(word, _)| word.clone());
-    told.unwrap_or_else(|| "RUN".to_owned())
-}
-
-impl Maker for Described {
-    fn receive(&mut self, meter: &mut Meter, bytes: &[u8], now_s: f64, out: &mut Packets) {
-        for byte in bytes {
-            self.heard.push(*byte);
-            self.hear(meter, now_s, out);
-        }
-    }
-
-    fn tick(&mut self, meter: &mut Meter, now_s: f64, out: &mut Packets) {
-        if self.sends_unasked() && !self.stream.is_on() {
-            self.start(now_s);
-        }
-        for _ in 0..self.stream.due(now_s) {
-            out.extend(self.value(meter));
-        }
-    }
-
-    fn next_due_s(&self) -> Option<f64> {
-        let unasked = self.sends_unasked().then_some(0.0);
-        self.stream.next_due_s().or(unasked)
-    }
-
-    fn data_key(&mut self, meter: &mut Meter, _now_s: f64, out: &mut Packets) {
-        out.extend(self.value(meter));
-    }
+fn mode_text(command: &Command, meter: &mut Meter) -> String {
+    let value_si = meter.displayed_si();
+    let told = states(meter, value_si).find_map(|state| {
+        let mut words = command.refuse.iter();
+        words.find(|(_, why)| state.is_told_by(why))
+    });
+    told.map_or_else(|| "RUN".to_owned(), |(word, _)| word.clone())
 }

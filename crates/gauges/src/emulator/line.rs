@@ -78,7 +78,7 @@ impl Line {
     /// # Errors
     /// As [`EmulatedGauge::press`].
     pub fn press(&mut self, panel: &Panel, now_s: f64) -> Result<(), EmulatorError> {
-        let packets = self.gauge.press(panel, now_s)?;
+        let packets = self.gauge.press(panel)?;
         self.send(packets, now_s);
         Ok(())
     }
@@ -211,10 +211,12 @@ mod tests {
     use std::sync::Arc;
 
     use super::*;
+    use crate::shipped::shipped_instrument;
 
     /// A Mark-10 under 12.3 N of compression; it answers `12.3 N<CR><LF>`.
     fn line() -> Line {
-        Line::new(EmulatedGauge::new("mark10-series5", Arc::new(|| -12.3)).unwrap())
+        let description = shipped_instrument("mark10-series5").unwrap();
+        Line::new(EmulatedGauge::described(&description, Arc::new(|| -12.3)))
     }
 
     const VALUE: &[u8] = b"12.3 N\r\n";
@@ -228,24 +230,24 @@ mod tests {
     #[test]
     fn without_faults_it_hands_on() {
         let mut line = line();
-        assert_eq!(line.receive(b"?\r", 0.0), VALUE);
+        assert_eq!(line.receive(b"?C\r", 0.0), VALUE);
         assert_eq!((line.packets_sent(), line.next_due_s()), (1, None));
     }
 
     #[test]
     fn a_partial_packet_comes_in_two_pieces() {
         let mut line = once(LineFault::PartialPacket { pause_s: 0.3 });
-        assert_eq!(line.receive(b"?\r", 0.0), b"12.3");
+        assert_eq!(line.receive(b"?C\r", 0.0), b"12.3");
         assert_eq!(line.next_due_s(), Some(0.3));
         assert_eq!(line.tick(0.2), b"");
         assert_eq!(line.tick(0.3), b" N\r\n");
-        assert_eq!(line.receive(b"?\r", 1.0), VALUE);
+        assert_eq!(line.receive(b"?C\r", 1.0), VALUE);
     }
 
     #[test]
     fn a_cut_packet_never_ends() {
         let mut line = once(LineFault::CutPacket);
-        assert_eq!(line.receive(b"?\r", 0.0), b"12.3");
+        assert_eq!(line.receive(b"?C\r", 0.0), b"12.3");
         assert_eq!(line.tick(100.0), b"");
     }
 
@@ -253,43 +255,43 @@ mod tests {
     fn merged_packets_come_at_once_and_none_is_kept_for_ever() {
         let mut line = line();
         line.fail(LineFault::MergedPackets { packets: 3 }, Until::Packets(5));
-        assert_eq!(line.receive(b"?\r?\r", 0.0), b"");
-        assert_eq!(line.receive(b"?\r", 0.1), [VALUE; 3].concat());
-        assert_eq!(line.receive(b"?\r", 0.2), b"");
-        assert_eq!(line.receive(b"?\r", 0.3), [VALUE; 2].concat());
+        assert_eq!(line.receive(b"?C\r?C\r", 0.0), b"");
+        assert_eq!(line.receive(b"?C\r", 0.1), [VALUE; 3].concat());
+        assert_eq!(line.receive(b"?C\r", 0.2), b"");
+        assert_eq!(line.receive(b"?C\r", 0.3), [VALUE; 2].concat());
     }
 
     #[test]
     fn garbage_and_a_nul_stand_before_a_packet() {
         let mut line = once(LineFault::Garbage(Some(b"#!".to_vec())));
-        assert_eq!(line.receive(b"?\r", 0.0), b"#!12.3 N\r\n");
+        assert_eq!(line.receive(b"?C\r", 0.0), b"#!12.3 N\r\n");
         let mut line = once(LineFault::NulBefore);
-        assert_eq!(line.receive(b"?\r", 0.0), b"\x0012.3 N\r\n");
+        assert_eq!(line.receive(b"?C\r", 0.0), b"\x0012.3 N\r\n");
     }
 
     #[test]
     fn an_echo_is_what_the_host_said() {
         let mut line = line();
         line.fail(LineFault::Echo, Until::Mended);
-        assert_eq!(line.receive(b"?\r", 0.0), b"?\r12.3 N\r\n");
+        assert_eq!(line.receive(b"?C\r", 0.0), b"?C\r12.3 N\r\n");
         line.mend(&LineFault::Echo);
-        assert_eq!(line.receive(b"?\r", 1.0), VALUE);
+        assert_eq!(line.receive(b"?C\r", 1.0), VALUE);
     }
 
     #[test]
     fn a_late_reply_comes_when_the_next_request_has_gone() {
         let mut line = once(LineFault::LateReply { by_s: 0.5 });
-        assert_eq!(line.receive(b"?\r", 0.0), b"");
-        assert_eq!(line.receive(b"RN\r", 0.4), b"");
-        assert_eq!(line.tick(0.5), b"12.3 N\r\nSeries 5\r\n");
+        assert_eq!(line.receive(b"?C\r", 0.0), b"");
+        assert_eq!(line.receive(b"RS\r", 0.4), b"");
+        assert_eq!(line.tick(0.5), b"12.3 N\r\nemulated mark10-series5\r\n");
     }
 
     #[test]
     fn silence_ends_with_its_time_and_commands_in_it_are_lost() {
         let mut line = line();
         line.fail(LineFault::Silence, Until::Time(2.0));
-        assert_eq!(line.receive(b"?\rNUM\r", 0.0), b"");
+        assert_eq!(line.receive(b"?C\rZ\r", 0.0), b"");
         assert_eq!(line.tick(1.9), b"");
-        assert_eq!(line.receive(b"?\r", 2.0), VALUE);
+        assert_eq!(line.receive(b"?C\r", 2.0), VALUE);
     }
 }

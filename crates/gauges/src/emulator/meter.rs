@@ -1,19 +1,18 @@
-//! The measuring part that all emulated gauges have: zero, unit, peaks, hold, and what can go wrong with them.
+//! The measuring part of an emulated gauge: zero, unit, peaks, hold, and what can go wrong with them.
 
 use crate::Channel;
 
-use super::digits::Digits;
 use super::truth::SharedTruth;
 
 /// A unit of a gauge.
 #[derive(Debug, Clone)]
 pub(super) struct Unit {
-    /// As the gauge writes it, or as its panel names it where packets carry none.
+    /// Its usual name.
     pub(super) name: String,
     /// N or m in one of it.
     pub(super) si: f64,
     /// Digits behind the point.
-    pub(super) decimals: usize,
+    pub(super) decimals: u8,
 }
 
 /// What a gauge is made for.
@@ -28,11 +27,6 @@ pub(super) struct Range {
     /// Whether its plus is the truth's: force in tension, displacement as it counts.
     pub(super) plus_as_truth: bool,
 }
-
-/// Newtons in the units of force gauges; the exact factors of the kilogram-force and the avoirdupois pound-force and ounce-force.
-pub(super) const KILOGRAM_FORCE_N: f64 = 9.806_65;
-pub(super) const POUND_FORCE_N: f64 = 4.448_221_615_260_5;
-pub(super) const OUNCE_FORCE_N: f64 = POUND_FORCE_N / 16.0;
 
 /// A gauge shows overload above this share of its capacity, as the makers say.
 const OVERLOAD_SHARE: f64 = 1.1;
@@ -114,33 +108,17 @@ impl Meter {
         }
     }
 
-    /// The largest value since the peaks were cleared, own sign, N or m.
-    pub(super) fn highest_si(&mut self) -> f64 {
-        self.live_si();
-        self.peaks_si[0]
-    }
-
-    /// The smallest value since the peaks were cleared, own sign, N or m.
-    pub(super) fn lowest_si(&mut self) -> f64 {
-        self.live_si();
-        self.peaks_si[1]
-    }
-
     fn larger_peak_si(&self) -> f64 {
         let [highest, lowest] = self.peaks_si;
         if highest >= -lowest { highest } else { lowest }
     }
 
-    /// A value in the unit that is set.
-    pub(super) fn digits(&self, value_si: f64) -> Digits {
+    /// A value in the unit that is set, as the display rounds it.
+    pub(super) fn rounded(&self, value_si: f64) -> f64 {
         let unit = self.unit();
-        Digits::of(value_si / unit.si, unit.decimals)
-    }
-
-    /// The display.
-    pub(super) fn shown(&mut self) -> Digits {
-        let value_si = self.displayed_si();
-        self.digits(value_si)
+        let scale = 10_f64.powi(i32::from(unit.decimals));
+        // A display has no negative zero.
+        (value_si / unit.si * scale).round() / scale + 0.0
     }
 
     /// Whether a value is beyond what the gauge can take.
@@ -151,12 +129,6 @@ impl Meter {
     /// Sets the zero here and clears the peaks.
     pub(super) fn zero(&mut self) {
         self.zero_si = self.truth.value_si();
-        self.clear_peaks();
-    }
-
-    /// Goes back to the zero of switching on.
-    pub(super) fn zero_off(&mut self) {
-        self.zero_si = 0.0;
         self.clear_peaks();
     }
 
@@ -194,7 +166,8 @@ impl Meter {
 
     /// Changes the unit; `false` if the gauge does not have it.
     pub(super) fn set_unit(&mut self, name: &str) -> bool {
-        let place = self.range.units.iter().position(|unit| unit.name == name);
+        let mut units = self.range.units.iter();
+        let place = units.position(|unit| unit.name == name);
         self.unit = place.unwrap_or(self.unit);
         place.is_some()
     }

@@ -4,7 +4,8 @@ use std::sync::Arc;
 
 use proptest::prelude::*;
 
-use super::{EmulatedGauge, Line, LineFault, Until, emulated_gauges};
+use super::{EmulatedGauge, Line, LineFault, Until};
+use crate::shipped::shipped_instrument;
 
 /// Bytes that commands are made of, and others.
 fn bytes() -> impl Strategy<Value = Vec<u8>> {
@@ -15,8 +16,9 @@ fn bytes() -> impl Strategy<Value = Vec<u8>> {
 proptest! {
     #[test]
     fn no_gauge_stops(pieces in prop::collection::vec((bytes(), 0.0..0.2), 0..6), value in -1e4..1e4) {
-        for (name, _) in emulated_gauges() {
-            let mut gauge = EmulatedGauge::new(name, Arc::new(move || value)).unwrap();
+        for file in stiffbench_test_files::shipped_instruments() {
+            let description = shipped_instrument(file.name).unwrap();
+            let mut gauge = EmulatedGauge::described(&description, Arc::new(move || value));
             let mut now_s = 0.0;
             for (bytes, wait_s) in &pieces {
                 now_s += wait_s;
@@ -34,7 +36,8 @@ proptest! {
         packets in 1_usize..5,
         pause_s in 0.0..0.5,
     ) {
-        let gauge = EmulatedGauge::new("aikoh-rx", Arc::new(|| -12.3)).unwrap();
+        let description = shipped_instrument("aikoh-rx").unwrap();
+        let gauge = EmulatedGauge::described(&description, Arc::new(|| -12.3));
         let mut line = Line::new(gauge);
         line.fail(LineFault::LateReply { by_s }, Until::Packets(5));
         line.fail(LineFault::MergedPackets { packets }, Until::Packets(7));
@@ -48,7 +51,7 @@ proptest! {
             arrived.extend(line.receive(b"RDF0\r", 100.0 + f64::from(more)));
         }
         arrived.extend(line.tick(1000.0));
-        prop_assert_eq!(arrived, b" +0012.3 N\r\n".repeat(requests + 10));
+        prop_assert_eq!(arrived, b" +12.3 N\r\n".repeat(requests + 10));
         prop_assert_eq!(line.packets_sent(), requests as u64 + 10);
     }
 }

@@ -1,45 +1,7 @@
-//! What the protocols of emulated gauges have in common on the line.
+//! Packets of an emulated gauge and the pace of its stream.
 
 /// What a gauge sends, packet by packet.
 pub(super) type Packets = Vec<Vec<u8>>;
-
-/// Longest command that is collected; what is longer is no command of any gauge.
-const LONGEST_COMMAND: usize = 256;
-
-/// Collects the bytes of commands that end with a carriage return.
-#[derive(Debug, Default)]
-pub(super) struct CommandLine {
-    bytes: Vec<u8>,
-}
-
-impl CommandLine {
-    /// The command that a byte completes, without its end; line feeds are overlooked, as all makers' gauges overlook them.
-    pub(super) fn push(&mut self, byte: u8) -> Option<String> {
-        match byte {
-            b'\r' => {
-                let text = String::from_utf8_lossy(&self.bytes).into_owned();
-                self.bytes.clear();
-                Some(text)
-            }
-            b'\n' => None,
-            _ if self.bytes.len() >= LONGEST_COMMAND => None,
-            byte => {
-                self.bytes.push(byte);
-                None
-            }
-        }
-    }
-
-    /// Forgets what has come of a command.
-    pub(super) fn clear(&mut self) {
-        self.bytes.clear();
-    }
-
-    /// Whether a command has begun.
-    pub(super) fn has_begun(&self) -> bool {
-        !self.bytes.is_empty()
-    }
-}
 
 /// Values that a gauge sends by itself, so many a second.
 #[derive(Debug, Default)]
@@ -97,17 +59,6 @@ impl Stream {
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    #[test]
-    fn commands_end_with_a_carriage_return_whatever_pieces_they_come_in() {
-        let mut line = CommandLine::default();
-        let commands: Vec<String> = b"?C\r\nAOUT\r"
-            .iter()
-            .filter_map(|&b| line.push(b))
-            .collect();
-        assert_eq!(commands, ["?C", "AOUT"]);
-        assert!(!line.has_begun());
-    }
 
     #[test]
     fn a_stream_keeps_its_rate_and_forgets_what_it_could_not_send() {
