@@ -1,6 +1,5 @@
-//! `stiffbench emulate`: a bench in software for other programs, worked by lines on standard input.
+//! `stiffbench emulate`: a bench in software for other programs, which works through a procedure by itself.
 
-use std::io::BufRead;
 use std::path::PathBuf;
 use std::time::Duration;
 
@@ -10,10 +9,13 @@ use serde_json::json;
 use crate::bench::{EmulatedSetup, NoiseModel};
 use crate::clock::Clock;
 use crate::instrument::Channel;
-use crate::instrument::emulator::{FaultScript, Panel};
+use crate::instrument::emulator::FaultScript;
+use crate::procedure::{PlannedReading, Procedure};
 use crate::quantity::METRES_PER_MICROMETRE;
+use crate::readings::RepeatOrder;
+use crate::session::SessionPlan;
 use crate::source_text::SourceText;
-use crate::test_point::{Direction, PoseId};
+use crate::test_point::PoseId;
 
 use super::args::{Global, ModelArgs};
 use super::emulated::{Emulation, Hand};
@@ -26,7 +28,7 @@ use super::resolve::resolve;
 /// Arguments of `emulate`.
 #[derive(Debug, Args)]
 #[command(
-    after_help = "Commands on standard input, each answered by ok or by what is wrong:\n  pose P1 | direction y | run N                 where and for which run; the jack is off\n  preload | apply -10 [STEP REPEAT] | release   the jack; a load is the first planned one of its size unless told otherwise\n  zero GAUGE | unit GAUGE WORD | key GAUGE      at the gauge; GAUGE is force or displacement\n  push -8 | push GAUGE - | let-go               by hand: both gauges as by a force in N, or one alone (- or +)\n  fault GAUGE WHAT [KEY=VALUE ...] | phase NAME what goes wrong (docs/fault-script.md)\n  wait | state | quit                           until all is at rest; what acts on the gauges; the end\n\nExamples:\n  stiffbench emulate\n  stiffbench emulate --force sauter-fh --displacement mahr-dk-u1 --link /tmp/bench --faults faults.toml\n  stiffbench emulate --force my-gauge.toml            a gauge of your own, as its description has it"
+    after_help = "The jack follows the procedure by itself. One line a load says what acts on the gauges; `end` is the last.\n\nExamples:\n  stiffbench emulate\n  stiffbench emulate --force sauter-fh --displacement mahr-dk-u1 --link /tmp/bench --faults faults.toml\n  stiffbench emulate --force my-gauge.toml            a gauge of your own, as its description has it"
 )]
 pub(super) struct EmulateArgs {
     /// Robot, mechanism and true factors.
@@ -47,8 +49,8 @@ pub(super) struct EmulateArgs {
     /// Seed of noise and of where the operator stops
     #[arg(long, default_value_t = 0)]
     pub(super) seed: u64,
-    /// How many times as fast as the real clock the jack is turned
-    #[arg(long, default_value_t = 1.0)]
+    /// How many times as fast as the real clock the bench is worked
+    #[arg(long, default_value_t = 1.0, value_parser = faster)]
     pub(super) speed: f64,
     /// No noise
     #[arg(long)]
@@ -56,7 +58,7 @@ pub(super) struct EmulateArgs {
     /// Gauges that stand on the other side: a force along the axis is compression, the displacement counts along the negative axis
     #[arg(long, value_enum, value_delimiter = ',', value_name = "GAUGE")]
     turned: Vec<GaugeWord>,
-    /// Go on when standard input ends, until the process is stopped
+    /// Keep the ports open at the end, with the load off, until the process is stopped
     #[arg(long)]
     pub(super) stay: bool,
     /// More descriptions.
@@ -76,10 +78,10 @@ enum GaugeWord {
     Displacement,
 }
 
-/// How often `wait` looks.
+/// How often a jack that moves is looked at.
 const LOOK: Duration = Duration::from_millis(2);
 
-/// Hosts the bench until it is told to end.
+/// Hosts the bench and works through the procedure.
 pub(super) fn run(args: &EmulateArgs, global: &Global) -> Result<Outcome, Failure> {
     let chosen = resolve(&args.model, None)?;
     let (procedure, mut warnings) = choose_procedure(&args.procedure)?;
@@ -116,7 +118,19 @@ pub(super) fn run(args: &EmulateArgs, global: &Global) -> Result<Outcome, Failur
     });
     let ready = Outcome::new("emulate", text, data).with_warnings(warnings);
     let ended = ready.print_before_the_end(global)?;
-    obey_all(&hand, global)?;
+    let named: Vec<PoseId> = chosen
+        .robot
+        .poses
+        .iter()
+        .map(|pose| pose.id.clone())
+        .collect();
+    let worker = Worker {
+        hand: &hand,
+        procedure: &procedure,
+        speed: args.speed,
+        global,
+    };
+    worker.work(&SessionPlan::new(&procedure, &named))?;
     if args.stay {
         loop {
             std::thread::park();
@@ -129,6 +143,14 @@ pub(super) fn run(args: &EmulateArgs, global: &Global) -> Result<Outcome, Failur
         ));
     }
     Ok(ended)
+}
+
+/// A speed from that of the real clock on.
+fn faster(text: &str) -> Result<f64, String> {
+    match text.parse::<f64>() {
+        Ok(speed) if speed.is_finite() && speed >= 1.0 => Ok(speed),
+        _ => Err("it must be a number of at least 1".to_owned()),
+    }
 }
 
 fn setup(args: &EmulateArgs) -> EmulatedSetup {
@@ -156,99 +178,86 @@ pub(super) fn fault_script(path: &PathBuf) -> Result<FaultScript, Failure> {
     Ok(FaultScript::parse(&source)?)
 }
 
-/// Obeys the lines of standard input until they end or `quit`. Answers go where text goes: standard output, or standard error beside JSON.
-fn obey_all(hand: &Hand, global: &Global) -> Result<(), Failure> {
-    for line in std::io::stdin().lock().lines() {
-        let line = line.map_err(|source| CliError::Read {
-            path: "standard input".into(),
-            source,
-        })?;
-        let answer = match line.trim() {
-            "" => continue,
-            "quit" => break,
-            command => obey(hand, command).unwrap_or_else(|wrong| format!("wrong: {wrong}")),
-        };
-        if global.json {
-            print_error(&answer);
-        } else {
-            print_now(&format!("{answer}\n"));
-        }
-    }
-    Ok(())
+/// What an operator does at the jack, without a look at the gauges: the whole plan, once.
+struct Worker<'a> {
+    hand: &'a Hand,
+    procedure: &'a Procedure,
+    speed: f64,
+    global: &'a Global,
 }
 
-/// Does what a line says; the answer, or what is wrong with it.
-fn obey(hand: &Hand, command: &str) -> Result<String, String> {
-    let words: Vec<&str> = command.split_whitespace().collect();
-    match words[..] {
-        ["pose", name] => done(hand.set_pose(&PoseId::new(name)))?,
-        ["direction", name] => {
-            let direction: Direction = parsed(name)?;
-            done(hand.set_direction(direction))?;
-        }
-        ["run", repeat] => hand.begin_run(parsed(repeat)?),
-        ["preload"] => hand.preload(),
-        ["apply", target_n] => hand.apply(finite(target_n)?, None),
-        ["apply", target_n, step, repeat] => {
-            hand.apply(finite(target_n)?, Some((parsed(step)?, parsed(repeat)?)));
-        }
-        ["release"] => hand.release(),
-        ["zero", gauge] => done(hand.zero(channel(gauge)?))?,
-        ["unit", gauge, unit] => done(hand.press(channel(gauge)?, &Panel::Unit(unit.into())))?,
-        ["key", gauge] => done(hand.press(channel(gauge)?, &Panel::DataKey))?,
-        ["push", force_n] => hand.push(finite(force_n)?),
-        ["push", gauge, "+"] => hand.push_by_hand(channel(gauge)?, 1.0),
-        ["push", gauge, "-"] => hand.push_by_hand(channel(gauge)?, -1.0),
-        ["let-go"] => hand.let_go(),
-        ["fault", ..] => {
-            let fault = FaultScript::parse_line(command.trim_start_matches("fault").trim());
-            hand.fail(fault.map_err(|error| error.to_string())?);
-        }
-        ["phase", name] => hand.phase(name),
-        ["wait"] => {
-            while !hand.is_at_rest() {
-                std::thread::sleep(LOOK);
+impl Worker<'_> {
+    fn work(&self, plan: &SessionPlan) -> Result<(), Failure> {
+        for cell in &plan.cells {
+            self.hand.phase("set-up");
+            self.hand.set_pose(&cell.pose)?;
+            self.hand.set_direction(cell.direction)?;
+            for reading in &cell.readings {
+                self.load(reading)?;
+                let (force_n, displacement_m) = self.hand.truth();
+                self.say(&format!(
+                    "{} {} run {} step {}: {force_n:.4} N  {:.4} um",
+                    cell.pose,
+                    cell.direction,
+                    reading.repeat,
+                    reading.step + 1,
+                    displacement_m / METRES_PER_MICROMETRE
+                ));
             }
         }
-        ["state"] => {
-            let (force_n, displacement_m) = hand.truth();
-            let displacement_um = displacement_m / METRES_PER_MICROMETRE;
-            let rest = if hand.is_at_rest() {
-                "at rest"
-            } else {
-                "moving"
-            };
-            return Ok(format!("{force_n:.4} N  {displacement_um:.4} um  {rest}"));
+        self.hand.release();
+        self.rest();
+        self.say("end");
+        Ok(())
+    }
+
+    /// Applies the load of a reading and waits as long as it asks for.
+    fn load(&self, reading: &PlannedReading) -> Result<(), Failure> {
+        if let Some(hold_s) = reading.extra_hold_s {
+            self.hand.phase("hold");
+            self.wait(hold_s);
+            return Ok(());
         }
-        _ => {
-            return Err(format!(
-                "`{command}` is no command (stiffbench emulate --help)"
-            ));
+        if reading.zero_before {
+            self.hand.phase("free");
+            self.hand.begin_run(reading.repeat);
+            self.rest();
+            self.hand.zero(Channel::Force)?;
+        }
+        if reading.zero_before || self.procedure.repeat_order == RepeatOrder::AtLoad {
+            self.hand.phase("preload");
+            self.hand.preload();
+            self.rest();
+        }
+        if reading.zero_before {
+            self.hand.zero(Channel::Displacement)?;
+        }
+        self.hand.phase("approach");
+        let which = (reading.step, reading.repeat);
+        self.hand.apply(reading.target_n, which);
+        self.rest();
+        self.hand.phase("settle");
+        self.wait(self.procedure.settle.dwell_s);
+        Ok(())
+    }
+
+    fn rest(&self) {
+        while !self.hand.is_at_rest() {
+            std::thread::sleep(LOOK);
         }
     }
-    Ok("ok".to_owned())
-}
 
-fn done(result: Result<(), Failure>) -> Result<(), String> {
-    result.map_err(|failure| failure.message())
-}
-
-fn parsed<T: std::str::FromStr<Err: std::fmt::Display>>(word: &str) -> Result<T, String> {
-    word.parse().map_err(|error| format!("`{word}`: {error}"))
-}
-
-fn finite(word: &str) -> Result<f64, String> {
-    let number: f64 = parsed(word)?;
-    if number.is_finite() {
-        Ok(number)
-    } else {
-        Err(format!("`{word}` is no load"))
+    /// Waits for session seconds.
+    fn wait(&self, seconds: f64) {
+        std::thread::sleep(Duration::from_secs_f64(seconds / self.speed));
     }
-}
 
-fn channel(word: &str) -> Result<Channel, String> {
-    let named = Channel::ALL
-        .into_iter()
-        .find(|channel| channel.to_string() == word);
-    named.ok_or_else(|| format!("`{word}` is no gauge: force or displacement"))
+    /// A line where text goes: standard output, or standard error beside JSON.
+    fn say(&self, line: &str) {
+        if self.global.json {
+            print_error(line);
+        } else {
+            print_now(&format!("{line}\n"));
+        }
+    }
 }

@@ -155,13 +155,10 @@ impl Hand {
         self.bench.preload();
     }
 
-    /// Turns the jack to a load; `which` is its step and repeat, the first of that size if none is given.
-    pub fn apply(&self, target_n: f64, which: Option<(u32, u32)>) {
+    /// Turns the jack to a load; `which` is its step and repeat.
+    pub fn apply(&self, target_n: f64, (step, repeat): (u32, u32)) {
         self.host.reading();
-        match which {
-            Some((step, repeat)) => self.bench.apply(target_n, step, repeat),
-            None => self.bench.apply_any(target_n),
-        }
+        self.bench.apply(target_n, step, repeat);
     }
 
     /// Takes the load off.
@@ -183,14 +180,6 @@ impl Hand {
     /// [`Hand::let_go`].
     pub fn push(&self, force_n: f64) {
         self.bench.push_by_hand(force_n);
-    }
-
-    /// Pushes a gauge or the robot at it by hand, along the axis (`sign` above zero) or against it, until [`Hand::let_go`].
-    pub fn push_by_hand(&self, channel: Channel, sign: f64) {
-        match channel {
-            Channel::Force => self.bench.push_force_gauge(sign),
-            Channel::Displacement => self.bench.push_end(sign),
-        }
     }
 
     /// Lets go.

@@ -1,7 +1,7 @@
-//! An emulated bench in a process of its own: worked by lines, read through its ports by plain serialport.
+//! An emulated bench in a process of its own, read through its ports by plain serialport.
 
 use std::io::{BufRead, BufReader, ErrorKind, Read, Write};
-use std::process::{Child, ChildStdin, ChildStdout, Command, Stdio};
+use std::process::{Child, ChildStdout, Command, Stdio};
 use std::time::{Duration, Instant};
 
 use serialport::TTYPort;
@@ -11,10 +11,9 @@ use super::{Desk, desk};
 /// How long a test waits for what must come.
 const PATIENCE: Duration = Duration::from_secs(30);
 
-/// A running bench and the lines to it.
+/// A running bench and what it says.
 struct Bench {
     process: Child,
-    input: ChildStdin,
     output: BufReader<ChildStdout>,
     force: TTYPort,
     displacement: TTYPort,
@@ -24,13 +23,12 @@ impl Bench {
     fn new(desk: &Desk, arguments: &str) -> Self {
         let mut process = Command::new(env!("CARGO_BIN_EXE_stiffbench"))
             .current_dir(&desk.folder)
-            .args(["emulate", "--link", "ports", "--speed", "100"])
+            .args(["emulate", "--link", "ports", "--stay"])
             .args(arguments.split_whitespace())
-            .stdin(Stdio::piped())
+            .stdin(Stdio::null())
             .stdout(Stdio::piped())
             .spawn()
             .unwrap();
-        let input = process.stdin.take().unwrap();
         let mut output = BufReader::new(process.stdout.take().unwrap());
         while read_line(&mut output) != "ready" {}
         let port = |name: &str| {
@@ -44,21 +42,28 @@ impl Bench {
         let [force, displacement] = ["force", "displacement"].map(port);
         Self {
             process,
-            input,
             output,
             force,
             displacement,
         }
     }
 
-    /// What a line is answered.
-    fn answer(&mut self, command: &str) -> String {
-        writeln!(self.input, "{command}").unwrap();
-        read_line(&mut self.output)
-    }
-
-    fn tell(&mut self, command: &str) {
-        assert_eq!(self.answer(command), "ok", "{command}");
+    /// Force in N and displacement in um of each load, as the bench says them, by what stands before them.
+    fn loads(&mut self) -> Vec<(String, [f64; 2])> {
+        let mut loads = Vec::new();
+        loop {
+            let line = read_line(&mut self.output);
+            if line == "end" {
+                return loads;
+            }
+            let (place, values) = line.split_once(": ").unwrap();
+            let words: Vec<&str> = values.split_whitespace().collect();
+            let [force_n, "N", displacement_um, "um"] = words[..] else {
+                panic!("{line}");
+            };
+            let values = [force_n, displacement_um].map(|word| word.parse().unwrap());
+            loads.push((place.to_owned(), values));
+        }
     }
 
     /// What a Mark-10 and a Mitutoyo show, N (compression positive) and mm.
@@ -104,97 +109,68 @@ fn ask(port: &mut TTYPort, command: &[u8], end: &str) -> String {
 }
 
 #[test]
-fn the_gauges_show_the_compliance_of_the_robot() {
+fn the_bench_follows_the_procedure_with_the_compliance_of_the_robot() {
     let desk = desk();
     let data = desk.data("robot compliance --pose P3");
-    let mut bench = Bench::new(&desk, "--noise-free --procedure paper");
-    bench.tell("pose P3");
+    let mut bench = Bench::new(
+        &desk,
+        "--noise-free --poses P3 --loads-n 0,-70 --repeats 1 --speed 200",
+    );
+    let loads = bench.loads();
+    assert_eq!(loads.len(), 6);
     for (i, direction) in ["x", "y", "z"].into_iter().enumerate() {
-        bench.tell(&format!("direction {direction}"));
-        bench.tell("wait");
-        bench.tell("zero displacement");
-        bench.tell("apply -70 7 2");
-        bench.tell("wait");
-        let (newtons, millimetres) = bench.shown();
-        // The operator stops within 0.4 N, and the gauge shows tenths.
-        assert!((newtons - 70.0).abs() < 0.46, "{newtons}");
-        let compliance_m_per_n = data["compliance"][i][i].as_f64().unwrap();
-        let expected_mm = -1000.0 * compliance_m_per_n * newtons;
-        // Half a step of either gauge.
-        let steps_mm = 0.0006 + 1000.0 * compliance_m_per_n * 0.051;
+        let at = |step: usize| {
+            let place = format!("P3 {direction} run 1 step {step}");
+            loads.iter().find(|(known, _)| *known == place).unwrap().1
+        };
+        let ([from_n, from_um], [to_n, to_um]) = (at(1), at(2));
+        // The operator stops within 0.4 N.
+        assert!((to_n + 70.0).abs() < 0.41, "{to_n}");
+        let expected_um = 1e6 * data["compliance"][i][i].as_f64().unwrap() * (to_n - from_n);
         assert!(
-            (millimetres - expected_mm).abs() < steps_mm,
-            "{direction}: {millimetres} mm, {expected_mm} mm expected"
+            ((to_um - from_um) / expected_um - 1.0).abs() < 1e-4,
+            "{direction}: {from_um} to {to_um} um, {expected_um} um expected"
         );
+    }
+    // The load is off and the force gauge was zeroed without it.
+    assert_eq!(bench.shown().0, 0.0);
+}
+
+#[test]
+fn the_gauges_show_the_load_while_it_is_on() {
+    let desk = desk();
+    let mut bench = Bench::new(
+        &desk,
+        "--noise-free --poses P1 --directions z --loads-n 0,-60 --repeats 1 --speed 20",
+    );
+    let began = Instant::now();
+    loop {
+        let (newtons, millimetres) = bench.shown();
+        // 60 N of pressure push the end 0.3 mm.
+        if newtons > 59.0 && millimetres < -0.2 {
+            break;
+        }
+        assert!(began.elapsed() < PATIENCE, "{newtons} N, {millimetres} mm");
     }
 }
 
 #[test]
 fn the_same_seed_shows_the_same_in_another_process() {
-    let shown = [(); 2].map(|()| {
-        let desk = desk();
-        let mut bench = Bench::new(&desk, "--seed 11 --poses P2,P4");
-        bench.tell("pose P4");
-        bench.tell("run 2");
-        // A zero belongs to a gauge at rest.
-        bench.tell("wait");
-        bench.tell("zero displacement");
-        bench.tell("apply -40 4 2");
-        bench.tell("wait");
-        bench.shown()
+    let loads = [(); 2].map(|()| {
+        let plan = "--seed 11 --poses P4 --directions y --loads-n 0,-40 --repeats 2 --speed 200";
+        Bench::new(&desk(), plan).loads()
     });
-    assert_eq!(shown[0], shown[1]);
+    assert_eq!(loads[0], loads[1]);
 }
 
 #[test]
-fn lines_that_mean_nothing_are_answered_and_the_bench_goes_on() {
-    let desk = desk();
-    let mut bench = Bench::new(&desk, "--noise-free");
-    for (command, part) in [
-        ("hello", "is no command"),
-        ("pose P9", "no pose P9"),
-        ("direction w", "not a direction"),
-        ("apply much", "much"),
-        ("apply nan", "is no load"),
-        ("zero spring", "is no gauge"),
-        ("unit force mm", "no unit mm"),
-        ("fault force nonsense", "no fault nonsense"),
-    ] {
-        let answer = bench.answer(command);
-        assert!(
-            answer.starts_with("wrong: ") && answer.contains(part),
-            "{answer}"
-        );
-    }
-    bench.tell("push force -");
-    assert_eq!(bench.shown().0, 8.0);
-    bench.tell("let-go");
-    bench.tell("fault force nul");
-    assert!(bench.answer("state").starts_with("0.0000 N"));
-}
-
-#[test]
-fn a_gauge_that_is_turned_round_counts_the_other_way() {
-    let desk = desk();
-    let mut bench = Bench::new(&desk, "--noise-free --turned force,displacement");
-    bench.tell("zero displacement");
-    bench.tell("push force -");
-    assert_eq!(bench.shown(), (-8.0, 0.0));
-    bench.tell("push displacement -");
-    assert_eq!(bench.shown(), (-8.0, 0.15));
-    bench.tell("let-go");
-    bench.tell("push -10");
-    // A hand pushes a quarter more than it is asked for.
-    assert_eq!(bench.shown(), (-12.5, 0.15));
-}
-
-#[test]
-fn it_ends_with_its_input_and_takes_its_ports_along() {
+fn it_ends_after_the_last_load_and_takes_its_ports_along() {
     let desk = desk();
     desk.write("faults.toml", "schema = \"stiffbench/faults/1\"\n");
     let ran = desk
-        .run("emulate --link ports --faults faults.toml --json")
+        .run("emulate --link ports --faults faults.toml --poses P1 --directions x --loads-n 0,-10 --repeats 1 --speed 100 --json")
         .succeeds();
+    assert!(ran.stderr.contains("P1 x run 1 step 1: "), "{}", ran.stderr);
     let data = &ran.json()["data"];
     assert!(data["ports"]["force"].as_str().unwrap().ends_with("force"));
     assert_eq!(desk.path("ports").read_dir().unwrap().count(), 0);

@@ -22,8 +22,7 @@ use super::virtual_bench::BenchError;
 use cell::{Cell, CellKey};
 use motion::{Motion, Stand};
 
-/// Force of a hand on the force gauge, N, and how far one moves the end, m.
-const HAND_N: f64 = 8.0;
+/// How far a hand that pushes on the force gauge moves the end, m.
 const HAND_M: f64 = 150e-6;
 
 /// How much more than was asked for a hand pushes.
@@ -195,12 +194,6 @@ impl EmulatedBench {
         inner.go_to(stages, now_s);
     }
 
-    /// As [`EmulatedBench::apply`] for the first planned load of this size.
-    pub fn apply_any(&self, target_n: f64) {
-        let (step, repeat) = self.lock().cell().first_of(target_n);
-        self.apply(target_n, step, repeat);
-    }
-
     /// A hand pushes on the force gauge, and the end of the robot with it, until [`EmulatedBench::let_go`].
     ///
     /// # Arguments
@@ -209,22 +202,6 @@ impl EmulatedBench {
         let mut inner = self.lock();
         inner.hand_n = FIRMLY * force_n;
         inner.hand_m = HAND_M.copysign(force_n);
-    }
-
-    /// A hand pushes the force gauge along the axis or against it, until [`EmulatedBench::let_go`].
-    ///
-    /// # Arguments
-    /// - `sign`: its sign is that of the force.
-    pub fn push_force_gauge(&self, sign: f64) {
-        self.lock().hand_n = HAND_N.copysign(sign);
-    }
-
-    /// A hand pushes the end of the robot along the axis or against it, until [`EmulatedBench::let_go`].
-    ///
-    /// # Arguments
-    /// - `sign`: its sign is that of the displacement.
-    pub fn push_end(&self, sign: f64) {
-        self.lock().hand_m = HAND_M.copysign(sign);
     }
 
     /// The hand lets go.

@@ -77,7 +77,7 @@ impl<'a> HelpingHand<'a> {
                 repeat,
                 ..
             } => {
-                self.hand.apply(*target_n, Some((*step, *repeat)));
+                self.hand.apply(*target_n, (*step, *repeat));
             }
         }
         self.done = Some(deed);

@@ -149,13 +149,6 @@ impl Cell {
         stages
     }
 
-    /// Step and repeat of the first planned load of this size; of none if there is none.
-    pub(super) fn first_of(&self, target_n: f64) -> (u32, u32) {
-        let mut planned = self.planned.iter();
-        let first = planned.find(|planned| planned.target_n == target_n);
-        first.map_or((0, 0), |planned| (planned.step, planned.repeat))
-    }
-
     /// A load that the procedure does not have.
     fn not_planned(&self, target_n: f64, step: u32, repeat: u32) -> Stand {
         let force_n = self.force_n(target_n, step, repeat);

@@ -104,7 +104,7 @@ fn what_is_read_depends_on_the_seed_and_not_on_who_reads_when() {
     again.begin_run(1);
     let zero_m = rest(&again).1;
     for (planned, expected) in planned.iter().zip(&whole).rev() {
-        again.apply_any(-33.0);
+        again.apply(-33.0, 99, 1);
         again.preload();
         for _ in 0..100 {
             assert!(again.force_n().is_finite() && again.displacement_m().is_finite());
@@ -221,9 +221,8 @@ fn a_hand_pushes_until_it_lets_go_and_gauges_may_be_turned_round() {
         &[],
     );
     let (_, before_m) = rest(&bench);
-    bench.push_force_gauge(-1.0);
-    bench.push_end(-1.0);
-    assert_eq!(bench.force_n(), -HAND_N);
+    bench.push_by_hand(-8.0);
+    assert_eq!(bench.force_n(), -FIRMLY * 8.0);
     assert!((bench.displacement_m() - before_m - HAND_M).abs() < 1e-12);
     bench.let_go();
     assert_eq!((bench.force_n(), bench.displacement_m()), (0.0, before_m));
