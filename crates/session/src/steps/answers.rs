@@ -233,6 +233,10 @@ impl Machine {
         if let Some(channel) = coarse {
             self.coarse_answered(channel, word == "accept", out);
         }
+        if let Some((channel, since_s)) = self.stood_still.take().filter(|_| word != "accept") {
+            let flag = format!("the {channel} gauge stood still");
+            self.flag_since(channel, since_s, flag, out);
+        }
         match word {
             "accept" => {
                 if let Some(load) = &mut self.load {
@@ -274,9 +278,14 @@ impl Machine {
             return;
         };
         let flag = format!("the {channel} gauge showed few last digits");
+        self.flag_since(channel, few.since_s, flag, out);
+    }
+
+    /// Flags the readings whose value of a gauge came after a time.
+    fn flag_since(&mut self, channel: Channel, since_s: f64, flag: String, out: &mut Vec<Action>) {
         let since = self.state.readings.iter().filter(|kept| {
             kept.superseded.is_none()
-                && kept.taken.samples_at_s[channel.index()] > few.since_s
+                && kept.taken.samples_at_s[channel.index()] > since_s
                 && !kept.flags.contains(&flag)
         });
         let numbers: Vec<u32> = since.map(|kept| kept.taken.number).collect();

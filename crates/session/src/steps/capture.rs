@@ -175,6 +175,7 @@ impl Machine {
         if doubt.rule == "displacement-sign" && !self.has_loaded_readings() {
             choices.push(flip);
         }
+        self.stood_still = doubt.still;
         let prompt = Prompt::choice(doubt.rule, doubt.text.clone(), &choices);
         self.ask(prompt, Why::Doubt(doubt.rule), out);
     }

@@ -122,6 +122,8 @@ pub struct Machine {
     lag_s: f64,
     /// Whether the zero is looked at because a gauge jumped.
     jumped: bool,
+    /// The gauge that is asked about because it stands still, and since when, s.
+    stood_still: Option<(Channel, f64)>,
     /// Since when the force gauge hangs free to be looked at, s.
     look_since_s: f64,
     /// Drift of the displacement zero, while the force zero is still to be looked at, m.
@@ -190,6 +192,7 @@ impl Machine {
             unsure: false,
             lag_s,
             jumped: false,
+            stood_still: None,
             look_since_s: 0.0,
             drift_m: None,
             compares,

@@ -67,6 +67,8 @@ pub(super) struct Doubt {
     pub(super) text: String,
     /// Whether it may go by itself: a gauge that is late catches up.
     pub(super) may_pass: bool,
+    /// A gauge that stands still, and since when, s.
+    pub(super) still: Option<(Channel, f64)>,
 }
 
 impl Machine {
@@ -159,6 +161,7 @@ impl Machine {
                 self.now_s - since_s
             ),
             may_pass: true,
+            still: Some((Channel::Displacement, since_s)),
         })
     }
 
@@ -186,6 +189,7 @@ impl Machine {
                 moved_m * 1e6
             ),
             may_pass: true,
+            still: Some((Channel::Force, since_s)),
         })
     }
 
@@ -205,6 +209,7 @@ impl Machine {
                 taken.displacement_raw.trim(),
             ),
             may_pass: true,
+            still: None,
         })
     }
 
@@ -223,6 +228,7 @@ impl Machine {
                 taken.force_n
             ),
             may_pass: false,
+            still: None,
         })
     }
 
@@ -260,6 +266,7 @@ impl Machine {
                 expected_m * changed_n.signum() * 1e6
             ),
             may_pass: little,
+            still: None,
         })
     }
 
@@ -349,6 +356,7 @@ impl Machine {
                 off_m * 1e6
             ),
             may_pass: false,
+            still: None,
         })
     }
 
@@ -382,6 +390,7 @@ impl Machine {
                 few.step as f64 * digit * factor
             ),
             may_pass: false,
+            still: None,
         })
     }
 }

@@ -360,7 +360,9 @@ fn effect(rehearsed: &mut Rehearsed, truth: &Rehearsed) -> Effect {
                 || (same.displacement_m - reading.displacement_m).abs() > SAME_M
         })
     };
-    let taken = places(&rehearsed.readings);
+    let mut taken = places(&rehearsed.readings);
+    // A flag says that a reading is doubtful.
+    taken.retain(|(_, reading)| !is_flagged(reading));
     let wrong = taken.iter().filter(differs).map(|(place, reading)| {
         let (step, repeat, branch) = (reading.step, reading.repeat, reading.branch);
         let right = same(place).map_or("no such reading".to_owned(), |(_, right)| shown(right));
@@ -380,6 +382,11 @@ fn effect(rehearsed: &mut Rehearsed, truth: &Rehearsed) -> Effect {
     } else {
         Effect::Survived
     }
+}
+
+fn is_flagged(reading: &Reading) -> bool {
+    let text = reading.text.as_ref();
+    text.is_some_and(|text| !text.flag.is_empty())
 }
 
 /// Both values of a reading.
