@@ -96,6 +96,25 @@ fn a_display_that_stood_still_on_the_way_gives_no_reading() {
 }
 
 #[test]
+fn what_was_taken_since_a_display_stood_still_is_flagged() {
+    let mut rig = up_to(1);
+    rig.answers
+        .push(("frozen", Answer::Text("again".to_owned())));
+    rig.bench.hold(Channel::Displacement);
+    for _ in 0..400 {
+        rig.tick();
+    }
+    rig.bench.held_si = [None; 2];
+    rig.run();
+    let state = rig.machine.state();
+    nothing_false(state, "held since the first reading");
+    assert_eq!(
+        state.readings[0].flag(),
+        "the displacement gauge stood still"
+    );
+}
+
+#[test]
 fn a_gauge_that_tares_itself_under_load_leaves_no_false_reading() {
     for channel in Channel::ALL {
         for readings in [1, 2, 3, 5] {
