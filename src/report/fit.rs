@@ -206,6 +206,9 @@ fn agreement_text(outcome: &FitOutcome) -> String {
         return String::new();
     };
     let sigma = match agreement.sigma {
+        SigmaMode::Known if matches!(agreement.basis, WeightBasis::FromResiduals { .. }) => {
+            "scatter from run to run taken from the residuals"
+        }
         SigmaMode::Known => "uncertainties of the stiffnesses taken as known",
         SigmaMode::Estimated => "scatter about the fit taken as the uncertainty of the stiffnesses",
     };
@@ -218,7 +221,7 @@ fn agreement_text(outcome: &FitOutcome) -> String {
         }
         WeightBasis::FromResiduals { run_slope_sd, dof } => {
             format!(
-                "weights from reading noise and a scatter from run to run of {:.2} % that the residuals ask for ({dof:.0} degrees of freedom)",
+                "weights from reading noise and {:.2} % from run to run ({dof:.0} degrees of freedom)",
                 100.0 * run_slope_sd
             )
         }
@@ -238,6 +241,8 @@ fn agreement_text(outcome: &FitOutcome) -> String {
                     format!("p = {p:.2}")
                 }
             ),
+            // Of weights that the residuals gave it is 1 by construction, or less.
+            None if matches!(agreement.basis, WeightBasis::FromResiduals { .. }) => String::new(),
             None => format!(
                 "; scatter about the fit {:.2} % with {} degrees of freedom",
                 100.0 * chi.sqrt(),

@@ -258,3 +258,20 @@ fn progress_is_text_if_asked_for() {
             .contains("refits")
     );
 }
+
+#[test]
+fn cells_of_one_run_are_weighed_by_their_reading_noise() {
+    let desk = desk();
+    desk.run("simulate once --seed 5 --repeats 1").succeeds();
+    let data = desk.data("fit once");
+    assert_eq!(data["weights"]["basis"], "from-residuals");
+    assert!(data["weights"]["run_slope_sd"].as_f64().unwrap() < 0.02);
+    assert!(data["p_value"].is_null());
+    let text = desk.run("fit once").succeeds().stdout;
+    assert!(
+        text.contains(
+            "scatter from run to run taken from the residuals; weights from reading noise"
+        )
+    );
+    assert!(!text.contains("scatter about the fit"), "{text}");
+}
