@@ -161,6 +161,11 @@ impl Hand {
         self.bench.apply(target_n, step, repeat);
     }
 
+    /// Turns the jack a little further.
+    pub(super) fn turn(&self, by_n: f64) {
+        self.bench.turn(by_n);
+    }
+
     /// Takes the load off.
     pub fn release(&self) {
         self.bench.release();

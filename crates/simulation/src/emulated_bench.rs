@@ -194,6 +194,17 @@ impl EmulatedBench {
         inner.go_to(stages, now_s);
     }
 
+    /// Turns the jack a little further, because the display asks for it; the end gives way as under a first load.
+    pub fn turn(&self, by_n: f64) {
+        let mut inner = self.lock();
+        let displacement_m = inner.cell().first_load_m_per_n() * by_n;
+        let by = Stand {
+            force_n: by_n,
+            displacement_m,
+        };
+        inner.motion = inner.motion.turned_by(by, self.clock.now_s());
+    }
+
     /// A hand pushes on the force gauge, and the end of the robot with it, until [`EmulatedBench::let_go`].
     ///
     /// # Arguments

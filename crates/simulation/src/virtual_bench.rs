@@ -260,6 +260,7 @@ impl<'a> VirtualBench<'a> {
                     since_zero_s: session.time_s - zero_at_s,
                     warming_k: temperature_deg_c - session.temperature.at(zero_at_s),
                     position_m: None,
+                    is_unloaded: planned.target_n == 0.0,
                 },
                 repeat: planned.repeat,
                 branch: planned.branch,

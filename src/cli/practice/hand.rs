@@ -6,6 +6,15 @@ use crate::cli::emulated::Hand;
 use crate::session::{Bell, Operator, OperatorEvent, Prompt, Purpose, Task, View};
 use crate::test_point::{Direction, PoseId};
 
+/// Views in a row that show the same force outside the band before it is corrected; they are 50 ms apart at least, however fast the session.
+const LOOKS: u32 = 4;
+
+/// Tolerances within which a force is corrected: further away it is not the jack that is wrong.
+const LITTLE: f64 = 4.0;
+
+/// How often a load is corrected.
+const MOST_CORRECTED: u32 = 3;
+
 /// An operator whose jack, robot and gauges are emulated: whoever looks and answers is behind it, the turning is done here.
 ///
 /// It acts on what is shown, as a person would, and knows nothing else of the session.
@@ -14,6 +23,10 @@ pub struct HelpingHand<'a> {
     operator: &'a mut dyn Operator,
     hand: &'a Hand,
     done: Option<Deed>,
+    /// What the force gauge has shown outside the band, jack at rest, and in how many views in a row.
+    seen: (String, u32),
+    /// How often this load was corrected.
+    corrected: u32,
     phase: &'static str,
 }
 
@@ -41,6 +54,8 @@ impl<'a> HelpingHand<'a> {
             operator,
             hand,
             done: None,
+            seen: <(String, u32)>::default(),
+            corrected: 0,
             phase: "",
         }
     }
@@ -56,8 +71,13 @@ impl<'a> HelpingHand<'a> {
     fn act(&mut self, view: &View) {
         let Some(deed) = deed(view) else { return };
         if self.done.as_ref() == Some(&deed) {
+            if matches!(deed, Deed::Load { .. }) {
+                self.correct(view);
+            }
             return;
         }
+        self.seen = <(String, u32)>::default();
+        self.corrected = 0;
         match &deed {
             Deed::SetUp(pose, direction) => {
                 let moved = self.hand.set_pose(pose);
@@ -81,6 +101,27 @@ impl<'a> HelpingHand<'a> {
             }
         }
         self.done = Some(deed);
+    }
+
+    /// Turns the jack a little where the display stays outside the band: the zero is off by some digits, and the jack stopped near its limit.
+    fn correct(&mut self, view: &View) {
+        let outside = view.band.filter(|band| !band.inside);
+        let shown = view.force.value_si.filter(|_| !view.force.stale);
+        let (Some(band), Some(shown_n), true) = (outside, shown, self.hand.is_at_rest()) else {
+            self.seen = <(String, u32)>::default();
+            return;
+        };
+        if self.seen.0 != view.force.raw {
+            self.seen = (view.force.raw.clone(), 0);
+        }
+        self.seen.1 += 1;
+        let by_n = band.target_n - shown_n;
+        let little = by_n.abs() <= LITTLE * band.tolerance_n;
+        if self.seen.1 >= LOOKS && self.corrected < MOST_CORRECTED && little {
+            self.hand.turn(by_n);
+            self.corrected += 1;
+            self.seen = <(String, u32)>::default();
+        }
     }
 }
 

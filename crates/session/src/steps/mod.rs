@@ -137,6 +137,8 @@ pub struct Machine {
     signs_checked: bool,
     /// Cell of the push by hand and how far the end gave way, m/N.
     pushed: Option<(usize, f64)>,
+    /// How long after it said so each gauge did not stand at its zero yet, the longest of all times, s.
+    zero_takes_s: [f64; 2],
     mounted: Option<usize>,
     /// The step whose reading was taken under the load that is on.
     applied: Option<Applied>,
@@ -173,6 +175,7 @@ impl Machine {
             now_s: state.last_s,
             signs_checked: state.signs.iter().all(Option::is_some),
             pushed: None,
+            zero_takes_s: [0.0; 2],
             plan,
             settings,
             state,

@@ -1,6 +1,7 @@
 //! What speaks against a reading: each gauge is held against the other, and the reading against what the cell has given before.
 
 use crate::event::TakenReading;
+use crate::feed::Feed;
 use stiffbench_gauges::Channel;
 use stiffbench_units_and_text::test_point::Branch;
 
@@ -134,7 +135,29 @@ impl Machine {
                 least
             }
         };
-        Some((since_s, moved.fold(now - at, least), band))
+        let jumped = moved.fold(now - at, least);
+        let crept = self.crept_since(moving, since_s);
+        let most = if crept.abs() > jumped.abs() {
+            crept
+        } else {
+            jumped
+        };
+        Some((since_s, most, band))
+    }
+
+    /// How far a gauge has moved bit by bit since a time, its lag taken off; 0 if half of it came at once: what was moved and put back.
+    fn crept_since(&self, moving: &Feed, since_s: f64) -> f64 {
+        let values = moving.between(since_s + self.settings.lag_s, f64::INFINITY);
+        let values: Vec<f64> = values.map(|(_, value)| value).collect();
+        let steps = values.windows(2).map(|pair| (pair[1] - pair[0]).abs());
+        let largest = steps.fold(0.0, f64::max);
+        let crept = values.last().zip(values.first());
+        let crept = crept.map_or(0.0, |(last, first)| last - first);
+        if 2.0 * largest <= crept.abs() {
+            crept
+        } else {
+            0.0
+        }
     }
 
     fn displacement_stands_still(&self, taken: &TakenReading) -> Option<Doubt> {

@@ -64,7 +64,15 @@ impl Machine {
         };
         let settle = self.plan.procedure.settle;
         let feed = self.feed(channel);
-        let dwelt = self.now_s - since_s >= settle.dwell_s;
+        let waited_s = self.now_s - since_s;
+        let by_gauge = draft.by_gauge;
+        // No sooner than this gauge has once needed.
+        let takes_s = if by_gauge[channel.index()] {
+            self.zero_takes_s[channel.index()]
+        } else {
+            0.0
+        };
+        let dwelt = waited_s >= settle.dwell_s.max(takes_s);
         let from_s = since_s.max(feed.window_from_s(settle.dwell_s, self.now_s));
         let (Some(window), true) = (feed.window(from_s), dwelt && feed.is_good(self.now_s)) else {
             return;
@@ -77,9 +85,7 @@ impl Machine {
             return;
         }
         let digit = feed.last.as_ref().map_or(0.0, |last| last.resolution_si);
-        let by_gauge = draft.by_gauge;
         // A gauge may say yes at once and set its zero a second later.
-        let waited_s = self.now_s - since_s;
         let last = |share: f64| feed.window(self.now_s - share * settle.dwell_s);
         if by_gauge[channel.index()]
             && waited_s < LEVEL_DWELLS * settle.dwell_s
@@ -88,6 +94,11 @@ impl Machine {
                 step.abs() > (later.spread / 2.0).max(2.0 * digit)
             })
         {
+            return;
+        }
+        let at_zero = window.mean.abs() <= (ZERO_DIGITS * digit).max(window.spread / 2.0);
+        if by_gauge[channel.index()] && !at_zero && waited_s < LEVEL_DWELLS * settle.dwell_s {
+            self.zero_takes_s[channel.index()] = takes_s.max(waited_s);
             return;
         }
         let near_zero = window.mean.abs() <= (ZERO_DIGITS * digit).max(limit);

@@ -128,6 +128,11 @@ impl Cell {
         }
     }
 
+    /// Displacement per force of a first load, m/N.
+    pub(super) fn first_load_m_per_n(&self) -> f64 {
+        self.first_load_m_per_n
+    }
+
     /// Where everything stands under a load and, under the same load, at its extra readings: times after the jack has stopped, s, and stands.
     pub(super) fn stages(&self, target_n: f64, step: u32, repeat: u32) -> Vec<(f64, Stand)> {
         let readings = self.planned.iter().zip(&self.stands);
@@ -188,6 +193,7 @@ impl Cell {
                     since_zero_s: time_s - zero_at_s,
                     warming_k: temperature_deg_c - temperature.at(zero_at_s),
                     position_m: None,
+                    is_unloaded: planned.target_n == 0.0,
                 },
                 repeat: planned.repeat,
                 branch: planned.branch,

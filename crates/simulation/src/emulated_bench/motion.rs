@@ -56,6 +56,16 @@ impl Motion {
         }
     }
 
+    /// The way from where everything stands at a session time to the same stands, each further by so much.
+    pub(super) fn turned_by(&self, by: Stand, now_s: f64) -> Self {
+        let further = |stand: &Stand| Stand {
+            force_n: stand.force_n + by.force_n,
+            displacement_m: stand.displacement_m + by.displacement_m,
+        };
+        let stages = self.stages.iter().map(|(at_s, to)| (*at_s, further(to)));
+        Self::new(self.at(now_s), stages.collect(), now_s)
+    }
+
     /// Where everything stands at a session time.
     pub(super) fn at(&self, now_s: f64) -> Stand {
         let Some(&(_, load)) = self.stages.first() else {
