@@ -232,19 +232,19 @@ fn text(report: &DesignReport) -> String {
 }
 
 fn json(report: &DesignReport) -> Value {
-    let suspect = |suspect: &crate::mismatch::Suspect| json!({ "physics": suspect.law.name(), "place": suspect.place.to_json() });
+    let suspect = |suspect: &crate::mismatch::Suspect| json!({ "physics": suspect.law.name, "place": suspect.place.to_json() });
     json!({
         "procedure": report.procedure,
         "readings": report.readings,
         "minutes": report.minutes,
         "laws": report.laws.iter().map(|law| json!({
-            "physics": law.suspect.law.name(),
+            "physics": law.suspect.law.name,
             "place": law.suspect.place.to_json(),
             "size_80": law.size_80,
-            "unit": law.suspect.law.parameters().first().map(|parameter| parameter.unit),
+            "unit": law.suspect.law.parameters.first().map(crate::physics::ParameterSpec::unit),
             "end_effect_80_um": law.end_effect_80_m * 1e6,
             "nearest": law.nearest.iter().map(|near| json!({
-                "physics": near.rival.law.name(),
+                "physics": near.rival.law.name,
                 "place": near.rival.place.to_json(),
                 "cosine": near.cosine,
                 "size_3": near.size_3,

@@ -4,7 +4,7 @@ use std::fs;
 
 use serde_json::json;
 
-use crate::mismatch::{NEED_A_ROBOT, SearchOptions, diagnose, specimen_bench};
+use crate::mismatch::{SearchOptions, diagnose, laws_that_need_a_robot, specimen_bench};
 use crate::physics::Law;
 use crate::report::{SpecimenReport, specimen_json, specimen_text};
 use crate::specimen::{SpecimenOptions, read_specimen};
@@ -33,7 +33,10 @@ pub(super) fn run(
     let table = read_specimen(&name, bytes.as_slice(), options)?;
     let (observations, baseline, scale) = specimen_bench(&table)?;
     let search = SearchOptions {
-        without: without.into_iter().chain(NEED_A_ROBOT).collect(),
+        without: without
+            .into_iter()
+            .chain(laws_that_need_a_robot())
+            .collect(),
         seed: args.seed,
         ..SearchOptions::default()
     };

@@ -108,7 +108,7 @@ pub fn laws(names: &[String]) -> Result<Vec<Law>, Failure> {
 }
 
 fn unknown_law(name: &str) -> Failure {
-    let mut known: Vec<&str> = Law::ALL.into_iter().map(Law::name).collect();
+    let mut known: Vec<&str> = Law::ALL.iter().map(|law| law.name).collect();
     known.dedup();
     let list = known.join(", ");
     MismatchError::UnknownLaw {

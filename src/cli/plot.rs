@@ -161,7 +161,7 @@ fn robot(args: &PlotArgs, warnings: &mut Vec<String>) -> Result<Drawn, Failure> 
     let (robot, factors) = (&chosen.robot, &chosen.factors);
     let physics = &chosen.physics;
     let at_rest = |effect: &&Effect| {
-        let kind = effect.law.place_kind();
+        let kind = effect.law.place_kind;
         !matches!(kind, PlaceKind::Joint | PlaceKind::Element)
     };
     let not_drawn = physics.effects.iter().filter(at_rest);

@@ -28,7 +28,6 @@ use noise::noise_json;
 pub use noise::{EarlierSession, NoiseOrigin};
 pub use page::diagnosis_page;
 use where_json::{carriers_json, location_json, strata_json, where_json};
-pub use words::law_row;
 pub(super) use words::{listed, short_phrase};
 
 /// A diagnosis with everything that is told beside it.
@@ -80,7 +79,7 @@ pub fn diagnosis_json(report: &DiagnosisReport<'_>) -> Value {
         "strata": strata_json(report),
         "carriers": carriers_json(report),
         "impossible": report.impossible().map(|one| json!({
-            "physics": one.law.name(),
+            "physics": one.law.name,
             "place": one.place.to_json(),
             "gain": finite(one.gain),
             "reason": words::impossible(one.law),
@@ -111,7 +110,7 @@ fn um(value_m: f64) -> Value {
 
 /// Names of laws, each once: the two drifts share one.
 fn names(laws: &[Law]) -> Vec<&'static str> {
-    let mut names: Vec<&'static str> = laws.iter().map(|law| law.name()).collect();
+    let mut names: Vec<&'static str> = laws.iter().map(|law| law.name).collect();
     names.dedup();
     names
 }
@@ -142,9 +141,9 @@ const STEPPED: &str =
 /// The 95 % interval of a parameter of a finding; where physics forbids negative values it ends at zero.
 fn parameter_interval(finding: &Finding, place: usize) -> Option<[f64; 2]> {
     let [low, high] = finding.values.get(place)?.interval_95()?;
-    let sign = finding.effect.law.parameters().get(place)?.sign;
+    let sign = finding.effect.law.parameters.get(place)?.sign;
     Some(match sign {
-        Sign::Positive => [low.max(0.0), high.max(0.0)],
+        Sign::Positive | Sign::AboveZero => [low.max(0.0), high.max(0.0)],
         Sign::Either => [low, high],
     })
 }
@@ -152,26 +151,26 @@ fn parameter_interval(finding: &Finding, place: usize) -> Option<[f64; 2]> {
 fn finding_json(finding: &Finding) -> Value {
     let law = finding.effect.law;
     let parameters: Map<String, Value> = law
-        .parameters()
+        .parameters
         .iter()
         .enumerate()
         .zip(&finding.values)
         .map(|((place, spec), value)| {
             let interval = parameter_interval(finding, place);
-            let quantity = quantity_json(value.value, spec.unit, interval, STEPPED);
+            let quantity = quantity_json(value.value, spec.unit(), interval, STEPPED);
             (spec.name.to_owned(), quantity)
         })
         .collect();
     let rivals = finding.rivals.iter().map(|rival| {
         json!({
-            "physics": rival.effect.law.name(),
+            "physics": rival.effect.law.name,
             "place": rival.effect.place.to_json(),
             "log_bayes_factor_to_winner": finite(rival.log_bayes_to_winner),
             "cosine": finite(rival.cosine),
         })
     });
     let mut value = json!({
-        "physics": law.name(),
+        "physics": law.name,
         "place": finding.effect.place.to_json(),
         "parameters": parameters,
         "end_effect_um": um(finding.end_effect_m),

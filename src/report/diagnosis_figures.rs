@@ -153,7 +153,7 @@ fn evidence(answer: &Answer<'_>, impossible: &[&Impossible], limits: &Limits) ->
         // What explains nothing is no rival to be drawn.
         .filter(|rival| rival.log_bayes_factor > 0.5);
     let refused = impossible.iter().map(|one| {
-        let parameter = one.law.parameters().first();
+        let parameter = one.law.parameters.first();
         EvidenceCandidate {
             name: title(one.law, &one.place),
             // What physics excludes has no Bayes factor: the best it could have had.
@@ -214,7 +214,7 @@ fn limits(report: &DiagnosisReport<'_>) -> DetectionLimits {
     DetectionLimits {
         limits: limits
             .map(|limit| DetectionLimit {
-                law: super::diagnosis::law_row(limit.law),
+                law: limit.law.row.to_owned(),
                 place: limit.place.to_string(),
                 end_effect_m: limit.end_effect_m,
             })

@@ -18,7 +18,7 @@ mod text;
 pub use compare::{comparison_json, comparison_text};
 pub use diagnosis::{
     DiagnosisReport, EarlierSession, NoiseOrigin, diagnosis_appendix, diagnosis_json,
-    diagnosis_page, law_row,
+    diagnosis_page,
 };
 pub use diagnosis_figures::diagnosis_figures;
 pub use figures::{

@@ -5,7 +5,7 @@ use std::fmt::Write;
 use serde_json::{Value, json};
 
 use crate::mismatch::{Diagnosis, Finding, Quality, SpecimenScale, Verdict};
-use crate::physics::Law;
+use crate::physics::{Dimension, Law, ParameterSpec};
 use crate::specimen::{Scale, SpecimenTable};
 
 use super::text::TextTable;
@@ -47,29 +47,25 @@ impl SpecimenReport<'_> {
         } else {
             "s"
         };
-        law.parameters()
-            .iter()
-            .enumerate()
-            .map(|(place, parameter)| {
-                let (factor, unit) = match (law, place) {
-                    (Law::JointBacklash | Law::Slip | Law::GaugePeriodic, 0)
-                    | (Law::GaugePeriodic, 1) => (answer, answer_unit.to_owned()),
-                    (Law::JointBacklash | Law::JointFriction, 1) => (load, load_unit.to_owned()),
-                    (Law::JointFriction | Law::JointNonlinearity, 0) => {
-                        (answer / load, format!("{answer_unit}/{load_unit}"))
-                    }
-                    (Law::JointNonlinearity, 1) => (
-                        answer / (load * load),
-                        format!("{answer_unit}/({load_unit})^2"),
-                    ),
-                    (Law::ForceGaugeNonlinearity, 0) => (1.0 / load, format!("1/{load_unit}")),
-                    (Law::DriftPerSecond, 0) => (answer, format!("{answer_unit}/{time}")),
-                    (Law::DriftPerKelvin, 0) => (answer, format!("{answer_unit}/K")),
-                    _ => (1.0, parameter.unit.to_owned()),
-                };
-                (parameter.name, factor, unit)
-            })
-            .collect()
+        let parameter = |parameter: &ParameterSpec| {
+            let Some([of_answer, of_load, of_time]) = parameter.dimension.powers() else {
+                return (parameter.name, 1.0, parameter.unit().to_owned());
+            };
+            let factor = answer.powi(of_answer.into()) * load.powi(of_load.into());
+            let unit = match (of_answer, of_load, of_time) {
+                (1, 0, 0) if parameter.dimension == Dimension::LengthPerTemperature => {
+                    format!("{answer_unit}/K")
+                }
+                (1, 0, 0) => answer_unit.to_owned(),
+                (0, 1, 0) => load_unit.to_owned(),
+                (0, -1, 0) => format!("1/{load_unit}"),
+                (1, -1, 0) => format!("{answer_unit}/{load_unit}"),
+                (1, _, 0) => format!("{answer_unit}/({load_unit})^{}", -of_load),
+                _ => format!("{answer_unit}/{time}"),
+            };
+            (parameter.name, factor, unit)
+        };
+        law.parameters.iter().map(parameter).collect()
     }
 }
 
@@ -122,7 +118,7 @@ fn finding_json(report: &SpecimenReport<'_>, finding: &Finding) -> Value {
         );
     }
     json!({
-        "physics": finding.effect.law.name(),
+        "physics": finding.effect.law.name,
         "place": finding.effect.place.to_json(),
         "parameters": parameters,
         "alternative_group": finding.alternative_group,
@@ -131,7 +127,7 @@ fn finding_json(report: &SpecimenReport<'_>, finding: &Finding) -> Value {
         "log_bayes_factor": finding.log_bayes,
         "p_family": finding.p_family,
         "rivals": finding.rivals.iter().map(|rival| json!({
-            "physics": rival.effect.law.name(),
+            "physics": rival.effect.law.name,
             "place": rival.effect.place.to_json(),
             "log_bayes_factor_to_winner": rival.log_bayes_to_winner,
             "cosine": rival.cosine,

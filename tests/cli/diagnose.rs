@@ -154,7 +154,7 @@ fn nothing_missing_says_what_would_have_been_found() {
             limits
                 .iter()
                 .chain(tested)
-                .any(|one| one["physics"] == law.name()),
+                .any(|one| one["physics"] == law.name),
             "{law}"
         );
     }

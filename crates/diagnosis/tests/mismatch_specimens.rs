@@ -6,9 +6,9 @@ use rand::seq::SliceRandom;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, StandardNormal};
-use stiffbench_beams::physics::Law;
+use stiffbench_beams::physics::laws;
 use stiffbench_diagnosis::mismatch::{
-    Diagnosis, NEED_A_ROBOT, SearchOptions, Verdict, diagnose, specimen_bench,
+    Diagnosis, SearchOptions, Verdict, diagnose, laws_that_need_a_robot, specimen_bench,
 };
 use stiffbench_measurement::specimen::{SpecimenOptions, read_specimen};
 
@@ -45,7 +45,7 @@ fn said(table: &str) -> Diagnosis {
     let table = read_specimen("line.csv", table.as_bytes(), &options).unwrap();
     let (observations, baseline, _) = specimen_bench(&table).unwrap();
     let search = SearchOptions {
-        without: NEED_A_ROBOT.to_vec(),
+        without: laws_that_need_a_robot(),
         ..SearchOptions::default()
     };
     diagnose(&baseline, &observations, &search, None).unwrap().0
@@ -66,7 +66,7 @@ fn a_drift_along_enough_readings_is_named_or_among_what_it_could_be() {
     let right = (0..40)
         .filter(|&seed| {
             let diagnosis = said(&line(18, seed, drift(18, 6.0)));
-            let is_drift = |law| matches!(law, Law::DriftPerSecond | Law::DriftPerKelvin);
+            let is_drift = |law| [laws::DRIFT_PER_SECOND, laws::DRIFT_PER_KELVIN].contains(&law);
             diagnosis.findings.iter().any(|f| is_drift(f.effect.law))
         })
         .count();

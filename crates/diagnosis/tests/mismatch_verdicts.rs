@@ -3,7 +3,7 @@
 //! The sessions are made by the toolkit's own laws on the forces of a plan; that the laws mean what they say is held against OpenSees
 //! elsewhere. Sizes are 12 standard errors, where no true verdict is a matter of luck.
 
-use stiffbench_beams::physics::{ActingPhysics, Effect, Law, Place};
+use stiffbench_beams::physics::{ActingPhysics, Effect, Law, Place, laws};
 use stiffbench_beams::robot::{FittingFactors, Pose, Robot};
 use stiffbench_diagnosis::mismatch::{
     Baseline, Diagnosis, IdealSearch, LAW_LEVEL, Limits, Observations, ReadingNoise, RobotBaseline,
@@ -116,30 +116,30 @@ fn each_law_is_named_with_its_place_when_it_is_there() {
     let arm = Arm::new("load-hold-unload");
     let first = arm.plan.poses[0].clone();
     let all = [
-        effect(Law::JointCompliance, joint("S2"), &[1e-7]),
-        effect(Law::JointBacklash, joint("S2"), &[1e-5, 3.0]),
-        effect(Law::JointFriction, joint("S2"), &[1e-7, 8.0]),
-        effect(Law::JointNonlinearity, joint("S2"), &[1e-7, 2e-9]),
-        effect(Law::BaseCompliance, Place::Axis(Direction::X), &[1e-7]),
+        effect(laws::JOINT_COMPLIANCE, joint("S2"), &[1e-7]),
+        effect(laws::JOINT_BACKLASH, joint("S2"), &[1e-5, 3.0]),
+        effect(laws::JOINT_FRICTION, joint("S2"), &[1e-7, 8.0]),
+        effect(laws::JOINT_NONLINEARITY, joint("S2"), &[1e-7, 2e-9]),
+        effect(laws::BASE_COMPLIANCE, Place::Axis(Direction::X), &[1e-7]),
         effect(
-            Law::GaugeStandCompliance,
+            laws::GAUGE_STAND_COMPLIANCE,
             Place::Direction(Direction::Z),
             &[1e-8],
         ),
         effect(
-            Law::LoadMisalignment,
+            laws::LOAD_MISALIGNMENT,
             Place::Toward {
                 direction: Direction::Y,
                 toward: Direction::Z,
             },
             &[0.01],
         ),
-        effect(Law::ForceGaugeNonlinearity, Place::ForceGauge, &[5e-5]),
-        effect(Law::Creep, Place::Structure, &[1e-3, 1.0]),
-        effect(Law::DriftPerSecond, Place::Clock, &[1e-8]),
-        effect(Law::SettingIn, Place::Structure, &[0.01, 1.2]),
+        effect(laws::FORCE_GAUGE_NONLINEARITY, Place::ForceGauge, &[5e-5]),
+        effect(laws::CREEP, Place::Structure, &[1e-3, 1.0]),
+        effect(laws::DRIFT_PER_SECOND, Place::Clock, &[1e-8]),
+        effect(laws::SETTING_IN, Place::Structure, &[0.01, 1.2]),
         effect(
-            Law::Slip,
+            laws::SLIP,
             Place::Run {
                 pose: first,
                 direction: Direction::Z,
@@ -149,7 +149,7 @@ fn each_law_is_named_with_its_place_when_it_is_there() {
             &[2e-5],
         ),
         effect(
-            Law::GaugePeriodic,
+            laws::GAUGE_PERIODIC,
             Place::DisplacementGauge,
             &[1e-6, 1.5e-4, 0.7],
         ),
@@ -175,7 +175,7 @@ fn each_law_is_named_with_its_place_when_it_is_there() {
         // The size lies within four standard uncertainties of the truth: one in ten thousand would not.
         let size = right.unwrap().values[0];
         let wanted = truth.effects[0].values[0];
-        if let (Some(u), false) = (size.u, matches!(law, Law::Creep | Law::JointFriction)) {
+        if let (Some(u), false) = (size.u, [laws::CREEP, laws::JOINT_FRICTION].contains(&law)) {
             assert!(
                 (size.value - wanted).abs() < 4.5 * u + 0.05 * wanted.abs(),
                 "{law}: {} ± {u}, true {wanted}",
@@ -202,14 +202,14 @@ fn nothing_is_named_where_nothing_is_missing() {
 #[test]
 fn two_effects_are_found_together() {
     let arm = Arm::new("load-hold-unload");
-    let mut both = arm.twelve(effect(Law::JointBacklash, joint("S2"), &[1e-5, 3.0]));
-    let second = arm.twelve(effect(Law::DriftPerSecond, Place::Clock, &[1e-8]));
+    let mut both = arm.twelve(effect(laws::JOINT_BACKLASH, joint("S2"), &[1e-5, 3.0]));
+    let second = arm.twelve(effect(laws::DRIFT_PER_SECOND, Place::Clock, &[1e-8]));
     both.effects.extend(second.effects);
     let diagnosis = arm.diagnose(&both, 5, Vec::new());
     let names: Vec<&str> = diagnosis
         .findings
         .iter()
-        .map(|finding| finding.effect.law.name())
+        .map(|finding| finding.effect.law.name)
         .collect();
     assert!(
         names.contains(&"joint-backlash") && names.contains(&"thermal-drift"),
@@ -221,11 +221,11 @@ fn two_effects_are_found_together() {
 fn an_effect_whose_law_is_taken_out_is_called_unknown() {
     let arm = Arm::new("load-unload");
     let truth = arm.twelve(effect(
-        Law::GaugePeriodic,
+        laws::GAUGE_PERIODIC,
         Place::DisplacementGauge,
         &[1e-6, 1.5e-4, 0.7],
     ));
-    let diagnosis = arm.diagnose(&truth, 3, vec![Law::GaugePeriodic]);
+    let diagnosis = arm.diagnose(&truth, 3, vec![laws::GAUGE_PERIODIC]);
     assert_eq!(
         diagnosis.verdict,
         Verdict::Unknown,
@@ -255,7 +255,7 @@ fn one_repeat_is_too_little() {
 fn the_same_session_gives_the_same_diagnosis() {
     let arm = Arm::new("sweeps");
     let truth = arm.twelve(effect(
-        Law::ForceGaugeNonlinearity,
+        laws::FORCE_GAUGE_NONLINEARITY,
         Place::ForceGauge,
         &[5e-5],
     ));
@@ -279,7 +279,7 @@ fn a_loose_member_is_held_against_an_effect_with_the_size_it_has() {
         let size = length(&own);
         assert!(between(&own, member) < 1e-6 * size.max(1.0));
         let other = arm.twelve(effect(
-            Law::ForceGaugeNonlinearity,
+            laws::FORCE_GAUGE_NONLINEARITY,
             Place::ForceGauge,
             &[1e-10],
         ));
@@ -314,7 +314,7 @@ fn an_observer_who_knows_the_noise_is_alarmed_at_the_level_of_the_laws() {
         step: 7,
     };
     let found = |size: f64| {
-        let sessions = ideal.sessions((Law::Slip, &slip), size, 20_000, 3);
+        let sessions = ideal.sessions((laws::SLIP, &slip), size, 20_000, 3);
         assert_eq!(sessions.len(), 20_000);
         sessions.iter().filter(|session| session.found).count() as f64 / 20_000.0
     };
@@ -323,11 +323,11 @@ fn an_observer_who_knows_the_noise_is_alarmed_at_the_level_of_the_laws() {
     let near = 4.0 * (LAW_LEVEL * (1.0 / 20_000.0 + 1.0 / 10_000.0)).sqrt();
     assert!((alarms - LAW_LEVEL).abs() < near, "{alarms}");
     // The slip itself passes its limit in 80 %; with what noise adds elsewhere and at the steps beside it a little more is found.
-    let limit = arm.limits.of((Law::Slip, false)).sqrt();
+    let limit = arm.limits.of((laws::SLIP, false)).sqrt();
     let seen = found(limit + 0.84);
     assert!((0.79..0.86).contains(&seen), "{seen}");
     // The same seed gives the same sessions, whatever the number of threads.
-    let again = || ideal.sessions((Law::Slip, &slip), 5.0, 100, 9);
+    let again = || ideal.sessions((laws::SLIP, &slip), 5.0, 100, 9);
     let pool = rayon::ThreadPoolBuilder::new()
         .num_threads(1)
         .build()

@@ -8,7 +8,7 @@ use serde_json::{Value as Json, json};
 use stiffbench::mismatch::{
     Diagnosis, Finding, Location, Quality, ReadingNoise, Stratum, Value, Verdict,
 };
-use stiffbench::physics::{Effect, Law, Place};
+use stiffbench::physics::{Effect, Law, Place, laws};
 use stiffbench_validation::prove::{
     Answer, Answers, BlindVerdict, Named, Outcome, Score, Set, Sets, promises, score, unseal,
 };
@@ -22,7 +22,7 @@ fn read(path: &str) -> String {
 }
 
 fn joint(law: Law, name: &str, size: f64) -> Effect {
-    let mut values = vec![0.0; law.parameters().len()];
+    let mut values = vec![0.0; law.parameters.len()];
     values[0] = size;
     Effect::new(law, Place::Joint(name.to_owned()), values).unwrap()
 }
@@ -121,7 +121,7 @@ fn outcome(verdict: Verdict, findings: Vec<Finding>, answer: &Answer) -> Outcome
 #[test]
 fn a_right_name_at_the_right_place_is_right() {
     let answer = answer("named", false, &[compliant(&[])]);
-    let truth = || finding(joint(Law::JointCompliance, "A3", 1.1e-6), None);
+    let truth = || finding(joint(laws::JOINT_COMPLIANCE, "A3", 1.1e-6), None);
     let score = scored(&said(Verdict::Explained, vec![truth()]), &answer);
     assert_eq!(score.outcome, Outcome::Right);
     assert_eq!(score.truths[0].named, Named::Alone);
@@ -129,11 +129,11 @@ fn a_right_name_at_the_right_place_is_right() {
     assert!((score.truths[0].size_ratio.unwrap() - 1.1).abs() < 1e-12);
     assert!((score.held_out_ratio.unwrap() - 1.25).abs() < 1e-12);
     assert!(score.is_concealed());
-    let far = finding(joint(Law::JointCompliance, "A3", 2e-6), None);
+    let far = finding(joint(laws::JOINT_COMPLIANCE, "A3", 2e-6), None);
     let far = scored(&said(Verdict::Explained, vec![far]), &answer);
     assert_eq!(far.truths[0].size_covered, Some(false));
     // Right, but more is said than there is.
-    let other = finding(joint(Law::JointBacklash, "A1", 1e-6), None);
+    let other = finding(joint(laws::JOINT_BACKLASH, "A1", 1e-6), None);
     let extra = outcome(Verdict::Explained, vec![truth(), other], &answer);
     assert_eq!(extra, Outcome::Extra);
     let unknown = outcome(Verdict::Unknown, vec![truth()], &answer);
@@ -144,8 +144,8 @@ fn a_right_name_at_the_right_place_is_right() {
 fn another_place_or_another_law_is_a_wrong_name() {
     let answer = answer("named", false, &[compliant(&[])]);
     for wrong in [
-        joint(Law::JointCompliance, "A2", 1e-6),
-        joint(Law::JointFriction, "A3", 1e-6),
+        joint(laws::JOINT_COMPLIANCE, "A2", 1e-6),
+        joint(laws::JOINT_FRICTION, "A3", 1e-6),
     ] {
         let findings = vec![finding(wrong, None)];
         assert_eq!(
@@ -181,18 +181,21 @@ fn sets_may_hold_what_is_near_and_nothing_else() {
             .map(|(law, name)| finding(joint(*law, name, 1e-6), Some(1)));
         scored(&said(Verdict::Ambiguous, members.collect()), &ambiguous)
     };
-    let truth = (Law::JointCompliance, "A3");
-    let twin = (Law::JointCompliance, "A2");
+    let truth = (laws::JOINT_COMPLIANCE, "A3");
+    let twin = (laws::JOINT_COMPLIANCE, "A2");
     assert_eq!(set(&[truth, twin]).outcome, Outcome::Right);
     // A richer law at the joint of the truth, or of something near, is no padding.
-    let richer = [(Law::JointFriction, "A3"), (Law::JointNonlinearity, "A2")];
+    let richer = [
+        (laws::JOINT_FRICTION, "A3"),
+        (laws::JOINT_NONLINEARITY, "A2"),
+    ];
     let score = set(&[truth, twin, richer[0], richer[1]]);
     assert_eq!(score.outcome, Outcome::Right);
     assert_eq!(score.truths[0].named, Named::InSet(4));
-    let near = (Law::JointBacklash, "A3");
+    let near = (laws::JOINT_BACKLASH, "A3");
     assert_eq!(set(&[truth, twin, near]).outcome, Outcome::Right);
     // Five standard errors of six apart, and not listed at all.
-    for far in [(Law::JointBacklash, "A2"), (Law::JointBacklash, "C1")] {
+    for far in [(laws::JOINT_BACKLASH, "A2"), (laws::JOINT_BACKLASH, "C1")] {
         let score = set(&[truth, twin, far]);
         assert_eq!(score.outcome, Outcome::Padded);
         assert_eq!(score.truths[0].padding.len(), 1);
@@ -219,7 +222,7 @@ fn a_full_list_of_rivals_says_nothing_about_others() {
     let members = names
         .iter()
         .chain(&["A3", "B9"])
-        .map(|name| finding(joint(Law::JointCompliance, name, 1e-6), Some(1)));
+        .map(|name| finding(joint(laws::JOINT_COMPLIANCE, name, 1e-6), Some(1)));
     let found = outcome(Verdict::Ambiguous, members.collect(), &answer);
     assert_eq!(found, Outcome::Right);
 }
@@ -233,14 +236,14 @@ fn of_two_effects_each_needs_its_own_finding() {
         "end_effect_um": 3.0, "absorbed_share": 0.1, "rivals": [],
     });
     let both = answer("named", false, &[compliant(&[]), drift]);
-    let compliance = || finding(joint(Law::JointCompliance, "A3", 1e-6), None);
+    let compliance = || finding(joint(laws::JOINT_COMPLIANCE, "A3", 1e-6), None);
     let drifting = |law| finding(Effect::new(law, Place::Clock, vec![1e-8]).unwrap(), None);
-    let right = vec![compliance(), drifting(Law::DriftPerSecond)];
+    let right = vec![compliance(), drifting(laws::DRIFT_PER_SECOND)];
     let score = scored(&said(Verdict::Explained, right), &both);
     assert_eq!(score.outcome, Outcome::Right);
     assert!(score.truths.iter().all(|t| t.named == Named::Alone));
     // The drift of the other unit is another law.
-    let other = vec![compliance(), drifting(Law::DriftPerKelvin)];
+    let other = vec![compliance(), drifting(laws::DRIFT_PER_KELVIN)];
     assert_eq!(
         outcome(Verdict::Explained, other, &both),
         Outcome::WrongName
@@ -278,7 +281,7 @@ fn nothing_small_and_unknown() {
     let mut outside = answer("unknown", false, &[]);
     for (left, missed) in [(9.0, Outcome::NotFound), (4.5, Outcome::MayBeMissed)] {
         outside.left_by_library = Some(left);
-        let found = finding(joint(Law::JointFriction, "A3", 1e-6), None);
+        let found = finding(joint(laws::JOINT_FRICTION, "A3", 1e-6), None);
         let with = |verdict, findings| outcome(verdict, findings, &outside);
         assert_eq!(with(Verdict::Unknown, vec![found.clone()]), Outcome::Right);
         let named = if left > 6.0 {
@@ -294,7 +297,7 @@ fn nothing_small_and_unknown() {
 #[test]
 fn promises_count_the_sessions_they_are_about() {
     let named = answer("named", false, &[compliant(&[])]);
-    let truth = vec![finding(joint(Law::JointCompliance, "A3", 1e-6), None)];
+    let truth = vec![finding(joint(laws::JOINT_COMPLIANCE, "A3", 1e-6), None)];
     let nothing = answer("nothing-missing", false, &[]);
     let scores = [
         scored(&said(Verdict::Explained, truth), &named),

@@ -4,7 +4,7 @@ use crate::cli::args::ModelArgs;
 use crate::cli::failure::Failure;
 use crate::cli::resolve::{ResolvedModel, resolve};
 use crate::distribution::{MapColumn, variables_beside_the_plane};
-use crate::physics::{ActingPhysics, Effect, EffectError, Law, PlaceKind};
+use crate::physics::{ActingPhysics, Effect, EffectError, PlaceKind};
 use crate::robot::{Mechanism, Robot};
 
 use super::args::StudyArgs;
@@ -27,9 +27,7 @@ pub(super) fn prepare(args: &StudyArgs) -> Result<(MapJob, Vec<String>), Failure
     let robot = &chosen.robot;
     let names = mechanisms(args, robot, &chosen)?;
     let mechanisms = with_effects(robot, &names, &effects, &mut warnings)?;
-    let linear = !effects
-        .iter()
-        .any(|effect| effect.law.is_of_a_joint() && effect.law != Law::JointCompliance);
+    let linear = !effects.iter().any(|effect| effect.law.is_nonlinear_joint());
     let mut held = held_variables(args, robot)?;
     held.sort();
     let Fitted {
@@ -140,7 +138,7 @@ fn with_effects(
         })
         .collect();
     for effect in effects {
-        let kind = effect.law.place_kind();
+        let kind = effect.law.place_kind;
         if !matches!(
             kind,
             PlaceKind::Joint | PlaceKind::Axis | PlaceKind::Element

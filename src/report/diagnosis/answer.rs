@@ -88,10 +88,10 @@ pub(super) fn phrase_of(finding: &Finding) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::physics::{Effect, Law, Place};
+    use crate::physics::{Effect, Law, Place, laws};
 
     fn finding(law: Law, joint: &str) -> Finding {
-        let size = vec![1e-5; law.parameters().len()];
+        let size = vec![1e-5; law.parameters.len()];
         Finding {
             effect: Effect::new(law, Place::Joint(joint.to_owned()), size).unwrap(),
             values: Vec::new(),
@@ -114,7 +114,7 @@ mod tests {
     #[test]
     fn many_places_of_one_law_stand_in_the_headline() {
         let joints = ["A3", "A4", "A5B", "B1", "B2a", "B2b", "B3"];
-        let findings = joints.map(|joint| finding(Law::JointFriction, joint));
+        let findings = joints.map(|joint| finding(laws::JOINT_FRICTION, joint));
         assert_eq!(
             question(&findings),
             "friction in joint A3, joint A4, joint A5B, joint B1, joint B2a, joint B2b or joint B3; these readings do not tell which"
@@ -123,7 +123,11 @@ mod tests {
 
     #[test]
     fn of_many_laws_and_places_the_headline_gives_the_count_and_the_first() {
-        let laws = [Law::JointCompliance, Law::JointFriction, Law::JointBacklash];
+        let laws = [
+            laws::JOINT_COMPLIANCE,
+            laws::JOINT_FRICTION,
+            laws::JOINT_BACKLASH,
+        ];
         let findings: Vec<Finding> = ["B1", "A5F", "B3"]
             .iter()
             .flat_map(|joint| laws.map(|law| finding(law, joint)))

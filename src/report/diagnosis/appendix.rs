@@ -9,7 +9,7 @@ use crate::physics::{Law, Place};
 use crate::report::{TextTable, significant};
 
 use super::noise::noise_text;
-use super::words::{law_row, listed, paragraph, printed_unit, um};
+use super::words::{listed, paragraph, um};
 use super::{DiagnosisReport, parameter_interval};
 
 /// The technical appendix of the verdict page: all tables.
@@ -45,11 +45,15 @@ pub fn diagnosis_appendix(report: &DiagnosisReport<'_>) -> String {
 
 /// A law and its place in one cell of a table.
 fn named(law: Law, place: &Place) -> String {
-    format!("{} at {place}", law_row(law))
+    format!("{} at {place}", law.row)
 }
 
 fn provenance(report: &DiagnosisReport<'_>) -> String {
-    let without: Vec<String> = report.without.iter().copied().map(law_row).collect();
+    let without: Vec<String> = report
+        .without
+        .iter()
+        .map(|law| law.row.to_owned())
+        .collect();
     let without = if without.is_empty() {
         "no law left out".to_owned()
     } else {
@@ -99,12 +103,12 @@ fn findings(findings: &[Finding]) -> String {
         ];
         let mut parameters: Vec<[String; 4]> = effect
             .law
-            .parameters()
+            .parameters
             .iter()
             .enumerate()
             .zip(&finding.values)
             .map(|((place, spec), value)| {
-                let (factor, unit) = printed_unit(spec.name, spec.unit, value.value);
+                let (factor, unit) = spec.dimension.printed(value.value);
                 let interval = parameter_interval(finding, place).map(|e| e.map(|x| factor * x));
                 [
                     spec.name.to_owned(),
@@ -310,9 +314,9 @@ fn limits(report: &DiagnosisReport<'_>) -> String {
     for (family, limit) in &limits.laws {
         let (law, wide) = *family;
         let name = if wide {
-            format!("{} (any period)", law_row(law))
+            format!("{} (any period)", law.row)
         } else {
-            law_row(law)
+            law.row.to_owned()
         };
         let level = limits.levels.get(family);
         rows.row([
@@ -338,9 +342,9 @@ fn detection_limits(limits: &[DetectionLimit]) -> String {
     // The sort is stable: places of a law stay in the order of the robot.
     limits.sort_by_key(|limit| limit.law);
     for limit in limits {
-        let spec = limit.law.parameters().first();
+        let spec = limit.law.parameters.first();
         let size = limit.size_80.or(limit.upper_95).unwrap_or(0.0);
-        let (factor, unit) = spec.map_or((1.0, "-"), |s| printed_unit(s.name, s.unit, size));
+        let (factor, unit) = spec.map_or((1.0, "-"), |spec| spec.dimension.printed(size));
         let shown = |value: Option<f64>, none: &str| {
             value.map_or_else(|| none.to_owned(), |value| significant(factor * value, 3))
         };

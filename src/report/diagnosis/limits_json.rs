@@ -3,7 +3,7 @@
 use serde_json::{Value, json};
 
 use crate::mismatch::{DRAWS, DetectionLimit, LAW_LEVEL, LEFT_OVER_LEVEL, Limits, level_share};
-use crate::physics::{Law, Place};
+use crate::physics::{Law, ParameterSpec, Place};
 
 use super::testable::untestable;
 use super::{DiagnosisReport, finite, um};
@@ -12,10 +12,10 @@ use super::{DiagnosisReport, finite, um};
 pub(super) fn detection_limits_json(report: &DiagnosisReport<'_>) -> Vec<Value> {
     let entry = |law: Law, place: Option<&Place>| {
         json!({
-            "physics": law.name(),
+            "physics": law.name,
             "place": place.map(Place::to_json),
             "size_80": null,
-            "unit": law.parameters().first().map(|parameter| parameter.unit),
+            "unit": law.parameters.first().map(ParameterSpec::unit),
         })
     };
     let add = |value: &mut Value, limit: &DetectionLimit| {
@@ -46,8 +46,8 @@ pub(super) fn levels_json(limits: &Limits) -> Value {
     let laws = limits.laws.iter().map(|(family, limit)| {
         let (law, wide) = *family;
         json!({
-            "physics": law.name(),
-            "unit": law.parameters().first().map(|parameter| parameter.unit),
+            "physics": law.name,
+            "unit": law.parameters.first().map(ParameterSpec::unit),
             "wide_search": wide,
             "share": level_share(*family),
             "level": limits.levels.get(family).copied().map_or(Value::Null, finite),

@@ -9,7 +9,7 @@ use crate::test_point::Branch;
 use super::DiagnosisReport;
 use super::page::{capital, head};
 use super::testable::{Untestable, untestable};
-use super::words::{impossible, law_row, listed, paragraph};
+use super::words::{impossible, listed, paragraph};
 
 /// Places that one sentence names; the appendix has all.
 const PLACES: usize = 8;
@@ -32,7 +32,7 @@ pub(super) fn not_tested(report: &DiagnosisReport<'_>) -> String {
         ));
     }
     let mut by_law: Vec<(Vec<Law>, Vec<String>, &Untestable<'_>)> = Vec::new();
-    for law in Law::ALL {
+    for &law in Law::ALL {
         let own: Vec<&Untestable<'_>> = all.iter().filter(|one| one.law == law).collect();
         let Some(first) = own.first() else { continue };
         let places: Vec<String> = own
@@ -48,7 +48,7 @@ pub(super) fn not_tested(report: &DiagnosisReport<'_>) -> String {
         }
     }
     for (laws, places, one) in by_law {
-        let laws: Vec<String> = laws.into_iter().map(law_row).collect();
+        let laws: Vec<String> = laws.into_iter().map(|law| law.row.to_owned()).collect();
         let at = match places.len() {
             0 => String::new(),
             n if n > PLACES => format!(

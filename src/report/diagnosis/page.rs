@@ -3,16 +3,13 @@
 use std::fmt::Write;
 
 use crate::mismatch::{Carrying, Finding, Location, Verdict};
-use crate::physics::Law;
+use crate::physics::{Law, ParameterSpec};
 use crate::report::significant;
 
 use super::answer::{Answer, phrase_of};
 use super::open_questions::{next, not_tested, rejected};
 use super::tables::{errors, factors, upper_limits};
-use super::words::{
-    explanation, likelier, listed, location, one_in, paragraph, parameter_word, phrase, printed,
-    printed_unit, strength, um,
-};
+use super::words::{likelier, listed, location, one_in, paragraph, phrase, printed, strength, um};
 use super::{DiagnosisReport, least_law_p, parameter_interval};
 
 /// Parts of the structure that look alike and are named beside the first.
@@ -87,12 +84,12 @@ pub fn diagnosis_page(report: &DiagnosisReport<'_>) -> String {
 fn size(finding: &Finding) -> String {
     let law = finding.effect.law;
     let at_place = law
-        .parameters()
+        .parameters
         .first()
         .zip(finding.values.first())
-        // Of a nonlinear joint the linear part alone is no size.
-        .filter(|_| law != Law::JointNonlinearity)
-        .map(|(spec, value)| format!("{}, ", printed(spec.name, spec.unit, value.value)));
+        // Where another term grows with it the first alone is no size.
+        .filter(|_| !law.parameters.iter().any(ParameterSpec::is_ratio))
+        .map(|(spec, value)| format!("{}, ", printed(spec.dimension, value.value)));
     format!(
         "{}up to {} at the end",
         at_place.unwrap_or_default(),
@@ -205,11 +202,11 @@ fn described(finding: &Finding, with_law: bool) -> String {
     let law = finding.effect.law;
     let mut text = capital(&format!("{} ({law}).", phrase_of(finding)));
     if with_law {
-        let _ = write!(text, " {}", explanation(law));
+        let _ = write!(text, " {}", law.words.explanation);
     }
-    let sizes = law.parameters().iter().enumerate().zip(&finding.values);
+    let sizes = law.parameters.iter().enumerate().zip(&finding.values);
     for ((place, spec), value) in sizes {
-        let (factor, unit) = printed_unit(spec.name, spec.unit, value.value);
+        let (factor, unit) = spec.dimension.printed(value.value);
         let interval = parameter_interval(finding, place).map_or_else(
             || "no interval can be given".to_owned(),
             |[low, high]| {
@@ -223,7 +220,7 @@ fn described(finding: &Finding, with_law: bool) -> String {
         let _ = write!(
             text,
             " {}: {} {unit} ({interval}).",
-            capital(parameter_word(law, spec.name)),
+            capital(spec.word),
             significant(factor * value.value, 3)
         );
     }

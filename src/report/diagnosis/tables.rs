@@ -5,7 +5,7 @@ use crate::physics::Law;
 use crate::report::{TextTable, significant};
 
 use super::page::head;
-use super::words::{law_row, paragraph, um};
+use super::words::{paragraph, um};
 use super::{DiagnosisReport, FactorStatus, factor_value};
 
 /// The factors, and how they move back once what was missing is there.
@@ -131,7 +131,7 @@ pub(super) fn upper_limits(limits: &[DetectionLimit]) -> String {
         "",
     ));
     let mut rows = TextTable::new(&["law", "seen best", "at", "seen worst", "at"]);
-    for law in Law::ALL {
+    for &law in Law::ALL {
         let mut known: Vec<(f64, &DetectionLimit)> = limits
             .iter()
             .filter(|limit| limit.law == law)
@@ -141,7 +141,7 @@ pub(super) fn upper_limits(limits: &[DetectionLimit]) -> String {
         let (Some(best), Some(worst)) = (known.first(), known.last()) else {
             continue;
         };
-        let mut cells = vec![law_row(law), um(best.0), best.1.place.to_string()];
+        let mut cells = vec![law.row.to_owned(), um(best.0), best.1.place.to_string()];
         if known.len() > 1 {
             cells.extend([um(worst.0), worst.1.place.to_string()]);
         } else {

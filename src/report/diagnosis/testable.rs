@@ -1,7 +1,7 @@
 //! What these readings could not have shown, why, and what would make it visible.
 
 use crate::mismatch::DetectionLimit;
-use crate::physics::{Law, Place};
+use crate::physics::{Law, Needs, Place};
 
 use super::DiagnosisReport;
 
@@ -27,7 +27,7 @@ pub(super) fn untestable<'a>(report: &DiagnosisReport<'a>) -> Vec<Untestable<'a>
         .iter()
         .filter(|limit| limit.size_80.is_none())
         .map(|limit| {
-            let (reason, remedy) = at_a_place(limit.law);
+            let (reason, remedy) = limit.law.search.unseen_at_place;
             Untestable {
                 law: limit.law,
                 place: Some(limit.place.clone()),
@@ -37,7 +37,8 @@ pub(super) fn untestable<'a>(report: &DiagnosisReport<'a>) -> Vec<Untestable<'a>
             }
         });
     let whole = Law::ALL
-        .into_iter()
+        .iter()
+        .copied()
         .filter(|law| {
             limits.iter().all(|limit| limit.law != *law)
                 && report.limits.laws.keys().all(|(tested, _)| tested != law)
@@ -53,7 +54,7 @@ pub(super) fn untestable<'a>(report: &DiagnosisReport<'a>) -> Vec<Untestable<'a>
             };
             Untestable {
                 law,
-                place: only_place(law),
+                place: law.place_kind.only(),
                 limit: None,
                 reason,
                 remedy,
@@ -62,78 +63,22 @@ pub(super) fn untestable<'a>(report: &DiagnosisReport<'a>) -> Vec<Untestable<'a>
     places.chain(whole).collect()
 }
 
-/// The place of a law that has only one.
-fn only_place(law: Law) -> Option<Place> {
-    match law {
-        Law::ForceGaugeNonlinearity => Some(Place::ForceGauge),
-        Law::Creep | Law::SettingIn => Some(Place::Structure),
-        Law::DriftPerSecond | Law::DriftPerKelvin => Some(Place::Clock),
-        Law::GaugePeriodic => Some(Place::DisplacementGauge),
-        _ => None,
-    }
-}
-
-/// Why a law cannot be seen at one of its places.
-fn at_a_place(law: Law) -> (&'static str, &'static str) {
-    match law {
-        Law::LoadMisalignment => (
-            "a force turned that way moves this robot along the direction of reading only to second order",
-            "read the displacement along all three axes at each load",
-        ),
-        Law::LooseMember => (
-            "without it the readings would hardly change, or the factors take what changes",
-            "measure further poses, or look at both of its ends",
-        ),
-        law if law.is_of_a_joint() => (
-            "even if the joint turned freely the readings would hardly change, or the factors take what changes",
-            "measure poses in which the load turns the joint more, or load and read the linkage next to it",
-        ),
-        _ => (
-            "no possible size of it would have stood out from the noise and from what the factors take",
-            "measure further poses, larger loads or more repeats",
-        ),
-    }
-}
-
 /// Why a law cannot be seen at all in these readings.
 fn altogether(report: &DiagnosisReport<'_>, law: Law) -> (&'static str, Option<&'static str>) {
     let recorded = report.observations.recorded;
-    match law {
-        Law::Creep if !recorded.hold => (
+    match law.search.needs {
+        Needs::Hold if !recorded.hold => (
             "the readings do not say how long each load had been on (column hold_s)",
             Some("record hold_s and hold the largest load for a minute or two"),
         ),
-        Law::DriftPerSecond if !recorded.time => (
+        Needs::Clock if !recorded.time => (
             "the readings carry no clock (column t_s)",
             Some("record the time of each reading"),
         ),
-        Law::DriftPerKelvin if !recorded.temperature => (
+        Needs::Temperature if !recorded.temperature => (
             "the readings carry no temperature (column temp_degC)",
             Some("record the temperature beside the gauge"),
         ),
-        Law::SettingIn => (
-            "there is only one repeat",
-            Some("repeat each load sequence three to five times"),
-        ),
-        Law::GaugePeriodic => (
-            "the displacements do not span a period of any gauge",
-            Some("shift the zero of the gauge by a few tenths of a millimetre between repeats"),
-        ),
-        Law::Slip => (
-            "no run has enough load steps to tell a slip from an outlier",
-            Some("take at least four load steps a run"),
-        ),
-        Law::LooseMember => (
-            "no element can be missing without the mechanism falling apart",
-            None,
-        ),
-        law if law.is_of_a_joint() => (
-            "the mechanism has no joint that these loads act on",
-            Some("choose the mechanism that the robot really has"),
-        ),
-        _ => (
-            "no possible size of it would have shown in these readings",
-            Some("measure further poses, larger loads or more repeats"),
-        ),
+        Needs::Nothing | Needs::Hold | Needs::Clock | Needs::Temperature => law.search.unseen,
     }
 }

@@ -1,7 +1,7 @@
 //! Laws, places, sizes and odds in words for a reader who knows no statistics.
 
 use crate::mismatch::{Location, Stratum};
-use crate::physics::{Effect, Law, Place};
+use crate::physics::{Dimension, Effect, Law, Place};
 use crate::report::significant;
 
 /// Width of the verdict page.
@@ -9,59 +9,12 @@ const WIDTH: usize = 100;
 
 /// What is missing, as the object of "the model leaves out …".
 pub(in crate::report) fn phrase(law: Law, place: &Place, values: &[f64]) -> String {
-    let at = place_words(place);
-    match law {
-        Law::JointCompliance => format!("a springy {at}"),
-        Law::JointBacklash => format!("play in {at}"),
-        Law::JointFriction => format!("friction in {at}"),
-        Law::JointNonlinearity => match values.get(1) {
-            Some(q) if *q < 0.0 => format!("a {at} that grows stiffer under load"),
-            Some(q) if *q > 0.0 => format!("a {at} that grows softer under load"),
-            _ => format!("a {at} whose stiffness changes with the load"),
-        },
-        Law::BaseCompliance => format!("a base that rocks about {at}"),
-        Law::GaugeStandCompliance => {
-            format!("a stand of the displacement gauge that gives way in {at}")
-        }
-        Law::LoadMisalignment => format!("a force {at}"),
-        Law::LooseMember => format!("a loose {at}"),
-        Law::ForceGaugeNonlinearity => "a force gauge that does not read evenly".to_owned(),
-        Law::Creep => "creep under a constant load".to_owned(),
-        Law::DriftPerSecond => "a drift of the displacement gauge with time".to_owned(),
-        Law::DriftPerKelvin => "a drift of the displacement gauge with temperature".to_owned(),
-        Law::SettingIn => match values.first() {
-            Some(k) if *k < 0.0 => "setting in (the first repeats give way less)".to_owned(),
-            _ => "setting in (the first repeats give way more)".to_owned(),
-        },
-        Law::Slip => format!("a slip {at}"),
-        Law::GaugePeriodic => "a periodic error of the displacement gauge".to_owned(),
-    }
+    (law.words.phrase)(&place_words(place), values)
 }
 
 /// The same, short enough for the heading of a figure.
 pub(in crate::report) fn short_phrase(effect: &Effect) -> String {
-    match (effect.law, &effect.place) {
-        (Law::JointNonlinearity, place) => format!("nonlinearity of {place}"),
-        (Law::GaugeStandCompliance, place) => format!("a yielding gauge stand, {place}"),
-        (Law::LoadMisalignment, place) => format!("a turned force, {place}"),
-        (Law::LooseMember, place) => format!("{place} loose"),
-        (Law::ForceGaugeNonlinearity, _) => "the error of the force gauge".to_owned(),
-        (Law::Creep, _) => "creep".to_owned(),
-        (Law::DriftPerSecond, _) => "drift with time".to_owned(),
-        (Law::DriftPerKelvin, _) => "drift with temperature".to_owned(),
-        (Law::SettingIn, _) => "setting in".to_owned(),
-        (Law::GaugePeriodic, _) => "the period of the gauge".to_owned(),
-        (
-            Law::Slip,
-            Place::Run {
-                pose,
-                direction,
-                repeat,
-                ..
-            },
-        ) => format!("a slip in {pose} {direction}, repeat {repeat}"),
-        (law, place) => phrase(law, place, &effect.values),
-    }
+    (effect.law.words.heading)(&effect.place)
 }
 
 /// Where, in words that go on a phrase.
@@ -83,94 +36,15 @@ fn place_words(place: &Place) -> String {
     }
 }
 
-/// What a law does, in one sentence.
-pub(super) fn explanation(law: Law) -> &'static str {
-    match law {
-        Law::JointCompliance => {
-            "The joint turns in proportion to the moment on it, like a spring, where the model holds it rigid."
-        }
-        Law::JointBacklash => {
-            "Once the moment on the joint overcomes its seat, the joint turns freely through its play; from then on it carries."
-        }
-        Law::JointFriction => {
-            "The joint sticks until the moment on it exceeds the friction moment, then turns like a spring; when the load is taken off \
-             it sticks again, so that loading and unloading differ."
-        }
-        Law::JointNonlinearity => {
-            "The joint turns with the moment on it, but not in proportion: it has a linear and a quadratic part."
-        }
-        Law::BaseCompliance => {
-            "All supports of the robot rock together, like a plate on a soft floor."
-        }
-        Law::GaugeStandCompliance => {
-            "The gauge reads more than the robot moves, in proportion to the force, in every pose alike."
-        }
-        Law::LoadMisalignment => {
-            "A part of the force acts across the direction in which it is meant to act."
-        }
-        Law::LooseMember => "The robot behaves as if this member were not there.",
-        Law::ForceGaugeNonlinearity => {
-            "The true force departs from the reading of the force gauge by an amount that grows with the square of the force."
-        }
-        Law::Creep => "The displacement grows with the logarithm of the time under load.",
-        Law::DriftPerSecond => "The displacement reading moves with the clock, loaded or not.",
-        Law::DriftPerKelvin => {
-            "The displacement reading moves with the temperature, loaded or not."
-        }
-        Law::SettingIn => {
-            "The first load sequences differ from the later ones by a share that dies away."
-        }
-        Law::Slip => "From that reading on, all readings of that one run are shifted.",
-        Law::GaugePeriodic => "The gauge's error repeats itself over its travel.",
-    }
-}
-
 /// Why a law was refused that needs an impossible value.
 pub(super) fn impossible(law: Law) -> String {
-    let parameter = law.parameters().first();
-    let name = parameter.map_or("size", |parameter| parameter_word(law, parameter.name));
+    let name = law.parameters.first().map_or("size", |size| size.word);
     format!("it would improve the fit only with a {name} below zero")
 }
 
-/// What a parameter is called in sentences.
-pub(super) fn parameter_word(law: Law, name: &'static str) -> &'static str {
-    match (law, name) {
-        (Law::JointNonlinearity, "c") => "linear part",
-        (_, "c") => "compliance",
-        (Law::ForceGaugeNonlinearity, "q") => "error",
-        (_, "q") => "quadratic part",
-        (Law::Creep, "k") => "growth",
-        (Law::SettingIn, "k") => "share",
-        (_, "seat_moment") => "seat moment",
-        (_, "friction_moment") => "friction moment",
-        (_, other) => other,
-    }
-}
-
-/// Factor and unit by which a quantity in a file's unit is printed.
-pub(super) fn printed_unit(name: &str, unit: &'static str, size: f64) -> (f64, &'static str) {
-    match unit {
-        "rad" if name == "angle" || name == "phase" => (1f64.to_degrees(), "degrees"),
-        "rad" if size.abs() < 1e-3 => (1e6, "urad"),
-        "rad" => (1e3, "mrad"),
-        "rad/(N*m)" if size.abs() < 1e-3 => (1e6, "urad per N m"),
-        "rad/(N*m)" => (1e3, "mrad per N m"),
-        "rad/(N*m)^2" => (1e6, "urad per (N m)^2"),
-        "m/N" => (1e6, "um/N"),
-        "m" => (1e6, "um"),
-        "m/s" => (6e7, "um/min"),
-        "m/K" => (1e6, "um/K"),
-        "1/N" => (1e4, "% per 100 N"),
-        "1/decade" => (100.0, "% per tenfold time"),
-        "1" => (100.0, "%"),
-        "N*m" => (1.0, "N m"),
-        other => (1.0, other),
-    }
-}
-
 /// A size with its unit, for people.
-pub(super) fn printed(name: &str, unit: &'static str, value: f64) -> String {
-    let (factor, word) = printed_unit(name, unit, value);
+pub(super) fn printed(dimension: Dimension, value: f64) -> String {
+    let (factor, word) = dimension.printed(value);
     format!("{} {word}", significant(factor * value, 3))
 }
 
@@ -255,16 +129,6 @@ pub(super) fn location(location: &Location) -> String {
     format!("{what} ({place}, up to {})", um(location.size_m))
 }
 
-/// Name of a law in a row; the two drifts share one.
-#[must_use]
-pub fn law_row(law: Law) -> String {
-    match law {
-        Law::DriftPerSecond => format!("{law} (time)"),
-        Law::DriftPerKelvin => format!("{law} (temperature)"),
-        _ => law.to_string(),
-    }
-}
-
 /// Several things in one sentence.
 pub(in crate::report) fn listed(things: &[String], last: &str) -> String {
     match things {
@@ -300,6 +164,7 @@ pub(super) fn paragraph(text: &str, first: &str, indent: &str) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::physics::laws;
 
     #[test]
     fn odds_are_told_without_exponents() {
@@ -316,11 +181,14 @@ mod tests {
 
     #[test]
     fn sizes_are_printed_in_units_of_the_workshop() {
-        assert_eq!(printed("play", "rad", 1.2e-4), "120 urad");
-        assert_eq!(printed("angle", "rad", 0.02), "1.15 degrees");
-        assert_eq!(printed("rate", "m/s", 5e-9), "0.300 um/min");
-        assert_eq!(printed("k", "1/decade", 0.004), "0.400 % per tenfold time");
-        assert_eq!(printed("q", "1/N", -2e-5), "-0.200 % per 100 N");
+        assert_eq!(printed(Dimension::JointRotation, 1.2e-4), "120 urad");
+        assert_eq!(printed(Dimension::Angle, 0.02), "1.15 degrees");
+        assert_eq!(printed(Dimension::LengthPerTime, 5e-9), "0.300 um/min");
+        assert_eq!(
+            printed(Dimension::PerDecade, 0.004),
+            "0.400 % per tenfold time"
+        );
+        assert_eq!(printed(Dimension::PerForce, -2e-5), "-0.200 % per 100 N");
     }
 
     #[test]
@@ -334,16 +202,15 @@ mod tests {
     }
 
     #[test]
-    fn every_law_has_its_phrase() {
+    fn a_law_is_named_with_its_place() {
         let place = Place::Joint("A3".to_owned());
-        assert_eq!(phrase(Law::JointBacklash, &place, &[]), "play in joint A3");
         assert_eq!(
-            phrase(Law::JointNonlinearity, &place, &[1e-5, -1e-7]),
+            phrase(laws::JOINT_BACKLASH, &place, &[]),
+            "play in joint A3"
+        );
+        assert_eq!(
+            phrase(laws::JOINT_NONLINEARITY, &place, &[1e-5, -1e-7]),
             "a joint A3 that grows stiffer under load"
         );
-        for law in Law::ALL {
-            assert!(!phrase(law, &Place::Structure, &[]).is_empty());
-            assert!(explanation(law).ends_with('.'));
-        }
     }
 }

@@ -1,7 +1,7 @@
 //! What the readings show of a found law, and its curve, over what drives it.
 
 use crate::mismatch::{EffectTrace, ReadingTrace};
-use crate::physics::{Law, Place};
+use crate::physics::{Curve, Driving, Law, Place};
 use crate::plot::{Bar, CurveShape, DrivingQuantity, FoundLaw, LawCurve, LawPanel, LawPoint};
 use crate::report::DiagnosisReport;
 use crate::report::diagnosis::short_phrase;
@@ -29,9 +29,9 @@ struct Seen<'a> {
 pub(super) fn law(report: &DiagnosisReport<'_>, effect: &EffectTrace) -> FoundLaw {
     let driving = driving(report, effect.effect.law);
     let seen = seen(report, effect, driving);
-    let panels = if is_pooled(effect.effect.law) {
+    let panels = if let Some(heading) = effect.effect.law.figure.pooled {
         vec![LawPanel {
-            heading: pooled_heading(effect.effect.law).to_owned(),
+            heading: heading.to_owned(),
             ..gathered(effect, seen)
         }]
     } else {
@@ -58,25 +58,12 @@ pub(super) fn law(report: &DiagnosisReport<'_>, effect: &EffectTrace) -> FoundLa
 /// What drives a law, as far as it was recorded.
 fn driving(report: &DiagnosisReport<'_>, law: Law) -> DrivingQuantity {
     let recorded = report.observations.recorded;
-    match law {
-        Law::GaugePeriodic => DrivingQuantity::Displacement,
-        Law::DriftPerSecond | Law::DriftPerKelvin if recorded.time => DrivingQuantity::Clock,
-        Law::Slip if recorded.time => DrivingQuantity::Clock,
-        Law::Creep if recorded.hold => DrivingQuantity::Hold,
-        Law::SettingIn => DrivingQuantity::Repeat,
-        _ => DrivingQuantity::Force,
-    }
-}
-
-/// Laws that act alike in all cells.
-fn is_pooled(law: Law) -> bool {
-    matches!(law, Law::GaugePeriodic | Law::DriftPerSecond)
-}
-
-fn pooled_heading(law: Law) -> &'static str {
-    match law {
-        Law::GaugePeriodic => "all cells, folded to one period",
-        _ => "all cells",
+    match law.figure.driving {
+        Driving::Displacement => DrivingQuantity::Displacement,
+        Driving::Clock if recorded.time => DrivingQuantity::Clock,
+        Driving::Hold if recorded.hold => DrivingQuantity::Hold,
+        Driving::Repeat => DrivingQuantity::Repeat,
+        Driving::Force | Driving::Clock | Driving::Hold => DrivingQuantity::Force,
     }
 }
 
@@ -88,14 +75,23 @@ fn seen<'a>(
 ) -> Vec<Seen<'a>> {
     let readings = &report.trace.readings;
     let largest_n = readings.iter().map(|r| r.force_n.abs()).fold(0.0, f64::max);
-    let shows = |reading: &ReadingTrace| match effect.effect.law {
-        Law::Creep | Law::SettingIn => reading.force_n.abs() >= LARGE_LOAD * largest_n,
-        Law::Slip => matches!(&effect.effect.place,
-            Place::Run { pose, direction, repeat, .. }
-                if reading.cell.pose == *pose && reading.cell.direction == *direction && reading.repeat == *repeat),
-        _ => true,
+    let large_only = effect.effect.law.figure.large_loads_only;
+    let shows = |reading: &ReadingTrace| match &effect.effect.place {
+        Place::Run {
+            pose,
+            direction,
+            repeat,
+            ..
+        } => {
+            let here = (&reading.cell.pose, reading.cell.direction, reading.repeat);
+            here == (pose, *direction, *repeat)
+        }
+        _ => !large_only || reading.force_n.abs() >= LARGE_LOAD * largest_n,
     };
-    let period_m = effect.effect.values.get(1).copied();
+    let period_m = match effect.effect.law.figure.curve {
+        Curve::Period { parameter, .. } => effect.effect.values.get(parameter).copied(),
+        Curve::Lines | Curve::Steps | Curve::Shape(_) => None,
+    };
     readings
         .iter()
         .zip(&effect.change_m)
@@ -134,10 +130,12 @@ fn gathered(effect: &EffectTrace, mut seen: Vec<Seen<'_>>) -> LawPanel {
         // Cells of different zeros and branches come together here: no branch is told.
         point(&all, Branch::Loading)
     });
-    let curve = if effect.effect.law == Law::GaugePeriodic {
-        wave(&effect.effect.values)
-    } else {
-        groups.iter().map(|group| mean_of(group)).collect()
+    let values = &effect.effect.values;
+    let curve = match effect.effect.law.figure.curve {
+        Curve::Period { parameter, value_m } => one_period(values, parameter, value_m),
+        Curve::Lines | Curve::Steps | Curve::Shape(_) => {
+            groups.iter().map(|group| mean_of(group)).collect()
+        }
     };
     LawPanel {
         heading: String::new(),
@@ -150,16 +148,15 @@ fn gathered(effect: &EffectTrace, mut seen: Vec<Seen<'_>>) -> LawPanel {
     }
 }
 
-/// A sine over one period; nothing if the effect is none.
-fn wave(values: &[f64]) -> Vec<[f64; 2]> {
-    let &[amplitude_m, period_m, phase] = values else {
+/// A law over one period; nothing if the effect has none.
+fn one_period(values: &[f64], period: usize, value_m: fn(&[f64], f64) -> f64) -> Vec<[f64; 2]> {
+    let Some(period_m) = values.get(period) else {
         return Vec::new();
     };
     (0..=60)
         .map(|place| {
             let turn = f64::from(place) / 60.0;
-            let angle = std::f64::consts::TAU * turn + phase;
-            [turn * period_m, amplitude_m * angle.sin()]
+            [turn * period_m, value_m(values, turn)]
         })
         .collect()
 }
@@ -209,17 +206,21 @@ fn by_step(
         [mean_at(group), change_m]
     });
     let means: Vec<[f64; 2]> = means.collect();
-    let shape = match effect.effect.law {
-        Law::Slip => CurveShape::Steps,
-        _ => CurveShape::Line,
+    let curve = effect.effect.law.figure.curve;
+    let shape = match curve {
+        Curve::Steps => CurveShape::Steps,
+        Curve::Lines | Curve::Period { .. } | Curve::Shape(_) => CurveShape::Line,
     };
     LawPanel {
         heading: cell.to_string(),
         curves: vec![LawCurve {
             name: "law as fitted".to_owned(),
             shape,
-            points: match (driving, &effect.effect.values[..]) {
-                (DrivingQuantity::Hold, &[_, t0_s]) => growth(&means, t0_s),
+            points: match curve {
+                // Where what drives the law was not recorded the curve is drawn over the force.
+                Curve::Shape(shape) if driving != DrivingQuantity::Force => {
+                    between(&means, |at| shape(&effect.effect.values, at))
+                }
                 _ => means,
             },
         }],
@@ -227,23 +228,22 @@ fn by_step(
     }
 }
 
-/// A curve of creep between holds, its size that of the law at the holds.
-fn growth(means: &[[f64; 2]], t0_s: f64) -> Vec<[f64; 2]> {
-    let shape = |hold_s: f64| (1.0 + hold_s / t0_s.max(f64::MIN_POSITIVE)).log10();
+/// A curve between means, its size that which fits them.
+fn between(means: &[[f64; 2]], shape: impl Fn(f64) -> f64) -> Vec<[f64; 2]> {
     let [mut product, mut square] = [0.0; 2];
     let (mut low, mut high) = (f64::INFINITY, f64::NEG_INFINITY);
-    for &[hold_s, change_m] in means {
-        product += shape(hold_s) * change_m;
-        square += shape(hold_s) * shape(hold_s);
-        (low, high) = (low.min(hold_s), high.max(hold_s));
+    for &[at, change_m] in means {
+        product += shape(at) * change_m;
+        square += shape(at) * shape(at);
+        (low, high) = (low.min(at), high.max(at));
     }
     if !(square > 0.0 && high > low) {
         return means.to_vec();
     }
     (0..=60)
         .map(|place| {
-            let hold_s = low + (high - low) * f64::from(place) / 60.0;
-            [hold_s, product / square * shape(hold_s)]
+            let at = low + (high - low) * f64::from(place) / 60.0;
+            [at, product / square * shape(at)]
         })
         .collect()
 }

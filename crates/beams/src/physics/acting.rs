@@ -6,13 +6,12 @@ use crate::robot::{
 use crate::structure::Compliance6;
 
 use super::effect::{Effect, EffectError};
-use super::law::Law;
 use super::law_set::{LawSet, without_elements};
 use super::mechanics::{Mechanics, base_levers, levers_between};
 use super::place::{Place, PlaceKind};
 
 /// A mechanism with effects in it: what is left of it without its loose members, and the laws that act there.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone)]
 pub struct ActingPhysics {
     /// The effects.
     pub effects: Vec<Effect>,
@@ -46,7 +45,7 @@ impl ActingPhysics {
         }
         let others: Vec<Effect> = effects
             .iter()
-            .filter(|effect| effect.law != Law::LooseMember)
+            .filter(|effect| !effect.law.is_missing_element())
             .cloned()
             .collect();
         Ok(Self {
@@ -120,7 +119,7 @@ impl ActingPhysics {
     pub fn of_the_bench(&self) -> impl Iterator<Item = &Effect> {
         self.effects.iter().filter(|effect| {
             !matches!(
-                effect.law.place_kind(),
+                effect.law.place_kind,
                 PlaceKind::Joint | PlaceKind::Axis | PlaceKind::Element
             )
         })

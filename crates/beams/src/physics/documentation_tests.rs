@@ -12,9 +12,9 @@ fn document() -> &'static str {
 fn rows() -> Vec<String> {
     let parameters = |law: Law| -> String {
         let words: Vec<String> = law
-            .parameters()
+            .parameters
             .iter()
-            .map(|p| format!("`{}` ({}), {}", p.name, p.unit, p.allowed()))
+            .map(|p| format!("`{}` ({}), {}", p.name, p.unit(), p.sign.in_words()))
             .collect();
         if words.is_empty() {
             "none".to_owned()
@@ -25,28 +25,66 @@ fn rows() -> Vec<String> {
     Law::ALL
         .iter()
         .map(|&law| {
-            let kind: PlaceKind = law.place_kind();
+            let kind: PlaceKind = law.place_kind;
             format!(
                 "| `{law}` | {}, `{}` | {} | {} |",
                 kind.in_words(),
                 kind.example(),
                 parameters(law),
-                law.equation().replace('|', "\\|")
+                law.equation.replace('|', "\\|")
             )
         })
         .collect()
 }
 
-#[test]
-fn the_table_of_laws_is_the_programs() {
-    let head = "| law | place | parameters | equation |\n| --- | --- | --- | --- |\n";
+/// The rows of the table of plausible ranges, as the program has them.
+fn ranges() -> Vec<String> {
+    let of_law = |law: &Law| {
+        let law = *law;
+        let parameters = law.parameters.iter();
+        parameters.map(move |p| format!("| {} | `{}` | {} |", law.row, p.name, p.plausible.reason))
+    };
+    Law::ALL.iter().flat_map(of_law).collect()
+}
+
+/// Holds a table of the document against what the program says.
+fn compare(head: &str, rows: &[String]) {
     let table = document().split_once(head).unwrap().1;
     let table = table.split_once("\n\n").unwrap().0;
-    let rows = rows().join("\n");
+    let rows = rows.join("\n");
     assert_eq!(
         table, rows,
         "the table of docs/physics.md is to be\n{rows}\n"
     );
+}
+
+#[test]
+fn the_table_of_laws_is_the_programs() {
+    let head = "| law | place | parameters | equation |\n| --- | --- | --- | --- |\n";
+    compare(head, &rows());
+}
+
+#[test]
+fn the_table_of_plausible_ranges_is_the_programs() {
+    let head = "| law | parameter | plausible range and its reason |\n| --- | --- | --- |\n";
+    compare(head, &ranges());
+}
+
+#[test]
+fn the_schema_of_a_diagnosis_has_every_law() {
+    let text = stiffbench_test_files::text("docs/diagnosis.schema.json");
+    let schema: serde_json::Value = serde_json::from_str(text).unwrap();
+    let mut listed: Vec<&str> = schema["$defs"]["physics"]["enum"]
+        .as_array()
+        .unwrap()
+        .iter()
+        .filter_map(serde_json::Value::as_str)
+        .collect();
+    let mut names: Vec<&str> = Law::ALL.iter().map(|law| law.name).collect();
+    names.dedup();
+    listed.sort_unstable();
+    names.sort_unstable();
+    assert_eq!(listed, names);
 }
 
 #[test]

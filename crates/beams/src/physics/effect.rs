@@ -5,7 +5,7 @@ use std::fmt;
 use super::law::Law;
 use super::place::Place;
 
-/// A law, where it acts, and its values in SI units, in the order of [`Law::parameters`].
+/// A law, where it acts, and its values in SI units, in the order of [`super::LawDefinition::parameters`].
 #[derive(Debug, Clone, PartialEq)]
 pub struct Effect {
     /// The law.
@@ -100,7 +100,7 @@ impl Effect {
         if !fits(law, &place) {
             return Err(EffectError::Place { law, place });
         }
-        let parameters = law.parameters();
+        let parameters = law.parameters;
         if parameters.len() != values.len() {
             return Err(EffectError::Count {
                 law,
@@ -109,13 +109,13 @@ impl Effect {
             });
         }
         for (parameter, &value) in parameters.iter().zip(&values) {
-            if !parameter.allows(value) {
+            if !parameter.sign.allows(value) {
                 return Err(EffectError::Impossible {
                     law,
                     parameter: parameter.name,
-                    unit: parameter.unit,
+                    unit: parameter.unit(),
                     value,
-                    allowed: parameter.allowed(),
+                    allowed: parameter.sign.in_words(),
                 });
             }
         }
@@ -127,16 +127,16 @@ impl Effect {
     pub fn to_json(&self) -> serde_json::Value {
         let parameters: serde_json::Map<String, serde_json::Value> = self
             .law
-            .parameters()
+            .parameters
             .iter()
             .zip(&self.values)
             .map(|(parameter, value)| {
-                let quantity = serde_json::json!({ "value": value, "unit": parameter.unit });
+                let quantity = serde_json::json!({ "value": value, "unit": parameter.unit() });
                 (parameter.name.to_owned(), quantity)
             })
             .collect();
         serde_json::json!({
-            "physics": self.law.name(),
+            "physics": self.law.name,
             "place": self.place.to_json(),
             "parameters": parameters,
         })
@@ -158,18 +158,19 @@ pub fn title(law: Law, place: &Place) -> String {
 /// Whether a law can act at a place.
 fn fits(law: Law, place: &Place) -> bool {
     let turned = !matches!(place, Place::Toward { direction, toward } if direction == toward);
-    law.place_kind() == place.kind() && turned
+    law.place_kind == place.kind() && turned
 }
 
 impl fmt::Display for Effect {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(&self.title())?;
         let mut separator = ": ";
-        for (parameter, value) in self.law.parameters().iter().zip(&self.values) {
+        for (parameter, value) in self.law.parameters.iter().zip(&self.values) {
             write!(
                 f,
                 "{separator}{} = {value:.5e} {}",
-                parameter.name, parameter.unit
+                parameter.name,
+                parameter.unit()
             )?;
             separator = ", ";
         }

@@ -17,9 +17,9 @@ use std::str::FromStr;
 use stiffbench_units_and_text::nearest::nearest;
 
 use super::effect::{Effect, EffectError};
-use super::law::{Law, ParameterSpec};
+use super::law::Law;
+use super::parameter::ParameterSpec;
 use super::place::Place;
-use super::unit::{accepted, in_si};
 
 /// What is wrong with an effect in writing.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
@@ -106,16 +106,16 @@ impl EffectProblem {
     #[must_use]
     pub fn help(&self) -> Option<String> {
         match self {
-            Self::Law { name } => nearest(name, Law::ALL.map(Law::name))
+            Self::Law { name } => nearest(name, names())
                 .map(|near| format!("did you mean {near}?"))
                 .or_else(|| Some(format!("the laws are {}", names().join(", ")))),
             Self::NoPlace { law, .. } | Self::Place { law, .. } => {
-                let example = law.place_kind().example();
+                let example = law.place_kind.example();
                 Some(format!("for example {law}{example}"))
             }
             // Few and short: all of them say more than the nearest.
             Self::UnknownParameter { law, .. } => {
-                let known: Vec<&str> = law.parameters().iter().map(|p| p.name).collect();
+                let known: Vec<&str> = law.parameters.iter().map(|p| p.name).collect();
                 Some(if known.is_empty() {
                     format!("{law} has none")
                 } else {
@@ -151,7 +151,7 @@ pub struct NotAnEffect {
 
 /// Names of the laws, each once.
 fn names() -> Vec<&'static str> {
-    let mut names = Law::ALL.map(Law::name).to_vec();
+    let mut names: Vec<&str> = Law::ALL.iter().map(|law| law.name).collect();
     names.dedup();
     names
 }
@@ -175,7 +175,7 @@ fn read(text: &str) -> Result<Effect, EffectProblem> {
     let law = laws[0];
     let (place, parameters) = match rest.strip_prefix('@') {
         // A law without parameters: names of elements may have any letters.
-        Some(place) if law.parameters().is_empty() => (Some(place), ""),
+        Some(place) if law.parameters.is_empty() => (Some(place), ""),
         Some(rest) => match rest.rsplit_once(':') {
             Some((place, parameters)) => (Some(place), parameters),
             None => (Some(rest), ""),
@@ -215,7 +215,7 @@ pub(super) fn parameter_named(
     law: Law,
     name: &str,
 ) -> Result<&'static ParameterSpec, EffectProblem> {
-    let spec = law.parameters().iter().find(|spec| spec.name == name);
+    let spec = law.parameters.iter().find(|spec| spec.name == name);
     spec.ok_or_else(|| EffectProblem::UnknownParameter {
         law,
         name: name.to_owned(),
@@ -223,7 +223,7 @@ pub(super) fn parameter_named(
 }
 
 fn read_place(law: Law, text: Option<&str>) -> Result<Place, EffectProblem> {
-    let kind = law.place_kind();
+    let kind = law.place_kind;
     let expected = kind.in_words();
     match text {
         None => kind.only().ok_or(EffectProblem::NoPlace { law, expected }),
@@ -272,20 +272,26 @@ pub(super) fn with_parameters(
 
 fn values(law: Law, given: &[(&str, f64, &str)]) -> Result<Vec<f64>, EffectProblem> {
     let mut values = Vec::new();
-    for ParameterSpec { name, unit, .. } in law.parameters() {
+    for ParameterSpec {
+        name, dimension, ..
+    } in law.parameters
+    {
         let mut of_name = given.iter().filter(|(given, ..)| given == name);
-        let &(_, number, given_unit) =
-            of_name
-                .next()
-                .ok_or(EffectProblem::Missing { law, name, unit })?;
+        let &(_, number, given_unit) = of_name.next().ok_or(EffectProblem::Missing {
+            law,
+            name,
+            unit: dimension.unit(),
+        })?;
         if of_name.next().is_some() {
             return Err(EffectProblem::Twice { name });
         }
-        let value = in_si(number, given_unit, unit).ok_or_else(|| EffectProblem::Unit {
-            name,
-            unit: given_unit.to_owned(),
-            accepted: accepted(unit),
-        })?;
+        let value = dimension
+            .in_si(number, given_unit)
+            .ok_or_else(|| EffectProblem::Unit {
+                name,
+                unit: given_unit.to_owned(),
+                accepted: dimension.accepted(),
+            })?;
         values.push(value);
     }
     Ok(values)
@@ -296,10 +302,10 @@ fn with_units_of_all(problem: EffectProblem, laws: &[Law]) -> EffectProblem {
     let EffectProblem::Unit { name, unit, .. } = problem else {
         return problem;
     };
-    let specs = laws.iter().flat_map(|law| law.parameters());
+    let specs = laws.iter().flat_map(|law| law.parameters);
     let units: Vec<String> = specs
         .filter(|spec| spec.name == name)
-        .map(|spec| accepted(spec.unit))
+        .map(|spec| spec.dimension.accepted())
         .collect();
     let accepted = units.join(", ");
     EffectProblem::Unit {
@@ -315,11 +321,12 @@ impl Effect {
     pub fn compact(&self) -> String {
         let mut text = format!("{}@{}", self.law, self.place.compact());
         let mut separator = ':';
-        for (parameter, value) in self.law.parameters().iter().zip(&self.values) {
+        for (parameter, value) in self.law.parameters.iter().zip(&self.values) {
             let _ = write!(
                 text,
                 "{separator}{}={value:?} {}",
-                parameter.name, parameter.unit
+                parameter.name,
+                parameter.unit()
             );
             separator = ',';
         }
@@ -330,6 +337,7 @@ impl Effect {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::physics::laws;
     use proptest::prelude::*;
 
     fn effect(text: &str) -> Effect {
@@ -343,15 +351,15 @@ mod tests {
     #[test]
     fn every_kind_of_effect_is_read() {
         let backlash = effect("joint-backlash@A3:play=1.2e-4rad, seat_moment = 3600 N*mm");
-        assert_eq!(backlash.law, Law::JointBacklash);
+        assert_eq!(backlash.law, laws::JOINT_BACKLASH);
         assert_eq!(backlash.place, Place::Joint("A3".into()));
         assert_eq!(backlash.values, [1.2e-4, 3.6]);
         let drift = |text: &str| effect(text).law;
         assert_eq!(
             drift("thermal-drift@clock:rate=1e-8m/s"),
-            Law::DriftPerSecond
+            laws::DRIFT_PER_SECOND
         );
-        assert_eq!(drift("thermal-drift:rate=-2um/K"), Law::DriftPerKelvin);
+        assert_eq!(drift("thermal-drift:rate=-2um/K"), laws::DRIFT_PER_KELVIN);
         assert_eq!(effect("slip@P3.z.2.5:jump=-30um").values, [-3e-5]);
         assert_eq!(effect("load-misalignment@y>z:angle=0.01rad").values, [0.01]);
         assert!(effect("loose-member@B1B2").values.is_empty());

@@ -4,12 +4,11 @@ use crate::robot::{Mechanism, Robot};
 use stiffbench_numeric::vector::dot;
 use stiffbench_units_and_text::test_point::{Direction, PoseId};
 
+use super::action::{Action, GaugeError, OfLoad, OfRepeat, Values, values_of};
 use super::effect::{Effect, EffectError};
-use super::joint_law::JointLaw;
-use super::law::Law;
 use super::mechanics::PoseMechanics;
 use super::place::Place;
-use super::turning::Twists;
+use super::turning::{JointEffect, Twists};
 
 /// One load of a run.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
@@ -26,6 +25,19 @@ pub struct LoadPoint {
     pub warming_k: f64,
     /// Where the gauge stood, from its own reading, m; `None` where it stands where the prediction says.
     pub position_m: Option<f64>,
+    /// Whether no load was asked for: the force gauge hangs free.
+    pub is_unloaded: bool,
+}
+
+impl LoadPoint {
+    /// A release to a force that is not read.
+    #[must_use]
+    pub fn release(force_n: f64) -> Self {
+        Self {
+            force_n,
+            ..Self::default()
+        }
+    }
 }
 
 /// The loads of one run, in the order in which they were applied; its history begins virgin.
@@ -43,23 +55,98 @@ pub struct RunLoads<'a> {
     pub loads: &'a [LoadPoint],
 }
 
-/// Effects ready to act on readings.
-#[derive(Debug, Clone, PartialEq, Default)]
+/// Effects ready to act on readings, by where they act in the composition.
+#[derive(Debug, Clone, Default)]
 pub struct LawSet {
-    pub(super) joints: Vec<(usize, JointLaw)>,
+    pub(super) joints: Vec<JointEffect>,
     /// Compliance of the base about x, y, z, rad/(N·m).
     base: [f64; 3],
-    /// Compliance of the gauge's stand in x, y, z, m/N.
-    stand: [f64; 3],
     /// Angle by which a force along the first axis turns toward the second, rad.
     turn: [[f64; 3]; 3],
-    force_q: f64,
-    creep: Vec<[f64; 2]>,
-    per_second: f64,
-    per_kelvin: f64,
-    setting: Vec<[f64; 2]>,
-    slips: Vec<(PoseId, Direction, u32, u32, f64)>,
-    pub(super) periods: Vec<[f64; 3]>,
+    forces: Vec<Acting<OfLoad>>,
+    growths: Vec<Acting<OfRepeat>>,
+    added: Vec<Acting<OfLoad>>,
+    pub(super) gauge_errors: Vec<Acting<&'static dyn GaugeError>>,
+}
+
+/// A function of a law with its values, and the readings that it acts on.
+#[derive(Debug, Clone)]
+pub(super) struct Acting<F> {
+    function: F,
+    values: Values,
+    scope: Scope,
+}
+
+impl<F> Acting<F> {
+    fn new(function: F, effect: &Effect) -> Self {
+        Self {
+            function,
+            values: values_of(&effect.values),
+            scope: Scope::of(&effect.place),
+        }
+    }
+}
+
+/// The readings that an effect acts on.
+#[derive(Debug, Clone, PartialEq)]
+enum Scope {
+    /// All.
+    All,
+    /// Those along a direction.
+    Direction(Direction),
+    /// Those of one run, from one step on.
+    Run {
+        pose: PoseId,
+        direction: Direction,
+        repeat: u32,
+        step: u32,
+    },
+}
+
+impl Scope {
+    fn of(place: &Place) -> Self {
+        match place {
+            Place::Direction(direction) | Place::Toward { direction, .. } => {
+                Self::Direction(*direction)
+            }
+            Place::Run {
+                pose,
+                direction,
+                repeat,
+                step,
+            } => Self::Run {
+                pose: pose.clone(),
+                direction: *direction,
+                repeat: *repeat,
+                step: *step,
+            },
+            Place::Joint(_)
+            | Place::Axis(_)
+            | Place::Element(_)
+            | Place::ForceGauge
+            | Place::DisplacementGauge
+            | Place::Structure
+            | Place::Clock => Self::All,
+        }
+    }
+
+    fn covers(&self, run: &RunLoads<'_>, load: &LoadPoint) -> bool {
+        match self {
+            Self::All => true,
+            Self::Direction(direction) => *direction == run.direction,
+            Self::Run {
+                pose,
+                direction,
+                repeat,
+                step,
+            } => {
+                load.step >= *step
+                    && *repeat == run.repeat
+                    && *direction == run.direction
+                    && pose == run.pose
+            }
+        }
+    }
 }
 
 /// Loads along an axis of a pose.
@@ -112,7 +199,7 @@ impl LawSet {
                 });
             }
         }
-        if effect.law == Law::LooseMember {
+        if effect.law.is_missing_element() {
             without_element(robot, mechanism, effect)?;
         }
         self.push(effect, place);
@@ -121,44 +208,32 @@ impl LawSet {
 
     /// Adds an effect; `joint` is the index of its joint among the levers, for the laws that sit in one.
     pub fn push(&mut self, effect: &Effect, joint: Option<usize>) {
-        let v = |index: usize| effect.values.get(index).copied().unwrap_or(0.0);
-        match (&effect.place, effect.law) {
-            (Place::Joint(_), _) => {
+        let values = values_of(&effect.values);
+        match (effect.law.action, &effect.place) {
+            (Action::Joint(law), _) => {
                 if let Some(joint) = joint {
-                    self.joints.push((joint, JointLaw::of(effect)));
+                    self.joints.push(JointEffect::new(joint, law, values));
                 }
             }
-            (Place::Axis(axis), _) => self.base[axis.index()] += v(0),
-            (Place::Direction(direction), _) => self.stand[direction.index()] += v(0),
-            (Place::Toward { direction, toward }, _) => {
-                self.turn[direction.index()][toward.index()] += v(0);
+            (Action::Base, Place::Axis(axis)) => self.base[axis.index()] += values[0],
+            (Action::Turn, Place::Toward { direction, toward }) => {
+                self.turn[direction.index()][toward.index()] += values[0];
             }
-            // A loose member is a change of the mechanism, not of its loads.
-            (Place::Element(_), _) => {}
-            (Place::ForceGauge, _) => self.force_q += v(0),
-            (Place::Structure, Law::Creep) => self.creep.push([v(0), v(1)]),
-            (Place::Structure, _) => self.setting.push([v(0), v(1)]),
-            (Place::Clock, Law::DriftPerKelvin) => self.per_kelvin += v(0),
-            (Place::Clock, _) => self.per_second += v(0),
-            (
-                Place::Run {
-                    pose,
-                    direction,
-                    repeat,
-                    step,
-                },
-                _,
-            ) => self
-                .slips
-                .push((pose.clone(), *direction, *repeat, *step, v(0))),
-            (Place::DisplacementGauge, _) => self.periods.push([v(0), v(1), v(2)]),
+            // Of other places there are no effects: an effect is checked when it is made.
+            (Action::Base | Action::Turn, _) => {}
+            // A change of the mechanism, not of its loads.
+            (Action::Missing, _) => {}
+            (Action::Force(function), _) => self.forces.push(Acting::new(function, effect)),
+            (Action::Growth(function), _) => self.growths.push(Acting::new(function, effect)),
+            (Action::Added(function), _) => self.added.push(Acting::new(function, effect)),
+            (Action::Gauge(error), _) => self.gauge_errors.push(Acting::new(error, effect)),
         }
     }
 
     /// Displacements of a run, m.
     ///
-    /// The order of composition: mechanics × (1 + creep + setting-in) + stand + drift + slip, then the gauge's period, a function of
-    /// that sum, or of where the gauge is known to have stood.
+    /// The order of composition: mechanics × (1 + growth) + what is added, then the error of the gauge, a function of that sum, or of
+    /// where the gauge is known to have stood.
     ///
     /// # Arguments
     /// - `twists`: scratch memory.
@@ -190,57 +265,47 @@ impl LawSet {
         }
         let along = run.direction.index();
         let reach = self.reach(pose, along);
-        let slips = |step: u32| -> f64 {
-            self.slips
-                .iter()
-                .filter(|(pose, direction, repeat, from, _)| {
-                    step >= *from
-                        && *repeat == run.repeat
-                        && *direction == run.direction
-                        && pose == run.pose
-                })
-                .map(|slip| slip.4)
-                .sum()
-        };
         for (load, displacement) in run.loads.iter().zip(out.iter_mut()) {
             if let Some(release_n) = run.release_n.filter(|_| twists.loaded) {
-                self.mechanics_m(pose, &reach, release_n, twists);
+                let acting_n = self.acting_n(run, &LoadPoint::release(release_n));
+                self.mechanics_m(pose, &reach, acting_n, twists);
             }
             twists.loaded = true;
-            let mechanics = self.mechanics_m(pose, &reach, load.force_n, twists);
-            let mut sum = mechanics * self.growth(load.hold_s, run.repeat)
-                + self.stand[along] * load.force_n
-                + self.per_second * load.since_zero_s
-                + self.per_kelvin * load.warming_k;
-            if !self.slips.is_empty() {
-                sum += slips(load.step);
+            let mechanics = self.mechanics_m(pose, &reach, self.acting_n(run, load), twists);
+            let mut sum = mechanics * self.growth(load, run.repeat);
+            for added in self
+                .added
+                .iter()
+                .filter(|added| added.scope.covers(run, load))
+            {
+                sum += (added.function)(&added.values, load);
             }
             let read = load.position_m.unwrap_or(sum);
-            for period in &self.periods {
-                sum += period_m(*period, read);
+            for error in &self.gauge_errors {
+                sum += error.function.error_m(&error.values, read);
             }
             *displacement = sum;
         }
     }
 
-    /// Factor of creep and setting-in.
-    pub(super) fn growth(&self, hold_s: f64, repeat: u32) -> f64 {
-        let creep: f64 = self
-            .creep
-            .iter()
-            .map(|[k, t0]| k * (1.0 + hold_s / t0).log10())
-            .sum();
-        let setting: f64 = self
-            .setting
-            .iter()
-            .map(|[k, decay]| k * (-(f64::from(repeat) - 1.0) / decay).exp())
-            .sum();
-        1.0 + creep + setting
+    /// Factor by which the displacement of the mechanics has grown.
+    pub(super) fn growth(&self, load: &LoadPoint, repeat: u32) -> f64 {
+        let growths = self.growths.iter();
+        1.0 + growths
+            .map(|growth| (growth.function)(&growth.values, load, repeat))
+            .sum::<f64>()
     }
 
     /// The force that acts where one is measured, N.
-    pub(super) fn acting_n(&self, force_n: f64) -> f64 {
-        force_n * (1.0 + self.force_q * force_n.abs())
+    pub(super) fn acting_n(&self, run: &RunLoads<'_>, load: &LoadPoint) -> f64 {
+        let here = self
+            .forces
+            .iter()
+            .filter(|force| force.scope.covers(run, load));
+        load.force_n
+            + here
+                .map(|force| (force.function)(&force.values, load))
+                .sum::<f64>()
     }
 
     /// A force along an axis as it is turned.
@@ -270,22 +335,21 @@ impl LawSet {
         }
     }
 
-    /// Displacement of the end along an axis under a force; moves the twists on.
+    /// Displacement of the end along an axis under the force that acts; moves the twists on.
     fn mechanics_m(
         &self,
         pose: &PoseMechanics,
         reach: &Reach,
-        force_n: f64,
+        acting_n: f64,
         twists: &mut Twists,
     ) -> f64 {
-        let acting_n = self.acting_n(force_n);
         let mut displacement = reach.linear_m_per_n * acting_n;
         if self.joints.is_empty() {
             return displacement;
         }
         self.turn_joints(pose, reach.force.map(|share| share * acting_n), twists);
-        for (&(joint, _), &twist) in self.joints.iter().zip(&twists.now) {
-            displacement += pose.influence.levers_m[joint][reach.along] * twist;
+        for (one, &twist) in self.joints.iter().zip(&twists.now) {
+            displacement += pose.influence.levers_m[one.joint][reach.along] * twist;
         }
         displacement
     }
@@ -301,15 +365,16 @@ impl LawSet {
         twists.begin(self.joints.len());
         self.turn_joints(pose, force_n, &mut twists);
         let mut secants: Vec<(usize, f64)> = Vec::new();
-        for (&(joint, law), &twist) in self.joints.iter().zip(&twists.now) {
+        for (one, &twist) in self.joints.iter().zip(&twists.now) {
+            let joint = one.joint;
             let back: f64 = self
                 .joints
                 .iter()
                 .zip(&twists.now)
-                .map(|(&(other, _), twist)| influence.stiffness(joint, other) * twist)
+                .map(|(other, twist)| influence.stiffness(joint, other.joint) * twist)
                 .sum();
             let moment = dot(influence.levers_m[joint], force_n) - back;
-            let stiffness = law.secant_nm_per_rad(twist, moment);
+            let stiffness = one.secant_nm_per_rad(twist, moment);
             match secants.iter_mut().find(|(known, _)| *known == joint) {
                 Some((_, known)) => *known = 1.0 / (1.0 / *known + 1.0 / stiffness),
                 None => secants.push((joint, stiffness)),
@@ -325,12 +390,6 @@ impl LawSet {
     }
 }
 
-/// What a gauge with an error of some amplitude, period (m) and phase adds where it reads `read_m`, m.
-#[must_use]
-pub fn period_m([amplitude, period, phase]: [f64; 3], read_m: f64) -> f64 {
-    amplitude * (std::f64::consts::TAU * read_m / period + phase).sin()
-}
-
 /// A mechanism without the elements that effects call loose.
 ///
 /// # Errors
@@ -343,7 +402,7 @@ pub fn without_elements(
     let mut rest = mechanism.clone();
     for effect in effects
         .iter()
-        .filter(|effect| effect.law == Law::LooseMember)
+        .filter(|effect| effect.law.is_missing_element())
     {
         rest = without_element(robot, &rest, effect)?;
     }

@@ -5,28 +5,37 @@
 //! that [`LawSet::displacements_m`] states.
 
 mod acting;
+mod action;
+mod dimension;
 #[cfg(test)]
 mod documentation_tests;
 mod effect;
 mod effect_text;
-mod joint_law;
 mod law;
 mod law_set;
+pub mod laws;
 mod mechanics;
 mod model_file;
+mod parameter;
 mod place;
+mod search;
 mod turning;
-mod unit;
 
 pub use acting::ActingPhysics;
+pub use action::{
+    Action, Driven, GaugeError, MOST_PARAMETERS, OfLoad, OfRepeat, TwistLaw, Values, values_of,
+};
+pub use dimension::Dimension;
 pub use effect::{Effect, EffectError, title};
 pub use effect_text::{EffectProblem, NotAnEffect};
-pub use law::{Law, ParameterSpec, Sign};
-pub use law_set::{LawSet, LoadPoint, RunLoads, period_m, without_elements};
+pub use law::{Check, Curve, Driving, Law, LawDefinition, LawFigure, Words};
+pub use law_set::{LawSet, LoadPoint, RunLoads, without_elements};
 pub use mechanics::{Mechanics, PoseMechanics};
 pub use model_file::{
     FoundEffect, MODEL_SCHEMA, ModelFile, ModelFileError, ModelProblem, ParameterUncertainty,
     Provenance,
 };
+pub use parameter::{FitBy, ParameterSpec, PlausibleRange, Sign, Typical};
 pub use place::{Place, PlaceKind};
+pub use search::{Needs, PlaceScale, Search, Shape, VISIBLE_SHARE};
 pub use turning::{JointPath, Twists};

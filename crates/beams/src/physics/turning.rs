@@ -3,11 +3,9 @@
 use stiffbench_numeric::lanes::widest;
 use stiffbench_numeric::vector::dot;
 
+use super::action::{Action, Driven, TwistLaw, Values, values_of};
 use super::effect::Effect;
-use super::joint_law::{
-    JointLaw, backlash_twist, compliance_twist, friction_twist, nonlinear_twist,
-};
-use super::law_set::{LawSet, RunLoads};
+use super::law_set::{LawSet, LoadPoint, RunLoads};
 use super::mechanics::PoseMechanics;
 
 /// Rounds in which the twists of several joints agree; each round is exact for one joint, and the energy they share is convex.
@@ -18,6 +16,54 @@ const ROUNDS_OF_TWO: usize = 12;
 
 /// Twists agree when a round changes none of them by more than this share.
 const AGREED: f64 = 1e-12;
+
+/// A law in a joint, by its place among the levers.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct JointEffect {
+    pub(super) joint: usize,
+    law: &'static dyn TwistLaw,
+    values: Values,
+}
+
+impl JointEffect {
+    pub(super) fn new(joint: usize, law: &'static dyn TwistLaw, values: Values) -> Self {
+        Self { joint, law, values }
+    }
+
+    /// # Arguments
+    /// - `moment_nm`, `stiffness_nm_per_rad`, `before_rad`: as of [`Driven`]; rounding may leave the stiffness below zero.
+    fn twist_rad(&self, moment_nm: f64, stiffness_nm_per_rad: f64, before_rad: f64) -> f64 {
+        let driven = driven(moment_nm, stiffness_nm_per_rad, before_rad);
+        self.law.twist_rad(&self.values, driven)
+    }
+
+    fn slope_rad_per_nm(&self, moment_nm: f64, stiffness_nm_per_rad: f64, before_rad: f64) -> f64 {
+        let driven = driven(moment_nm, stiffness_nm_per_rad, before_rad);
+        self.law.slope_rad_per_nm(&self.values, driven)
+    }
+
+    /// Moment per twist in a state, N·m/rad; infinite where the joint does not turn, zero where it turns freely.
+    ///
+    /// # Arguments
+    /// - `twist_rad`, `moment_nm`: the state; without a moment the stiffness is that under the smallest one.
+    pub(super) fn secant_nm_per_rad(&self, twist_rad: f64, moment_nm: f64) -> f64 {
+        if moment_nm == 0.0 {
+            self.law.stiffness_at_rest_nm_per_rad(&self.values)
+        } else if twist_rad == 0.0 {
+            f64::INFINITY
+        } else {
+            moment_nm / twist_rad
+        }
+    }
+}
+
+fn driven(moment_nm: f64, stiffness_nm_per_rad: f64, before_rad: f64) -> Driven {
+    Driven {
+        moment_nm,
+        stiffness_nm_per_rad: stiffness_nm_per_rad.max(0.0),
+        before_rad,
+    }
+}
 
 /// Twists of the joints with laws: the history of a run, and its scratch memory.
 #[derive(Debug, Clone, Default)]
@@ -73,42 +119,23 @@ struct PathStep {
 }
 
 impl JointPath {
-    /// What an effect at the joint adds to the displacements of all readings, m.
+    /// What an effect at the joint adds to the displacements of all readings, m; nothing if it is of no joint.
     ///
     /// # Arguments
     /// - `out`: one displacement a load, in the order in which the runs were added, overwritten.
     pub fn added_m(&self, effect: &Effect, out: &mut [f64]) {
-        // One loop for each law, so that none is chosen anew for every load.
-        match JointLaw::of(effect) {
-            JointLaw::Compliance { c } => {
-                self.side_by_side(
-                    #[inline(always)]
-                    |t, k| compliance_twist(c, t, k),
-                    out,
-                );
-            }
-            JointLaw::Backlash { play, seat_moment } => {
-                self.side_by_side(
-                    #[inline(always)]
-                    |t, k| backlash_twist([play, seat_moment], t, k),
-                    out,
-                );
-            }
-            JointLaw::Friction { c, friction_moment } => {
-                self.follow(|t, k, b| friction_twist([c, friction_moment], t, k, b), out);
-            }
-            JointLaw::Nonlinearity { c, q } => {
-                self.side_by_side(
-                    #[inline(always)]
-                    |t, k| nonlinear_twist([c, q], t, k),
-                    out,
-                );
-            }
+        match effect.law.action {
+            Action::Joint(law) => law.added_m(&values_of(&effect.values), self, out),
+            _ => out.fill(0.0),
         }
     }
 
-    /// A law without memory: what came before a load is nothing to it.
-    fn side_by_side(&self, twist_rad: impl Fn(f64, f64) -> f64, out: &mut [f64]) {
+    /// What a law without memory adds, m, all loads side by side.
+    ///
+    /// # Arguments
+    /// - `twist_rad`: the twist from the driving moment and the stiffness against it; always inlined, it is compiled for the widest
+    ///   instructions.
+    pub(super) fn side_by_side(&self, twist_rad: impl Fn(f64, f64) -> f64, out: &mut [f64]) {
         widest(
             #[inline(always)]
             || {
@@ -121,7 +148,11 @@ impl JointPath {
         );
     }
 
-    fn follow(&self, twist_rad: impl Fn(f64, f64, f64) -> f64, out: &mut [f64]) {
+    /// What a law with memory adds, m, load after load.
+    ///
+    /// # Arguments
+    /// - `twist_rad`: the twist from the driving moment, the stiffness against it and the twist before.
+    pub(super) fn in_sequence(&self, twist_rad: impl Fn(f64, f64, f64) -> f64, out: &mut [f64]) {
         let mut twist = 0.0;
         let joint = self.driving_nm.iter().zip(&self.stiffness_nm_per_rad);
         let loads = joint.zip(&self.lever_m).zip(&self.before);
@@ -169,7 +200,7 @@ impl LawSet {
             [other] => Some(other),
             _ => return false,
         };
-        if !(self.periods.is_empty() || stands()) {
+        if !(self.gauge_errors.is_empty() || stands()) {
             return false;
         }
         let along = run.direction.index();
@@ -178,19 +209,20 @@ impl LawSet {
         let turned = self.acting(along, 1.0);
         let moment_m = dot(lever, turned);
         let mut other_twist = 0.0;
-        let mut step = |force_n: f64, growth: f64| {
-            let acting_n = self.acting_n(force_n);
+        let mut step = |load: &LoadPoint, growth: f64| {
+            let acting_n = self.acting_n(run, load);
             let mut step = PathStep {
                 driving_nm: moment_m * acting_n,
                 stiffness_nm_per_rad: influence.stiffness(joint, joint),
                 lever_m: lever[along],
             };
-            if let Some((other, law)) = known {
+            if let Some(known) = known {
+                let other = known.joint;
                 let driving = dot(influence.levers_m[other], turned) * acting_n;
                 let own = influence.stiffness(other, other);
                 let between = influence.stiffness(joint, other);
-                let slope = law.slope_rad_per_nm(driving, own, other_twist);
-                other_twist = law.twist_rad(driving, own, other_twist);
+                let slope = known.slope_rad_per_nm(driving, own, other_twist);
+                other_twist = known.twist_rad(driving, own, other_twist);
                 step.driving_nm -= between * other_twist;
                 step.stiffness_nm_per_rad -= slope * between * between;
                 step.lever_m -= influence.levers_m[other][along] * slope * between;
@@ -201,11 +233,11 @@ impl LawSet {
         for (place, load) in run.loads.iter().enumerate() {
             let before = match run.release_n {
                 _ if place == 0 => Before::Nothing,
-                Some(release_n) => Before::Release(step(release_n, 0.0)),
+                Some(release_n) => Before::Release(step(&LoadPoint::release(release_n), 0.0)),
                 None => Before::Load,
             };
-            let growth = self.growth(load.hold_s, run.repeat);
-            path.push(before, step(load.force_n, growth));
+            let growth = self.growth(load, run.repeat);
+            path.push(before, step(load, growth));
         }
         true
     }
@@ -213,10 +245,10 @@ impl LawSet {
     /// Moves the twists to their values under a force.
     pub(super) fn turn_joints(&self, pose: &PoseMechanics, force: [f64; 3], twists: &mut Twists) {
         let influence = &pose.influence;
-        if let [(joint, law)] = self.joints[..] {
-            let driving = dot(influence.levers_m[joint], force);
-            let stiffness = influence.stiffness(joint, joint);
-            twists.now[0] = law.twist_rad(driving, stiffness, twists.now[0]);
+        if let [one] = &self.joints[..] {
+            let driving = dot(influence.levers_m[one.joint], force);
+            let stiffness = influence.stiffness(one.joint, one.joint);
+            twists.now[0] = one.twist_rad(driving, stiffness, twists.now[0]);
             return;
         }
         if self.joints.is_empty() || self.turn_two(pose, force, twists) {
@@ -226,18 +258,19 @@ impl LawSet {
         for _ in 0..ROUNDS {
             let mut change = 0.0_f64;
             let mut largest = 0.0_f64;
-            for (place, &(joint, law)) in self.joints.iter().enumerate() {
+            for (place, one) in self.joints.iter().enumerate() {
+                let joint = one.joint;
                 let others: f64 = self
                     .joints
                     .iter()
                     .zip(&twists.now)
                     .enumerate()
                     .filter(|(other, _)| *other != place)
-                    .map(|(_, (&(other, _), twist))| influence.stiffness(joint, other) * twist)
+                    .map(|(_, (other, twist))| influence.stiffness(joint, other.joint) * twist)
                     .sum();
                 let driving = dot(influence.levers_m[joint], force) - others;
                 let history = twists.before[place];
-                let twist = law.twist_rad(driving, influence.stiffness(joint, joint), history);
+                let twist = one.twist_rad(driving, influence.stiffness(joint, joint), history);
                 change = change.max((twist - twists.now[place]).abs());
                 largest = largest.max(twist.abs());
                 twists.now[place] = twist;
@@ -253,9 +286,10 @@ impl LawSet {
     /// # Returns
     /// `false`, with the twists as they were, if there are not two, or they do not agree soon.
     fn turn_two(&self, pose: &PoseMechanics, force: [f64; 3], twists: &mut Twists) -> bool {
-        let [(first, first_law), (second, second_law)] = self.joints[..] else {
+        let [first_law, second_law] = &self.joints[..] else {
             return false;
         };
+        let (first, second) = (first_law.joint, second_law.joint);
         let influence = &pose.influence;
         let [first_nm, second_nm] =
             [first, second].map(|joint| dot(influence.levers_m[joint], force));
@@ -332,8 +366,8 @@ mod tests {
                 let before = twists.now.clone();
                 let force = [force, 0.5 * force, 0.0];
                 laws.turn_joints(&pose, force, &mut twists);
-                for (place, &(joint, law)) in laws.joints.iter().enumerate() {
-                    let other = 1 - place;
+                for (place, law) in laws.joints.iter().enumerate() {
+                    let (joint, other) = (law.joint, 1 - place);
                     let driving = dot(pose.influence.levers_m[joint], force)
                         - pose.influence.stiffness(joint, other) * twists.now[other];
                     let own = law.twist_rad(driving, pose.influence.stiffness(joint, joint), before[place]);

@@ -73,6 +73,7 @@ impl FixedPhysics {
                 since_zero_s: since.time_s.unwrap_or(0.0),
                 warming_k: since.warming_k.unwrap_or(0.0),
                 position_m: None,
+                is_unloaded: reading.target_n == 0.0,
             };
             self.cells[place].readings.push(Reading {
                 text: None,

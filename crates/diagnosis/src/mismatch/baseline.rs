@@ -243,13 +243,16 @@ impl Baseline for RobotBaseline<'_> {
     }
 
     fn loose_effects(&self) -> Vec<Effect> {
-        self.loose_elements()
-            .map(|name| Effect {
-                law: Law::LooseMember,
+        let laws = Law::ALL.iter().filter(|law| law.is_missing_element());
+        let of_law = |law: &Law| {
+            let law = *law;
+            self.loose_elements().map(move |name| Effect {
+                law,
                 place: Place::Element(name.to_owned()),
                 values: Vec::new(),
             })
-            .collect()
+        };
+        laws.flat_map(of_law).collect()
     }
 
     fn joints(&self) -> &[String] {

@@ -3,14 +3,13 @@
 use std::ops::Range;
 
 use stiffbench_beams::physics::{
-    Effect, JointPath, Law, LawSet, Place, PoseMechanics, Twists, period_m,
+    Action, Effect, JointPath, LawSet, Place, PoseMechanics, Twists, values_of,
 };
-use stiffbench_numeric::lanes::waves;
 
 use super::observations::Observations;
 
 /// The solved poses of one structure, shared by all threads.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, Default)]
 pub(super) struct Frozen {
     pub(super) poses: Vec<PoseMechanics>,
     pub(super) joints: Vec<String>,
@@ -42,7 +41,7 @@ impl Frozen {
         let mut laws = LawSet::default();
         for effect in effects
             .iter()
-            .filter(|effect| effect.law != Law::LooseMember)
+            .filter(|effect| !effect.law.is_missing_element())
         {
             let joint = match &effect.place {
                 Place::Joint(name) => Some(self.joint(name)?),
@@ -137,76 +136,104 @@ impl<'a> Changes<'a> {
         Some(0..out.len())
     }
 
-    /// Changes by a period of the gauge, and by the same a quarter of a turn further, m; `None` where they cannot be worked out.
+    /// Changes by an effect with a phase, and by the same a quarter of a turn further, m; `None` where they cannot be worked out.
     ///
     /// # Arguments
+    /// - `phase`: the parameter that is the phase.
     /// - `out`: overwritten.
     pub(super) fn of_both_phases(
         &self,
         effect: &Effect,
+        phase: usize,
         twists: &mut Twists,
         out: [&mut [f64]; 2],
     ) -> Option<()> {
-        let &[amplitude, period_m, phase] = &effect.values[..] else {
-            return None;
-        };
-        let is_period = |other: &Effect| other.law == Law::GaugePeriodic;
-        if self.effects.iter().any(is_period) {
-            let mut turned = effect.clone();
-            turned.values[2] += std::f64::consts::FRAC_PI_2;
-            let [first, second] = out;
-            self.of(effect, None, twists, first)?;
-            self.of(&turned, None, twists, second)?;
+        if let Action::Gauge(error) = effect.law.action
+            && !self.has_gauge_error()
+        {
+            error.both_phases_m(&values_of(&effect.values), &self.stood_m, out);
             return Some(());
         }
-        let wave = [amplitude, 360.0 / period_m, phase.to_degrees()];
-        waves(wave, &self.stood_m, out);
+        let mut turned = effect.clone();
+        *turned.values.get_mut(phase)? += std::f64::consts::FRAC_PI_2;
+        let [first, second] = out;
+        self.of(effect, None, twists, first)?;
+        self.of(&turned, None, twists, second)?;
         Some(())
     }
 
-    /// Changes by an effect that acts after all mechanics, with nothing among the others that acts after it: slips and periods are most
-    /// of the shapes.
+    /// Whether an error of the gauge is among the effects: it depends on where all others put the gauge.
+    fn has_gauge_error(&self) -> bool {
+        self.effects
+            .iter()
+            .any(|effect| effect.law.is_gauge_error())
+    }
+
+    /// Changes by an effect that acts after all mechanics, with nothing among the others that acts after it.
     ///
     /// # Returns
     /// `None` if the effect is another one, and nothing was written.
     fn after_all_others(&self, effect: &Effect, out: &mut [f64]) -> Option<Range<usize>> {
-        let observations = self.observations;
-        let is_last = |law: Law| law == Law::GaugePeriodic || law == effect.law;
-        if self.effects.iter().any(|other| is_last(other.law)) {
+        if self.has_gauge_error() {
             return None;
         }
-        match (&effect.place, &effect.values[..]) {
-            (Place::DisplacementGauge, &[amplitude, period, phase]) => {
+        let values = values_of(&effect.values);
+        match effect.law.action {
+            Action::Gauge(error) => {
                 for (out, stood_m) in out.iter_mut().zip(&self.stood_m) {
-                    *out = period_m([amplitude, period, phase], *stood_m);
+                    *out = error.error_m(&values, *stood_m);
                 }
                 Some(0..out.len())
             }
-            (
-                Place::Run {
-                    pose,
-                    direction,
-                    repeat,
-                    step,
-                },
-                &[jump],
-            ) => {
+            Action::Added(added_m) => {
+                let loads = &self.observations.loads;
+                let (range, covered) = self.covered(&effect.place);
+                out[range.clone()].fill(0.0);
+                for readings in covered {
+                    for reading in readings {
+                        out[reading] = added_m(&values, &loads[reading]);
+                    }
+                }
+                Some(range)
+            }
+            _ => None,
+        }
+    }
+
+    /// The readings that an effect at a place can change: all of them in one range, and the parts of it that it does change.
+    fn covered(&self, place: &Place) -> (Range<usize>, Vec<Range<usize>>) {
+        let observations = self.observations;
+        let all = 0..observations.len();
+        match place {
+            Place::Run {
+                pose,
+                direction,
+                repeat,
+                step,
+            } => {
                 let here = observations.cells.iter().find(|cell| {
                     cell.direction == *direction && observations.poses[cell.pose] == *pose
                 });
-                let Some(cell) = here else { return Some(0..0) };
-                out[cell.readings.clone()].fill(0.0);
-                let runs = &observations.runs[cell.runs.clone()];
-                for run in runs.iter().filter(|run| run.repeat == *repeat) {
-                    for reading in run.readings.clone() {
-                        if observations.loads[reading].step >= *step {
-                            out[reading] = jump;
-                        }
-                    }
-                }
-                Some(cell.readings.clone())
+                let Some(cell) = here else {
+                    return (0..0, Vec::new());
+                };
+                let runs = observations.runs[cell.runs.clone()].iter();
+                let from_step = |readings: Range<usize>| {
+                    let is_later = |reading: &usize| observations.loads[*reading].step >= *step;
+                    readings
+                        .filter(is_later)
+                        .map(|reading| reading..reading + 1)
+                };
+                let own = runs.filter(|run| run.repeat == *repeat);
+                let covered = own.flat_map(|run| from_step(run.readings.clone()));
+                (cell.readings.clone(), covered.collect())
             }
-            _ => None,
+            Place::Direction(direction) => {
+                let cells = observations.cells.iter();
+                let along = cells.filter(|cell| cell.direction == *direction);
+                (all, along.map(|cell| cell.readings.clone()).collect())
+            }
+            _ => (all.clone(), vec![all]),
         }
     }
 

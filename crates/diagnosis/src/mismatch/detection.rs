@@ -1,6 +1,6 @@
 //! The smallest effects that readings would have shown.
 
-use stiffbench_beams::physics::{Law, Place};
+use stiffbench_beams::physics::Place;
 
 use super::diagnosis::DetectionLimit;
 use super::error::MismatchError;
@@ -25,7 +25,7 @@ impl Bench<'_> {
             let limit = limits.laws.get(&family).copied();
             detection_limit(seen, limit.unwrap_or(f64::INFINITY))
         };
-        let is_slip = |seen: &&SeenCandidate| seen.candidate.law == Law::Slip;
+        let is_slip = |seen: &&SeenCandidate| seen.candidate.law.is_of_one_run();
         let (slips, others): (Vec<_>, Vec<_>) = first
             .seen
             .iter()
@@ -81,7 +81,7 @@ fn detection_limit(seen: &SeenCandidate, limit: f64) -> DetectionLimit {
         place: candidate.place.clone(),
         size_80: smallest.map(|(shape, scale)| size_of(shape, scale)),
         end_effect_m: smallest.map(|(shape, scale)| scale * shape.peak_m),
-        upper_95: (upper > 0.0 && candidate.law != Law::LooseMember).then_some(upper),
+        upper_95: (upper > 0.0 && !candidate.law.is_missing_element()).then_some(upper),
     }
 }
 

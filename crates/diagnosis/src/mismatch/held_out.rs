@@ -80,6 +80,7 @@ impl Bench<'_> {
             observations: self.observations,
             whitening: &state.whitening,
             kept: Some(&kept),
+            scales: self.scales(),
             bounds_of_last: None,
             near: None,
         };

@@ -151,7 +151,7 @@ impl IdealSearch {
         }
         self.candidates.push(Searched {
             limit: limits.of((candidate.law, candidate.wide)),
-            values: candidate.bounds.len(),
+            values: candidate.law.parameters.len(),
             law: candidate.law,
             place: candidate.place,
             wide: candidate.wide,
@@ -330,7 +330,7 @@ impl IdealSearch {
             let is_simpler = behind < TELL_APART
                 && likeliest.law.contains(searched.law)
                 && likeliest.place == searched.place;
-            let name = (searched.law.name(), &searched.place);
+            let name = (searched.law.name, &searched.place);
             // No cosine brings in what is so far behind.
             if told_apart(behind, 1.0) || named.contains(&name) {
                 continue;

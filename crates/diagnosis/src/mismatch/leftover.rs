@@ -330,8 +330,8 @@ fn period_patterns(observations: &Observations) -> Vec<InReadings> {
         .iter()
         .map(|d| d.abs())
         .fold(0.0, f64::max);
-    let allowed = super::candidate::SHORTEST_PERIOD_M..0.7 * range_m;
-    let nominal = super::candidate::NOMINAL_PERIODS_M;
+    let allowed = stiffbench_beams::physics::laws::SHORTEST_PERIOD_M..0.7 * range_m;
+    let nominal = stiffbench_beams::physics::laws::NOMINAL_PERIODS_M;
     let mut periods: Vec<f64> = nominal
         .into_iter()
         .chain(nominal.map(|p| 0.5 * p))

@@ -43,29 +43,9 @@ const LEAST_LIMIT: f64 = 6.0;
 pub type Family = (Law, bool);
 
 /// Share of the level that a law has, before the common multiple.
-///
-/// Laws with many places and shapes have more, so that all are found at about the same number of standard errors, and so have those that lean
-/// on slopes of runs, whose scatter few degrees of freedom tell. Slip, whose places are a thousand, pays for them itself, and so does the wide
-/// search of periods.
 #[must_use]
 pub fn level_share((law, wide): Family) -> f64 {
-    match law {
-        Law::JointCompliance => 0.06,
-        Law::JointBacklash => 0.37,
-        Law::JointFriction => 0.08,
-        Law::JointNonlinearity => 0.075,
-        Law::BaseCompliance => 0.065,
-        Law::GaugeStandCompliance => 0.04,
-        Law::LoadMisalignment => 0.05,
-        Law::LooseMember => 0.01,
-        Law::ForceGaugeNonlinearity => 0.03,
-        Law::Creep => 0.02,
-        Law::DriftPerSecond | Law::DriftPerKelvin => 0.025,
-        Law::SettingIn => 0.06,
-        Law::Slip => 0.02,
-        Law::GaugePeriodic if wide => 0.01,
-        Law::GaugePeriodic => 0.17,
-    }
+    law.search.level_weights[usize::from(wide)]
 }
 
 /// Limits of the gain.
@@ -195,7 +175,7 @@ fn kind_of(candidate: &Candidate, places: &mut Vec<Place>) -> Kind {
             };
             Kind::Slip(number_of(places, &run))
         }
-        _ if candidate.law == Law::GaugePeriodic => Kind::Period,
+        _ if candidate.law.search.phase.is_some() => Kind::Period,
         _ => Kind::Law,
     }
 }

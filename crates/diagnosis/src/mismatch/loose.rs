@@ -2,9 +2,9 @@
 
 use rayon::prelude::*;
 
-use stiffbench_beams::physics::{Effect, Law};
+use stiffbench_beams::physics::{Effect, Law, PlaceScale, Shape};
 
-use super::candidate::{Candidate, Shape};
+use super::candidate::Candidate;
 use super::error::MismatchError;
 use super::memory::key_of;
 use super::rank::View;
@@ -44,15 +44,16 @@ impl Bench<'_> {
                 values: Vec::new(),
                 scale: [1.0, 1.0],
                 saturation: 0.0,
+                held: None,
             };
             (square > INVISIBLE).then(|| WhiteCandidate {
-                candidate: Candidate::of_shapes(
-                    Law::LooseMember,
-                    change.effect.place.clone(),
-                    vec![shape.clone()],
-                    1.0,
-                    false,
-                ),
+                candidate: Candidate {
+                    law: change.effect.law,
+                    place: change.effect.place.clone(),
+                    shapes: vec![shape.clone()],
+                    scale: PlaceScale::default(),
+                    wide: false,
+                },
                 shapes: vec![WhiteShape {
                     shape,
                     vectors: vec![white],
@@ -108,23 +109,23 @@ impl Bench<'_> {
     /// Structures without one element, fitted.
     ///
     /// # Arguments
-    /// - `worth`: whether a linear gain is worth a fit.
+    /// - `worth`: whether a linear gain of the law is worth a fit.
     pub(super) fn loose_members(
         &self,
         state: &State,
         view: &View,
-        worth: impl Fn(f64) -> bool,
+        worth: impl Fn(Law, f64) -> bool,
     ) -> Result<Vec<Ranked>, MismatchError> {
         let existing = &state.fitted.model.effects;
         let key = key_of(state);
         let promises = |change: &&LooseChange| {
             let Some(change_m) = &change.change_m else {
-                return true;
+                return worth(change.effect.law, f64::INFINITY);
             };
             let white = view.space.projected(change_m);
             let square = dot(&white, &white);
             let gain = 2.0 * dot(&white, &view.residuals) - square;
-            worth(gain) && gain > HOPELESS * square
+            worth(change.effect.law, gain) && gain > HOPELESS * square
         };
         let effects: Vec<&Effect> = self
             .loose_changes(state)?

@@ -6,8 +6,9 @@
 
 use std::sync::{Arc, Mutex, OnceLock, PoisonError};
 
-use stiffbench_beams::physics::{Effect, Law};
+use stiffbench_beams::physics::Effect;
 
+use super::candidate::PlaceScales;
 use super::known_noise::KnownNoise;
 use super::loose::LooseChange;
 use super::noise::ReadingNoise;
@@ -25,6 +26,7 @@ pub(super) struct Memory {
     fitted: Kept<(StateKey, Effect), Option<Ranked>>,
     noise: OnceLock<ReadingNoise>,
     loose_changes: OnceLock<Vec<LooseChange>>,
+    scales: OnceLock<PlaceScales>,
 }
 
 /// What tells a state from others under the same readings.
@@ -37,9 +39,7 @@ pub(super) fn key_of(state: &State) -> StateKey {
 
 /// Whether nothing depends on where the gauge stood.
 fn stands_anywhere(effects: &[Effect]) -> bool {
-    effects
-        .iter()
-        .all(|effect| effect.law != Law::GaugePeriodic)
+    effects.iter().all(|effect| !effect.law.is_gauge_error())
 }
 
 impl Memory {
@@ -83,7 +83,7 @@ impl Memory {
         start: &Effect,
         work: impl FnOnce() -> Result<Option<Ranked>, E>,
     ) -> Result<Option<Ranked>, E> {
-        if !stands_anywhere(&key.0.effects) || start.law == Law::GaugePeriodic {
+        if !stands_anywhere(&key.0.effects) || start.law.is_gauge_error() {
             return work();
         }
         let known = self.fitted.of(&(key.clone(), start.clone()), work)?;
@@ -98,6 +98,11 @@ impl Memory {
     /// Keeps a noise, if it is the first.
     pub(super) fn keep_noise(&self, noise: ReadingNoise) {
         self.noise.get_or_init(|| noise);
+    }
+
+    /// What the loads make of places.
+    pub(super) fn scales(&self, work: impl FnOnce() -> PlaceScales) -> &PlaceScales {
+        self.scales.get_or_init(work)
     }
 
     /// What loose members would change.

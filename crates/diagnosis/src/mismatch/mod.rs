@@ -18,7 +18,6 @@ mod few;
 mod found_model;
 mod held_out;
 mod ideal;
-mod joint_candidate;
 mod known_noise;
 mod leftover;
 mod limits;
@@ -73,7 +72,9 @@ pub use plan::{PlannedCell, PlannedLoad};
 pub use rank::Impossible;
 pub use restricted_likelihood::EstimatedNoise;
 pub use search::SearchOptions;
-pub use specimen::{NEED_A_ROBOT, SPECIMEN_JOINT, SpecimenBaseline, SpecimenScale, specimen_bench};
+pub use specimen::{
+    SPECIMEN_JOINT, SpecimenBaseline, SpecimenScale, laws_that_need_a_robot, specimen_bench,
+};
 pub use strata::{
     Carrier, Carrying, Contrast, Located, MapEntry, STRATUM_LEVEL, Spot, StratumTest, Untested,
     locate,
@@ -82,8 +83,8 @@ pub use trace::{EffectTrace, ReadingTrace, Trace, trace};
 pub use trial::{TrialNoise, Truth, scale_to, simulate, standard_errors, standard_errors_between};
 pub use verdict::{TELL_ALIKE_APART, first_of_alternatives};
 
-use candidate::SHORTEST_PERIOD_M;
 use state::Bench;
+use stiffbench_beams::physics::laws::SHORTEST_PERIOD_M;
 
 /// Finds what a baseline cannot explain, and which physics would.
 ///

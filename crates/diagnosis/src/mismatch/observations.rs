@@ -303,6 +303,7 @@ impl Layout {
             since_zero_s: since.time_s.unwrap_or(0.0),
             warming_k: since.warming_k.unwrap_or(0.0),
             position_m: None,
+            is_unloaded: reading.target_n == 0.0,
         });
         self.displacement_m.push(reading.displacement_m);
         self.runs[run].readings.end = place + 1;

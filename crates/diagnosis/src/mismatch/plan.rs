@@ -138,6 +138,7 @@ impl Observations {
                 step: load.step,
                 hold_s: load.hold_s,
                 position_m: None,
+                is_unloaded: load.force_n == 0.0,
                 since_zero_s: load.time_s - zero_load.time_s,
                 warming_k: match (load.temperature_deg_c, zero_load.temperature_deg_c) {
                     (Some(now), Some(then)) => now - then,

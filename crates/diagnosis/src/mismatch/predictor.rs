@@ -2,7 +2,7 @@
 
 use std::sync::{Arc, Mutex, PoisonError};
 
-use stiffbench_beams::physics::{Effect, Law, LawSet, Place, PoseMechanics, Twists};
+use stiffbench_beams::physics::{Effect, LawSet, Place, PoseMechanics, Twists};
 
 use super::baseline::{Baseline, PoseSolver};
 use super::changes::Frozen;
@@ -242,7 +242,7 @@ fn law_set(joints: &[String], effects: &[Effect]) -> Option<(LawSet, Vec<usize>)
     let mut turning = Vec::new();
     for effect in effects
         .iter()
-        .filter(|effect| effect.law != Law::LooseMember)
+        .filter(|effect| !effect.law.is_missing_element())
     {
         let joint = match &effect.place {
             Place::Joint(name) => Some(joints.iter().position(|joint| joint == name)?),

@@ -13,7 +13,7 @@ use super::noise::ReadingNoise;
 use super::predictor::ReadingPredictor;
 use super::products::{Measured, Products};
 use super::ranked::Ranked;
-use super::refit::{Fitted, Model, Near, Refit, is_smooth};
+use super::refit::{Fitted, Model, Near, Refit};
 use super::screen::{
     Screened, SeenCandidate, WhiteCandidate, screen, seen_candidates, white_candidates,
 };
@@ -74,7 +74,7 @@ impl Bench<'_> {
         let list = candidates(self.observations, &view.frozen, without);
         let (periods, list): (Vec<Candidate>, Vec<Candidate>) = list
             .into_iter()
-            .partition(|candidate| candidate.law == Law::GaugePeriodic);
+            .partition(|candidate| candidate.law.is_gauge_error());
         let mut seen = self
             .memory
             .seen(&key_of(state), || self.see(state, &view, list));
@@ -173,10 +173,8 @@ impl Bench<'_> {
             });
             ranked = self.fit_chosen(&field, &view.seen, &chosen)?;
         }
-        if !without.contains(&Law::LooseMember) {
-            let worth = |gain| enough(Law::LooseMember, false, gain);
-            ranked.extend(self.loose_members(state, view, worth)?);
-        }
+        let worth = |law, gain| !without.contains(&law) && enough(law, false, gain);
+        ranked.extend(self.loose_members(state, view, worth)?);
         for ranked in &mut ranked {
             ranked.weigh(limits);
         }
@@ -394,7 +392,7 @@ fn search_shape(
 
 /// The value of an effect that is searched, not followed by derivatives.
 fn kinked(effect: &Effect) -> Option<usize> {
-    (1..effect.values.len()).find(|&value| !is_smooth(effect.law, value))
+    (1..effect.values.len()).find(|&value| !effect.law.parameters[value].is_smooth())
 }
 
 /// Candidates to fit in full: the best, and those near enough to be its rivals; of slips only the best few.
@@ -420,7 +418,7 @@ fn choose(
     let best = all.first().map_or(0.0, |(_, screened)| screened.gain);
     let mut slips = 0;
     all.retain(|(place, _)| {
-        let slip = seen[*place].candidate.law == Law::Slip;
+        let slip = seen[*place].candidate.law.is_of_one_run();
         slips += usize::from(slip);
         !slip || slips <= SLIPS
     });

@@ -1,6 +1,6 @@
 //! A candidate with its fit: what is held against its limit, and the evidence for it.
 
-use stiffbench_beams::physics::{Effect, Law};
+use stiffbench_beams::physics::Effect;
 use stiffbench_numeric::statistics::{chi_squared_quantile, f_upper_tail};
 
 use super::limits::Limits;
@@ -48,12 +48,9 @@ impl Ranked {
         if self.dof > 1e5 || gain <= 0.0 {
             return gain;
         }
-        // On noise alone a gain grows by the sizes, of which a period has two.
-        let sizes = if self.effect.law == Law::GaugePeriodic {
-            2.0
-        } else {
-            1.0
-        };
+        // On noise alone a gain grows by the sizes, of which a law with a phase has two.
+        let has_phase = self.effect.law.search.phase.is_some();
+        let sizes = if has_phase { 2.0 } else { 1.0 };
         let Some(p) = f_upper_tail(gain / sizes, sizes, self.dof) else {
             return gain;
         };
@@ -94,12 +91,12 @@ pub(super) fn same(effect: &Effect, other: &Effect) -> bool {
 mod tests {
     use super::*;
     use crate::mismatch::refit::Model;
-    use stiffbench_beams::physics::Place;
+    use stiffbench_beams::physics::{Place, laws};
     use stiffbench_numeric::statistics::f_upper_tail;
 
     fn ranked(gain: f64, linear_gain: f64, dof: f64) -> Ranked {
         let effect = Effect {
-            law: Law::SettingIn,
+            law: laws::SETTING_IN,
             place: Place::Structure,
             values: vec![1e-3, 1.0],
         };

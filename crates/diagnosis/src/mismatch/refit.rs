@@ -1,12 +1,13 @@
 //! Baseline and effects fitted together to the readings, in the white space of one noise.
 
-use stiffbench_beams::physics::{Effect, Law, Place, Sign};
+use stiffbench_beams::physics::{Effect, FitBy, ParameterSpec, Place};
 use stiffbench_numeric::least_squares::{
     EvaluationFailure, JacobianView, LeastSquaresSettings, Parameter, ParameterSet,
     ResidualFunction, minimise,
 };
 
 use super::baseline::Baseline;
+use super::candidate::PlaceScales;
 use super::changes::Frozen;
 use super::error::MismatchError;
 use super::noise::Whitening;
@@ -28,11 +29,6 @@ pub(super) struct Fitted {
     pub(super) squares: f64,
 }
 
-/// Which values of a law a fit moves by derivatives; the others, on which readings depend by kinks and steps, are searched.
-pub(super) fn is_smooth(law: Law, parameter: usize) -> bool {
-    parameter == 0 || matches!(law, Law::JointNonlinearity | Law::GaugePeriodic)
-}
-
 /// A reduction of the weighted squares below this decides nothing.
 const NEGLIGIBLE: f64 = 1e-3;
 
@@ -44,7 +40,9 @@ pub(super) struct Refit<'a> {
     pub(super) whitening: &'a Whitening,
     /// Readings that count; all if `None`.
     pub(super) kept: Option<&'a [bool]>,
-    /// Bounds of the values of the last effect; those of the sign alone if `None`.
+    /// What the loads make of places: it bounds the values of all effects.
+    pub(super) scales: &'a PlaceScales,
+    /// Narrower bounds of the values of the last effect.
     pub(super) bounds_of_last: Option<&'a [[f64; 2]]>,
     /// The structure whose twists serve until the fit is near its end.
     pub(super) near: Option<Near<'a>>,
@@ -137,28 +135,21 @@ impl Refit<'_> {
             .iter()
             .enumerate()
             .flat_map(|(place, effect)| {
-                let bounds = self.bounds_of_last.filter(|_| place == last);
-                effect
-                    .law
-                    .parameters()
-                    .iter()
-                    .zip(moved_values(effect))
-                    .enumerate()
-                    .map(move |(index, (parameter, value))| {
-                        let name = format!("{place}.{}", parameter.name);
-                        if !(move_effects && is_smooth(effect.law, index)) {
-                            return Parameter::fixed(name, value);
-                        }
-                        let lower = if parameter.sign == Sign::Positive {
-                            0.0
-                        } else {
-                            f64::NEG_INFINITY
-                        };
-                        let [lower, upper] = bounds
-                            .and_then(|bounds| bounds.get(index).copied())
-                            .unwrap_or([lower, f64::INFINITY]);
+                let narrower = self.bounds_of_last.filter(|_| place == last);
+                let bounds = narrower.map_or_else(|| self.scales.bounds(effect), <[_]>::to_vec);
+                let values = effect.law.parameters.iter().zip(moved_values(effect));
+                let parameter = move |((parameter, value), [lower, upper]): (_, [f64; 2])| {
+                    let (parameter, value): (&ParameterSpec, f64) = (parameter, value);
+                    let name = format!("{place}.{}", parameter.name);
+                    // Where loads do not act on a place nothing can be fitted.
+                    if move_effects && parameter.is_smooth() && lower < upper {
                         Parameter::free(name, value.clamp(lower, upper), lower, upper)
-                    })
+                    } else {
+                        Parameter::fixed(name, value)
+                    }
+                };
+                let all: Vec<Parameter> = values.zip(bounds).map(parameter).collect();
+                all
             });
         ParameterSet::new(of_baseline.chain(of_effects).collect())
     }
@@ -208,13 +199,15 @@ impl Refit<'_> {
     }
 }
 
-/// The values of an effect as a fit moves them: of a nonlinear joint the quadratic term over the linear one, for it is that which has bounds.
+/// The values of an effect as a fit moves them: some as their ratio to the first, for it is that which has bounds.
 fn moved_values(effect: &Effect) -> impl Iterator<Item = f64> + '_ {
-    effect.values.iter().enumerate().map(|(index, &value)| {
-        let linear = effect.values[0];
-        match (effect.law, index) {
-            (Law::JointNonlinearity, 1) if linear != 0.0 => value / linear,
-            _ => value,
+    let first = effect.values.first().copied().unwrap_or_default();
+    let values = effect.law.parameters.iter().zip(&effect.values);
+    values.map(move |(parameter, &value)| {
+        if parameter.is_ratio() && first != 0.0 {
+            value / first
+        } else {
+            value
         }
     })
 }
@@ -226,8 +219,13 @@ fn put_values(effects: &mut [Effect], values: &[f64]) {
         *target = *value;
     }
     for effect in effects {
-        if effect.law == Law::JointNonlinearity {
-            effect.values[1] *= effect.values[0];
+        let Some(first) = effect.values.first().copied() else {
+            continue;
+        };
+        for (parameter, value) in effect.law.parameters.iter().zip(&mut effect.values) {
+            if parameter.is_ratio() {
+                *value *= first;
+            }
         }
     }
 }
@@ -237,16 +235,22 @@ fn step_on(effect: &mut Effect, value: usize) -> f64 {
     let step = step_of(effect, value);
     let before = effect.values[value];
     effect.values[value] += step;
-    match (effect.law, value) {
-        (Law::JointNonlinearity, 0) if before != 0.0 => {
-            effect.values[1] *= (before + step) / before;
-            step
-        }
-        // Without a linear term the ratio moves nothing: over an endless step the difference is none.
-        (Law::JointNonlinearity, 1) if effect.values[0] == 0.0 => f64::INFINITY,
-        (Law::JointNonlinearity, 1) => step / effect.values[0],
-        _ => step,
+    if effect.law.parameters[value].is_ratio() {
+        // Without the first value the ratio moves nothing: over an endless step the difference is none.
+        return if effect.values[0] == 0.0 {
+            f64::INFINITY
+        } else {
+            step / effect.values[0]
+        };
     }
+    if value == 0 && before != 0.0 {
+        for (parameter, value) in effect.law.parameters.iter().zip(&mut effect.values) {
+            if parameter.is_ratio() {
+                *value *= (before + step) / before;
+            }
+        }
+    }
+    step
 }
 
 struct Problem<'r, 'a, 'p> {
@@ -335,17 +339,13 @@ impl Problem<'_, '_, '_> {
             for value in 0..self.effects[effect].values.len() {
                 if let Some(out) = jacobian.column_mut(parameter) {
                     let own = &mut self.effects[effect];
-                    let (before, last) = (own.values[value], own.values.last().copied());
+                    let before = own.values.clone();
                     let step = step_on(own, value);
                     self.predictor
                         .predict(of_baseline, &self.effects, &mut self.shifted)
                         .map_err(EvaluationFailure::of_model)?;
-                    let own = &mut self.effects[effect];
-                    // A step of the first value may have taken the last along.
-                    if let (Some(target), Some(last)) = (own.values.last_mut(), last) {
-                        *target = last;
-                    }
-                    own.values[value] = before;
+                    // A step of the first value may have taken others along.
+                    self.effects[effect].values = before;
                     for (shifted, value) in self.shifted.iter_mut().zip(&self.scratch) {
                         *shifted = (*shifted - value) / step;
                     }
@@ -361,28 +361,31 @@ impl Problem<'_, '_, '_> {
     }
 }
 
-/// Step of a difference: a thousandth of the value; from zero, a size at which the effect can be told from rounding.
+/// Step of a difference: a share of the value; from zero, a size at which the effect can be told from rounding.
 pub(super) fn step_of(effect: &Effect, value: usize) -> f64 {
+    /// Step from zero of a value with a unit.
+    const FROM_ZERO: f64 = 1e-9;
+    /// Share by which a ratio, or a value that is searched, is moved.
+    const SHARE: f64 = 1e-3;
     let now = effect.values[value];
-    match (effect.law, value) {
-        // A phase is near its value everywhere.
-        (Law::GaugePeriodic, 2) => 1e-4,
-        // A period is known to a share of itself; the sine turns with the displacement over it.
-        (Law::GaugePeriodic, 1) => 1e-6 * now,
-        // From q = 0 the step is a share of the linear term.
-        (Law::JointNonlinearity, 1) => 1e-3 * now.abs().max(1e-3 * effect.values[0]),
-        _ if now == 0.0 => 1e-9,
-        _ => 1e-3 * now,
+    match effect.law.parameters[value].fit {
+        FitBy::FixedStep { step } => step,
+        // From zero the step is a share of the first value.
+        FitBy::RatioToFirst => SHARE * now.abs().max(SHARE * effect.values[0]),
+        FitBy::Derivative { .. } | FitBy::Search if now == 0.0 => FROM_ZERO,
+        FitBy::Derivative { relative_step } => relative_step * now,
+        FitBy::Search => SHARE * now,
     }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use stiffbench_beams::physics::laws;
 
     fn nonlinear(values: [f64; 2]) -> Effect {
         Effect {
-            law: Law::JointNonlinearity,
+            law: laws::JOINT_NONLINEARITY,
             place: Place::Joint("A3".into()),
             values: values.to_vec(),
         }

@@ -2,10 +2,10 @@
 
 use rayon::prelude::*;
 
-use stiffbench_beams::physics::{Effect, JointPath, Law, Place, Twists};
+use stiffbench_beams::physics::{Effect, JointPath, Place, Shape, Twists};
 use stiffbench_numeric::lanes::widest;
 
-use super::candidate::{Candidate, Shape};
+use super::candidate::Candidate;
 use super::changes::Changes;
 use super::products::{Measured, Products};
 use super::space::{Space, dot};
@@ -119,7 +119,7 @@ pub(super) fn seen_candidates(
     // A joint that could not be seen if it turned freely cannot be seen under any law: none turns it further.
     let (compliances, rest): (Vec<Candidate>, Vec<Candidate>) = candidates
         .into_iter()
-        .partition(|candidate| candidate.law == Law::JointCompliance);
+        .partition(|candidate| candidate.law.search.is_freest);
     let mut out = look(compliances);
     let unseen: Vec<Place> = out
         .iter()
@@ -174,8 +174,8 @@ fn seen_shape(
 ) -> Option<SeenShape> {
     let effect = effect_of(candidate, shape);
     let [first, second] = &mut scratch.change_m;
-    let (seen, quarter, peak_m) = if candidate.law == Law::GaugePeriodic {
-        changes.of_both_phases(&effect, &mut scratch.twists, [first, second])?;
+    let (seen, quarter, peak_m) = if let Some(phase) = candidate.law.search.phase {
+        changes.of_both_phases(&effect, phase, &mut scratch.twists, [first, second])?;
         let pair = products.measure_pair([&*first, &*second], &mut scratch.products);
         let peak_m = peak(first).max(peak(second));
         (pair.first, Some(pair.second), peak_m)
@@ -239,8 +239,8 @@ fn white_shape(
 ) -> Option<WhiteShape> {
     let effect = effect_of(candidate, &shape.shape);
     let [first, second] = &mut scratch.change_m;
-    let vectors = if shape.quarter.is_some() {
-        changes.of_both_phases(&effect, &mut scratch.twists, [first, second])?;
+    let vectors = if let Some(phase) = candidate.law.search.phase {
+        changes.of_both_phases(&effect, phase, &mut scratch.twists, [first, second])?;
         let [first, mut second] = [&*first, &*second].map(|change_m| space.white(change_m));
         make_orthogonal(space, &first, &mut second);
         vec![first, second]
@@ -343,19 +343,19 @@ impl SeenShape {
     /// The effect at a size, with its phase from the residuals where it has one.
     pub(super) fn effect(&self, candidate: &Candidate, scale: f64) -> Effect {
         let mut effect = effect_of(candidate, &self.shape);
-        if let Some(quarter) = self.quarter {
+        if let (Some(quarter), Some(phase)) = (self.quarter, candidate.law.search.phase) {
             let s = self.seen.product / self.seen.square;
             let c = quarter.product / quarter.square.max(f64::MIN_POSITIVE);
             effect.values[0] *= s.hypot(c);
-            effect.values[2] = c.atan2(s);
+            effect.values[phase] = c.atan2(s);
             return effect;
         }
         let factor = self.shape.size_factor(scale);
-        if let Some(size) = effect.values.first_mut() {
-            *size *= factor;
-        }
-        if candidate.law == Law::JointNonlinearity {
-            effect.values[1] *= factor;
+        let sized = |index: usize| index == 0 || candidate.law.parameters[index].is_ratio();
+        for (index, value) in effect.values.iter_mut().enumerate() {
+            if sized(index) {
+                *value *= factor;
+            }
         }
         effect
     }

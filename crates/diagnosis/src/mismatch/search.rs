@@ -122,9 +122,7 @@ impl Bench<'_> {
     /// Where the gauge stood at each reading, m: a state's effects moved it, but for those of the gauge itself.
     pub(super) fn positions(&self, state: &State) -> Result<Vec<f64>, MismatchError> {
         let mut model = state.fitted.model.clone();
-        model
-            .effects
-            .retain(|effect| effect.law != Law::GaugePeriodic);
+        model.effects.retain(|effect| !effect.law.is_gauge_error());
         let residuals = self.raw_residuals(&model)?;
         Ok(state.whitening.positions(self.observations, &residuals))
     }
@@ -318,7 +316,7 @@ impl Bench<'_> {
             let alone = rest.effects.is_empty();
             let passes = |ranked: &Ranked| {
                 ranked.judged_gain(alone) > limit(ranked)
-                    && !(ranked.effect.law == Law::Slip
+                    && !(ranked.effect.law.is_of_one_run()
                         && is_outlier(self.observations, &ranked.white, &view.residuals))
             };
             let Some(passing) = again.into_iter().find(passes) else {

@@ -27,13 +27,11 @@ const LARGEST_LOAD: f64 = 70.0;
 const LARGEST_DISPLACEMENT: f64 = 1e-3;
 
 /// Laws that need a robot, or that a straight line with a free slope contains.
-pub const NEED_A_ROBOT: [Law; 5] = [
-    Law::JointCompliance,
-    Law::BaseCompliance,
-    Law::GaugeStandCompliance,
-    Law::LoadMisalignment,
-    Law::LooseMember,
-];
+#[must_use]
+pub fn laws_that_need_a_robot() -> Vec<Law> {
+    let laws = Law::ALL.iter().filter(|law| !law.search.without_robot);
+    laws.copied().collect()
+}
 
 /// What one unit of the scaled numbers is in the table.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -219,6 +217,7 @@ fn add_run(table: &SpecimenTable, scale: &SpecimenScale, run: usize, out: &mut O
                 _ => 0.0,
             },
             position_m: None,
+            is_unloaded: table.driver(reading) == 0.0,
         });
         out.displacement_m
             .push((table.answer(reading) - scale.offset) / scale.answer);

@@ -5,6 +5,7 @@ use std::sync::Arc;
 use stiffbench_beams::physics::{Effect, Twists};
 
 use super::baseline::Baseline;
+use super::candidate::PlaceScales;
 use super::changes::Frozen;
 use super::error::MismatchError;
 use super::known_noise::KnownNoise;
@@ -57,8 +58,17 @@ impl<'a> Bench<'a> {
         ReadingPredictor::new(self.baseline, self.observations, Arc::clone(&self.idle))
     }
 
+    /// What the loads make of places, by the structure at the start; of one that cannot be solved there only what needs no structure.
+    pub(super) fn scales(&self) -> &PlaceScales {
+        self.memory.scales(|| {
+            let start = self.start();
+            let frozen = self.predictor().frozen(&start.parameters, &[]);
+            PlaceScales::new(self.observations, &frozen.unwrap_or_default())
+        })
+    }
+
     /// A refit under a whitening.
-    pub(super) fn refit<'w>(&self, whitening: &'w Whitening) -> Refit<'w>
+    pub(super) fn refit<'w>(&'w self, whitening: &'w Whitening) -> Refit<'w>
     where
         'a: 'w,
     {
@@ -67,6 +77,7 @@ impl<'a> Bench<'a> {
             observations: self.observations,
             whitening,
             kept: None,
+            scales: self.scales(),
             bounds_of_last: None,
             near: None,
         }
@@ -214,7 +225,7 @@ impl<'a> Bench<'a> {
             for value in 0..effects[place].values.len() {
                 let before = effects[place].values[value];
                 // A moment or a time moves readings by kinks: a twentieth averages over them.
-                let smooth = super::refit::is_smooth(effects[place].law, value);
+                let smooth = effects[place].law.parameters[value].is_smooth();
                 let step = if smooth {
                     step_of(&effects[place], value)
                 } else {

@@ -6,7 +6,7 @@ use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, Gamma, StandardNormal};
 
-use stiffbench_beams::physics::{Effect, Law, Sign};
+use stiffbench_beams::physics::{Effect, Sign};
 
 use super::baseline::Baseline;
 use super::candidate::candidates;
@@ -157,9 +157,9 @@ pub fn standard_errors_between(
     let nearest = space.nearest_shape(others, rival, &own)?;
     let positive = rival
         .law
-        .parameters()
+        .parameters
         .first()
-        .is_none_or(|parameter| parameter.sign == Sign::Positive);
+        .is_none_or(|parameter| parameter.sign != Sign::Either);
     let left = if product == 0.0 || (positive && product < 0.0) {
         square
     } else {
@@ -293,7 +293,7 @@ fn scaled(truth: &Truth, factor: f64) -> Truth {
     if let Some(effect) = scaled.effects.last_mut() {
         for (place, value) in effect.values.iter_mut().enumerate() {
             // The quadratic term grows with the linear one; all else is shape.
-            if place == 0 || effect.law == Law::JointNonlinearity {
+            if place == 0 || effect.law.parameters[place].is_ratio() {
                 *value *= factor;
             }
         }

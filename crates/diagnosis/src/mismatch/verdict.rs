@@ -2,7 +2,7 @@
 
 use nalgebra::DMatrix;
 
-use stiffbench_beams::physics::{Effect, Law};
+use stiffbench_beams::physics::Effect;
 
 use super::diagnosis::{Diagnosis, FactorShift, Finding, Location, Rival, Value, Verdict};
 use super::error::MismatchError;
@@ -169,7 +169,7 @@ impl Bench<'_> {
                 cosine: cosine(rival),
             })
             .collect();
-        let end_effect = if ranked.effect.law == Law::LooseMember {
+        let end_effect = if ranked.effect.law.is_missing_element() {
             self.loose_effect_m(model)?
         } else {
             end_effect_m(&frozen, self.observations, &model.effects, last)
@@ -371,7 +371,7 @@ fn members(chosen: &Chosen) -> Vec<usize> {
         let squared_cosine = dot(&winner.white, &ranked.white).powi(2)
             / (dot(&winner.white, &winner.white) * dot(&ranked.white, &ranked.white))
                 .max(f64::MIN_POSITIVE);
-        let name = (ranked.effect.law.name(), &ranked.effect.place);
+        let name = (ranked.effect.law.name, &ranked.effect.place);
         if (place == 0 || !told_apart(behind, squared_cosine)) && !seen.contains(&name) {
             seen.push(name);
             out.push(place);

@@ -16,7 +16,7 @@ use crate::report::{
     verdicts_json,
 };
 use stiffbench::mismatch::SearchOptions;
-use stiffbench::physics::Law;
+use stiffbench::physics::{Law, laws};
 use stiffbench::readings::SessionHeader;
 use stiffbench::robot::Robot;
 use stiffbench::source_text::SourceText;
@@ -62,10 +62,10 @@ const SIZES: [f64; 4] = [3.0, 4.5, 6.0, 8.0];
 
 /// Laws under `--quick`: one of a joint that is smooth, one with a history, one of the structure, one of the gauge.
 const QUICK_LAWS: [Law; 4] = [
-    Law::JointCompliance,
-    Law::JointFriction,
-    Law::SettingIn,
-    Law::GaugePeriodic,
+    laws::JOINT_COMPLIANCE,
+    laws::JOINT_FRICTION,
+    laws::SETTING_IN,
+    laws::GAUGE_PERIODIC,
 ];
 
 /// A part of the proof, what runs it.

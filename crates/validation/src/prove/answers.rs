@@ -94,10 +94,10 @@ impl TrueEffect {
     #[must_use]
     pub fn law(&self) -> Option<Law> {
         Law::named(&self.physics).find(|law| {
-            law.parameters().first().is_none_or(|size| {
+            law.parameters.first().is_none_or(|size| {
                 self.parameters
                     .get(size.name)
-                    .is_some_and(|given| given.unit == size.unit)
+                    .is_some_and(|given| given.unit == size.unit())
             })
         })
     }
@@ -282,7 +282,7 @@ impl Sets {
 mod tests {
     use super::*;
     use serde_json::json;
-    use stiffbench_beams::physics::Place;
+    use stiffbench_beams::physics::{Place, laws};
 
     #[test]
     fn lists_are_thinned_evenly_and_ordered_by_name() {
@@ -321,10 +321,10 @@ mod tests {
             }))
             .unwrap()
         };
-        let per_second = Effect::new(Law::DriftPerSecond, Place::Clock, vec![1e-8]).unwrap();
+        let per_second = Effect::new(laws::DRIFT_PER_SECOND, Place::Clock, vec![1e-8]).unwrap();
         assert!(drift("m/s").is(&per_second));
         assert!(!drift("m/K").is(&per_second));
-        assert_eq!(drift("m/K").law(), Some(Law::DriftPerKelvin));
+        assert_eq!(drift("m/K").law(), Some(laws::DRIFT_PER_KELVIN));
         assert_eq!(drift("m/s").title(), "thermal-drift at the clock");
         let slip = json!({ "run": { "pose": "P1", "direction": "x", "repeat": 2 }, "step": 3 });
         assert_eq!(place_words(&slip), "pose P1 direction x repeat 2 step 3");

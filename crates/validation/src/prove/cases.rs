@@ -3,7 +3,7 @@
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
-use stiffbench_beams::physics::{Effect, Law, Place};
+use stiffbench_beams::physics::{Effect, Law, Place, PlaceScale};
 use stiffbench_diagnosis::mismatch::{Baseline, Truth, scale_to, standard_errors};
 use stiffbench_units_and_text::test_point::Direction;
 
@@ -13,17 +13,14 @@ use super::trial_bench::TrialBench;
 /// A joint whose release would add more than this many times the compliance of the structure lies in no closed loop.
 const OPEN: f64 = 1e4;
 
-/// Share of a joint's largest moment at which its law begins.
-const BEGINS: f64 = 0.22;
-
 /// Size, standard errors, that a place has to reach to be tried: none beyond it can be asked for.
 pub const LARGEST_SIZE: f64 = 12.0;
 
 /// A loose member has the size it has: the smallest beyond this is taken, standard errors.
 const LEAST_LOOSE: f64 = 6.0;
 
-/// Steps of runs at which slips are tried, of the thousand at which they can happen.
-const SLIPS: usize = 12;
+/// Steps of runs at which a law of one run is tried, of the thousand at which it can happen.
+const IN_RUNS: usize = 12;
 
 /// What is known of a joint under the loads of a plan.
 struct JointView {
@@ -44,10 +41,10 @@ pub(super) fn testable(
     law: Law,
     open: bool,
 ) -> Result<Vec<Effect>, ProveError> {
-    if law == Law::Slip {
-        return Ok(slips(bench));
+    if law.is_of_one_run() {
+        return Ok(in_runs(bench, law));
     }
-    if law == Law::LooseMember {
+    if law.is_missing_element() {
         return Ok(bench.baseline.loose_effects());
     }
     let joints = joints(bench)?;
@@ -136,8 +133,8 @@ pub(super) fn loose(bench: &TrialBench<'_>) -> Result<Option<(Effect, f64)>, Pro
     Ok(best)
 }
 
-/// Jumps all over the plan: any first few of them lie far apart, in the order of runs and within a run.
-fn slips(bench: &TrialBench<'_>) -> Vec<Effect> {
+/// Effects of a law in one run, all over the plan: any first few of them lie far apart, in the order of runs and within a run.
+fn in_runs(bench: &TrialBench<'_>, law: Law) -> Vec<Effect> {
     // Steps of the sequence that fills a square most evenly (Roberts, "The unreasonable effectiveness of quasirandom sequences", 2018): one
     // over the plastic number, and one over its square.
     const STEPS: [f64; 2] = [0.754_877_666, 0.569_840_291];
@@ -156,51 +153,39 @@ fn slips(bench: &TrialBench<'_>) -> Vec<Effect> {
             repeat: run.repeat,
             step: observations.loads[first_after].step,
         };
-        Effect::new(Law::Slip, place, small_values(Law::Slip, 1.0)).ok()
+        Effect::new(law, place, small_values(law, 1.0)).ok()
     };
-    (0..SLIPS).filter_map(jump).collect()
+    (0..IN_RUNS).filter_map(jump).collect()
 }
 
 /// The same effect with another shape, drawn by a seed: no search has all shapes.
 pub(super) fn reshaped(effect: &Effect, seed: u64) -> Effect {
     let mut rng = ChaCha8Rng::seed_from_u64(seed);
     // Even in the logarithm.
-    let mut times = |value: &mut f64, most: f64| {
-        *value *= most.powf(2.0 * rng.random::<f64>() - 1.0);
-    };
     let mut effect = effect.clone();
-    match (effect.law, &mut effect.values[..]) {
-        (Law::JointBacklash | Law::JointFriction | Law::SettingIn, [_, shape]) => {
-            times(shape, 2.0);
+    let shape = effect.law.parameters.iter().zip(&mut effect.values).skip(1);
+    for (parameter, value) in shape {
+        let spread = parameter.typical.spread;
+        if spread.is_nan() {
+            // A phase may be anything.
+            *value = std::f64::consts::TAU * rng.random::<f64>();
+        } else {
+            *value *= spread.powf(2.0 * rng.random::<f64>() - 1.0);
         }
-        (Law::JointNonlinearity, [_, quadratic]) => times(quadratic, 2.0),
-        (Law::Creep, [_, t0]) => times(t0, 4.0),
-        (Law::GaugePeriodic, [_, period, phase]) => {
-            // A wheel or a rack is as wide as it is made.
-            times(period, 1.005);
-            *phase = std::f64::consts::TAU * rng.random::<f64>();
-        }
-        _ => {}
     }
     effect
 }
 
 /// Values small enough to be scaled up, with a shape in the middle of what is plausible.
 fn small_values(law: Law, moment_nm: f64) -> Vec<f64> {
-    match law {
-        Law::JointCompliance => vec![1e-12],
-        Law::JointBacklash | Law::JointFriction => vec![1e-12, BEGINS * moment_nm],
-        Law::JointNonlinearity => vec![1e-12, 0.8e-12 / moment_nm],
-        Law::BaseCompliance | Law::GaugeStandCompliance => vec![1e-14],
-        Law::LoadMisalignment => vec![1e-7],
-        Law::LooseMember => Vec::new(),
-        Law::ForceGaugeNonlinearity => vec![1e-10],
-        Law::Creep | Law::SettingIn => vec![1e-7, 1.0],
-        Law::DriftPerSecond => vec![1e-13],
-        Law::DriftPerKelvin => vec![1e-10],
-        Law::Slip => vec![1e-9],
-        Law::GaugePeriodic => vec![1e-9, 2.5e-4, 0.5],
-    }
+    let scale = PlaceScale {
+        moment_nm,
+        ..PlaceScale::default()
+    };
+    let parameters = law.parameters.iter();
+    parameters
+        .map(|parameter| (parameter.typical.value)(&scale))
+        .collect()
 }
 
 fn joints(bench: &TrialBench<'_>) -> Result<Vec<JointView>, ProveError> {

@@ -3,21 +3,21 @@
 //! The idealised bench knows sizes of noise and shapes of effects, and has three factors with random patterns over its cells in place of a
 //! structure. Its powers are upper limits; what a robot's own factors imitate, and what its joints do to each other, only a robot shows.
 
-use stiffbench_beams::physics::Law;
+use stiffbench_beams::physics::{Law, laws};
 use stiffbench_diagnosis::mismatch::{DesignReport, LawDesign};
 
 /// Laws with their standard errors on the idealised bench, µm at the largest load: four poses, three directions, five repeats, loading and
 /// unloading, a mean compliance of 20 µm/N, readings to 6 µm on a gauge of 10 µm, zeros to 5 µm, slopes of runs to 0.5 %.
 pub const IDEALISED_UM: [(Law, f64); 9] = [
-    (Law::JointBacklash, 0.65),
-    (Law::JointFriction, 0.24),
-    (Law::JointCompliance, 2.0),
-    (Law::JointNonlinearity, 2.0),
-    (Law::LoadMisalignment, 2.8),
-    (Law::ForceGaugeNonlinearity, 2.3),
-    (Law::Creep, 3.0),
-    (Law::DriftPerSecond, 1.3),
-    (Law::SettingIn, 3.1),
+    (laws::JOINT_BACKLASH, 0.65),
+    (laws::JOINT_FRICTION, 0.24),
+    (laws::JOINT_COMPLIANCE, 2.0),
+    (laws::JOINT_NONLINEARITY, 2.0),
+    (laws::LOAD_MISALIGNMENT, 2.8),
+    (laws::FORCE_GAUGE_NONLINEARITY, 2.3),
+    (laws::CREEP, 3.0),
+    (laws::DRIFT_PER_SECOND, 1.3),
+    (laws::SETTING_IN, 3.1),
 ];
 
 /// Standard errors of a law at its places under a plan: the smallest, the one in the middle, the largest, as change of a reading, m.
@@ -73,14 +73,14 @@ fn at_places(law: Law, designs: &[LawDesign]) -> Option<PlaceErrors> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use stiffbench_beams::physics::Place;
+    use stiffbench_beams::physics::{Place, laws};
     use stiffbench_diagnosis::mismatch::Suspect;
 
     #[test]
     fn a_law_has_its_smallest_middle_and_largest_error_or_none() {
         let design = |joint: &str, standard_error_m| LawDesign {
             suspect: Suspect {
-                law: Law::JointBacklash,
+                law: laws::JOINT_BACKLASH,
                 place: Place::Joint(joint.to_owned()),
             },
             size_80: None,

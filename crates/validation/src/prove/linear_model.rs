@@ -1,6 +1,6 @@
 //! Stiffness of the cells of a robot with one linear law in it: what stiffness values alone can be fitted with.
 
-use stiffbench_beams::physics::{Law, Mechanics, Place, PoseMechanics};
+use stiffbench_beams::physics::{Law, Mechanics, Place, PoseMechanics, laws};
 use stiffbench_beams::robot::{FittingFactors, Mechanism, Pose, Robot, RobotError};
 use stiffbench_numeric::least_squares::{
     EvaluationFailure, JacobianView, LeastSquaresFit, LeastSquaresSettings, Parameter,
@@ -55,22 +55,27 @@ pub(super) struct LinearFit {
     pub(super) squares: f64,
 }
 
+/// Whether a law turns the force.
+fn is_turn(law: Law) -> bool {
+    law == laws::LOAD_MISALIGNMENT
+}
+
 impl LinearLaw {
     /// Every linear law at every place that matters in some cell.
     pub(super) fn all(mechanics: &Mechanics<'_>, cells: &[MeasuredCell]) -> Vec<Self> {
         let mut found = Vec::new();
         for (joint, name) in mechanics.joint_names().enumerate() {
             let place = Place::Joint(name.to_owned());
-            found.push((Law::JointCompliance, place, joint));
+            found.push((laws::JOINT_COMPLIANCE, place, joint));
         }
         for axis in [Direction::X, Direction::Z] {
-            found.push((Law::BaseCompliance, Place::Axis(axis), 0));
+            found.push((laws::BASE_COMPLIANCE, Place::Axis(axis), 0));
         }
         for direction in Direction::ALL {
-            found.push((Law::GaugeStandCompliance, Place::Direction(direction), 0));
+            found.push((laws::GAUGE_STAND_COMPLIANCE, Place::Direction(direction), 0));
             for toward in Direction::ALL.into_iter().filter(|t| *t != direction) {
                 let place = Place::Toward { direction, toward };
-                found.push((Law::LoadMisalignment, place, 0));
+                found.push((laws::LOAD_MISALIGNMENT, place, 0));
             }
         }
         found
@@ -93,7 +98,7 @@ impl LinearLaw {
                 if largest < 1e-6 {
                     return None;
                 }
-                if law != Law::LoadMisalignment {
+                if !is_turn(law) {
                     one.unit = 1.0 / largest;
                 }
                 Some(one)
@@ -133,7 +138,7 @@ impl LinearLaw {
     }
 
     pub(super) fn size_range(&self) -> [f64; 2] {
-        if self.law == Law::LoadMisalignment {
+        if is_turn(self.law) {
             [-LARGEST_ANGLE, LARGEST_ANGLE]
         } else {
             [0.0, LARGEST_SIZE]
@@ -229,7 +234,7 @@ impl StiffnessProblem<'_> {
             None => Parameter::fixed("size", 0.0),
             Some(law) => {
                 let [low, high] = law.size_range();
-                let start = if law.law == Law::LoadMisalignment {
+                let start = if is_turn(law.law) {
                     0.1 * start * high
                 } else {
                     start

@@ -2,7 +2,7 @@
 
 use rayon::prelude::*;
 
-use stiffbench_beams::physics::{Effect, Law, Place};
+use stiffbench_beams::physics::{Effect, Law, Needs, Place, laws};
 use stiffbench_diagnosis::mismatch::{IdealSearch, IdealSession, SearchOptions, Truth};
 
 use super::calibration::{is_full, places_of_benches};
@@ -30,10 +30,10 @@ const PAIR_SIZE: f64 = 12.0;
 
 /// Pairs of laws, in a joint of a closed loop where they sit in one.
 const PAIRS: [[Law; 2]; 4] = [
-    [Law::JointBacklash, Law::DriftPerSecond],
-    [Law::JointCompliance, Law::SettingIn],
-    [Law::JointFriction, Law::GaugePeriodic],
-    [Law::BaseCompliance, Law::ForceGaugeNonlinearity],
+    [laws::JOINT_BACKLASH, laws::DRIFT_PER_SECOND],
+    [laws::JOINT_COMPLIANCE, laws::SETTING_IN],
+    [laws::JOINT_FRICTION, laws::GAUGE_PERIODIC],
+    [laws::BASE_COMPLIANCE, laws::FORCE_GAUGE_NONLINEARITY],
 ];
 
 /// What is to be counted.
@@ -146,7 +146,7 @@ pub fn power<E: From<ProveError>>(
             break;
         }
         let bench = bench(place)?;
-        let is_closed = !testable(&bench, Law::JointCompliance, false)?.is_empty();
+        let is_closed = !testable(&bench, laws::JOINT_COMPLIANCE, false)?.is_empty();
         let count = if is_closed { &mut closed } else { &mut open };
         let wanted = if is_closed { options.closed_benches } else { 1 };
         if *count >= wanted {
@@ -156,7 +156,7 @@ pub fn power<E: From<ProveError>>(
         let first_closed = is_closed && *count == 1;
         let ideal = bench.ideal()?;
         for &law in &options.laws {
-            let here = law.is_of_a_joint() || (first_closed && law != Law::Creep);
+            let here = law.is_of_a_joint() || (first_closed && !needs_holds(law));
             if here {
                 cases.extend(law_case((&bench, &ideal), law, !is_closed, options, done)?);
                 so_far(&cases)?;
@@ -169,19 +169,26 @@ pub fn power<E: From<ProveError>>(
             }
         }
     }
-    if let Some(&place) = held.first().filter(|_| options.laws.contains(&Law::Creep)) {
+    let of_holds: Vec<Law> = options
+        .laws
+        .iter()
+        .copied()
+        .filter(|law| needs_holds(*law))
+        .collect();
+    if let Some(&place) = held.first().filter(|_| !of_holds.is_empty()) {
         let bench = bench(place)?;
         let ideal = bench.ideal()?;
-        cases.extend(law_case(
-            (&bench, &ideal),
-            Law::Creep,
-            false,
-            options,
-            done,
-        )?);
-        so_far(&cases)?;
+        for law in of_holds {
+            cases.extend(law_case((&bench, &ideal), law, false, options, done)?);
+            so_far(&cases)?;
+        }
     }
     Ok(cases)
+}
+
+/// Whether only a session with holds shows a law.
+fn needs_holds(law: Law) -> bool {
+    law.search.needs == Needs::Hold
 }
 
 fn has_holds(session: &Session) -> bool {
@@ -196,7 +203,7 @@ fn law_case(
     options: &PowerOptions,
     done: &(dyn Fn() + Sync),
 ) -> Result<Option<PowerCase>, ProveError> {
-    let (effects, sizes) = if law == Law::LooseMember {
+    let (effects, sizes) = if law.is_missing_element() {
         let Some((effect, size)) = loose(bench)? else {
             return Ok(None);
         };
@@ -216,7 +223,7 @@ fn law_case(
             let seed = seed_of(&[
                 options.seed,
                 300,
-                law as u64,
+                law.number() as u64,
                 u64::from(open),
                 number as u64,
             ]);
@@ -224,7 +231,7 @@ fn law_case(
                 let factors_seed = seed_of(&[seed, 1, block as u64]);
                 let effect = &effects[block % effects.len()];
                 let mut truth = bench.truth(factors_seed);
-                if law == Law::LooseMember {
+                if law.is_missing_element() {
                     truth.effects.push(effect.clone());
                     return Ok(Some(truth));
                 }
@@ -241,7 +248,7 @@ fn law_case(
         laws: vec![law],
         title: match effects.len() {
             1 => first.title(),
-            count => format!("{} at {count} places", law.name()),
+            count => format!("{} at {count} places", law.name),
         },
         places: effects.iter().map(|effect| effect.place.clone()).collect(),
         bench: bench.session.bench(),
@@ -274,7 +281,7 @@ fn ideal_point(
 /// The sizes of a power curve; slip is judged at its own limit.
 fn sizes_of(bench: &TrialBench<'_>, law: Law, options: &PowerOptions) -> Vec<f64> {
     let limit = bench.limits.laws.get(&(law, false));
-    match limit.filter(|_| law == Law::Slip) {
+    match limit.filter(|_| law.is_of_one_run()) {
         Some(limit) => SLIP_BEYOND_LIMIT
             .iter()
             .map(|beyond| limit.sqrt() + beyond)
@@ -297,7 +304,12 @@ fn pair_case(
         };
         effects.push(effect);
     }
-    let seed = seed_of(&[options.seed, 400, laws[0] as u64, laws[1] as u64]);
+    let seed = seed_of(&[
+        options.seed,
+        400,
+        laws[0].number() as u64,
+        laws[1].number() as u64,
+    ]);
     let truth_at = |block: usize| -> Result<Option<Truth>, ProveError> {
         let mut truth = Some(bench.truth(seed_of(&[seed, 1, block as u64])));
         for effect in &effects {

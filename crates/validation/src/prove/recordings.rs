@@ -5,7 +5,8 @@ use std::collections::BTreeMap;
 use serde::Deserialize;
 
 use stiffbench_diagnosis::mismatch::{
-    Diagnosis, MismatchError, NEED_A_ROBOT, SearchOptions, Verdict, diagnose, specimen_bench,
+    Diagnosis, MismatchError, SearchOptions, Verdict, diagnose, laws_that_need_a_robot,
+    specimen_bench,
 };
 use stiffbench_measurement::specimen::{SpecimenOptions, SpecimenTable};
 
@@ -139,7 +140,7 @@ pub fn score_recording(
 ) -> Result<RecordingScore, ProveError> {
     let (observations, baseline, scale) = specimen_bench(table)?;
     let options = SearchOptions {
-        without: NEED_A_ROBOT.to_vec(),
+        without: laws_that_need_a_robot(),
         seed,
         ..SearchOptions::default()
     };
@@ -212,7 +213,7 @@ pub fn judge(
     expected.extend(recording.also_right.iter().cloned());
     let mut false_names: Vec<String> = Vec::new();
     for finding in &diagnosis.findings {
-        let name = finding.effect.law.name();
+        let name = finding.effect.law.name;
         let listed = |names: &[String]| names.iter().any(|known| known == name);
         // With the verdict unknown, what explains a part may be any law that is not excluded.
         let whole = diagnosis.verdict != Verdict::Unknown;

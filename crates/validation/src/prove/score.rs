@@ -246,7 +246,7 @@ fn truth_score(truth: &TrueEffect, group: Option<&Vec<&Finding>>) -> TruthScore 
     let members = group.map_or(&[][..], Vec::as_slice);
     let own = members.iter().find(|finding| truth.is(&finding.effect));
     let size = own.and_then(|finding| {
-        let name = finding.effect.law.parameters().first()?.name;
+        let name = finding.effect.law.parameters.first()?.name;
         Some((finding.values.first()?, truth.value(name)?))
     });
     let near = truth
@@ -292,7 +292,7 @@ fn rival_title(rival: &KnownRival) -> String {
 
 /// Whether a listed rival is this effect. Beside a drift, another drift can only be that of the other unit.
 fn is_rival(rival: &KnownRival, truth: &TrueEffect, effect: &Effect) -> bool {
-    rival.physics == effect.law.name() && rival.place == effect.place.to_json() && !truth.is(effect)
+    rival.physics == effect.law.name && rival.place == effect.place.to_json() && !truth.is(effect)
 }
 
 /// Whether a rival must be told apart from an effect of a length, both in standard errors.
@@ -336,7 +336,8 @@ fn is_padding(truth: &TrueEffect, member: &Effect) -> bool {
 /// The law that another contains, at the same place.
 fn simpler_of(effect: &Effect) -> Option<Effect> {
     Law::ALL
-        .into_iter()
+        .iter()
+        .copied()
         .find(|simpler| effect.law.contains(*simpler))
         .map(|law| Effect {
             law,

@@ -3,7 +3,7 @@
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
-use stiffbench_beams::physics::{Effect, Law, Place};
+use stiffbench_beams::physics::{Effect, Place};
 use stiffbench_diagnosis::mismatch::{
     Baseline, Diagnosis, EarlierNoise, IdealSearch, KnownNoise, Limits, Observations, ReadingNoise,
     RobotBaseline, SearchOptions, TrialNoise, Truth, Verdict, diagnose, simulate, standard_errors,
@@ -134,7 +134,7 @@ impl<'a> TrialBench<'a> {
         seed: u64,
     ) -> Result<Vec<EarlierNoise>, ProveError> {
         let mut lasting = truth.clone();
-        lasting.effects.retain(|effect| effect.law != Law::Slip);
+        lasting.effects.retain(|effect| !effect.law.is_of_one_run());
         let scatter = |number: usize| {
             let own = seed_of(&[seed, 3, number as u64]);
             let readings = simulate(&self.baseline, &self.plan, &lasting, own)?;

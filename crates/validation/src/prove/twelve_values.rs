@@ -286,14 +286,14 @@ impl Study<'_> {
             .fit(&mut mechanics, law, &|p| !(self.judged)(p))?;
         let held_out = self.worst(&mut mechanics, law, &fit, self.judged)?;
         let values = self.problem.cells.len() as f64;
-        let parameter = law.and_then(|law| law.law.parameters().first());
+        let parameter = law.and_then(|law| law.law.parameters.first());
         let candidate = LinearCandidate {
             title: law.map_or_else(
                 || "beam factors alone".to_owned(),
                 |law| title(law.law, &law.place),
             ),
             value: law.map_or(0.0, |law| law.unit * all.size),
-            unit: parameter.map_or("1", |parameter| parameter.unit),
+            unit: parameter.map_or("1", |parameter| parameter.unit()),
             rms_percent: 100.0 * (all.squares / values).sqrt(),
             f: 0.0,
             p_family: 1.0,

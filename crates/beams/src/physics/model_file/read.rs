@@ -3,10 +3,10 @@
 use toml::de::{DeTable, DeValue};
 
 use crate::physics::EffectError;
+use crate::physics::dimension::Dimension;
 use crate::physics::effect_text::{EffectProblem, laws_named, parameter_named, with_parameters};
 use crate::physics::law::Law;
 use crate::physics::place::{Place, PlaceKind};
-use crate::physics::unit::in_si;
 use crate::robot::FittingFactors;
 use stiffbench_units_and_text::source_text::SourceText;
 use stiffbench_units_and_text::test_point::{Direction, PoseId};
@@ -117,10 +117,10 @@ fn effect(table: &Table<'_>) -> Read<FoundEffect> {
     let name = table.text("physics")?.unwrap_or_default();
     let problem = |span, problem| table.error(span, ModelProblem::Effect(problem));
     let laws = laws_named(name).map_err(|wrong| problem(name_value.span(), wrong))?;
-    let place = match (table.get("place"), laws[0].place_kind().only()) {
+    let place = match (table.get("place"), laws[0].place_kind.only()) {
         (None, Some(only)) => only,
         (None, None) => {
-            let (law, expected) = (laws[0], laws[0].place_kind().in_words());
+            let (law, expected) = (laws[0], laws[0].place_kind.in_words());
             return Err(problem(
                 table.span(),
                 EffectProblem::NoPlace { law, expected },
@@ -148,12 +148,12 @@ fn effect(table: &Table<'_>) -> Read<FoundEffect> {
     })?;
     let uncertainties = effect
         .law
-        .parameters()
+        .parameters
         .iter()
         .map(|spec| {
             let value = written.iter().find(|value| value.name == spec.name);
             value.map_or(Ok(ParameterUncertainty::default()), |value| {
-                uncertainty(value, spec.unit)
+                uncertainty(value, spec.dimension)
             })
         })
         .collect::<Read<_>>()?;
@@ -190,7 +190,7 @@ fn parameters<'a>(table: &Table<'a>, law: Law) -> Read<Vec<Written<'a>>> {
 }
 
 /// What is known of a value, in SI.
-fn uncertainty(value: &Written<'_>, si: &str) -> Read<ParameterUncertainty> {
+fn uncertainty(value: &Written<'_>, dimension: Dimension) -> Read<ParameterUncertainty> {
     let table = &value.table;
     let number = |key: &str| -> Read<Option<f64>> {
         let number = table.get(key).map(|value| {
@@ -202,7 +202,7 @@ fn uncertainty(value: &Written<'_>, si: &str) -> Read<ParameterUncertainty> {
         });
         number.transpose()
     };
-    let scaled = |number: f64| in_si(number, value.unit, si).unwrap_or(number);
+    let scaled = |number: f64| dimension.in_si(number, value.unit).unwrap_or(number);
     let ci95 = table.get("ci95").map(|interval| {
         let expected = "an array of two numbers, the smaller first";
         let DeValue::Array(ends) = interval.get_ref() else {
@@ -250,7 +250,7 @@ fn place(effect: &Table<'_>, law: Law, value: &Value<'_>) -> Read<Place> {
         let there = agrees.then_some(there);
         there.ok_or_else(|| table.wrong(key, value, expected))
     };
-    match law.place_kind() {
+    match law.place_kind {
         PlaceKind::Joint => {
             table.only(&["joint"])?;
             name("joint").map(Place::Joint)

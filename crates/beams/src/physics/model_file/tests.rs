@@ -1,7 +1,7 @@
 use proptest::prelude::*;
 
 use super::*;
-use crate::physics::{Law, Place, PlaceKind};
+use crate::physics::{Law, Place, PlaceKind, laws};
 use stiffbench_units_and_text::test_point::{Direction, PoseId};
 
 fn parse(text: &str) -> Result<ModelFile, ModelFileError> {
@@ -53,7 +53,7 @@ fn an_example_is_read_in_si() {
     assert_eq!(backlash.uncertainties[0].u, Some(1e-5));
     assert_eq!(backlash.uncertainties[0].ci95, Some([1e-4, 1.4e-4]));
     assert_eq!(backlash.uncertainties[1], ParameterUncertainty::default());
-    assert_eq!(drift.effect.law, Law::DriftPerKelvin);
+    assert_eq!(drift.effect.law, laws::DRIFT_PER_KELVIN);
     assert_eq!(drift.effect.place, Place::Clock);
     assert_eq!(model.alternatives[0].alternative_group, Some(1));
     assert_eq!(model.acting().len(), 2);
@@ -277,7 +277,7 @@ fn a_place(kind: PlaceKind) -> BoxedStrategy<Place> {
 fn found() -> impl Strategy<Value = FoundEffect> {
     let law = prop::sample::select(Law::ALL.to_vec());
     law.prop_flat_map(|law| {
-        let count = law.parameters().len();
+        let count = law.parameters.len();
         let uncertainty = (
             prop::option::of(number().prop_map(f64::abs)),
             prop::option::of(0.0..1e6_f64),
@@ -289,15 +289,15 @@ fn found() -> impl Strategy<Value = FoundEffect> {
                 ci95: ends.map(|(a, b)| [a.min(b), a.max(b)]),
             });
         (
-            a_place(law.place_kind()),
+            a_place(law.place_kind),
             prop::collection::vec(number(), count),
             prop::collection::vec(uncertainty, count),
             prop::option::of(any::<u32>()),
         )
             .prop_map(
                 move |(place, mut values, uncertainties, alternative_group)| {
-                    for (value, spec) in values.iter_mut().zip(law.parameters()) {
-                        if !spec.allows(*value) {
+                    for (value, spec) in values.iter_mut().zip(law.parameters) {
+                        if !spec.sign.allows(*value) {
                             *value = value.abs().max(f64::MIN_POSITIVE);
                         }
                     }

@@ -75,24 +75,18 @@ fn push_effect(text: &mut String, array: &str, found: &FoundEffect) {
     let effect = &found.effect;
     let _ = writeln!(text, "\n[[{array}]]");
     let _ = writeln!(text, "physics = \"{}\"", effect.law);
-    let _ = writeln!(text, "# {}", effect.law.equation());
+    let _ = writeln!(text, "# {}", effect.law.equation);
     let _ = writeln!(text, "place = {}", place(&effect.place));
     if let Some(group) = found.alternative_group {
         let _ = writeln!(text, "alternative_group = {group}");
     }
-    for (index, (spec, value)) in effect
-        .law
-        .parameters()
-        .iter()
-        .zip(&effect.values)
-        .enumerate()
-    {
+    for (index, (spec, value)) in effect.law.parameters.iter().zip(&effect.values).enumerate() {
         let known = found.uncertainties.get(index).copied();
         let _ = writeln!(
             text,
             "parameters.{} = {{ value = {value:?}, unit = \"{}\"{} }}",
             spec.name,
-            spec.unit,
+            spec.unit(),
             known.unwrap_or_default()
         );
     }

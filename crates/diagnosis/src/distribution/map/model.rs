@@ -9,7 +9,7 @@ mod whole;
 use rayon::prelude::*;
 
 use stiffbench_beams::physics::{
-    ActingPhysics, EffectError, Law, LoadPoint, Mechanics, Place, RunLoads, Twists,
+    ActingPhysics, EffectError, LoadPoint, Mechanics, Place, RunLoads, Twists,
 };
 use stiffbench_beams::robot::{
     FittingFactors, JointModel, Keep, Mechanism, MechanismModel, Pose, PoseBundles, PoseSweep,
@@ -112,7 +112,7 @@ impl<'a> MapModel<'a> {
         let crooked = physics
             .effects
             .iter()
-            .find(|effect| effect.law.is_of_a_joint() && effect.law != Law::JointCompliance);
+            .find(|effect| effect.law.is_nonlinear_joint());
         let means = match (crooked, load_n) {
             (Some(effect), None) => {
                 return Err(NoMap::NoLoad {
@@ -411,9 +411,12 @@ impl<'m, 'a> PoseSolver<'m, 'a> {
 fn yielding_joints(robot: &Robot, physics: &ActingPhysics) -> JointModel {
     let mut compliances: Vec<(usize, f64)> = Vec::new();
     for effect in &physics.effects {
-        let (Law::JointCompliance, Place::Joint(name)) = (effect.law, &effect.place) else {
+        let Place::Joint(name) = &effect.place else {
             continue;
         };
+        if effect.law.is_nonlinear_joint() {
+            continue;
+        }
         let (Some(joint), Some(&c)) = (
             robot.joints.iter().position(|joint| joint.name == *name),
             effect.values.first(),

@@ -187,7 +187,10 @@ impl DesignBench<'_> {
             &columns,
         );
         let frozen = predictor.frozen(&model.parameters, &[])?;
-        let list = candidates(&observations, &frozen, &[Law::Slip]);
+        // What happens once is nothing to plan for.
+        let happens_once = Law::ALL.iter().filter(|law| law.is_of_one_run());
+        let happens_once: Vec<Law> = happens_once.copied().collect();
+        let list = candidates(&observations, &frozen, &happens_once);
         let changes = Changes::new(&observations, &frozen, &[]).ok_or(MismatchError::Empty)?;
         let nothing_left = vec![0.0; space.length];
         let products = Products::new(&space, &nothing_left);

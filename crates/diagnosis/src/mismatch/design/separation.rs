@@ -6,7 +6,7 @@ use crate::mismatch::error::MismatchError;
 use crate::mismatch::observations::Observations;
 use crate::mismatch::refit::Model;
 use crate::mismatch::state::Bench;
-use stiffbench_beams::physics::{Effect, Law, Place, Sign, Twists};
+use stiffbench_beams::physics::{Effect, Place, Sign, Twists};
 use stiffbench_units_and_text::test_point::Direction;
 
 use super::DesignBench;
@@ -64,7 +64,7 @@ impl Effects {
             let own = known.iter().filter(|candidate| {
                 candidate.law == effect.law
                     && candidate.place == effect.place
-                    && candidate.law != Law::GaugePeriodic
+                    && candidate.law.search.phase.is_none()
             });
             for shape in own.flat_map(|candidate| &candidate.shapes) {
                 every.courses[place].push(every.all.len());
@@ -105,7 +105,7 @@ impl Effects {
     /// Expected log-likelihood ratio between two fitted effects, whichever is true; the smaller counts.
     pub(super) fn log_lr(&self, projected: &Projected, a: usize, b: usize) -> f64 {
         let against = |truth: usize, rival: usize| {
-            let parameters = self.all[rival].law.parameters();
+            let parameters = self.all[rival].law.parameters;
             let any_sign = parameters
                 .first()
                 .is_some_and(|parameter| parameter.sign == Sign::Either);
@@ -160,7 +160,7 @@ impl<'a> DesignBench<'a> {
             let mut with = without.clone();
             if planned && matches!(effect.place, Place::Run { .. }) {
                 // Stays as it is without.
-            } else if effect.law == Law::LooseMember {
+            } else if effect.law.is_missing_element() {
                 let loose = std::slice::from_ref(effect);
                 predictor.predict(&model.parameters, loose, &mut with)?;
             } else {

@@ -5,7 +5,7 @@ use super::separation::Effects;
 use super::*;
 use crate::mismatch::plan::PlannedLoad;
 use crate::mismatch::{Finding, Rival, RobotBaseline};
-use stiffbench_beams::physics::Effect;
+use stiffbench_beams::physics::{Effect, laws};
 use stiffbench_measurement::procedure::Procedure;
 use stiffbench_test_files::shipped_procedure;
 use stiffbench_test_files::shipped_robot;
@@ -71,7 +71,7 @@ fn of_joint(law: Law, joint: &str) -> Suspect {
 
 fn loose(element: &str) -> Suspect {
     Suspect {
-        law: Law::LooseMember,
+        law: laws::LOOSE_MEMBER,
         place: Place::Element(element.to_owned()),
     }
 }
@@ -87,10 +87,10 @@ fn together(report: &DesignReport, members: &[Suspect]) -> bool {
 fn in_mechanism_a_the_end_joint_is_the_stand_and_a_turned_lateral_force_shows_nothing() {
     let report = report("A", "sweeps");
     let stand = Suspect {
-        law: Law::GaugeStandCompliance,
+        law: laws::GAUGE_STAND_COMPLIANCE,
         place: Place::Direction(Direction::Y),
     };
-    let end = of_joint(Law::JointCompliance, "A5B");
+    let end = of_joint(laws::JOINT_COMPLIANCE, "A5B");
     assert!(together(&report, &[end.clone(), stand]));
     let of_end = report.laws.iter().find(|law| law.suspect == end).unwrap();
     assert!(of_end.nearest[0].never && of_end.nearest[0].size_3.is_none());
@@ -102,7 +102,7 @@ fn in_mechanism_a_the_end_joint_is_the_stand_and_a_turned_lateral_force_shows_no
     }
     assert_eq!(report.readings, 480);
     // The next: a joint in the middle of the arm is told from everything, from a size that is given.
-    let middle = of_joint(Law::JointCompliance, "A3");
+    let middle = of_joint(laws::JOINT_COMPLIANCE, "A3");
     let of_middle = report
         .laws
         .iter()
@@ -146,10 +146,10 @@ fn a_joint_with_the_lever_of_the_base_is_the_base() {
     let baseline = baseline(&robot, "A", &poses);
     let bench = bench(&baseline, &poses);
     let base = Suspect {
-        law: Law::BaseCompliance,
+        law: laws::BASE_COMPLIANCE,
         place: Place::Axis(Direction::X),
     };
-    let pair = [of_joint(Law::JointCompliance, "S2"), base];
+    let pair = [of_joint(laws::JOINT_COMPLIANCE, "S2"), base];
     let mut procedure = Procedure {
         directions: vec![Direction::Y],
         poses: None,
@@ -170,13 +170,13 @@ fn pairs_of_the_method(bench: &DesignBench<'_>, observations: &Observations) -> 
     // 10 µm at a lever of 0.7 m, 3 N·m of seat and friction, 49 N·m at full load.
     let play = 1e-5 / 0.7;
     let mut list = vec![
-        effect(Law::JointCompliance, joint(), &[1e-9]),
-        effect(Law::JointBacklash, joint(), &[play, 3.0]),
-        effect(Law::JointFriction, joint(), &[play / 3.0, 3.0]),
-        effect(Law::Creep, Place::Structure, &[1e-3, 1.0]),
-        effect(Law::ForceGaugeNonlinearity, Place::ForceGauge, &[1e-6]),
+        effect(laws::JOINT_COMPLIANCE, joint(), &[1e-9]),
+        effect(laws::JOINT_BACKLASH, joint(), &[play, 3.0]),
+        effect(laws::JOINT_FRICTION, joint(), &[play / 3.0, 3.0]),
+        effect(laws::CREEP, Place::Structure, &[1e-3, 1.0]),
+        effect(laws::FORCE_GAUGE_NONLINEARITY, Place::ForceGauge, &[1e-6]),
         effect(
-            Law::JointNonlinearity,
+            laws::JOINT_NONLINEARITY,
             joint(),
             &[1e-12, play / 49.0_f64.powi(2)],
         ),
@@ -310,8 +310,13 @@ fn creep_under_holds_that_grow_with_the_load_is_the_force_gauge() {
             .collect();
         let observations = bench.lay_out(&cells, None).unwrap();
         let effects = Effects::plain(vec![
-            Effect::new(Law::Creep, Place::Structure, vec![1e-3, 1.0]).unwrap(),
-            Effect::new(Law::ForceGaugeNonlinearity, Place::ForceGauge, vec![1e-6]).unwrap(),
+            Effect::new(laws::CREEP, Place::Structure, vec![1e-3, 1.0]).unwrap(),
+            Effect::new(
+                laws::FORCE_GAUGE_NONLINEARITY,
+                Place::ForceGauge,
+                vec![1e-6],
+            )
+            .unwrap(),
         ]);
         let cells = bench.cells(&effects, &observations, true).unwrap();
         bench.whole(&effects, &cells).projected().cosine(0, 1)
@@ -345,8 +350,8 @@ fn the_next_measurement_is_quick_and_tells_apart() {
     let joint = |name: &str| Place::Joint(name.to_owned());
     // Creep and the force gauge after loading only: a hold.
     let open = vec![
-        effect(Law::Creep, Place::Structure, &[3e-4, 1.0]),
-        effect(Law::ForceGaugeNonlinearity, Place::ForceGauge, &[1.2e-6]),
+        effect(laws::CREEP, Place::Structure, &[3e-4, 1.0]),
+        effect(laws::FORCE_GAUGE_NONLINEARITY, Place::ForceGauge, &[1.2e-6]),
     ];
     let found = next::plan_for(&bench, &done, open, &[pair(1.0)], &sweeps).unwrap();
     let next = &found[0];
@@ -360,9 +365,9 @@ fn the_next_measurement_is_quick_and_tells_apart() {
     assert!(!procedure.holds_s.is_empty(), "{procedure:?}");
     // The end joint and the stand: no load plan, a second gauge.
     let open = vec![
-        effect(Law::JointCompliance, joint("A5B"), &[1e-5]),
+        effect(laws::JOINT_COMPLIANCE, joint("A5B"), &[1e-5]),
         effect(
-            Law::GaugeStandCompliance,
+            laws::GAUGE_STAND_COMPLIANCE,
             Place::Direction(Direction::Y),
             &[1e-6],
         ),
@@ -408,13 +413,13 @@ fn alternatives_and_near_rivals_are_open_and_other_findings_count_as_factors() {
         rivals,
     };
     let rival = |joint: &str, behind| Rival {
-        effect: effect(Law::JointCompliance, joint, &[1e-6]),
+        effect: effect(laws::JOINT_COMPLIANCE, joint, &[1e-6]),
         log_bayes_to_winner: behind,
         cosine: 0.9,
     };
-    let play = effect(Law::JointBacklash, "A3", &[1e-5, 2.0]);
-    let stick = effect(Law::JointFriction, "A3", &[1e-6, 2.0]);
-    let soft = effect(Law::JointCompliance, "A4", &[1e-6]);
+    let play = effect(laws::JOINT_BACKLASH, "A3", &[1e-5, 2.0]);
+    let stick = effect(laws::JOINT_FRICTION, "A3", &[1e-6, 2.0]);
+    let soft = effect(laws::JOINT_COMPLIANCE, "A4", &[1e-6]);
     let findings = [
         finding(play.clone(), Some(1), 20.0, Vec::new()),
         finding(stick.clone(), Some(1), 19.0, Vec::new()),
@@ -430,7 +435,7 @@ fn alternatives_and_near_rivals_are_open_and_other_findings_count_as_factors() {
         .iter()
         .map(|pair| pair.effects.map(|effect| effects[effect].title()))
         .collect();
-    let second = effect(Law::JointCompliance, "A2", &[1e-6]).title();
+    let second = effect(laws::JOINT_COMPLIANCE, "A2", &[1e-6]).title();
     assert_eq!(
         titles,
         [[play.title(), stick.title()], [soft.title(), second]]

@@ -2,7 +2,6 @@
 
 use crate::mismatch::screen::{WhiteCandidate, WhiteShape};
 use crate::mismatch::space::dot;
-use stiffbench_beams::physics::Law;
 
 use super::report::{NearRival, suspect};
 use super::{CAN_TELL, CANNOT_TELL, Suspect};
@@ -23,7 +22,7 @@ pub(super) struct View<'a> {
 /// The largest plausible multiple of a shape.
 fn largest(candidate: &WhiteCandidate, shape: &WhiteShape) -> f64 {
     let size = shape.shape.values.first();
-    let plausible = size.map_or(1.0, |size| candidate.candidate.largest / size);
+    let plausible = size.map_or(1.0, |size| candidate.candidate.largest(&shape.shape) / size);
     shape.shape.scale[1].min(plausible)
 }
 
@@ -152,7 +151,7 @@ pub(super) fn nearest(view: &View<'_>, views: &[View<'_>]) -> Vec<NearRival> {
 
 /// How a rival is told from a view, and the multiple of the view's shape it takes.
 fn rival(view: &View<'_>, other: &WhiteCandidate) -> Option<(NearRival, f64)> {
-    let fixed = view.candidate.candidate.law == Law::LooseMember;
+    let fixed = view.candidate.candidate.law.is_missing_element();
     let hardness = |shape: &Shape| {
         if fixed {
             // The less is left, the harder.

@@ -1,3 +1,5 @@
+use stiffbench_beams::physics::laws;
+
 use super::*;
 use stiffbench_numeric::statistics::normal_upper_tail;
 
@@ -36,9 +38,9 @@ const NEAR: f64 = 4.0 * 0.5 / 200.0;
 
 #[test]
 fn an_effect_of_one_shape_is_found_as_often_as_a_normal_number_passes() {
-    let ideal = along_readings(&[(Law::Creep, vec![vec![1.0, 0.0, 0.0, 0.0]])], 9.0);
+    let ideal = along_readings(&[(laws::CREEP, vec![vec![1.0, 0.0, 0.0, 0.0]])], 9.0);
     for size in [2.0, 3.0, 4.5] {
-        let sessions = ideal.sessions((Law::Creep, &Place::Structure), size, SESSIONS, 5);
+        let sessions = ideal.sessions((laws::CREEP, &Place::Structure), size, SESSIONS, 5);
         assert_eq!(sessions.len(), SESSIONS);
         let found = share(&sessions, |session| session.found);
         assert!(
@@ -54,11 +56,11 @@ fn the_likelier_of_two_at_an_angle_is_wrong_as_often_as_half_their_distance_says
     // At 60 degrees, 4 standard errors long: 4 apart along the line between them, and 4 sin 60 from the nearest of the other's sizes.
     let (cosine, sine) = (0.5, 0.75_f32.sqrt());
     let laws = [
-        (Law::Creep, vec![vec![1.0, 0.0, 0.0, 0.0]]),
-        (Law::SettingIn, vec![vec![cosine, sine, 0.0, 0.0]]),
+        (laws::CREEP, vec![vec![1.0, 0.0, 0.0, 0.0]]),
+        (laws::SETTING_IN, vec![vec![cosine, sine, 0.0, 0.0]]),
     ];
     let ideal = along_readings(&laws, 6.0);
-    let sessions = ideal.sessions((Law::Creep, &Place::Structure), 4.0, SESSIONS, 6);
+    let sessions = ideal.sessions((laws::CREEP, &Place::Structure), 4.0, SESSIONS, 6);
     let wrong = share(&sessions, |session| session.likeliest_apart > 0.0);
     // The difference of the two products has mean 4 (1 - cos) = 2 and variance 2 (1 - cos) = 1; both are positive nearly always.
     assert!((wrong - normal_upper_tail(2.0)).abs() < NEAR, "{wrong}");
@@ -75,16 +77,16 @@ fn the_likelier_of_two_at_an_angle_is_wrong_as_often_as_half_their_distance_says
 #[test]
 fn a_phase_makes_two_directions_one_effect() {
     let vectors = vec![vec![1.0, 0.0, 0.0, 0.0], vec![0.0, 1.0, 0.0, 0.0]];
-    let ideal = along_readings(&[(Law::GaugePeriodic, vectors)], 9.0);
+    let ideal = along_readings(&[(laws::GAUGE_PERIODIC, vectors)], 9.0);
     // Without an effect the squared length is exponential: passes 9 with a chance of exp(-9/2).
-    let none = ideal.sessions((Law::GaugePeriodic, &Place::Structure), 0.0, SESSIONS, 7);
+    let none = ideal.sessions((laws::GAUGE_PERIODIC, &Place::Structure), 0.0, SESSIONS, 7);
     let found = share(&none, |session| session.found);
     assert!((found - (-4.5_f64).exp()).abs() < NEAR / 2.0, "{found}");
 }
 
 #[test]
 fn what_has_one_size_is_held_against_an_effect_with_it() {
-    let mut ideal = along_readings(&[(Law::LooseMember, vec![vec![1.0, 0.0, 0.0, 0.0]])], 9.0);
+    let mut ideal = along_readings(&[(laws::LOOSE_MEMBER, vec![vec![1.0, 0.0, 0.0, 0.0]])], 9.0);
     let left =
         |ideal: &IdealSearch, effect: [f32; 4]| ideal.left_by(&ideal.candidates[0], &effect, 4.0);
     let along = [0.6, 0.8, 0.0, 0.0];
@@ -99,10 +101,10 @@ fn what_has_one_size_is_held_against_an_effect_with_it() {
 
 #[test]
 fn what_is_not_searched_has_no_sessions() {
-    let ideal = along_readings(&[(Law::Creep, vec![vec![1.0, 0.0, 0.0, 0.0]])], 9.0);
+    let ideal = along_readings(&[(laws::CREEP, vec![vec![1.0, 0.0, 0.0, 0.0]])], 9.0);
     assert!(
         ideal
-            .sessions((Law::SettingIn, &Place::Structure), 4.0, 10, 8)
+            .sessions((laws::SETTING_IN, &Place::Structure), 4.0, 10, 8)
             .is_empty()
     );
 }

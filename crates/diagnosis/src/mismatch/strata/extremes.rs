@@ -1,8 +1,8 @@
 //! What the strata leave: the size of the noise, the largest single departure, a period in the reading.
 
-use crate::mismatch::candidate::NOMINAL_PERIODS_M;
 use crate::mismatch::restricted_likelihood::EstimatedNoise;
 use crate::mismatch::space::dot;
+use stiffbench_beams::physics::laws::NOMINAL_PERIODS_M;
 
 use super::bases::GlobalColumn;
 use super::contrasts::ErrorTerm;

@@ -10,7 +10,7 @@ use super::*;
 use crate::mismatch::KnownNoise;
 use crate::mismatch::noise::Whitening;
 use crate::mismatch::{GaugeSteps, PlannedCell, PlannedLoad, ReadingNoise, RobotBaseline, Stratum};
-use stiffbench_beams::physics::{Effect, Law, Place};
+use stiffbench_beams::physics::{Effect, Law, Place, laws};
 use stiffbench_beams::robot::Robot;
 use stiffbench_test_files::shipped_robot;
 use stiffbench_units_and_text::test_point::{Branch, Direction};
@@ -340,31 +340,31 @@ fn each_effect_lands_in_its_stratum() {
     let gauge = || Place::DisplacementGauge;
     let cases = [
         (
-            effect(Law::JointCompliance, joint("A3"), &[1e-7]),
+            effect(laws::JOINT_COMPLIANCE, joint("A3"), &[1e-7]),
             Stratum::CellSlope,
         ),
         (
-            effect(Law::SettingIn, Place::Structure, &[1e-3, 1.0]),
+            effect(laws::SETTING_IN, Place::Structure, &[1e-3, 1.0]),
             Stratum::RepeatTime,
         ),
         (
-            effect(Law::DriftPerSecond, Place::Clock, &[1e-9]),
+            effect(laws::DRIFT_PER_SECOND, Place::Clock, &[1e-9]),
             Stratum::RepeatTime,
         ),
         (
-            effect(Law::Creep, Place::Structure, &[1e-3, 1.0]),
+            effect(laws::CREEP, Place::Structure, &[1e-3, 1.0]),
             Stratum::RepeatTime,
         ),
         (
-            effect(Law::JointFriction, joint("A3"), &[1e-6, 3.0]),
+            effect(laws::JOINT_FRICTION, joint("A3"), &[1e-6, 3.0]),
             Stratum::Branch,
         ),
         (
-            effect(Law::JointBacklash, joint("A3"), &[1e-6, 3.0]),
+            effect(laws::JOINT_BACKLASH, joint("A3"), &[1e-6, 3.0]),
             Stratum::LoadStep,
         ),
         (
-            effect(Law::GaugePeriodic, gauge(), &[1e-6, 1e-4, 0.3]),
+            effect(laws::GAUGE_PERIODIC, gauge(), &[1e-6, 1e-4, 0.3]),
             Stratum::Rest,
         ),
     ];
@@ -385,7 +385,7 @@ fn each_effect_lands_in_its_stratum() {
 #[test]
 fn noise_alone_is_located_nowhere() {
     let up_and_down = fixture(&UP_AND_DOWN, true);
-    let nothing = effect(Law::JointCompliance, joint("A3"), &[1e-12]);
+    let nothing = effect(laws::JOINT_COMPLIANCE, joint("A3"), &[1e-12]);
     let located = located(&up_and_down, "F", nothing, 1e-3);
     assert_eq!(located.locations(), []);
     assert!(located.slope_carriers.is_empty() && located.shape_carriers.is_empty());
@@ -400,7 +400,7 @@ fn noise_alone_is_located_nowhere() {
 #[test]
 fn a_compliant_joint_carries_the_misfit_of_slopes() {
     let up_and_down = fixture(&UP_AND_DOWN, true);
-    let softer = effect(Law::JointCompliance, joint("A3"), &[1e-7]);
+    let softer = effect(laws::JOINT_COMPLIANCE, joint("A3"), &[1e-7]);
     let located = located(&up_and_down, "A", softer, 20.0);
     let first = &located.slope_carriers[0];
     assert_eq!(first.carrier.place, joint("A3"));
@@ -425,7 +425,7 @@ fn a_compliant_joint_carries_the_misfit_of_slopes() {
 fn what_a_plan_lacks_is_said() {
     // One load up, no hold, one sign: no curve, no branch, no hold, no sign.
     let two_loads = fixture(&[0.0, -70.0], false);
-    let nothing = effect(Law::JointCompliance, joint("A3"), &[1e-12]);
+    let nothing = effect(laws::JOINT_COMPLIANCE, joint("A3"), &[1e-12]);
     let found = located(&two_loads, "A", nothing.clone(), 1e-3);
     let untested: Vec<Contrast> = found.untested.iter().map(|u| u.contrast).collect();
     for contrast in [
@@ -472,7 +472,7 @@ fn what_a_plan_lacks_is_said() {
 #[test]
 fn play_under_both_signs_is_a_step_and_odd() {
     let both = fixture(&[0.0, -20.0, -40.0, -70.0, 0.0, 20.0, 40.0, 70.0], false);
-    let play = effect(Law::JointBacklash, joint("A3"), &[1e-6, 3.0]);
+    let play = effect(laws::JOINT_BACKLASH, joint("A3"), &[1e-6, 3.0]);
     let found = located(&both, "A", play, 14.0);
     assert_eq!(strata(&found).first(), Some(&Stratum::LoadStep));
     let sign = found.tests.iter().find(|t| t.contrast == Contrast::Sign);

@@ -20,7 +20,7 @@ pub fn idealised_text(benches: &[String], plans: &[DesignReport], rows: &[ErrorR
     let mut table = TextTable::new(&columns);
     for row in rows {
         let mut cells = vec![
-            row.law.name().to_owned(),
+            row.law.name.to_owned(),
             format!("{:.2}", um(row.idealised_m)),
         ];
         cells.extend(row.plans.iter().map(|plan| match plan {
@@ -57,7 +57,7 @@ pub fn idealised_json(benches: &[String], rows: &[ErrorRow]) -> Value {
                 })
             });
             json!({
-                "physics": row.law.name(),
+                "physics": row.law.name,
                 "idealised_um": um(row.idealised_m),
                 "plans": plans.collect::<Vec<_>>(),
             })

@@ -6,7 +6,6 @@ use crate::prove::{IdealPoint, PowerCase, PowerPoint, Promise, Share, Target};
 use stiffbench::physics::{Law, Place};
 use stiffbench::plot::{Figure, LawPower, PowerAtSize, PowerCurves, Rate, power_curves};
 use stiffbench::report::TextTable;
-use stiffbench::report::law_row;
 
 use super::{promise_table, promises_json, share_json, share_words};
 
@@ -73,7 +72,7 @@ Nameable: found, and the likeliest is the truth or may be named with it, which n
 /// Laws and places of a case; the two drifts share a name.
 fn title(case: &PowerCase) -> String {
     match case.laws[..] {
-        [law] => case.title.replacen(law.name(), &law_row(law), 1),
+        [law] => case.title.replacen(law.name, law.row, 1),
         _ => case.title.clone(),
     }
 }
@@ -93,7 +92,7 @@ fn law_table(cases: &[PowerCase]) -> TextTable {
         "%",
         "95 % interval",
     ]);
-    for name in law_names().filter(|name| *name != Law::Slip.name()) {
+    for name in law_names().filter(|name| Law::named(name).all(|law| !law.is_of_one_run())) {
         let benches = cases.iter().filter(|case| is_of_law(case, name)).count();
         if benches == 0 {
             continue;
@@ -115,13 +114,13 @@ fn law_table(cases: &[PowerCase]) -> TextTable {
 
 /// Names of laws, each once.
 fn law_names() -> impl Iterator<Item = &'static str> {
-    let mut names: Vec<&str> = Law::ALL.into_iter().map(Law::name).collect();
+    let mut names: Vec<&str> = Law::ALL.iter().map(|law| law.name).collect();
     names.dedup();
     names.into_iter()
 }
 
 fn is_of_law(case: &PowerCase, name: &str) -> bool {
-    case.laws.len() == 1 && case.laws[0].name() == name
+    case.laws.len() == 1 && case.laws[0].name == name
 }
 
 /// Points of a law in a range of sizes.
@@ -168,7 +167,7 @@ fn ideal_table(cases: &[PowerCase]) -> TextTable {
         ]);
     };
     let sizes = [("4.5", AT_80), ("6 and more", FROM_95)];
-    for name in law_names().filter(|name| *name != Law::Slip.name()) {
+    for name in law_names().filter(|name| Law::named(name).all(|law| !law.is_of_one_run())) {
         for (size, range) in sizes {
             row(name, size, of_law(cases, name, range));
         }
@@ -190,7 +189,7 @@ fn points(
 ) -> impl Iterator<Item = &PowerPoint> {
     cases
         .iter()
-        .filter(move |case| case.laws.len() == 1 && (case.laws[0] == Law::Slip) == slip)
+        .filter(move |case| case.laws.len() == 1 && case.laws[0].is_of_one_run() == slip)
         .flat_map(|case| &case.points)
         .filter(move |point| (least..most).contains(&point.size))
 }
@@ -204,7 +203,7 @@ fn promises(cases: &[PowerCase]) -> Vec<Promise> {
     let of_slip = |number: usize| {
         cases
             .iter()
-            .filter(|case| case.laws == [Law::Slip])
+            .filter(|case| case.laws.len() == 1 && case.laws[0].is_of_one_run())
             .filter_map(move |case| case.points.get(number))
     };
     let pairs = cases
@@ -270,7 +269,7 @@ pub fn power_figure(cases: &[PowerCase]) -> Figure {
     let laws = cases
         .iter()
         // A member is loose or it is not: it has one size, far beyond those of the curves, and stands in the table.
-        .filter(|case| case.laws.len() == 1 && case.laws[0] != Law::LooseMember)
+        .filter(|case| case.laws.len() == 1 && !case.laws[0].is_missing_element())
         .map(|case| LawPower {
             name: match case.in_closed_loop {
                 Some(false) => format!("{}, open", title(case)),
@@ -300,7 +299,7 @@ pub fn power_json(cases: &[PowerCase]) -> Value {
     json!({
         "promises": promises_json(&promises(cases)),
         "cases": cases.iter().map(|case| json!({
-            "laws": case.laws.iter().map(|law| law.name()).collect::<Vec<_>>(),
+            "laws": case.laws.iter().map(|law| law.name).collect::<Vec<_>>(),
             "effects": case.title,
             "places": case.places.iter().map(Place::to_json).collect::<Vec<_>>(),
             "bench": case.bench,

@@ -68,20 +68,20 @@ fn finding_json(finding: &Finding) -> Value {
     let parameters: serde_json::Map<String, Value> = finding
         .effect
         .law
-        .parameters()
+        .parameters
         .iter()
         .zip(&finding.values)
         .map(|(parameter, value)| {
             let entry = json!({
                 "value": value.value,
-                "unit": parameter.unit,
+                "unit": parameter.unit(),
                 "ci95": value.interval_95(),
             });
             (parameter.name.to_owned(), entry)
         })
         .collect();
     json!({
-        "physics": finding.effect.law.name(),
+        "physics": finding.effect.law.name,
         "place": finding.effect.place.to_json(),
         "parameters": parameters,
         "alternative_group": finding.alternative_group,

@@ -1,0 +1,84 @@
+//! All supports of the robot rock as one body.
+
+use crate::physics::action::Action;
+use crate::physics::dimension::Dimension;
+use crate::physics::law::{Check, Curve, Driving, LawDefinition, LawFigure, Words};
+use crate::physics::parameter::{OF_A_SIZE, ParameterSpec, PlausibleRange, Sign, Typical};
+use crate::physics::place::{Place, PlaceKind};
+use crate::physics::search::{Needs, Search, Shape};
+
+pub(super) static LAW: LawDefinition = LawDefinition {
+    name: "base-compliance",
+    row: "base-compliance",
+    equation: "all supports rock about the axis through the first one by c times the moment",
+    place_kind: PlaceKind::Axis,
+    parameters: &[ParameterSpec {
+        name: "c",
+        word: "compliance",
+        dimension: Dimension::RotationalCompliance,
+        sign: Sign::Positive,
+        plausible: PlausibleRange {
+            bounds: |scale, _| scale.plausible_compliance(),
+            reason: "up to ten times what the whole robot gives: a base softer than that is seen to rock",
+        },
+        typical: Typical {
+            value: |_| 1e-14,
+            spread: 1.0,
+        },
+        fit: OF_A_SIZE,
+    }],
+    contains: &[],
+    action: Action::Base,
+    search: Search {
+        shapes: |scale| vec![Shape::of_any_size(vec![scale.visible()])],
+        wide_shapes: None,
+        phase: None,
+        is_freest: false,
+        without_robot: false,
+        level_weights: [0.065, 0.0],
+        needs: Needs::Nothing,
+        unseen_at_place: TOO_LITTLE_AT_PLACE,
+        unseen: TOO_LITTLE,
+    },
+    figure: OVER_FORCE,
+    words: Words {
+        phrase: |at, _| format!("a base that rocks about {at}"),
+        heading: |place| match place {
+            Place::Axis(axis) => format!("a base that rocks about the {axis} axis"),
+            other => format!("a base that rocks, {other}"),
+        },
+        explanation: "All supports of the robot rock together, like a plate on a soft floor.",
+    },
+    check: Some(Check {
+        rank: 1,
+        text: |place| {
+            let about = match place {
+                Place::Axis(axis) => axis.to_string(),
+                other => other.to_string(),
+            };
+            format!(
+                "set two dial gauges on the floor against the base, a known distance apart, and read its rocking about {about} under the \
+                 largest load"
+            )
+        },
+        minutes: 25.0,
+    }),
+};
+
+/// A law that is drawn over the force, a panel a cell.
+pub(super) const OVER_FORCE: LawFigure = LawFigure {
+    driving: Driving::Force,
+    pooled: None,
+    large_loads_only: false,
+    curve: Curve::Lines,
+};
+
+pub(super) const TOO_LITTLE_AT_PLACE: (&str, &str) = (
+    "no possible size of it would have stood out from the noise and from what the factors take",
+    "measure further poses, larger loads or more repeats",
+);
+
+pub(super) const TOO_LITTLE: (&str, Option<&str>) = (
+    "no possible size of it would have shown in these readings",
+    Some("measure further poses, larger loads or more repeats"),
+);

@@ -1,0 +1,92 @@
+//! Displacement that grows with the logarithm of the time under load.
+
+use super::base_compliance::{TOO_LITTLE, TOO_LITTLE_AT_PLACE};
+use crate::physics::action::Action;
+use crate::physics::dimension::Dimension;
+use crate::physics::law::{Curve, Driving, LawDefinition, LawFigure, Words};
+use crate::physics::parameter::{
+    OF_A_SIZE, FitBy, ParameterSpec, PlausibleRange, Sign, Typical,
+};
+use crate::physics::place::PlaceKind;
+use crate::physics::search::{Needs, PlaceScale, SHAPE_ROOM, Search, Shape};
+
+pub(super) static LAW: LawDefinition = LawDefinition {
+    name: "creep",
+    row: "creep",
+    equation: "displacement * (1 + k log10(1 + hold/t0))",
+    place_kind: PlaceKind::Structure,
+    parameters: &[
+        ParameterSpec {
+            name: "k",
+            word: "growth",
+            dimension: Dimension::PerDecade,
+            sign: Sign::Positive,
+            plausible: PlausibleRange {
+                bounds: |_, _| [0.0, 0.3],
+                reason: "up to 30 % a decade of time: metals creep by less than 1 %, plastics by up to a third",
+            },
+            typical: Typical {
+                value: |_| 1e-7,
+                spread: 1.0,
+            },
+            fit: OF_A_SIZE,
+        },
+        ParameterSpec {
+            name: "t0",
+            word: "t0",
+            dimension: Dimension::Time,
+            sign: Sign::AboveZero,
+            plausible: PlausibleRange {
+                bounds: |_, _| [TIMES_S[0] / SHAPE_ROOM, TIMES_S[TIMES_S.len() - 1] * SHAPE_ROOM],
+                reason: "from a tenth of a second to half a minute: holds of seconds to minutes show no other",
+            },
+            typical: Typical {
+                value: |_| 1.0,
+                spread: 4.0,
+            },
+            fit: FitBy::Search,
+        },
+    ],
+    contains: &[],
+    action: Action::Growth(|&[k, t0, ..], load, _| k * log_time(load.hold_s, t0)),
+    search: Search {
+        shapes,
+        wide_shapes: None,
+        phase: None,
+        is_freest: false,
+        without_robot: true,
+        level_weights: [0.02, 0.0],
+        needs: Needs::Hold,
+        unseen_at_place: TOO_LITTLE_AT_PLACE,
+        unseen: TOO_LITTLE,
+    },
+    figure: LawFigure {
+        driving: Driving::Hold,
+        pooled: None,
+        large_loads_only: true,
+        curve: Curve::Shape(|values, hold_s| {
+            let t0_s = values.get(1).copied().unwrap_or(1.0);
+            log_time(hold_s, t0_s.max(f64::MIN_POSITIVE))
+        }),
+    },
+    words: Words {
+        phrase: |_, _| "creep under a constant load".to_owned(),
+        heading: |_| "creep".to_owned(),
+        explanation: "The displacement grows with the logarithm of the time under load.",
+    },
+    // Holds under load are the check, and any plan may have them.
+    check: None,
+};
+
+/// Times from which creep is counted, s.
+const TIMES_S: [f64; 6] = [0.1, 0.3, 1.0, 3.0, 10.0, 30.0];
+
+fn log_time(hold_s: f64, t0_s: f64) -> f64 {
+    (1.0 + hold_s / t0_s).log10()
+}
+
+fn shapes(scale: &PlaceScale) -> Vec<Shape> {
+    let shape = |t0_s: f64| Shape::of_any_size(vec![1e-3, t0_s]);
+    let times = TIMES_S.into_iter().filter(|_| scale.has_holds);
+    times.map(shape).collect()
+}

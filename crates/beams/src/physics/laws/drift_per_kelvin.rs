@@ -1,0 +1,60 @@
+//! A reading that drifts with the temperature.
+
+use super::base_compliance::{TOO_LITTLE, TOO_LITTLE_AT_PLACE};
+use super::drift_per_second::{BESIDE_A_THERMOMETER, MOST_DRIFT};
+use crate::physics::action::Action;
+use crate::physics::dimension::Dimension;
+use crate::physics::law::{Curve, Driving, LawDefinition, LawFigure, Words};
+use crate::physics::parameter::{OF_A_SIZE, ParameterSpec, PlausibleRange, Sign, Typical};
+use crate::physics::place::PlaceKind;
+use crate::physics::search::{Needs, Search, Shape};
+
+pub(super) static LAW: LawDefinition = LawDefinition {
+    name: "thermal-drift",
+    row: "thermal-drift (temperature)",
+    equation: "displacement += rate (T - T at the zero)",
+    place_kind: PlaceKind::Clock,
+    parameters: &[ParameterSpec {
+        name: "rate",
+        word: "rate",
+        dimension: Dimension::LengthPerTemperature,
+        sign: Sign::Either,
+        plausible: PlausibleRange {
+            bounds: |scale, _| [-1.0, 1.0].map(|side| side * scale.displacement_m / scale.warming_k),
+            reason: MOST_DRIFT,
+        },
+        typical: Typical {
+            value: |_| 1e-10,
+            spread: 1.0,
+        },
+        fit: OF_A_SIZE,
+    }],
+    contains: &[],
+    action: Action::Added(|&[rate, ..], load| rate * load.warming_k),
+    search: Search {
+        shapes: |scale| {
+            let shape = |warming_k: f64| Shape::of_either_sign(vec![1e-6 / warming_k]);
+            (scale.warming_k > 0.0).then(|| shape(scale.warming_k)).into_iter().collect()
+        },
+        wide_shapes: None,
+        phase: None,
+        is_freest: false,
+        without_robot: true,
+        level_weights: [0.025, 0.0],
+        needs: Needs::Temperature,
+        unseen_at_place: TOO_LITTLE_AT_PLACE,
+        unseen: TOO_LITTLE,
+    },
+    figure: LawFigure {
+        driving: Driving::Clock,
+        pooled: None,
+        large_loads_only: false,
+        curve: Curve::Lines,
+    },
+    words: Words {
+        phrase: |_, _| "a drift of the displacement gauge with temperature".to_owned(),
+        heading: |_| "drift with temperature".to_owned(),
+        explanation: "The displacement reading moves with the temperature, loaded or not.",
+    },
+    check: Some(BESIDE_A_THERMOMETER),
+};

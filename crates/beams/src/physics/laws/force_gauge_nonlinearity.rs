@@ -1,0 +1,58 @@
+//! A force gauge that is not linear.
+
+use super::base_compliance::{OVER_FORCE, TOO_LITTLE, TOO_LITTLE_AT_PLACE};
+use crate::physics::action::Action;
+use crate::physics::dimension::Dimension;
+use crate::physics::law::{Check, LawDefinition, Words};
+use crate::physics::parameter::{OF_A_SIZE, ParameterSpec, PlausibleRange, Sign, Typical};
+use crate::physics::place::PlaceKind;
+use crate::physics::search::{Needs, Search, Shape, VISIBLE_SHARE};
+
+/// Share of its reading by which a gauge may err, 1.
+const BROKEN: f64 = 0.1;
+
+pub(super) static LAW: LawDefinition = LawDefinition {
+    name: "force-gauge-nonlinearity",
+    row: "force-gauge-nonlinearity",
+    equation: "true force = F (1 + q |F|)",
+    place_kind: PlaceKind::ForceGauge,
+    parameters: &[ParameterSpec {
+        name: "q",
+        word: "error",
+        dimension: Dimension::PerForce,
+        sign: Sign::Either,
+        plausible: PlausibleRange {
+            bounds: |scale, _| [-1.0, 1.0].map(|side| side * BROKEN / scale.force_n),
+            reason: "up to a tenth of the largest force: a gauge that errs by more is broken",
+        },
+        typical: Typical {
+            value: |_| 1e-10,
+            spread: 1.0,
+        },
+        fit: OF_A_SIZE,
+    }],
+    contains: &[],
+    action: Action::Force(|&[q, ..], load| q * load.force_n * load.force_n.abs()),
+    search: Search {
+        shapes: |scale| vec![Shape::of_either_sign(vec![VISIBLE_SHARE / scale.force_n])],
+        wide_shapes: None,
+        phase: None,
+        is_freest: false,
+        without_robot: true,
+        level_weights: [0.03, 0.0],
+        needs: Needs::Nothing,
+        unseen_at_place: TOO_LITTLE_AT_PLACE,
+        unseen: TOO_LITTLE,
+    },
+    figure: OVER_FORCE,
+    words: Words {
+        phrase: |_, _| "a force gauge that does not read evenly".to_owned(),
+        heading: |_| "the error of the force gauge".to_owned(),
+        explanation: "The true force departs from the reading of the force gauge by an amount that grows with the square of the force.",
+    },
+    check: Some(Check {
+        rank: 0,
+        text: |_| "hang known weights on the force gauge, ten steps over its range, three times".to_owned(),
+        minutes: 20.0,
+    }),
+};

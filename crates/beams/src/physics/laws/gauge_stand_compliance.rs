@@ -1,0 +1,63 @@
+//! The stand of the displacement gauge gives way in one direction.
+
+use super::base_compliance::{OVER_FORCE, TOO_LITTLE, TOO_LITTLE_AT_PLACE};
+use crate::physics::action::Action;
+use crate::physics::dimension::Dimension;
+use crate::physics::law::{Check, LawDefinition, Words};
+use crate::physics::parameter::{OF_A_SIZE, ParameterSpec, PlausibleRange, Sign, Typical};
+use crate::physics::place::{Place, PlaceKind};
+use crate::physics::search::{Needs, Search, Shape};
+
+pub(super) static LAW: LawDefinition = LawDefinition {
+    name: "gauge-stand-compliance",
+    row: "gauge-stand-compliance",
+    equation: "displacement += c F",
+    place_kind: PlaceKind::Direction,
+    parameters: &[ParameterSpec {
+        name: "c",
+        word: "compliance",
+        dimension: Dimension::Compliance,
+        sign: Sign::Positive,
+        plausible: PlausibleRange {
+            bounds: |scale, _| scale.plausible_compliance(),
+            reason: "up to ten times the compliance of the robot where it is stiffest: a softer stand is seen to move",
+        },
+        typical: Typical {
+            value: |_| 1e-14,
+            spread: 1.0,
+        },
+        fit: OF_A_SIZE,
+    }],
+    contains: &[],
+    action: Action::Added(|&[c, ..], load| c * load.force_n),
+    search: Search {
+        shapes: |scale| vec![Shape::of_any_size(vec![scale.visible()])],
+        wide_shapes: None,
+        phase: None,
+        is_freest: false,
+        without_robot: false,
+        level_weights: [0.04, 0.0],
+        needs: Needs::Nothing,
+        unseen_at_place: TOO_LITTLE_AT_PLACE,
+        unseen: TOO_LITTLE,
+    },
+    figure: OVER_FORCE,
+    words: Words {
+        phrase: |at, _| format!("a stand of the displacement gauge that gives way in {at}"),
+        heading: |place| format!("a yielding gauge stand, {place}"),
+        explanation: "The gauge reads more than the robot moves, in proportion to the force, in every pose alike.",
+    },
+    check: Some(Check {
+        rank: 1,
+        text: |place| {
+            let along = match place {
+                Place::Direction(direction) => direction.to_string(),
+                other => other.to_string(),
+            };
+            format!(
+                "set a second dial gauge on the floor against the stand of the first and load the robot in {along}: the stand must not move"
+            )
+        },
+        minutes: 20.0,
+    }),
+};

@@ -1,0 +1,119 @@
+//! A joint that turns in proportion to its moment.
+
+use crate::physics::action::{Action, Driven, TwistLaw, Values};
+use crate::physics::dimension::Dimension;
+use crate::physics::law::{Check, Curve, Driving, LawDefinition, LawFigure, Words};
+use crate::physics::parameter::{OF_A_SIZE, ParameterSpec, PlausibleRange, Sign, Typical};
+use crate::physics::place::{Place, PlaceKind};
+use crate::physics::search::{Needs, PlaceScale, Search};
+use crate::physics::turning::JointPath;
+
+pub(super) static LAW: LawDefinition = LawDefinition {
+    name: "joint-compliance",
+    row: "joint-compliance",
+    equation: "twist = c tau",
+    place_kind: PlaceKind::Joint,
+    parameters: &[COMPLIANCE],
+    contains: &[],
+    action: Action::Joint(&Compliance),
+    search: Search {
+        shapes: PlaceScale::compliances,
+        wide_shapes: None,
+        phase: None,
+        is_freest: true,
+        // A line with a free slope contains it.
+        without_robot: false,
+        level_weights: [0.06, 0.0],
+        needs: Needs::Nothing,
+        unseen_at_place: UNSEEN_AT_JOINT,
+        unseen: NO_SUCH_JOINT,
+    },
+    figure: OF_A_JOINT,
+    words: Words {
+        phrase: |at, _| format!("a springy {at}"),
+        heading: |place| format!("a springy {place}"),
+        explanation: "The joint turns in proportion to the moment on it, like a spring, where the model holds it rigid.",
+    },
+    check: Some(ACROSS_THE_JOINT),
+};
+
+/// The compliance of a joint: what all laws with a spring in a joint have in common.
+pub(super) const COMPLIANCE: ParameterSpec = ParameterSpec {
+    name: "c",
+    word: "compliance",
+    dimension: Dimension::RotationalCompliance,
+    sign: Sign::Positive,
+    plausible: PlausibleRange {
+        bounds: |scale, _| scale.plausible_compliance(),
+        reason: "up to ten times what the whole structure gives there: drives and bearings give up to nine tenths of what a heavy arm \
+                 gives; in a closed loop up to a pin, beyond which readings tell nothing",
+    },
+    typical: Typical {
+        value: |_| 1e-12,
+        spread: 1.0,
+    },
+    fit: OF_A_SIZE,
+};
+
+/// A law of a joint is drawn over the force, a panel a cell.
+pub(super) const OF_A_JOINT: LawFigure = LawFigure {
+    driving: Driving::Force,
+    pooled: None,
+    large_loads_only: false,
+    curve: Curve::Lines,
+};
+
+pub(super) const UNSEEN_AT_JOINT: (&str, &str) = (
+    "even if the joint turned freely the readings would hardly change, or the factors take what changes",
+    "measure poses in which the load turns the joint more, or load and read the linkage next to it",
+);
+
+pub(super) const NO_SUCH_JOINT: (&str, Option<&str>) = (
+    "the mechanism has no joint that these loads act on",
+    Some("choose the mechanism that the robot really has"),
+);
+
+pub(super) const ACROSS_THE_JOINT: Check = Check {
+    rank: 4,
+    text: |place: &Place| {
+        format!(
+            "set a dial gauge across {place}, from one of its bodies to the other, and load and unload once"
+        )
+    },
+    minutes: 25.0,
+};
+
+#[derive(Debug)]
+struct Compliance;
+
+/// Twist of c τ with τ = T - k twist.
+#[inline]
+fn twist(c: f64, driving_nm: f64, k: f64) -> f64 {
+    c * driving_nm / (1.0 + c * k)
+}
+
+impl TwistLaw for Compliance {
+    fn twist_rad(&self, &[c, ..]: &Values, driven: Driven) -> f64 {
+        twist(c, driven.moment_nm, driven.stiffness_nm_per_rad)
+    }
+
+    fn slope_rad_per_nm(&self, &[c, ..]: &Values, driven: Driven) -> f64 {
+        c / (1.0 + c * driven.stiffness_nm_per_rad)
+    }
+
+    fn stiffness_at_rest_nm_per_rad(&self, &[c, ..]: &Values) -> f64 {
+        1.0 / c
+    }
+
+    fn added_m(&self, &[c, ..]: &Values, path: &JointPath, out: &mut [f64]) {
+        path.side_by_side(
+            #[inline(always)]
+            |t, k| twist(c, t, k),
+            out,
+        );
+    }
+
+    fn is_linear(&self) -> bool {
+        true
+    }
+}

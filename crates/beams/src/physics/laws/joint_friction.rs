@@ -1,0 +1,145 @@
+//! A joint that sticks until its friction moment, then turns as a spring, and sticks again on reversal.
+
+use super::joint_compliance::{
+    ACROSS_THE_JOINT, COMPLIANCE, NO_SUCH_JOINT, OF_A_JOINT, UNSEEN_AT_JOINT,
+};
+use crate::physics::action::{Action, Driven, TwistLaw, Values};
+use crate::physics::dimension::Dimension;
+use crate::physics::law::{LawDefinition, Words};
+use crate::physics::parameter::{FitBy, ParameterSpec, PlausibleRange, Sign, Typical};
+use crate::physics::place::PlaceKind;
+use crate::physics::search::{Needs, PlaceScale, Search, Shape};
+use crate::physics::turning::JointPath;
+
+pub(super) static LAW: LawDefinition = LawDefinition {
+    name: "joint-friction",
+    row: "joint-friction",
+    equation: "stuck for |tau| <= friction_moment, then twist = c (tau -/+ friction_moment); stuck again on reversal",
+    place_kind: PlaceKind::Joint,
+    parameters: &[
+        COMPLIANCE,
+        ParameterSpec {
+            name: "friction_moment",
+            word: "friction moment",
+            dimension: Dimension::Moment,
+            sign: Sign::Positive,
+            plausible: PlausibleRange {
+                bounds: |scale, _| scale.moments([MOMENTS[0], MOMENTS[MOMENTS.len() - 1]]),
+                reason: "within the moments of the session: beyond them the joint sticks",
+            },
+            typical: Typical {
+                value: |scale| 0.22 * scale.moment_nm,
+                spread: 2.0,
+            },
+            fit: FitBy::Search,
+        },
+    ],
+    contains: &["joint-compliance"],
+    action: Action::Joint(&Friction),
+    search: Search {
+        shapes,
+        wide_shapes: None,
+        phase: None,
+        is_freest: false,
+        without_robot: true,
+        level_weights: [0.08, 0.0],
+        needs: Needs::Nothing,
+        unseen_at_place: UNSEEN_AT_JOINT,
+        unseen: NO_SUCH_JOINT,
+    },
+    figure: OF_A_JOINT,
+    words: Words {
+        phrase: |at, _| format!("friction in {at}"),
+        heading: |place| format!("friction in {place}"),
+        explanation: "The joint sticks until the moment on it exceeds the friction moment, then turns like a spring; when the load is taken \
+                      off it sticks again, so that loading and unloading differ.",
+    },
+    check: Some(ACROSS_THE_JOINT),
+};
+
+/// Friction moments as shares of the largest moment: what sticks gives way little by little.
+const MOMENTS: [f64; 7] = [0.02, 0.1, 0.2, 0.33, 0.48, 0.65, 0.83];
+
+fn shapes(scale: &PlaceScale) -> Vec<Shape> {
+    let with_moment = |level: f64| {
+        scale.compliances().into_iter().map(move |mut shape| {
+            shape.values.push(level * scale.moment_nm);
+            shape
+        })
+    };
+    MOMENTS.into_iter().flat_map(with_moment).collect()
+}
+
+#[derive(Debug)]
+struct Friction;
+
+#[inline]
+fn twist([c, friction_moment]: [f64; 2], driving_nm: f64, k: f64, before_rad: f64) -> f64 {
+    if c == 0.0 {
+        return 0.0;
+    }
+    let slider = driving_nm - (k + 1.0 / c) * before_rad;
+    if slider.abs() <= friction_moment {
+        before_rad
+    } else {
+        c * (driving_nm - friction_moment.copysign(slider)) / (1.0 + c * k)
+    }
+}
+
+impl TwistLaw for Friction {
+    fn twist_rad(&self, &[c, friction_moment, ..]: &Values, driven: Driven) -> f64 {
+        let Driven {
+            moment_nm,
+            stiffness_nm_per_rad,
+            before_rad,
+        } = driven;
+        twist([c, friction_moment], moment_nm, stiffness_nm_per_rad, before_rad)
+    }
+
+    fn slope_rad_per_nm(&self, values: &Values, driven: Driven) -> f64 {
+        let c = values[0];
+        if self.twist_rad(values, driven) == driven.before_rad {
+            0.0
+        } else {
+            c / (1.0 + c * driven.stiffness_nm_per_rad)
+        }
+    }
+
+    fn stiffness_at_rest_nm_per_rad(&self, &[c, friction_moment, ..]: &Values) -> f64 {
+        if friction_moment == 0.0 {
+            1.0 / c
+        } else {
+            f64::INFINITY
+        }
+    }
+
+    fn added_m(&self, &[c, friction_moment, ..]: &Values, path: &JointPath, out: &mut [f64]) {
+        path.in_sequence(|t, k, before| twist([c, friction_moment], t, k, before), out);
+    }
+
+    fn is_linear(&self) -> bool {
+        false
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::physics::laws::tests::at;
+
+    #[test]
+    fn it_sticks_slips_and_sticks_until_twice_its_moment() {
+        let mut twist = 0.0;
+        let path = [
+            (1.0, 0.0),
+            (5.0, 3e-3),
+            (2.0, 3e-3),
+            (1.0, 3e-3),
+            (0.0, 2e-3),
+        ];
+        for (moment, expected) in path {
+            twist = Friction.twist_rad(&[1e-3, 2.0, 0.0, 0.0], at(moment, 0.0, twist));
+            assert!((twist - expected).abs() < 1e-15, "{moment}: {twist}");
+        }
+    }
+}

@@ -1,0 +1,66 @@
+//! The force acts turned toward another axis.
+
+use super::base_compliance::{OVER_FORCE, TOO_LITTLE};
+use crate::physics::action::Action;
+use crate::physics::dimension::Dimension;
+use crate::physics::law::{Check, LawDefinition, Words};
+use crate::physics::parameter::{OF_A_SIZE, ParameterSpec, PlausibleRange, Sign, Typical};
+use crate::physics::place::{Place, PlaceKind};
+use crate::physics::search::{Needs, Search, Shape};
+
+/// About three degrees, rad.
+const SEEN_BY_EYE: f64 = 0.05;
+
+pub(super) static LAW: LawDefinition = LawDefinition {
+    name: "load-misalignment",
+    row: "load-misalignment",
+    equation: "the force acts turned by angle; displacement is read along the direction",
+    place_kind: PlaceKind::Toward,
+    parameters: &[ParameterSpec {
+        name: "angle",
+        word: "angle",
+        dimension: Dimension::Angle,
+        sign: Sign::Either,
+        plausible: PlausibleRange {
+            bounds: |_, _| [-SEEN_BY_EYE, SEEN_BY_EYE],
+            reason: "up to three degrees: more is seen by eye",
+        },
+        typical: Typical {
+            value: |_| 1e-7,
+            spread: 1.0,
+        },
+        fit: OF_A_SIZE,
+    }],
+    contains: &[],
+    action: Action::Turn,
+    search: Search {
+        shapes: |_| vec![Shape::of_either_sign(vec![1e-3])],
+        wide_shapes: None,
+        phase: None,
+        is_freest: false,
+        without_robot: false,
+        level_weights: [0.05, 0.0],
+        needs: Needs::Nothing,
+        unseen_at_place: (
+            "a force turned that way moves this robot along the direction of reading only to second order",
+            "read the displacement along all three axes at each load",
+        ),
+        unseen: TOO_LITTLE,
+    },
+    figure: OVER_FORCE,
+    words: Words {
+        phrase: |at, _| format!("a force {at}"),
+        heading: |place| format!("a turned force, {place}"),
+        explanation: "A part of the force acts across the direction in which it is meant to act.",
+    },
+    check: Some(Check {
+        rank: 2,
+        text: |place| match place {
+            Place::Toward { direction, toward } => format!(
+                "read a gauge in {toward} too while loading in {direction}, then turn the force gauge by half a turn and repeat"
+            ),
+            other => format!("turn the force gauge by half a turn and repeat, {other}"),
+        },
+        minutes: 25.0,
+    }),
+};

@@ -1,0 +1,52 @@
+//! An element that carries nothing.
+
+use super::base_compliance::OVER_FORCE;
+use crate::physics::action::Action;
+use crate::physics::law::{Check, LawDefinition, Words};
+use crate::physics::place::{Place, PlaceKind};
+use crate::physics::search::{Needs, Search};
+
+pub(super) static LAW: LawDefinition = LawDefinition {
+    name: "loose-member",
+    row: "loose-member",
+    equation: "the element carries nothing",
+    place_kind: PlaceKind::Element,
+    parameters: &[],
+    contains: &[],
+    action: Action::Missing,
+    search: Search {
+        // It has no size: each structure without an element is solved.
+        shapes: |_| Vec::new(),
+        wide_shapes: None,
+        phase: None,
+        is_freest: false,
+        without_robot: false,
+        level_weights: [0.01, 0.0],
+        needs: Needs::Nothing,
+        unseen_at_place: (
+            "without it the readings would hardly change, or the factors take what changes",
+            "measure further poses, or look at both of its ends",
+        ),
+        unseen: (
+            "no element can be missing without the mechanism falling apart",
+            None,
+        ),
+    },
+    figure: OVER_FORCE,
+    words: Words {
+        phrase: |at, _| format!("a loose {at}"),
+        heading: |place| format!("{place} loose"),
+        explanation: "The robot behaves as if this member were not there.",
+    },
+    check: Some(Check {
+        rank: 2,
+        text: |place| {
+            let element = match place {
+                Place::Element(name) => name.clone(),
+                other => other.to_string(),
+            };
+            format!("look at and tighten both ends of {element}, or take it off, and repeat the stiffest cell")
+        },
+        minutes: 30.0,
+    }),
+};

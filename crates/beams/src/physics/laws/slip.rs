@@ -1,0 +1,71 @@
+//! Something that slipped, once.
+
+use super::base_compliance::TOO_LITTLE_AT_PLACE;
+use crate::physics::action::Action;
+use crate::physics::dimension::Dimension;
+use crate::physics::law::{Check, Curve, Driving, LawDefinition, LawFigure, Words};
+use crate::physics::parameter::{OF_A_SIZE, ParameterSpec, PlausibleRange, Sign, Typical};
+use crate::physics::place::{Place, PlaceKind};
+use crate::physics::search::{Needs, Search, Shape};
+
+pub(super) static LAW: LawDefinition = LawDefinition {
+    name: "slip",
+    row: "slip",
+    equation: "displacement += jump from that step of that run on",
+    place_kind: PlaceKind::Run,
+    parameters: &[ParameterSpec {
+        name: "jump",
+        word: "jump",
+        dimension: Dimension::Length,
+        sign: Sign::Either,
+        plausible: PlausibleRange {
+            bounds: |scale, _| [-scale.displacement_m, scale.displacement_m],
+            reason: "up to the largest displacement: a larger jump is seen as the readings come",
+        },
+        typical: Typical {
+            value: |_| 1e-9,
+            spread: 1.0,
+        },
+        fit: OF_A_SIZE,
+    }],
+    contains: &[],
+    action: Action::Added(|&[jump, ..], _| jump),
+    search: Search {
+        shapes: |_| vec![Shape::of_either_sign(vec![1e-6])],
+        wide_shapes: None,
+        phase: None,
+        is_freest: false,
+        without_robot: true,
+        level_weights: [0.02, 0.0],
+        needs: Needs::Nothing,
+        unseen_at_place: TOO_LITTLE_AT_PLACE,
+        unseen: (
+            "no run has enough load steps to tell a slip from an outlier",
+            Some("take at least four load steps a run"),
+        ),
+    },
+    figure: LawFigure {
+        driving: Driving::Clock,
+        pooled: None,
+        large_loads_only: false,
+        curve: Curve::Steps,
+    },
+    words: Words {
+        phrase: |at, _| format!("a slip {at}"),
+        heading: |place| match place {
+            Place::Run {
+                pose,
+                direction,
+                repeat,
+                ..
+            } => format!("a slip in {pose} {direction}, repeat {repeat}"),
+            other => format!("a slip, {other}"),
+        },
+        explanation: "From that reading on, all readings of that one run are shifted.",
+    },
+    check: Some(Check {
+        rank: 3,
+        text: |_| "repeat the same run".to_owned(),
+        minutes: 10.0,
+    }),
+};

@@ -1,0 +1,125 @@
+use proptest::prelude::*;
+
+use super::*;
+use crate::physics::action::{Action, Driven, TwistLaw, Values};
+
+/// A joint driven by a moment against a loop.
+pub(in crate::physics) fn at(moment_nm: f64, stiffness_nm_per_rad: f64, before_rad: f64) -> Driven {
+    Driven {
+        moment_nm,
+        stiffness_nm_per_rad,
+        before_rad,
+    }
+}
+
+fn twist_law(law: Law) -> &'static dyn TwistLaw {
+    let Action::Joint(law) = law.action else {
+        panic!("{law} is no law of a joint")
+    };
+    law
+}
+
+#[test]
+fn laws_of_one_name_differ_in_a_unit_and_rows_are_unique() {
+    for (place, law) in LAWS.iter().enumerate() {
+        assert!(!law.name.is_empty() && law.parameters.len() <= crate::physics::MOST_PARAMETERS);
+        for other in &LAWS[..place] {
+            assert_ne!(law.row, other.row);
+            let units = |law: &Law| {
+                law.parameters
+                    .iter()
+                    .map(crate::physics::ParameterSpec::unit)
+                    .collect::<Vec<_>>()
+            };
+            assert!(
+                law.name != other.name || units(law) != units(other),
+                "{law}"
+            );
+        }
+        assert!(
+            law.words.explanation.ends_with('.') && !(law.words.phrase)("there", &[]).is_empty()
+        );
+        let simpler = law
+            .contains
+            .iter()
+            .all(|name| Law::named(name).next().is_some());
+        assert!(simpler, "{law} contains a law that does not exist");
+    }
+}
+
+#[test]
+fn every_shape_and_every_typical_value_is_plausible() {
+    let scale = crate::physics::PlaceScale {
+        force_n: 70.0,
+        displacement_m: 1e-3,
+        time_s: 200.0,
+        warming_k: 2.0,
+        has_holds: true,
+        has_repeats: true,
+        compliance: 1e-5,
+        moment_nm: 20.0,
+        loop_nm_per_rad: 0.0,
+    };
+    let closed = crate::physics::PlaceScale {
+        loop_nm_per_rad: 2e5,
+        ..scale
+    };
+    for law in LAWS {
+        for scale in [scale, closed] {
+            let wide = law.search.wide_shapes.map(|shapes| shapes(&scale));
+            for shape in (law.search.shapes)(&scale)
+                .into_iter()
+                .chain(wide.into_iter().flatten())
+            {
+                for (place, parameter) in law.parameters.iter().enumerate() {
+                    let ratio = if parameter.is_ratio() {
+                        shape.values[0]
+                    } else {
+                        1.0
+                    };
+                    let value = shape.values[place] / ratio;
+                    let [low, high] = (parameter.plausible.bounds)(&scale, &shape.values);
+                    assert!(
+                        low <= value && value <= high,
+                        "{law} {} = {value}: {low} to {high}",
+                        parameter.name
+                    );
+                }
+            }
+        }
+    }
+}
+
+proptest! {
+    /// Every law's twist satisfies its own equation with τ = T - k φ.
+    #[test]
+    fn twists_satisfy_their_equation(
+        c in 1e-6..1e-2_f64, q in -1e-4..1e-3_f64, driving in -50.0..50.0_f64, k in 0.0..1e4_f64,
+    ) {
+        let values: Values = [c, q, 0.0, 0.0];
+        let twist = twist_law(JOINT_COMPLIANCE).twist_rad(&values, at(driving, k, 0.0));
+        let moment = driving - k * twist;
+        prop_assert!((twist - c * moment).abs() <= 1e-9 * (c * driving).abs());
+        let twist = twist_law(JOINT_NONLINEARITY).twist_rad(&values, at(driving, k, 0.0));
+        let moment = driving - k * twist;
+        let stop = q < 0.0 && moment.abs() >= c / (-2.0 * q) * (1.0 - 1e-6);
+        let law = c * moment + q * moment * moment.abs();
+        prop_assert!(stop || (twist - law).abs() <= 1e-8 * (c * driving).abs(), "{twist} {law}");
+    }
+
+    /// The slope of every law is that of its twist, away from its kinks.
+    #[test]
+    fn slopes_are_derivatives(driving in 1.0..50.0_f64, k in 1.0..1e4_f64) {
+        for law in LAWS.iter().filter(|law| law.is_of_a_joint()) {
+            let values = [2e-4, 0.3, 0.0, 0.0];
+            let twist_law = twist_law(*law);
+            let twist = |moment| twist_law.twist_rad(&values, at(moment, k, 0.0));
+            let step = 1e-6 * driving;
+            let [down, up] = [driving - step, driving + step].map(twist);
+            let slope = twist_law.slope_rad_per_nm(&values, at(driving, k, 0.0));
+            let difference = (up - down) / (2.0 * step);
+            let kink = [down, up].iter().any(|t| (t.abs() - 2e-4).abs() < 1e-9) || down == 0.0;
+            prop_assert!(kink || (slope - difference).abs() <= 1e-4 * slope.abs() + 1e-12, "{law}: {slope} {difference}");
+        }
+    }
+}

@@ -1,0 +1,123 @@
+//! Parameters of laws: which values they may have, where a fit starts, how it moves them.
+
+use super::dimension::Dimension;
+use super::search::PlaceScale;
+
+/// Which values physics allows.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Sign {
+    /// Not below zero.
+    Positive,
+    /// Above zero: the law divides by it.
+    AboveZero,
+    /// Either sign.
+    Either,
+}
+
+impl Sign {
+    /// Which values are allowed, in words.
+    #[must_use]
+    pub fn in_words(self) -> &'static str {
+        match self {
+            Self::AboveZero => "above zero",
+            Self::Positive => "not below zero",
+            Self::Either => "of either sign",
+        }
+    }
+
+    /// Whether a value is allowed; none is that is not finite.
+    #[must_use]
+    pub fn allows(self, value: f64) -> bool {
+        let allowed = match self {
+            Self::AboveZero => value > 0.0,
+            Self::Positive => value >= 0.0,
+            Self::Either => true,
+        };
+        value.is_finite() && allowed
+    }
+}
+
+/// Values that an engineer would believe, and why no others.
+#[derive(Debug, Clone, Copy)]
+pub struct PlausibleRange {
+    /// Smallest and largest value at a place, SI; of a parameter fitted as a ratio, of that ratio.
+    ///
+    /// # Arguments
+    /// - The scales of the place.
+    /// - The values at which a fit starts, in the order of the parameters.
+    pub bounds: fn(&PlaceScale, &[f64]) -> [f64; 2],
+    /// The range in words, with its reason.
+    pub reason: &'static str,
+}
+
+/// How a fit moves a parameter.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum FitBy {
+    /// By derivatives, from differences over this share of the value.
+    Derivative {
+        /// Step of the difference, as a share of the value.
+        relative_step: f64,
+    },
+    /// By derivatives, from differences over this step: for values that may be anything, as a phase.
+    FixedStep {
+        /// Step of the difference, SI.
+        step: f64,
+    },
+    /// By derivatives of its ratio to the first parameter, which takes it along.
+    RatioToFirst,
+    /// By trial, for readings depend on it by kinks and steps.
+    Search,
+}
+
+/// Step of the difference of a parameter that is a size.
+pub(super) const OF_A_SIZE: FitBy = FitBy::Derivative {
+    relative_step: 1e-3,
+};
+
+/// A value in the middle of what is met in practice, and how far others lie from it.
+#[derive(Debug, Clone, Copy)]
+pub struct Typical {
+    /// The value at a place, SI.
+    pub value: fn(&PlaceScale) -> f64,
+    /// Others lie within this factor of it, either way; not a number where any value is as likely.
+    pub spread: f64,
+}
+
+/// One parameter of a law.
+#[derive(Debug, Clone, Copy)]
+pub struct ParameterSpec {
+    /// Name in files.
+    pub name: &'static str,
+    /// Name in sentences.
+    pub word: &'static str,
+    /// What it measures.
+    pub dimension: Dimension,
+    /// Values that physics allows.
+    pub sign: Sign,
+    /// Values that are plausible; every fit keeps to them.
+    pub plausible: PlausibleRange,
+    /// A typical value; of a size a very small one, to be scaled up.
+    pub typical: Typical,
+    /// How a fit moves it.
+    pub fit: FitBy,
+}
+
+impl ParameterSpec {
+    /// Unit in files, which is SI.
+    #[must_use]
+    pub fn unit(&self) -> &'static str {
+        self.dimension.unit()
+    }
+
+    /// Whether a fit moves it by derivatives.
+    #[must_use]
+    pub fn is_smooth(&self) -> bool {
+        self.fit != FitBy::Search
+    }
+
+    /// Whether a fit moves it as its ratio to the first parameter.
+    #[must_use]
+    pub fn is_ratio(&self) -> bool {
+        self.fit == FitBy::RatioToFirst
+    }
+}
