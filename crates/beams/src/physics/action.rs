@@ -74,7 +74,7 @@ pub trait TwistLaw: fmt::Debug + Sync {
 
     /// What the joint adds to the displacements along a path of loads, m, one each, overwritten.
     ///
-    /// An implementation hands its equation to [`JointPath::side_by_side`] if it has no memory, else to [`JointPath::in_sequence`].
+    /// An implementation hands its equation to `JointPath::side_by_side` if it has no memory, else to `JointPath::in_sequence`.
     fn added_m(&self, values: &Values, path: &JointPath, out: &mut [f64]);
 
     /// Whether the twist is proportional to the moment.
