@@ -11,7 +11,7 @@ use stiffbench::test_point::PoseId;
 use super::{Desk, assert_says, desk};
 
 /// One effect of every law, and what the clock's hundredths and the tenths of a hold leave open in its readings, m.
-const EFFECTS: [(&str, f64); 15] = [
+const EFFECTS: [(&str, f64); 16] = [
     ("joint-compliance@A4:c=4urad/(N*m)", 0.0),
     ("joint-backlash@B3:play=0.12mrad,seat_moment=0.14N*m", 0.0),
     (
@@ -37,6 +37,7 @@ const EFFECTS: [(&str, f64); 15] = [
         "gauge-periodic:amplitude=2um,period=0.15mm,phase=0.3rad",
         0.0,
     ),
+    ("constant-force@z:w=-0.8N", 0.0),
 ];
 
 /// Numbers of a reading in the file: nine decimals of a micrometre and of a newton.

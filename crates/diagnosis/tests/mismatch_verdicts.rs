@@ -153,7 +153,14 @@ fn each_law_is_named_with_its_place_when_it_is_there() {
             Place::DisplacementGauge,
             &[1e-6, 1.5e-4, 0.7],
         ),
+        effect(
+            laws::CONSTANT_FORCE,
+            Place::Direction(Direction::Y),
+            &[-0.5],
+        ),
     ];
+    // Every law but those that need another bench: a thermometer, a closed loop.
+    assert_eq!(all.len(), Law::ALL.len() - 2);
     for (seed, hidden) in all.into_iter().enumerate() {
         let (law, place) = (hidden.law, hidden.place.clone());
         let truth = arm.twelve(hidden);

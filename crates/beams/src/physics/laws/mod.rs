@@ -36,6 +36,7 @@ library! {
     setting_in SETTING_IN,
     slip SLIP,
     gauge_periodic GAUGE_PERIODIC,
+    constant_force CONSTANT_FORCE,
 }
 
 pub use gauge_periodic::{NOMINAL_PERIODS_M, SHORTEST_PERIOD_M};

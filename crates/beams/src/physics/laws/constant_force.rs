@@ -1,0 +1,104 @@
+//! A force that acts beside the one that the gauge reads.
+
+use super::base_compliance::{OVER_FORCE, TOO_LITTLE};
+use crate::physics::action::Action;
+use crate::physics::dimension::Dimension;
+use crate::physics::law::{Check, LawDefinition, Words};
+use crate::physics::parameter::{OF_A_SIZE, ParameterSpec, PlausibleRange, Sign, Typical};
+use crate::physics::place::PlaceKind;
+use crate::physics::search::{Needs, Search, Shape, VISIBLE_SHARE};
+
+/// Share of the largest force that goes unseen beside it, 1.
+const UNSEEN: f64 = 0.3;
+
+pub(super) static LAW: LawDefinition = LawDefinition {
+    name: "constant-force",
+    row: "constant-force",
+    equation: "true force = F + w under load, none at the zero",
+    place_kind: PlaceKind::Direction,
+    parameters: &[ParameterSpec {
+        name: "w",
+        word: "force",
+        dimension: Dimension::Force,
+        sign: Sign::Either,
+        plausible: PlausibleRange {
+            bounds: |scale, _| [-1.0, 1.0].map(|side| side * UNSEEN * scale.force_n),
+            reason: "up to three tenths of the largest force: a hook, a cable or a gauge that was not zeroed; more is seen on the display",
+        },
+        typical: Typical {
+            value: |_| 1e-8,
+            spread: 1.0,
+        },
+        fit: OF_A_SIZE,
+    }],
+    contains: &[],
+    action: Action::Force(|&[w, ..], load| if load.is_unloaded { 0.0 } else { w }),
+    search: Search {
+        shapes: |scale| vec![Shape::of_either_sign(vec![VISIBLE_SHARE * scale.force_n])],
+        wide_shapes: None,
+        phase: None,
+        is_freest: false,
+        // A line with a free zero contains it.
+        without_robot: false,
+        level_weights: [0.04, 0.0],
+        needs: Needs::Nothing,
+        unseen_at_place: (
+            "without an unloaded reading the zero of the gauge takes it",
+            "read the gauge unloaded too, before each load sequence",
+        ),
+        unseen: TOO_LITTLE,
+    },
+    figure: OVER_FORCE,
+    words: Words {
+        phrase: |at, _| format!("a constant force in {at}"),
+        heading: |place| format!("a constant force, {place}"),
+        explanation: "In every reading under load a force acts beside the one that the gauge reads, as of a hook that hangs on it; at the \
+                      zero it is absent.",
+    },
+    check: Some(Check {
+        rank: 0,
+        text: |_| {
+            "zero the force gauge with everything on it that it carries under load, and repeat the smallest loads of one cell".to_owned()
+        },
+        minutes: 10.0,
+    }),
+};
+
+#[cfg(test)]
+mod tests {
+    use crate::physics::{Effect, LawSet, LoadPoint, PoseMechanics, RunLoads, Twists};
+    use crate::structure::TwistInfluence;
+    use stiffbench_units_and_text::test_point::Direction;
+
+    #[test]
+    fn it_acts_under_load_in_its_direction_and_not_at_the_zero() {
+        let compliance_m_per_n = 3e-7;
+        let pose = PoseMechanics {
+            influence: TwistInfluence::of_one_joint(compliance_m_per_n, 0.3),
+            ..PoseMechanics::default()
+        };
+        let mut laws = LawSet::default();
+        laws.push(&"constant-force@y:w=-0.8N".parse::<Effect>().unwrap(), None);
+        let loads = [0.0, -10.0, -20.0].map(|force_n| LoadPoint {
+            force_n,
+            is_unloaded: force_n == 0.0,
+            ..LoadPoint::default()
+        });
+        for (direction, w_n) in [(Direction::Y, -0.8), (Direction::X, 0.0)] {
+            let run = RunLoads {
+                pose: &"P1".into(),
+                direction,
+                repeat: 1,
+                release_n: None,
+                loads: &loads,
+            };
+            let mut moved = [0.0; 3];
+            laws.displacements_m(&pose, &run, &mut Twists::default(), &mut moved);
+            let expected = [0.0, -10.0 + w_n, -20.0 + w_n].map(|acting| acting * compliance_m_per_n);
+            assert!(
+                moved.iter().zip(expected).all(|(m, e)| (m - e).abs() < 1e-18),
+                "{moved:?} {expected:?}"
+            );
+        }
+    }
+}
