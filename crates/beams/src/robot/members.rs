@@ -36,7 +36,7 @@ pub struct MechanismModel<'a> {
     robot: &'a Robot,
     mechanism: &'a Mechanism,
     order: Order,
-    placement: Placement,
+    placement: Placement<f64>,
     /// Robot node of each structure node.
     nodes: Vec<usize>,
     /// Robot joint of each structure hinge.
@@ -143,7 +143,7 @@ impl<'a> MechanismModel<'a> {
             robot,
             mechanism,
             order,
-            placement: Placement::new(robot),
+            placement: Placement::new(robot, 0.0),
             nodes,
             hinge_joints,
             structure,
@@ -159,7 +159,7 @@ impl<'a> MechanismModel<'a> {
     pub fn place(&mut self, pose: &Pose) -> Result<(), RobotError> {
         self.order.place(self.robot, pose, &mut self.placement)?;
         for (node, &index) in self.structure.nodes.iter_mut().zip(&self.nodes) {
-            node.position_m = self.placement.nodes_m[index];
+            node.position_m = self.placement.node_m(index);
         }
         for (element, &member) in self
             .structure

@@ -150,14 +150,14 @@ fn joint_screws(robot: &Robot, joints: &[usize], pose: &Pose) -> Result<Vec<[f64
         ]
     });
     let order = Order::of(robot, wanted).expect("a checked robot has no circular dependency");
-    let mut placement = Placement::new(robot);
+    let mut placement = Placement::new(robot, 0.0);
     order.place(robot, pose, &mut placement)?;
     let first = joints.first().map_or([0.0; 3], |&joint| {
-        placement.nodes_m[robot.joints[joint].node]
+        placement.node_m(robot.joints[joint].node)
     });
     let arms: Vec<[f64; 3]> = joints
         .iter()
-        .map(|&joint| subtract(placement.nodes_m[robot.joints[joint].node], first))
+        .map(|&joint| subtract(placement.node_m(robot.joints[joint].node), first))
         .collect();
     let size = arms
         .iter()

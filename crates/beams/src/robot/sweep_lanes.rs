@@ -1,13 +1,18 @@
 //! The bundles of a sweep: poses side by side, placed and solved.
 
+#![expect(
+    clippy::inline_always,
+    reason = "what is not inlined into a kernel is compiled for another instruction set, and calls its instructions one by one"
+)]
+
 use pulp::Simd;
 
 use crate::structure::{Compliance6, Placed, Reducer, Reduction};
-use stiffbench_numeric::lanes::{Lane, run};
+use stiffbench_numeric::lanes::{Kernel, Lane, run};
 
+use super::kinematics::Placement;
 use super::members::MechanismModel;
 use super::model::Pose;
-use super::place_many::{PlaceMany, Placer};
 use super::sweep::SweptPose;
 
 /// Bundles whose number of lanes is not named.
@@ -29,7 +34,9 @@ pub(super) struct Bundles<'a, S: Simd> {
     reduction: &'a Reduction,
     /// Planes whose normals elements and hinges need.
     planes: Vec<usize>,
-    placer: Placer<S>,
+    /// Angle of each variable in the bundle at its turn, degrees.
+    angles_deg: Vec<Lane<S>>,
+    placement: Placement<Lane<S>>,
     placed: Vec<Placed<S>>,
     /// The bundle solved last.
     solved: usize,
@@ -54,7 +61,8 @@ impl<'a, S: Simd> Bundles<'a, S> {
             model,
             reduction,
             planes,
-            placer: Placer::new(simd, robot),
+            angles_deg: vec![Lane::zero(simd); robot.variables.len()],
+            placement: Placement::new(robot, Lane::zero(simd)),
             placed: vec![placed; pose_count.div_ceil(Lane::<S>::COUNT)],
             solved: 0,
             reducer: Reducer::new(simd, reduction),
@@ -71,18 +79,17 @@ impl<S: Simd> SweepLanes for Bundles<'_, S> {
         for lane in 0..Lane::<S>::COUNT {
             // Lanes without a pose repeat the last one.
             let pose = &poses[lane.min(poses.len() - 1)];
-            for (angle, &value) in self.placer.angles_deg.iter_mut().zip(&pose.angles_deg) {
+            for (angle, &value) in self.angles_deg.iter_mut().zip(&pose.angles_deg) {
                 angle.set(lane, value);
             }
         }
         run(
             self.simd,
-            PlaceMany {
-                robot: self.model.robot(),
-                order: self.model.order(),
-                wanted: self.model.nodes(),
+            PlaceAll {
+                model: self.model,
                 planes: &self.planes,
-                placer: &mut self.placer,
+                angles_deg: &self.angles_deg,
+                placement: &mut self.placement,
                 placed: &mut self.placed[bundle],
             },
         );
@@ -112,5 +119,37 @@ impl<S: Simd> SweepLanes for Bundles<'_, S> {
 
     fn reused_parts(&self) -> u64 {
         self.reducer.reused
+    }
+}
+
+/// Kinematics of a bundle.
+struct PlaceAll<'a, S: Simd> {
+    model: &'a MechanismModel<'a>,
+    /// Planes whose normals are wanted.
+    planes: &'a [usize],
+    angles_deg: &'a [Lane<S>],
+    placement: &'a mut Placement<Lane<S>>,
+    /// Nodes as in the model's structure, normals by plane.
+    placed: &'a mut Placed<S>,
+}
+
+impl<S: Simd> Kernel for PlaceAll<'_, S> {
+    #[inline(always)]
+    fn run(self) {
+        let Self {
+            model,
+            placement,
+            placed,
+            ..
+        } = self;
+        let robot = model.robot();
+        let order = model.order();
+        placed.faults = order.place_all(robot, self.angles_deg, placed.faults, placement);
+        for (target, &node) in placed.nodes_m.iter_mut().zip(model.nodes()) {
+            target.0 = placement.node_m(node);
+        }
+        for &plane in self.planes {
+            placed.normals[plane].0 = placement.plane_normal(robot, plane);
+        }
     }
 }

@@ -2,7 +2,8 @@
 
 use pulp::{Simd, WithSimd};
 
-use super::lane::{Lane, multiply_add, multiply_subtract};
+use super::lane::Lane;
+use super::number::{Number, multiply_add, multiply_subtract};
 
 /// Adding and subtracting it rounds numbers far below it to whole ones.
 const ROUNDING: f64 = 6_755_399_441_055_744.0;
@@ -34,7 +35,7 @@ const COSINE: [f64; 8] = [
 ///
 /// Whole quarters of a turn are taken off in degrees, where that is exact; what is left is at most 45 degrees.
 #[inline(always)]
-pub fn sin_cos_deg<S: Simd>(angle_deg: Lane<S>) -> (Lane<S>, Lane<S>) {
+pub fn sin_cos_deg<T: Number>(angle_deg: T) -> (T, T) {
     let quarters = rounded(angle_deg * angle_deg.of(1.0 / 90.0));
     let rest = multiply_subtract(quarters, angle_deg.of(90.0), angle_deg)
         * angle_deg.of(std::f64::consts::PI / 180.0);
@@ -94,12 +95,12 @@ impl WithSimd for Waves<'_> {
 
 /// The nearest whole number.
 #[inline(always)]
-fn rounded<S: Simd>(value: Lane<S>) -> Lane<S> {
+fn rounded<T: Number>(value: T) -> T {
     (value + value.of(ROUNDING)) - value.of(ROUNDING)
 }
 
 #[inline(always)]
-fn polynomial<S: Simd>(coefficients: &[f64], at: Lane<S>) -> Lane<S> {
+fn polynomial<T: Number>(coefficients: &[f64], at: T) -> T {
     let mut sum = at.of(coefficients[0]);
     for &coefficient in &coefficients[1..] {
         sum = multiply_add(sum, at, at.of(coefficient));
@@ -110,23 +111,16 @@ fn polynomial<S: Simd>(coefficients: &[f64], at: Lane<S>) -> Lane<S> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use pulp::Scalar;
 
     #[test]
     fn sine_and_cosine_are_those_of_the_standard_library() {
         for step in -100_000..100_000 {
             let angle_deg = 0.0137 * f64::from(step);
-            let (sin, cos) = sin_cos_deg(Lane::splat(Scalar, angle_deg));
+            let (sin, cos) = sin_cos_deg(angle_deg);
             // The standard library takes radians, whose rounding grows with the angle.
             let (expected_sin, expected_cos) = (angle_deg % 360.0).to_radians().sin_cos();
-            assert!(
-                (sin.get(0) - expected_sin).abs() < 1.5e-15,
-                "sin {angle_deg}"
-            );
-            assert!(
-                (cos.get(0) - expected_cos).abs() < 1.5e-15,
-                "cos {angle_deg}"
-            );
+            assert!((sin - expected_sin).abs() < 1.5e-15, "sin {angle_deg}");
+            assert!((cos - expected_cos).abs() < 1.5e-15, "cos {angle_deg}");
         }
     }
 
@@ -149,10 +143,10 @@ mod tests {
     #[test]
     fn whole_quarters_are_exact() {
         for quarter in -9..10 {
-            let (sin, cos) = sin_cos_deg(Lane::splat(Scalar, 90.0 * f64::from(quarter)));
+            let (sin, cos) = sin_cos_deg(90.0 * f64::from(quarter));
             let expected = [(0.0, 1.0), (1.0, 0.0), (0.0, -1.0), (-1.0, 0.0)];
             assert_eq!(
-                (sin.get(0), cos.get(0)),
+                (sin, cos),
                 expected[usize::try_from(quarter + 12).unwrap() % 4]
             );
         }

@@ -4,6 +4,8 @@ use std::ops::{Add, AddAssign, Div, Mul, Neg, Sub, SubAssign};
 
 use pulp::{Simd, WithSimd, bytemuck};
 
+use super::number::Number;
+
 /// Something in memory whose lanes start on cache lines.
 #[derive(Debug, Clone, Copy)]
 #[repr(C, align(64))]
@@ -27,13 +29,6 @@ impl<S: Simd> Lane<S> {
             simd,
             values: simd.splat_f64s(value),
         }
-    }
-
-    /// The same number in every pose of the same set.
-    #[must_use]
-    #[inline(always)]
-    pub fn of(self, value: f64) -> Self {
-        Self::splat(self.simd, value)
     }
 
     /// The first numbers of a slice; zero where it has none.
@@ -63,70 +58,10 @@ impl<S: Simd> Lane<S> {
         Self::splat(simd, 1.0)
     }
 
-    /// Reciprocal.
-    #[must_use]
-    #[inline(always)]
-    pub fn inverse(self) -> Self {
-        self.of(1.0) / self
-    }
-
-    /// Square root.
-    #[must_use]
-    #[inline(always)]
-    pub fn sqrt(self) -> Self {
-        Self {
-            values: self.simd.sqrt_f64s(self.values),
-            ..self
-        }
-    }
-
-    /// Absolute value.
-    #[must_use]
-    #[inline(always)]
-    pub fn abs(self) -> Self {
-        Self {
-            values: self.simd.abs_f64s(self.values),
-            ..self
-        }
-    }
-
     /// The instruction set.
     #[inline(always)]
     pub fn simd(self) -> S {
         self.simd
-    }
-
-    /// The larger of two in each pose; which of them where one is no number depends on the set.
-    #[must_use]
-    #[inline(always)]
-    pub fn max(self, other: Self) -> Self {
-        Self {
-            values: self.simd.max_f64s(self.values, other.values),
-            ..self
-        }
-    }
-
-    /// `below` where `self` < `limit`, `otherwise` elsewhere and for NaN.
-    #[must_use]
-    #[inline(always)]
-    pub fn choose(self, limit: Self, below: Self, otherwise: Self) -> Self {
-        let mask = self.simd.less_than_f64s(self.values, limit.values);
-        Self {
-            values: self.simd.select_f64s(mask, below.values, otherwise.values),
-            ..self
-        }
-    }
-
-    /// 0 where `self` < `limit`, 1 elsewhere and for NaN.
-    #[must_use]
-    #[inline(always)]
-    pub fn fault_unless_below(self, limit: Self) -> Self {
-        let below = self.simd.less_than_f64s(self.values, limit.values);
-        let (zero, one) = (self.simd.splat_f64s(0.0), self.simd.splat_f64s(1.0));
-        Self {
-            values: self.simd.select_f64s(below, zero, one),
-            ..self
-        }
     }
 
     /// Whether all poses have the same number in both; none has with NaN.
@@ -148,6 +83,64 @@ impl<S: Simd> Lane<S> {
     /// Sets the number of one pose.
     pub fn set(&mut self, pose: usize, value: f64) {
         bytemuck::cast_slice_mut(std::slice::from_mut(&mut self.values))[pose] = value;
+    }
+}
+
+impl<S: Simd> Number for Lane<S> {
+    #[inline(always)]
+    fn of(self, value: f64) -> Self {
+        Self::splat(self.simd, value)
+    }
+
+    #[inline(always)]
+    fn multiply_add(self, b: Self, c: Self) -> Self {
+        Self {
+            values: self.simd.mul_add_e_f64s(self.values, b.values, c.values),
+            ..self
+        }
+    }
+
+    #[inline(always)]
+    fn multiply_subtract(self, b: Self, c: Self) -> Self {
+        Self {
+            values: self
+                .simd
+                .negate_mul_add_e_f64s(self.values, b.values, c.values),
+            ..self
+        }
+    }
+
+    #[inline(always)]
+    fn sqrt(self) -> Self {
+        Self {
+            values: self.simd.sqrt_f64s(self.values),
+            ..self
+        }
+    }
+
+    #[inline(always)]
+    fn abs(self) -> Self {
+        Self {
+            values: self.simd.abs_f64s(self.values),
+            ..self
+        }
+    }
+
+    #[inline(always)]
+    fn max(self, other: Self) -> Self {
+        Self {
+            values: self.simd.max_f64s(self.values, other.values),
+            ..self
+        }
+    }
+
+    #[inline(always)]
+    fn choose(self, limit: Self, below: Self, otherwise: Self) -> Self {
+        let mask = self.simd.less_than_f64s(self.values, limit.values);
+        Self {
+            values: self.simd.select_f64s(mask, below.values, otherwise.values),
+            ..self
+        }
     }
 }
 
@@ -194,82 +187,6 @@ impl<S: Simd> SubAssign for Lane<S> {
     fn sub_assign(&mut self, other: Self) {
         *self = *self - other;
     }
-}
-
-/// a b + c, rounded once where the set can.
-#[inline(always)]
-pub fn multiply_add<S: Simd>(a: Lane<S>, b: Lane<S>, c: Lane<S>) -> Lane<S> {
-    Lane {
-        values: a.simd.mul_add_e_f64s(a.values, b.values, c.values),
-        ..a
-    }
-}
-
-/// c - a b, rounded once where the set can.
-#[inline(always)]
-pub fn multiply_subtract<S: Simd>(a: Lane<S>, b: Lane<S>, c: Lane<S>) -> Lane<S> {
-    Lane {
-        values: a.simd.negate_mul_add_e_f64s(a.values, b.values, c.values),
-        ..a
-    }
-}
-
-/// Scalar product.
-#[inline(always)]
-pub fn dot<S: Simd>(a: &[Lane<S>; 3], b: &[Lane<S>; 3]) -> Lane<S> {
-    multiply_add(a[2], b[2], multiply_add(a[1], b[1], a[0] * b[0]))
-}
-
-/// Vector product.
-#[inline(always)]
-pub fn cross<S: Simd>(a: &[Lane<S>; 3], b: &[Lane<S>; 3]) -> [Lane<S>; 3] {
-    [
-        multiply_subtract(a[2], b[1], a[1] * b[2]),
-        multiply_subtract(a[0], b[2], a[2] * b[0]),
-        multiply_subtract(a[1], b[0], a[0] * b[1]),
-    ]
-}
-
-/// A vector times a number.
-#[inline(always)]
-pub fn scale<S: Simd>(a: &[Lane<S>; 3], factor: Lane<S>) -> [Lane<S>; 3] {
-    [a[0] * factor, a[1] * factor, a[2] * factor]
-}
-
-/// a - b.
-#[inline(always)]
-pub fn subtract<S: Simd>(a: &[Lane<S>; 3], b: &[Lane<S>; 3]) -> [Lane<S>; 3] {
-    [a[0] - b[0], a[1] - b[1], a[2] - b[2]]
-}
-
-/// What is left of a vector at right angles to a unit vector.
-#[inline(always)]
-pub fn across<S: Simd>(v: &[Lane<S>; 3], unit: &[Lane<S>; 3]) -> [Lane<S>; 3] {
-    let along = dot(v, unit);
-    [
-        multiply_subtract(along, unit[0], v[0]),
-        multiply_subtract(along, unit[1], v[1]),
-        multiply_subtract(along, unit[2], v[2]),
-    ]
-}
-
-/// A right-handed frame on a normal: the normal, and two unit vectors at right angles to it.
-#[inline(always)]
-pub fn frame_on<S: Simd>(normal: &[Lane<S>; 3]) -> [[Lane<S>; 3]; 3] {
-    // The global axis farthest from the normal fixes the second axis: its part across the normal is at least √(2/3) long.
-    let [x, y, z] = [
-        normal[0] * normal[0],
-        normal[1] * normal[1],
-        normal[2] * normal[2],
-    ];
-    let (one, zero) = (x.of(1.0), x.of(0.0));
-    // One where y is least, where it is not but x is, and where neither is.
-    let of_y = x.choose(y, zero, z.choose(y, zero, one));
-    let of_x = (one - of_y) * z.choose(x, zero, one);
-    let hint = [of_x, of_y, one - of_y - of_x];
-    let first = across(&hint, normal);
-    let first = scale(&first, dot(&first, &first).sqrt().inverse());
-    [*normal, first, cross(normal, &first)]
 }
 
 /// Work that is compiled for an instruction set.

@@ -18,14 +18,15 @@
 
 mod angle;
 mod lane;
+mod number;
 mod products;
 mod simd;
 mod sums;
 
 pub use angle::{sin_cos_deg, waves};
-pub use lane::{
-    Aligned, Kernel, Lane, across, cross, dot, frame_on, multiply_add, multiply_subtract, run,
-    scale, subtract, widest,
+pub use lane::{Aligned, Kernel, Lane, run, widest};
+pub use number::{
+    Number, across, cross, dot, frame_on, multiply_add, multiply_subtract, scale, subtract,
 };
 pub use products::sums_of_blocks;
 pub use simd::InstructionSet;

@@ -5,7 +5,7 @@ use pulp::Simd;
 use super::plan::Plan;
 use crate::structure::parts::Structure;
 use stiffbench_numeric::lanes::{
-    Kernel, Lane, across, cross, dot, frame_on, multiply_add, scale, subtract,
+    Kernel, Lane, Number, across, cross, dot, frame_on, multiply_add, scale, subtract,
 };
 
 /// An element lies in the plane of the frame where its local y strays from the normal by no more than this, rad: far above

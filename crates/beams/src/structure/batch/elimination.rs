@@ -4,7 +4,7 @@ use pulp::Simd;
 
 use super::plan::{PanelPlace, Plan, Target};
 use crate::structure::solve::LOST_PIVOT;
-use stiffbench_numeric::lanes::{Lane, dot, multiply_add, multiply_subtract};
+use stiffbench_numeric::lanes::{Lane, Number, dot, multiply_add, multiply_subtract};
 
 /// A block, row by row. Three freedoms a block: nine sums and the six numbers they need stay in the registers of every machine.
 pub(super) type Block<S> = [[Lane<S>; 3]; 3];

@@ -3,7 +3,7 @@
 use pulp::Simd;
 
 use crate::structure::element::Element;
-use stiffbench_numeric::lanes::{Lane, multiply_add};
+use stiffbench_numeric::lanes::{Lane, Number, multiply_add};
 
 /// Section and material of an element, multiplied, and the group it belongs to.
 #[derive(Debug, Clone, Copy, PartialEq)]

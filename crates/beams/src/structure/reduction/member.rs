@@ -22,7 +22,7 @@ use super::block::Block;
 use super::program::Form;
 use crate::structure::element::Element;
 use stiffbench_numeric::lanes::{
-    Lane, across, cross, dot, multiply_add, multiply_subtract, scale, subtract,
+    Lane, Number, across, cross, dot, multiply_add, multiply_subtract, scale, subtract,
 };
 
 /// Constants of an element after its factors; all finite and above zero.

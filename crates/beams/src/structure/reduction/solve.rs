@@ -9,7 +9,7 @@ use super::part::{Part, Reduction};
 use super::program::{Form, Piece};
 use crate::structure::solve::LOST_PIVOT;
 use stiffbench_numeric::lanes::{
-    Aligned, Kernel, Lane, cross, dot, frame_on, multiply_add, run, subtract,
+    Aligned, Kernel, Lane, Number, cross, dot, frame_on, multiply_add, run, subtract,
 };
 
 /// A node lies in the plane of the end of its part if it leaves it by no more than this share of its distance: far above rounding,
