@@ -62,6 +62,33 @@ pub(super) fn inverse<S: Simd, const N: usize>(factor: &Block<S, N>) -> Block<S,
     inverse
 }
 
+/// Solves with a factorised matrix.
+#[inline(always)]
+pub(super) fn solve<S: Simd, const N: usize>(
+    factor: &Block<S, N>,
+    right_side: &[Lane<S>; N],
+) -> [Lane<S>; N] {
+    let mut x = *right_side;
+    for i in 0..N {
+        for k in i + 1..N {
+            x[k] = multiply_subtract(factor[i][k], x[i], x[k]);
+        }
+        x[i] = x[i] * factor[i][i];
+    }
+    back_substitute(factor, &mut x);
+    x
+}
+
+/// Multiplies by L⁻ᵀ.
+#[inline(always)]
+pub(super) fn back_substitute<S: Simd, const N: usize>(factor: &Block<S, N>, x: &mut [Lane<S>; N]) {
+    for i in (0..N).rev() {
+        for k in i + 1..N {
+            x[i] = multiply_subtract(factor[i][k], x[k], x[i]);
+        }
+    }
+}
+
 /// Multiplies a panel by L⁻¹ into `undivided`, and that by D⁻¹ into the panel.
 #[inline(always)]
 pub(super) fn reduce<S: Simd, const N: usize>(

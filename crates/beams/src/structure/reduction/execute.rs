@@ -2,9 +2,18 @@
 
 use pulp::Simd;
 
-use super::block::{Block, add, add_product, factorise, inverse, mirror, reduce, subtract_square};
-use super::program::{Form, Op, Piece, Program};
-use stiffbench_numeric::lanes::{Aligned, Lane};
+use super::block::{
+    Block, add, add_product, back_substitute, factorise, inverse, mirror, reduce, solve,
+    subtract_square,
+};
+use super::program::{Form, Op, Piece, Program, Slot, Update};
+use stiffbench_numeric::lanes::{Aligned, Lane, Number, multiply_add};
+
+/// Loads that are followed at once.
+pub(super) const LOADS: usize = 3;
+
+/// Forces on a compliance or motions of a stiffness: by uncoupled half, load and freedom.
+pub(super) type States<S, const N: usize, const H: usize> = [[[Lane<S>; N]; LOADS]; H];
 
 /// The matrices of a program: `H` uncoupled halves of `N` freedoms each.
 #[derive(Debug)]
@@ -12,6 +21,8 @@ pub(super) struct Memory<S: Simd, const N: usize, const H: usize> {
     slots: Vec<Aligned<[Block<S, N>; H]>>,
     /// Panels of the node at its turn, not yet divided by D.
     undivided: Vec<Aligned<[Block<S, N>; H]>>,
+    /// What each matrix carries, or how it moves, under the loads followed last.
+    states: Vec<Aligned<States<S, N, H>>>,
 }
 
 /// What gives a program its elements and hinges.
@@ -19,12 +30,19 @@ pub(super) trait Members<S: Simd, const N: usize, const H: usize> {
     fn member(&mut self, piece: Piece, form: Form) -> [Block<S, N>; H];
 }
 
+/// What takes the loads that elements and hinges carry.
+pub(super) trait Carriers<S: Simd, const N: usize, const H: usize> {
+    fn carry(&mut self, piece: Piece, form: Form, states: &States<S, N, H>);
+}
+
 impl<S: Simd, const N: usize, const H: usize> Memory<S, N, H> {
     pub(super) fn new(simd: S, program: &Program) -> Self {
-        let zeros = Aligned([[[Lane::zero(simd); N]; N]; H]);
+        let zero = Lane::zero(simd);
+        let zeros = Aligned([[[zero; N]; N]; H]);
         Self {
             slots: vec![zeros; program.slot_count],
             undivided: vec![zeros; program.widest],
+            states: vec![Aligned([[[zero; N]; LOADS]; H]); program.slot_count],
         }
     }
 
@@ -53,6 +71,7 @@ impl<S: Simd, const N: usize, const H: usize> Memory<S, N, H> {
                     for half in 0..H {
                         let mut block = self.slots[from].0[half];
                         factorise(&mut block, worst);
+                        self.slots[from].0[half] = block;
                         add(&mut self.slots[into].0[half], fresh, &inverse(&block));
                     }
                 }
@@ -75,6 +94,7 @@ impl<S: Simd, const N: usize, const H: usize> Memory<S, N, H> {
                     for half in 0..H {
                         let mut block = self.slots[diagonal].0[half];
                         factorise(&mut block, worst);
+                        self.slots[diagonal].0[half] = block;
                         for (&panel, undivided) in panels.iter().zip(&mut self.undivided) {
                             let panel = &mut self.slots[panel].0[half];
                             reduce(&block, panel, &mut undivided.0[half]);
@@ -96,5 +116,78 @@ impl<S: Simd, const N: usize, const H: usize> Memory<S, N, H> {
             }
         }
         &self.slots[0].0
+    }
+
+    /// Follows forces on the result of the program run last back to every piece: its steps in reverse.
+    ///
+    /// What adds up in series carries the same force, what stands side by side moves alike.
+    #[inline(always)]
+    pub(super) fn follow<C: Carriers<S, N, H>>(
+        &mut self,
+        program: &Program,
+        forces: &States<S, N, H>,
+        carriers: &mut C,
+    ) {
+        self.states[0].0 = *forces;
+        for op in program.ops.iter().rev() {
+            match *op {
+                Op::Piece {
+                    piece, form, into, ..
+                } => carriers.carry(piece, form, &self.states[into].0),
+                Op::Invert { from, into, .. } => {
+                    for half in 0..H {
+                        for load in 0..LOADS {
+                            let state = self.states[into].0[half][load];
+                            let factor = &self.slots[from].0[half];
+                            self.states[from].0[half][load] = solve(factor, &state);
+                        }
+                    }
+                }
+                // A link between two nodes is added to both, and moves by their difference.
+                Op::Add { from, into, .. } => {
+                    for half in 0..H {
+                        for load in 0..LOADS {
+                            for i in 0..N {
+                                let motion = self.states[into].0[half][load][i];
+                                let other = self.states[from].0[half][load][i];
+                                self.states[from].0[half][load][i] = motion - other;
+                            }
+                        }
+                    }
+                }
+                Op::Mirror { slot } => {
+                    let zero = forces[0][0][0].of(0.0);
+                    self.states[slot].0 = [[[zero; N]; LOADS]; H];
+                }
+                Op::Eliminate {
+                    diagonal,
+                    ref panels,
+                    ref updates,
+                } => self.move_eliminated(diagonal, panels, updates),
+            }
+        }
+    }
+
+    /// Motions of an eliminated node from those of its neighbours.
+    #[inline(always)]
+    fn move_eliminated(&mut self, diagonal: Slot, panels: &[Slot], updates: &[Update]) {
+        for half in 0..H {
+            for load in 0..LOADS {
+                let zero = self.slots[diagonal].0[half][0][0].of(0.0);
+                let mut motion = [zero; N];
+                let neighbours = updates.iter().filter(|update| update.on_diagonal);
+                for (&panel, neighbour) in panels.iter().zip(neighbours) {
+                    let panel = &self.slots[panel].0[half];
+                    let theirs = &self.states[neighbour.target].0[half][load];
+                    for i in 0..N {
+                        for j in 0..N {
+                            motion[i] = multiply_add(panel[i][j], theirs[j], motion[i]);
+                        }
+                    }
+                }
+                back_substitute(&self.slots[diagonal].0[half], &mut motion);
+                self.states[diagonal].0[half][load] = motion;
+            }
+        }
     }
 }

@@ -106,6 +106,89 @@ impl<S: Simd> Middle<S> {
             ],
         }
     }
+
+    /// Twice the strain energy, by the property it depends on: A, Iy, Iz, J.
+    ///
+    /// # Arguments
+    /// - `state`: forces and moments at the middle, or motions against each other, along and about x, y, z.
+    #[inline(always)]
+    fn energies(&self, constants: &Constants, length: Lane<S>, state: &State<S>) -> [Lane<S>; 4] {
+        let [mut along, mut about] = [self.along, self.about];
+        for i in 0..3 {
+            along[i] = along[i] * state.along[i] * state.along[i];
+            about[i] = about[i] * state.about[i] * state.about[i];
+        }
+        let [mut area, along_y, along_z] = along;
+        let mut sway = [along_z, along_y];
+        for plane in 0..2 {
+            if constants.shear[plane] != 0.0 {
+                let shear = length.of(constants.shear[plane]);
+                let bow = length * length * length.of(constants.bow[plane]);
+                let bending = sway[plane] * bow / (bow + shear);
+                area += sway[plane] - bending;
+                sway[plane] = bending;
+            }
+        }
+        [area, about[1] + sway[0], about[2] + sway[1], about[0]]
+    }
+}
+
+/// What an element carries, or how it deforms, at its middle: along and about its axes x, y, z.
+struct State<S: Simd> {
+    along: [Lane<S>; 3],
+    about: [Lane<S>; 3],
+}
+
+/// Where an element lies in the plane of a frame n, p, q.
+struct InPlane<S: Simd> {
+    /// Components of local x.
+    c: Lane<S>,
+    s: Lane<S>,
+    /// Components of the middle, seen from the point, m.
+    mp: Lane<S>,
+    mq: Lane<S>,
+    length: Lane<S>,
+    inverse: Lane<S>,
+}
+
+impl<S: Simd> InPlane<S> {
+    /// # Arguments
+    /// - `ends`: components p and q of the two ends, seen from the point, m.
+    #[inline(always)]
+    fn of([[p1, q1], [p2, q2]]: [[Lane<S>; 2]; 2]) -> Self {
+        let (dp, dq) = (p2 - p1, q2 - q1);
+        let squared = multiply_add(dp, dp, dq * dq);
+        let inverse = squared.sqrt().inverse();
+        let half = squared.of(0.5);
+        Self {
+            c: dp * inverse,
+            s: dq * inverse,
+            mp: half * (p1 + p2),
+            mq: half * (q1 + q2),
+            length: squared * inverse,
+            inverse,
+        }
+    }
+
+    /// Components along x, the normal and z at the middle, where that of the normal is carried: what [`reached`] multiplies.
+    #[inline(always)]
+    fn reached(&self, [p, q, n]: [Lane<S>; 3]) -> [Lane<S>; 3] {
+        let n = multiply_add(self.mq, p, multiply_subtract(self.mp, q, n));
+        self.turned([p, q, n])
+    }
+
+    /// The same where those of the plane are carried: what [`carried`] multiplies.
+    #[inline(always)]
+    fn carried(&self, [p, q, n]: [Lane<S>; 3]) -> [Lane<S>; 3] {
+        let p = multiply_subtract(self.mq, n, p);
+        self.turned([p, multiply_add(self.mp, n, q), n])
+    }
+
+    #[inline(always)]
+    fn turned(&self, [p, q, n]: [Lane<S>; 3]) -> [Lane<S>; 3] {
+        let x = multiply_add(self.c, p, self.s * q);
+        [x, n, multiply_subtract(self.s, p, self.c * q)]
+    }
 }
 
 /// L³/12EI + L/GkA for bending by Iy (`plane` 0) or Iz (1).
@@ -125,14 +208,15 @@ pub(super) fn in_plane<S: Simd>(
     form: Form,
     ends: [[Lane<S>; 2]; 2],
 ) -> [Block<S, 3>; 2] {
-    let [[p1, q1], [p2, q2]] = ends;
-    let (dp, dq) = (p2 - p1, q2 - q1);
-    let squared = multiply_add(dp, dp, dq * dq);
-    let inverse = squared.sqrt().inverse();
-    let (c, s) = (dp * inverse, dq * inverse);
-    let half = squared.of(0.5);
-    let (mp, mq) = (half * (p1 + p2), half * (q1 + q2));
-    let Middle { along, about } = Middle::of(constants, form, squared * inverse, inverse);
+    let InPlane {
+        c,
+        s,
+        mp,
+        mq,
+        length,
+        inverse,
+    } = InPlane::of(ends);
+    let Middle { along, about } = Middle::of(constants, form, length, inverse);
     // Local y is the normal, up to a sign; x and z lie in the plane.
     let displacements = dyads(c, s, along[0], along[2]);
     let turns = dyads(c, s, about[0], about[2]);
@@ -146,6 +230,34 @@ pub(super) fn in_plane<S: Simd>(
             reached(turns, along[1], mp, mq),
         ],
     }
+}
+
+/// Energies by property of an element in the plane, under each of three loads.
+///
+/// # Arguments
+/// - `states`: forces at the point for a compliance, motions there for a stiffness: up, uq, rn, then rp, rq, un, by load.
+#[inline(always)]
+pub(super) fn energies_in_plane<S: Simd>(
+    constants: &Constants,
+    form: Form,
+    ends: [[Lane<S>; 2]; 2],
+    [within, across]: &[Block<S, 3>; 2],
+) -> [[Lane<S>; 4]; 3] {
+    let at = InPlane::of(ends);
+    let middle = Middle::of(constants, form, at.length, at.inverse);
+    let mut energies = [[at.length; 4]; 3];
+    for load in 0..3 {
+        let (moved, turned) = match form {
+            Form::Compliance => (at.reached(within[load]), at.carried(across[load])),
+            Form::Stiffness => (at.carried(within[load]), at.reached(across[load])),
+        };
+        let state = State {
+            along: [moved[0], turned[1], moved[2]],
+            about: [turned[0], moved[1], turned[2]],
+        };
+        energies[load] = middle.energies(constants, at.length, &state);
+    }
+    energies
 }
 
 /// of_x x xᵀ + of_z z zᵀ with x = (c, s): entries pp, pq, qq.
@@ -186,6 +298,85 @@ fn reached<S: Simd>(
     [[pp, pq, pn], [pq, qq, qn], [pn, qn, nn]]
 }
 
+/// Where an element lies in space.
+struct InSpace<S: Simd> {
+    /// Local x, y, z.
+    axes: [[Lane<S>; 3]; 3],
+    /// Its middle, seen from the point, m.
+    middle: [Lane<S>; 3],
+    length: Lane<S>,
+    inverse: Lane<S>,
+}
+
+impl<S: Simd> InSpace<S> {
+    /// Arguments as of [`in_space`].
+    #[inline(always)]
+    fn of(
+        [first, second]: [&[Lane<S>; 3]; 2],
+        toward_y: &[Lane<S>; 3],
+        fault: &mut Lane<S>,
+    ) -> Self {
+        let span = subtract(second, first);
+        let half = span[0].of(0.5);
+        let mut middle = span;
+        for i in 0..3 {
+            middle[i] = half * (first[i] + second[i]);
+        }
+        let squared = dot(&span, &span);
+        let inverse = squared.sqrt().inverse();
+        let x = scale(&span, inverse);
+        let y = across(toward_y, &x);
+        let y_squared = dot(&y, &y);
+        let least = dot(toward_y, toward_y) * squared.of(1e-18);
+        *fault += least.fault_unless_below(y_squared);
+        let y = scale(&y, y_squared.sqrt().inverse());
+        Self {
+            axes: [x, y, cross(&x, &y)],
+            middle,
+            length: squared * inverse,
+            inverse,
+        }
+    }
+}
+
+/// Components of a vector along axes.
+#[inline(always)]
+pub(super) fn components<S: Simd>(axes: &[[Lane<S>; 3]; 3], v: &[Lane<S>; 3]) -> [Lane<S>; 3] {
+    [dot(&axes[0], v), dot(&axes[1], v), dot(&axes[2], v)]
+}
+
+/// Energies by property of an element anywhere, under each of three loads.
+///
+/// # Arguments
+/// - `states`: forces and moments at the point for a compliance, motions there for a stiffness, by load.
+#[inline(always)]
+pub(super) fn energies_in_space<S: Simd>(
+    constants: &Constants,
+    form: Form,
+    ends: [&[Lane<S>; 3]; 2],
+    toward_y: &[Lane<S>; 3],
+    states: &[[Lane<S>; 6]; 3],
+) -> [[Lane<S>; 4]; 3] {
+    let mut fault = toward_y[0].of(0.0);
+    let at = InSpace::of(ends, toward_y, &mut fault);
+    let middle = Middle::of(constants, form, at.length, at.inverse);
+    let mut energies = [[at.length; 4]; 3];
+    for load in 0..3 {
+        let [ux, uy, uz, rx, ry, rz] = states[load];
+        let (mut along, mut about) = ([ux, uy, uz], [rx, ry, rz]);
+        match form {
+            Form::Compliance => about = subtract(&about, &cross(&at.middle, &along)),
+            Form::Stiffness => along = subtract(&along, &cross(&at.middle, &about)),
+        }
+        let state = State {
+            along: components(&at.axes, &along),
+            about: components(&at.axes, &about),
+        };
+        energies[load] = middle.energies(constants, at.length, &state);
+    }
+    energies
+}
+
 /// An element anywhere: motion ux, uy, uz, rx, ry, rz.
 ///
 /// # Arguments
@@ -200,26 +391,15 @@ pub(super) fn in_space<S: Simd>(
     toward_y: &[Lane<S>; 3],
     fault: &mut Lane<S>,
 ) -> [Block<S, 6>; 1] {
-    let [first, second] = ends;
-    let span = subtract(second, first);
-    let half = span[0].of(0.5);
-    let mut middle = span;
-    for i in 0..3 {
-        middle[i] = half * (first[i] + second[i]);
-    }
-    let squared = dot(&span, &span);
-    let inverse = squared.sqrt().inverse();
-    let x = scale(&span, inverse);
-    let y = across(toward_y, &x);
-    let y_squared = dot(&y, &y);
-    let least = dot(toward_y, toward_y) * squared.of(1e-18);
-    *fault += least.fault_unless_below(y_squared);
-    let y = scale(&y, y_squared.sqrt().inverse());
-    let z = cross(&x, &y);
-    let Middle { along, about } = Middle::of(constants, form, squared * inverse, inverse);
-    let axes = [x, y, z];
+    let InSpace {
+        axes,
+        middle,
+        length,
+        inverse,
+    } = InSpace::of(ends, toward_y, fault);
+    let Middle { along, about } = Middle::of(constants, form, length, inverse);
     let (displacements, turns) = (triad(&axes, &along), triad(&axes, &about));
-    let mut whole = [[squared; 6]; 6];
+    let mut whole = [[length; 6]; 6];
     let (stays, other, first) = match form {
         Form::Compliance => (&turns, &displacements, 3),
         Form::Stiffness => (&displacements, &turns, 0),

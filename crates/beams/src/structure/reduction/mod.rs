@@ -1,6 +1,6 @@
 //! End compliance of one structure in very many poses, by the shortest exact way.
 //!
-//! [`BatchSolver`](super::BatchSolver) eliminates every node. This one looks first at how the elements hang together:
+//! [`Solver`](super::Solver) eliminates every node. This one looks first at how the elements hang together:
 //!
 //! 1. What hangs on the way from the ground to the end by one node carries nothing, and is left out.
 //! 2. Where every path from the ground to the end passes one node, the structure is cut in two: the compliance of the end is the
@@ -18,7 +18,10 @@
 //! Rounding costs no more than in [`Solver`](super::Solver), in the plane a third of it: `crates/beams/tests/pose_sweep.rs` holds both against
 //! extended precision.
 //!
-//! Decision: no derivatives, no loads but on the end, no pins. Fits have [`BatchSolver`](super::BatchSolver).
+//! Derivatives to the section constants cost one more pass over the same steps, in reverse: loads on the end are followed to every
+//! element, whose strain energy they give.
+//!
+//! Decision: no loads but on the end, no pins, no errors that name a node. [`Solver`](super::Solver) has them.
 
 #![expect(
     clippy::inline_always,
@@ -28,12 +31,14 @@
 mod block;
 mod compound;
 mod execute;
+mod gradient;
 mod graph;
 mod member;
 mod part;
 mod program;
 mod solve;
 
+pub(crate) use gradient::GroupGradient;
 pub(crate) use part::Reduction;
 pub use part::{PartMethod, SolutionPath};
 pub(crate) use solve::{Placed, Reducer};

@@ -4,7 +4,7 @@ use pulp::Simd;
 
 use super::block::Block;
 use super::execute::{Members, Memory};
-use super::member::{hinge_in_plane, hinge_in_space, in_plane, in_space};
+use super::member::{components, hinge_in_plane, hinge_in_space, in_plane, in_space};
 use super::part::{Part, Reduction};
 use super::program::{Form, Piece};
 use crate::structure::solve::LOST_PIVOT;
@@ -51,11 +51,11 @@ pub(crate) struct Results<S: Simd> {
 /// The memory to solve with; one a thread.
 #[derive(Debug)]
 pub(crate) struct Reducer<S: Simd> {
-    simd: S,
-    parts: Vec<PartState<S>>,
+    pub(super) simd: S,
+    pub(super) parts: Vec<PartState<S>>,
     /// Nodes of the part at its turn, seen from its far node: in its plane, and in space.
-    flat: Vec<Aligned<[Lane<S>; 2]>>,
-    deep: Vec<Aligned<[Lane<S>; 3]>>,
+    pub(super) flat: Vec<Aligned<[Lane<S>; 2]>>,
+    pub(super) deep: Vec<Aligned<[Lane<S>; 3]>>,
     pub(crate) results: Results<S>,
     /// How often a part stood as it stood before, in bundles of poses.
     pub(crate) reused: u64,
@@ -63,23 +63,23 @@ pub(crate) struct Reducer<S: Simd> {
 
 /// A part, and what it gave the last time.
 #[derive(Debug)]
-struct PartState<S: Simd> {
-    planar: Memory<S, 3, 2>,
-    spatial: Memory<S, 6, 1>,
+pub(super) struct PartState<S: Simd> {
+    pub(super) planar: Memory<S, 3, 2>,
+    pub(super) spatial: Memory<S, 6, 1>,
     /// Nodes and normals of the last time; none before the first.
     stood: Vec<[Lane<S>; 3]>,
-    solution: Solution<S>,
+    pub(super) solution: Solution<S>,
 }
 
 /// Compliance of a part at its far node, global axes.
 #[derive(Debug, Clone)]
 #[repr(C, align(64))]
-struct Solution<S: Simd> {
+pub(super) struct Solution<S: Simd> {
     compliance: Block<S, 6>,
     /// Largest ratio of a diagonal entry to its pivot.
     worst: Lane<S>,
     /// Above zero where the part is not in its plane.
-    bent: Lane<S>,
+    pub(super) bent: Lane<S>,
 }
 
 impl<S: Simd> Reducer<S> {
@@ -105,6 +105,13 @@ impl<S: Simd> Reducer<S> {
                 faults: Lane::one(simd),
             },
             reused: 0,
+        }
+    }
+
+    /// Works every part out again at the next solution: the elements have other constants.
+    pub(crate) fn forget(&mut self) {
+        for part in &mut self.parts {
+            part.stood.clear();
         }
     }
 
@@ -222,24 +229,7 @@ impl<S: Simd> Kernel for InPlane<'_, S> {
     #[inline(always)]
     fn run(self) {
         let Self { part, placed, .. } = self;
-        let frame = frame_on(&placed.normals[self.plane].0);
-        let origin = &placed.nodes_m[part.far].0;
-        let mut bent = frame[0][0].of(0.0);
-        let (tolerance, least) = (
-            bent.of(OUT_OF_PLANE * OUT_OF_PLANE),
-            bent.of(f64::MIN_POSITIVE),
-        );
-        for &node in &part.nodes {
-            let seen = subtract(&placed.nodes_m[node].0, origin);
-            let (n, p, q) = (
-                dot(&frame[0], &seen),
-                dot(&frame[1], &seen),
-                dot(&frame[2], &seen),
-            );
-            let limit = multiply_add(tolerance, multiply_add(p, p, q * q), least);
-            bent += (n * n).fault_unless_below(limit);
-            self.flat[node].0 = [p, q];
-        }
+        let (frame, bent) = see_in_plane(part, self.plane, placed, self.flat);
         let mut worst = bent.of(0.0);
         let mut members = FlatMembers {
             reduction: self.reduction,
@@ -249,6 +239,43 @@ impl<S: Simd> Kernel for InPlane<'_, S> {
         self.solution.compliance = in_global_axes(&frame, halves);
         self.solution.worst = worst;
         self.solution.bent = bent;
+    }
+}
+
+/// Sees the nodes of a part from its far node, in its plane; gives the frame n, p, q, and what is above zero where they leave the plane.
+#[inline(always)]
+pub(super) fn see_in_plane<S: Simd>(
+    part: &Part,
+    plane: usize,
+    placed: &Placed<S>,
+    flat: &mut [Aligned<[Lane<S>; 2]>],
+) -> ([[Lane<S>; 3]; 3], Lane<S>) {
+    let frame = frame_on(&placed.normals[plane].0);
+    let origin = &placed.nodes_m[part.far].0;
+    let mut bent = frame[0][0].of(0.0);
+    let (tolerance, least) = (
+        bent.of(OUT_OF_PLANE * OUT_OF_PLANE),
+        bent.of(f64::MIN_POSITIVE),
+    );
+    for &node in &part.nodes {
+        let [n, p, q] = components(&frame, &subtract(&placed.nodes_m[node].0, origin));
+        let limit = multiply_add(tolerance, multiply_add(p, p, q * q), least);
+        bent += (n * n).fault_unless_below(limit);
+        flat[node].0 = [p, q];
+    }
+    (frame, bent)
+}
+
+/// Sees the nodes of a part from its far node.
+#[inline(always)]
+pub(super) fn see_in_space<S: Simd>(
+    part: &Part,
+    placed: &Placed<S>,
+    deep: &mut [Aligned<[Lane<S>; 3]>],
+) {
+    let origin = &placed.nodes_m[part.far].0;
+    for &node in &part.nodes {
+        deep[node].0 = subtract(&placed.nodes_m[node].0, origin);
     }
 }
 
@@ -288,11 +315,8 @@ impl<S: Simd> Kernel for InSpace<'_, S> {
     #[inline(always)]
     fn run(self) {
         let Self { part, placed, .. } = self;
-        let origin = &placed.nodes_m[part.far].0;
-        for &node in &part.nodes {
-            self.deep[node].0 = subtract(&placed.nodes_m[node].0, origin);
-        }
-        let mut worst = origin[0].of(0.0);
+        see_in_space(part, placed, self.deep);
+        let mut worst = placed.faults.of(0.0);
         let mut members = DeepMembers {
             reduction: self.reduction,
             nodes: self.deep,

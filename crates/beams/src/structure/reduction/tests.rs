@@ -129,6 +129,10 @@ impl Together<'_> {
         let mut reduction = reduced.unwrap();
         assert!(reduction.rate(model, |_| [1.0; 4]));
         let mut reducer = Reducer::new(simd, &reduction);
+        let groups: Vec<usize> = (0..model.elements.len()).map(|e| e % 2).collect();
+        let (zero, one) = (Lane::zero(simd), Lane::one(simd));
+        let units = [[one, zero, zero], [zero, one, zero], [zero, zero, one]];
+        let mut gradient = [[[zero; 4]; 3]; 2];
         let mut results = Vec::new();
         for bundle in self.structures.chunks(Lane::<S>::COUNT) {
             let mut placed = Placed::new(simd, model.nodes.len(), NORMALS.len());
@@ -145,12 +149,17 @@ impl Together<'_> {
                 }
             }
             reducer.solve(&reduction, &placed);
+            reducer.differentiate(&reduction, &placed, &groups, &units, &mut gradient);
             for lane in 0..bundle.len() {
                 let found = reducer
                     .results
                     .compliance
                     .map(|row| row.map(|c| c.get(lane)));
                 let sound = reducer.results.faults.get(lane) == 0.0;
+                if sound {
+                    let entries = gradient.map(|of| of.map(|axis| axis.map(|g| g.get(lane))));
+                    assert_derivatives(&bundle[lane], &entries);
+                }
                 results.push(sound.then_some(Compliance6(found)));
             }
         }
@@ -174,6 +183,28 @@ fn expected(structure: &Structure) -> Compliance6 {
     let mut solver = Solver::new(structure).unwrap();
     solver.update(structure).unwrap();
     solver.end_compliance(structure)
+}
+
+/// Asserts that derivatives of the elements with even and with odd numbers are those of the general solver.
+fn assert_derivatives(structure: &Structure, found: &[[[f64; 4]; 3]; 2]) {
+    let mut solver = Solver::new(structure).unwrap();
+    solver.update(structure).unwrap();
+    let compliance = solver.end_compliance(structure);
+    let mut of_elements = vec![[0.0; 4]; structure.elements.len()];
+    for axis in 0..3 {
+        solver.compliance_gradient(structure, axis, &mut of_elements);
+        for (group, found) in found.iter().enumerate() {
+            for (property, found) in found[axis].iter().enumerate() {
+                let of_group = of_elements.iter().skip(group).step_by(2);
+                let expected: f64 = of_group.map(|element| element[property]).sum();
+                let difference = (found - expected).abs() / compliance.direct(axis);
+                assert!(
+                    difference < 1e-10,
+                    "axis {axis}, group {group}, property {property}: {difference:e}"
+                );
+            }
+        }
+    }
 }
 
 fn assert_agree(found: &[Option<Compliance6>], structures: &[Structure]) {
