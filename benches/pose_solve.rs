@@ -12,13 +12,12 @@ use std::hint::black_box;
 use criterion::{Criterion, Throughput, criterion_group, criterion_main};
 
 use stiffbench::robot::{
-    BatchPredictor, ElementClass, FittingFactors, JointModel, MechanismModel, Pose, Predictor,
-    Robot, Theory,
+    FittingFactors, JointModel, MechanismModel, MultiPosePredictor, Pose, Predictor, Robot, Theory,
 };
 use stiffbench::shipped::shipped_robot;
-use stiffbench::structure::{BatchSolver, ElementRole, Solver, Structure};
+use stiffbench::structure::{Solver, Structure};
 
-/// Poses in a batch: enough that no lane stays empty, few enough to stay in the second-level cache.
+/// Poses solved together: enough that no lane stays empty, few enough to stay in the second-level cache.
 const POSES: usize = 64;
 
 /// Poses inside the limits of the arm, on a lattice that repeats nowhere.
@@ -78,36 +77,29 @@ fn pose_solve(criterion: &mut Criterion) {
         });
     });
 
-    let nominal = structures(&FittingFactors::UNIT);
-    let members = mechanism.members.iter().map(|&m| &robot.members[m]);
-    let roles: Vec<ElementRole> = members
-        .map(|member| ElementRole {
-            group: usize::from(member.class == ElementClass::Link),
-            plane: member.plane,
-        })
-        .collect();
-    let mut solver = BatchSolver::new(&nominal[0], &roles, POSES)
-        .unwrap()
-        .unwrap();
-    let multipliers = [factors.beam, factors.link];
-    group.bench_function("batch/given", |bencher| {
+    let mut together = MultiPosePredictor::new(&robot, mechanism, POSES).unwrap();
+    for (place, pose) in poses.iter().enumerate() {
+        together.place(place, pose).unwrap();
+    }
+    group.bench_function("together/given", |bencher| {
         bencher.iter(|| {
-            for (place, structure) in nominal.iter().enumerate() {
-                solver.place(place, structure);
-            }
-            solver.solve(&multipliers, false);
-            black_box(solver.end_compliance(POSES - 1));
+            together.solve(&factors, false).unwrap();
+            black_box(together.compliance(POSES - 1));
         });
     });
-
-    let mut batch = BatchPredictor::new(&robot, mechanism, POSES).unwrap();
-    group.bench_function("batch/placed", |bencher| {
+    group.bench_function("together/derivatives", |bencher| {
+        bencher.iter(|| {
+            together.solve(&factors, true).unwrap();
+            black_box(together.gradient(POSES - 1, 2));
+        });
+    });
+    group.bench_function("together/placed", |bencher| {
         bencher.iter(|| {
             for (place, pose) in poses.iter().enumerate() {
-                batch.place(place, pose).unwrap();
+                together.place(place, pose).unwrap();
             }
-            batch.solve(&factors, false).unwrap();
-            black_box(batch.compliance(POSES - 1));
+            together.solve(&factors, false).unwrap();
+            black_box(together.compliance(POSES - 1));
         });
     });
     group.finish();

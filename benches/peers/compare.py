@@ -28,9 +28,9 @@ SWEEPS = (
 )
 # What pose_solve.py calls its peers, and what they are: every operation over poses, LAPACK's banded Cholesky, the same algorithm over poses.
 PEERS = {"dense": "numpy batched", "band": "scipy banded", "fronts": "numpy fronts"}
-# Names of benchmarks, as their files give them; poses in a batch as in pose_solve.rs.
+# Names of benchmarks, as their files give them; poses solved together as in pose_solve.rs.
 POSES = 64
-POSE_SOLVES = ("batch/given", "batch/placed", "single/given", "single/placed")
+POSE_SOLVES = ("together/given", "together/placed", "single/given", "single/placed")
 REFITS = "1000 refits"
 ONE_REFIT = "one, set-up included"
 READERS = ("csv", "pandas", "numpy")
@@ -151,7 +151,7 @@ def main() -> None:
         ("sweep both in space, one core", "sweep both in space, all cores"),
     ]
     if not arguments.sweeps:
-        pairs += [(peer, f"rust {ours}") for peer in PEERS.values() for ours in ("batch/given", "batch/placed", "single/given")]
+        pairs += [(peer, f"rust {ours}") for peer in PEERS.values() for ours in ("together/given", "together/placed", "single/given")]
         pairs += [("scipy refit", "rust refit"), ("scipy refit, cold", "rust refit, cold")]
         pairs += [("rust evaluation, pose by pose", "rust evaluation")]
         pairs += [(f"python read {reader}", "rust read") for reader in READERS]

@@ -5,7 +5,7 @@
     reason = "a test stops at what is not as it must be"
 )]
 
-mod batch_solver;
+mod multi_pose;
 mod own_weight;
 mod physics_opensees;
 mod pose_sweep;

@@ -11,7 +11,7 @@
 
 use std::collections::BTreeMap;
 
-use stiffbench_beams::robot::{BatchPredictor, JointModel, Pose, Predictor, Robot, Theory};
+use stiffbench_beams::robot::{JointModel, MultiPosePredictor, Pose, Predictor, Robot, Theory};
 use stiffbench_beams::structure::Compliance6;
 use stiffbench_test_files::shipped_robot;
 
@@ -54,7 +54,7 @@ fn compliance(row: &Row) -> Compliance6 {
     Compliance6(displacements.map(|d| forces.map(|f| number(row, &format!("c_{d}_{f}")))))
 }
 
-/// Largest relative difference of our compliance to a row's, one pose at a time and in a batch, by mechanism; asserts each row
+/// Largest relative difference of our compliance to a row's, one pose at a time and several together, by mechanism; asserts each row
 /// against its bound.
 fn compare(
     file: &str,
@@ -78,15 +78,17 @@ fn compare(
         let mut predictor =
             Predictor::with(robot, mechanism, &joints(row, robot), theory, &factors).unwrap();
         predictor.place(&pose(row, robot)).unwrap();
-        let mut batch =
-            BatchPredictor::with(robot, mechanism, &joints(row, robot), theory, 1).unwrap();
-        batch.place(0, &pose(row, robot)).unwrap();
-        batch.solve(&factors, false).unwrap();
+        let mut together =
+            MultiPosePredictor::with(robot, mechanism, &joints(row, robot), theory, 1).unwrap();
+        together.place(0, &pose(row, robot)).unwrap();
+        together.solve(&factors, false).unwrap();
         let expected = compliance(row);
-        let difference = predictor
-            .compliance()
-            .relative_difference(&expected)
-            .max(batch.compliance(0).unwrap().relative_difference(&expected));
+        let difference = predictor.compliance().relative_difference(&expected).max(
+            together
+                .compliance(0)
+                .unwrap()
+                .relative_difference(&expected),
+        );
         let key = format!("{} {} {}", row["robot"], row["mechanism"], row["factors"]);
         let entry = worst.entry(key).or_default();
         *entry = entry.max(difference);

@@ -1,8 +1,8 @@
 //! The robot in the poses of a session, reduced to what the laws need.
 
 use crate::robot::{
-    BatchPredictor, FittingFactors, JointModel, Mechanism, MechanismModel, Pose, Robot, RobotError,
-    Theory,
+    FittingFactors, JointModel, Mechanism, MechanismModel, MultiPosePredictor, Pose, Robot,
+    RobotError, Theory,
 };
 use crate::structure::{Solver, Structure, StructureError, TwistInfluence};
 use stiffbench_numeric::vector::{cross, subtract};
@@ -17,7 +17,7 @@ pub struct Mechanics<'a> {
     /// Robot joints that exist in the mechanism, in the order of the levers.
     joints: Vec<usize>,
     /// All poses with rigid joints.
-    batch: BatchPredictor<'a>,
+    rigid: MultiPosePredictor<'a>,
     factors: FittingFactors,
     poses: Vec<Posed<'a>>,
 }
@@ -89,11 +89,11 @@ impl<'a> Mechanics<'a> {
         factors: &FittingFactors,
         poses: &[Pose],
     ) -> Result<Self, RobotError> {
-        let mut batch = BatchPredictor::new(robot, mechanism, poses.len())?;
+        let mut predictor = MultiPosePredictor::new(robot, mechanism, poses.len())?;
         let (joints, theory) = (JointModel::Rigid, Theory::EulerBernoulli);
         let model = MechanismModel::new(robot, mechanism, &joints, theory, factors)?;
         let placed = poses.iter().enumerate().map(|(index, pose)| {
-            batch.place(index, pose)?;
+            predictor.place(index, pose)?;
             let mut rigid = model.clone();
             rigid.place(pose)?;
             Ok(Posed {
@@ -112,11 +112,11 @@ impl<'a> Mechanics<'a> {
             robot,
             mechanism,
             joints: mechanism.joints(robot),
-            batch,
+            rigid: predictor,
             factors: *factors,
             poses,
         };
-        mechanics.solve_batch()?;
+        mechanics.solve_rigid()?;
         Ok(mechanics)
     }
 
@@ -140,20 +140,20 @@ impl<'a> Mechanics<'a> {
                 twisting.lacks = Lacks::Sections;
             }
         }
-        self.solve_batch()
+        self.solve_rigid()
     }
 
     /// Compliances and their derivatives with rigid joints.
-    fn solve_batch(&mut self) -> Result<(), RobotError> {
-        self.batch.solve(&self.factors, true)?;
+    fn solve_rigid(&mut self) -> Result<(), RobotError> {
+        self.rigid.solve(&self.factors, true)?;
         for (index, posed) in self.poses.iter_mut().enumerate() {
-            let solved = self.batch.compliance(index);
+            let solved = self.rigid.compliance(index);
             let compliance = solved.expect("every pose was placed and solved").0;
             let mechanics = &mut posed.mechanics;
             mechanics.influence.compliance_m_per_n =
                 std::array::from_fn(|i| std::array::from_fn(|j| compliance[i][j]));
             for axis in 0..3 {
-                let solved = self.batch.gradient(index, axis);
+                let solved = self.rigid.gradient(index, axis);
                 let [of_beams, _] = solved.expect("every pose was placed and solved");
                 for (row, of_beams) in mechanics.compliance_gradient.iter_mut().zip(of_beams) {
                     row[axis] = of_beams;
@@ -176,8 +176,8 @@ impl<'a> Mechanics<'a> {
             twisting.lacks = Lacks::Place;
         }
         posed.mechanics.base_levers_m = base_levers(&posed.rigid);
-        self.batch.place(index, pose)?;
-        self.solve_batch()
+        self.rigid.place(index, pose)?;
+        self.solve_rigid()
     }
 
     /// Where the end is in pose number `pose`, m.

@@ -1,6 +1,8 @@
 //! From a robot, a mechanism and a pose to the structure that carries the load.
 
-use crate::structure::{Attachment, Element, Hinge, Node, Structure, Support};
+use crate::structure::{
+    Attachment, Element, Hinge, Node, Reduction, SolutionPath, Structure, Support,
+};
 
 use super::Robot;
 use super::error::RobotError;
@@ -219,9 +221,38 @@ impl<'a> MechanismModel<'a> {
     }
 
     /// For each hinge of the structure the plane whose normal is its axis.
-    pub(super) fn hinge_planes(&self) -> impl Iterator<Item = usize> {
+    fn hinge_planes(&self) -> impl Iterator<Item = usize> {
         let joints = self.hinge_joints.iter();
         joints.map(|&joint| self.robot.joints[joint].plane)
+    }
+
+    /// Planes whose normals elements and hinges need, ascending.
+    pub(super) fn planes(&self) -> Vec<usize> {
+        let of_members = self.members().map(|member| member.plane);
+        let mut planes: Vec<usize> = of_members.chain(self.hinge_planes()).collect();
+        planes.sort_unstable();
+        planes.dedup();
+        planes
+    }
+
+    /// Normal of a plane of the robot where the structure stands.
+    pub(super) fn plane_normal(&self, plane: usize) -> [f64; 3] {
+        self.placement.plane_normal(self.robot, plane)
+    }
+
+    /// The series-parallel reduction of the structure, not yet rated; `None` if only the general solver serves it.
+    pub(super) fn reduction(&self, path: SolutionPath) -> Option<Reduction> {
+        let planes: Vec<usize> = self.members().map(|member| member.plane).collect();
+        let hinge_planes: Vec<usize> = self.hinge_planes().collect();
+        Reduction::of(&self.structure, &planes, &hinge_planes, path)
+    }
+
+    /// Gives a reduction the structure's sections, multiplied by factors; tells whether all can be used.
+    pub(super) fn rate(&self, reduction: &mut Reduction, factors: &FittingFactors) -> bool {
+        let members = &self.mechanism.members;
+        reduction.rate(&self.structure, |element| {
+            factors.of(self.robot.members[members[element]].class)
+        })
     }
 
     /// The mechanism this is the structure of.

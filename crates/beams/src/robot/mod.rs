@@ -13,13 +13,13 @@ mod mechanism;
 mod members;
 mod mobility;
 mod model;
+mod multi_pose;
 mod parameters;
 mod plausible;
 mod predict;
-mod predict_many;
 mod shapes;
+mod simd_poses;
 mod sweep;
-mod sweep_lanes;
 mod weight;
 
 use indexmap::IndexMap;
@@ -38,8 +38,8 @@ pub use model::{
     Angle, Body, BodyPlace, FittingFactors, Joint, Limit, LimitViolation, Member, NamedPose,
     NodePlace, Plane, Pose, RadiusOf, RobotNode, Variable,
 };
-pub use predict::Predictor;
-pub use predict_many::{BatchPredictor, ClassGradient};
+pub use multi_pose::MultiPosePredictor;
+pub use predict::{ClassGradient, Predictor};
 pub use sweep::{Keep, PoseBundles, PoseSweep, Swept, SweptPose};
 pub use weight::{GRAVITY_M_PER_S2, Masses};
 

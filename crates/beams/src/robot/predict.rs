@@ -8,6 +8,9 @@ use super::mechanism::Mechanism;
 use super::members::{JointModel, MechanismModel, Theory};
 use super::model::{FittingFactors, Pose};
 
+/// Derivatives of a compliance to ln A, ln Iy, ln Iz, ln J of all beams, and of all links.
+pub type ClassGradient = [ComplianceGradient; 2];
+
 /// Model and solver of one mechanism: the one way from pose and factors to compliance.
 #[derive(Debug)]
 pub struct Predictor<'a> {

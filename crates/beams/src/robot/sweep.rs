@@ -12,14 +12,14 @@ use super::mechanism::Mechanism;
 use super::members::{JointModel, MechanismModel, Theory};
 use super::model::{FittingFactors, Pose};
 use super::predict::Predictor;
-use super::sweep_lanes::{Bundles, SweepLanes};
+use super::simd_poses::{SimdPoses, simd_poses};
 
 /// Poses that a thread takes at a time: enough that its memory is set up rarely, few enough that two threads share evenly.
 const CHUNK: usize = 2048;
 
 /// One mechanism with its factors, ready for any number of poses.
 ///
-/// Each pose has the result that it would have alone, whatever the number of poses or threads. What the lanes do not serve (pins,
+/// Each pose has the result that it would have alone, whatever the number of poses or threads. What the reduction does not serve (pins,
 /// joints that yield with several elements on either side, elements that carry nothing) or do not solve goes to a [`Predictor`], pose by
 /// pose, which also names what is wrong.
 #[derive(Debug)]
@@ -100,18 +100,8 @@ impl<'a> PoseSweep<'a> {
     ) -> Result<Self, RobotError> {
         let unit = FittingFactors::UNIT;
         let model = MechanismModel::new(robot, mechanism, &joints, theory, &unit)?;
-        let members: Vec<_> = model.members().collect();
-        let planes: Vec<usize> = members.iter().map(|member| member.plane).collect();
-        let hinge_planes: Vec<usize> = model.hinge_planes().collect();
-        let mut reduction = Reduction::of(model.structure(), &planes, &hinge_planes, path);
-        if let Some(found) = &mut reduction {
-            let usable = found.rate(model.structure(), |element| {
-                factors.of(members[element].class)
-            });
-            if !usable {
-                reduction = None;
-            }
-        }
+        let mut reduction = model.reduction(path);
+        reduction.take_if(|reduction| !model.rate(reduction, factors));
         Ok(Self {
             robot,
             mechanism,
@@ -149,18 +139,18 @@ impl<'a> PoseSweep<'a> {
         };
         // Memory is made for a run of chunks, not for each: setting it up takes as long as some hundred poses.
         let set = InstructionSet::for_poses(poses.len());
-        let memory = || self.lanes(set, set.lanes());
+        let memory = || self.simd(set, set.lanes());
         let chunks = poses.par_chunks(CHUNK).zip(found.par_chunks_mut(CHUNK));
         let done: Vec<Chunk> = match keep {
             Keep::Diagonal => chunks
-                .map_init(memory, |lanes, (poses, found)| {
-                    self.chunk(lanes.as_deref_mut(), poses, found, &mut [])
+                .map_init(memory, |simd, (poses, found)| {
+                    self.chunk(simd.as_deref_mut(), poses, found, &mut [])
                 })
                 .collect(),
             Keep::Full => chunks
                 .zip(compliances.par_chunks_mut(CHUNK))
-                .map_init(memory, |lanes, ((poses, found), compliances)| {
-                    self.chunk(lanes.as_deref_mut(), poses, found, compliances)
+                .map_init(memory, |simd, ((poses, found), compliances)| {
+                    self.chunk(simd.as_deref_mut(), poses, found, compliances)
                 })
                 .collect(),
         };
@@ -185,43 +175,35 @@ impl<'a> PoseSweep<'a> {
     /// `None` if every pose goes to the general solver.
     #[must_use]
     pub fn bundles(&self, pose_count: usize) -> Option<PoseBundles<'_>> {
-        let lanes = self.lanes(InstructionSet::for_poses(pose_count), pose_count)?;
-        Some(PoseBundles { lanes, pose_count })
+        Some(PoseBundles {
+            sweep: self,
+            simd: self.simd(InstructionSet::for_poses(pose_count), pose_count)?,
+            pose_count,
+        })
     }
 
-    fn lanes(&self, set: InstructionSet, pose_count: usize) -> Option<Box<dyn SweepLanes + '_>> {
+    fn simd(&self, set: InstructionSet, pose_count: usize) -> Option<Box<dyn SimdPoses>> {
         let reduction = self.reduction.as_ref()?;
-        let model = &self.model;
-        Some(match set {
-            InstructionSet::Plain(set) => Box::new(Bundles::new(set, model, reduction, pose_count)),
-            #[cfg(target_arch = "aarch64")]
-            InstructionSet::Neon(set) => Box::new(Bundles::new(set, model, reduction, pose_count)),
-            #[cfg(target_arch = "x86_64")]
-            InstructionSet::Avx2(set) => Box::new(Bundles::new(set, model, reduction, pose_count)),
-            #[cfg(target_arch = "x86_64")]
-            InstructionSet::Avx512(set) => {
-                Box::new(Bundles::new(set, model, reduction, pose_count))
-            }
-        })
+        Some(simd_poses(set, &self.model, reduction, pose_count))
     }
 
     fn chunk(
         &self,
-        lanes: Option<&mut (dyn SweepLanes + '_)>,
+        simd: Option<&mut (dyn SimdPoses + 'static)>,
         poses: &[Pose],
         found: &mut [Option<SweptPose>],
         compliances: &mut [Option<Compliance6>],
     ) -> Chunk {
-        if let Some(lanes) = lanes {
-            let count = lanes.lane_count();
+        if let (Some(simd), Some(reduction)) = (simd, &self.reduction) {
+            let count = simd.lane_count();
             for (bundle, poses) in poses.chunks(count).enumerate() {
-                lanes.place(0, poses);
-                lanes.solve(0);
+                simd.place(0, &self.model, poses);
+                simd.solve(0, reduction);
                 for lane in 0..poses.len() {
                     let index = bundle * count + lane;
-                    found[index] = lanes.pose(lane);
+                    found[index] = simd.pose(lane);
                     if let (Some(_), Some(kept)) = (found[index], compliances.get_mut(index)) {
-                        *kept = Some(lanes.compliance(lane));
+                        *kept = Some(simd.compliance(lane));
                     }
                 }
             }
@@ -295,12 +277,13 @@ struct Chunk {
     alone: usize,
 }
 
-/// Poses side by side in lanes: placed once, solved as often as wanted. Allocates nothing after it was made.
+/// Poses side by side in SIMD registers: placed once, solved as often as wanted. Allocates nothing after it was made.
 ///
-/// [`PoseSweep::run`] does both at once; this is for measuring them apart.
+/// [`PoseSweep::run`] does both at once; this is for one pose after another, and for measuring them apart.
 #[derive(Debug)]
 pub struct PoseBundles<'a> {
-    lanes: Box<dyn SweepLanes + 'a>,
+    sweep: &'a PoseSweep<'a>,
+    simd: Box<dyn SimdPoses>,
     pose_count: usize,
 }
 
@@ -315,36 +298,43 @@ impl PoseBundles<'_> {
             "room for {}",
             self.pose_count
         );
-        let lanes = self.lanes.lane_count();
+        let lanes = self.simd.lane_count();
         for (bundle, poses) in poses.chunks(lanes).enumerate() {
-            self.lanes.place(bundle, poses);
+            self.simd.place(bundle, &self.sweep.model, poses);
         }
     }
 
     /// Solves all placed poses; gives the results of each bundle to `each`, as index and result of a pose.
     pub fn solve(&mut self, mut each: impl FnMut(usize, Option<SweptPose>)) {
-        let lanes = self.lanes.lane_count();
+        let lanes = self.simd.lane_count();
         for bundle in 0..self.pose_count.div_ceil(lanes) {
-            self.lanes.solve(bundle);
+            self.solve_bundle(bundle);
             for lane in 0..lanes.min(self.pose_count - bundle * lanes) {
-                each(bundle * lanes + lane, self.lanes.pose(lane));
+                each(bundle * lanes + lane, self.simd.pose(lane));
             }
         }
     }
 
-    /// Places and solves one pose, in the first place there is room for; `None` if the lanes have no result for it.
+    /// Places and solves one pose, in the first place there is room for; `None` if the reduction has no result for it.
     ///
     /// The results are those of [`PoseSweep::run`], byte by byte.
     pub fn one(&mut self, pose: &Pose) -> Option<(SweptPose, Compliance6)> {
-        self.lanes.place(0, std::slice::from_ref(pose));
-        self.lanes.solve(0);
-        let swept = self.lanes.pose(0)?;
-        Some((swept, self.lanes.compliance(0)))
+        let model = &self.sweep.model;
+        self.simd.place(0, model, std::slice::from_ref(pose));
+        self.solve_bundle(0);
+        let swept = self.simd.pose(0)?;
+        Some((swept, self.simd.compliance(0)))
+    }
+
+    fn solve_bundle(&mut self, bundle: usize) {
+        if let Some(reduction) = &self.sweep.reduction {
+            self.simd.solve(bundle, reduction);
+        }
     }
 
     /// How often a part of the structure was found where it stood before, and not worked out again.
     #[must_use]
     pub fn reused_parts(&self) -> u64 {
-        self.lanes.reused_parts()
+        self.simd.reused_parts()
     }
 }

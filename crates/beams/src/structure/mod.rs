@@ -2,9 +2,8 @@
 //!
 //! Knows nodes, elements, supports, hinges and loads; has never heard of robots, poses or fitting factors. A [`Structure`] is
 //! described once and may be moved and re-rated in place; a [`Solver`] holds all that depends on its topology alone
-//! (numbering, sparsity, symbolic factorisation) and every buffer, so that solving the next pose allocates nothing. A
-//! [`BatchSolver`] does the same for many poses at once, thirty times faster, where no hinge turns and no error is to be explained;
-//! `reduction` gives the compliance of the end, and nothing else, several times faster again.
+//! (numbering, sparsity, symbolic factorisation) and every buffer, so that solving the next pose allocates nothing. `reduction` gives
+//! the compliance of the end and its derivatives, and nothing else, for several poses in SIMD registers, a hundred times faster.
 //!
 //! Decision. An element is not a 12 × 12 matrix here but its six natural strains (elongation, twist, and for each plane of
 //! bending the antisymmetric and symmetric end rotation), each with one stiffness: the paper's eqs. (18), (29) and (30) become
@@ -12,7 +11,6 @@
 //! derivatives to every section constant, pins and compliant joints all come from the same twelve columns, and the printed
 //! rotation errors of eqs. (22) and (27) have nowhere to enter.
 
-mod batch;
 mod compliance;
 mod digits;
 mod element;
@@ -27,13 +25,12 @@ mod self_weight;
 mod solve;
 mod topology;
 
-pub use batch::{BatchSolver, ElementRole};
 pub use compliance::{Compliance6, ComplianceGradient};
 pub use element::{Element, NaturalStiffness, STRAINS};
 pub use influence::TwistInfluence;
 pub use parts::{Attachment, Freedom, Hinge, Node, Structure, StructureError, Support};
+pub(crate) use reduction::{GroupGradient, Placed, Reducer, Reduction};
 pub use reduction::{PartMethod, SolutionPath};
-pub(crate) use reduction::{Placed, Reducer, Reduction};
 pub use rotation::{LocalAxes, paper_rotation};
 pub use section::{Material, Property, Section, ShearCoefficients};
 pub use self_weight::LoadAt;

@@ -1,7 +1,7 @@
 //! Stiffness of many cells of the experiment as a function of the fitting factors, with exact derivatives.
 
 use stiffbench_beams::robot::{
-    BatchPredictor, ClassGradient, FittingFactors, Mechanism, Robot, RobotError,
+    ClassGradient, FittingFactors, Mechanism, MultiPosePredictor, Robot, RobotError,
 };
 use stiffbench_units_and_text::test_point::{Cell, PoseId};
 
@@ -59,7 +59,7 @@ enum Means<'a> {
     Beams {
         /// Number of the pose of each cell.
         pose_of_cell: Vec<usize>,
-        predictor: Box<BatchPredictor<'a>>,
+        predictor: Box<MultiPosePredictor<'a>>,
     },
     /// From predicted readings, with the physics beside the beams.
     Readings(Box<PhysicsModel<'a>>),
@@ -84,7 +84,7 @@ impl<'a> CellModel<'a> {
                 names.len() - 1
             }));
         }
-        let mut predictor = BatchPredictor::new(robot, mechanism, names.len())?;
+        let mut predictor = MultiPosePredictor::new(robot, mechanism, names.len())?;
         for (index, name) in names.into_iter().enumerate() {
             predictor.place(index, robot.pose(name)?)?;
         }

@@ -2,7 +2,7 @@
 
 use stiffbench_beams::physics::{Effect, Law, Mechanics, Place, PoseMechanics, without_elements};
 use stiffbench_beams::robot::{
-    BatchPredictor, FittingFactors, Mechanism, Pose, Predictor, Robot, RobotError,
+    FittingFactors, Mechanism, MultiPosePredictor, Pose, Predictor, Robot, RobotError,
 };
 
 use super::error::MismatchError;
@@ -194,11 +194,11 @@ fn carries_loads(
     poses: &[Pose],
 ) -> bool {
     let solved = || {
-        let mut batch = BatchPredictor::new(robot, mechanism, poses.len())?;
+        let mut predictor = MultiPosePredictor::new(robot, mechanism, poses.len())?;
         for (index, pose) in poses.iter().enumerate() {
-            batch.place(index, pose)?;
+            predictor.place(index, pose)?;
         }
-        batch.solve(factors, false)
+        predictor.solve(factors, false)
     };
     solved().is_ok()
 }

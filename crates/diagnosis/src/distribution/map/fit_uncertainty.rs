@@ -6,7 +6,7 @@
 
 use rayon::prelude::*;
 
-use stiffbench_beams::robot::{BatchPredictor, RobotError, Theory};
+use stiffbench_beams::robot::{MultiPosePredictor, RobotError, Theory};
 use stiffbench_numeric::statistics::Estimate;
 
 use super::StiffnessMap;
@@ -144,33 +144,35 @@ fn gradients(
     };
     let (robot, mechanism) = (model.robot(), model.mechanism());
     let (theory, room) = (Theory::EulerBernoulli, POSES.min(rows.len()));
-    let mut batch = BatchPredictor::with(robot, mechanism, joints, theory, room)?;
+    let mut predictor = MultiPosePredictor::with(robot, mechanism, joints, theory, room)?;
     let mut pose = robot.nominal_pose();
     let turns = columns.iter().any(MapColumn::is_principal);
     let mut found = Vec::with_capacity(rows.len());
     for rows in rows.chunks(room) {
         for (index, &row) in rows.iter().enumerate() {
             poses.fill(map.places[row] as usize, &mut pose);
-            batch.place(index, &pose)?;
+            predictor.place(index, &pose)?;
             if !turns {
-                batch.differentiate_along(index, &units(columns, &[[0.0; 3]; 3]));
+                predictor.differentiate_along(index, &units(columns, &[[0.0; 3]; 3]));
             }
         }
         if turns {
             // A principal direction is known once the pose is solved.
-            batch.solve(model.factors(), false)?;
+            predictor.solve(model.factors(), false)?;
             for (index, &row) in rows.iter().enumerate() {
-                let compliance = translation(model, &batch, index, map.end_m(row));
-                batch.differentiate_along(index, &units(columns, &compliance));
+                let compliance = translation(model, &predictor, index, map.end_m(row));
+                predictor.differentiate_along(index, &units(columns, &compliance));
             }
         }
-        batch.solve(model.factors(), true)?;
+        predictor.solve(model.factors(), true)?;
         for (index, &row) in rows.iter().enumerate() {
-            let compliance = translation(model, &batch, index, map.end_m(row));
+            let compliance = translation(model, &predictor, index, map.end_m(row));
             let mut gradients = [[0.0; FACTORS]; AT_ONCE];
             for (place, (gradient, column)) in gradients.iter_mut().zip(columns).enumerate() {
                 let (stiffness, _) = stiffness_and_unit(column, &compliance);
-                let slopes = batch.gradient(index, place).unwrap_or([[f64::NAN; 4]; 2]);
+                let slopes = predictor
+                    .gradient(index, place)
+                    .unwrap_or([[f64::NAN; 4]; 2]);
                 for (gradient, slope) in gradient.iter_mut().zip(slopes.as_flattened()) {
                     *gradient = -slope * stiffness * stiffness;
                 }
@@ -181,14 +183,14 @@ fn gradients(
     Ok(found)
 }
 
-/// Displacement of the end per force where a batch stands, with its base, m/N; not a number where there is none.
+/// Displacement of the end per force where a predictor stands, with its base, m/N; not a number where there is none.
 fn translation(
     model: &MapModel<'_>,
-    batch: &BatchPredictor<'_>,
+    predictor: &MultiPosePredictor<'_>,
     index: usize,
     end_m: [f64; 3],
 ) -> [[f64; 3]; 3] {
-    let compliance = batch.compliance(index);
+    let compliance = predictor.compliance(index);
     compliance.map_or([[f64::NAN; 3]; 3], |compliance| {
         model.on_its_base(&compliance, end_m).translation()
     })

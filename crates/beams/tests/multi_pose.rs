@@ -3,8 +3,8 @@
 use proptest::prelude::*;
 
 use stiffbench_beams::robot::{
-    BatchPredictor, ElementClass, FittingFactors, JointModel, Pose, Predictor, Robot, RobotError,
-    Theory,
+    ElementClass, FittingFactors, JointModel, MultiPosePredictor, Pose, Predictor, Robot,
+    RobotError, Theory,
 };
 use stiffbench_test_files::shipped_robot;
 
@@ -47,17 +47,18 @@ fn compare(
     let mechanism = robot.mechanism(Some(mechanism)).unwrap();
     let rigid = JointModel::Rigid;
     let mut single = Predictor::with(robot, mechanism, &rigid, theory, factors).unwrap();
-    let mut batch = BatchPredictor::with(robot, mechanism, &rigid, theory, shares.len()).unwrap();
+    let mut together =
+        MultiPosePredictor::with(robot, mechanism, &rigid, theory, shares.len()).unwrap();
     let mut reached = Vec::new();
     for (index, shares) in shares.iter().enumerate() {
         let pose = pose(robot, shares);
-        match batch.place(index, &pose) {
+        match together.place(index, &pose) {
             Ok(()) => reached.push((index, pose)),
             Err(RobotError::Unreachable { .. }) => {}
             Err(error) => panic!("{error}"),
         }
     }
-    batch.solve(factors, true).unwrap();
+    together.solve(factors, true).unwrap();
     let classes: Vec<usize> = single
         .model()
         .members()
@@ -68,18 +69,18 @@ fn compare(
     for (index, pose) in &reached {
         single.place(pose).unwrap();
         let expected = single.compliance();
-        let found = batch.compliance(*index).unwrap();
+        let found = together.compliance(*index).unwrap();
         let difference = found.relative_difference(&expected);
         assert!(!difference.is_nan());
         largest = largest.max(difference);
         for axis in 0..3 {
             single.compliance_gradient(axis, &mut gradient);
-            let found = batch.gradient(*index, axis).unwrap();
+            let found = together.gradient(*index, axis).unwrap();
             for class in 0..2 {
                 for property in 0..4 {
                     let of_class = gradient.iter().zip(&classes).filter(|(_, c)| **c == class);
                     let expected: f64 = of_class.map(|(g, _)| g[property]).sum();
-                    let scale = batch.direct_compliance(*index, axis).unwrap();
+                    let scale = together.direct_compliance(*index, axis).unwrap();
                     let difference = (found[class][property] - expected).abs() / scale;
                     assert!(!difference.is_nan());
                     largest = largest.max(difference);
@@ -138,14 +139,14 @@ fn a_pose_has_the_same_result_alone_and_among_others() {
     let mechanism = robot.mechanism(None).unwrap();
     let factors = robot.factor_set("m_fsd").unwrap();
     let compliance = |count: usize, at: usize| {
-        let mut batch = BatchPredictor::new(&robot, mechanism, count).unwrap();
+        let mut together = MultiPosePredictor::new(&robot, mechanism, count).unwrap();
         for index in 0..count {
             let named = &robot.poses
                 [(index + robot.poses.len() - at % robot.poses.len()) % robot.poses.len()];
-            batch.place(index, &named.pose).unwrap();
+            together.place(index, &named.pose).unwrap();
         }
-        batch.solve(&factors, false).unwrap();
-        batch.compliance(at).unwrap()
+        together.solve(&factors, false).unwrap();
+        together.compliance(at).unwrap()
     };
     let alone = compliance(1, 0);
     for (count, at) in [(2, 1), (4, 3), (5, 4), (8, 7), (19, 16)] {
