@@ -1,4 +1,4 @@
-//! Runs a program in as many poses as a lane holds.
+//! Runs a schedule in as many poses as a lane holds.
 
 use pulp::Simd;
 
@@ -6,7 +6,7 @@ use super::block::{
     Block, add, add_product, back_substitute, factorise, inverse, mirror, reduce, solve,
     subtract_square,
 };
-use super::program::{Form, Op, Piece, Program, Slot, Update};
+use super::schedule::{Form, Op, Piece, Schedule, Slot, Update};
 use stiffbench_numeric::lanes::{Aligned, Lane, Number, multiply_add};
 
 /// Loads that are followed at once.
@@ -15,7 +15,7 @@ pub(super) const LOADS: usize = 3;
 /// Forces on a compliance or motions of a stiffness: by uncoupled half, load and freedom.
 pub(super) type States<S, const N: usize, const H: usize> = [[[Lane<S>; N]; LOADS]; H];
 
-/// The matrices of a program: `H` uncoupled halves of `N` freedoms each.
+/// The matrices of a schedule: `H` uncoupled halves of `N` freedoms each.
 #[derive(Debug)]
 pub(super) struct Memory<S: Simd, const N: usize, const H: usize> {
     slots: Vec<Aligned<[Block<S, N>; H]>>,
@@ -25,7 +25,7 @@ pub(super) struct Memory<S: Simd, const N: usize, const H: usize> {
     states: Vec<Aligned<States<S, N, H>>>,
 }
 
-/// What gives a program its elements and hinges.
+/// What gives a schedule its elements and hinges.
 pub(super) trait Members<S: Simd, const N: usize, const H: usize> {
     fn member(&mut self, piece: Piece, form: Form) -> [Block<S, N>; H];
 }
@@ -36,25 +36,25 @@ pub(super) trait Carriers<S: Simd, const N: usize, const H: usize> {
 }
 
 impl<S: Simd, const N: usize, const H: usize> Memory<S, N, H> {
-    pub(super) fn new(simd: S, program: &Program) -> Self {
+    pub(super) fn new(simd: S, schedule: &Schedule) -> Self {
         let zero = Lane::zero(simd);
         let zeros = Aligned([[[zero; N]; N]; H]);
         Self {
-            slots: vec![zeros; program.slot_count],
-            undivided: vec![zeros; program.widest],
-            states: vec![Aligned([[[zero; N]; LOADS]; H]); program.slot_count],
+            slots: vec![zeros; schedule.slot_count],
+            undivided: vec![zeros; schedule.widest],
+            states: vec![Aligned([[[zero; N]; LOADS]; H]); schedule.slot_count],
         }
     }
 
-    /// Runs a program; gives its result, of which the upper triangles count. `worst` as in [`factorise`].
+    /// Runs a schedule; gives its result, of which the upper triangles count. `worst` as in [`factorise`].
     #[inline(always)]
     pub(super) fn execute<M: Members<S, N, H>>(
         &mut self,
-        program: &Program,
+        schedule: &Schedule,
         members: &mut M,
         worst: &mut Lane<S>,
     ) -> &[Block<S, N>; H] {
-        for op in &program.ops {
+        for op in &schedule.ops {
             match *op {
                 Op::Piece {
                     piece,
@@ -118,18 +118,18 @@ impl<S: Simd, const N: usize, const H: usize> Memory<S, N, H> {
         &self.slots[0].0
     }
 
-    /// Follows forces on the result of the program run last back to every piece: its steps in reverse.
+    /// Follows forces on the result of the schedule run last back to every piece: its steps in reverse.
     ///
     /// What adds up in series carries the same force, what stands side by side moves alike.
     #[inline(always)]
     pub(super) fn follow<C: Carriers<S, N, H>>(
         &mut self,
-        program: &Program,
+        schedule: &Schedule,
         forces: &States<S, N, H>,
         carriers: &mut C,
     ) {
         self.states[0].0 = *forces;
-        for op in program.ops.iter().rev() {
+        for op in schedule.ops.iter().rev() {
             match *op {
                 Op::Piece {
                     piece, form, into, ..

@@ -8,9 +8,9 @@ use pulp::Simd;
 use super::block::Block;
 use super::execute::{Carriers, Memory};
 use super::member::{components, energies_in_plane, energies_in_space};
-use super::part::{Part, Reduction};
-use super::program::{Form, Piece};
+use super::schedule::{Form, Piece};
 use super::solve::{Placed, Reducer, see_in_plane, see_in_space};
+use super::substructure::{Reduction, Substructure};
 use stiffbench_numeric::lanes::{Aligned, Kernel, Lane, Number, cross, run, subtract};
 
 /// Derivatives of the displacement along three directions per force along each, to ln A, ln Iy, ln Iz, ln J of all elements of a group,
@@ -107,7 +107,7 @@ impl<S: Simd> Sums<'_, S> {
 
 /// Follows the loads through a part in its plane.
 struct InPlane<'a, 's, S: Simd> {
-    part: &'a Part,
+    part: &'a Substructure,
     plane: usize,
     placed: &'a Placed<S>,
     units: &'a [[Lane<S>; 3]; 3],
@@ -124,16 +124,15 @@ impl<S: Simd> Kernel for InPlane<'_, '_, S> {
         let mut forces = [[self.units[0]; 3]; 2];
         for load in 0..3 {
             let [force, moment] = carried_by(part, placed, self.sums.reduction, &self.units[load]);
-            let ([fn_, fp, fq], [mn, mp, mq]) =
-                (components(&frame, &force), components(&frame, &moment));
-            forces[0][load] = [fp, fq, mn];
-            forces[1][load] = [mp, mq, fn_];
+            let [f, m] = [components(&frame, &force), components(&frame, &moment)];
+            forces[0][load] = [f[1], f[2], m[0]];
+            forces[1][load] = [m[1], m[2], f[0]];
         }
         let mut carriers = FlatCarriers {
             nodes: self.flat,
             sums: self.sums,
         };
-        self.memory.follow(&part.program, &forces, &mut carriers);
+        self.memory.follow(&part.schedule, &forces, &mut carriers);
     }
 }
 
@@ -157,7 +156,7 @@ impl<S: Simd> Carriers<S, 3, 2> for FlatCarriers<'_, '_, S> {
 
 /// Follows the loads through a part in space.
 struct InSpace<'a, 's, S: Simd> {
-    part: &'a Part,
+    part: &'a Substructure,
     placed: &'a Placed<S>,
     units: &'a [[Lane<S>; 3]; 3],
     deep: &'a mut [Aligned<[Lane<S>; 3]>],
@@ -183,7 +182,7 @@ impl<S: Simd> Kernel for InSpace<'_, '_, S> {
             normals: &placed.normals,
             sums: self.sums,
         };
-        self.memory.follow(&part.program, &forces, &mut carriers);
+        self.memory.follow(&part.schedule, &forces, &mut carriers);
     }
 }
 
@@ -211,7 +210,7 @@ impl<S: Simd> Carriers<S, 6, 1> for DeepCarriers<'_, '_, S> {
 /// Force and moment at the far node of a part under a force on the end.
 #[inline(always)]
 fn carried_by<S: Simd>(
-    part: &Part,
+    part: &Substructure,
     placed: &Placed<S>,
     reduction: &Reduction,
     force: &[Lane<S>; 3],

@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use super::program::Piece;
+use super::schedule::Piece;
 use crate::structure::parts::{Attachment, Structure};
 use crate::structure::topology::held_freedoms;
 

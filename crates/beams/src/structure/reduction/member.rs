@@ -19,7 +19,7 @@
 use pulp::Simd;
 
 use super::block::Block;
-use super::program::Form;
+use super::schedule::Form;
 use crate::structure::element::Element;
 use stiffbench_numeric::lanes::{
     Lane, Number, across, cross, dot, multiply_add, multiply_subtract, scale, subtract,

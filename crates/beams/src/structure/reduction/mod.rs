@@ -29,19 +29,19 @@
 )]
 
 mod block;
-mod compound;
 mod execute;
 mod gradient;
 mod graph;
 mod member;
-mod part;
-mod program;
+mod schedule;
+mod series_parallel;
 mod solve;
+mod substructure;
 
 pub(crate) use gradient::GroupGradient;
-pub(crate) use part::Reduction;
-pub use part::{PartMethod, SolutionPath};
 pub(crate) use solve::{Placed, Reducer};
+pub(crate) use substructure::Reduction;
+pub use substructure::{PartMethod, SolutionPath};
 
 #[cfg(test)]
 mod tests;

@@ -5,8 +5,8 @@ use pulp::Simd;
 use super::block::Block;
 use super::execute::{Members, Memory};
 use super::member::{components, hinge_in_plane, hinge_in_space, in_plane, in_space};
-use super::part::{Part, Reduction};
-use super::program::{Form, Piece};
+use super::schedule::{Form, Piece};
+use super::substructure::{Reduction, Substructure};
 use crate::structure::solve::LOST_PIVOT;
 use stiffbench_numeric::lanes::{
     Aligned, Kernel, Lane, Number, cross, dot, frame_on, multiply_add, run, subtract,
@@ -52,7 +52,7 @@ pub(crate) struct Results<S: Simd> {
 #[derive(Debug)]
 pub(crate) struct Reducer<S: Simd> {
     pub(super) simd: S,
-    pub(super) parts: Vec<PartState<S>>,
+    pub(super) parts: Vec<SubstructureState<S>>,
     /// Nodes of the part at its turn, seen from its far node: in its plane, and in space.
     pub(super) flat: Vec<Aligned<[Lane<S>; 2]>>,
     pub(super) deep: Vec<Aligned<[Lane<S>; 3]>>,
@@ -63,7 +63,7 @@ pub(crate) struct Reducer<S: Simd> {
 
 /// A part, and what it gave the last time.
 #[derive(Debug)]
-pub(super) struct PartState<S: Simd> {
+pub(super) struct SubstructureState<S: Simd> {
     pub(super) planar: Memory<S, 3, 2>,
     pub(super) spatial: Memory<S, 6, 1>,
     /// Nodes and normals of the last time; none before the first.
@@ -85,9 +85,9 @@ pub(super) struct Solution<S: Simd> {
 impl<S: Simd> Reducer<S> {
     pub(crate) fn new(simd: S, reduction: &Reduction) -> Self {
         let zero = Lane::zero(simd);
-        let state = |part: &Part| PartState {
-            planar: Memory::new(simd, &part.program),
-            spatial: Memory::new(simd, &part.program),
+        let state = |part: &Substructure| SubstructureState {
+            planar: Memory::new(simd, &part.schedule),
+            spatial: Memory::new(simd, &part.schedule),
             stood: Vec::with_capacity(part.nodes.len() + part.planes.len()),
             solution: Solution {
                 compliance: [[zero; 6]; 6],
@@ -196,9 +196,9 @@ impl<S: Simd> Solution<S> {
     }
 }
 
-impl<S: Simd> PartState<S> {
+impl<S: Simd> SubstructureState<S> {
     /// Whether a part stands where it stood the last time; remembers where it stands.
-    fn stands(&mut self, part: &Part, placed: &Placed<S>) -> bool {
+    fn stands(&mut self, part: &Substructure, placed: &Placed<S>) -> bool {
         let nodes = part.nodes.iter().map(|&node| placed.nodes_m[node].0);
         let normals = part.planes.iter().map(|&plane| placed.normals[plane].0);
         let same = |a: &[Lane<S>; 3], b: &[Lane<S>; 3]| a.iter().zip(b).all(|(a, b)| a.is_same(b));
@@ -217,7 +217,7 @@ impl<S: Simd> PartState<S> {
 /// Solves a part in its plane and across it.
 struct InPlane<'a, S: Simd> {
     reduction: &'a Reduction,
-    part: &'a Part,
+    part: &'a Substructure,
     plane: usize,
     placed: &'a Placed<S>,
     flat: &'a mut [Aligned<[Lane<S>; 2]>],
@@ -235,7 +235,9 @@ impl<S: Simd> Kernel for InPlane<'_, S> {
             reduction: self.reduction,
             nodes: self.flat,
         };
-        let halves = self.memory.execute(&part.program, &mut members, &mut worst);
+        let halves = self
+            .memory
+            .execute(&part.schedule, &mut members, &mut worst);
         self.solution.compliance = in_global_axes(&frame, halves);
         self.solution.worst = worst;
         self.solution.bent = bent;
@@ -245,7 +247,7 @@ impl<S: Simd> Kernel for InPlane<'_, S> {
 /// Sees the nodes of a part from its far node, in its plane; gives the frame n, p, q, and what is above zero where they leave the plane.
 #[inline(always)]
 pub(super) fn see_in_plane<S: Simd>(
-    part: &Part,
+    part: &Substructure,
     plane: usize,
     placed: &Placed<S>,
     flat: &mut [Aligned<[Lane<S>; 2]>],
@@ -269,7 +271,7 @@ pub(super) fn see_in_plane<S: Simd>(
 /// Sees the nodes of a part from its far node.
 #[inline(always)]
 pub(super) fn see_in_space<S: Simd>(
-    part: &Part,
+    part: &Substructure,
     placed: &Placed<S>,
     deep: &mut [Aligned<[Lane<S>; 3]>],
 ) {
@@ -304,7 +306,7 @@ impl<S: Simd> Members<S, 3, 2> for FlatMembers<'_, S> {
 /// Solves a part in space.
 struct InSpace<'a, S: Simd> {
     reduction: &'a Reduction,
-    part: &'a Part,
+    part: &'a Substructure,
     placed: &'a Placed<S>,
     deep: &'a mut [Aligned<[Lane<S>; 3]>],
     memory: &'a mut Memory<S, 6, 1>,
@@ -323,7 +325,9 @@ impl<S: Simd> Kernel for InSpace<'_, S> {
             normals: &placed.normals,
             faults: worst,
         };
-        let whole = self.memory.execute(&part.program, &mut members, &mut worst);
+        let whole = self
+            .memory
+            .execute(&part.schedule, &mut members, &mut worst);
         self.solution.compliance = whole[0];
         for i in 0..6 {
             for j in 0..i {
@@ -369,7 +373,7 @@ impl<S: Simd> Members<S, 6, 1> for DeepMembers<'_, S> {
 struct Combine<'a, S: Simd> {
     reduction: &'a Reduction,
     placed: &'a Placed<S>,
-    solutions: &'a [PartState<S>],
+    solutions: &'a [SubstructureState<S>],
     results: &'a mut Results<S>,
 }
 

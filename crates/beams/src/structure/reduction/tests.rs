@@ -2,7 +2,7 @@ use std::sync::Arc;
 
 use pulp::Simd;
 
-use super::program::{Form, Op, Piece, Program};
+use super::schedule::{Form, Op, Piece, Schedule};
 use super::*;
 use crate::structure::{
     Attachment, Compliance6, Element, Hinge, Material, Node, Section, ShearCoefficients, Solver,
@@ -405,28 +405,28 @@ fn structures_for_the_general_solver_are_passed_on() {
 
 #[test]
 fn operations_are_counted() {
-    let mut program = Program::default();
-    program.ops.push(Op::Piece {
+    let mut schedule = Schedule::default();
+    schedule.ops.push(Op::Piece {
         piece: Piece::Element(0),
         form: Form::Compliance,
         into: 1,
         fresh: true,
     });
-    program.ops.push(Op::Invert {
+    schedule.ops.push(Op::Invert {
         from: 1,
         into: 0,
         fresh: false,
     });
     // One freedom: 7 for the element; 1/d and its ratio, the entry itself counted as one product, and one sum.
-    assert_eq!(program.operations(1, 1, [7, 5]), 7 + 2 + 1 + 1);
+    assert_eq!(schedule.operations(1, 1, [7, 5]), 7 + 2 + 1 + 1);
     // Two halves of two freedoms: twice 4 + 1 + 2 to factorise, 1 + 1 + 1 + 3 for the inverse, 3 sums.
-    assert_eq!(program.operations(2, 2, [7, 5]), 7 + 2 * (7 + 6 + 3));
+    assert_eq!(schedule.operations(2, 2, [7, 5]), 7 + 2 * (7 + 6 + 3));
     // A hinge is written into a slot that holds something: once 5, and a sum.
-    program.ops.push(Op::Piece {
+    schedule.ops.push(Op::Piece {
         piece: Piece::Hinge(0),
         form: Form::Compliance,
         into: 1,
         fresh: false,
     });
-    assert_eq!(program.operations(1, 1, [7, 5]), 7 + 2 + 1 + 1 + 5 + 1);
+    assert_eq!(schedule.operations(1, 1, [7, 5]), 7 + 2 + 1 + 1 + 5 + 1);
 }

@@ -109,11 +109,8 @@ fn areas(
         let rows = corners.map(|corner| corner as usize);
         let [a, b, c] = rows.map(|row| places[row]);
         let twice = (b[0] - a[0]) * (c[1] - a[1]) - (c[0] - a[0]) * (b[1] - a[1]);
-        let mean = rows
-            .map(|row| map.stiffness_n_per_m(row, column))
-            .iter()
-            .sum::<f64>()
-            / 3.0;
+        let corners = rows.iter().map(|&row| map.stiffness_n_per_m(row, column));
+        let mean = corners.sum::<f64>() / 3.0;
         areas[level_of(mean)] += 0.5 * twice.abs();
     }
     areas

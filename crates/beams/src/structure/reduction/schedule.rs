@@ -58,14 +58,14 @@ pub(super) struct Update {
 
 /// Steps, with the memory that they need; the result is slot 0.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
-pub(super) struct Program {
+pub(super) struct Schedule {
     pub(super) ops: Vec<Op>,
     pub(super) slot_count: usize,
     /// Most panels at one elimination.
     pub(super) widest: usize,
 }
 
-impl Program {
+impl Schedule {
     /// Floating-point operations of one pose, a fused product counted as two: `halves` problems of `n` freedoms a node, `of_element` and
     /// `of_hinge` operations for what an element and a hinge give to all of them.
     pub(super) fn operations(&self, n: u64, halves: u64, [of_element, of_hinge]: [u64; 2]) -> u64 {

@@ -3,25 +3,25 @@
 use std::collections::{BTreeMap, BTreeSet};
 
 use super::graph::{Edge, GROUND, Segment};
-use super::program::{Form, Op, Piece, Program, Slot, Update};
+use super::schedule::{Form, Op, Piece, Schedule, Slot, Update};
 use crate::structure::ordering::{Eliminated, minimum_degree_before};
 
 /// An assembly that hangs on the rest by two nodes: motions of its parts add up in series, their forces side by side.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub(super) enum Compound {
+pub(super) enum SeriesParallel {
     Piece(Piece),
-    Series(Vec<Compound>),
-    Parallel(Vec<Compound>),
+    Series(Vec<SeriesParallel>),
+    Parallel(Vec<SeriesParallel>),
 }
 
-/// A compound and its vertices.
+/// An assembly and its vertices.
 #[derive(Debug, Clone, PartialEq, Eq)]
 struct Link {
-    compound: Compound,
+    assembly: SeriesParallel,
     ends: [usize; 2],
 }
 
-impl Compound {
+impl SeriesParallel {
     /// Whether it can be written down in a form: a hinge, which is rigid but for its turn, has a stiffness only together with what it is
     /// in series with.
     fn has(&self, form: Form) -> bool {
@@ -52,22 +52,22 @@ impl Compound {
 /// Merges the pieces of a segment as far as series and parallels go.
 fn merged(segment: &Segment) -> Vec<Link> {
     let link = |edge: &Edge| Link {
-        compound: Compound::Piece(edge.piece),
+        assembly: SeriesParallel::Piece(edge.piece),
         ends: edge.ends,
     };
-    let nothing = || Compound::Series(Vec::new());
+    let nothing = || SeriesParallel::Series(Vec::new());
     let mut links: Vec<Link> = segment.edges.iter().map(link).collect();
     loop {
         if let Some((first, second)) = side_by_side(&links) {
             let second = links.remove(second);
             let first = &mut links[first];
-            let compound = std::mem::replace(&mut first.compound, nothing());
-            first.compound = compound.joined(second.compound, Compound::Parallel);
+            let assembly = std::mem::replace(&mut first.assembly, nothing());
+            first.assembly = assembly.joined(second.assembly, SeriesParallel::Parallel);
         } else if let Some((first, second, ends)) = in_series(&links, segment.terminals) {
             let second = links.remove(second);
             let first = &mut links[first];
-            let compound = std::mem::replace(&mut first.compound, nothing());
-            first.compound = compound.joined(second.compound, Compound::Series);
+            let assembly = std::mem::replace(&mut first.assembly, nothing());
+            first.assembly = assembly.joined(second.assembly, SeriesParallel::Series);
             first.ends = ends;
         } else {
             return links;
@@ -105,31 +105,31 @@ fn in_series(links: &[Link], terminals: [usize; 2]) -> Option<(usize, usize, [us
     })
 }
 
-/// Builds the program of consecutive segments: the sum of their compliances, in slot 0.
+/// Builds the schedule of consecutive segments: the sum of their compliances, in slot 0.
 pub(super) struct Builder {
-    program: Program,
+    schedule: Schedule,
     /// Slots that hold something already.
     begun: BTreeSet<Slot>,
 }
 
 impl Builder {
     /// `None` if a hinge is in series with nothing that bends.
-    pub(super) fn build<'a>(segments: impl Iterator<Item = &'a Segment>) -> Option<Program> {
+    pub(super) fn build<'a>(segments: impl Iterator<Item = &'a Segment>) -> Option<Schedule> {
         let mut builder = Self {
-            program: Program {
+            schedule: Schedule {
                 slot_count: 1,
-                ..Program::default()
+                ..Schedule::default()
             },
             begun: BTreeSet::new(),
         };
         for segment in segments {
             let links = merged(segment);
-            let all_have = |form| links.iter().all(|link| link.compound.has(form));
+            let all_have = |form| links.iter().all(|link| link.assembly.has(form));
             if let [link] = &links[..] {
                 if !all_have(Form::Compliance) {
                     return None;
                 }
-                builder.evaluate(&link.compound, Form::Compliance, 0);
+                builder.evaluate(&link.assembly, Form::Compliance, 0);
             } else {
                 if !all_have(Form::Stiffness) {
                     return None;
@@ -137,12 +137,12 @@ impl Builder {
                 builder.eliminate(&links, segment.terminals);
             }
         }
-        Some(builder.program)
+        Some(builder.schedule)
     }
 
     fn slot(&mut self) -> Slot {
-        self.program.slot_count += 1;
-        self.program.slot_count - 1
+        self.schedule.slot_count += 1;
+        self.schedule.slot_count - 1
     }
 
     /// Whether a slot is written for the first time.
@@ -150,12 +150,12 @@ impl Builder {
         self.begun.insert(slot)
     }
 
-    /// Adds a compound to a slot as compliance or stiffness.
-    fn evaluate(&mut self, compound: &Compound, form: Form, into: Slot) {
-        let (parts, own) = match compound {
-            Compound::Piece(piece) => {
+    /// Adds an assembly to a slot as compliance or stiffness.
+    fn evaluate(&mut self, assembly: &SeriesParallel, form: Form, into: Slot) {
+        let (parts, own) = match assembly {
+            SeriesParallel::Piece(piece) => {
                 let (piece, fresh) = (*piece, self.begins(into));
-                self.program.ops.push(Op::Piece {
+                self.schedule.ops.push(Op::Piece {
                     piece,
                     form,
                     into,
@@ -163,8 +163,8 @@ impl Builder {
                 });
                 return;
             }
-            Compound::Series(parts) => (parts, Form::Compliance),
-            Compound::Parallel(parts) => (parts, Form::Stiffness),
+            SeriesParallel::Series(parts) => (parts, Form::Compliance),
+            SeriesParallel::Parallel(parts) => (parts, Form::Stiffness),
         };
         if own == form {
             for part in parts {
@@ -181,7 +181,7 @@ impl Builder {
 
     fn invert(&mut self, from: Slot, into: Slot) {
         let fresh = self.begins(into);
-        self.program.ops.push(Op::Invert { from, into, fresh });
+        self.schedule.ops.push(Op::Invert { from, into, fresh });
     }
 
     /// Assembles the links of a segment and eliminates all vertices but the far terminal; the near one is held.
@@ -212,16 +212,16 @@ impl Builder {
             match stands {
                 [Some(a), Some(b)] => {
                     let panel = panels[&(a.min(b), a.max(b))];
-                    self.evaluate(&link.compound, Form::Stiffness, panel);
+                    self.evaluate(&link.assembly, Form::Stiffness, panel);
                     for end in [a, b] {
                         let (into, from) = (diagonals[end], panel);
                         let fresh = self.begins(into);
-                        self.program.ops.push(Op::Add { from, into, fresh });
+                        self.schedule.ops.push(Op::Add { from, into, fresh });
                     }
-                    self.program.ops.push(Op::Mirror { slot: panel });
+                    self.schedule.ops.push(Op::Mirror { slot: panel });
                 }
                 [Some(end), None] | [None, Some(end)] => {
-                    self.evaluate(&link.compound, Form::Stiffness, diagonals[end]);
+                    self.evaluate(&link.assembly, Form::Stiffness, diagonals[end]);
                 }
                 [None, None] => {}
             }
@@ -255,8 +255,8 @@ impl Builder {
                     });
                 }
             }
-            self.program.widest = self.program.widest.max(own.len());
-            self.program.ops.push(Op::Eliminate {
+            self.schedule.widest = self.schedule.widest.max(own.len());
+            self.schedule.ops.push(Op::Eliminate {
                 diagonal,
                 panels: own.iter().map(|&(_, slot)| slot).collect(),
                 updates,

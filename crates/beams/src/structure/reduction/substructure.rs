@@ -1,12 +1,12 @@
-//! The parts of a structure, each with its program.
+//! The parts of a structure, each with its schedule.
 
 use std::collections::BTreeSet;
 use std::fmt;
 
-use super::compound::Builder;
 use super::graph::{Graph, Segment};
 use super::member::Constants;
-use super::program::{Op, Piece, Program};
+use super::schedule::{Op, Piece, Schedule};
+use super::series_parallel::Builder;
 use crate::structure::parts::Structure;
 
 /// Which ways of solving a part are open.
@@ -61,19 +61,19 @@ impl fmt::Display for PartMethod {
 
 /// Operations of a part, counted in the functions that do them: those of an element, of a hinge, and of a node seen from the end of the
 /// part.
-fn operations(part: &Part) -> u64 {
+fn operations(part: &Substructure) -> u64 {
     let nodes = part.nodes.len() as u64;
     if part.plane.is_some() {
-        part.program.operations(3, 2, [59, 5]) + 24 * nodes
+        part.schedule.operations(3, 2, [59, 5]) + 24 * nodes
     } else {
-        part.program.operations(6, 1, [204, 36]) + 3 * nodes
+        part.schedule.operations(6, 1, [204, 36]) + 3 * nodes
     }
 }
 
 /// What the connections of a structure fix for all poses.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct Reduction {
-    pub(super) parts: Vec<Part>,
+    pub(super) parts: Vec<Substructure>,
     /// Nodes of each element.
     pub(super) ends: Vec<[usize; 2]>,
     /// Plane of each element.
@@ -98,7 +98,7 @@ pub(super) struct YieldingHinge {
 
 /// A part that hangs on the rest by its two terminals.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub(super) struct Part {
+pub(super) struct Substructure {
     /// The plane that all its pieces share, if they are to be solved in it.
     pub(super) plane: Option<usize>,
     /// Node towards the end, at which its compliance is told.
@@ -107,7 +107,7 @@ pub(super) struct Part {
     pub(super) nodes: Vec<usize>,
     /// Planes of its pieces.
     pub(super) planes: Vec<usize>,
-    pub(super) program: Program,
+    pub(super) schedule: Schedule,
 }
 
 impl Reduction {
@@ -166,12 +166,12 @@ impl Reduction {
             let distinct = |all: &mut dyn Iterator<Item = usize>| -> Vec<usize> {
                 all.collect::<BTreeSet<usize>>().into_iter().collect()
             };
-            let part = Part {
+            let part = Substructure {
                 plane: plane_of(&run[0]).filter(|_| path == SolutionPath::Fastest),
                 far: graph.node(far)?,
                 nodes: distinct(&mut pieces.iter().flat_map(|&piece| nodes_of(piece))),
                 planes: distinct(&mut pieces.iter().map(|&piece| plane_of_piece(piece))),
-                program: Builder::build(run.iter())?,
+                schedule: Builder::build(run.iter())?,
             };
             let name = |node: usize| structure.nodes[node].name.to_string();
             let eliminated = |op: &&Op| matches!(op, Op::Eliminate { .. });
@@ -180,7 +180,7 @@ impl Reduction {
                 to: name(part.far),
                 elements,
                 yielding_joints: pieces.len() - elements,
-                eliminated_nodes: part.program.ops.iter().filter(eliminated).count(),
+                eliminated_nodes: part.schedule.ops.iter().filter(eliminated).count(),
                 planar: part.plane.is_some(),
                 operations: operations(&part),
             });
