@@ -68,7 +68,7 @@ impl<'a> MultiPosePredictor<'a> {
         let model = MechanismModel::new(robot, mechanism, joints, theory, &unit)?;
         let simd = model.reduction(SolutionPath::Fastest).map(|reduction| {
             let set = InstructionSet::for_poses(pose_count);
-            let simd = simd_poses(set, &model, &reduction, pose_count);
+            let simd = simd_poses(set, &model, &reduction, pose_count, true);
             (reduction, simd)
         });
         Ok(Self {

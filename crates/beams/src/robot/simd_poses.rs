@@ -39,21 +39,33 @@ pub(super) trait SimdPoses: std::fmt::Debug + Send {
     fn reused_parts(&self) -> u64;
 }
 
-/// Room for a number of poses in registers of an instruction set.
+/// Room for a number of poses in registers of an instruction set; `derivatives` if they will be asked for.
 pub(super) fn simd_poses(
     set: InstructionSet,
     model: &MechanismModel<'_>,
     reduction: &Reduction,
     pose_count: usize,
+    derivatives: bool,
 ) -> Box<dyn SimdPoses> {
+    macro_rules! bundles {
+        ($simd:expr) => {
+            Box::new(Bundles::new(
+                $simd,
+                model,
+                reduction,
+                pose_count,
+                derivatives,
+            ))
+        };
+    }
     match set {
-        InstructionSet::Plain(set) => Box::new(Bundles::new(set, model, reduction, pose_count)),
+        InstructionSet::Plain(simd) => bundles!(simd),
         #[cfg(target_arch = "aarch64")]
-        InstructionSet::Neon(set) => Box::new(Bundles::new(set, model, reduction, pose_count)),
+        InstructionSet::Neon(simd) => bundles!(simd),
         #[cfg(target_arch = "x86_64")]
-        InstructionSet::Avx2(set) => Box::new(Bundles::new(set, model, reduction, pose_count)),
+        InstructionSet::Avx2(simd) => bundles!(simd),
         #[cfg(target_arch = "x86_64")]
-        InstructionSet::Avx512(set) => Box::new(Bundles::new(set, model, reduction, pose_count)),
+        InstructionSet::Avx512(simd) => bundles!(simd),
     }
 }
 
@@ -77,7 +89,13 @@ struct Bundles<S: Simd> {
 }
 
 impl<S: Simd> Bundles<S> {
-    fn new(simd: S, model: &MechanismModel<'_>, reduction: &Reduction, pose_count: usize) -> Self {
+    fn new(
+        simd: S,
+        model: &MechanismModel<'_>,
+        reduction: &Reduction,
+        pose_count: usize,
+        derivatives: bool,
+    ) -> Self {
         let (robot, zero) = (model.robot(), Lane::zero(simd));
         let placed = Placed::new(simd, model.nodes().len(), robot.planes.len());
         Self {
@@ -89,7 +107,7 @@ impl<S: Simd> Bundles<S> {
             placement: Placement::new(robot, zero),
             placed: vec![placed; pose_count.div_ceil(Lane::<S>::COUNT)],
             solved: 0,
-            reducer: Reducer::new(simd, reduction),
+            reducer: Reducer::new(simd, reduction, derivatives),
             gradient: [[[zero; 4]; 3]; 2],
         }
     }

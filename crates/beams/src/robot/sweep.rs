@@ -184,7 +184,7 @@ impl<'a> PoseSweep<'a> {
 
     fn simd(&self, set: InstructionSet, pose_count: usize) -> Option<Box<dyn SimdPoses>> {
         let reduction = self.reduction.as_ref()?;
-        Some(simd_poses(set, &self.model, reduction, pose_count))
+        Some(simd_poses(set, &self.model, reduction, pose_count, false))
     }
 
     fn chunk(

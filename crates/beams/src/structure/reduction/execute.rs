@@ -21,7 +21,7 @@ pub(super) struct Memory<S: Simd, const N: usize, const H: usize> {
     slots: Vec<Aligned<[Block<S, N>; H]>>,
     /// Panels of the node at its turn, not yet divided by D.
     undivided: Vec<Aligned<[Block<S, N>; H]>>,
-    /// What each matrix carries, or how it moves, under the loads followed last.
+    /// What each matrix carries, or how it moves, under the loads followed last; empty if loads are never followed.
     states: Vec<Aligned<States<S, N, H>>>,
 }
 
@@ -36,13 +36,18 @@ pub(super) trait Carriers<S: Simd, const N: usize, const H: usize> {
 }
 
 impl<S: Simd, const N: usize, const H: usize> Memory<S, N, H> {
-    pub(super) fn new(simd: S, schedule: &Schedule) -> Self {
+    /// # Arguments
+    /// - `follow`: whether loads are to be followed.
+    pub(super) fn new(simd: S, schedule: &Schedule, follow: bool) -> Self {
         let zero = Lane::zero(simd);
         let zeros = Aligned([[[zero; N]; N]; H]);
         Self {
             slots: vec![zeros; schedule.slot_count],
             undivided: vec![zeros; schedule.widest],
-            states: vec![Aligned([[[zero; N]; LOADS]; H]); schedule.slot_count],
+            states: vec![
+                Aligned([[[zero; N]; LOADS]; H]);
+                if follow { schedule.slot_count } else { 0 }
+            ],
         }
     }
 
@@ -54,6 +59,7 @@ impl<S: Simd, const N: usize, const H: usize> Memory<S, N, H> {
         members: &mut M,
         worst: &mut Lane<S>,
     ) -> &[Block<S, N>; H] {
+        let keep_factors = !self.states.is_empty();
         for op in &schedule.ops {
             match *op {
                 Op::Piece {
@@ -71,7 +77,9 @@ impl<S: Simd, const N: usize, const H: usize> Memory<S, N, H> {
                     for half in 0..H {
                         let mut block = self.slots[from].0[half];
                         factorise(&mut block, worst);
-                        self.slots[from].0[half] = block;
+                        if keep_factors {
+                            self.slots[from].0[half] = block;
+                        }
                         add(&mut self.slots[into].0[half], fresh, &inverse(&block));
                     }
                 }
@@ -94,7 +102,9 @@ impl<S: Simd, const N: usize, const H: usize> Memory<S, N, H> {
                     for half in 0..H {
                         let mut block = self.slots[diagonal].0[half];
                         factorise(&mut block, worst);
-                        self.slots[diagonal].0[half] = block;
+                        if keep_factors {
+                            self.slots[diagonal].0[half] = block;
+                        }
                         for (&panel, undivided) in panels.iter().zip(&mut self.undivided) {
                             let panel = &mut self.slots[panel].0[half];
                             reduce(&block, panel, &mut undivided.0[half]);

@@ -18,7 +18,7 @@ use stiffbench_numeric::lanes::{Aligned, Kernel, Lane, Number, cross, run, subtr
 pub(crate) type GroupGradient<S> = [[Lane<S>; 4]; 3];
 
 impl<S: Simd> Reducer<S> {
-    /// Derivatives of the compliance solved last, by group of elements.
+    /// Derivatives of the compliance solved last, by group of elements, by a reducer made for them.
     ///
     /// # Arguments
     /// - `groups`: of each element.

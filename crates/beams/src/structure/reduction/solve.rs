@@ -83,11 +83,13 @@ pub(super) struct Solution<S: Simd> {
 }
 
 impl<S: Simd> Reducer<S> {
-    pub(crate) fn new(simd: S, reduction: &Reduction) -> Self {
+    /// # Arguments
+    /// - `derivatives`: whether [`Reducer::differentiate`] will be called.
+    pub(crate) fn new(simd: S, reduction: &Reduction, derivatives: bool) -> Self {
         let zero = Lane::zero(simd);
         let state = |part: &Substructure| SubstructureState {
-            planar: Memory::new(simd, &part.schedule),
-            spatial: Memory::new(simd, &part.schedule),
+            planar: Memory::new(simd, &part.schedule, derivatives),
+            spatial: Memory::new(simd, &part.schedule, derivatives),
             stood: Vec::with_capacity(part.nodes.len() + part.planes.len()),
             solution: Solution {
                 compliance: [[zero; 6]; 6],

@@ -128,7 +128,7 @@ impl Together<'_> {
         let reduced = Reduction::of(model, self.planes, self.hinge_planes, self.path);
         let mut reduction = reduced.unwrap();
         assert!(reduction.rate(model, |_| [1.0; 4]));
-        let mut reducer = Reducer::new(simd, &reduction);
+        let mut reducer = Reducer::new(simd, &reduction, true);
         let groups: Vec<usize> = (0..model.elements.len()).map(|e| e % 2).collect();
         let (zero, one) = (Lane::zero(simd), Lane::one(simd));
         let units = [[one, zero, zero], [zero, one, zero], [zero, zero, one]];
