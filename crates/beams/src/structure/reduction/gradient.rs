@@ -171,11 +171,9 @@ impl<S: Simd> Kernel for InSpace<'_, '_, S> {
         see_in_space(part, placed, self.deep);
         let mut forces = [[[self.units[0][0]; 6]; 3]];
         for load in 0..3 {
-            let [force, moment] = carried_by(part, placed, self.sums.reduction, &self.units[load]);
-            for i in 0..3 {
-                forces[0][load][i] = force[i];
-                forces[0][load][3 + i] = moment[i];
-            }
+            let [[fx, fy, fz], [mx, my, mz]] =
+                carried_by(part, placed, self.sums.reduction, &self.units[load]);
+            forces[0][load] = [fx, fy, fz, mx, my, mz];
         }
         let mut carriers = DeepCarriers {
             nodes: self.deep,
