@@ -5,7 +5,7 @@
 //! The program is this crate; the parts it is made of are crates of their own in `crates/`, named here in the order in which data flow.
 //! Cargo holds which part may know which; `tests/architecture.rs` holds what Cargo cannot see.
 //!
-//! - `units-and-text`: [`quantity`], [`test_point`], [`source_text`], [`nearest`], [`clock`]. Units at the edges, pose and direction, places in
+//! - `units-and-text`: [`quantity`], [`test_point`], [`source_text`], [`toml_text`], [`nearest`], [`clock`]. Units at the edges, pose and direction, places in
 //!   texts, the name that was meant, time.
 //! - `numeric`: [`vector`], [`statistics`], [`reported`], [`least_squares`]. Parameters, minima and what they are worth.
 //! - `gauges`: [`instrument`]. Bytes on a serial line to samples, and emulated gauges that send them. Has never heard of poses.
@@ -37,4 +37,4 @@ pub use stiffbench_measurement::{procedure, readings, specimen, stiffness};
 pub use stiffbench_numeric::{least_squares, reported, statistics, vector};
 pub use stiffbench_session as session;
 pub use stiffbench_simulation as bench;
-pub use stiffbench_units_and_text::{clock, nearest, quantity, source_text, test_point};
+pub use stiffbench_units_and_text::{clock, nearest, quantity, source_text, test_point, toml_text};

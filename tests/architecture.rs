@@ -20,6 +20,7 @@ const MAY_IMPORT: &[(&str, &str, &[&str])] = &[
     ("crates/units-and-text/src", "clock", &[]),
     ("crates/units-and-text/src", "nearest", &[]),
     ("crates/units-and-text/src", "source_text", &[]),
+    ("crates/units-and-text/src", "toml_text", &["source_text", "nearest", "quantity"]),
     ("crates/units-and-text/src", "quantity", &[]),
     ("crates/units-and-text/src", "test_point", &["quantity"]),
     ("crates/beams/src", "structure", &[]),

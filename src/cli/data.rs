@@ -235,12 +235,7 @@ fn session_header(
     })?;
     let name = path.display().to_string();
     let read = SessionHeader::from_toml(&name, &text)?;
-    warnings.extend(read.unknown_keys.iter().map(|key| {
-        format!(
-            "{name}:{}: key `{}` is not known and was not used",
-            key.line, key.key
-        )
-    }));
+    warnings.extend(read.unknown_keys.iter().map(|key| key.warning(&name)));
     Ok(Some(read.header))
 }
 

@@ -9,6 +9,7 @@ use crate::robot::{FittingFactors, Robot};
 use crate::shipped::{shipped_robot, shipped_robots};
 use crate::source_text::SourceText;
 use crate::test_point::PoseId;
+use crate::toml_text::{TomlError, read_types};
 
 use super::args::ModelArgs;
 use super::data::Session;
@@ -156,12 +157,11 @@ fn factor_set(robot: &Robot, name: &str, folder: &Path) -> Result<FittingFactors
         path: path.clone(),
         source,
     })?;
-    let wrong = |problem: String| CliError::Factors {
-        file: name.to_owned(),
-        problem,
-    };
-    let entry: crate::robot::file::FactorsEntry =
-        toml::from_str(&text).map_err(|error| wrong(error.message().to_owned()))?;
+    let entry: crate::robot::file::FactorsEntry = read_types(&SourceText::new(name, text))
+        .map_err(|TomlError(error)| CliError::Factors {
+            file: error.place(),
+            problem: error.problem.to_string(),
+        })?;
     let class = |entry: crate::robot::file::FactorEntry| [entry.area, entry.iy, entry.iz, entry.j];
     let factors = FittingFactors {
         beam: class(entry.beam),
@@ -173,7 +173,9 @@ fn factor_set(robot: &Robot, name: &str, folder: &Path) -> Result<FittingFactors
         .chain(&factors.link)
         .any(|factor| !(factor.is_finite() && *factor > 0.0))
     {
-        return Err(wrong("every factor must be a number above zero".to_owned()).into());
+        let problem = "every factor must be a number above zero".to_owned();
+        let file = name.to_owned();
+        return Err(CliError::Factors { file, problem }.into());
     }
     Ok(factors)
 }

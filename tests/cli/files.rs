@@ -169,7 +169,7 @@ fn a_session_freezes_the_procedure_it_followed() {
     assert!(ran.stdout.contains("procedure mine"), "{}", ran.stdout);
     assert!(
         ran.stderr
-            .contains("mine.toml: line 6: key `hold_s` is not known"),
+            .contains("mine.toml:6:1: key `hold_s` is not known"),
         "{}",
         ran.stderr
     );

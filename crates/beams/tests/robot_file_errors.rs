@@ -15,23 +15,10 @@ fn parse(text: &str) -> Result<Robot, RobotError> {
 /// Line, column, message and help of the error in a text.
 fn error_in(text: &str) -> (usize, usize, String, String) {
     match parse(text) {
-        Err(error @ RobotError::File { .. }) => {
-            let help = error
-                .help()
-                .map(|help| help.to_string())
-                .unwrap_or_default();
-            let RobotError::File {
-                file,
-                line,
-                column,
-                problem,
-                ..
-            } = error
-            else {
-                unreachable!()
-            };
-            assert_eq!(file, "arm.toml");
-            (line, column, problem.to_string(), help)
+        Err(RobotError::File(error)) => {
+            assert_eq!(error.file, "arm.toml");
+            let help = error.help.unwrap_or_default();
+            (error.line, error.column, error.problem.to_string(), help)
         }
         other => panic!("{other:?}"),
     }

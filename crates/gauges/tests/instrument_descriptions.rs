@@ -246,7 +246,7 @@ fn errors_say_where_what_and_what_to_do() {
     for (find, replacement, words) in MISTAKES {
         let error =
             InstrumentDescription::parse(&with(find, replacement), "my-gauge.toml").unwrap_err();
-        let text = format!("{error} {}", error.help);
+        let text = format!("{error} {}", error.help.as_deref().unwrap_or_default());
         assert!(text.starts_with("my-gauge.toml:"), "{text}");
         for word in words {
             assert!(text.contains(word), "{word} is not in {text}");

@@ -4,8 +4,11 @@ use std::collections::BTreeMap;
 
 use miette::Diagnostic;
 use thiserror::Error;
+use toml::de::DeValue;
 
 use stiffbench_units_and_text::nearest::nearest;
+use stiffbench_units_and_text::source_text::SourceText;
+use stiffbench_units_and_text::toml_text::{Document, Table, TomlError};
 
 use super::operator::{Answer, Prompt};
 
@@ -100,7 +103,7 @@ pub enum AnswersError {
         )
     )]
     File {
-        /// The file.
+        /// The file, with line and column.
         file: String,
         /// What is wrong.
         problem: String,
@@ -129,51 +132,46 @@ pub enum AnswersError {
     },
 }
 
+impl From<TomlError> for AnswersError {
+    fn from(TomlError(error): TomlError) -> Self {
+        Self::File {
+            file: error.place(),
+            problem: error.problem.to_string(),
+        }
+    }
+}
+
 impl Answers {
     /// Reads an answers file. Tables count as names with a point: `[setup]` with `"P1.x" = true` answers `setup.P1.x`.
     ///
     /// # Errors
     /// [`AnswersError`].
     pub fn parse(file: &str, text: &str) -> Result<Self, AnswersError> {
-        let wrong = |problem: String| AnswersError::File {
-            file: file.to_owned(),
-            problem,
-        };
-        let mut table: toml::Table =
-            toml::from_str(text).map_err(|error| wrong(error.message().to_owned()))?;
-        match table.remove("schema") {
-            Some(toml::Value::String(schema)) if schema == ANSWERS_SCHEMA => {}
-            found => {
-                let found = found.map_or("nothing".to_owned(), |found| found.to_string());
-                let problem = format!("`schema` is {found}, expected \"{ANSWERS_SCHEMA}\"");
-                return Err(wrong(problem));
-            }
-        }
+        let source = SourceText::new(file, text);
+        let document = Document::parse(&source)?;
+        document.root().check_schema(ANSWERS_SCHEMA, true)?;
         let mut answers = Self::default();
-        answers.take(file, "", table)?;
+        answers.take("", &document.root())?;
         Ok(answers)
     }
 
-    fn take(&mut self, file: &str, above: &str, table: toml::Table) -> Result<(), AnswersError> {
-        for (key, value) in table {
+    fn take(&mut self, above: &str, table: &Table<'_>) -> Result<(), AnswersError> {
+        for (key, span, value) in table.entries() {
             let name = format!("{above}{key}");
-            let answer = match value {
-                toml::Value::Table(table) => {
-                    self.take(file, &format!("{name}."), table)?;
+            let answer = match value.parsed() {
+                _ if name == "schema" => continue,
+                DeValue::Table(_) => {
+                    self.take(&format!("{name}."), &value.table()?)?;
                     continue;
                 }
-                toml::Value::Boolean(yes) => Answer::Yes(yes),
-                toml::Value::Integer(number) => Answer::Number(number as f64),
-                toml::Value::Float(number) => Answer::Number(number),
-                toml::Value::String(text) => Answer::Text(text),
-                toml::Value::Datetime(_) | toml::Value::Array(_) => {
-                    return Err(AnswersError::File {
-                        file: file.to_owned(),
-                        problem: format!("`{name}` is neither text, number, true nor false"),
-                    });
-                }
+                DeValue::Boolean(yes) => Answer::Yes(*yes),
+                DeValue::Integer(_) | DeValue::Float(_) => Answer::Number(value.number()?),
+                DeValue::String(text) => Answer::Text(text.to_string()),
+                _ => return Err(value.wrong("a text, a number, true or false").into()),
             };
-            self.insert(file, &name, answer)?;
+            let (line, column) = table.source().line_and_column(span.start);
+            let place = format!("{}:{line}:{column}", table.source().name);
+            self.insert(&place, &name, answer)?;
         }
         Ok(())
     }

@@ -3,6 +3,7 @@
 //! - [`quantity`]: units where bytes, files and people enter;
 //! - [`test_point`]: where in the experiment a number belongs: pose, direction, branch;
 //! - [`source_text`]: texts whose errors have places;
+//! - [`toml_text`]: TOML with the place of every key and value;
 //! - [`nearest`]: the name that was meant;
 //! - [`clock`]: time, which a test can make its own.
 
@@ -11,3 +12,4 @@ pub mod nearest;
 pub mod quantity;
 pub mod source_text;
 pub mod test_point;
+pub mod toml_text;

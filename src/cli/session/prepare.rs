@@ -40,11 +40,7 @@ pub(super) fn instrument_records(
     };
     let name = path.display().to_string();
     let read = SessionHeader::from_toml(&name, &read_text(path)?)?;
-    let unknown = read.unknown_keys.iter();
-    let warnings = unknown.map(|key| {
-        let (line, key) = (key.line, &key.key);
-        format!("{name}:{line}: key `{key}` is not known and was not used")
-    });
+    let warnings = read.unknown_keys.iter().map(|key| key.warning(&name));
     Ok((read.header.instruments, warnings.collect()))
 }
 

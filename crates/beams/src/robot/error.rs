@@ -1,34 +1,19 @@
 //! What can be wrong with a robot file, a pose or a choice of mechanism.
 
-use miette::{NamedSource, SourceSpan};
+use std::fmt::Display;
 
-use stiffbench_units_and_text::source_text::SourceText;
+use miette::Diagnostic;
+
+use stiffbench_units_and_text::source_text::{PlacedError, SourceText};
+use stiffbench_units_and_text::toml_text::TomlProblem;
 
 /// Errors of the robot stage.
 #[derive(Debug, thiserror::Error, miette::Diagnostic)]
 pub enum RobotError {
     /// The text of a robot file is wrong at one place.
-    #[error("{file}:{line}:{column}: {problem}")]
-    #[diagnostic(code(stiffbench::robot::file))]
-    File {
-        /// Name of the file.
-        file: String,
-        /// Line, from 1.
-        line: usize,
-        /// Column in characters, from 1.
-        column: usize,
-        /// What is wrong.
-        problem: Box<RobotProblem>,
-        /// What to do about it.
-        #[help]
-        help: Option<String>,
-        /// The text, for quoting.
-        #[source_code]
-        source_text: std::sync::Arc<NamedSource<String>>,
-        /// The place.
-        #[label("here")]
-        span: SourceSpan,
-    },
+    #[error(transparent)]
+    #[diagnostic(transparent)]
+    File(PlacedError<RobotProblem>),
     /// A loop of the linkage cannot close in a pose.
     #[error(
         "pose {pose} cannot be reached: the loop that places node {node} does not close; its centres {first} and {second} are \
@@ -204,15 +189,18 @@ impl RobotError {
         problem: RobotProblem,
         help: Option<String>,
     ) -> Self {
-        let (line, column) = source.line_and_column(span.start);
-        Self::File {
-            file: source.name.clone(),
-            line,
-            column,
-            problem: Box::new(problem),
-            help,
-            source_text: std::sync::Arc::new(source.named_source()),
-            span: span.into(),
-        }
+        Self::File(PlacedError::new(source, span, problem).with_help(help))
+    }
+}
+
+impl Diagnostic for RobotProblem {
+    fn code<'a>(&'a self) -> Option<Box<dyn Display + 'a>> {
+        Some(Box::new("stiffbench::robot::file"))
+    }
+}
+
+impl From<TomlProblem> for RobotProblem {
+    fn from(problem: TomlProblem) -> Self {
+        Self::Syntax(problem.to_string())
     }
 }

@@ -9,7 +9,7 @@ use std::collections::BTreeMap;
 use schemars::JsonSchema;
 use serde::Deserialize;
 
-use stiffbench_units_and_text::source_text::remove_null;
+use stiffbench_units_and_text::toml_text::remove_null;
 
 use super::expression::Expression;
 use super::shapes::{exactly, exactly_if_given};

@@ -8,7 +8,7 @@ use schemars::JsonSchema;
 use serde::Deserialize;
 
 use crate::Channel;
-use stiffbench_units_and_text::source_text::remove_null;
+use stiffbench_units_and_text::toml_text::remove_null;
 
 use super::entries::{FieldEntry, RegistersEntry};
 use super::words::{ReplyMeaning, SignMeaning, Status, Trouble, UnitSource};

@@ -1,13 +1,11 @@
 //! From the text of an instrument description to the description.
 
-use serde_json::Value;
-
-use stiffbench_units_and_text::nearest::nearest;
-use stiffbench_units_and_text::source_text::{SourceText, Step, UnknownKey};
+use stiffbench_units_and_text::source_text::SourceText;
+use stiffbench_units_and_text::toml_text::{Step, read};
 
 use super::InstrumentDescription;
 use super::compile::compile;
-use super::file::{DescriptionFile, SCHEMA, json_schema};
+use super::file::{DescriptionFile, SCHEMA};
 use super::problem::{DescriptionError, DescriptionProblem};
 
 /// A step into a file that is kept.
@@ -64,17 +62,9 @@ impl InstrumentDescription {
     /// # Errors
     /// A text that is not TOML, not a description or a newer one, or in which something cannot be: with file, line, key, value and what to do.
     pub fn parse(text: &str, source_name: &str) -> Result<(Self, Vec<String>), DescriptionError> {
-        let text = text.strip_prefix('\u{feff}').unwrap_or(text);
         let source = SourceText::new(source_name, text);
-        let (file, unknown) = source.read_toml::<DescriptionFile>().map_err(|problem| {
-            schema_problem(&source, None).unwrap_or_else(|| {
-                DescriptionError::at(
-                    &source,
-                    problem.span,
-                    DescriptionProblem::Syntax(problem.message),
-                )
-            })
-        })?;
+        let (file, unknown) = read::<DescriptionFile>(&source)
+            .map_err(|error| schema_problem(&source, None).unwrap_or_else(|| error.into()))?;
         if let Some(error) = schema_problem(&source, Some(&file.schema)) {
             return Err(error);
         }
@@ -87,9 +77,9 @@ impl InstrumentDescription {
                     Place::Index(index) => Step::Index(*index),
                 })
                 .collect();
-            DescriptionError::at(&source, source.toml_span(&path), misplaced.problem)
+            DescriptionError::new(&source, source.toml_span(&path), misplaced.problem)
         })?;
-        let warnings = unknown.iter().map(|key| unknown_key(source_name, key));
+        let warnings = unknown.iter().map(|key| key.warning(source_name));
         Ok((description, warnings.collect()))
     }
 }
@@ -109,30 +99,6 @@ fn schema_problem(source: &SourceText, read: Option<&str>) -> Option<Description
             found: found.to_owned(),
             known: SCHEMA,
         };
-        DescriptionError::at(source, span.clone(), problem)
+        DescriptionError::new(source, span.clone(), problem)
     })
-}
-
-fn unknown_key(file: &str, unknown: &UnknownKey) -> String {
-    let last = unknown.key.rsplit('.').next().unwrap_or(&unknown.key);
-    let mut keys = Vec::new();
-    collect_keys(&json_schema(), &mut keys);
-    let advice = nearest(last, keys.iter().map(String::as_str))
-        .map_or_else(String::new, |near| format!("; is `{near}` meant?"));
-    format!(
-        "{file}:{}:{}: key `{}` is not known and was not used{advice}",
-        unknown.line, unknown.column, unknown.key
-    )
-}
-
-/// All keys of a schema.
-fn collect_keys(schema: &Value, keys: &mut Vec<String>) {
-    if let Some(properties) = schema.get("properties").and_then(Value::as_object) {
-        keys.extend(properties.keys().cloned());
-    }
-    match schema {
-        Value::Object(object) => object.values().for_each(|part| collect_keys(part, keys)),
-        Value::Array(parts) => parts.iter().for_each(|part| collect_keys(part, keys)),
-        _ => {}
-    }
 }

@@ -1,50 +1,15 @@
 //! What can be wrong with an instrument description.
 
-use std::ops::Range;
-use std::sync::Arc;
+use std::fmt::Display;
 
-use miette::{Diagnostic, NamedSource, SourceSpan};
+use miette::Diagnostic;
 use thiserror::Error;
 
-use stiffbench_units_and_text::source_text::SourceText;
+use stiffbench_units_and_text::source_text::PlacedError;
+use stiffbench_units_and_text::toml_text::TomlProblem;
 
 /// Why a description cannot be used; shows the place in the file.
-#[derive(Debug, Error, Diagnostic)]
-#[error("{file}:{line}:{column}: {problem}")]
-#[diagnostic(code(stiffbench::instrument::description))]
-pub struct DescriptionError {
-    /// The file, or the name of a shipped description.
-    pub file: String,
-    /// Line, from 1.
-    pub line: usize,
-    /// Column in characters, from 1.
-    pub column: usize,
-    /// What is wrong.
-    pub problem: Box<DescriptionProblem>,
-    /// What to do about it.
-    #[help]
-    pub help: String,
-    #[source_code]
-    source_text: Arc<NamedSource<String>>,
-    #[label("here")]
-    span: SourceSpan,
-}
-
-impl DescriptionError {
-    /// A problem at a place of a text.
-    pub(super) fn at(source: &SourceText, span: Range<usize>, problem: DescriptionProblem) -> Self {
-        let (line, column) = source.line_and_column(span.start);
-        Self {
-            file: source.name.clone(),
-            line,
-            column,
-            help: problem.help(),
-            problem: Box::new(problem),
-            source_text: Arc::new(source.named_source()),
-            span: span.into(),
-        }
-    }
-}
+pub type DescriptionError = PlacedError<DescriptionProblem>;
 
 /// What is wrong with a description.
 #[derive(Debug, Clone, PartialEq, Error)]
@@ -90,8 +55,24 @@ pub enum DescriptionProblem {
     },
 }
 
+impl From<TomlProblem> for DescriptionProblem {
+    fn from(problem: TomlProblem) -> Self {
+        Self::Syntax(problem.to_string())
+    }
+}
+
+impl Diagnostic for DescriptionProblem {
+    fn code<'a>(&'a self) -> Option<Box<dyn Display + 'a>> {
+        Some(Box::new("stiffbench::instrument::description"))
+    }
+
+    fn help<'a>(&'a self) -> Option<Box<dyn Display + 'a>> {
+        Some(Box::new(self.advice()))
+    }
+}
+
 impl DescriptionProblem {
-    fn help(&self) -> String {
+    fn advice(&self) -> String {
         match self {
             Self::Syntax(_) => {
                 "docs/instrument-description.md lists the keys; copy a line of a shipped description (stiffbench instrument show NAME)"

@@ -4,6 +4,7 @@ use serde::Deserialize;
 
 use crate::Channel;
 use stiffbench_units_and_text::source_text::SourceText;
+use stiffbench_units_and_text::toml_text::{TomlError, read_types};
 
 use super::fault::Fault;
 use super::fault_entry::Entry;
@@ -124,13 +125,10 @@ impl FaultScript {
     /// # Errors
     /// [`FaultScriptError`] for a text that is no fault script, or a fault that cannot be.
     pub fn parse(source: &SourceText) -> Result<Self, FaultScriptError> {
-        let file: File = toml::from_str(&source.text).map_err(|error| {
-            let offset = error.span().map_or(0, |span| span.start);
-            FaultScriptError::File {
-                file: source.name.clone(),
-                line: source.line_and_column(offset).0,
-                problem: error.message().to_owned(),
-            }
+        let file: File = read_types(source).map_err(|TomlError(error)| FaultScriptError::File {
+            file: error.file,
+            line: error.line,
+            problem: error.problem.to_string(),
         })?;
         if file.schema != FAULT_SCHEMA {
             return Err(FaultScriptError::Schema {

@@ -7,6 +7,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::Channel;
 use stiffbench_units_and_text::source_text::SourceText;
+use stiffbench_units_and_text::toml_text::{TomlError, read};
 
 use super::identity::{PortIdentity, UsbIdentity};
 
@@ -72,9 +73,9 @@ pub enum BindingError {
         )
     )]
     Syntax {
-        /// The file.
+        /// The file, with line and column.
         file: String,
-        /// What is wrong, with line and column.
+        /// What is wrong.
         problem: String,
     },
     /// Another format.
@@ -126,19 +127,11 @@ impl Bindings {
     /// [`BindingError`] for what is no bindings file, a gauge without a port, two gauges on one.
     pub fn parse(source: &SourceText) -> Result<(Self, Vec<String>), BindingError> {
         let file = source.name.clone();
-        let syntax = |problem: String| BindingError::Syntax {
-            file: file.clone(),
-            problem,
-        };
-        let document =
-            toml::Deserializer::parse(&source.text).map_err(|error| syntax(error.to_string()))?;
-        let mut warnings = Vec::new();
-        let bindings: Self = serde_ignored::deserialize(document, |key| {
-            warnings.push(format!(
-                "{file}: the key {key} means nothing and is not used"
-            ));
-        })
-        .map_err(|error: toml::de::Error| syntax(error.to_string()))?;
+        let (bindings, unknown) =
+            read::<Self>(source).map_err(|TomlError(error)| BindingError::Syntax {
+                file: error.place(),
+                problem: error.problem.to_string(),
+            })?;
         if bindings.schema != BINDINGS_SCHEMA {
             return Err(BindingError::Schema {
                 file,
@@ -146,7 +139,8 @@ impl Bindings {
             });
         }
         bindings.check(&file)?;
-        Ok((bindings, warnings))
+        let warnings = unknown.iter().map(|key| key.warning(&file));
+        Ok((bindings, warnings.collect()))
     }
 
     fn check(&self, file: &str) -> Result<(), BindingError> {
@@ -311,7 +305,7 @@ mod tests {
         let (bindings, warnings) = parse(odd).unwrap();
         assert_eq!(
             warnings,
-            ["bench.toml: the key colour means nothing and is not used"]
+            ["bench.toml:2:1: key `colour` is not known and was not used"]
         );
         let port = bindings.force.unwrap().port().unwrap();
         assert_eq!(port, PortIdentity::Path("/dev/x".to_owned()));

@@ -1,44 +1,26 @@
 //! What can be wrong with a procedure.
 
-use miette::{Diagnostic, NamedSource, SourceSpan};
+use miette::Diagnostic;
 use thiserror::Error;
 
-use crate::readings::SessionFileError;
+use stiffbench_units_and_text::source_text::PlacedError;
+use stiffbench_units_and_text::toml_text::TomlProblem;
 
-/// Why a procedure file cannot be followed; each shows the place in the file.
-#[derive(Debug, Error, Diagnostic)]
-pub enum ProcedureError {
-    /// Not TOML, not a procedure, or a value or unit of the wrong kind.
-    #[error("{file}: {problem}")]
-    #[diagnostic(forward(problem), code(stiffbench::procedure::file))]
-    File {
-        /// The file.
-        file: String,
-        /// What is wrong, with its line.
-        problem: Box<SessionFileError>,
-    },
-    /// Every value can be read, but the plan they make cannot be followed.
-    #[error("{file}: line {line}: {problem}")]
-    #[diagnostic(forward(problem))]
-    Plan {
-        /// The file.
-        file: String,
-        /// Line, from 1.
-        line: usize,
-        /// What is wrong.
-        problem: Box<ProcedureProblem>,
-        /// The text, for quoting.
-        #[source_code]
-        source_text: NamedSource<String>,
-        /// The place.
-        #[label("here")]
-        at: SourceSpan,
-    },
-}
+/// Why a procedure file cannot be followed; shows the place in the file.
+pub type ProcedureError = PlacedError<ProcedureProblem>;
 
 /// Why a plan cannot be followed.
 #[derive(Debug, Clone, PartialEq, Error, Diagnostic)]
 pub enum ProcedureProblem {
+    /// Not TOML, not a procedure, or a value or unit of the wrong kind.
+    #[error("{problem}")]
+    #[diagnostic(code(stiffbench::procedure::file), help("{help}"))]
+    File {
+        /// What is wrong.
+        problem: TomlProblem,
+        /// What to do about it.
+        help: String,
+    },
     /// A list with nothing in it.
     #[error("`{key}` lists nothing")]
     #[diagnostic(
@@ -165,6 +147,7 @@ impl ProcedureProblem {
     #[must_use]
     pub fn key(&self) -> &'static str {
         match self {
+            Self::File { .. } => "schema",
             Self::Empty { key }
             | Self::Twice { key, .. }
             | Self::NotFinite { key, .. }
@@ -174,6 +157,16 @@ impl ProcedureProblem {
             Self::OnlyZero => "loads",
             Self::Holds { .. } => "holds",
             Self::ZeroOfRunsAtLoad => "zero",
+        }
+    }
+}
+
+impl From<TomlProblem> for ProcedureProblem {
+    fn from(problem: TomlProblem) -> Self {
+        let help = problem.help().map(|help| help.to_string());
+        Self::File {
+            help: help.unwrap_or_default(),
+            problem,
         }
     }
 }

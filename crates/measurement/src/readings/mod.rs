@@ -23,7 +23,6 @@ mod session_file;
 mod session_toml;
 mod since_zero;
 mod table;
-mod toml_section;
 mod toml_values;
 mod write;
 
@@ -38,7 +37,7 @@ pub use reading::{Reading, ReadingText, Status};
 pub use rows::Delimiter;
 pub use session_file::{
     Environment, InstrumentRecord, Instruments, LoadOrder, ProcedureRecord, ReadSession,
-    RepeatOrder, SESSION_SCHEMA, SessionFileError, SessionHeader, SettleRecord, UnknownKey,
+    RepeatOrder, SESSION_SCHEMA, SessionFileError, SessionFileProblem, SessionHeader, SettleRecord,
     ZeroScope,
 };
 pub use since_zero::SinceZero;

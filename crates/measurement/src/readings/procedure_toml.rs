@@ -1,12 +1,16 @@
 //! Procedures as TOML: a file of its own, or the table frozen in a session's header.
 
-use toml::{Table, Value};
+use toml::Table;
 
-use super::session_file::{ProcedureRecord, SessionFileError, SettleRecord, UnknownKey};
-use super::toml_section::{Section, Source, parse};
-use super::toml_values::{decimal, put, put_list, put_number, put_text, seed, word, words};
+use super::session_file::{ProcedureRecord, SettleRecord};
+use super::toml_values::{
+    decimal, one_of, put, put_list, put_number, put_text, quantities, quantity, rate, seed, word,
+    words,
+};
 use stiffbench_units_and_text::quantity::Kind;
+use stiffbench_units_and_text::source_text::SourceText;
 use stiffbench_units_and_text::test_point::PoseId;
+use stiffbench_units_and_text::toml_text::{self, Document, Read, UnknownKey, Value};
 
 /// The schema of procedures that is written, and the newest that is read.
 pub const PROCEDURE_SCHEMA: &str = "stiffbench/procedure/1";
@@ -16,21 +20,12 @@ impl ProcedureRecord {
     ///
     /// Every key but `schema` may be absent. Quantities may have any unit of their kind behind the last underscore of the key.
     ///
-    /// # Arguments
-    /// - `source`: the name of the file, for messages.
-    /// - `text`: its text.
-    ///
     /// # Errors
-    /// [`SessionFileError`] with the place in the file: not TOML, no or another or a newer schema, a value or a unit of the wrong kind.
-    pub fn from_toml(
-        source: &str,
-        text: &str,
-    ) -> Result<(Self, Vec<UnknownKey>), SessionFileError> {
-        let source = Source::new(source, text);
-        let document = parse(&source, text)?;
+    /// With the place in the file: not TOML, no or another or a newer schema, a value or a unit of the wrong kind.
+    pub(crate) fn from_toml(source: &SourceText) -> Read<(Self, Vec<UnknownKey>)> {
+        let document = Document::parse(source)?;
         let mut unknown = Vec::new();
-        let root = Section::root(&source, document.get_ref());
-        let record = read_procedure(root, true, &mut unknown)?;
+        let record = read_procedure(&document.root(), true, &mut unknown)?;
         unknown.sort_by_key(|unknown| unknown.line);
         Ok((record, unknown))
     }
@@ -44,50 +39,57 @@ impl ProcedureRecord {
 
 /// The procedure of a table: that of a session's header, or a procedure file itself.
 pub(super) fn read_procedure(
-    section: Section<'_>,
+    table: &toml_text::Table<'_>,
     must_say_what_it_is: bool,
     unknown: &mut Vec<UnknownKey>,
-) -> Result<ProcedureRecord, SessionFileError> {
-    section.check_schema(PROCEDURE_SCHEMA, must_say_what_it_is)?;
-    let poses = section.texts("poses")?;
+) -> Read<ProcedureRecord> {
+    table.check_schema(PROCEDURE_SCHEMA, must_say_what_it_is)?;
+    let procedure = ProcedureRecord {
+        name: table.read("name", Value::text_or_digits)?,
+        text: table.read("text", Value::text_or_digits)?,
+        poses: table.read_all("poses", |name| name.text().map(PoseId::new))?,
+        directions: table.read_all("directions", one_of)?,
+        loads_n: quantities(table, "loads", Kind::Force)?,
+        branches: table.read_all("branches", one_of)?,
+        repeats: table.read("repeats", Value::count)?,
+        repeat_order: table.read("repeat_order", one_of)?,
+        load_order: table.read("load_order", one_of)?,
+        seed: table.read("seed", Value::count)?,
+        zero: table.read("zero", one_of)?,
+        preload_n: quantity(table, "preload", Kind::Force)?,
+        holds_s: quantities(table, "holds", Kind::Time)?,
+        settle: read_settle(table, unknown)?,
+    };
+    unknown.extend(table.unknown());
+    Ok(procedure)
+}
+
+fn read_settle(table: &toml_text::Table<'_>, unknown: &mut Vec<UnknownKey>) -> Read<SettleRecord> {
     let mut settle = SettleRecord::default();
-    if let Some(table) = section.section("settle")? {
+    if let Some(table) = table.read("settle", Value::table)? {
         settle = SettleRecord {
-            force_tolerance_n: table.quantity("force_tolerance", Kind::Force)?,
-            dwell_s: table.quantity("dwell", Kind::Time)?,
-            spread_m: table.quantity("spread", Kind::Displacement)?,
-            slope_m_per_s: table.rate("slope", "_per_s", Kind::Displacement)?,
+            force_tolerance_n: quantity(&table, "force_tolerance", Kind::Force)?,
+            dwell_s: quantity(&table, "dwell", Kind::Time)?,
+            spread_m: quantity(&table, "spread", Kind::Displacement)?,
+            slope_m_per_s: rate(&table, "slope", "_per_s", Kind::Displacement)?,
         };
-        table.finish(unknown);
+        unknown.extend(table.unknown());
     }
     // Short headers have the tolerance without the table around it.
     if settle.force_tolerance_n.is_none() {
-        settle.force_tolerance_n = section.quantity("force_tolerance", Kind::Force)?;
+        settle.force_tolerance_n = quantity(table, "force_tolerance", Kind::Force)?;
     }
-    let procedure = ProcedureRecord {
-        name: section.text("name")?,
-        text: section.text("text")?,
-        poses: poses.iter().map(|name| PoseId::new(name)).collect(),
-        directions: section.words("directions")?,
-        loads_n: section.quantities("loads", Kind::Force)?,
-        branches: section.words("branches")?,
-        repeats: section.count("repeats")?,
-        repeat_order: section.word("repeat_order")?,
-        load_order: section.word("load_order")?,
-        seed: section.count("seed")?,
-        zero: section.word("zero")?,
-        preload_n: section.quantity("preload", Kind::Force)?,
-        holds_s: section.quantities("holds", Kind::Time)?,
-        settle,
-    };
-    section.finish(unknown);
-    Ok(procedure)
+    Ok(settle)
 }
 
 /// The procedure as a table, with everything that is known.
 pub(super) fn procedure_table(procedure: &ProcedureRecord) -> Table {
     let mut table = Table::new();
-    put(&mut table, "schema", Some(Value::from(PROCEDURE_SCHEMA)));
+    put(
+        &mut table,
+        "schema",
+        Some(toml::Value::from(PROCEDURE_SCHEMA)),
+    );
     put_text(&mut table, "name", procedure.name.as_ref());
     put_text(&mut table, "text", procedure.text.as_ref());
     let names = procedure.poses.iter().map(PoseId::as_str);
@@ -99,7 +101,11 @@ pub(super) fn procedure_table(procedure: &ProcedureRecord) -> Table {
         procedure.loads_n.iter().map(|n| decimal(*n, 0)),
     );
     put_list(&mut table, "branches", words(&procedure.branches));
-    put(&mut table, "repeats", procedure.repeats.map(Value::from));
+    put(
+        &mut table,
+        "repeats",
+        procedure.repeats.map(toml::Value::from),
+    );
     put(&mut table, "repeat_order", procedure.repeat_order.map(word));
     put(&mut table, "load_order", procedure.load_order.map(word));
     put(&mut table, "seed", procedure.seed.map(seed));
@@ -117,7 +123,7 @@ pub(super) fn procedure_table(procedure: &ProcedureRecord) -> Table {
         put_number(&mut inner, "dwell_s", settle.dwell_s, 0);
         put_number(&mut inner, "spread_um", settle.spread_m, 6);
         put_number(&mut inner, "slope_um_per_s", settle.slope_m_per_s, 6);
-        put(&mut table, "settle", Some(Value::Table(inner)));
+        put(&mut table, "settle", Some(toml::Value::Table(inner)));
     }
     table
 }

@@ -1,12 +1,14 @@
 //! What a session was: the header file `session.toml`, schema `stiffbench/session/1`.
 
-use std::sync::Arc;
+use std::fmt::Display;
 
 use jiff::civil::Date;
-use miette::{Diagnostic, NamedSource, SourceSpan};
+use miette::Diagnostic;
 use thiserror::Error;
 
+use stiffbench_units_and_text::source_text::PlacedError;
 use stiffbench_units_and_text::test_point::{Branch, Direction, PoseId};
+use stiffbench_units_and_text::toml_text::{TomlProblem, UnknownKey};
 
 /// The schema that is written, and the newest that is read.
 pub const SESSION_SCHEMA: &str = "stiffbench/session/1";
@@ -225,15 +227,6 @@ impl Word for Branch {
     const EXPECTED: &'static str = "\"loading\" or \"unloading\"";
 }
 
-/// A key of `session.toml` that means nothing here.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub struct UnknownKey {
-    /// The key with its tables, `procedure.settle.dwel_s`.
-    pub key: String,
-    /// Its line, from 1.
-    pub line: u32,
-}
-
 /// A header as read, with the keys that were not understood.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ReadSession {
@@ -243,141 +236,21 @@ pub struct ReadSession {
     pub unknown_keys: Vec<UnknownKey>,
 }
 
-/// Why a `session.toml` could not be read; each shows the place in the file.
-#[derive(Debug, Error, Diagnostic)]
-pub enum SessionFileError {
-    /// Not TOML.
-    #[error("line {line}: {message}")]
-    #[diagnostic(
-        code(stiffbench::session_file::syntax),
-        help("the file must be TOML: `key = value` lines under `[table]` headings")
-    )]
-    Syntax {
-        /// Line, from 1.
-        line: u32,
-        /// What the TOML reader says.
-        message: String,
-        /// The file.
-        #[source_code]
-        file: Arc<NamedSource<String>>,
-        /// The place.
-        #[label("here")]
-        at: SourceSpan,
-    },
-    /// The file does not say what it is.
-    #[error("no `schema`, expected `{expected}`")]
-    #[diagnostic(
-        code(stiffbench::session_file::no_schema),
-        help("start the file with: schema = \"{expected}\"")
-    )]
-    NoSchema {
-        /// What was expected.
-        expected: &'static str,
-        /// The file.
-        #[source_code]
-        file: Arc<NamedSource<String>>,
-    },
-    /// The file is something else.
-    #[error("line {line}: `{key}` is `{found}`, expected `{expected}`")]
-    #[diagnostic(
-        code(stiffbench::session_file::other_schema),
-        help("this file is not of the expected kind")
-    )]
-    OtherSchema {
-        /// Line, from 1.
-        line: u32,
-        /// The key.
-        key: String,
-        /// What it says.
-        found: String,
-        /// What was expected.
-        expected: &'static str,
-        /// The file.
-        #[source_code]
-        file: Arc<NamedSource<String>>,
-        /// The place.
-        #[label("here")]
-        at: SourceSpan,
-    },
-    /// The file is newer than this program.
-    #[error("line {line}: `{key}` is `{found}`, this program knows up to `{expected}`")]
-    #[diagnostic(
-        code(stiffbench::session_file::newer_schema),
-        help("read it with a newer version of stiffbench; the file was not changed")
-    )]
-    NewerSchema {
-        /// Line, from 1.
-        line: u32,
-        /// The key.
-        key: String,
-        /// What it says.
-        found: String,
-        /// The newest known.
-        expected: &'static str,
-        /// The file.
-        #[source_code]
-        file: Arc<NamedSource<String>>,
-        /// The place.
-        #[label("here")]
-        at: SourceSpan,
-    },
-    /// A value of another kind than belongs there.
-    #[error("line {line}: `{key}` is {found}, expected {expected}")]
-    #[diagnostic(
-        code(stiffbench::session_file::wrong_value),
-        help("correct the value, or leave the key out")
-    )]
-    WrongValue {
-        /// Line, from 1.
-        line: u32,
-        /// The key with its tables.
-        key: String,
-        /// What stands there.
-        found: String,
-        /// What belongs there.
-        expected: &'static str,
-        /// The file.
-        #[source_code]
-        file: Arc<NamedSource<String>>,
-        /// The place.
-        #[label("here")]
-        at: SourceSpan,
-    },
-    /// A key ends in a unit of another quantity, or in none.
-    #[error("line {line}: `{key}` has the unit `{unit}`, expected one of {accepted}")]
-    #[diagnostic(
-        code(stiffbench::session_file::wrong_unit),
-        help("the unit stands behind the last underscore of the key: range_N, resolution_um")
-    )]
-    WrongUnit {
-        /// Line, from 1.
-        line: u32,
-        /// The key with its tables.
-        key: String,
-        /// The unit found.
-        unit: String,
-        /// The units that would do.
-        accepted: &'static str,
-        /// The file.
-        #[source_code]
-        file: Arc<NamedSource<String>>,
-        /// The place.
-        #[label("here")]
-        at: SourceSpan,
-    },
-}
+/// Why a `session.toml` could not be read; shows the place in the file.
+pub type SessionFileError = PlacedError<SessionFileProblem>;
 
-impl SessionFileError {
-    /// The line the error is about, from 1.
-    #[must_use]
-    pub fn line(&self) -> Option<u32> {
-        match self {
-            Self::Syntax { line, .. }
-            | Self::OtherSchema { line, .. }
-            | Self::NewerSchema { line, .. }
-            | Self::WrongValue { line, .. }
-            | Self::WrongUnit { line, .. } => Some(*line),
-            Self::NoSchema { .. } => None,
-        }
+/// What is wrong with a `session.toml`.
+#[derive(Debug, Clone, PartialEq, Eq, Error)]
+#[error(transparent)]
+pub struct SessionFileProblem(#[from] pub TomlProblem);
+
+impl Diagnostic for SessionFileProblem {
+    fn code<'a>(&'a self) -> Option<Box<dyn Display + 'a>> {
+        let word = self.0.word();
+        Some(Box::new(format!("stiffbench::session_file::{word}")))
+    }
+
+    fn help<'a>(&'a self) -> Option<Box<dyn Display + 'a>> {
+        self.0.help()
     }
 }

@@ -1,15 +1,16 @@
 //! `session.toml` to a header and back.
 
-use toml::{Table, Value};
+use toml::Table;
 
 use super::procedure_toml::{procedure_table, read_procedure};
 use super::session_file::{
     Environment, InstrumentRecord, Instruments, ReadSession, SESSION_SCHEMA, SessionFileError,
-    SessionHeader, UnknownKey,
+    SessionHeader,
 };
-use super::toml_section::{Section, Source, parse};
-use super::toml_values::{date, put, put_number, put_text};
+use super::toml_values::{date, day, put, put_number, put_text, quantity};
 use stiffbench_units_and_text::quantity::Kind;
+use stiffbench_units_and_text::source_text::SourceText;
+use stiffbench_units_and_text::toml_text::{Document, Read, Table as Section, UnknownKey, Value};
 
 type Unknown = Vec<UnknownKey>;
 
@@ -26,26 +27,20 @@ impl SessionHeader {
     /// # Errors
     /// [`SessionFileError`] with the place in the file: not TOML, no or another or a newer schema, a value or a unit of the wrong kind.
     pub fn from_toml(source: &str, text: &str) -> Result<ReadSession, SessionFileError> {
-        let text = text.strip_prefix('\u{feff}').unwrap_or(text);
-        let source = Source::new(source, text);
-        let document = parse(&source, text)?;
-        let root = Section::root(&source, document.get_ref());
-        root.check_schema(SESSION_SCHEMA, true)?;
-        let mut unknown_keys = Vec::new();
-        let header = read_header(&root, &mut unknown_keys)?;
-        root.finish(&mut unknown_keys);
-        unknown_keys.sort_by_key(|unknown| unknown.line);
-        Ok(ReadSession {
-            header,
-            unknown_keys,
-        })
+        let source = SourceText::new(source, text);
+        let document = Document::parse(&source)?;
+        Ok(read_session(&document.root())?)
     }
 
     /// The header as `session.toml`, with everything that is known.
     #[must_use]
     pub fn to_toml(&self) -> String {
         let mut table = Table::new();
-        put(&mut table, "schema", Some(Value::from(SESSION_SCHEMA)));
+        put(
+            &mut table,
+            "schema",
+            Some(toml::Value::from(SESSION_SCHEMA)),
+        );
         put_text(&mut table, "id", self.id.as_ref());
         put_text(&mut table, "robot", self.robot.as_ref());
         put_text(&mut table, "robot_sha256", self.robot_sha256.as_ref());
@@ -56,109 +51,111 @@ impl SessionHeader {
         put_text(&mut table, "place", self.place.as_ref());
         put_text(&mut table, "software", self.software.as_ref());
         let environment = self.environment.as_ref().map(environment_table);
-        put(&mut table, "environment", environment.map(Value::Table));
+        put(
+            &mut table,
+            "environment",
+            environment.map(toml::Value::Table),
+        );
         let procedure = self.procedure.as_ref().map(procedure_table);
-        put(&mut table, "procedure", procedure.map(Value::Table));
+        put(&mut table, "procedure", procedure.map(toml::Value::Table));
         let mut gauges = Table::new();
         let gauge = |record: &Option<InstrumentRecord>, unit: &str, shift: i32| {
             let record = record.as_ref()?;
-            Some(Value::Table(instrument_table(record, unit, shift)))
+            Some(toml::Value::Table(instrument_table(record, unit, shift)))
         };
         put(&mut gauges, "force", gauge(&self.instruments.force, "N", 0));
         let displacement = gauge(&self.instruments.displacement, "um", 6);
         put(&mut gauges, "displacement", displacement);
         if !gauges.is_empty() {
-            put(&mut table, "instruments", Some(Value::Table(gauges)));
+            put(&mut table, "instruments", Some(toml::Value::Table(gauges)));
         }
         table.to_string()
     }
 }
 
-fn read_header(
-    root: &Section<'_>,
-    unknown: &mut Unknown,
-) -> Result<SessionHeader, SessionFileError> {
+fn read_session(root: &Section<'_>) -> Read<ReadSession> {
+    root.check_schema(SESSION_SCHEMA, true)?;
+    let mut unknown_keys = Vec::new();
+    let header = read_header(root, &mut unknown_keys)?;
+    unknown_keys.extend(root.unknown());
+    unknown_keys.sort_by_key(|unknown| unknown.line);
+    Ok(ReadSession {
+        header,
+        unknown_keys,
+    })
+}
+
+fn read_header(root: &Section<'_>, unknown: &mut Unknown) -> Read<SessionHeader> {
+    let text = |key| root.read(key, Value::text_or_digits);
+    let procedure = root.read("procedure", |value| {
+        read_procedure(&value.table()?, false, unknown)
+    })?;
+    let instruments = root.read("instruments", |value| {
+        read_instruments(&value.table()?, unknown)
+    })?;
     Ok(SessionHeader {
-        id: root.text("id")?,
-        robot: root.text("robot")?,
-        robot_sha256: root.text("robot_sha256")?,
-        mechanism: root.text("mechanism")?,
-        factors: root.text("factors")?,
-        origin: root.text("origin")?,
-        operator: root.text("operator")?,
-        place: root.text("place")?,
-        environment: read_environment(root, unknown)?,
-        software: root.text("software")?,
-        procedure: match root.section("procedure")? {
-            Some(section) => Some(read_procedure(section, false, unknown)?),
-            None => None,
-        },
-        instruments: match root.section("instruments")? {
-            Some(section) => read_instruments(section, unknown)?,
-            None => Instruments::default(),
-        },
+        id: text("id")?,
+        robot: text("robot")?,
+        robot_sha256: text("robot_sha256")?,
+        mechanism: text("mechanism")?,
+        factors: text("factors")?,
+        origin: text("origin")?,
+        operator: text("operator")?,
+        place: text("place")?,
+        environment: root.read("environment", |value| read_environment(value, unknown))?,
+        software: text("software")?,
+        procedure,
+        instruments: instruments.unwrap_or_default(),
     })
 }
 
 /// A table, or a line of text.
-fn read_environment(
-    root: &Section<'_>,
-    unknown: &mut Unknown,
-) -> Result<Option<Environment>, SessionFileError> {
-    if root.is_text("environment") {
-        let text = root.text("environment")?;
-        return Ok(Some(Environment {
-            text,
+fn read_environment(value: &Value<'_>, unknown: &mut Unknown) -> Read<Environment> {
+    if let Ok(text) = value.text() {
+        return Ok(Environment {
+            text: Some(text.to_owned()),
             ..Environment::default()
-        }));
+        });
     }
-    let Some(section) = root.section("environment")? else {
-        return Ok(None);
-    };
+    let section = value.table()?;
     let environment = Environment {
-        temperature_deg_c: section.quantity("temp", Kind::Temperature)?,
-        humidity_percent: section.number("humidity_percent")?,
-        text: section.text("text")?,
+        temperature_deg_c: quantity(&section, "temp", Kind::Temperature)?,
+        humidity_percent: section.read("humidity_percent", Value::number)?,
+        text: section.read("text", Value::text_or_digits)?,
     };
-    section.finish(unknown);
-    Ok(Some(environment))
+    unknown.extend(section.unknown());
+    Ok(environment)
 }
 
-fn read_instruments(
-    section: Section<'_>,
-    unknown: &mut Unknown,
-) -> Result<Instruments, SessionFileError> {
-    let mut gauge = |key: &str, kind: Kind| -> Result<_, SessionFileError> {
-        match section.section(key)? {
-            Some(table) => read_instrument(table, kind, unknown).map(Some),
-            None => Ok(None),
-        }
+fn read_instruments(section: &Section<'_>, unknown: &mut Unknown) -> Read<Instruments> {
+    let mut gauge = |key: &str, kind: Kind| {
+        section.read(key, |value| read_instrument(&value.table()?, kind, unknown))
     };
     let instruments = Instruments {
         force: gauge("force", Kind::Force)?,
         displacement: gauge("displacement", Kind::Displacement)?,
     };
-    section.finish(unknown);
+    unknown.extend(section.unknown());
     Ok(instruments)
 }
 
 fn read_instrument(
-    section: Section<'_>,
+    section: &Section<'_>,
     kind: Kind,
     unknown: &mut Unknown,
-) -> Result<InstrumentRecord, SessionFileError> {
+) -> Read<InstrumentRecord> {
     let record = InstrumentRecord {
-        model: section.text("model")?,
-        serial: section.text("serial")?,
-        range: section.quantity("range", kind)?,
-        resolution: section.quantity("resolution", kind)?,
-        expanded_uncertainty: section.quantity("U", kind)?,
-        k: section.number("k")?,
-        certificate: section.text("certificate")?,
-        calibrated: section.date("calibrated")?,
-        due: section.date("due")?,
+        model: section.read("model", Value::text_or_digits)?,
+        serial: section.read("serial", Value::text_or_digits)?,
+        range: quantity(section, "range", kind)?,
+        resolution: quantity(section, "resolution", kind)?,
+        expanded_uncertainty: quantity(section, "U", kind)?,
+        k: section.read("k", Value::number)?,
+        certificate: section.read("certificate", Value::text_or_digits)?,
+        calibrated: section.read("calibrated", day)?,
+        due: section.read("due", day)?,
     };
-    section.finish(unknown);
+    unknown.extend(section.unknown());
     Ok(record)
 }
 

@@ -1,10 +1,81 @@
-//! Values as they are written into TOML files.
+//! Quantities, words and days as TOML files have them: read and written.
 
 use jiff::civil::Date;
+use toml::de::DeValue;
 use toml::{Table, Value};
 
-use super::number::write_decimal;
+use super::number::{Conversion, NumberReader, write_decimal};
 use super::session_file::Word;
+use stiffbench_units_and_text::quantity::Kind;
+use stiffbench_units_and_text::toml_text::{self, Read};
+
+/// A quantity in SI, from the key `STEM_UNIT`.
+pub(super) fn quantity(table: &toml_text::Table<'_>, stem: &str, kind: Kind) -> Read<Option<f64>> {
+    rate(table, stem, "", kind)
+}
+
+/// A quantity whose key goes on behind the unit, as in `slope_um_per_s`.
+pub(super) fn rate(
+    table: &toml_text::Table<'_>,
+    stem: &str,
+    suffix: &str,
+    kind: Kind,
+) -> Read<Option<f64>> {
+    let found = with_unit(table, stem, suffix, kind)?;
+    found
+        .map(|(value, conversion)| in_si(&value, conversion))
+        .transpose()
+}
+
+/// Quantities in SI, from the key `STEM_UNIT`; none if the key is absent.
+pub(super) fn quantities(table: &toml_text::Table<'_>, stem: &str, kind: Kind) -> Read<Vec<f64>> {
+    let Some((value, conversion)) = with_unit(table, stem, "", kind)? else {
+        return Ok(Vec::new());
+    };
+    let items = value.items()?;
+    items.iter().map(|item| in_si(item, conversion)).collect()
+}
+
+fn with_unit<'a>(
+    table: &toml_text::Table<'a>,
+    stem: &str,
+    suffix: &str,
+    kind: Kind,
+) -> Read<Option<(toml_text::Value<'a>, Conversion)>> {
+    let Some((key, unit, value)) = table.find_with_unit(stem, suffix, kind) else {
+        return Ok(None);
+    };
+    match Conversion::from_unit(kind, unit) {
+        Some(conversion) => Ok(Some((value, conversion))),
+        None => Err(table.wrong_unit(key, &value, unit, kind)),
+    }
+}
+
+fn in_si(value: &toml_text::Value<'_>, conversion: Conversion) -> Read<f64> {
+    let digits = value.digits()?.as_bytes();
+    let number = NumberReader::new(None).read(digits, conversion, 0);
+    number.map_err(|_| value.wrong("a finite number"))
+}
+
+/// One word of a closed list.
+pub(super) fn one_of<W: Word>(value: &toml_text::Value<'_>) -> Read<W> {
+    let text = value.parsed().as_str();
+    let found = W::WORDS.iter().find(|(word, _)| text == Some(word));
+    found
+        .map(|(_, member)| *member)
+        .ok_or_else(|| value.wrong(W::EXPECTED))
+}
+
+/// A day, as a TOML date or as text.
+pub(super) fn day(value: &toml_text::Value<'_>) -> Read<Date> {
+    let text = match value.parsed() {
+        DeValue::String(text) => text.to_string(),
+        DeValue::Datetime(time) => time.date.map(|date| date.to_string()).unwrap_or_default(),
+        _ => String::new(),
+    };
+    text.parse()
+        .map_err(|_| value.wrong("a date like 2026-03-02"))
+}
 
 pub(super) fn put(table: &mut Table, key: &str, value: Option<Value>) {
     if let Some(value) = value {

@@ -6,6 +6,8 @@ use serde::Deserialize;
 use serde_json::Value;
 
 use stiffbench_beams::physics::{Effect, Law};
+use stiffbench_units_and_text::source_text::SourceText;
+use stiffbench_units_and_text::toml_text::read_types;
 
 use super::error::ProveError;
 
@@ -246,13 +248,12 @@ impl Sets {
     /// # Errors
     /// [`ProveError::Form`].
     pub fn parse(file: &str, text: &str) -> Result<Self, ProveError> {
-        let wrong = |problem: String| ProveError::Form {
-            file: file.to_owned(),
-            problem,
-        };
-        let sets: Self = toml::from_str(text).map_err(|error| wrong(error.message().to_owned()))?;
+        let sets: Self = read_types(&SourceText::new(file, text))?;
         if sets.schema != SETS_SCHEMA {
-            return Err(wrong(format!("its schema is {}", sets.schema)));
+            return Err(ProveError::Form {
+                file: file.to_owned(),
+                problem: format!("its schema is {}", sets.schema),
+            });
         }
         Ok(sets)
     }

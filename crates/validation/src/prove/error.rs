@@ -6,6 +6,7 @@ use stiffbench_diagnosis::mismatch::MismatchError;
 use stiffbench_measurement::readings::{ReadingsError, SessionFileError};
 use stiffbench_measurement::specimen::SpecimenError;
 use stiffbench_numeric::least_squares::LeastSquaresError;
+use stiffbench_units_and_text::toml_text::TomlError;
 
 /// Why there is no proof.
 #[derive(Debug, thiserror::Error, miette::Diagnostic)]
@@ -47,7 +48,7 @@ pub enum ProveError {
         help("take the file from the repository again")
     )]
     Form {
-        /// The file.
+        /// The file, with line and column where they are known.
         file: String,
         /// What is wrong with it.
         problem: String,
@@ -92,4 +93,13 @@ pub enum ProveError {
     #[error(transparent)]
     #[diagnostic(transparent)]
     Effect(#[from] EffectError),
+}
+
+impl From<TomlError> for ProveError {
+    fn from(TomlError(error): TomlError) -> Self {
+        Self::Form {
+            file: error.place(),
+            problem: error.problem.to_string(),
+        }
+    }
 }

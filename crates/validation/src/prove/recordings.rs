@@ -9,6 +9,8 @@ use stiffbench_diagnosis::mismatch::{
     specimen_bench,
 };
 use stiffbench_measurement::specimen::{SpecimenOptions, SpecimenTable};
+use stiffbench_units_and_text::source_text::SourceText;
+use stiffbench_units_and_text::toml_text::read_types;
 
 use super::error::ProveError;
 use super::words::diagnosis_words;
@@ -74,14 +76,12 @@ impl Recordings {
     /// # Errors
     /// [`ProveError::Form`].
     pub fn parse(file: &str, text: &str) -> Result<Self, ProveError> {
-        let wrong = |problem: String| ProveError::Form {
-            file: file.to_owned(),
-            problem,
-        };
-        let found: Self =
-            toml::from_str(text).map_err(|error| wrong(error.message().to_owned()))?;
+        let found: Self = read_types(&SourceText::new(file, text))?;
         if found.schema != SCHEMA {
-            return Err(wrong(format!("its schema is {}", found.schema)));
+            return Err(ProveError::Form {
+                file: file.to_owned(),
+                problem: format!("its schema is {}", found.schema),
+            });
         }
         Ok(found)
     }

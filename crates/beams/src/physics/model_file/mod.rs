@@ -5,7 +5,6 @@
 
 mod error;
 mod read;
-mod table;
 mod write;
 
 use crate::robot::FittingFactors;

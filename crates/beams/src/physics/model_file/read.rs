@@ -1,6 +1,8 @@
 //! From the text of a model file to the model.
 
-use toml::de::{DeTable, DeValue};
+use std::ops::Range;
+
+use toml::de::DeValue;
 
 use crate::physics::EffectError;
 use crate::physics::dimension::Dimension;
@@ -10,9 +12,9 @@ use crate::physics::place::{Place, PlaceKind};
 use crate::robot::FittingFactors;
 use stiffbench_units_and_text::source_text::SourceText;
 use stiffbench_units_and_text::test_point::{Direction, PoseId};
+use stiffbench_units_and_text::toml_text::{Document, Table, Value};
 
-use super::error::{ModelFileError, ModelProblem};
-use super::table::{Table, Value};
+use super::error::ModelFileError;
 use super::{FoundEffect, MODEL_SCHEMA, ModelFile, ParameterUncertainty, Provenance};
 
 type Read<T> = Result<T, ModelFileError>;
@@ -26,17 +28,10 @@ struct Written<'a> {
 }
 
 pub(super) fn model(source: &SourceText) -> Read<ModelFile> {
-    let parsed = DeTable::parse(&source.text).map_err(|error| {
-        let span = error.span().unwrap_or(0..0);
-        ModelFileError::at(
-            source,
-            span,
-            ModelProblem::Syntax(error.message().to_owned()),
-        )
-    })?;
-    let root = Table::root(source, parsed.get_ref());
+    let document = Document::parse(source)?;
+    let root = document.root();
     // The schema first: of a newer version the other keys may be anything.
-    schema(&root)?;
+    root.check_schema(MODEL_SCHEMA, true)?;
     root.only(&[
         "schema",
         "robot",
@@ -47,60 +42,58 @@ pub(super) fn model(source: &SourceText) -> Read<ModelFile> {
         "effects",
         "alternatives",
     ])?;
-    let text = |key| Ok(root.text(key)?.map(str::to_owned));
-    let factors = root.get("factors");
-    let effects =
-        |key| -> Read<Vec<FoundEffect>> { root.tables(key)?.iter().map(effect).collect() };
+    let effects = |key| -> Read<Vec<FoundEffect>> {
+        let tables = root.read_all(key, Value::table)?;
+        tables.iter().map(effect).collect()
+    };
     Ok(ModelFile {
-        robot: text("robot")?,
-        robot_sha256: text("robot_sha256")?,
-        mechanism: text("mechanism")?,
+        robot: text(&root, "robot")?,
+        robot_sha256: text(&root, "robot_sha256")?,
+        mechanism: text(&root, "mechanism")?,
         provenance: provenance(&root)?,
-        factors: factors
-            .map(|value| factor_tables(&root, value))
+        factors: root
+            .get("factors")
+            .as_ref()
+            .map(factor_tables)
             .transpose()?,
         effects: effects("effects")?,
         alternatives: effects("alternatives")?,
     })
 }
 
-fn schema(root: &Table<'_>) -> Read<()> {
-    let value = root.require("schema")?;
-    if value.get_ref().as_str() == Some(MODEL_SCHEMA) {
-        return Ok(());
-    }
-    let found = root.text("schema")?.unwrap_or_default().to_owned();
-    let expected = MODEL_SCHEMA;
-    Err(root.error(value.span(), ModelProblem::Schema { found, expected }))
+fn text(table: &Table<'_>, key: &str) -> Read<Option<String>> {
+    Ok(table.read(key, Value::text)?.map(str::to_owned))
+}
+
+fn error(table: &Table<'_>, span: Range<usize>, problem: EffectProblem) -> ModelFileError {
+    ModelFileError::new(table.source(), span, problem.into())
 }
 
 fn provenance(root: &Table<'_>) -> Read<Provenance> {
-    let Some(value) = root.get("provenance") else {
+    let Some(table) = root.read("provenance", Value::table)? else {
         return Ok(Provenance::default());
     };
-    let table = root.table("provenance", value)?;
     table.only(&["session", "software", "verdict"])?;
-    let text = |key| Ok(table.text(key)?.map(str::to_owned));
     Ok(Provenance {
-        session: text("session")?,
-        software: text("software")?,
-        verdict: text("verdict")?,
+        session: text(&table, "session")?,
+        software: text(&table, "software")?,
+        verdict: text(&table, "verdict")?,
     })
 }
 
-fn factor_tables(root: &Table<'_>, value: &Value<'_>) -> Read<FittingFactors> {
-    let table = root.table("factors", value)?;
+fn factor_tables(value: &Value<'_>) -> Read<FittingFactors> {
+    let table = value.table()?;
     table.only(&["beam", "link"])?;
     let class = |name: &'static str| -> Read<[f64; 4]> {
         const KEYS: [&str; 4] = ["A", "Iy", "Iz", "J"];
-        let class = table.table(name, table.require(name)?)?;
+        let class = table.require(name)?.table()?;
         class.only(&KEYS)?;
         let mut factors = [0.0; 4];
         for (factor, key) in factors.iter_mut().zip(KEYS) {
             let value = class.require(key)?;
-            *factor = class.number(key, value)?;
+            *factor = value.number()?;
             if *factor <= 0.0 {
-                return Err(class.wrong(key, value, "above zero"));
+                return Err(value.wrong("above zero").into());
             }
         }
         Ok(factors)
@@ -114,9 +107,8 @@ fn factor_tables(root: &Table<'_>, value: &Value<'_>) -> Read<FittingFactors> {
 fn effect(table: &Table<'_>) -> Read<FoundEffect> {
     table.only(&["physics", "place", "parameters", "alternative_group"])?;
     let name_value = table.require("physics")?;
-    let name = table.text("physics")?.unwrap_or_default();
-    let problem = |span, problem| table.error(span, ModelProblem::Effect(problem));
-    let laws = laws_named(name).map_err(|wrong| problem(name_value.span(), wrong))?;
+    let problem = |span, problem| error(table, span, problem);
+    let laws = laws_named(name_value.text()?).map_err(|wrong| problem(name_value.span(), wrong))?;
     let place = match (table.get("place"), laws[0].place_kind.only()) {
         (None, Some(only)) => only,
         (None, None) => {
@@ -126,7 +118,7 @@ fn effect(table: &Table<'_>) -> Read<FoundEffect> {
                 EffectProblem::NoPlace { law, expected },
             ));
         }
-        (Some(value), _) => place(table, laws[0], value)?,
+        (Some(value), _) => place(laws[0], &value)?,
     };
     let written = parameters(table, laws[0])?;
     let given: Vec<(&str, f64, &str)> = written
@@ -157,32 +149,28 @@ fn effect(table: &Table<'_>) -> Read<FoundEffect> {
             })
         })
         .collect::<Read<_>>()?;
-    let group = table.get("alternative_group");
-    let group = group.map(|value| table.count("alternative_group", value));
     Ok(FoundEffect {
         effect,
         uncertainties,
-        alternative_group: group.transpose()?,
+        alternative_group: table.read("alternative_group", Value::count)?,
     })
 }
 
 /// The values of an effect, each `{ value, unit }` and what is known of it.
 fn parameters<'a>(table: &Table<'a>, law: Law) -> Read<Vec<Written<'a>>> {
-    let Some(value) = table.get("parameters") else {
+    let Some(parameters) = table.read("parameters", Value::table)? else {
         return Ok(Vec::new());
     };
-    let parameters = table.table("parameters", value)?;
     let mut written = Vec::new();
     for (key, span, value) in parameters.entries() {
-        let spec = parameter_named(law, key)
-            .map_err(|wrong| table.error(span, ModelProblem::Effect(wrong)))?;
-        let entry = parameters.table(key, value)?;
+        let spec = parameter_named(law, key).map_err(|wrong| error(table, span, wrong))?;
+        let entry = value.table()?;
         entry.only(&["value", "unit", "u", "dof", "ci95"])?;
-        entry.require("unit")?;
+        let unit = entry.require("unit")?.text()?;
         written.push(Written {
             name: spec.name,
-            number: entry.number("value", entry.require("value")?)?,
-            unit: entry.text("unit")?.unwrap_or_default(),
+            number: entry.require("value")?.number()?,
+            unit,
             table: entry,
         });
     }
@@ -193,62 +181,50 @@ fn parameters<'a>(table: &Table<'a>, law: Law) -> Read<Vec<Written<'a>>> {
 fn uncertainty(value: &Written<'_>, dimension: Dimension) -> Read<ParameterUncertainty> {
     let table = &value.table;
     let number = |key: &str| -> Read<Option<f64>> {
-        let number = table.get(key).map(|value| {
-            let number = table.number(key, value)?;
+        Ok(table.read(key, |value| {
+            let number = value.number()?;
             if number < 0.0 {
-                return Err(table.wrong(key, value, "not below zero"));
+                return Err(value.wrong("not below zero"));
             }
             Ok(number)
-        });
-        number.transpose()
+        })?)
     };
     let scaled = |number: f64| dimension.in_si(number, value.unit).unwrap_or(number);
-    let ci95 = table.get("ci95").map(|interval| {
-        let expected = "an array of two numbers, the smaller first";
-        let DeValue::Array(ends) = interval.get_ref() else {
-            return Err(table.wrong("ci95", interval, expected));
+    let ci95 = table.read("ci95", |interval| {
+        let wrong = || interval.wrong("an array of two numbers, the smaller first");
+        let ends = interval.items().map_err(|_| wrong())?;
+        let [low, high] = &ends[..] else {
+            return Err(wrong());
         };
-        let (Some(low), Some(high), 2) = (ends.first(), ends.get(1), ends.len()) else {
-            return Err(table.wrong("ci95", interval, expected));
-        };
-        let (low, high) = (table.number("ci95", low)?, table.number("ci95", high)?);
+        let (low, high) = (low.number()?, high.number()?);
         if low > high {
-            return Err(table.wrong("ci95", interval, expected));
+            return Err(wrong());
         }
         Ok([scaled(low), scaled(high)])
     });
     Ok(ParameterUncertainty {
         u: number("u")?.map(scaled),
         dof: number("dof")?,
-        ci95: ci95.transpose()?,
+        ci95: ci95?,
     })
 }
 
 /// The place of a law, in the form that JSON has too.
-fn place(effect: &Table<'_>, law: Law, value: &Value<'_>) -> Read<Place> {
-    let table = effect.table("place", value)?;
-    let direction = |key: &'static str| -> Read<Direction> {
-        let value = table.require(key)?;
-        let text = value.get_ref().as_str().and_then(|text| text.parse().ok());
-        text.ok_or_else(|| table.wrong(key, value, "\"x\", \"y\" or \"z\""))
-    };
-    let name = |key: &'static str| -> Read<String> {
-        let value = table.require(key)?;
-        let text = value.get_ref().as_str().filter(|name| !name.is_empty());
-        text.map(str::to_owned)
-            .ok_or_else(|| table.wrong(key, value, "a name in quotes"))
-    };
+fn place(law: Law, value: &Value<'_>) -> Read<Place> {
+    let table = value.table()?;
+    let direction = |key: &str| direction(&table, key);
+    let name = |key: &str| name(&table, key).map(str::to_owned);
     // A place that can only be this: what the file says of it must agree.
     let fixed = |key: &'static str, expected: &'static str, there: Place| -> Read<Place> {
         table.only(&[key])?;
         let value = table.require(key)?;
-        let agrees = match value.get_ref() {
+        let agrees = match value.parsed() {
             DeValue::Boolean(yes) => *yes && expected == "true",
             DeValue::String(word) => format!("\"{word}\"") == expected,
             _ => false,
         };
         let there = agrees.then_some(there);
-        there.ok_or_else(|| table.wrong(key, value, expected))
+        there.ok_or_else(|| value.wrong(expected).into())
     };
     match law.place_kind {
         PlaceKind::Joint => {
@@ -272,7 +248,7 @@ fn place(effect: &Table<'_>, law: Law, value: &Value<'_>) -> Read<Place> {
             let (along, toward) = (direction("direction")?, direction("toward")?);
             if along == toward {
                 let value = table.require("toward")?;
-                return Err(table.wrong("toward", value, "another axis than the direction"));
+                return Err(value.wrong("another axis than the direction").into());
             }
             Ok(Place::Toward {
                 direction: along,
@@ -289,22 +265,26 @@ fn place(effect: &Table<'_>, law: Law, value: &Value<'_>) -> Read<Place> {
     }
 }
 
+fn direction(table: &Table<'_>, key: &str) -> Read<Direction> {
+    let value = table.require(key)?;
+    let text = value.parsed().as_str().and_then(|text| text.parse().ok());
+    text.ok_or_else(|| value.wrong("\"x\", \"y\" or \"z\"").into())
+}
+
+fn name<'a>(table: &Table<'a>, key: &str) -> Read<&'a str> {
+    let value = table.require(key)?;
+    let text = value.parsed().as_str().filter(|name| !name.is_empty());
+    text.ok_or_else(|| value.wrong("a name in quotes").into())
+}
+
 fn run(place: &Table<'_>) -> Read<Place> {
     place.only(&["run", "step"])?;
-    let run = place.table("run", place.require("run")?)?;
+    let run = place.require("run")?.table()?;
     run.only(&["pose", "direction", "repeat"])?;
-    let direction = run.require("direction")?;
-    let axis = direction
-        .get_ref()
-        .as_str()
-        .and_then(|text| text.parse().ok());
-    let pose = run.require("pose")?;
-    let name = pose.get_ref().as_str().filter(|name| !name.is_empty());
     Ok(Place::Run {
-        pose: PoseId::new(name.ok_or_else(|| run.wrong("pose", pose, "a name in quotes"))?),
-        direction: axis
-            .ok_or_else(|| run.wrong("direction", direction, "\"x\", \"y\" or \"z\""))?,
-        repeat: run.count("repeat", run.require("repeat")?)?,
-        step: place.count("step", place.require("step")?)?,
+        pose: PoseId::new(name(&run, "pose")?),
+        direction: direction(&run, "direction")?,
+        repeat: run.require("repeat")?.count()?,
+        step: place.require("step")?.count()?,
     })
 }

@@ -97,7 +97,7 @@ const WRONG: [Mistake; 24] = [
         "`stiffbench/model/2`",
         "version",
     ),
-    ("schema =", "format =", (1, 1), "`schema` is missing", ""),
+    ("schema =", "format =", (1, 1), "no `schema`", ""),
     (
         "mechanism =",
         "mechanim =",
@@ -120,7 +120,13 @@ const WRONG: [Mistake; 24] = [
         "`session`",
     ),
     ("Iy = 0.8", "Iy = -0.8", (11, 22), "above zero", ""),
-    ("Iy = 0.8, ", "", (11, 8), "`Iy` is missing in `beam`", ""),
+    (
+        "Iy = 0.8, ",
+        "",
+        (11, 8),
+        "`Iy` is missing in `factors.beam`",
+        "",
+    ),
     ("Iy = 0.8", "Iy = nan", (11, 22), "a finite number", ""),
     (
         "\"joint-backlash\"",
@@ -170,7 +176,7 @@ const WRONG: [Mistake; 24] = [
         ", unit = \"urad\"",
         "",
         (19, 8),
-        "`unit` is missing in `play`",
+        "`unit` is missing in `effects.parameters.play`",
         "",
     ),
     ("value = 120", "value = -120", (19, 8), "not below zero", ""),
@@ -200,7 +206,7 @@ const WRONG: [Mistake; 24] = [
         "repeat = 2 }, step",
         "repeat = 2, place = 3 }, step",
         (28, 61),
-        "no key `place` in `run`",
+        "no key `place` in `alternatives.place.run`",
         "pose",
     ),
 ];

@@ -8,7 +8,7 @@ use crate::robot::file;
 use crate::robot::mechanism::Mechanism;
 use crate::robot::model::Member;
 use crate::structure::{Material, Section, ShearCoefficients};
-use stiffbench_units_and_text::source_text::Step::{self, Index, Key};
+use stiffbench_units_and_text::toml_text::Step::{self, Index, Key};
 
 use super::Compiler;
 

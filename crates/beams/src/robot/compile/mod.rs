@@ -5,27 +5,27 @@ mod members;
 mod names;
 mod nodes;
 mod poses;
-mod reader;
 mod values;
 
 use std::collections::HashMap;
 use std::ops::Range;
 
 use stiffbench_units_and_text::source_text::SourceText;
-use stiffbench_units_and_text::source_text::Step::{self, Index, Key};
+use stiffbench_units_and_text::toml_text::Step::{self, Index, Key};
+use stiffbench_units_and_text::toml_text::read;
 
 use super::Robot;
 use super::error::{RobotError, RobotProblem};
 use super::file::{FORMAT, RobotFile};
 use super::kinematics;
 use super::plausible;
-use reader::deserialize;
 
 /// Reads and checks a robot file.
 pub(super) fn compile(source: &SourceText) -> Result<Robot, RobotError> {
-    let (file, unknown) = deserialize(source)?;
+    let (file, unknown) = read(source).map_err(|error| RobotError::File(error.into()))?;
     let compiler = Compiler::new(source, &file)?;
     let mut robot = compiler.robot()?;
+    let unknown = unknown.iter().map(|key| key.warning(&source.name));
     robot.warnings.extend(unknown);
     robot.warnings.extend(plausible::oddities(&robot));
     kinematics::check_order(&robot).map_err(|circular| compiler.circular(circular))?;

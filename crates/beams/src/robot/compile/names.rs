@@ -5,7 +5,7 @@ use std::ops::Range;
 
 use crate::robot::error::{RobotError, RobotProblem};
 use stiffbench_units_and_text::nearest::nearest;
-use stiffbench_units_and_text::source_text::Step::{self, Index, Key};
+use stiffbench_units_and_text::toml_text::Step::{self, Index, Key};
 
 use super::Compiler;
 

@@ -5,7 +5,7 @@ use std::sync::Arc;
 use crate::robot::error::{RobotError, RobotProblem};
 use crate::robot::file::{NodeEntry, Radius};
 use crate::robot::model::{NodePlace, RadiusOf, RobotNode};
-use stiffbench_units_and_text::source_text::Step::{self, Index, Key};
+use stiffbench_units_and_text::toml_text::Step::{self, Index, Key};
 
 use super::Compiler;
 

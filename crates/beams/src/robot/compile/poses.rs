@@ -5,8 +5,8 @@ use indexmap::IndexMap;
 use crate::robot::error::{RobotError, RobotProblem};
 use crate::robot::file::{self, PoseValue};
 use crate::robot::model::{FittingFactors, NamedPose, Pose};
-use stiffbench_units_and_text::source_text::Step::{Index, Key};
 use stiffbench_units_and_text::test_point::PoseId;
+use stiffbench_units_and_text::toml_text::Step::{Index, Key};
 
 use super::Compiler;
 

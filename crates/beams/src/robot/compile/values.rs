@@ -7,7 +7,7 @@ use crate::robot::expression::{Expression, ExpressionError, in_range};
 use crate::robot::parameters::{self, ParameterProblem};
 use stiffbench_numeric::vector::norm;
 use stiffbench_units_and_text::nearest::nearest;
-use stiffbench_units_and_text::source_text::Step::{self, Key};
+use stiffbench_units_and_text::toml_text::Step::{self, Key};
 
 use super::Compiler;
 

@@ -1,0 +1,100 @@
+//! A TOML text and where its keys and values stand.
+
+use std::ops::Range;
+
+use toml::Spanned;
+use toml::de::{DeTable, DeValue};
+
+use crate::source_text::SourceText;
+
+use super::Read;
+use super::problem::TomlError;
+use super::table::Table;
+
+/// One step into a TOML document.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Step<'a> {
+    /// Into a table.
+    Key(&'a str),
+    /// Into an array.
+    Index(usize),
+}
+
+/// A TOML text with its places.
+#[derive(Debug)]
+pub struct Document<'a> {
+    source: &'a SourceText,
+    root: Spanned<DeTable<'a>>,
+}
+
+impl<'a> Document<'a> {
+    /// Parses a text.
+    ///
+    /// # Errors
+    /// What is no TOML, in its place.
+    pub fn parse(source: &'a SourceText) -> Read<Self> {
+        let root = DeTable::parse(&source.text);
+        let root = root.map_err(|error| TomlError::of_reader(source, &error))?;
+        Ok(Self { source, root })
+    }
+
+    /// The whole text as a table.
+    #[must_use]
+    pub fn root(&self) -> Table<'_> {
+        Table::root(self.source, self.root.get_ref())
+    }
+
+    /// Bytes of the value at `path`; of the longest part of the path that exists otherwise.
+    #[must_use]
+    pub fn value_span(&self, path: &[Step<'_>]) -> Range<usize> {
+        self.spans(path).0
+    }
+
+    /// Bytes of the key that the last step of `path` names; of the value if the path does not end at a key that exists.
+    #[must_use]
+    pub fn key_span(&self, path: &[Step<'_>]) -> Range<usize> {
+        let (value, key) = self.spans(path);
+        key.unwrap_or(value)
+    }
+
+    /// Spans of the last value on a path that exists and, if that is the end of the path, of its key.
+    fn spans(&self, path: &[Step<'_>]) -> (Range<usize>, Option<Range<usize>>) {
+        let mut spans = (0..0, None);
+        let mut value: Option<&DeValue<'_>> = None;
+        for (depth, step) in path.iter().enumerate() {
+            let table = match value {
+                None if depth == 0 => Some(self.root.get_ref()),
+                Some(DeValue::Table(table)) => Some(table),
+                _ => None,
+            };
+            let next = match (step, value) {
+                (Step::Key(key), _) => table
+                    .and_then(|table| table.get_key_value(*key))
+                    .map(|(key, next)| (Some(key.span()), next)),
+                (Step::Index(index), Some(DeValue::Array(array))) => {
+                    array.get(*index).map(|next| (None, next))
+                }
+                _ => None,
+            };
+            let Some((key, next)) = next else { break };
+            let is_last = depth + 1 == path.len();
+            spans = (next.span(), key.filter(|_| is_last));
+            value = Some(next.get_ref());
+        }
+        spans
+    }
+}
+
+impl SourceText {
+    /// Bytes of the value at `path` in this TOML text; of the longest part of the path that exists otherwise.
+    #[must_use]
+    pub fn toml_span(&self, path: &[Step<'_>]) -> Range<usize> {
+        Document::parse(self).map_or(0..0, |document| document.value_span(path))
+    }
+
+    /// Bytes of the key that the last step of `path` names; of the value if the path does not end at a key that exists.
+    #[must_use]
+    pub fn toml_key_span(&self, path: &[Step<'_>]) -> Range<usize> {
+        Document::parse(self).map_or(0..0, |document| document.key_span(path))
+    }
+}

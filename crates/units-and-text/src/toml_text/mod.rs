@@ -1,0 +1,19 @@
+//! TOML texts, read with the place of every key and value: the one way from a TOML file to what it says.
+//!
+//! A format with types of its own is read by [`read`]; one that is read key by key by [`Document`], [`Table`] and [`Value`].
+
+mod document;
+mod problem;
+mod table;
+mod types;
+
+pub use document::{Document, Step};
+pub use problem::{TomlError, TomlProblem, UnknownKey};
+pub use table::{Table, Value};
+pub use types::{Known, read, read_types, remove_null};
+
+/// A value, or what is wrong in its place.
+pub type Read<T> = Result<T, TomlError>;
+
+#[cfg(test)]
+mod tests;
