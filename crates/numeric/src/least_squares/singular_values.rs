@@ -1,8 +1,13 @@
 //! A = U S Vᵀ and Uᵀ b of a small dense matrix: everything least squares needs of it.
 //!
-//! Householder QR reduces A to its triangle, one-sided Jacobi rotations make the columns of the triangle orthogonal. Jacobi
-//! keeps the small singular values of a matrix with scaled columns to full relative accuracy (Demmel and Veselić, SIAM J. Matrix
-//! Anal. Appl. 13 (1992) 1204), and those are the ones that decide standard errors. Memory is kept between uses.
+//! Householder QR of A with b beside it leaves a triangle and Qᵀ b; the singular values are those of the triangle. Both are faer's, in one
+//! thread. Memory is kept between uses.
+
+use faer::diag::Diag;
+use faer::dyn_stack::{MemBuffer, MemStack};
+use faer::linalg::qr::no_pivoting::factor::{qr_in_place, qr_in_place_scratch};
+use faer::linalg::svd::{ComputeSvdVectors, svd, svd_scratch};
+use faer::{Mat, MatMut, MatRef, Par, Spec};
 
 use crate::lanes::{sums_side_by_side, widest};
 
@@ -11,30 +16,22 @@ use crate::lanes::{sums_side_by_side, widest};
 pub(super) struct SingularValues {
     rows: usize,
     columns: usize,
-    /// Rows that are left after QR.
-    height: usize,
-    /// The matrix; after `decompose` its columns are U_j s_j.
+    /// A and, as its last column, b.
     matrix: Vec<f64>,
-    right_hand_side: Vec<f64>,
     right_vectors: Vec<f64>,
     values: Vec<f64>,
     projections: Vec<f64>,
 }
 
-/// Rotations stop when no pair of columns has a cosine above this many machine epsilons.
-const COSINE_EPSILONS: f64 = 8.0;
-
-/// Jacobi converges quadratically; ten sweeps are already rare.
-const MAX_SWEEPS: usize = 60;
+/// Columns reflected at a time: of a dozen columns each alone is fastest.
+const BLOCK: usize = 1;
 
 impl SingularValues {
     /// Sets the shape; what was there before is forgotten.
     pub(super) fn reshape(&mut self, rows: usize, columns: usize) {
         self.rows = rows;
         self.columns = columns;
-        self.height = rows.min(columns);
-        self.matrix.resize(rows * columns, 0.0);
-        self.right_hand_side.resize(rows, 0.0);
+        self.matrix.resize(rows * (columns + 1), 0.0);
         self.right_vectors.resize(columns * columns, 0.0);
         self.values.resize(columns, 0.0);
         self.projections.resize(columns, 0.0);
@@ -47,10 +44,10 @@ impl SingularValues {
 
     /// b, to be filled before `decompose`.
     pub(super) fn right_hand_side_mut(&mut self) -> &mut [f64] {
-        &mut self.right_hand_side
+        self.column_mut(self.columns)
     }
 
-    /// Singular values, in no particular order.
+    /// Singular values, the largest first.
     pub(super) fn values(&self) -> &[f64] {
         &self.values
     }
@@ -67,101 +64,66 @@ impl SingularValues {
 
     /// Decomposes the matrix that was filled in; all entries must be finite.
     pub(super) fn decompose(&mut self) {
-        if self.rows > self.columns {
+        let (rows, n) = (self.rows, self.columns);
+        let height = rows.min(n);
+        self.values.fill(0.0);
+        self.projections.fill(0.0);
+        if height == 0 {
+            return;
+        }
+        if rows > n {
             self.reduce_to_triangle();
         }
-        self.orthogonalise_columns();
-        for j in 0..self.columns {
-            let column = &self.matrix[j * self.rows..][..self.height];
-            let value = norm(column);
-            self.values[j] = value;
-            self.projections[j] = if value == 0.0 {
-                0.0
-            } else {
-                dot(column, &self.right_hand_side[..self.height]) / value
-            };
+        let reduced = MatRef::from_column_major_slice(&self.matrix, rows, n + 1);
+        let below = |i: usize, j: usize| rows > n && i > j;
+        let triangle = Mat::from_fn(
+            height,
+            n,
+            |i, j| {
+                if below(i, j) { 0.0 } else { reduced[(i, j)] }
+            },
+        );
+        let mut left = Mat::zeros(height, height);
+        let mut values = Diag::zeros(height);
+        let (full, spec) = (ComputeSvdVectors::Full, Spec::default());
+        let mut memory = MemBuffer::new(svd_scratch::<f64>(height, n, full, full, Par::Seq, spec));
+        let converged = svd(
+            triangle.as_ref(),
+            values.as_mut(),
+            Some(left.as_mut()),
+            Some(MatMut::from_column_major_slice_mut(
+                &mut self.right_vectors,
+                n,
+                n,
+            )),
+            Par::Seq,
+            MemStack::new(&mut memory),
+            spec,
+        );
+        // Without singular values nothing is known of any direction.
+        if converged.is_err() {
+            return;
+        }
+        for j in 0..height {
+            self.values[j] = values[j];
+            if values[j] > 0.0 {
+                self.projections[j] = (0..height).map(|i| left[(i, j)] * reduced[(i, n)]).sum();
+            }
         }
     }
 
-    /// Householder reflections; b is reflected along.
-    ///
-    /// # Source
-    /// Golub and Van Loan, Matrix Computations, 4th edition, algorithms 5.1.1 and 5.2.1.
+    /// QR of A with b beside it, in place: above the diagonal R, and Qᵀ b.
     fn reduce_to_triangle(&mut self) {
-        let rows = self.rows;
-        for k in 0..self.columns {
-            let (done, rest) = self.matrix.split_at_mut((k + 1) * rows);
-            let mirror = &mut done[k * rows + k..];
-            let length = norm(mirror);
-            if length == 0.0 {
-                continue;
-            }
-            let diagonal = -length.copysign(mirror[0]);
-            mirror[0] -= diagonal;
-            // Half the squared length of the mirror vector.
-            let half = -diagonal * mirror[0];
-            for column in rest.chunks_exact_mut(rows) {
-                reflect(mirror, half, &mut column[k..]);
-            }
-            reflect(mirror, half, &mut self.right_hand_side[k..]);
-            mirror.fill(0.0);
-            mirror[0] = diagonal;
-        }
-    }
-
-    /// One-sided Jacobi: rotates pairs of columns, and V with them, until all are orthogonal.
-    ///
-    /// # Source
-    /// Golub and Van Loan, section 8.6.3.
-    fn orthogonalise_columns(&mut self) {
-        let (n, rows, height) = (self.columns, self.rows, self.height);
-        self.right_vectors.fill(0.0);
-        for j in 0..n {
-            self.right_vectors[j * n + j] = 1.0;
-        }
-        for _ in 0..MAX_SWEEPS {
-            let mut rotated = false;
-            for q in 1..n {
-                for p in 0..q {
-                    let (left, right) = self.matrix.split_at_mut(q * rows);
-                    let (a, b) = (&mut left[p * rows..][..height], &mut right[..height]);
-                    let short = sums_side_by_side;
-                    let (aa, bb, ab) = (short(a, a), short(b, b), short(a, b));
-                    if ab.abs() <= COSINE_EPSILONS * f64::EPSILON * (aa * bb).sqrt() {
-                        continue;
-                    }
-                    rotated = true;
-                    let zeta = (bb - aa) / (2.0 * ab);
-                    let tangent = 1.0_f64.copysign(zeta) / (zeta.abs() + zeta.hypot(1.0));
-                    let cosine = 1.0 / tangent.hypot(1.0);
-                    let sine = cosine * tangent;
-                    rotate(a, b, cosine, sine);
-                    let (left, right) = self.right_vectors.split_at_mut(q * n);
-                    rotate(&mut left[p * n..][..n], &mut right[..n], cosine, sine);
-                }
-            }
-            if !rotated {
-                break;
-            }
-        }
-    }
-}
-
-fn reflect(mirror: &[f64], half: f64, vector: &mut [f64]) {
-    widest(
-        #[inline(always)]
-        || {
-            let factor = sums_side_by_side(mirror, vector) / half;
-            for (v, m) in vector.iter_mut().zip(mirror) {
-                *v -= factor * m;
-            }
-        },
-    );
-}
-
-fn rotate(a: &mut [f64], b: &mut [f64], cosine: f64, sine: f64) {
-    for (a, b) in a.iter_mut().zip(b) {
-        (*a, *b) = (cosine * *a - sine * *b, sine * *a + cosine * *b);
+        let (rows, columns) = (self.rows, self.columns + 1);
+        let spec = Spec::default();
+        let scratch = qr_in_place_scratch::<f64>(rows, columns, BLOCK, Par::Seq, spec);
+        qr_in_place(
+            MatMut::from_column_major_slice_mut(&mut self.matrix, rows, columns),
+            Mat::zeros(BLOCK, columns).as_mut(),
+            Par::Seq,
+            MemStack::new(&mut MemBuffer::new(scratch)),
+            spec,
+        );
     }
 }
 
