@@ -2,16 +2,16 @@
 
 use std::io::Read;
 
-use super::assumption::{Assumption, Note};
+use super::assumption::Note;
 use super::column::Column;
 use super::defaults::fill_defaults;
-use super::encoding::Encoding;
 use super::error::ReadingsError;
 use super::header::Header;
 use super::number::DecimalSign;
 use super::row::RowReader;
-use super::rows::{Delimiter, Rows};
+use super::rows::Delimiter;
 use super::table::ReadingTable;
+use super::text_table::TextTable;
 
 /// What the caller knows about a file; what is not said is found out from the file.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -39,26 +39,19 @@ pub fn read_readings(
     input: impl Read,
     options: &ReadOptions,
 ) -> Result<ReadingTable, ReadingsError> {
-    let mut rows = Rows::open(source, input, options.delimiter)?;
-    let header = Header::read(source, &mut rows)?;
-    let mut reader = RowReader::new(source, &header, options.decimal);
-    while let Some(line) = rows.next_record()? {
-        reader.take(&rows, line)?;
+    let mut text = TextTable::open(source, input, *options)?;
+    let header = Header::read(&mut text)?;
+    let mut reader = RowReader::new(&header);
+    while text.next_record()? {
+        reader.take(&mut text)?;
     }
     if reader.readings.is_empty() {
         return Err(ReadingsError::NoReadings {
             file: source.to_owned(),
-            line: header.line,
+            line: text.header_line,
         });
     }
-    let mut assumptions = about_text(&rows, options.delimiter);
-    if let Some(line) = reader.other_encoding {
-        assumptions.push(Assumption::NotUtf8 { line });
-    }
-    assumptions.extend(Assumption::decimal_comma(
-        options.decimal,
-        reader.numbers.decimal_comma(),
-    ));
+    let mut assumptions = text.assumptions();
     assumptions.extend(header.conversions());
     let present = reader.present;
     let mut table = ReadingTable {
@@ -78,8 +71,7 @@ pub fn read_readings(
         assumptions,
         ..ReadingTable::default()
     };
-    table.excluded.blank = rows.blank;
-    table.excluded.comments = rows.comments;
+    (table.excluded.blank, table.excluded.comments) = text.passed_over();
     let unused = header
         .unused
         .iter()
@@ -88,20 +80,4 @@ pub fn read_readings(
     fill_defaults(&mut table, &header, &reader.first_missing)?;
     table.take_stock();
     Ok(table)
-}
-
-pub(crate) fn about_text<R: Read>(rows: &Rows<R>, told: Option<Delimiter>) -> Vec<Assumption> {
-    let mut assumptions = Vec::new();
-    match rows.encoding() {
-        Encoding::Plain => {}
-        Encoding::Utf8Marked => assumptions.push(Assumption::ByteOrderMark),
-        Encoding::Utf16Le | Encoding::Utf16Be => assumptions.push(Assumption::Utf16),
-    }
-    if rows.lone_carriage_return() {
-        assumptions.push(Assumption::LoneCarriageReturn);
-    }
-    if told.is_none() && rows.delimiter() != Delimiter::Comma {
-        assumptions.push(Assumption::Delimiter(rows.delimiter()));
-    }
-    assumptions
 }

@@ -9,13 +9,13 @@ use std::io::Read;
 
 use super::assumption::Assumption;
 use super::column::Column;
-use super::csv::{ReadOptions, about_text};
+use super::csv::ReadOptions;
 use super::defaults::fill_targets;
 use super::error::ReadingsError;
 use super::log_columns::{LogColumns, Preamble};
-use super::number::NumberReader;
-use super::rows::{Delimiter, Rows};
+use super::rows::Delimiter;
 use super::table::{ReadingTable, RunKey};
+use super::text_table::TextTable;
 use stiffbench_units_and_text::test_point::{Branch, Cell, Direction, PoseId};
 
 /// Along which sense of the direction the load acted.
@@ -56,34 +56,33 @@ pub fn read_gauge_log(
     input: impl Read,
     options: &GaugeLogOptions,
 ) -> Result<ReadingTable, ReadingsError> {
-    let delimiter = options.text.delimiter.unwrap_or(Delimiter::Tab);
-    let mut rows = Rows::open(source, input, Some(delimiter))?;
-    let preamble = Preamble::read(source, &mut rows)?;
-    let columns = LogColumns::find(source, &rows, &preamble)?;
-    let mut numbers = NumberReader::new(options.text.decimal);
+    let told = ReadOptions {
+        delimiter: options.text.delimiter.or(Some(Delimiter::Tab)),
+        ..options.text
+    };
+    let mut text = TextTable::open(source, input, told)?;
+    let preamble = Preamble::read(&mut text)?;
+    let columns = LogColumns::find(&text, &preamble)?;
     let mut readings = Vec::new();
-    while let Some(line) = rows.next_record()? {
+    while text.next_record()? {
         let seq = readings.len() as u32 + 1;
-        readings.push(columns.reading(source, &rows, line, &mut numbers, options, seq)?);
+        readings.push(columns.reading(&mut text, options, seq)?);
     }
     if readings.is_empty() {
         return Err(ReadingsError::NoReadings {
             file: source.to_owned(),
-            line: preamble.header_line,
+            line: text.header_line,
         });
     }
     let mut table = ReadingTable {
         source: source.to_owned(),
         readings,
         columns: columns.present(),
-        assumptions: about_text(&rows, Some(delimiter)),
+        assumptions: text.assumptions(),
         notes: preamble.notes,
         ..ReadingTable::default()
     };
-    table.excluded.blank = rows.blank;
-    table.excluded.comments = rows.comments;
-    let comma = Assumption::decimal_comma(options.text.decimal, numbers.decimal_comma());
-    table.assumptions.extend(comma);
+    (table.excluded.blank, table.excluded.comments) = text.passed_over();
     table.assumptions.extend(columns.assumptions());
     place_in_cell(&mut table, options);
     turn_and_split(&mut table, options.sign);

@@ -1,19 +1,17 @@
 //! The header of a table: which column stands where, in which unit.
 
-use std::io::Read;
-
 use super::assumption::Assumption;
 use super::column::{Column, Named, understand};
 use super::error::ReadingsError;
 use super::log_columns::is_log_header;
 use super::number::Conversion;
-use super::rows::{Rows, text_of};
+use super::text_table::TextTable;
 use stiffbench_units_and_text::nearest::nearest;
 
 /// Where the columns of a file are.
 #[derive(Debug)]
 pub(super) struct Header {
-    pub(super) line: u32,
+    line: u32,
     /// Names as they stand in the file.
     names: Vec<String>,
     places: [Option<(usize, Conversion)>; Column::ALL.len()],
@@ -22,17 +20,15 @@ pub(super) struct Header {
 }
 
 impl Header {
-    /// Reads the header of `rows`.
-    pub(super) fn read<R: Read>(file: &str, rows: &mut Rows<R>) -> Result<Self, ReadingsError> {
-        let Some(line) = rows.next_record()? else {
-            return Err(ReadingsError::Empty {
-                file: file.to_owned(),
-            });
-        };
-        let names = names_of(rows);
-        let result = Self::from_names(file, line, names);
+    /// Reads the header of a table.
+    pub(super) fn read(text: &mut TextTable<'_>) -> Result<Self, ReadingsError> {
+        let file = text.file();
+        if !text.next_header()? {
+            return Err(ReadingsError::Empty { file });
+        }
+        let result = Self::from_names(&file, text.header_line, text.names.clone());
         if matches!(result, Err(ReadingsError::MissingColumn { .. })) {
-            look_for_gauge_log(file, rows, line)?;
+            look_for_gauge_log(file, text)?;
         }
         result
     }
@@ -140,10 +136,6 @@ impl Header {
         }
     }
 
-    pub(super) fn width(&self) -> usize {
-        self.names.len()
-    }
-
     pub(super) fn has(&self, column: Column) -> bool {
         self.places[column as usize].is_some()
     }
@@ -188,32 +180,22 @@ impl Header {
     }
 }
 
-fn names_of<R: Read>(rows: &Rows<R>) -> Vec<String> {
-    (0..rows.len())
-        .map(|index| text_of(rows.field(index)).0.trim().to_owned())
-        .collect()
-}
-
 /// Looks for the column names of a gauge's log here and in the next lines, so that its user is told what it is.
 ///
 /// # Errors
 /// [`ReadingsError::GaugeLog`] if they are there.
-fn look_for_gauge_log<R: Read>(
-    file: &str,
-    rows: &mut Rows<R>,
-    line: u32,
-) -> Result<(), ReadingsError> {
+fn look_for_gauge_log(file: String, text: &mut TextTable<'_>) -> Result<(), ReadingsError> {
     // Logs have five or six lines above their table.
     const LINES: usize = 20;
-    let mut line = Some(line);
     for _ in 0..LINES {
-        let Some(at) = line else { break };
-        if is_log_header(names_of(rows).iter().map(String::as_str)) {
-            let file = file.to_owned();
-            return Err(ReadingsError::GaugeLog { file, line: at });
+        if is_log_header(&text.names) {
+            let line = text.header_line;
+            return Err(ReadingsError::GaugeLog { file, line });
         }
         // What is wrong further down matters less than the missing column.
-        line = rows.next_record().unwrap_or(None);
+        if !text.next_header().unwrap_or(false) {
+            break;
+        }
     }
     Ok(())
 }

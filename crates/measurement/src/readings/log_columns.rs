@@ -1,22 +1,19 @@
 //! The columns of a force gauge's log, and what stands above them.
 
-use std::io::Read;
-
 use super::assumption::{Assumption, Note};
 use super::column::{Column, Named, understand};
 use super::error::ReadingsError;
 use super::gauge_log::GaugeLogOptions;
-use super::number::{Conversion, NumberReader};
+use super::number::Conversion;
 use super::reading::{Reading, ReadingText, Status};
-use super::row::number_error;
-use super::rows::{Rows, text_of};
+use super::text_table::TextTable;
 use stiffbench_units_and_text::quantity::Kind;
 use stiffbench_units_and_text::test_point::Branch;
 
 /// Whether fields are the column names of a gauge's log.
-pub(super) fn is_log_header<'a>(names: impl IntoIterator<Item = &'a str>) -> bool {
+pub(super) fn is_log_header(names: &[String]) -> bool {
     let (mut reading, mut load) = (false, false);
-    for name in names.into_iter().flat_map(|name| name.split('\t')) {
+    for name in names.iter().flat_map(|name| name.split('\t')) {
         let name = name.trim().to_lowercase();
         reading |= name == "reading";
         load |= name.starts_with("load");
@@ -26,7 +23,6 @@ pub(super) fn is_log_header<'a>(names: impl IntoIterator<Item = &'a str>) -> boo
 
 /// What stands above the table of a log.
 pub(super) struct Preamble {
-    pub(super) header_line: u32,
     load_unit: Option<String>,
     travel_unit: Option<String>,
     pub(super) notes: Vec<Note>,
@@ -34,24 +30,19 @@ pub(super) struct Preamble {
 
 impl Preamble {
     /// Reads up to and including the line of column names, which stays the current record.
-    pub(super) fn read<R: Read>(file: &str, rows: &mut Rows<R>) -> Result<Self, ReadingsError> {
+    pub(super) fn read(text: &mut TextTable<'_>) -> Result<Self, ReadingsError> {
         let mut preamble = Self {
-            header_line: 0,
             load_unit: None,
             travel_unit: None,
             notes: Vec::new(),
         };
-        while let Some(line) = rows.next_record()? {
-            let cells: Vec<String> = (0..rows.len())
-                .map(|index| text_of(rows.field(index)).0.trim().to_owned())
-                .collect();
-            if is_log_header(cells.iter().map(String::as_str)) {
-                preamble.header_line = line;
+        while text.next_header()? {
+            if is_log_header(&text.names) {
                 return Ok(preamble);
             }
-            preamble.take(cells.join(" ").trim());
+            preamble.take(text.names.join(" ").trim());
         }
-        let file = file.to_owned();
+        let file = text.file();
         Err(ReadingsError::NotAGaugeLog { file })
     }
 
@@ -81,7 +72,6 @@ struct LogColumn {
 
 /// Where load, travel and time stand in a log, and in which units.
 pub(super) struct LogColumns {
-    width: usize,
     load: LogColumn,
     travel: LogColumn,
     time: Option<LogColumn>,
@@ -90,23 +80,14 @@ pub(super) struct LogColumns {
 
 impl LogColumns {
     /// Finds the columns in the current record, the line of names.
-    pub(super) fn find<R: Read>(
-        file: &str,
-        rows: &Rows<R>,
-        preamble: &Preamble,
-    ) -> Result<Self, ReadingsError> {
-        let names: Vec<String> = (0..rows.len())
-            .map(|index| text_of(rows.field(index)).0.trim().to_owned())
-            .collect();
-        let line = preamble.header_line;
-        let column =
-            |wanted: Column, unit: Option<&str>| find_column(file, line, &names, wanted, unit);
+    pub(super) fn find(text: &TextTable<'_>, preamble: &Preamble) -> Result<Self, ReadingsError> {
+        let column = |wanted: Column, unit: Option<&str>| find_column(text, wanted, unit);
         let missing = |column: Column| ReadingsError::MissingColumn {
-            file: file.to_owned(),
-            line,
+            file: text.file(),
+            line: text.header_line,
             column: column.name(),
             others: String::new(),
-            found: names.join(", "),
+            found: text.names.join(", "),
             advice: "a log has the columns Reading, Load, Travel (or Distance), Time".to_owned(),
         };
         let load = column(Column::Force, preamble.load_unit.as_deref())?
@@ -118,7 +99,6 @@ impl LogColumns {
             .as_ref()
             .is_some_and(|time| matches!(understand(&time.name), Named::Column(..)));
         Ok(Self {
-            width: names.len(),
             load,
             travel,
             time,
@@ -127,32 +107,23 @@ impl LogColumns {
     }
 
     /// The reading of the current record, still with the signs of the log.
-    pub(super) fn reading<R: Read>(
+    pub(super) fn reading(
         &self,
-        file: &str,
-        rows: &Rows<R>,
-        line: u32,
-        numbers: &mut NumberReader,
+        text: &mut TextTable<'_>,
         options: &GaugeLogOptions,
         seq: u32,
     ) -> Result<Reading, ReadingsError> {
-        if rows.len() != self.width {
-            return Err(ReadingsError::FieldCount {
-                file: file.to_owned(),
-                line,
-                expected: self.width,
-                found: rows.len(),
-            });
-        }
-        let mut number = |column: &LogColumn| {
-            let field = rows.field(column.index).trim_ascii();
-            numbers
-                .read(field, column.conversion, line)
-                .map_err(|fault| number_error(file, line, column.name.clone(), field, fault))
+        let raw = |column: &LogColumn| Box::from(&*text.text(text.raw(column.index)));
+        let own_text = ReadingText {
+            force_raw: raw(&self.load),
+            displacement_raw: raw(&self.travel),
+            ..ReadingText::default()
         };
-        let raw = |column: &LogColumn| Box::from(&*text_of(rows.field(column.index)).0);
+        let mut number = |column: &LogColumn| {
+            let number = text.number(column.index, column.conversion);
+            number.map_err(|fault| text.number_error(column.index, column.name.clone(), fault))
+        };
         Ok(Reading {
-            line,
             seq,
             pose: options.pose.clone(),
             direction: options.direction,
@@ -169,11 +140,8 @@ impl LogColumns {
             time_s: self.time.as_ref().map(&mut number).transpose()?,
             hold_s: None,
             temperature_deg_c: None,
-            text: Some(Box::new(ReadingText {
-                force_raw: raw(&self.load),
-                displacement_raw: raw(&self.travel),
-                ..ReadingText::default()
-            })),
+            text: Some(Box::new(own_text)),
+            line: text.line,
         })
     }
 
@@ -217,20 +185,18 @@ impl LogColumns {
 
 /// The log's column for `wanted`, its unit from its name or else `unit`.
 fn find_column(
-    file: &str,
-    line: u32,
-    names: &[String],
+    text: &TextTable<'_>,
     wanted: Column,
     unit: Option<&str>,
 ) -> Result<Option<LogColumn>, ReadingsError> {
     let wrong_unit = |name: &str, unit: Option<&str>| ReadingsError::WrongUnit {
-        file: file.to_owned(),
-        line,
+        file: text.file(),
+        line: text.header_line,
         column: name.to_owned(),
         unit: unit.map_or("none".to_owned(), |unit| format!("`{unit}`")),
         accepted: wanted.kind().map_or("", Kind::units),
     };
-    for (index, name) in names.iter().enumerate() {
+    for (index, name) in text.names.iter().enumerate() {
         let conversion = match understand(name) {
             Named::Column(column, conversion) if column == wanted => conversion,
             Named::WrongUnit(column, found) if column == wanted => {

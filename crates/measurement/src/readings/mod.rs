@@ -23,6 +23,7 @@ mod session_file;
 mod session_toml;
 mod since_zero;
 mod table;
+mod text_table;
 mod toml_values;
 mod write;
 
@@ -46,7 +47,5 @@ pub use write::{ReadingsWriter, write_readings};
 
 // What reads any table of numbers, for readers of other tables.
 pub(crate) use column::split_unit;
-pub(crate) use csv::about_text;
-pub(crate) use number::{Conversion, NumberFault, NumberReader, read_count};
-pub(crate) use row::number_error;
-pub(crate) use rows::{Rows, text_of};
+pub(crate) use number::{Conversion, NumberFault, read_count};
+pub(crate) use text_table::TextTable;

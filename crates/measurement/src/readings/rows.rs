@@ -1,6 +1,6 @@
 //! Lines to records: delimiter, quotes, comments, blank lines, each with the right line number.
 
-use std::io::{BufRead, ErrorKind, Read};
+use std::io::Read;
 
 use csv_core::ReadRecordResult;
 
@@ -61,9 +61,9 @@ impl Delimiter {
 ///
 /// Lines are taken one by one and handed to the CSV automaton of `csv-core`, so that the line number of a record is exact after quoted
 /// line breaks, blank lines, comments and `\r\n`, and a quote that never closes is noticed.
-pub(crate) struct Rows<R> {
+pub(super) struct Rows<'a> {
     file: String,
-    input: Decoded<R>,
+    input: Decoded<'a>,
     parser: csv_core::Reader,
     delimiter: Delimiter,
     /// The line being worked on, with its line end.
@@ -75,16 +75,16 @@ pub(crate) struct Rows<R> {
     count: usize,
     trim_last: bool,
     /// Lines that hold nothing but blanks and delimiters.
-    pub(crate) blank: Vec<u32>,
+    pub(super) blank: Vec<u32>,
     /// Lines that start with `#`, and the `sep=` line of a spreadsheet.
-    pub(crate) comments: Vec<u32>,
+    pub(super) comments: Vec<u32>,
 }
 
-impl<R: Read> Rows<R> {
+impl<'a> Rows<'a> {
     /// Finds the header and, unless `delimiter` is given, how its fields are delimited.
-    pub(crate) fn open(
+    pub(super) fn open(
         file: &str,
-        input: R,
+        input: impl Read + 'a,
         delimiter: Option<Delimiter>,
     ) -> Result<Self, ReadingsError> {
         let input = Decoded::new(input).map_err(|error| input_error(file, 0, error))?;
@@ -115,10 +115,7 @@ impl<R: Read> Rows<R> {
         let mut told = delimiter;
         while self.take_line()? {
             if self.line.contains(&0) {
-                return Err(ReadingsError::NotText {
-                    file: self.file.clone(),
-                    line: self.lines_taken,
-                });
+                return Err(self.not_text());
             }
             if self.is_passed_over() {
                 continue;
@@ -145,20 +142,31 @@ impl<R: Read> Rows<R> {
         })
     }
 
+    pub(super) fn file(&self) -> &str {
+        &self.file
+    }
+
+    fn not_text(&self) -> ReadingsError {
+        ReadingsError::NotText {
+            file: self.file.clone(),
+            line: self.lines_taken,
+        }
+    }
+
     pub(super) fn delimiter(&self) -> Delimiter {
         self.delimiter
     }
 
     pub(super) fn encoding(&self) -> Encoding {
-        self.input.encoding()
+        self.input.encoding
     }
 
     pub(super) fn lone_carriage_return(&self) -> bool {
-        self.input.lone_carriage_return()
+        self.input.lone_carriage_return
     }
 
     /// Moves to the next record and gives the line it starts on; `None` at the end.
-    pub(crate) fn next_record(&mut self) -> Result<Option<u32>, ReadingsError> {
+    pub(super) fn next_record(&mut self) -> Result<Option<u32>, ReadingsError> {
         loop {
             if !std::mem::take(&mut self.header_pending) {
                 if !self.take_line()? {
@@ -179,12 +187,12 @@ impl<R: Read> Rows<R> {
     }
 
     /// Number of fields of the current record.
-    pub(crate) fn len(&self) -> usize {
+    pub(super) fn len(&self) -> usize {
         self.count
     }
 
     /// Field `index` of the current record as it stands in the file, without quotes; empty beyond the last.
-    pub(crate) fn field(&self, index: usize) -> &[u8] {
+    pub(super) fn field(&self, index: usize) -> &[u8] {
         if index >= self.count {
             return &[];
         }
@@ -200,7 +208,7 @@ impl<R: Read> Rows<R> {
         self.line.clear();
         let taken = self
             .input
-            .read_until(b'\n', &mut self.line)
+            .read_line(&mut self.line)
             .map_err(|error| input_error(&self.file, self.lines_taken, error))?;
         if taken == 0 {
             return Ok(false);
@@ -211,6 +219,10 @@ impl<R: Read> Rows<R> {
                 .ok_or_else(|| ReadingsError::TooLong {
                     file: self.file.clone(),
                 })?;
+        let replaced = |text: &[u8]| text.windows(3).any(|bytes| bytes == "\u{fffd}".as_bytes());
+        if self.encoding() == Encoding::Utf16 && replaced(&self.line) {
+            return Err(self.not_text());
+        }
         // A last line without an end is as good as one with it.
         if self.line.last() != Some(&b'\n') {
             self.line.push(b'\n');
@@ -279,12 +291,7 @@ pub(crate) fn text_of(bytes: &[u8]) -> (std::borrow::Cow<'_, str>, bool) {
 
 fn input_error(file: &str, line: u32, error: std::io::Error) -> ReadingsError {
     let file = file.to_owned();
-    if error.kind() == ErrorKind::InvalidData {
-        let line = line.saturating_add(1);
-        ReadingsError::NotText { file, line }
-    } else {
-        ReadingsError::Io { file, line, error }
-    }
+    ReadingsError::Io { file, line, error }
 }
 
 #[cfg(test)]
@@ -359,6 +366,17 @@ mod tests {
         ));
         let zeros = records("p\0o\0s\0e\0");
         assert!(matches!(zeros, Err(ReadingsError::NotText { line: 1, .. })));
+    }
+
+    #[test]
+    fn broken_utf16_is_no_text() {
+        for broken in [&b"\xFF\xFEa\0\n\0b"[..], b"\xFF\xFEa\0\n\0\x00\xD8b\0"] {
+            let error = Rows::open("t.csv", broken, None).and_then(|mut rows| {
+                rows.next_record()?;
+                rows.next_record()
+            });
+            assert!(matches!(error, Err(ReadingsError::NotText { line: 2, .. })));
+        }
     }
 
     #[test]

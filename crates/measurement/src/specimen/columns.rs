@@ -1,12 +1,10 @@
 //! The header of a table: where the named columns stand, and in which units.
 
-use std::io::Read;
-
 use super::assumption::SpecimenAssumption;
 use super::error::SpecimenError;
 use super::options::SpecimenOptions;
 use super::table::Scale;
-use crate::readings::{Conversion, Rows, split_unit, text_of};
+use crate::readings::{Conversion, TextTable, split_unit};
 use stiffbench_units_and_text::nearest::nearest;
 use stiffbench_units_and_text::quantity::Kind;
 
@@ -28,8 +26,6 @@ pub(super) struct Measured {
 /// Where everything stands.
 #[derive(Debug)]
 pub(super) struct Columns {
-    pub(super) line: u32,
-    pub(super) width: usize,
     pub(super) force: Option<Measured>,
     pub(super) displacement: Measured,
     pub(super) time: Option<Measured>,
@@ -44,25 +40,20 @@ pub(super) struct Columns {
 }
 
 impl Columns {
-    /// Finds the columns in the current record of `rows`, which is the header.
-    pub(super) fn find<R: Read>(
-        file: &str,
-        line: u32,
-        rows: &Rows<R>,
+    /// Finds the columns by their names.
+    pub(super) fn find(
+        text: &TextTable<'_>,
         options: &SpecimenOptions,
     ) -> Result<Self, SpecimenError> {
         if options.force_column.as_deref() == Some(options.displacement_column.trim()) {
             let column = options.displacement_column.clone();
             return Err(SpecimenError::SameColumn { column });
         }
-        let names = (0..rows.len())
-            .map(|index| text_of(rows.field(index)).0.trim().to_owned())
-            .collect();
         let mut header = Header {
-            file,
-            line,
-            names,
-            used: vec![false; rows.len()],
+            file: text.file(),
+            line: text.header_line,
+            names: &text.names,
+            used: vec![false; text.names.len()],
             assumptions: Vec::new(),
         };
         let force_unit = options.force_unit.as_deref();
@@ -70,8 +61,6 @@ impl Columns {
         let time_unit = options.time_unit.as_deref();
         let force = options.force_column.as_deref();
         Ok(Self {
-            line,
-            width: rows.len(),
             force: force
                 .map(|name| header.measured(name, Kind::Force, force_unit))
                 .transpose()?,
@@ -103,9 +92,9 @@ impl Columns {
 }
 
 struct Header<'a> {
-    file: &'a str,
+    file: String,
     line: u32,
-    names: Vec<String>,
+    names: &'a [String],
     used: Vec<bool>,
     assumptions: Vec<SpecimenAssumption>,
 }
@@ -119,7 +108,7 @@ impl Header<'_> {
         };
         if let Some(second) = found.next() {
             return Err(SpecimenError::DuplicateColumn {
-                file: self.file.to_owned(),
+                file: self.file.clone(),
                 line: self.line,
                 column: wanted.to_owned(),
                 first: index + 1,
@@ -141,7 +130,7 @@ impl Header<'_> {
         };
         let found: Vec<String> = self.names.iter().map(|name| format!("`{name}`")).collect();
         SpecimenError::MissingColumn {
-            file: self.file.to_owned(),
+            file: self.file.clone(),
             line: self.line,
             column: wanted.to_owned(),
             found: found.join(", "),
@@ -215,7 +204,7 @@ impl Header<'_> {
             return Ok(Conversion::NONE);
         }
         Err(SpecimenError::NoUnit {
-            file: self.file.to_owned(),
+            file: self.file.clone(),
             line: self.line,
             column: name.to_owned(),
             option: option_of(kind),

@@ -12,7 +12,7 @@ use super::options::{Response, SpecimenOptions, TURN_SHARE};
 use super::order::{put_in_order, time_goes_back};
 use super::row::{Row, RowReader};
 use super::table::{Scale, SpecimenReading, SpecimenRun, SpecimenTable};
-use crate::readings::{Assumption, NumberReader, ReadingsError, Rows, about_text};
+use crate::readings::{ReadingsError, TextTable};
 use stiffbench_units_and_text::test_point::Branch;
 
 /// Readings from a table whose columns the caller names.
@@ -35,29 +35,29 @@ pub fn read_specimen(
     if !(turn_share > 0.0 && turn_share < 1.0) {
         return Err(SpecimenError::BadTurnShare { share: turn_share });
     }
-    let mut rows = Rows::open(source, input, options.text.delimiter).map_err(own_empty)?;
-    let Some(line) = rows.next_record()? else {
+    let mut text = TextTable::open(source, input, options.text).map_err(own_empty)?;
+    if !text.next_header()? {
         let file = source.to_owned();
         return Err(SpecimenError::Empty { file });
-    };
-    let columns = Columns::find(source, line, &rows, options)?;
-    let numbers = NumberReader::new(options.text.decimal);
-    let mut reader = RowReader::new(source, &columns, numbers);
-    while let Some(line) = rows.next_record()? {
-        reader.take(&rows, line)?;
+    }
+    let columns = Columns::find(&text, options)?;
+    let mut reader = RowReader::new(&columns);
+    while text.next_record()? {
+        reader.take(&mut text)?;
     }
     if reader.rows.is_empty() {
         return Err(SpecimenError::NoReadings {
             file: source.to_owned(),
-            line: columns.line,
+            line: text.header_line,
             incomplete: reader.incomplete.len(),
         });
     }
-    let assumptions = assumptions_of_text(&rows, &reader, &columns, options);
+    let assumptions = assumptions_of_text(&text, &reader, &columns);
+    let (blank, comments) = text.passed_over();
     let excluded = Excluded {
         incomplete: std::mem::take(&mut reader.incomplete),
-        blank: rows.blank,
-        comments: rows.comments,
+        blank,
+        comments,
     };
     let mut found = reader.rows;
     let order = put_in_order(&mut found);
@@ -87,21 +87,13 @@ fn own_empty(error: ReadingsError) -> SpecimenError {
     }
 }
 
-fn assumptions_of_text<R: Read>(
-    rows: &Rows<R>,
+fn assumptions_of_text(
+    text: &TextTable<'_>,
     reader: &RowReader<'_>,
     columns: &Columns,
-    options: &SpecimenOptions,
 ) -> Vec<SpecimenAssumption> {
-    let mut text = about_text(rows, options.text.delimiter);
-    if let Some(line) = reader.other_encoding {
-        text.push(Assumption::NotUtf8 { line });
-    }
-    text.extend(Assumption::decimal_comma(
-        options.text.decimal,
-        reader.numbers.decimal_comma(),
-    ));
-    let mut all: Vec<_> = text.into_iter().map(SpecimenAssumption::Text).collect();
+    let of_text = text.assumptions().into_iter();
+    let mut all: Vec<_> = of_text.map(SpecimenAssumption::Text).collect();
     if columns.force.is_none() {
         all.push(SpecimenAssumption::ConstantLoad);
     }

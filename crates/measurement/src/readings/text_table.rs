@@ -1,0 +1,178 @@
+//! A table in a text: from bytes to records under named columns, each field with its line, and what was taken for granted on the way.
+//!
+//! What the columns mean is for those who read readings, logs of gauges and tables of specimens from it.
+
+use std::borrow::Cow;
+use std::cell::Cell;
+use std::io::Read;
+
+use super::assumption::Assumption;
+use super::csv::ReadOptions;
+use super::encoding::Encoding;
+use super::error::ReadingsError;
+use super::number::{Conversion, NumberFault, NumberReader};
+use super::rows::{Delimiter, Rows, text_of};
+
+/// A table that is read record by record.
+pub(crate) struct TextTable<'a> {
+    rows: Rows<'a>,
+    told: ReadOptions,
+    /// Line of the column names; 0 before they were read.
+    pub(crate) header_line: u32,
+    /// Column names as they stand in the file, without blanks around them.
+    pub(crate) names: Vec<String>,
+    /// Line on which the current record starts.
+    pub(crate) line: u32,
+    /// First line with text that is not UTF-8.
+    other_encoding: Cell<Option<u32>>,
+    pub(crate) numbers: NumberReader,
+}
+
+impl<'a> TextTable<'a> {
+    /// Opens a table, of which nothing but encoding and delimiter is known yet.
+    pub(crate) fn open(
+        file: &str,
+        input: impl Read + 'a,
+        told: ReadOptions,
+    ) -> Result<Self, ReadingsError> {
+        Ok(Self {
+            rows: Rows::open(file, input, told.delimiter)?,
+            told,
+            header_line: 0,
+            names: Vec::new(),
+            line: 0,
+            other_encoding: Cell::new(None),
+            numbers: NumberReader::new(told.decimal),
+        })
+    }
+
+    /// The input, as the caller named it.
+    pub(crate) fn file(&self) -> String {
+        self.rows.file().to_owned()
+    }
+
+    /// Takes the next record for the column names; whether there is one.
+    pub(crate) fn next_header(&mut self) -> Result<bool, ReadingsError> {
+        let Some(line) = self.rows.next_record()? else {
+            return Ok(false);
+        };
+        self.header_line = line;
+        let name = |index| text_of(self.rows.field(index)).0.trim().to_owned();
+        self.names = (0..self.rows.len()).map(name).collect();
+        Ok(true)
+    }
+
+    /// Moves to the next record; whether there is one.
+    ///
+    /// More fields than names are fine as long as they are empty, as spreadsheets leave them.
+    pub(crate) fn next_record(&mut self) -> Result<bool, ReadingsError> {
+        let Some(line) = self.rows.next_record()? else {
+            return Ok(false);
+        };
+        self.line = line;
+        let (expected, found) = (self.names.len(), self.rows.len());
+        if found == expected
+            || found > expected && (expected..found).all(|index| self.field(index).is_empty())
+        {
+            return Ok(true);
+        }
+        Err(ReadingsError::FieldCount {
+            file: self.file(),
+            line,
+            expected,
+            found,
+        })
+    }
+
+    /// A field of the current record as it stands in the file; empty beyond the last.
+    pub(crate) fn raw(&self, index: usize) -> &[u8] {
+        self.rows.field(index)
+    }
+
+    /// The same without blanks around it.
+    pub(crate) fn field(&self, index: usize) -> &[u8] {
+        self.raw(index).trim_ascii()
+    }
+
+    /// A field as text; one that is not UTF-8 is noted.
+    pub(crate) fn text<'t>(&self, field: &'t [u8]) -> Cow<'t, str> {
+        let (text, other_encoding) = text_of(field);
+        if other_encoding && self.other_encoding.get().is_none() {
+            self.other_encoding.set(Some(self.line));
+        }
+        text
+    }
+
+    /// A field as a number in SI.
+    pub(crate) fn number(
+        &mut self,
+        index: usize,
+        conversion: Conversion,
+    ) -> Result<f64, NumberFault> {
+        let field = self.rows.field(index).trim_ascii();
+        self.numbers.read(field, conversion, self.line)
+    }
+
+    /// The error for a field that is not a number.
+    pub(crate) fn number_error(
+        &self,
+        index: usize,
+        column: String,
+        fault: NumberFault,
+    ) -> ReadingsError {
+        let (file, line) = (self.file(), self.line);
+        let value = text_of(self.field(index)).0.into_owned();
+        match fault {
+            NumberFault::NotANumber => ReadingsError::BadValue {
+                file,
+                line,
+                column,
+                value,
+                expected: "a number",
+            },
+            NumberFault::NotFinite => ReadingsError::NotFinite {
+                file,
+                line,
+                column,
+                value,
+            },
+            NumberFault::OtherDecimalSign(sign, first_line) => ReadingsError::MixedDecimals {
+                file,
+                line,
+                column,
+                value,
+                sign: sign.word(),
+                first_line,
+            },
+        }
+    }
+
+    /// What was taken for granted of the text itself.
+    pub(crate) fn assumptions(&self) -> Vec<Assumption> {
+        let delimiter = self.rows.delimiter();
+        let other_delimiter = self.told.delimiter.is_none() && delimiter != Delimiter::Comma;
+        let encoding = match self.rows.encoding() {
+            Encoding::Plain => None,
+            Encoding::Utf8Marked => Some(Assumption::ByteOrderMark),
+            Encoding::Utf16 => Some(Assumption::Utf16),
+        };
+        let line_ends = self.rows.lone_carriage_return();
+        let other_encoding = self.other_encoding.get();
+        let comma = Assumption::decimal_comma(self.told.decimal, self.numbers.decimal_comma());
+        [
+            encoding,
+            line_ends.then_some(Assumption::LoneCarriageReturn),
+            other_delimiter.then_some(Assumption::Delimiter(delimiter)),
+            other_encoding.map(|line| Assumption::NotUtf8 { line }),
+            comma,
+        ]
+        .into_iter()
+        .flatten()
+        .collect()
+    }
+
+    /// Lines without a value, and lines of comments.
+    pub(crate) fn passed_over(self) -> (Vec<u32>, Vec<u32>) {
+        (self.rows.blank, self.rows.comments)
+    }
+}
