@@ -289,7 +289,7 @@ fn procedures_that_cannot_be_followed() {
             10,
             "stiffbench::procedure::file",
         ),
-        &["wrong.toml: line 2"],
+        &["wrong.toml:2:"],
     );
     assert!(!desk.path("s").exists());
 }
