@@ -1,5 +1,7 @@
-//! The commands of the README, and of what it says of maps, run as they stand there.
+//! The commands of the README and of the pages run as they stand there; files and pages that they name exist.
 
+use std::fs;
+use std::path::{Path, PathBuf};
 use std::process::Command;
 
 /// Starts of lines that are commands of this program, with what stands before its arguments.
@@ -62,14 +64,134 @@ fn commands_of_the_readme_run() {
 }
 
 #[test]
+fn commands_of_the_tour_run() {
+    commands_run("docs/commands.md");
+}
+
+#[test]
 fn commands_for_maps_run() {
     commands_run("docs/stiffness-map.md");
 }
 
+/// Lines above which the README is to be split.
+const LONGEST_README: usize = 130;
+
+/// Folders whose files a page may name.
+const FOLDERS: [&str; 9] = [
+    "crates/",
+    "src/",
+    "tests/",
+    "docs/",
+    "data/",
+    "fixtures/",
+    "protocols/",
+    "benches/",
+    "examples/",
+];
+
+/// Pages that must name files as they are: who maintains the program starts there.
+const NAMES_FILES: [&str; 4] = [
+    "docs/architecture.md",
+    "docs/method.md",
+    "docs/dependencies.md",
+    "docs/glossary.md",
+];
+
+fn root() -> &'static Path {
+    Path::new(env!("CARGO_MANIFEST_DIR"))
+}
+
+/// The README, the changelog and all pages, from the root.
+fn pages() -> Vec<PathBuf> {
+    let folder = fs::read_dir(root().join("docs")).unwrap();
+    let pages = folder.map(|entry| PathBuf::from("docs").join(entry.unwrap().file_name()));
+    let is_page = |path: &PathBuf| path.extension().is_some_and(|ending| ending == "md");
+    let mut pages: Vec<PathBuf> = pages.filter(is_page).collect();
+    pages.extend(["README.md", "CHANGELOG.md"].map(PathBuf::from));
+    pages.sort();
+    pages
+}
+
+/// Lines outside code blocks.
+fn prose(markdown: &str) -> impl Iterator<Item = &str> {
+    let mut in_block = false;
+    markdown.lines().filter(move |line| {
+        let fence = line.trim_start().starts_with("```");
+        in_block ^= fence;
+        !fence && !in_block
+    })
+}
+
+/// Targets of links and pictures, without the part behind `#`.
+fn targets(markdown: &str) -> Vec<&str> {
+    let ends = prose(markdown).flat_map(|line| line.split("](").skip(1));
+    let targets = ends.filter_map(|rest| rest.split_once(')').map(|(target, _)| target));
+    let files = targets.filter_map(|target| target.split('#').next());
+    files
+        .filter(|file| !file.is_empty() && !file.contains("://"))
+        .collect()
+}
+
+/// Paths of this repository that a page names in code spans; those with a placeholder are left out.
+fn named_files(markdown: &str) -> Vec<&str> {
+    let spans = prose(markdown).flat_map(|line| line.split('`').skip(1).step_by(2));
+    spans
+        .filter(|span| FOLDERS.iter().any(|folder| span.starts_with(folder)))
+        .filter(|span| !span.contains(['*', '<', ' ', '{']))
+        .collect()
+}
+
+#[test]
+fn the_readme_is_short() {
+    let lines = fs::read_to_string(root().join("README.md")).unwrap();
+    let count = lines.lines().count();
+    assert!(count <= LONGEST_README, "the README has {count} lines");
+}
+
+#[test]
+fn links_of_the_pages_lead_to_files() {
+    for page in pages() {
+        let markdown = fs::read_to_string(root().join(&page)).unwrap();
+        let folder = page.parent().unwrap();
+        for target in targets(&markdown) {
+            let file = root().join(folder).join(target);
+            assert!(file.exists(), "{}: no file {target}", page.display());
+        }
+    }
+}
+
+#[test]
+fn files_that_pages_for_maintainers_name_exist() {
+    for page in NAMES_FILES {
+        let markdown = fs::read_to_string(root().join(page)).unwrap();
+        for file in named_files(&markdown) {
+            assert!(root().join(file).exists(), "{page}: no file {file}");
+        }
+    }
+}
+
+/// The page of the search names its files without their folder.
+#[test]
+fn files_of_the_search_exist() {
+    let markdown = fs::read_to_string(root().join("docs/method.md")).unwrap();
+    let spans = prose(&markdown).flat_map(|line| line.split('`').skip(1).step_by(2));
+    for span in spans.filter(|span| !FOLDERS.iter().any(|folder| span.starts_with(folder))) {
+        let is_file = span.ends_with(".rs") || span.ends_with('/');
+        let file = root().join("crates/diagnosis/src/mismatch").join(span);
+        assert!(!is_file || file.exists(), "docs/method.md: no file {span}");
+    }
+}
+
+#[test]
+fn links_and_files_are_found_in_prose_only() {
+    let markdown = "see [a](b.md#c), ![d](e.png), [f](https://g.h) and [i](#j); `src/k.rs`, `src/l/<name>.rs`, `m`\n```text\n[n](o) `src/p.rs`\n```\n";
+    assert_eq!(targets(markdown), ["b.md", "e.png"]);
+    assert_eq!(named_files(markdown), ["src/k.rs"]);
+}
+
 /// Runs the commands of a file one after another in a new folder.
 fn commands_run(file: &str) {
-    let path = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join(file);
-    let markdown = std::fs::read_to_string(path).unwrap();
+    let markdown = fs::read_to_string(root().join(file)).unwrap();
     let commands = commands(&markdown);
     assert!(
         !commands.is_empty(),
