@@ -73,6 +73,11 @@ fn commands_for_maps_run() {
     commands_run("docs/stiffness-map.md");
 }
 
+#[test]
+fn commands_for_the_figures_of_the_paper_run() {
+    commands_run("docs/paper.md");
+}
+
 /// Lines above which the README is to be split.
 const LONGEST_README: usize = 130;
 
