@@ -2,9 +2,7 @@
 
 use std::fmt::Write;
 
-use crate::mismatch::{
-    DRAWS, DetectionLimit, Finding, LAW_LEVEL, LEFT_OVER_LEVEL, Spot, level_share,
-};
+use crate::mismatch::{DRAWS, DetectionLimit, Finding, LAW_LEVEL, LEFT_OVER_LEVEL, Spot};
 use crate::physics::{Law, Place};
 use crate::report::{TextTable, significant};
 
@@ -304,13 +302,14 @@ fn limits(report: &DiagnosisReport<'_>) -> String {
     let mut text = String::from("\n");
     let sentence = format!(
         "Limits. Noise alone passes for a law in {} % of sessions and for structure left over in {} %, from {DRAWS} draws with seed {}. The \
-         level of the laws is split between them in fixed shares; gain is the fall of the weighted squares that a law must exceed.",
+         level of the laws is split between them so that most are found at 4.5 standard errors; the critical value is that of the gain, the \
+         fall of the weighted squares.",
         significant(100.0 * LAW_LEVEL, 2),
         significant(100.0 * LEFT_OVER_LEVEL, 2),
         report.seed
     );
     text.push_str(&paragraph(&sentence, "", ""));
-    let mut rows = TextTable::new(&["law", "share", "level, %", "gain limit"]);
+    let mut rows = TextTable::new(&["law", "share of the level", "level, %", "critical value"]);
     for (family, limit) in &limits.laws {
         let (law, wide) = *family;
         let name = if wide {
@@ -321,7 +320,10 @@ fn limits(report: &DiagnosisReport<'_>) -> String {
         let level = limits.levels.get(family);
         rows.row([
             name,
-            format!("{:.3}", level_share(*family)),
+            level.map_or_else(
+                || "-".to_owned(),
+                |level| format!("{:.3}", level / LAW_LEVEL),
+            ),
             level.map_or_else(|| "-".to_owned(), |level| significant(100.0 * level, 2)),
             format!("{limit:.1}"),
         ]);

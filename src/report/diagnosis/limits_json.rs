@@ -2,7 +2,7 @@
 
 use serde_json::{Value, json};
 
-use crate::mismatch::{DRAWS, DetectionLimit, LAW_LEVEL, LEFT_OVER_LEVEL, Limits, level_share};
+use crate::mismatch::{DRAWS, DetectionLimit, LAW_LEVEL, LEFT_OVER_LEVEL, Limits};
 use crate::physics::{Law, ParameterSpec, Place};
 
 use super::testable::untestable;
@@ -49,7 +49,7 @@ pub(super) fn levels_json(limits: &Limits) -> Value {
             "physics": law.name,
             "unit": law.parameters.first().map(ParameterSpec::unit),
             "wide_search": wide,
-            "share": level_share(*family),
+            "share": limits.levels.get(family).map_or(Value::Null, |level| finite(level / LAW_LEVEL)),
             "level": limits.levels.get(family).copied().map_or(Value::Null, finite),
             "gain_limit": finite(*limit),
         })

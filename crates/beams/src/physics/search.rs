@@ -138,8 +138,6 @@ pub struct Search {
     pub is_freest: bool,
     /// Whether it can be looked for in a table of force and displacement without a robot.
     pub without_robot: bool,
-    /// Weights of the search and of the wide search in the level of the whole family of laws.
-    pub level_weights: [f64; 2],
     /// What the law needs to be recorded.
     pub needs: Needs,
     /// Why the law cannot be seen at one of its places, and what would make it visible, as clauses.

@@ -1,8 +1,8 @@
 //! How large a gain must be before it is believed: the whole search on noise alone.
 //!
 //! On noise alone the gain of every shape is a function of white numbers and the shape's vector only. Ten thousand draws of white
-//! noise through all shapes of all candidates give the largest gain of each law; each law has a fixed share of the level, and one
-//! common multiple makes the chance that any law passes its limit exactly the level.
+//! noise through all shapes of all candidates give the largest gain of each law; one constant for all laws makes the chance that any of
+//! them passes exactly the level.
 
 use std::collections::BTreeMap;
 use std::ops::Range;
@@ -13,6 +13,7 @@ use rand_distr::{Distribution, StandardNormal};
 use rayon::prelude::*;
 
 use stiffbench_beams::physics::{Law, Place};
+use stiffbench_numeric::statistics::normal_upper_tail;
 
 use super::candidate::Candidate;
 use super::draws::{BLOCK, DrawTable, Drawn, Kind, Told};
@@ -41,12 +42,6 @@ const LEAST_LIMIT: f64 = 6.0;
 
 /// A law, and whether it is its wide search.
 pub type Family = (Law, bool);
-
-/// Share of the level that a law has, before the common multiple.
-#[must_use]
-pub fn level_share((law, wide): Family) -> f64 {
-    law.search.level_weights[usize::from(wide)]
-}
 
 /// Limits of the gain.
 #[derive(Debug, Clone, PartialEq)]
@@ -151,7 +146,7 @@ pub(super) fn limits(
     let table = DrawTable::new(space, &cells, families.len() + 1, drawn);
     let pool = smoothed(&pool(residuals), seed);
     let draws = draw(&table, &pool, rounded, seed);
-    settle(&families, draws)
+    calibrate(&families, draws)
 }
 
 /// What a candidate shares its bases with.
@@ -329,8 +324,26 @@ fn draw(
         .collect()
 }
 
-/// The common multiple of the shares that makes the chance of any law passing exactly the level.
-fn settle(families: &[Family], mut draws: Vec<Vec<f64>>) -> Limits {
+/// Length of an effect, standard errors, at which the laws are found as often as a level allows.
+///
+/// At this length a law with a single shape is found in more than nine of ten sessions; shorter effects are weak evidence anyway.
+const DESIGN_LENGTH: f64 = 4.5;
+
+/// Share of null samples by which the number of independent shapes of a law is counted.
+const TAIL: f64 = 0.01;
+
+/// Critical values under which noise alone passes for any law with the chance of the level, and with which most laws are found.
+///
+/// Of all ways to split a level between laws that one is taken which finds the most of them at the design length μ: where a little more
+/// level would help each law as much. A law whose null samples exceed z² as often as m independent shapes, 2 m Φ(-z), is found with the
+/// chance Φ(μ - z); that of the derivatives is exp(μ z)/m up to a constant, so that
+///
+/// ```text
+/// z = z₁ + ln(m)/μ
+/// ```
+///
+/// with one z₁ for all laws (the optimal weights of Roeder & Wasserman, Statistical Science 24, 2009, p. 398, for one size of effect).
+fn calibrate(families: &[Family], mut draws: Vec<Vec<f64>>) -> Limits {
     let mut left_over_draws = draws.pop().unwrap_or_default();
     left_over_draws.par_sort_unstable_by(f64::total_cmp);
     let sorted: Vec<Vec<f64>> = draws
@@ -341,13 +354,13 @@ fn settle(families: &[Family], mut draws: Vec<Vec<f64>>) -> Limits {
             sorted
         })
         .collect();
-    let shares: Vec<f64> = families.iter().map(|family| level_share(*family)).collect();
-    let limits_at = |multiple: f64| -> Vec<f64> {
-        sorted
-            .iter()
-            .zip(&shares)
-            .map(|(values, share)| quantile(values, 1.0 - multiple * share).max(LEAST_LIMIT))
-            .collect()
+    let further: Vec<f64> = sorted
+        .iter()
+        .map(|values| independent_shapes(values).ln() / DESIGN_LENGTH)
+        .collect();
+    let limits_at = |z: f64| -> Vec<f64> {
+        let of_law = |further: &f64| (z + further).max(0.0).powi(2).max(LEAST_LIMIT);
+        further.iter().map(of_law).collect()
     };
     let count = draws.first().map_or(0, Vec::len);
     let passing = |limits: &[f64]| {
@@ -363,27 +376,31 @@ fn settle(families: &[Family], mut draws: Vec<Vec<f64>>) -> Limits {
             .count() as f64
             / count.max(1) as f64
     };
-    let (mut low, mut high) = (1e-4, 1.0);
+    let (mut low, mut high) = (0.0, 20.0);
     for _ in 0..40 {
         let middle = 0.5 * (low + high);
         if passing(&limits_at(middle)) > LAW_LEVEL {
-            high = middle;
-        } else {
             low = middle;
+        } else {
+            high = middle;
         }
     }
-    let limits = limits_at(low);
+    let limits = limits_at(high);
+    let level = |(values, limit): (&Vec<f64>, &f64)| exceedance(values, *limit);
+    let levels: Vec<f64> = sorted.iter().zip(&limits).map(level).collect();
     Limits {
         laws: families.iter().copied().zip(limits).collect(),
         left_over: quantile(&left_over_draws, 1.0 - LEFT_OVER_LEVEL),
-        levels: families
-            .iter()
-            .copied()
-            .zip(shares.iter().map(|share| share * low))
-            .collect(),
+        levels: families.iter().copied().zip(levels).collect(),
         left_over_draws,
         law_draws: families.iter().copied().zip(sorted).collect(),
     }
+}
+
+/// How many independent shapes would exceed a large gain as often as null samples of a law do.
+fn independent_shapes(sorted: &[f64]) -> f64 {
+    let z = quantile(sorted, 1.0 - TAIL).max(0.0).sqrt();
+    TAIL / (2.0 * normal_upper_tail(z)).max(f64::MIN_POSITIVE)
 }
 
 /// The value that a share of sorted values does not exceed; beyond the last, the last.

@@ -62,7 +62,7 @@ pub use error::MismatchError;
 pub use ideal::{IdealSearch, IdealSession};
 pub use known_noise::{GivenNoise, KnownNoise, given_noise};
 pub use leftover::Stratum;
-pub use limits::{DRAWS, Family, LAW_LEVEL, LEFT_OVER_LEVEL, Limits, level_share};
+pub use limits::{DRAWS, Family, LAW_LEVEL, LEFT_OVER_LEVEL, Limits};
 pub use next_measurement::NextMeasurement;
 pub use noise::ReadingNoise;
 pub use observations::{

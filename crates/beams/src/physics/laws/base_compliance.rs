@@ -35,7 +35,6 @@ pub(super) static LAW: LawDefinition = LawDefinition {
         phase: None,
         is_freest: false,
         without_robot: false,
-        level_weights: [0.065, 0.0],
         needs: Needs::Nothing,
         unseen_at_place: TOO_LITTLE_AT_PLACE,
         unseen: TOO_LITTLE,

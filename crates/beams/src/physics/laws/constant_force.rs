@@ -40,7 +40,6 @@ pub(super) static LAW: LawDefinition = LawDefinition {
         is_freest: false,
         // A line with a free zero contains it.
         without_robot: false,
-        level_weights: [0.04, 0.0],
         needs: Needs::Nothing,
         unseen_at_place: (
             "without an unloaded reading the zero of the gauge takes it",

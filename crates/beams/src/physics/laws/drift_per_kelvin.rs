@@ -40,7 +40,6 @@ pub(super) static LAW: LawDefinition = LawDefinition {
         phase: None,
         is_freest: false,
         without_robot: true,
-        level_weights: [0.025, 0.0],
         needs: Needs::Temperature,
         unseen_at_place: TOO_LITTLE_AT_PLACE,
         unseen: TOO_LITTLE,

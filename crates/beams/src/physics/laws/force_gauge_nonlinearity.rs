@@ -39,7 +39,6 @@ pub(super) static LAW: LawDefinition = LawDefinition {
         phase: None,
         is_freest: false,
         without_robot: true,
-        level_weights: [0.03, 0.0],
         needs: Needs::Nothing,
         unseen_at_place: TOO_LITTLE_AT_PLACE,
         unseen: TOO_LITTLE,

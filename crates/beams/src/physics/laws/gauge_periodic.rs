@@ -80,7 +80,6 @@ pub(super) static LAW: LawDefinition = LawDefinition {
         phase: Some(2),
         is_freest: false,
         without_robot: true,
-        level_weights: [0.17, 0.01],
         needs: Needs::Nothing,
         unseen_at_place: TOO_LITTLE_AT_PLACE,
         unseen: (

@@ -60,7 +60,6 @@ pub(super) static LAW: LawDefinition = LawDefinition {
         phase: None,
         is_freest: false,
         without_robot: true,
-        level_weights: [0.37, 0.0],
         needs: Needs::Nothing,
         unseen_at_place: UNSEEN_AT_JOINT,
         unseen: NO_SUCH_JOINT,

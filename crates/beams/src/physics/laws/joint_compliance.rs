@@ -23,7 +23,6 @@ pub(super) static LAW: LawDefinition = LawDefinition {
         is_freest: true,
         // A line with a free slope contains it.
         without_robot: false,
-        level_weights: [0.06, 0.0],
         needs: Needs::Nothing,
         unseen_at_place: UNSEEN_AT_JOINT,
         unseen: NO_SUCH_JOINT,

@@ -39,7 +39,6 @@ pub(super) static LAW: LawDefinition = LawDefinition {
         phase: None,
         is_freest: false,
         without_robot: false,
-        level_weights: [0.05, 0.0],
         needs: Needs::Nothing,
         unseen_at_place: (
             "a force turned that way moves this robot along the direction of reading only to second order",

@@ -21,7 +21,6 @@ pub(super) static LAW: LawDefinition = LawDefinition {
         phase: None,
         is_freest: false,
         without_robot: false,
-        level_weights: [0.01, 0.0],
         needs: Needs::Nothing,
         unseen_at_place: (
             "without it the readings would hardly change, or the factors take what changes",

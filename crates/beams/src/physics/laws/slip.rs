@@ -36,7 +36,6 @@ pub(super) static LAW: LawDefinition = LawDefinition {
         phase: None,
         is_freest: false,
         without_robot: true,
-        level_weights: [0.02, 0.0],
         needs: Needs::Nothing,
         unseen_at_place: TOO_LITTLE_AT_PLACE,
         unseen: (
