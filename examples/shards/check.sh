@@ -27,7 +27,7 @@ skip() {
 }
 
 # Joints that yield go pose by pose: slow enough to kill a shard at work, quick enough to wait for.
-study=(--mechanism F --poses 24000 --direction x,y,z --seed 3 --effect 'joint-compliance@A3:c=1urad/(N*m)')
+study=(--mechanisms F --samples 24000 --directions x,y,z --seed 3 --effect 'joint-compliance@A3:c=1urad/(N*m)')
 "$STIFFBENCH" map "${study[@]}" --out whole --quiet > /dev/null
 
 # Waits for a condition, at most so many seconds.

@@ -1,7 +1,7 @@
 #!/usr/bin/env bash
 # A map in shards under GNU parallel, on this machine or, with --sshlogin in PARALLEL, on several that share the folder.
 #
-#   examples/shards/parallel.sh 8 maps --poses 1000000 --mechanism A,F
+#   examples/shards/parallel.sh 8 maps --samples 1000000 --mechanisms A,F
 #
 # works out eight shards of the study, two at a time, and joins them in the folder maps. Run it again after whatever stopped it: shards
 # that were done are not worked out again. JOBS sets how many run at a time, STIFFBENCH the program.

@@ -10,13 +10,12 @@ use crate::test_point::Direction;
 use super::compare::CompareArgs;
 use super::demo::DemoArgs;
 use super::diagnose_args::DiagnoseArgs;
-#[cfg(unix)]
-use super::emulate::EmulateArgs;
 use super::instrument_args::InstrumentArgs;
 use super::map::MapArgs;
 use super::moved::MovedArgs;
 use super::ports::PortsArgs;
 use super::procedure::ProcedureArgs;
+use super::robot_args::RobotArgs;
 use super::session::SessionArgs;
 use super::trace::TraceArgs;
 
@@ -78,7 +77,7 @@ pub enum ProgressMode {
 pub(super) enum Command {
     /// The main job on shipped data: stiffness, fit, validation, figures in ./stiffbench-demo
     Demo(DemoArgs),
-    /// Look at a robot: show, check, mobility, workspace, compliance, schema
+    /// Look at a robot: show, check, compliance, workspace
     Robot(RobotArgs),
     /// Readings to stiffness with uncertainty
     Stiffness(StiffnessArgs),
@@ -90,9 +89,6 @@ pub(super) enum Command {
     Plot(PlotArgs),
     /// A bench in software: robot, factors and noise to a session folder
     Simulate(SimulateArgs),
-    /// A bench in software behind ports: two emulated gauges on one robot, for practice and for other programs
-    #[cfg(unix)]
-    Emulate(EmulateArgs),
     /// Guided sessions at a bench: plan, run, resume, status, verify, recover, log
     Session(SessionArgs),
     /// The difference of two sessions with its uncertainty
@@ -110,7 +106,7 @@ pub(super) enum Command {
     /// Moved to stiffbench-validate
     #[command(hide = true, disable_help_flag = true)]
     Reference(MovedArgs),
-    /// Gauges: which there are, what is known of each, and bytes to samples
+    /// Gauges: which there are, what is known of each, bytes to samples, and emulated ones
     Instrument(InstrumentArgs),
     /// Serial ports: which there are, what is on them, which gauge is bound to which
     Ports(PortsArgs),
@@ -128,8 +124,8 @@ pub(super) enum Command {
 /// Which robot, mechanism and factors, and which physics beside them.
 #[derive(Debug, Clone, Default, Args)]
 pub struct ModelArgs {
-    /// Robot file, or the name of a shipped robot [default: the session's, else hp-robot]
-    #[arg(long, value_name = "FILE|NAME")]
+    /// Name of a shipped robot, or a robot file [default: the session's, else hp-robot]
+    #[arg(long, value_name = "NAME|FILE")]
     pub robot: Option<String>,
     /// Mechanism of the robot [default: the session's, else the robot's last]
     #[arg(long, value_name = "NAME")]
@@ -143,88 +139,6 @@ pub struct ModelArgs {
     /// Effect beside the beams, LAW@PLACE:NAME=VALUE,... (docs/physics.md); more than once for more effects
     #[arg(long = "effect", value_name = "EFFECT")]
     pub effects: Vec<String>,
-}
-
-/// Arguments of `robot`.
-#[derive(Debug, Args)]
-#[command(
-    after_help = "Examples:\n  stiffbench robot show\n  stiffbench robot check my-robot.toml\n  stiffbench robot compliance --pose P1 --set theta2=390 --mechanism F --json\n  stiffbench robot workspace --poses 30000 --figure workspace"
-)]
-pub(super) struct RobotArgs {
-    /// What to look at.
-    #[command(subcommand)]
-    pub(super) what: RobotCommand,
-}
-
-/// Subcommands of `robot`.
-#[derive(Debug, Subcommand)]
-pub(super) enum RobotCommand {
-    /// Bodies, mechanisms, variables, poses, factor sets
-    Show {
-        /// Robot file or shipped name
-        #[arg(default_value = "hp-robot")]
-        robot: String,
-    },
-    /// Read a robot file and try every mechanism in every pose
-    Check {
-        /// Robot file or shipped name
-        robot: String,
-    },
-    /// Degrees of freedom by the paper's eqs. (1) to (5), and by the rank of the closure conditions
-    Mobility {
-        /// Robot file or shipped name
-        #[arg(default_value = "hp-robot")]
-        robot: String,
-    },
-    /// Random poses under the limits: extreme points, and the projection of the paper's Fig. 3
-    Workspace(WorkspaceArgs),
-    /// 6 x 6 compliance of the end in a pose
-    Compliance(ComplianceArgs),
-    /// The JSON Schema of robot files
-    Schema,
-}
-
-/// Arguments of `robot workspace`.
-#[derive(Debug, Args)]
-pub(super) struct WorkspaceArgs {
-    /// Robot file or shipped name
-    #[arg(default_value = "hp-robot")]
-    pub(super) robot: String,
-    /// Number of poses
-    #[arg(long, default_value_t = 30_000, value_parser = at_least_one())]
-    pub(super) poses: usize,
-    /// Seed of the poses
-    #[arg(long, default_value_t = 0)]
-    pub(super) seed: u64,
-    /// Variables to vary, comma-separated [default: all that have a range]
-    #[arg(long, value_delimiter = ',')]
-    pub(super) vary: Option<Vec<String>>,
-    /// Write the projection as FILE.svg and FILE.png
-    #[arg(long, value_name = "FILE")]
-    pub(super) figure: Option<PathBuf>,
-}
-
-/// Arguments of `robot compliance`.
-#[derive(Debug, Args)]
-pub(super) struct ComplianceArgs {
-    /// Robot, mechanism and factors.
-    #[command(flatten)]
-    pub(super) model: ModelArgs,
-    /// Named pose of the robot [default: every variable at its nominal value]
-    #[arg(long)]
-    pub(super) pose: Option<String>,
-    /// Value of a variable, degrees, for example theta2=397.3
-    #[arg(long = "set", value_name = "VARIABLE=DEGREES", num_args = 1..)]
-    pub(super) set: Vec<String>,
-    /// Joints turn freely unless a drive or brake locks them
-    #[arg(long)]
-    pub(super) pinned: bool,
-    /// Beams with shear deformation
-    #[arg(long)]
-    pub(super) timoshenko: bool,
-    /// Force at the end along x, y and z, N, under which joints that are not linear are taken [default: the smallest]
-    #[arg(long, value_name = "FX,FY,FZ", value_parser = three_numbers, allow_hyphen_values = true)]
-    pub(super) force: Option<[f64; 3]>,
 }
 
 /// How a gauge's own log is read.
@@ -311,7 +225,7 @@ pub(super) struct FitArgs {
     #[arg(long, value_delimiter = ',', allow_negative_numbers = true)]
     pub(super) weights: Option<Vec<f64>>,
     /// Reference displacements or stiffness for the single-source steps of the paper's method
-    #[arg(long, value_name = "FILE|NAME")]
+    #[arg(long, value_name = "NAME|FILE")]
     pub(super) reference: Option<PathBuf>,
     /// Factors to free, for example link.A [default: all of beams]
     #[arg(long, value_delimiter = ',', value_name = "FACTOR")]
@@ -365,7 +279,7 @@ pub(super) struct SignificanceArgs {
 /// Figures that can be drawn.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
 pub(super) enum FigureName {
-    /// Load against displacement with repeat scatter (needs DATA; a second --data overlays)
+    /// Load against displacement with repeat scatter (needs DATA; a second one overlays)
     LoadDisplacement,
     /// Measured against fitted stiffness (needs DATA)
     Stiffness,
@@ -384,14 +298,13 @@ pub(super) enum FigureName {
 /// Arguments of `plot`.
 #[derive(Debug, Args)]
 #[command(
-    after_help = "Examples:\n  stiffbench plot load-displacement --data my-session\n  stiffbench plot residuals --data my-session --train P1,P3 --out figures/residuals\n  stiffbench plot robot --pose P2 --force 0,-50,0"
+    after_help = "Examples:\n  stiffbench plot load-displacement my-session\n  stiffbench plot residuals my-session --train P1,P3 --out figures/residuals\n  stiffbench plot robot --pose P2 --load 0,-50,0"
 )]
 pub(super) struct PlotArgs {
     /// The figure
     #[arg(value_enum)]
     pub(super) figure: FigureName,
-    /// Session folder or readings file; twice to overlay two sessions
-    #[arg(long)]
+    /// Session folder or readings file; two to overlay two sessions
     pub(super) data: Vec<PathBuf>,
     /// Robot, mechanism and factors.
     #[command(flatten)]
@@ -402,17 +315,17 @@ pub(super) struct PlotArgs {
     /// Pose of the robot drawing
     #[arg(long)]
     pub(super) pose: Option<String>,
-    /// Force at the end of the robot drawing along x, y and z, N
+    /// Load at the end in the robot drawing: force along x, y and z, N
     #[arg(long, value_name = "FX,FY,FZ", value_parser = three_numbers, allow_hyphen_values = true, default_value = "0,-50,0")]
-    pub(super) force: [f64; 3],
-    /// Poses of the workspace
-    #[arg(long, default_value_t = 30_000, value_parser = at_least_one())]
-    pub(super) poses: usize,
+    pub(super) load: [f64; 3],
+    /// Number of random poses of the workspace
+    #[arg(long, value_name = "N", default_value_t = 30_000, value_parser = at_least_one())]
+    pub(super) samples: usize,
     /// Seed of the workspace's poses
     #[arg(long, default_value_t = 0)]
     pub(super) seed: u64,
     /// Where to write: FILE.svg and FILE.png, or one of them if the name ends so [default: the figure's name]
-    #[arg(long)]
+    #[arg(long, value_name = "FILE")]
     pub(super) out: Option<PathBuf>,
 }
 
@@ -428,10 +341,11 @@ pub(super) enum NoiseWord {
 /// Arguments of `simulate`.
 #[derive(Debug, Args)]
 #[command(
-    after_help = "Examples:\n  stiffbench simulate my-session --seed 7\n  stiffbench simulate exact --noise-free\n  stiffbench simulate b --true-factor beam.Iy=0.006 --poses P1,P2 --procedure load-unload\n  stiffbench simulate c --procedure my-procedure.toml --repeats 3 --noise skewed\n  stiffbench simulate sticky --effect 'joint-friction@A3:c=0.1urad/(N*m),friction_moment=26N*m'"
+    after_help = "Examples:\n  stiffbench simulate my-session --seed 7\n  stiffbench simulate exact --noise-free\n  stiffbench simulate b --true-factor beam.Iy=0.006 --poses P1,P2 --procedure load-unload\n  stiffbench simulate c --procedure my-procedure.toml --repeats 3 --noise-distribution skewed\n  stiffbench simulate sticky --effect 'joint-friction@A3:c=0.1urad/(N*m),friction_moment=26N*m'"
 )]
 pub(super) struct SimulateArgs {
     /// Session folder to make; must not exist
+    #[arg(value_name = "SESSION")]
     pub(super) out: PathBuf,
     /// Robot, mechanism and factors (the true ones, unless --true-factor changes them).
     #[command(flatten)]
@@ -459,7 +373,7 @@ pub(super) struct SimulateArgs {
     pub(super) force_step_n: f64,
     /// How errors are distributed
     #[arg(long, value_enum, default_value_t = NoiseWord::Normal)]
-    pub(super) noise: NoiseWord,
+    pub(super) noise_distribution: NoiseWord,
     /// No noise and no steps at all
     #[arg(long)]
     pub(super) noise_free: bool,
@@ -478,7 +392,7 @@ pub fn at_least_one() -> impl TypedValueParser<Value = usize> {
 }
 
 /// Three finite numbers with commas between them.
-fn three_numbers(text: &str) -> Result<[f64; 3], String> {
+pub(super) fn three_numbers(text: &str) -> Result<[f64; 3], String> {
     let numbers: Vec<f64> = text
         .split(',')
         .filter_map(|part| part.trim().parse().ok())

@@ -1,4 +1,4 @@
-//! `stiffbench emulate`: a bench in software for other programs, which works through a procedure by itself.
+//! `stiffbench instrument emulate`: a bench in software for other programs, which works through a procedure by itself.
 
 use std::path::PathBuf;
 use std::time::Duration;
@@ -25,21 +25,21 @@ use super::outcome::{Outcome, print_error, print_now};
 use super::procedure::{ProcedureArgs, choose_procedure};
 use super::resolve::resolve;
 
-/// Arguments of `emulate`.
+/// Arguments of `instrument emulate`.
 #[derive(Debug, Args)]
 #[command(
-    after_help = "The jack follows the procedure by itself. One line a load says what acts on the gauges; `end` is the last.\n\nExamples:\n  stiffbench emulate\n  stiffbench emulate --force sauter-fh --displacement mahr-dk-u1 --link /tmp/bench --faults faults.toml\n  stiffbench emulate --force my-gauge.toml            a gauge of your own, as its description has it"
+    after_help = "The jack follows the procedure by itself. One line a load says what acts on the gauges; `end` is the last.\n\nExamples:\n  stiffbench instrument emulate\n  stiffbench instrument emulate --force-instrument sauter-fh --displacement-instrument mahr-dk-u1 --link /tmp/bench --faults faults.toml\n  stiffbench instrument emulate --force-instrument my-gauge.toml            a gauge of your own, as its description has it"
 )]
 pub(super) struct EmulateArgs {
     /// Robot, mechanism and true factors.
     #[command(flatten)]
     pub(super) model: ModelArgs,
-    /// The force gauge: name of a description, or a file
-    #[arg(long, default_value = "mark10-series5", value_name = "NAME")]
-    pub(super) force: String,
-    /// The displacement gauge: name of a description, or a file
-    #[arg(long, default_value = "mitutoyo-01a", value_name = "NAME")]
-    pub(super) displacement: String,
+    /// Description of the force gauge: a name or a file
+    #[arg(long, default_value = "mark10-series5", value_name = "NAME|FILE")]
+    pub(super) force_instrument: String,
+    /// Description of the displacement gauge: a name or a file
+    #[arg(long, default_value = "mitutoyo-01a", value_name = "NAME|FILE")]
+    pub(super) displacement_instrument: String,
     /// What goes wrong, as docs/fault-script.md has it
     #[arg(long, value_name = "FILE")]
     pub(super) faults: Option<PathBuf>,
@@ -89,8 +89,8 @@ pub(super) fn run(args: &EmulateArgs, global: &Global) -> Result<Outcome, Failur
     let hand = Emulation {
         chosen: &chosen,
         procedure: &procedure,
-        force: &args.force,
-        displacement: &args.displacement,
+        force: &args.force_instrument,
+        displacement: &args.displacement_instrument,
         protocols: &args.protocols,
         setup: setup(args),
         session: Clock::starting_at(0.0, args.speed),
@@ -111,7 +111,7 @@ pub(super) fn run(args: &EmulateArgs, global: &Global) -> Result<Outcome, Failur
     );
     let data = json!({
         "ports": { "force": force, "displacement": displacement },
-        "instruments": { "force": args.force, "displacement": args.displacement },
+        "instruments": { "force": args.force_instrument, "displacement": args.displacement_instrument },
         "procedure": procedure.name,
         "seed": args.seed,
         "speed": args.speed,

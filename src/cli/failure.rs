@@ -119,6 +119,18 @@ pub enum CliError {
         /// The program and its command.
         now: String,
     },
+    /// A command that is not built yet.
+    #[error("stiffbench {command} is planned and not built yet: it {purpose}")]
+    #[diagnostic(code(stiffbench::usage::planned))]
+    Planned {
+        /// The command.
+        command: &'static str,
+        /// What it will do.
+        purpose: &'static str,
+        /// What does that today.
+        #[help]
+        today: String,
+    },
     /// Data that need a model, and no robot is named.
     #[error("no robot: neither --robot nor a session.toml beside the data names one")]
     #[diagnostic(code(stiffbench::usage::no_robot))]

@@ -29,7 +29,7 @@ pub(super) const BINDINGS_FILE: &str = "stiffbench-bench.toml";
 #[command(next_help_heading = "Gauge")]
 pub(super) struct PortArgs {
     /// Port, by any path, also one that is not listed [default: the one bound in the bindings file]
-    #[arg(long, value_name = "PATH")]
+    #[arg(long, value_name = "PORT")]
     pub(super) port: Option<String>,
     /// Unit that its display shows, where it does not send one
     #[arg(long)]

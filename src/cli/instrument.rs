@@ -14,6 +14,8 @@ use crate::report::TextTable;
 
 use super::args::Global;
 use super::descriptions::{Found, all_descriptions, find_description, read_description};
+#[cfg(unix)]
+use super::emulate;
 use super::failure::{CliError, Failure};
 use super::instrument_args::{DecodeArgs, InstrumentArgs, InstrumentCommand, ProtocolsArgs};
 use super::instrument_read;
@@ -24,18 +26,21 @@ pub(super) fn run(args: &InstrumentArgs, global: &Global) -> Result<Outcome, Fai
     match &args.what {
         InstrumentCommand::List { protocols } => list(protocols),
         InstrumentCommand::Show {
-            name,
+            name: Some(name),
             toml,
             protocols,
+            ..
         } => Ok(show(&find_description(name, protocols)?, *toml)),
-        InstrumentCommand::Check { file } => Ok(check(read_description(file)?)),
-        InstrumentCommand::Decode(args) => decode(args),
-        InstrumentCommand::Read(args) => instrument_read::run(args, global),
-        InstrumentCommand::Schema => {
+        InstrumentCommand::Show { name: None, .. } => {
             let schema = json_schema();
             let text = format!("{schema:#}\n");
             Ok(Outcome::new("instrument-schema", text, schema))
         }
+        InstrumentCommand::Check { file } => Ok(check(read_description(file)?)),
+        InstrumentCommand::Decode(args) => decode(args),
+        InstrumentCommand::Read(args) => instrument_read::run(args, global),
+        #[cfg(unix)]
+        InstrumentCommand::Emulate(args) => emulate::run(args, global),
     }
 }
 

@@ -4,13 +4,15 @@ use std::path::PathBuf;
 
 use clap::{Args, Subcommand};
 
+#[cfg(unix)]
+use super::emulate::EmulateArgs;
 use super::instrument_read::ReadArgs;
 
 /// Where descriptions come from besides the shipped ones.
 #[derive(Debug, Clone, Default, Args)]
 pub struct ProtocolsArgs {
-    /// Folder with descriptions of your own in DIR/instruments/*.toml; they go before shipped ones of the same name
-    #[arg(long, value_name = "DIR")]
+    /// Folder with descriptions of your own in FOLDER/instruments/*.toml; they go before shipped ones of the same name
+    #[arg(long, value_name = "FOLDER")]
     pub protocols: Option<PathBuf>,
 }
 
@@ -34,14 +36,17 @@ pub(super) enum InstrumentCommand {
         #[command(flatten)]
         protocols: ProtocolsArgs,
     },
-    /// What is known of one gauge: line, commands, packets, sign, notes, sources
+    /// What is known of one gauge: line, commands, packets, sign, notes, sources; or the schema of descriptions
     Show {
         /// Name of a description, or a file
-        #[arg(value_name = "NAME|FILE")]
-        name: String,
+        #[arg(value_name = "INSTRUMENT", required_unless_present = "schema")]
+        name: Option<String>,
         /// The description itself, to copy and adapt
         #[arg(long)]
         toml: bool,
+        /// Instead: the JSON Schema of instrument descriptions
+        #[arg(long, conflicts_with_all = ["name", "toml"])]
+        schema: bool,
         /// More descriptions.
         #[command(flatten)]
         protocols: ProtocolsArgs,
@@ -55,15 +60,16 @@ pub(super) enum InstrumentCommand {
     Decode(DecodeArgs),
     /// Values of a gauge on its port, now
     Read(ReadArgs),
-    /// The JSON Schema of instrument descriptions
-    Schema,
+    /// A bench in software behind ports: two emulated gauges on one robot, for practice and for other programs
+    #[cfg(unix)]
+    Emulate(Box<EmulateArgs>),
 }
 
 /// Arguments of `instrument decode`.
 #[derive(Debug, Args)]
 pub(super) struct DecodeArgs {
     /// Name of a description, or a file
-    #[arg(value_name = "NAME|FILE")]
+    #[arg(value_name = "INSTRUMENT")]
     pub(super) name: String,
     /// Unit of the values that are printed; where packets carry none, also the unit that the gauge shows [default: as sent]
     #[arg(long)]

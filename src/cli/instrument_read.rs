@@ -21,6 +21,7 @@ use super::outcome::{Outcome, print, print_error};
 )]
 pub(super) struct ReadArgs {
     /// Name of an instrument description, or a file
+    #[arg(value_name = "INSTRUMENT")]
     instrument: String,
     /// Port and line.
     #[command(flatten)]

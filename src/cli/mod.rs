@@ -27,6 +27,7 @@ mod integrity;
 mod map;
 pub mod model;
 mod moved;
+pub mod names;
 pub mod outcome;
 mod plausible;
 mod plot;
@@ -36,6 +37,7 @@ mod procedure;
 pub mod progress;
 pub mod resolve;
 mod robot;
+mod robot_args;
 mod screen;
 mod session;
 mod significance;
@@ -47,25 +49,53 @@ mod trace;
 use std::ffi::OsString;
 use std::process::ExitCode;
 
-use clap::Parser;
+use clap::{CommandFactory, Parser};
 
-use args::{Cli, Command};
+use args::{Cli, Command, Global, ProgressMode};
 use failure::Failure;
 use outcome::Outcome;
 
 /// Runs the program on the given arguments (the first is its name) and prints what comes out.
 pub fn main(arguments: impl IntoIterator<Item = OsString>) -> ExitCode {
     let arguments: Vec<OsString> = arguments.into_iter().collect();
-    let cli = match Cli::try_parse_from(&arguments) {
+    // Of a command that has moved or is to come it is no option but an argument.
+    let json = arguments.iter().any(|argument| argument == "--json");
+    let settled = match names::settle(&arguments, &command()) {
+        Ok(settled) => settled,
+        Err(failure) => return failure.print(&only_json(json), &[]),
+    };
+    let parsed = Cli::try_parse_from(&settled.arguments);
+    if !parsed.as_ref().is_ok_and(|cli| cli.global.quiet) {
+        for note in &settled.notes {
+            outcome::print_error(&format!("note: {note}"));
+        }
+    }
+    let cli = match parsed {
         Ok(cli) => cli,
-        Err(error) => return outcome::print_usage(&error, &arguments, "stiffbench"),
+        Err(error) => return outcome::print_usage(&error, &settled.arguments, "stiffbench"),
     };
     let mut global = cli.global.clone();
-    // Of a command that has moved it is no option but an argument.
-    global.json |= arguments.iter().any(|argument| argument == "--json");
+    global.json |= json;
     match run(cli) {
         Ok(outcome) => outcome.print(&global),
         Err(failure) => failure.print(&global, &[]),
+    }
+}
+
+/// The tree of commands and options as clap has it.
+#[must_use]
+pub fn command() -> clap::Command {
+    Cli::command()
+}
+
+/// The options of every command before they are read.
+fn only_json(json: bool) -> Global {
+    Global {
+        json,
+        strict: false,
+        trust_csv: false,
+        quiet: false,
+        progress: ProgressMode::Auto,
     }
 }
 
@@ -79,8 +109,6 @@ fn run(cli: Cli) -> Result<Outcome, Failure> {
         Command::Significance(args) => significance::run(&args),
         Command::Plot(args) => plot::run(&args, global),
         Command::Simulate(args) => simulate::run(&args),
-        #[cfg(unix)]
-        Command::Emulate(args) => emulate::run(&args, global),
         Command::Session(args) => session::run(args, global),
         Command::Compare(args) => compare::run(&args, global),
         Command::Diagnose(args) => diagnose::run(&args, global),

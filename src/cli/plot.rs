@@ -53,9 +53,9 @@ type Drawn = (&'static str, Figure, Inputs);
 
 fn first_data(args: &PlotArgs) -> Result<&PathBuf, CliError> {
     args.data.first().ok_or_else(|| CliError::Argument {
-        argument: "--data".to_owned(),
+        argument: "DATA".to_owned(),
         problem: "this figure needs measured data".to_owned(),
-        help: Some("stiffbench plot residuals --data my-session".to_owned()),
+        help: Some("stiffbench plot residuals my-session".to_owned()),
     })
 }
 
@@ -144,7 +144,7 @@ pub(super) fn residuals(prepared: &Prepared, outcome: &FitOutcome) -> Result<Fig
 
 fn workspace(args: &PlotArgs) -> Result<Drawn, Failure> {
     let chosen = resolve(&args.model, None)?;
-    let figure = workspace_projection(&chosen.robot, args.poses, args.seed)?.figure();
+    let figure = workspace_projection(&chosen.robot, args.samples, args.seed)?.figure();
     let inputs = Inputs::default().with_robot(&chosen.robot, &chosen.source.text);
     Ok(("workspace", figure, inputs))
 }
@@ -166,7 +166,7 @@ fn robot(args: &PlotArgs, warnings: &mut Vec<String>) -> Result<Drawn, Failure> 
     };
     let not_drawn = physics.effects.iter().filter(at_rest);
     warnings.extend(not_drawn.map(|effect| format!("{effect}: not drawn")));
-    let joints = physics.joints_under(robot, factors, &pose, args.force)?;
+    let joints = physics.joints_under(robot, factors, &pose, args.load)?;
     let mut predictor = Predictor::with(
         robot,
         &physics.mechanism,
@@ -175,6 +175,6 @@ fn robot(args: &PlotArgs, warnings: &mut Vec<String>) -> Result<Drawn, Failure> 
         factors,
     )?;
     predictor.place(&pose)?;
-    let figure = robot_figure(&mut predictor, &name, args.force);
+    let figure = robot_figure(&mut predictor, &name, args.load);
     Ok(("robot", figure, Inputs::default().with_model(&chosen)))
 }

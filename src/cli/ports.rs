@@ -33,7 +33,7 @@ pub(super) struct PortsArgs {
     #[arg(long)]
     probe: bool,
     /// Only this port, by any path, also one that is not listed
-    #[arg(long, value_name = "PATH")]
+    #[arg(long, value_name = "PORT")]
     port: Option<String>,
     /// Wait for a port that is plugged in from now on
     #[arg(long, conflicts_with = "port")]

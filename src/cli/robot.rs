@@ -14,44 +14,43 @@ use crate::robot::{
 };
 use crate::test_point::PoseId;
 
-use super::args::{ComplianceArgs, RobotArgs, RobotCommand, WorkspaceArgs};
 use super::failure::{CliError, Failure};
 use super::figure_files::write_figure;
 use super::inputs::Inputs;
 use super::model::{physics_json, physics_text};
 use super::outcome::Outcome;
 use super::resolve::{resolve, robot_source};
+use super::robot_args::{ComplianceArgs, RobotArgs, RobotCommand, ShowArgs, WorkspaceArgs};
 
 /// Looks at a robot.
 pub(super) fn run(args: RobotArgs) -> Result<Outcome, Failure> {
     match args.what {
-        RobotCommand::Show { robot } => {
-            let (robot, inputs) = read(&robot)?;
-            Ok(
-                Outcome::new("robot", robot_text(&robot), robot_json(&robot))
-                    .with_inputs(inputs)
-                    .with_warnings(robot.warnings.clone()),
-            )
-        }
+        RobotCommand::Show(args) => show(&args),
         RobotCommand::Check { robot } => {
             let (robot, inputs) = read(&robot)?;
             Ok(check(&robot)?.with_inputs(inputs))
         }
-        RobotCommand::Mobility { robot } => {
-            let (robot, inputs) = read(&robot)?;
-            Ok(show_mobility(&robot)?.with_inputs(inputs))
-        }
         RobotCommand::Workspace(args) => workspace(&args),
         RobotCommand::Compliance(args) => compliance(&args),
-        RobotCommand::Schema => {
-            let schema = crate::robot::file::json_schema();
-            Ok(Outcome::new(
-                "robot-schema",
-                format!("{schema:#}\n"),
-                schema,
-            ))
-        }
     }
+}
+
+/// The robot, its mobility, or the schema of robot files.
+fn show(args: &ShowArgs) -> Result<Outcome, Failure> {
+    if args.schema {
+        let schema = crate::robot::file::json_schema();
+        let text = format!("{schema:#}\n");
+        return Ok(Outcome::new("robot-schema", text, schema));
+    }
+    let (robot, inputs) = read(&args.robot)?;
+    if args.mobility {
+        return Ok(show_mobility(&robot)?.with_inputs(inputs));
+    }
+    Ok(
+        Outcome::new("robot", robot_text(&robot), robot_json(&robot))
+            .with_inputs(inputs)
+            .with_warnings(robot.warnings.clone()),
+    )
 }
 
 fn read(name: &str) -> Result<(Robot, Inputs), Failure> {
@@ -275,7 +274,7 @@ impl WorkspaceProjection {
 fn workspace(args: &WorkspaceArgs) -> Result<Outcome, Failure> {
     let (robot, inputs) = read(&args.robot)?;
     let mut plan = WorkspacePlan {
-        poses: args.poses,
+        poses: args.samples,
         seed: args.seed,
         ..WorkspacePlan::paper()
     };
@@ -309,7 +308,11 @@ fn workspace(args: &WorkspaceArgs) -> Result<Outcome, Failure> {
 }
 
 fn compliance(args: &ComplianceArgs) -> Result<Outcome, Failure> {
-    let chosen = resolve(&args.model, None)?;
+    let mut model = args.model.clone();
+    if args.shown.is_some() {
+        model.robot.clone_from(&args.shown);
+    }
+    let chosen = resolve(&model, None)?;
     let robot = &chosen.robot;
     let mut pose = match &args.pose {
         Some(name) => robot.pose(&PoseId::new(name))?.clone(),
@@ -341,7 +344,7 @@ fn compliance(args: &ComplianceArgs) -> Result<Outcome, Failure> {
         refuse_laws_of_free_joints(physics)?;
         JointModel::Pinned
     } else {
-        let force_n = args.force.unwrap_or_default();
+        let force_n = args.load.unwrap_or_default();
         physics.joints_under(robot, &chosen.factors, &pose, force_n)?
     };
     warnings.extend(physics.of_the_bench().map(|effect| {

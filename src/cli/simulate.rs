@@ -152,7 +152,7 @@ fn noise(args: &SimulateArgs) -> NoiseModel {
         run_slope_sd: args.run_slope_sd,
         displacement_step_m: args.displacement_step_um * METRES_PER_MICROMETRE,
         force_step_n: args.force_step_n,
-        shape: match args.noise {
+        shape: match args.noise_distribution {
             NoiseWord::Normal => NoiseShape::Normal,
             NoiseWord::Skewed => NoiseShape::Skewed,
         },

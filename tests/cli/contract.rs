@@ -82,8 +82,7 @@ fn fit() {
 #[test]
 fn compliance_is_symmetric_and_its_nodes_are_named() {
     let desk = desk();
-    let data =
-        desk.data("robot compliance --robot hp-robot --mechanism F --pose P1 --factors m_fsd");
+    let data = desk.data("robot compliance hp-robot --mechanism F --pose P1 --factors m_fsd");
     let row = |i: usize| -> Vec<f64> {
         array(&data["compliance"][i])
             .iter()
@@ -123,10 +122,10 @@ fn compliance_is_symmetric_and_its_nodes_are_named() {
 #[test]
 fn mobility_is_counted_where_bodies_name_their_chain() {
     let desk = desk();
-    let host = desk.data("robot mobility hp-robot");
+    let host = desk.data("robot show --mobility hp-robot");
     assert_eq!(host["total"], 4);
     assert_eq!(array(&host["chains"]).len(), 7);
-    let arm = desk.data("robot mobility serial-arm");
+    let arm = desk.data("robot show --mobility serial-arm");
     assert!(arm["total"].is_null() && array(&arm["chains"]).is_empty());
     assert_eq!(arm["mechanisms"][0]["rank_check"]["freedoms"], 4);
 }
@@ -166,7 +165,7 @@ fn compliance_follows_every_choice() {
 #[test]
 fn the_workspace_reaches_the_points_the_paper_states() {
     let desk = desk();
-    let data = desk.data("robot workspace --poses 2000 --seed 1");
+    let data = desk.data("robot workspace --samples 2000 --seed 1");
     assert_eq!(data["poses"], 2000);
     assert!(data["drawn"].as_u64().unwrap() > 2000);
     // P1 to P4 are the paper's outermost points (z, y); it prints millimetres, and the extremes refine its random search.
@@ -183,7 +182,7 @@ fn the_workspace_reaches_the_points_the_paper_states() {
             "{name}: {reach} {height}"
         );
     }
-    let held = desk.data("robot workspace --poses 100 --vary theta1");
+    let held = desk.data("robot workspace --samples 100 --vary theta1");
     let reach = |name: &str| held["extremes"][name]["reach_m"].as_f64().unwrap();
     assert!(
         (reach("furthest") - reach("nearest")).abs() < 1e-9,

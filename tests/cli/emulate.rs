@@ -23,7 +23,7 @@ impl Bench {
     fn new(desk: &Desk, arguments: &str) -> Self {
         let mut process = Command::new(env!("CARGO_BIN_EXE_stiffbench"))
             .current_dir(&desk.folder)
-            .args(["emulate", "--link", "ports", "--stay"])
+            .args(["instrument", "emulate", "--link", "ports", "--stay"])
             .args(arguments.split_whitespace())
             .stdin(Stdio::null())
             .stdout(Stdio::piped())
@@ -168,7 +168,7 @@ fn it_ends_after_the_last_load_and_takes_its_ports_along() {
     let desk = desk();
     desk.write("faults.toml", "schema = \"stiffbench/faults/1\"\n");
     let ran = desk
-        .run("emulate --link ports --faults faults.toml --poses P1 --directions x --loads-n 0,-10 --repeats 1 --speed 100 --json")
+        .run("instrument emulate --link ports --faults faults.toml --poses P1 --directions x --loads-n 0,-10 --repeats 1 --speed 100 --json")
         .succeeds();
     assert!(ran.stderr.contains("P1 x run 1 step 1: "), "{}", ran.stderr);
     let data = &ran.json()["data"];
@@ -185,14 +185,22 @@ fn what_cannot_be_emulated_is_refused() {
     );
     for (arguments, code, part) in [
         (
-            "emulate --force mark10-series6",
+            "instrument emulate --force-instrument mark10-series6",
             2,
             "did you mean mark10-series5",
         ),
-        ("emulate --force mitutoyo-01a", 2, "measures displacement"),
-        ("emulate --faults faults.toml", 11, "no fault nulls"),
-        ("emulate --faults none.toml", 11, "none.toml"),
-        ("emulate --poses P9", 10, "P9"),
+        (
+            "instrument emulate --force-instrument mitutoyo-01a",
+            2,
+            "measures displacement",
+        ),
+        (
+            "instrument emulate --faults faults.toml",
+            11,
+            "no fault nulls",
+        ),
+        ("instrument emulate --faults none.toml", 11, "none.toml"),
+        ("instrument emulate --poses P9", 10, "P9"),
     ] {
         let ran = desk.run(arguments).exits_with(code);
         assert!(ran.stderr.contains(part), "{arguments}: {}", ran.stderr);

@@ -93,8 +93,8 @@ fn stiffness_values_where_readings_are_needed() {
         "stiffness list.csv",
         "stiffness paper-experiment",
         "compare list.csv paper-experiment",
-        "plot load-displacement --data list.csv",
-        "plot residuals --data paper-experiment",
+        "plot load-displacement list.csv",
+        "plot residuals paper-experiment",
         "fit paper-experiment --bootstrap 10",
     ] {
         let error = desk.refusal(arguments, 2, "stiffbench::usage::needs_readings");
@@ -223,7 +223,7 @@ fn arguments_without_meaning() {
             "robot compliance --set theta2=wide",
             ["theta2=wide", "degrees"],
         ),
-        ("plot residuals", ["--data", "measured data"]),
+        ("plot residuals", ["DATA", "measured data"]),
         ("plot robot --out robot.pdf", ["SVG and PNG", "pdf"]),
         (
             "simulate s --true-factor beam.Iy",
@@ -304,9 +304,9 @@ fn arguments_that_do_not_parse() {
         ("fit a b", "'b'"),
         ("simulate s --directions w", "x, y or z"),
         ("fit paper-experiment --bounds 0.1", "2 values"),
-        ("plot robot --force 1,2", "three numbers"),
-        ("plot robot --force nan,0,0", "three numbers"),
-        ("robot workspace --poses 0", "0"),
+        ("plot robot --load 1,2", "three numbers"),
+        ("plot robot --load nan,0,0", "three numbers"),
+        ("robot workspace --samples 0", "0"),
         ("plot cake", "load-displacement"),
     ] {
         if arguments == "robot" {
@@ -498,7 +498,7 @@ fn data_without_a_robot_get_no_model() {
         "fit bare.csv",
         "fit list.csv",
         "diagnose bare.csv",
-        "plot residuals --data bare.csv",
+        "plot residuals bare.csv",
     ] {
         let error = desk.refusal(command, 2, "stiffbench::usage::no_robot");
         assert_says(&error, &["--robot", "hp-robot", "serial-arm"]);

@@ -63,9 +63,9 @@ fn every_figure_can_be_drawn_alone() {
     let desk = desk_with_session();
     for figure in FIGURES {
         let data = if ["workspace", "robot"].contains(&figure) {
-            "--poses 500"
+            "--samples 500"
         } else {
-            "--data session"
+            "session"
         };
         desk.run(&format!("plot {figure} {data} --out figures/{figure}"))
             .succeeds();
@@ -74,11 +74,11 @@ fn every_figure_can_be_drawn_alone() {
     }
     desk.run("plot robot --out only.svg").succeeds();
     assert!(desk.path("only.svg").is_file() && !desk.path("only.png").exists());
-    desk.run("plot load-displacement --data session --data session --out overlay.svg")
+    desk.run("plot load-displacement session session --out overlay.svg")
         .succeeds();
     desk.run("compare session session --figure compared.svg")
         .succeeds();
-    desk.run("robot workspace --poses 100 --figure workspace.svg")
+    desk.run("robot workspace --samples 100 --figure workspace.svg")
         .succeeds();
     desk.run("fit session --figures fit --save-factors fit/factors.toml")
         .succeeds();
@@ -164,7 +164,7 @@ fn a_session_freezes_the_procedure_it_followed() {
          repeats = 3\nholds_s = [30]\nhold_s = 5\n",
     );
     let ran = desk
-        .run("simulate s --procedure mine.toml --poses P3 --directions y,z --noise skewed")
+        .run("simulate s --procedure mine.toml --poses P3 --directions y,z --noise-distribution skewed")
         .succeeds();
     assert!(ran.stdout.contains("procedure mine"), "{}", ran.stdout);
     assert!(
@@ -265,8 +265,8 @@ fn the_number_of_threads_changes_nothing() {
     let desk = desk_with_session();
     for arguments in [
         "fit session --train P1,P3 --bootstrap 200 --seed 1 --json",
-        "robot workspace --poses 2000 --seed 3 --json",
-        "map --poses 200 --json",
+        "robot workspace --samples 2000 --seed 3 --json",
+        "map --samples 200 --json",
     ] {
         let [one, two] = ["1", "2"].map(|threads| {
             Ran::of(desk.command(arguments).env("RAYON_NUM_THREADS", threads))

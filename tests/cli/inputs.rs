@@ -11,15 +11,15 @@ fn every_result_begins_with_its_data_and_its_robot() {
         ("fit session", 1, true),
         ("fit paper-experiment", 1, true),
         ("diagnose session --no-figures", 1, true),
-        ("plot residuals --data session --out r", 1, true),
-        ("plot load-displacement --data session --out l", 1, false),
-        ("map --poses 40 --mechanism F", 0, true),
-        ("map --poses 40 --mechanism F --load=0,0,-50", 0, true),
+        ("plot residuals session --out r", 1, true),
+        ("plot load-displacement session --out l", 1, false),
+        ("map --samples 40 --mechanisms F", 0, true),
+        ("map --samples 40 --mechanisms F --load=0,0,-50", 0, true),
         ("robot compliance --pose P1", 0, true),
         ("robot show hp-robot", 0, true),
         ("robot check hp-robot", 0, true),
-        ("robot mobility hp-robot", 0, true),
-        ("robot workspace --poses 50", 0, true),
+        ("robot show --mobility hp-robot", 0, true),
+        ("robot workspace --samples 50", 0, true),
         ("significance --beams-only", 0, true),
         ("diagnose --design sweeps", 0, true),
         ("simulate again", 0, true),
@@ -67,8 +67,7 @@ fn simulated_readings_bear_their_mark_wherever_they_go() {
         let text = desk.run(&format!("stiffness {data}")).succeeds().stdout;
         assert!(text.contains(&format!("NOT MEASURED: {mark}")), "{text}");
     }
-    desk.run("plot load-displacement --data s --out l")
-        .succeeds();
+    desk.run("plot load-displacement s --out l").succeeds();
     assert!(desk.read("l.svg").contains("NOT MEASURED"));
     // Readings that were measured have no such column.
     desk.write("measured.csv", &five_columns(&["P1"], 3));

@@ -22,7 +22,7 @@ fn files(desk: &Desk, folder: &str) -> Vec<(String, Vec<u8>)> {
 #[test]
 fn all_mechanisms_beside_the_paper() {
     let desk = desk();
-    let text = desk.run("map --poses 400").succeeds().stdout;
+    let text = desk.run("map --samples 400").succeeds().stdout;
     for words in [
         "400 random poses (seed 0)",
         "varied: theta2, theta3; at nominal values: theta1, theta4",
@@ -36,7 +36,7 @@ fn all_mechanisms_beside_the_paper() {
     ] {
         assert!(text.contains(words), "`{words}` is not in\n{text}");
     }
-    let data = desk.data("map --poses 400");
+    let data = desk.data("map --samples 400");
     assert_eq!(data["mechanisms"].as_array().unwrap().len(), 6);
     // Every printed cell of the four tables has one of ours.
     let cells = data["paper"].as_array().unwrap();
@@ -64,7 +64,7 @@ fn all_mechanisms_beside_the_paper() {
 #[test]
 fn one_mechanism_in_directions_of_ones_own() {
     let desk = desk();
-    let data = desk.data("map --mechanism F --poses 60 --sampling grid --direction x,y --direction 0,1,1 --direction -1,0,0");
+    let data = desk.data("map --mechanisms F --samples 60 --sampling grid --directions x,y --directions 0,1,1 --directions -1,0,0");
     let columns = data["mechanisms"][0]["stiffness"].as_array().unwrap();
     let names: Vec<&str> = columns
         .iter()
@@ -80,14 +80,14 @@ fn one_mechanism_in_directions_of_ones_own() {
         columns[0]["mean"]["reason"].is_string(),
         "a grid has no sampling uncertainty"
     );
-    let robot = desk.data("map --robot serial-arm --poses 50");
+    let robot = desk.data("map --robot serial-arm --samples 50");
     assert!(robot["paper"].as_array().unwrap().is_empty());
 }
 
 #[test]
 fn shares_joined_are_the_whole_byte_by_byte() {
     let desk = desk();
-    let study = "--mechanism A,F --poses 300 --seed 5 --direction x,z";
+    let study = "--mechanisms A,F --samples 300 --seed 5 --directions x,z";
     for sampling in ["monte-carlo", "grid", "low-discrepancy"] {
         let study = format!("{study} --sampling {sampling}");
         desk.run(&format!("map {study} --out whole-{sampling}"))
@@ -133,12 +133,12 @@ fn shares_joined_are_the_whole_byte_by_byte() {
 #[test]
 fn shards_that_do_not_fit_are_refused() {
     let desk = desk();
-    let study = "map --mechanism A --poses 100 --direction x";
+    let study = "map --mechanisms A --samples 100 --directions x";
     for share in ["1/2", "2/2", "1/3"] {
         desk.run(&format!("{study} --shard {share} --out s"))
             .succeeds();
     }
-    desk.run("map --mechanism A --poses 100 --direction x --seed 1 --shard 2/2 --out other")
+    desk.run("map --mechanisms A --samples 100 --directions x --seed 1 --shard 2/2 --out other")
         .succeeds();
     let refusal = |arguments: &str, code: &str| {
         desk.refusal(arguments, 11, &format!("stiffbench::input::{code}"))
@@ -177,7 +177,7 @@ fn shards_that_do_not_fit_are_refused() {
 fn a_shard_killed_on_its_way_leaves_none_and_can_be_run_again() {
     let desk = desk();
     // Joints that yield go pose by pose: slow enough to be killed at work.
-    let study = "map --mechanism F --poses 30000 --direction x --no-principal --effect joint-compliance@A3:c=1urad/(N*m)";
+    let study = "map --mechanisms F --samples 30000 --directions x --no-principal --effect joint-compliance@A3:c=1urad/(N*m)";
     let mut child = std::process::Command::new(env!("CARGO_BIN_EXE_stiffbench"))
         .args(format!("{study} --shard 1/2 --out s").split_whitespace())
         .current_dir(desk.path(""))
@@ -205,16 +205,16 @@ fn a_shard_killed_on_its_way_leaves_none_and_can_be_run_again() {
 #[test]
 fn found_physics_and_fits_go_into_the_map() {
     let desk = desk_with_session();
-    let plain = desk.data("map --mechanism F --poses 50");
+    let plain = desk.data("map --mechanisms F --samples 50");
     let effect = "--effect joint-backlash@A4B:play=0.12mrad,seat_moment=0.05N*m";
     let error = desk.refusal(
-        &format!("map --mechanism F --poses 50 {effect}"),
+        &format!("map --mechanisms F --samples 50 {effect}"),
         10,
         "stiffbench::distribution::no_load",
     );
     assert_says(&error, &["joint-backlash", "--at-load"]);
     let loose = desk.data(&format!(
-        "map --mechanism F --poses 50 {effect} --at-load 50"
+        "map --mechanisms F --samples 50 {effect} --at-load 50"
     ));
     assert_eq!(loose["at_load_N"], 50.0);
     assert!(
@@ -230,14 +230,14 @@ fn found_physics_and_fits_go_into_the_map() {
     };
     assert!(mean(&loose) < mean(&plain));
     let error = desk.refusal(
-        &format!("map --mechanism F --poses 50 {effect} --at-load 50 --direction 0,1,1"),
+        &format!("map --mechanisms F --samples 50 {effect} --at-load 50 --directions 0,1,1"),
         10,
         "stiffbench::distribution::axes_only",
     );
     assert_says(&error, &["0,1,1"]);
     // A joint that only some mechanisms have.
     let some = desk
-        .run("map --poses 20 --mechanism A,F --effect joint-compliance@A4B:c=1urad/(N*m) --json")
+        .run("map --samples 20 --mechanisms A,F --effect joint-compliance@A4B:c=1urad/(N*m) --json")
         .succeeds()
         .json();
     assert!(
@@ -260,14 +260,14 @@ fn found_physics_and_fits_go_into_the_map() {
         1
     );
     desk.refusal(
-        "map --poses 20 --mechanism A --effect joint-compliance@A4B:c=1urad/(N*m)",
+        "map --samples 20 --mechanisms A --effect joint-compliance@A4B:c=1urad/(N*m)",
         10,
         "stiffbench::physics::unknown_place",
     );
 
     let fit = desk.run("fit session --fix beam.J --json").succeeds();
     desk.write("fit.json", &fit.stdout);
-    let found = desk.data("map --mechanism F --poses 50 --fit fit.json");
+    let found = desk.data("map --mechanisms F --samples 50 --fit fit.json");
     let uncertain = &found["mechanisms"][0]["stiffness"][0]["fit_uncertainty"]["mean"];
     let [value, u, k] = ["value", "u", "k"].map(|key| uncertain[key].as_f64().unwrap());
     assert!(u > 0.0 && u < value && k >= 1.95, "{uncertain}");
@@ -276,12 +276,12 @@ fn found_physics_and_fits_go_into_the_map() {
     assert!(uncertain["u"].as_f64().unwrap() > 0.0, "{uncertain}");
     desk.write("no.json", "{}");
     desk.refusal(
-        "map --fit no.json --poses 9",
+        "map --fit no.json --samples 9",
         2,
         "stiffbench::usage::argument",
     );
     desk.refusal(
-        "map --fit none.json --poses 9",
+        "map --fit none.json --samples 9",
         11,
         "stiffbench::input::read",
     );
@@ -291,15 +291,15 @@ fn found_physics_and_fits_go_into_the_map() {
 fn what_cannot_be_asked_for() {
     let desk = desk();
     for arguments in [
-        "map --poses 0",
-        "map --poses many",
+        "map --samples 0",
+        "map --samples many",
         "map --shard 0/4 --out s",
         "map --shard 5/4 --out s",
         "map --shard half --out s",
         "map --shard 1/2",
-        "map --direction 0,0,0",
-        "map --direction w",
-        "map --direction 1,2",
+        "map --directions 0,0,0",
+        "map --directions w",
+        "map --directions 1,2",
         "map --sampling evenly",
         "map --at-load 0",
         "map --factors unit --fit fit.json",
@@ -310,18 +310,18 @@ fn what_cannot_be_asked_for() {
     }
     let code = "stiffbench::robot::unknown_name";
     assert_says(
-        &desk.refusal("map --mechanism G", 10, code),
+        &desk.refusal("map --mechanisms G", 10, code),
         &["A, B, C, D, E, F"],
     );
     assert_says(&desk.refusal("map --vary theta7", 10, code), &["theta"]);
-    desk.refusal("map --mechanism A,A", 2, "stiffbench::usage::argument");
+    desk.refusal("map --mechanisms A,A", 2, "stiffbench::usage::argument");
     desk.refusal("map --robot none.toml", 2, "stiffbench::usage::argument");
 }
 
 #[test]
 fn the_points_are_a_table_of_the_poses() {
     let desk = desk();
-    desk.run("map --mechanism A --poses 40 --out out")
+    desk.run("map --mechanisms A --samples 40 --out out")
         .succeeds();
     let table = desk.read("out/points-A.csv");
     let mut reader = csv::Reader::from_reader(table.as_bytes());

@@ -5,9 +5,9 @@ use super::{assert_says, desk};
 #[test]
 fn figures_of_each_mechanism_of_all_and_of_a_difference() {
     let desk = desk();
-    let study = "map --mechanism A,F --poses 600 --direction y --no-principal --out out";
+    let study = "map --mechanisms A,F --samples 600 --directions y --no-principal --out out";
     let ran = desk
-        .run(&format!("{study} --figures --difference A,F"))
+        .run(&format!("{study} --with-figures --difference A,F"))
         .succeeds();
     for name in ["y-A", "y-F", "y-all", "y-F-against-A"] {
         for ending in ["svg", "png"] {
@@ -41,7 +41,7 @@ fn figures_of_each_mechanism_of_all_and_of_a_difference() {
 #[test]
 fn a_load_moves_the_end_and_a_limit_bounds_the_load() {
     let desk = desk();
-    let arguments = "map --mechanism F --poses 300 --load 0,-50,0 --limit 0.5";
+    let arguments = "map --mechanisms F --samples 300 --load 0,-50,0 --limit 0.5";
     let text = desk.run(arguments).succeeds().stdout;
     for words in [
         "F = (0, -50, 0) N",
@@ -60,7 +60,7 @@ fn a_load_moves_the_end_and_a_limit_bounds_the_load() {
     assert!((product / (50.0 * 500.0) - 1.0).abs() < 1e-9, "{product}");
     assert!(number("displacement_y", "greatest") < 0.0);
     // Stiffness and load say the same of the direction of the load.
-    let map = desk.data("map --mechanism F --poses 300 --direction y --no-principal");
+    let map = desk.data("map --mechanisms F --samples 300 --directions y --no-principal");
     let least = map["mechanisms"][0]["stiffness"][0]["smallest"]["sampled"]["value"]["value"]
         .as_f64()
         .unwrap();
@@ -72,13 +72,13 @@ fn a_load_moves_the_end_and_a_limit_bounds_the_load() {
 #[test]
 fn a_robot_without_masses_is_told_what_to_add_and_one_with_them_sags() {
     let desk = desk();
-    let error = desk.refusal("map --poses 10 --sag", 2, "stiffbench::usage::argument");
+    let error = desk.refusal("map --samples 10 --sag", 2, "stiffbench::usage::argument");
     assert_says(&error, &["no masses", "mass_per_m", "density", "[masses]"]);
     let page = include_str!("../../docs/robot-file.md");
     let start = page.find("```toml\n").unwrap() + "```toml\n".len();
     let length = page[start..].find("```").unwrap();
     desk.write("arm.toml", &page[start..start + length]);
-    let sag = &desk.data("map --robot arm.toml --poses 50 --sag")["sag"];
+    let sag = &desk.data("map --robot arm.toml --samples 50 --sag")["sag"];
     let mechanism = &sag["mechanisms"][1];
     assert_eq!(mechanism["mechanism"], "levelled");
     assert!(
@@ -93,7 +93,7 @@ fn a_robot_without_masses_is_told_what_to_add_and_one_with_them_sags() {
     assert!((mass - steel - 2.9 * 0.6 - 15.0).abs() < 1e-9, "{mass}");
     assert!(mechanism["displacement_y"]["greatest"].as_f64().unwrap() < 0.0);
     let text = desk
-        .run("map --robot arm.toml --poses 50 --sag")
+        .run("map --robot arm.toml --samples 50 --sag")
         .succeeds()
         .stdout;
     assert!(
@@ -105,14 +105,14 @@ fn a_robot_without_masses_is_told_what_to_add_and_one_with_them_sags() {
 #[test]
 fn what_the_stiffness_depends_on() {
     let desk = desk();
-    let study = "map --poses 200 --direction y --no-principal";
-    let data = desk.data(&format!("{study} --design"));
+    let study = "map --samples 200 --directions y --no-principal";
+    let data = desk.data(&format!("{study} --sensitivity"));
     let found = &data["design"]["sensitivities"][0];
     assert_eq!(
         (&found["mechanism"], &found["direction"]),
         (&"F".into(), &"y".into())
     );
-    let map = desk.data(&format!("{study} --mechanism F"));
+    let map = desk.data(&format!("{study} --mechanisms F"));
     let least = &map["mechanisms"][0]["stiffness"][0]["smallest"]["sampled"]["value"]["value"];
     assert_eq!(&found["smallest"]["value"], least);
 }
@@ -127,7 +127,7 @@ fn questions_that_cannot_be_asked() {
         "map --load 0,-1,0 --limit 0",
         "map --limit 1",
         "map --lift min:y:20%",
-        "map --figures",
+        "map --with-figures",
         "map --difference A,F",
         "map --out o --difference A,A",
         "map --sag --shard 1/2 --out s",

@@ -267,7 +267,7 @@ fn a_fit_with_the_model_finds_the_factors_behind_it_and_one_without_does_not() {
     desk.run("significance --model model.toml --pose P1")
         .succeeds();
     for figure in ["residuals", "stiffness"] {
-        desk.run(&format!("plot {figure} --data session --model model.toml"))
+        desk.run(&format!("plot {figure} session --model model.toml"))
             .succeeds();
     }
     let drawn = desk.run("plot robot --model model.toml").succeeds();
@@ -287,7 +287,7 @@ fn the_options_beside_a_model_win() {
     assert!(compliance("--model model.toml --factors m_fsd") > 2.0 * model);
     assert_ne!(compliance("--model model.toml --mechanism B"), model);
     // A joint that softens gives more under load.
-    assert!(compliance("--model model.toml --force 0,-70,0") > model);
+    assert!(compliance("--model model.toml --load 0,-70,0") > model);
     let more = compliance("--model model.toml --effect joint-compliance@A5B:c=0.1mrad/(N*m)");
     assert!(more > model);
     let data = desk.data("robot compliance --model model.toml --effect creep:k=1%/decade,t0=1s");

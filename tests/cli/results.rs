@@ -73,13 +73,13 @@ fn robots() {
     );
     both(
         &desk,
-        "robot mobility",
+        "robot show --mobility",
         &["Total by eq. (1): F = 4."],
         "robot-mobility",
     );
     both(
         &desk,
-        "robot workspace --poses 50",
+        "robot workspace --samples 50",
         &["furthest", "theta2"],
         "robot-workspace",
     );
@@ -89,9 +89,9 @@ fn robots() {
         &["rz", "m/N"],
         "robot-compliance",
     );
-    let schema = desk.run("robot schema").succeeds().json();
+    let schema = desk.run("robot show --schema").succeeds().json();
     assert!(schema["properties"]["elements"].is_object());
-    assert_eq!(desk.data("robot schema"), schema);
+    assert_eq!(desk.data("robot show --schema"), schema);
 }
 
 #[test]
@@ -122,7 +122,7 @@ fn figures_and_sessions_are_listed_where_they_were_written() {
     let desk = desk();
     both(
         &desk,
-        "plot robot --force 0,-50,0",
+        "plot robot --load 0,-50,0",
         &["robot.svg", "robot.png"],
         "plot",
     );

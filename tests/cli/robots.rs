@@ -62,15 +62,15 @@ fn six_robots_go_through_every_command() {
         for arguments in [
             format!("robot show {robot}"),
             format!("robot check {robot}"),
-            format!("robot mobility {robot}"),
-            format!("robot workspace {robot} --poses 300 --figure workspace.svg"),
-            format!("robot compliance --robot {robot} --pose {pose}"),
+            format!("robot show --mobility {robot}"),
+            format!("robot workspace {robot} --samples 300 --figure workspace.svg"),
+            format!("robot compliance {robot} --pose {pose}"),
             format!("plot robot --robot {robot} --pose {pose} --out robot.svg"),
             format!("significance --robot {robot} --pose {pose} --beams-only"),
             format!("simulate s --robot {robot} --seed {seed}"),
             "stiffness s".to_owned(),
             "compare s s".to_owned(),
-            "plot load-displacement --data s --out l.svg".to_owned(),
+            "plot load-displacement s --out l.svg".to_owned(),
             "diagnose s --no-figures".to_owned(),
         ] {
             object(&desk, &arguments);
@@ -79,9 +79,7 @@ fn six_robots_go_through_every_command() {
         estimates_lie_inside_their_intervals_and_these_inside_the_bounds(&desk);
         figures_show_the_numbers_of_the_fit(&desk);
         refined_extremes_are_extreme(&desk, &robot);
-        let refused = desk.run(&format!(
-            "robot compliance --robot {robot} --pose NOWHERE --json"
-        ));
+        let refused = desk.run(&format!("robot compliance {robot} --pose NOWHERE --json"));
         let refused = refused.exits_with(10).json();
         assert_eq!(refused["ok"], false);
         assert!(refused["error"]["message"].is_string() && refused["warnings"].is_array());
@@ -167,7 +165,7 @@ fn figures_show_the_numbers_of_the_fit(desk: &Desk) {
 fn refined_extremes_are_extreme(desk: &Desk, robot: &str) {
     let map = object(
         desk,
-        &format!("map --robot {robot} --poses 200 --out map --figures"),
+        &format!("map --robot {robot} --samples 200 --out map --with-figures"),
     );
     for mechanism in map["data"]["mechanisms"].as_array().unwrap() {
         for column in mechanism["stiffness"].as_array().unwrap() {

@@ -33,7 +33,7 @@ fn overdue_calibration_exits_with_12() {
         "stiffness session",
         "fit session",
         "compare session session",
-        "plot load-displacement --data session",
+        "plot load-displacement session",
     ] {
         let ran = desk.run(subcommand).succeeds();
         assert!(

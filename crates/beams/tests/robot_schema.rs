@@ -19,7 +19,7 @@ fn the_shipped_schema_is_that_of_the_reader() {
     );
     assert!(
         shipped == generated,
-        "write the schema anew: stiffbench robot schema > data/robots/planar-linkage-robot.schema.json"
+        "write the schema anew: stiffbench robot show --schema > data/robots/planar-linkage-robot.schema.json"
     );
 }
 

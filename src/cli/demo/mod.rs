@@ -31,7 +31,7 @@ use super::robot::workspace_projection;
 #[command(after_help = "Example:\n  stiffbench demo --out my-demo")]
 pub(super) struct DemoArgs {
     /// Folder for the session, tables and figures
-    #[arg(long, default_value = "stiffbench-demo")]
+    #[arg(long, value_name = "FOLDER", default_value = "stiffbench-demo")]
     out: PathBuf,
 }
 

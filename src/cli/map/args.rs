@@ -13,7 +13,7 @@ use super::files::WantedFigures;
 #[derive(Debug, Args)]
 #[command(
     args_conflicts_with_subcommands = true,
-    after_help = "Examples:\n  stiffbench map                                     the paper's six mechanisms in 50 000 random poses\n  stiffbench map --mechanism A,F --poses 200000 --out maps\n  stiffbench map --mechanism F --direction x,y,z --direction 0,1,1 --json\n  stiffbench map --model my-session/diagnosis/model.toml --at-load 50\n  stiffbench map --out maps --figures --difference A,F\n  stiffbench map --load 0,-50,0 --limit 0.5           pose accuracy under 50 N downward, largest load for half a millimetre\n  stiffbench map --poses 1000000 --shard 3/8 --out shards\n  stiffbench map merge shards/*.map-shard --out maps"
+    after_help = "Examples:\n  stiffbench map                                     the paper's six mechanisms in 50 000 random poses\n  stiffbench map --mechanisms A,F --samples 200000 --out maps\n  stiffbench map --mechanisms F --directions x,y,z --directions 0,1,1 --json\n  stiffbench map --model my-session/diagnosis/model.toml --at-load 50\n  stiffbench map --out maps --with-figures --difference A,F\n  stiffbench map --load 0,-50,0 --limit 0.5           pose accuracy under 50 N downward, largest load for half a millimetre\n  stiffbench map --samples 1000000 --shard 3/8 --out shards\n  stiffbench map merge shards/*.map-shard --out maps"
 )]
 pub(in crate::cli) struct MapArgs {
     /// Joining shards instead.
@@ -29,7 +29,7 @@ pub(in crate::cli) struct MapArgs {
     #[arg(long, value_name = "FOLDER")]
     pub(super) out: Option<PathBuf>,
     /// With --out: also figures (SVG and PNG) of every mechanism and direction, and of all mechanisms with one scale
-    #[arg(long, requires = "out", conflicts_with = "shard")]
+    #[arg(long = "with-figures", requires = "out", conflicts_with = "shard")]
     pub(super) figures: bool,
     /// With --out: also figures of what the second of two mechanisms has more than the first
     #[arg(long, value_name = "A,F", value_parser = two_names, requires = "out", conflicts_with = "shard")]
@@ -52,7 +52,7 @@ impl MapArgs {
 /// Questions other than that for the stiffness.
 #[derive(Debug, Args)]
 pub(super) struct Asked {
-    /// Displacement and rotation of the end under a load at it, N and N*m, instead of the stiffness
+    /// Load at the end, N and N*m: its displacement and rotation instead of the stiffness
     #[arg(long, value_name = "FX,FY,FZ[,MX,MY,MZ]", value_parser = end_load, allow_hyphen_values = true, conflicts_with = "shard")]
     pub(super) load: Option<EndLoad>,
     /// With --load: the largest load along it that moves the end by no more than this, mm
@@ -63,13 +63,13 @@ pub(super) struct Asked {
     pub(super) sag: bool,
     /// What the least and the mean stiffness depend on: sections and joints [mechanism: the last, unless named]
     #[arg(long, conflicts_with = "shard")]
-    pub(super) design: bool,
+    pub(super) sensitivity: bool,
 }
 
 impl Asked {
     /// Whether anything is asked.
     pub(super) fn is_any(&self) -> bool {
-        self.load.is_some() || self.sag || self.design
+        self.load.is_some() || self.sag || self.sensitivity
     }
 }
 
@@ -128,7 +128,7 @@ pub(super) struct MergeArgs {
     #[arg(long, value_name = "FOLDER")]
     pub(super) out: Option<PathBuf>,
     /// With --out: also figures (SVG and PNG) of every mechanism and direction, and of all mechanisms with one scale
-    #[arg(long, requires = "out")]
+    #[arg(long = "with-figures", requires = "out")]
     pub(super) figures: bool,
 }
 
@@ -145,11 +145,11 @@ impl MergeArgs {
 /// What a map is of.
 #[derive(Debug, Clone, Args)]
 pub(super) struct StudyArgs {
-    /// Robot file, or the name of a shipped robot [default: the model's, else hp-robot]
-    #[arg(long, value_name = "FILE|NAME")]
+    /// Name of a shipped robot, or a robot file [default: the model's, else hp-robot]
+    #[arg(long, value_name = "NAME|FILE")]
     pub(super) robot: Option<String>,
     /// Mechanisms, comma-separated, or all [default: the model's, else all]
-    #[arg(long, value_name = "NAME,...", value_delimiter = ',')]
+    #[arg(long = "mechanisms", value_name = "NAME,...", value_delimiter = ',')]
     pub(super) mechanism: Vec<String>,
     /// Factor set of the robot, or a TOML file with tables beam and link [default: the fit's or the model's, else m_fsd, else unit]
     #[arg(long, value_name = "NAME|FILE", conflicts_with = "fit")]
@@ -166,8 +166,8 @@ pub(super) struct StudyArgs {
     /// Load at which joints that are not linear have their secant stiffness, N
     #[arg(long, value_name = "N", value_parser = load, allow_negative_numbers = true)]
     pub(super) at_load: Option<f64>,
-    /// Poses within the limits; a grid has at least as many
-    #[arg(long, default_value_t = 50_000, value_parser = at_least_one())]
+    /// Number of poses within the limits; a grid has at least as many
+    #[arg(long = "samples", value_name = "N", default_value_t = 50_000, value_parser = at_least_one())]
     pub(super) poses: usize,
     /// How poses are chosen
     #[arg(long, value_enum, default_value_t = SamplingWord::MonteCarlo)]
@@ -179,7 +179,7 @@ pub(super) struct StudyArgs {
     #[arg(long, value_delimiter = ',', value_name = "VARIABLE,...")]
     pub(super) vary: Option<Vec<String>>,
     /// Directions: axes (x,y,z) or a vector (0,1,1); more than once for more [default: x,y,z]
-    #[arg(long = "direction", value_name = "AXES|X,Y,Z", value_parser = directions, allow_hyphen_values = true)]
+    #[arg(long = "directions", value_name = "AXES|X,Y,Z", value_parser = directions, allow_hyphen_values = true)]
     pub(super) directions: Vec<Directions>,
     /// Leave out the principal stiffnesses
     #[arg(long)]
@@ -207,7 +207,7 @@ impl From<SamplingWord> for Sampling {
     }
 }
 
-/// What one `--direction` names.
+/// What one `--directions` names.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Directions(pub(super) Vec<MapColumn>);
 

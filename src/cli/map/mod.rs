@@ -32,7 +32,7 @@ pub(super) fn run(args: &MapArgs) -> Result<Outcome, Failure> {
         return merge::run(args);
     }
     let (mut job, warnings) = prepare(&args.study)?;
-    if args.asked.design && args.study.mechanism.is_empty() {
+    if args.asked.sensitivity && args.study.mechanism.is_empty() {
         // Six designs at once would bury the one that is wanted.
         let others = job.mechanisms.len().saturating_sub(1);
         job.mechanisms.drain(..others);

@@ -112,9 +112,9 @@ fn mechanisms(
         robot.mechanism(Some(name))?;
         if names.contains(name) {
             return Err(wrong(
-                &format!("--mechanism {name}"),
+                &format!("--mechanisms {name}"),
                 "it is named twice".to_owned(),
-                "name each mechanism once, for example --mechanism A,F",
+                "name each mechanism once, for example --mechanisms A,F",
             )
             .into());
         }

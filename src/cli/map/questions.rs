@@ -64,7 +64,7 @@ pub(super) fn run(job: &MapJob, asked: &Asked, out: Option<&Path>) -> Result<Out
             },
         );
     }
-    if asked.design {
+    if asked.sensitivity {
         design(job, (&robot, &physics), &poses.set, &mut answer)?;
     }
     let inputs = job.inputs(&robot);
@@ -168,9 +168,9 @@ fn design(
     }
     if text.is_empty() {
         return Err(wrong(
-            "--design",
+            "--sensitivity",
             "laws that are not linear have no derivatives, and neither have directions that are no axes".to_owned(),
-            "leave out the law, or name an axis, for example --direction y",
+            "leave out the law, or name an axis, for example --directions y",
         )
         .into());
     }

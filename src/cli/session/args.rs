@@ -47,6 +47,7 @@ pub(super) enum SessionCommand {
 #[derive(Debug, Args)]
 pub(super) struct FolderArgs {
     /// Session folder
+    #[arg(value_name = "SESSION")]
     pub(super) folder: PathBuf,
 }
 
@@ -65,9 +66,10 @@ pub(super) struct PlanArgs {
 #[derive(Debug, Args)]
 pub(super) struct RecoverArgs {
     /// Session folder; it is not touched
+    #[arg(value_name = "SESSION")]
     pub(super) folder: PathBuf,
-    /// Folder to make; must not exist
-    #[arg(long)]
+    /// Session folder to make; must not exist
+    #[arg(long, value_name = "FOLDER")]
     pub(super) out: PathBuf,
 }
 
@@ -75,6 +77,7 @@ pub(super) struct RecoverArgs {
 #[derive(Debug, Args)]
 pub(super) struct RunArgs {
     /// Session folder to make; must not exist
+    #[arg(value_name = "SESSION")]
     pub(super) out: PathBuf,
     /// Which robot.
     #[command(flatten)]
@@ -100,6 +103,7 @@ pub(super) struct RunArgs {
 #[derive(Debug, Args)]
 pub(super) struct ResumeArgs {
     /// Session folder
+    #[arg(value_name = "SESSION")]
     pub(super) folder: PathBuf,
     /// What it is measured with; what is left out is as it was when the session began.
     #[command(flatten)]

@@ -1,6 +1,6 @@
 //! The robot file, format `planar-linkage-robot/1`: its keys and their meaning.
 //!
-//! These types mirror the TOML text and carry the JSON Schema that is published from it (`stiffbench robot schema`). What the
+//! These types mirror the TOML text and carry the JSON Schema that is published from it (`stiffbench robot show --schema`). What the
 //! file means as a whole (names that must exist, dependencies that must not be circular) is checked by
 //! [`crate::robot::Robot::parse`].
 
