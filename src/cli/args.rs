@@ -309,7 +309,7 @@ pub(super) struct PlotArgs {
     /// Robot, mechanism and factors.
     #[command(flatten)]
     pub(super) model: ModelArgs,
-    /// Training poses of the fit behind the figure
+    /// Poses to fit, comma-separated, in the fit behind the figure
     #[arg(long, value_delimiter = ',')]
     pub(super) train: Option<Vec<String>>,
     /// Pose of the robot drawing

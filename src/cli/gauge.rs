@@ -43,7 +43,7 @@ pub(super) struct PortArgs {
     /// Use a description that nobody has verified
     #[arg(long)]
     pub(super) allow_unverified: bool,
-    /// Bindings file
+    /// Bindings file: which gauge is on which adapter, as stiffbench ports --wait writes it
     #[arg(long, value_name = "FILE", default_value = BINDINGS_FILE)]
     pub(super) bindings: PathBuf,
     /// More descriptions.

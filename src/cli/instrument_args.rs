@@ -74,7 +74,7 @@ pub(super) struct DecodeArgs {
     /// Unit of the values that are printed; where packets carry none, also the unit that the gauge shows [default: as sent]
     #[arg(long)]
     pub(super) unit: Option<String>,
-    /// Use a description that is recalled and was never checked
+    /// Use a description that nobody has verified
     #[arg(long)]
     pub(super) allow_unverified: bool,
     /// More descriptions.

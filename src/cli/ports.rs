@@ -50,7 +50,7 @@ pub(super) struct PortsArgs {
     /// Unit that its display shows, where it does not send one
     #[arg(long)]
     unit: Option<String>,
-    /// Bindings file
+    /// Bindings file: which gauge is on which adapter
     #[arg(long, value_name = "FILE", default_value = BINDINGS_FILE)]
     bindings: std::path::PathBuf,
     /// More descriptions.

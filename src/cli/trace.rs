@@ -60,6 +60,7 @@ enum TraceCommand {
 #[derive(Debug, Args)]
 struct RecordArgs {
     /// Name of an instrument description, or a file
+    #[arg(value_name = "INSTRUMENT")]
     instrument: String,
     /// Port and line.
     #[command(flatten)]
@@ -80,7 +81,7 @@ struct DecodeArgs {
     /// Instrument description [default: the one the trace names]
     #[arg(long, value_name = "NAME|FILE")]
     instrument: Option<String>,
-    /// Unit, where the gauge does not send one [default: the one the trace names]
+    /// Unit that its display shows, where it does not send one [default: the one the trace names]
     #[arg(long)]
     unit: Option<String>,
     /// More descriptions.
@@ -94,7 +95,7 @@ struct ReplayArgs {
     /// Traces, one for each gauge
     #[arg(required = true, num_args = 1..=2)]
     files: Vec<PathBuf>,
-    /// Times as fast as it was; max for as fast as possible
+    /// How many times as fast as the real clock; max for as fast as possible
     #[arg(long, default_value = "1", value_parser = pace)]
     speed: Speed,
     /// More descriptions.

@@ -13,12 +13,7 @@ fn data_that_are_not_there() {
     assert_says(&error, &["did you mean paper-experiment"]);
     let error = desk.refusal("stiffness folder", 11, "stiffbench::input::no_session");
     assert_says(&error, &["folder holds no readings.csv"]);
-    for subcommand in [
-        "stiffness",
-        "fit",
-        "plot residuals --data",
-        "compare empty.csv",
-    ] {
+    for subcommand in ["stiffness", "fit", "plot residuals", "compare empty.csv"] {
         desk.refusal(
             &format!("{subcommand} empty.csv"),
             11,

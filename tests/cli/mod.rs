@@ -13,6 +13,7 @@ mod instruments;
 mod lines;
 mod map;
 mod map_questions;
+mod names;
 #[cfg(unix)]
 mod permissions;
 mod physics;

@@ -136,20 +136,20 @@ pub(super) struct BenchArgs {
     /// Unit that the displacement gauge is set to, where it does not send one
     #[arg(long, value_name = "UNIT")]
     pub(super) displacement_unit: Option<String>,
-    /// Which gauge is on which adapter, as stiffbench ports --wait writes it
+    /// Bindings file: which gauge is on which adapter, as stiffbench ports --wait writes it
     #[arg(long, value_name = "FILE", default_value = BINDINGS_FILE)]
     pub(super) bindings: PathBuf,
     /// More descriptions.
     #[command(flatten)]
     pub(super) protocols: ProtocolsArgs,
-    /// Take descriptions that nobody has verified
+    /// Use a description that nobody has verified
     #[arg(long)]
     pub(super) allow_unverified: bool,
     /// Measure an emulated bench: two emulated gauges behind real ports, one robot, and a hand that does what is asked for
     #[cfg(unix)]
     #[arg(long)]
     pub(super) emulated: bool,
-    /// Session seconds in a real one, with --emulated
+    /// How many times as fast as the real clock, with --emulated
     #[cfg(unix)]
     #[arg(long, default_value_t = 1.0, requires = "emulated", value_parser = speed)]
     pub(super) speed: f64,

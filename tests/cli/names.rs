@@ -1,0 +1,358 @@
+//! One name for one meaning: the tree of commands, names that are older, names that are kept for commands to come.
+
+use std::collections::BTreeMap;
+
+use clap::{Arg, Command};
+use stiffbench::cli::names::{RENAMED_COMMANDS, RENAMED_OPTIONS, RESERVED};
+
+use super::{assert_says, desk};
+
+/// An option of several commands: its name, the forms of its value, and words of which one stands in every help text.
+type Common = (
+    &'static str,
+    &'static [&'static str],
+    &'static [&'static str],
+);
+
+/// Options that several commands have, each with one meaning.
+#[rustfmt::skip]
+const COMMON: &[Common] = &[
+    ("allow-unverified", &[], &["description that nobody has verified"]),
+    ("answer", &["ID=VALUE"], &["answer to a question, beforehand"]),
+    ("answers", &["FILE"], &["answers to questions, beforehand"]),
+    ("baud", &["BAUD"], &["speed in bit/s"]),
+    ("bindings", &["FILE"], &["bindings file"]),
+    ("capture", &["CAPTURE"], &["when a reading is taken"]),
+    ("directions", &["DIRECTIONS", "AXES|X,Y,Z"], &["directions"]),
+    ("displacement-instrument", &["NAME|FILE"], &["description of the displacement gauge"]),
+    ("displacement-port", &["PORT"], &["port of the displacement gauge"]),
+    ("displacement-unit", &["UNIT"], &["unit that the displacement gauge", "unit of the displacement"]),
+    ("effect", &["EFFECT"], &["effect beside the beams"]),
+    ("emulated", &[], &["emulated bench"]),
+    ("factors", &["NAME|FILE"], &["factor set of the robot"]),
+    ("figure", &["FILE"], &["as file.svg and file.png"]),
+    ("force-instrument", &["NAME|FILE"], &["description of the force gauge"]),
+    ("force-port", &["PORT"], &["port of the force gauge"]),
+    ("force-tolerance-n", &["N"], &["stops within this of the target"]),
+    ("force-unit", &["UNIT"], &["unit that the force gauge", "unit of the force"]),
+    ("instrument", &["NAME|FILE"], &["instrument"]),
+    ("line", &[], &["plain lines"]),
+    ("load", &["FX,FY,FZ", "FX,FY,FZ[,MX,MY,MZ]"], &["load at the end"]),
+    ("loads-n", &["N"], &["loads in n"]),
+    ("mechanism", &["NAME"], &["mechanism of the robot"]),
+    ("model", &["FILE"], &["model with found physics"]),
+    ("no-input", &[], &["never wait for an answer"]),
+    ("noise-free", &[], &["no noise"]),
+    ("out", &["FOLDER", "FILE"], &["folder", "file"]),
+    ("port", &["PORT"], &["port, by any path"]),
+    ("pose", &["POSE"], &["pose"]),
+    ("poses", &["POSES"], &["poses, comma-separated"]),
+    ("procedure", &["NAME|FILE"], &["procedure file"]),
+    ("protocols", &["FOLDER"], &["folder with descriptions"]),
+    ("repeats", &["REPEATS"], &["repeats"]),
+    ("robot", &["NAME|FILE"], &["name of a shipped robot, or a robot file"]),
+    ("samples", &["N"], &["number of"]),
+    ("schema", &[], &["json schema"]),
+    ("seconds", &["S"], &["seconds to"]),
+    ("seed", &["SEED"], &["seed of"]),
+    ("speed", &["SPEED"], &["times as fast as the real clock"]),
+    ("stream", &[], &["let it send by itself"]),
+    ("train", &["TRAIN"], &["poses to fit"]),
+    ("unit", &["UNIT"], &["unit that its display shows", "unit of the values"]),
+    ("vary", &["VARIABLE,..."], &["variables to vary"]),
+    ("with-figures", &[], &["also figures"]),
+];
+
+/// Names that would be a second one for a meaning that has one.
+#[rustfmt::skip]
+const SYNONYMS: &[(&str, &[&str])] = &[
+    ("answers", &["answer-file"]),
+    ("directions", &["axes"]),
+    ("displacement-instrument", &["displacement", "displacement-gauge"]),
+    ("figure", &["plot"]),
+    ("figures", &["plots", "figure-folder"]),
+    ("force-instrument", &["force", "force-gauge"]),
+    ("instrument", &["gauge", "device"]),
+    ("json", &["format", "output-format"]),
+    ("load", &["force", "end-load"]),
+    ("mechanisms", &["mechanism-list"]),
+    ("no-figures", &["without-figures"]),
+    ("no-input", &["batch", "non-interactive", "yes"]),
+    ("noise-distribution", &["noise-shape"]),
+    ("out", &["output", "out-dir", "folder", "dir", "to"]),
+    ("poses", &["pose-names"]),
+    ("procedure", &["protocol", "plan"]),
+    ("protocols", &["descriptions", "instrument-folder"]),
+    ("quiet", &["silent"]),
+    ("robot", &["robot-file"]),
+    ("samples", &["number", "draws", "pose-count"]),
+    ("seconds", &["duration"]),
+    ("seed", &["random-seed"]),
+    ("sensitivity", &["gradient"]),
+    ("speed", &["pace"]),
+    ("within", &["timeout"]),
+];
+
+/// The commands that are shown, with their names.
+fn shown() -> Vec<(String, Command)> {
+    fn walk(command: &Command, name: &str, found: &mut Vec<(String, Command)>) {
+        let below = command
+            .get_subcommands()
+            .filter(|below| !below.is_hide_set());
+        for below in below {
+            let name = format!("{name} {}", below.get_name());
+            found.push((name.trim().to_owned(), below.clone()));
+            walk(below, &name, found);
+        }
+    }
+    let mut found = Vec::new();
+    walk(&stiffbench::cli::command(), "", &mut found);
+    assert!(found.len() > 30, "only {} commands", found.len());
+    found
+}
+
+/// The options that are shown, by their long name, with the command that has them.
+fn options() -> BTreeMap<String, Vec<(String, Arg)>> {
+    let mut options = BTreeMap::<String, Vec<(String, Arg)>>::new();
+    for (name, command) in shown() {
+        for option in command
+            .get_arguments()
+            .filter(|option| !option.is_hide_set())
+        {
+            if let Some(long) = option.get_long() {
+                let rows = options.entry(long.to_owned()).or_default();
+                rows.push((name.clone(), option.clone()));
+            }
+        }
+    }
+    options
+}
+
+/// The form of an option's value; empty for a switch.
+fn value(option: &Arg) -> String {
+    if !option.get_action().takes_values() {
+        return String::new();
+    }
+    let names = option.get_value_names().map(|names| {
+        let names: Vec<&str> = names.iter().map(clap::builder::Str::as_str).collect();
+        names.join(" ")
+    });
+    names.unwrap_or_else(|| option.get_id().as_str().to_uppercase())
+}
+
+#[test]
+fn an_option_of_several_commands_has_one_meaning() {
+    let mut complaints = Vec::new();
+    for (long, rows) in options() {
+        let row = COMMON.iter().find(|(name, ..)| *name == long);
+        let Some((_, values, words)) = row else {
+            if rows.len() > 1 {
+                let commands: Vec<&str> = rows.iter().map(|(name, _)| name.as_str()).collect();
+                complaints.push(format!(
+                    "--{long} of {} stands in no table",
+                    commands.join(", ")
+                ));
+            }
+            continue;
+        };
+        for (command, option) in rows {
+            let value = value(&option);
+            let as_in_table = values.contains(&value.as_str()) || values.is_empty();
+            if !as_in_table || (values.is_empty() && !value.is_empty()) {
+                complaints.push(format!(
+                    "{command} --{long} takes `{value}`, not {values:?}"
+                ));
+            }
+            let help = option.get_help().map(ToString::to_string);
+            let help = help.unwrap_or_default().to_lowercase();
+            if !words.iter().any(|word| help.contains(word)) {
+                complaints.push(format!(
+                    "{command} --{long}: `{help}` has none of {words:?}"
+                ));
+            }
+        }
+    }
+    assert!(complaints.is_empty(), "\n{}", complaints.join("\n"));
+}
+
+#[test]
+fn a_meaning_has_one_name() {
+    let options = options();
+    let program = stiffbench::cli::command();
+    let globals: Vec<&str> = program.get_arguments().filter_map(Arg::get_long).collect();
+    for (settled, synonyms) in SYNONYMS {
+        let is_there = options.contains_key(*settled) || globals.contains(settled);
+        assert!(is_there, "--{settled} is no option");
+        for synonym in *synonyms {
+            if let Some(rows) = options.get(*synonym) {
+                panic!(
+                    "--{synonym} of {} is a second name for --{settled}",
+                    rows[0].0
+                );
+            }
+        }
+    }
+}
+
+#[test]
+fn the_page_of_commands_names_everything() {
+    let page = include_str!("../../docs/commands.md");
+    let has = |start: &str| page.lines().any(|line| line.starts_with(start));
+    for (name, command) in shown() {
+        let group = command.is_subcommand_required_set();
+        assert!(group || has(&format!("| `{name}` |")), "{name}");
+    }
+    for (long, values, _) in COMMON {
+        // A bar in a cell of a table is written with a backslash.
+        let values = values.join("` or `").replace('|', "\\|");
+        let row = format!("| `--{long} {values}").trim_end().to_owned();
+        assert!(has(&format!("{row}` |")), "{row}");
+    }
+    for row in RENAMED_COMMANDS {
+        let line = format!("| `{}` | `{}` |", row.old, row.now);
+        assert!(has(&line), "{line}");
+    }
+    for row in RENAMED_OPTIONS {
+        let line = format!("| `{} {}` | `{}` |", row.command, row.old, row.now);
+        assert!(has(&line), "{line}");
+    }
+    for row in RESERVED {
+        assert!(has(&format!("| `{}` |", row.command)), "{}", row.command);
+    }
+}
+
+/// Command lines with older names, and the same in today's.
+#[rustfmt::skip]
+const PAIRS: &[(&str, &str)] = &[
+    ("instrument schema", "instrument show --schema"),
+    ("robot mobility serial-arm", "robot show --mobility serial-arm"),
+    ("--progress none --json robot mobility", "--progress none --json robot show --mobility"),
+    ("robot schema --json", "robot show --schema --json"),
+    ("map --poses 60 --mechanism=A,F --direction y --direction -1,0,0 --json", "map --samples 60 --mechanisms=A,F --directions y --directions -1,0,0 --json"),
+    ("map --poses 60 --mechanism F --design", "map --samples 60 --mechanisms F --sensitivity"),
+    ("map --poses 60 --mechanism F --out maps --figures", "map --samples 60 --mechanisms F --out maps --with-figures"),
+    ("map merge shards/1-of-2.map-shard shards/2-of-2.map-shard --out joined --figures", "map merge shards/1-of-2.map-shard shards/2-of-2.map-shard --out joined --with-figures"),
+    ("plot load-displacement --data session --data=session --out o", "plot load-displacement session session --out o"),
+    ("plot --data session stiffness --out o", "plot stiffness session --out o"),
+    ("plot robot --force 0,-50,0 --out o", "plot robot --load 0,-50,0 --out o"),
+    ("plot workspace --poses 60 --out o", "plot workspace --samples 60 --out o"),
+    ("robot compliance --robot serial-arm --json", "robot compliance serial-arm --json"),
+    ("robot compliance --robot hp-robot --pose P1 --set theta2=390 theta3=330 --json", "robot compliance hp-robot --pose P1 --set theta2=390 theta3=330 --json"),
+    ("robot compliance --pose P1 --force=0,-50,0 --json", "robot compliance --pose P1 --load=0,-50,0 --json"),
+    ("robot workspace --poses 60", "robot workspace --samples 60"),
+    ("simulate s --noise skewed --poses P1 --json", "simulate s --noise-distribution skewed --poses P1 --json"),
+];
+
+/// An emulated bench, whose ports have new names in every run.
+#[cfg(unix)]
+const EMULATED: &str = "emulate --force mark10-series5 --displacement mitutoyo-01a --poses P1 --directions x --loads-n 0,-10 --repeats 1 --speed 100";
+
+#[test]
+fn older_names_do_the_same_and_say_what_they_are_called_now() {
+    let mut told = String::new();
+    for (old, now) in PAIRS {
+        let [old, now] = [old, now].map(|line| {
+            let desk = desk();
+            if line.contains("session") {
+                desk.run("simulate session --seed 4").succeeds();
+            }
+            for shard in ["1/2", "2/2"].iter().filter(|_| line.contains("shards")) {
+                let study = "map --samples 60 --mechanisms F --out shards --shard";
+                desk.run(&format!("{study} {shard}")).succeeds();
+            }
+            desk.run(line).succeeds()
+        });
+        assert_eq!(old.stdout, now.stdout, "{}", old.stderr);
+        let notes = old.stderr.lines().filter(|line| line.contains(" is now "));
+        let notes: Vec<&str> = notes.collect();
+        assert!(!notes.is_empty(), "{}", old.stderr);
+        assert!(!now.stderr.contains(" is now "), "{}", now.stderr);
+        told += &(notes.join("\n") + "\n");
+    }
+    #[cfg(unix)]
+    {
+        let desk = desk();
+        told += &desk.run(EMULATED).succeeds().stderr;
+    }
+    let unix = |name: &str| cfg!(unix) || !name.contains("emulate");
+    for row in RENAMED_COMMANDS.iter().filter(|row| unix(row.old)) {
+        let note = format!(
+            "note: stiffbench {} is now called stiffbench {}\n",
+            row.old, row.now
+        );
+        assert!(told.contains(&note), "{note}{told}");
+    }
+    for row in RENAMED_OPTIONS.iter().filter(|row| unix(row.command)) {
+        let note = if row.now.starts_with('-') {
+            format!("note: {} is now called {}\n", row.old, row.now)
+        } else {
+            format!("note: {0} {1} is now the argument {1}\n", row.old, row.now)
+        };
+        assert!(told.contains(&note), "{note}{told}");
+    }
+}
+
+#[test]
+fn older_names_are_not_shown_and_quiet_says_nothing_of_them() {
+    let options = options();
+    for row in RENAMED_OPTIONS {
+        let old = options.get(row.old.trim_start_matches('-'));
+        let mut old = old.into_iter().flatten();
+        assert!(
+            old.all(|(command, _)| command != row.command),
+            "{} {}",
+            row.command,
+            row.old
+        );
+    }
+    for row in RENAMED_COMMANDS {
+        assert!(
+            shown().iter().all(|(name, _)| name != row.old),
+            "{}",
+            row.old
+        );
+    }
+    let desk = desk();
+    let quiet = desk.run("robot workspace --poses 60 --quiet").succeeds();
+    assert_eq!(quiet.stderr, "");
+    let help = desk.run("help robot mobility").succeeds();
+    assert!(help.stdout.contains("--mobility"), "{}", help.stdout);
+    let wrong = desk.run("robot workspace --poses few").exits_with(2);
+    assert!(
+        wrong
+            .stderr
+            .starts_with("note: --poses is now called --samples\n")
+            && wrong.stderr.contains("'few'"),
+        "{}",
+        wrong.stderr
+    );
+}
+
+#[test]
+fn names_of_commands_to_come_are_refused_with_what_there_is_today() {
+    let desk = desk();
+    let help = desk.run("--help").succeeds().stdout;
+    for row in RESERVED {
+        for arguments in ["", " x.csv --map a=b", " --help"] {
+            let error = desk.refusal(
+                &format!("{}{arguments}", row.command),
+                2,
+                "stiffbench::usage::planned",
+            );
+            assert_says(
+                &error,
+                &[row.command, "not built yet", row.purpose, row.today],
+            );
+        }
+        assert!(
+            shown().iter().all(|(name, _)| name != row.command),
+            "{} is built: take it out of the table",
+            row.command
+        );
+        assert!(
+            !help.contains(&format!("\n  {} ", row.command)),
+            "{}",
+            row.command
+        );
+    }
+}
