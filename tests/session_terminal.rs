@@ -143,7 +143,13 @@ fn lines_and_an_answers_file_give_the_readings_of_the_screen() {
         assert!(output.status.success(), "{said}");
         (readings(&desk.path().join(name)), said)
     };
-    let file = ["--answers", "answers.toml", "--no-input", "--speed", "20"];
+    let file = [
+        "--answer-file",
+        "answers.toml",
+        "--no-input",
+        "--speed",
+        "20",
+    ];
     let (by_file, said) = run("by-file", &file);
     assert!(said.contains("reading 9:"), "{said}");
     let faster = [

@@ -76,6 +76,9 @@ pub const RENAMED_OPTIONS: &[RenamedOption] = &[
     option("robot compliance", "--robot", "ROBOT"),
     option("robot compliance", "--force", "--load"),
     option("robot workspace", "--poses", "--samples"),
+    option("session resume", "--answers", "--answer-file"),
+    option("session run", "--answers", "--answer-file"),
+    option("session run", "--instruments", "--instrument-records"),
     option("simulate", "--noise", "--noise-distribution"),
 ];
 

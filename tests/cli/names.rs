@@ -18,8 +18,8 @@ type Common = (
 #[rustfmt::skip]
 const COMMON: &[Common] = &[
     ("allow-unverified", &[], &["description that nobody has verified"]),
+    ("answer-file", &["FILE"], &["answers to questions, beforehand"]),
     ("answer", &["ID=VALUE"], &["answer to a question, beforehand"]),
-    ("answers", &["FILE"], &["answers to questions, beforehand"]),
     ("baud", &["BAUD"], &["speed in bit/s"]),
     ("bindings", &["FILE"], &["bindings file"]),
     ("capture", &["CAPTURE"], &["when a reading is taken"]),
@@ -66,13 +66,14 @@ const COMMON: &[Common] = &[
 /// Names that would be a second one for a meaning that has one.
 #[rustfmt::skip]
 const SYNONYMS: &[(&str, &[&str])] = &[
-    ("answers", &["answer-file"]),
+    ("answer-file", &["answers"]),
     ("directions", &["axes"]),
     ("displacement-instrument", &["displacement", "displacement-gauge"]),
     ("figure", &["plot"]),
     ("figures", &["plots", "figure-folder"]),
     ("force-instrument", &["force", "force-gauge"]),
     ("instrument", &["gauge", "device"]),
+    ("instrument-records", &["instruments"]),
     ("json", &["format", "output-format"]),
     ("load", &["force", "end-load"]),
     ("mechanisms", &["mechanism-list"]),
@@ -273,6 +274,13 @@ fn older_names_do_the_same_and_say_what_they_are_called_now() {
     {
         let desk = desk();
         told += &desk.run(EMULATED).succeeds().stderr;
+        // What is asked for is not there; the names are told all the same.
+        for session in [
+            "run s --instruments no.toml --emulated --answers no.toml",
+            "resume s --answers no.toml",
+        ] {
+            told += &desk.run(&format!("session {session}")).stderr;
+        }
     }
     let unix = |name: &str| cfg!(unix) || !name.contains("emulate");
     for row in RENAMED_COMMANDS.iter().filter(|row| unix(row.old)) {

@@ -259,7 +259,7 @@ fn an_overdue_calibration_is_said_and_refused_under_strict() {
     let desk = desk();
     let records = "schema = \"stiffbench/session/1\"\n[instruments.force]\nserial = \"7\"\ndue = 2020-01-31\n";
     desk.write("records.toml", records);
-    let command = format!("session run s {SHORT} {EMULATED} --instruments records.toml");
+    let command = format!("session run s {SHORT} {EMULATED} --instrument-records records.toml");
     assert_eq!(desk.run(&format!("{command} --strict")).code, 12);
     let ran = desk.run(&command).succeeds();
     let said = "calibration of the force gauge ran out on 2020-01-31";

@@ -243,7 +243,7 @@ impl<S: Store> Session<'_, '_, S> {
         RunError::NeedsInput {
             text: prompt.text.clone(),
             help: format!(
-                "{problem}: --answer {name}=VALUE, or {name} in the file of --answers, would answer it; then stiffbench session resume"
+                "{problem}: --answer {name}=VALUE, or {name} in the file of --answer-file, would answer it; then stiffbench session resume"
             ),
         }
     }

@@ -89,7 +89,11 @@ pub(super) struct RunArgs {
     #[command(flatten)]
     pub(super) bench: BenchArgs,
     /// Instrument records: a file with [instruments.force] and [instruments.displacement] as in session.toml
-    #[arg(long, value_name = "FILE", help_heading = "Record")]
+    #[arg(
+        long = "instrument-records",
+        value_name = "FILE",
+        help_heading = "Record"
+    )]
     pub(super) instruments: Option<PathBuf>,
     /// Who measures
     #[arg(long, help_heading = "Record")]
@@ -161,7 +165,7 @@ pub(super) struct BenchArgs {
     #[arg(long, value_enum, default_value_t = CaptureWord::Settled, help_heading = "Guiding")]
     pub(super) capture: CaptureWord,
     /// Answers to questions, beforehand: a TOML file
-    #[arg(long, value_name = "FILE", help_heading = "Guiding")]
+    #[arg(long = "answer-file", value_name = "FILE", help_heading = "Guiding")]
     pub(super) answers: Option<PathBuf>,
     /// Answer to a question, beforehand; more than once for more
     #[arg(long = "answer", value_name = "ID=VALUE", help_heading = "Guiding")]
