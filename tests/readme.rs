@@ -65,7 +65,7 @@ fn commands_of_the_readme_run() {
 
 #[test]
 fn commands_of_the_tour_run() {
-    commands_run("docs/commands.md");
+    commands_run("docs/tour.md");
 }
 
 #[test]
