@@ -16,6 +16,7 @@ use criterion::{Criterion, criterion_group, criterion_main};
 
 use stiffbench::bench::{Jack, NoiseModel, VirtualBench};
 use stiffbench::mismatch::{Observations, RobotBaseline, SearchOptions, Verdict, diagnose};
+use stiffbench::parameters::ParameterChoice;
 use stiffbench::physics::{ActingPhysics, Effect};
 use stiffbench::procedure::Procedure;
 use stiffbench::readings::{ReadOptions, SessionHeader, read_readings};
@@ -24,9 +25,6 @@ use stiffbench::shipped::shipped_procedure;
 use stiffbench::shipped::shipped_robot;
 use stiffbench::source_text::SourceText;
 
-/// Bounds of the beam factors as multiples of their start, as `stiffbench diagnose` has them.
-const RANGE: [f64; 2] = [0.1, 10.0];
-
 fn search(criterion: &mut Criterion) {
     let robot = Robot::parse(&shipped_robot("hp-robot").unwrap()).unwrap();
     let mechanism = robot.mechanism(Some("F")).unwrap();
@@ -34,7 +32,14 @@ fn search(criterion: &mut Criterion) {
     let (mut procedure, _) = Procedure::parse(&shipped_procedure("load-unload").unwrap()).unwrap();
     procedure.poses = Some(robot.poses.iter().map(|named| named.id.clone()).collect());
     let poses: Vec<Pose> = robot.poses.iter().map(|named| named.pose.clone()).collect();
-    let baseline = RobotBaseline::new(&robot, mechanism, factors, poses, RANGE);
+    let baseline = RobotBaseline::new(
+        &robot,
+        mechanism,
+        factors.clone(),
+        poses,
+        &ParameterChoice::default(),
+    )
+    .unwrap();
     let session = |effects: Vec<Effect>| {
         let physics = ActingPhysics::new(&robot, mechanism, effects).unwrap();
         let noise = NoiseModel::default();
@@ -81,7 +86,14 @@ fn recorded(criterion: &mut Criterion) {
     let observations = Observations::new(&table.unwrap(), Some(&header));
     let pose = |id| robot.pose(id).unwrap().clone();
     let poses: Vec<Pose> = observations.poses.iter().map(pose).collect();
-    let baseline = RobotBaseline::new(&robot, mechanism, factors, poses, RANGE);
+    let baseline = RobotBaseline::new(
+        &robot,
+        mechanism,
+        factors,
+        poses,
+        &ParameterChoice::default(),
+    )
+    .unwrap();
     let options = SearchOptions::default();
     let (found, limits) = diagnose(&baseline, &observations, &options, None).unwrap();
     assert_eq!(found.verdict, Verdict::Explained);

@@ -12,7 +12,8 @@ use std::hint::black_box;
 use criterion::{Criterion, Throughput, criterion_group, criterion_main};
 
 use stiffbench::robot::{
-    FittingFactors, JointModel, MechanismModel, MultiPosePredictor, Pose, Predictor, Robot, Theory,
+    FittingFactors, JointModel, MechanismModel, ModelParameter, MultiPosePredictor, Pose,
+    Predictor, Robot, Theory,
 };
 use stiffbench::shipped::shipped_robot;
 use stiffbench::structure::{Solver, Structure};
@@ -77,7 +78,8 @@ fn pose_solve(criterion: &mut Criterion) {
         });
     });
 
-    let mut together = MultiPosePredictor::new(&robot, mechanism, POSES).unwrap();
+    let mut together =
+        MultiPosePredictor::new(&robot, mechanism, &ModelParameter::CLASSES, POSES).unwrap();
     for (place, pose) in poses.iter().enumerate() {
         together.place(place, pose).unwrap();
     }

@@ -16,9 +16,10 @@ use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, Normal};
 
 use stiffbench::fit::{
-    CellModel, FactorChoice, FitProblem, MeasuredCell, MeasuredStiffness, Refitter, WeightBasis,
+    CellModel, FitProblem, MeasuredCell, MeasuredStiffness, Refitter, WeightBasis,
 };
-use stiffbench::robot::{Predictor, Robot};
+use stiffbench::parameters::ParameterChoice;
+use stiffbench::robot::{ModelParameter, Predictor, Robot};
 use stiffbench::shipped::shipped_robot;
 use stiffbench::test_point::{Cell, Direction};
 
@@ -39,7 +40,7 @@ fn refit(criterion: &mut Criterion) {
             })
         })
         .collect();
-    let mut model = CellModel::new(&robot, mechanism, &cells).unwrap();
+    let mut model = CellModel::new(&robot, mechanism, &ModelParameter::CLASSES, &cells).unwrap();
     let truth = model.stiffness(&start).unwrap();
     let measured = MeasuredStiffness {
         cells: cells
@@ -63,7 +64,7 @@ fn refit(criterion: &mut Criterion) {
             values.collect()
         })
         .collect();
-    let choice = FactorChoice::default();
+    let choice = ParameterChoice::default();
     let problem = FitProblem {
         robot: &robot,
         mechanism,
@@ -83,7 +84,7 @@ fn refit(criterion: &mut Criterion) {
     group.bench_function("one, set-up included", |bencher| {
         bencher.iter(|| black_box(set_up().refit(&replicates[0]).unwrap()));
     });
-    let mut shares = vec![[0.0; 8]; cells.len()];
+    let mut shares = vec![Vec::new(); cells.len()];
     let mut stiffness = truth.clone();
     group.bench_function("one evaluation", |bencher| {
         bencher.iter(|| {

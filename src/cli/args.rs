@@ -13,6 +13,7 @@ use super::diagnose_args::DiagnoseArgs;
 use super::instrument_args::InstrumentArgs;
 use super::map::MapArgs;
 use super::moved::MovedArgs;
+use super::parameter_args::ParameterArgs;
 use super::ports::PortsArgs;
 use super::procedure::ProcedureArgs;
 use super::robot_args::RobotArgs;
@@ -94,7 +95,7 @@ pub(super) enum Command {
     /// The difference of two sessions with its uncertainty
     Compare(CompareArgs),
     /// What the model leaves out: where model and readings differ, which physics is missing, how large, how sure
-    Diagnose(DiagnoseArgs),
+    Diagnose(Box<DiagnoseArgs>),
     /// Stiffness over the workspace, for each mechanism: statistics, where it is high and low, the paper's Tables VII to X
     Map(MapArgs),
     /// Moved to stiffbench-validate
@@ -207,7 +208,7 @@ pub(super) enum Sigma {
 /// Arguments of `fit`.
 #[derive(Debug, Args)]
 #[command(
-    after_help = "DATA may also be a list of stiffness values (columns pose, direction, stiffness_N_per_um and, if known, u_N_per_um) or of\ncomputed displacements (pose, direction, force_N, displacement_um), and the names paper-experiment (Table VI) and paper-reference\n(Table V, finite elements).\n\nExamples:\n  stiffbench fit my-session --train P1,P3\n  stiffbench fit my-session --method paper --train P1,P3 --reference paper-reference\n  stiffbench fit my-session --fix beam.J --free link.A --bootstrap 1000 --seed 1\n  stiffbench fit my-session --model my-session/diagnosis/model.toml"
+    after_help = "DATA may also be a list of stiffness values (columns pose, direction, stiffness_N_per_um and, if known, u_N_per_um) or of\ncomputed displacements (pose, direction, force_N, displacement_um), and the names paper-experiment (Table VI) and paper-reference\n(Table V, finite elements).\n\nExamples:\n  stiffbench fit my-session --train P1,P3\n  stiffbench fit my-session --method paper --train P1,P3 --reference paper-reference\n  stiffbench fit my-session --fix beam.J --free link.A --bootstrap 1000 --seed 1\n  stiffbench fit my-session --free joint.A3,base.x --bounds joint.A3=0..1e-4\n  stiffbench fit my-session --model my-session/diagnosis/model.toml"
 )]
 pub(super) struct FitArgs {
     /// Session folder, readings file, list of stiffness values, or a shipped name
@@ -227,18 +228,9 @@ pub(super) struct FitArgs {
     /// Reference displacements or stiffness for the single-source steps of the paper's method
     #[arg(long, value_name = "NAME|FILE")]
     pub(super) reference: Option<PathBuf>,
-    /// Factors to free, for example link.A [default: all of beams]
-    #[arg(long, value_delimiter = ',', value_name = "FACTOR")]
-    pub(super) free: Vec<String>,
-    /// Factors to keep, for example beam.J
-    #[arg(long, value_delimiter = ',', value_name = "FACTOR")]
-    pub(super) fix: Vec<String>,
-    /// Factors to keep in proportion, for example link.A=beam.A
-    #[arg(long, value_delimiter = ',', value_name = "FACTOR=FACTOR")]
-    pub(super) tie: Vec<String>,
-    /// Bounds of free factors as multiples of their start
-    #[arg(long, num_args = 2, allow_negative_numbers = true, default_values_t = [0.1, 10.0], value_names = ["LOWER", "UPPER"])]
-    pub(super) bounds: Vec<f64>,
+    /// Which parameters of the model are free.
+    #[command(flatten)]
+    pub(super) parameters: ParameterArgs,
     /// Where the standard deviation of the residuals comes from [default: known if the data tell]
     #[arg(long, value_enum)]
     pub(super) sigma: Option<Sigma>,
@@ -262,7 +254,7 @@ pub(super) struct FitArgs {
 /// Arguments of `significance`.
 #[derive(Debug, Args)]
 #[command(
-    after_help = "Examples:\n  stiffbench significance --pose P1 --factors unit\n  stiffbench significance --pose P3 --factors m_fsd --beams-only"
+    after_help = "Examples:\n  stiffbench significance --pose P1 --factors unit\n  stiffbench significance --pose P3 --factors m_fsd --beams-only\n  stiffbench significance --pose P1 --parameters joint.A3,base.x"
 )]
 pub(super) struct SignificanceArgs {
     /// Robot, mechanism and factors.
@@ -274,6 +266,9 @@ pub(super) struct SignificanceArgs {
     /// Change the constants of beams only, as the multi-source steps do
     #[arg(long)]
     pub(super) beams_only: bool,
+    /// Sections and springs to rank too: section.NAME.Iz, joint.NAME, base.x
+    #[arg(long, value_delimiter = ',', value_name = "PARAMETER")]
+    pub(super) parameters: Vec<String>,
 }
 
 /// Figures that can be drawn.

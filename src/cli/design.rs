@@ -10,17 +10,18 @@ use crate::mismatch::{
     ProposedMeasurement, RobotBaseline, USUAL_NOISE, Verdict, design_of_plan, next_measurements,
     poses_at_hand,
 };
+use crate::parameters::ParameterChoice;
 use crate::physics::title;
 use crate::procedure::{Pace, Procedure};
 use crate::readings::SessionHeader;
 use crate::robot::{Mechanism, Pose, Robot};
 use crate::test_point::PoseId;
 
-use super::diagnose::RANGE;
 use super::diagnose_args::DiagnoseArgs;
 use super::failure::{CliError, Failure};
 use super::inputs::Inputs;
 use super::outcome::Outcome;
+use super::parameter_args::ParameterArgs;
 use super::procedure::named_procedure;
 use super::resolve::{ResolvedModel, resolve};
 
@@ -34,13 +35,13 @@ const USUAL_STEPS: GaugeSteps = GaugeSteps {
 const ROWS: usize = 40;
 
 /// Says what a procedure can and cannot tell apart.
-pub(super) fn run(args: &DiagnoseArgs, name: &str, range: [f64; 2]) -> Result<Outcome, Failure> {
+pub(super) fn run(args: &DiagnoseArgs, name: &str) -> Result<Outcome, Failure> {
     let (procedure, mut warnings) = named_procedure(name)?;
     let chosen = resolve(&args.model, None)?;
     let mechanism = chosen.robot.mechanism(Some(&chosen.mechanism))?;
     let measured = procedure.poses.clone().unwrap_or_default();
     let poses = poses_at_hand(&chosen.robot, mechanism, &chosen.factors, &measured);
-    let baseline = baseline(&chosen, mechanism, &poses, range)?;
+    let baseline = baseline(&chosen, mechanism, &poses, &args.parameters)?;
     let procedure = Procedure {
         poses: Some(procedure.poses.unwrap_or_else(|| poses.clone())),
         ..procedure
@@ -75,7 +76,13 @@ pub fn usual_plan(
     let placed: Vec<Pose> = robot.poses.iter().map(|named| named.pose.clone()).collect();
     let (_, factors) = robot.default_factors();
     let mechanism = robot.mechanism(Some(mechanism))?;
-    let baseline = RobotBaseline::new(robot, mechanism, factors, placed, RANGE);
+    let baseline = RobotBaseline::new(
+        robot,
+        mechanism,
+        factors,
+        placed,
+        &ParameterChoice::default(),
+    )?;
     let bench = DesignBench {
         baseline: &baseline,
         poses: &poses,
@@ -100,7 +107,7 @@ pub(super) fn proposals(
     header: Option<&SessionHeader>,
     done: &Observations,
     diagnosis: &Diagnosis,
-    range: [f64; 2],
+    parameters: &ParameterArgs,
 ) -> Result<Proposals, Failure> {
     let open = diagnosis
         .findings
@@ -111,7 +118,7 @@ pub(super) fn proposals(
     }
     let mechanism = chosen.robot.mechanism(Some(&chosen.mechanism))?;
     let poses = poses_at_hand(&chosen.robot, mechanism, &chosen.factors, &done.poses);
-    let baseline = baseline(chosen, mechanism, &poses, range)?;
+    let baseline = baseline(chosen, mechanism, &poses, parameters)?;
     let bench = DesignBench {
         baseline: &baseline,
         poses: &poses,
@@ -158,19 +165,21 @@ pub(super) fn baseline<'a>(
     chosen: &'a ResolvedModel,
     mechanism: &Mechanism,
     poses: &[PoseId],
-    range: [f64; 2],
+    parameters: &ParameterArgs,
 ) -> Result<RobotBaseline<'a>, Failure> {
     let placed = poses
         .iter()
         .map(|pose| chosen.robot.pose(pose).cloned())
         .collect::<Result<Vec<Pose>, _>>()?;
+    let choice = parameters.choice(chosen)?;
+    let factors = chosen.factors.clone();
     Ok(RobotBaseline::new(
         &chosen.robot,
         mechanism,
-        chosen.factors,
+        factors,
         placed,
-        range,
-    ))
+        &choice,
+    )?)
 }
 
 fn text(report: &DesignReport) -> String {

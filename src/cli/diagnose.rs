@@ -31,9 +31,6 @@ use super::outcome::{Outcome, envelope};
 use super::progress::progress;
 use super::resolve::{ResolvedModel, resolve};
 
-/// Multiples of their start between which the beam factors may move.
-pub(super) const RANGE: [f64; 2] = [0.1, 10.0];
-
 /// The scatter of the readings may exceed what the records state by this much before it is said.
 const RECORD_TOO_GOOD: f64 = 1.5;
 
@@ -41,9 +38,17 @@ const RECORD_TOO_GOOD: f64 = 1.5;
 pub(super) fn run(args: &DiagnoseArgs, global: &Global) -> Result<Outcome, Failure> {
     let without = laws(&args.without)?;
     if let Some(procedure) = &args.design {
-        return design::run(args, procedure, RANGE);
+        return design::run(args, procedure);
     }
     if let Some(options) = args.specimen.options() {
+        if !args.parameters.is_default() {
+            return Err(CliError::Argument {
+                argument: "--free, --fix, --tie, --bounds".to_owned(),
+                problem: "they name parameters of a robot, and a specimen has none".to_owned(),
+                help: Some("leave them out".to_owned()),
+            }
+            .into());
+        }
         return diagnose_specimen::run(args, &options, without);
     }
     let session = load_session(design::data(args)?, &LogArgs::default(), global)?;
@@ -63,7 +68,7 @@ fn of_session(
     let inputs = Inputs::default().with_session(&session).with_model(&chosen);
     let mechanism = chosen.robot.mechanism(Some(&chosen.mechanism))?;
     let observations = Observations::new(&session.table, session.header.as_ref());
-    let baseline = design::baseline(&chosen, mechanism, &observations.poses, RANGE)?;
+    let baseline = design::baseline(&chosen, mechanism, &observations.poses, &args.parameters)?;
     bar.inc(1);
     let mut options = SearchOptions {
         noise: KnownNoise::Nothing,
@@ -86,7 +91,7 @@ fn of_session(
         session.header.as_ref(),
         &observations,
         &diagnosis,
-        RANGE,
+        &args.parameters,
     )?;
     let report = DiagnosisReport {
         data: &called(&session, design::data(args)?),

@@ -5,12 +5,13 @@ use std::path::PathBuf;
 use clap::{Args, ValueEnum};
 
 use super::args::ModelArgs;
+use super::parameter_args::ParameterArgs;
 use super::specimen_args::SpecimenArgs;
 
 /// Arguments of `diagnose`.
 #[derive(Debug, Args)]
 #[command(
-    after_help = "Writes verdict.txt, diagnosis.json and figures to SESSION/diagnosis. docs/diagnosis.md explains them.\n\nExamples:\n  stiffbench diagnose my-session\n  stiffbench diagnose readings.csv --robot my-robot.toml --out diagnosis --json\n  stiffbench diagnose my-session --earlier last-week --earlier yesterday\n  stiffbench diagnose my-session --without slip,gauge-periodic --no-figures\n  stiffbench diagnose cell.csv --specimen --force-column load --force-unit kN --displacement-column travel --displacement-unit mm"
+    after_help = "Writes verdict.txt, diagnosis.json and figures to SESSION/diagnosis. docs/diagnosis.md explains them.\n\nExamples:\n  stiffbench diagnose my-session\n  stiffbench diagnose readings.csv --robot my-robot.toml --out diagnosis --json\n  stiffbench diagnose my-session --earlier last-week --earlier yesterday\n  stiffbench diagnose my-session --without slip,gauge-periodic --no-figures\n  stiffbench diagnose my-session --free joint.A3,base.x\n  stiffbench diagnose cell.csv --specimen --force-column load --force-unit kN --displacement-column travel --displacement-unit mm"
 )]
 pub(super) struct DiagnoseArgs {
     /// Session folder or readings file
@@ -22,6 +23,9 @@ pub(super) struct DiagnoseArgs {
     /// Robot, mechanism and factors.
     #[command(flatten)]
     pub(super) model: ModelArgs,
+    /// Which parameters of the model are free beside every candidate.
+    #[command(flatten)]
+    pub(super) parameters: ParameterArgs,
     /// Laws that the search leaves out, comma-separated
     #[arg(long, value_delimiter = ',', value_name = "LAW")]
     pub(super) without: Vec<String>,

@@ -9,7 +9,7 @@ use crate::report::EarlierSession;
 use super::args::{Global, LogArgs};
 use super::data::{Session, load_session};
 use super::design;
-use super::diagnose::{RANGE, called};
+use super::diagnose::called;
 use super::diagnose_args::DiagnoseArgs;
 use super::failure::{CliError, Failure};
 use super::progress::progress;
@@ -96,7 +96,7 @@ fn scatter_of(
     let chosen = resolve(&args.model, Some(&mut session))?;
     let mechanism = chosen.robot.mechanism(Some(&chosen.mechanism))?;
     let observations = Observations::new(&session.table, session.header.as_ref());
-    let baseline = design::baseline(&chosen, mechanism, &observations.poses, RANGE)?;
+    let baseline = design::baseline(&chosen, mechanism, &observations.poses, &args.parameters)?;
     let (diagnosis, _) = diagnose(&baseline, &observations, search, None)?;
     let noise = EarlierNoise::of(&diagnosis).ok_or_else(|| CliError::Argument {
         argument: format!("--earlier {}", path.display()),

@@ -1,15 +1,13 @@
 //! `stiffbench fit`.
 
 use crate::fit::{
-    FactorChoice, FactorRole, FactorStatus, FitOptions, FitOutcome, FitProblem, FixedPhysics,
-    MeasuredStiffness, MonteCarloSettings, PaperOptions, PaperSource, bootstrap_cells,
-    factor_index, find_lower_minimum, fit_cells, follow_paper,
+    FactorStatus, FitOptions, FitOutcome, FitProblem, FixedPhysics, MeasuredStiffness,
+    MonteCarloSettings, PaperOptions, PaperSource, bootstrap_cells, find_lower_minimum, fit_cells,
+    follow_paper,
 };
 use crate::least_squares::{BootstrapSettings, SearchSettings, SigmaMode};
 use crate::nearest::nearest;
-use crate::report::{
-    factors_toml, fit_figures, fit_json, fit_text, paper_steps_json, paper_steps_text,
-};
+use crate::report::{fit_figures, fit_json, fit_text, paper_steps_json, paper_steps_text};
 use crate::stiffness::{Branches, Method as StiffnessMethod, StiffnessTable};
 use crate::test_point::PoseId;
 
@@ -110,12 +108,16 @@ pub(super) fn run(args: &FitArgs, global: &Global) -> Result<Outcome, Failure> {
     }
     let mut written = Vec::new();
     if let Some(file) = &args.save_factors {
-        write(file, factors_toml(&outcome.factors).as_bytes())?;
+        write(file, outcome.factors.to_toml().as_bytes())?;
         written.push(file.clone());
     }
     if let Some(folder) = &args.figures {
         let table = prepared.session.as_ref().map(|(_, table)| table);
-        let figures = fit_figures(&outcome, table, choice(args)?.range);
+        let figures = fit_figures(
+            &outcome,
+            table,
+            args.parameters.choice(&prepared.chosen)?.range,
+        );
         written.extend(write_figure(
             &folder.join("stiffness"),
             &figures.comparison,
@@ -227,44 +229,6 @@ pub(super) fn fixed_physics(
     Some(FixedPhysics::new(acting.clone(), method))
 }
 
-/// Which factors may move, as the user says.
-pub(super) fn choice(args: &FitArgs) -> Result<FactorChoice, Failure> {
-    let mut choice = FactorChoice {
-        range: [args.bounds[0], args.bounds[1]],
-        ..FactorChoice::default()
-    };
-    if !(choice.range[0] > 0.0
-        && choice.range[0] < 1.0
-        && choice.range[1] > 1.0
-        && choice.range[1].is_finite())
-    {
-        return Err(CliError::Argument {
-            argument: format!("--bounds {} {}", args.bounds[0], args.bounds[1]),
-            problem: "the bounds must lie on both sides of 1, the start".to_owned(),
-            help: Some("--bounds 0.1 10".to_owned()),
-        }
-        .into());
-    }
-    for name in &args.free {
-        choice.roles[factor_index(name)?] = FactorRole::Free;
-    }
-    for name in &args.fix {
-        choice.roles[factor_index(name)?] = FactorRole::Fixed;
-    }
-    for tie in &args.tie {
-        let Some((one, other)) = tie.split_once('=') else {
-            return Err(CliError::Argument {
-                argument: format!("--tie {tie}"),
-                problem: "two factors with an equals sign between them are needed".to_owned(),
-                help: Some("--tie link.A=beam.A".to_owned()),
-            }
-            .into());
-        };
-        choice.roles[factor_index(one)?] = FactorRole::TiedTo(factor_index(other)?);
-    }
-    Ok(choice)
-}
-
 /// Options without effect are a misunderstanding, and worth an error.
 fn refuse_what_the_method_ignores(args: &FitArgs) -> Result<(), CliError> {
     let of_paper = [
@@ -272,10 +236,10 @@ fn refuse_what_the_method_ignores(args: &FitArgs) -> Result<(), CliError> {
         ("--reference", args.reference.is_some()),
     ];
     let of_least_squares = [
-        ("--free", !args.free.is_empty()),
-        ("--fix", !args.fix.is_empty()),
-        ("--tie", !args.tie.is_empty()),
-        ("--bounds", args.bounds != [0.1, 10.0]),
+        ("--free", !args.parameters.free.is_empty()),
+        ("--fix", !args.parameters.fix.is_empty()),
+        ("--tie", !args.parameters.tie.is_empty()),
+        ("--bounds", !args.parameters.bounds.is_empty()),
         ("--sigma", args.sigma.is_some()),
         ("--bootstrap", args.bootstrap > 0),
         ("--global-search", args.global_search),
@@ -302,7 +266,7 @@ fn least_squares(
     let problem = prepared.problem()?;
     let options = FitOptions {
         train: prepared.training(args.train.as_deref())?,
-        choice: choice(args)?,
+        choice: args.parameters.choice(&prepared.chosen)?,
         sigma: args.sigma.map(|sigma| match sigma {
             Sigma::Known => SigmaMode::Known,
             Sigma::Estimated => SigmaMode::Estimated,
@@ -374,7 +338,7 @@ fn least_squares(
         outcome.warnings.push(match lower {
             Some(factors) => format!(
                 "a better fit exists: {}",
-                factors_toml(&factors).replace('\n', " ")
+                factors.to_toml().replace('\n', " ")
             ),
             None => "swarm and simplex found no better fit within the bounds".to_owned(),
         });
@@ -421,7 +385,7 @@ fn paper(
     let source = match &args.reference {
         Some(path) => PaperSource::Reference(load_measured(path, global)?),
         None => match chosen.robot.factors.get("s_fsd") {
-            Some(factors) => PaperSource::Given("s_fsd".to_owned(), *factors),
+            Some(factors) => PaperSource::Given("s_fsd".to_owned(), factors.clone()),
             None => PaperSource::Given("unit".to_owned(), crate::robot::FittingFactors::UNIT),
         },
     };

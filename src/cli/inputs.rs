@@ -7,7 +7,6 @@ use serde::Serialize;
 
 use crate::plot::Figure;
 use crate::readings::SessionHeader;
-use crate::report::factors_toml;
 use crate::robot::{FittingFactors, Robot};
 
 use super::data::Session;
@@ -105,7 +104,7 @@ impl Inputs {
     pub(super) fn with_factors(mut self, name: &str, factors: &FittingFactors) -> Self {
         self.factors = Some(NamedInput {
             name: name.to_owned(),
-            sha256: sha256(factors_toml(factors)),
+            sha256: sha256(factors.to_toml()),
         });
         self
     }

@@ -29,6 +29,7 @@ pub mod model;
 mod moved;
 pub mod names;
 pub mod outcome;
+mod parameter_args;
 mod plausible;
 mod plot;
 mod ports;

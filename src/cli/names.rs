@@ -82,6 +82,9 @@ pub const RENAMED_OPTIONS: &[RenamedOption] = &[
     option("simulate", "--noise", "--noise-distribution"),
 ];
 
+/// Options whose two numbers, `LOW HIGH`, are one value now, `LOW..HIGH`: command and option.
+const RANGES: &[(&str, &str)] = &[("fit", "--bounds")];
+
 /// Names that are kept for commands to come.
 pub const RESERVED: &[Reserved] = &[
     Reserved {
@@ -250,6 +253,15 @@ fn is_older_or_reserved(words: &[String]) -> bool {
     names.any(|name| name == words)
 }
 
+/// Whether both words are numbers.
+fn are_numbers(words: &[OsString; 2]) -> bool {
+    let is_number = |word: &OsString| {
+        word.to_str()
+            .is_some_and(|text| text.parse::<f64>().is_ok())
+    };
+    words.iter().all(is_number)
+}
+
 /// The words after the command with today's names of options; values that are arguments now come last.
 fn options(command: &str, words: &[OsString], notes: &mut Vec<String>) -> Vec<OsString> {
     let rows = RENAMED_OPTIONS.iter().filter(|row| row.command == command);
@@ -264,7 +276,16 @@ fn options(command: &str, words: &[OsString], notes: &mut Vec<String>) -> Vec<Os
             .split_once('=')
             .map_or((text, None), |(name, value)| (name, Some(value)));
         let Some(row) = rows.iter().find(|row| !ended && row.old == name) else {
-            kept.push(word.clone());
+            let rest = words.as_slice();
+            match rest.first_chunk().filter(|_| !ended && value.is_none()) {
+                Some(ends) if RANGES.contains(&(command, name)) && are_numbers(ends) => {
+                    let [low, high] = ends.each_ref().map(|end| end.to_string_lossy());
+                    kept.push(format!("{name}={low}..{high}").into());
+                    notes.push(format!("{name} {low} {high} is now {name} {low}..{high}"));
+                    words = rest[2..].iter();
+                }
+                _ => kept.push(word.clone()),
+            }
             continue;
         };
         let note = if row.now.starts_with('-') {

@@ -8,7 +8,7 @@ use crate::fit::{FitOptions, FitOutcome, fit_cells};
 use crate::physics::{Effect, PlaceKind};
 use crate::plot::Figure;
 use crate::report::{fit_figures, load_displacement_figure, residuals_figure, robot_figure};
-use crate::robot::{Predictor, Theory};
+use crate::robot::{ModelParameter, Predictor, Theory};
 use crate::stiffness::{Branches, Method};
 use crate::test_point::PoseId;
 
@@ -133,7 +133,9 @@ pub(super) fn residuals(prepared: &Prepared, outcome: &FitOutcome) -> Result<Fig
         .into());
     };
     let cells: Vec<_> = outcome.cells.iter().map(|cell| cell.cell.clone()).collect();
-    let mut model = prepared.problem()?.cell_model(&cells)?;
+    let mut model = prepared
+        .problem()?
+        .cell_model(&ModelParameter::CLASSES, &cells)?;
     Ok(residuals_figure(
         &mut model,
         outcome,

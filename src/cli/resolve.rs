@@ -100,9 +100,12 @@ pub fn resolve(args: &ModelArgs, session: Option<&mut Session>) -> Result<Resolv
     let mechanism = mechanism.or(model.and_then(|model| model.mechanism.as_ref()));
     let mechanism = mechanism.or(header.mechanism.as_ref()).map(String::as_str);
     let mechanism = robot.mechanism(mechanism)?;
-    let from_model = named
-        .as_ref()
-        .and_then(|named| Some((named.path.display().to_string(), named.model.factors?)));
+    let from_model = named.as_ref().and_then(|named| {
+        Some((
+            named.path.display().to_string(),
+            named.model.factors.clone()?,
+        ))
+    });
     let (factors_name, factors) = match (&args.factors, from_model, &header.factors) {
         (Some(name), ..) => (name.clone(), factor_set(&robot, name, Path::new(""))?),
         (None, Some(factors), _) => factors,
@@ -112,6 +115,7 @@ pub fn resolve(args: &ModelArgs, session: Option<&mut Session>) -> Result<Resolv
             (name.to_owned(), factors)
         }
     };
+    robot.check_parameters(&factors)?;
     let physics = ActingPhysics::new(&robot, mechanism, effects(model, args)?)?;
     let sha256 = sha256(&source.text);
     let mut warnings = robot.warnings.clone();
@@ -162,20 +166,11 @@ fn factor_set(robot: &Robot, name: &str, folder: &Path) -> Result<FittingFactors
             file: error.place(),
             problem: error.problem.to_string(),
         })?;
-    let class = |entry: crate::robot::file::FactorEntry| [entry.area, entry.iy, entry.iz, entry.j];
-    let factors = FittingFactors {
-        beam: class(entry.beam),
-        link: class(entry.link),
-    };
-    if factors
-        .beam
-        .iter()
-        .chain(&factors.link)
-        .any(|factor| !(factor.is_finite() && *factor > 0.0))
-    {
-        let problem = "every factor must be a number above zero".to_owned();
-        let file = name.to_owned();
-        return Err(CliError::Factors { file, problem }.into());
-    }
+    let factors = entry.values();
+    let checked = robot.check_parameters(&factors);
+    checked.map_err(|error| CliError::Factors {
+        file: name.to_owned(),
+        problem: error.to_string(),
+    })?;
     Ok(factors)
 }

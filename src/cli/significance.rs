@@ -2,6 +2,7 @@
 
 use crate::fit::{Scope, significance};
 use crate::report::{significance_json, significance_with_sequence};
+use crate::robot::ModelParameter;
 use crate::stiffness::Method;
 use crate::test_point::PoseId;
 
@@ -35,6 +36,9 @@ pub(super) fn run(args: &SignificanceArgs) -> Result<Outcome, Failure> {
     };
     let mechanism = chosen.robot.mechanism(Some(&chosen.mechanism))?;
     let physics = fixed_physics(&chosen, Method::Regression);
+    let further = args.parameters.iter();
+    let further = further.map(|name| ModelParameter::find(&chosen.robot, mechanism, name));
+    let further = further.collect::<Result<Vec<_>, _>>()?;
     let found = significance(
         &chosen.robot,
         mechanism,
@@ -42,6 +46,7 @@ pub(super) fn run(args: &SignificanceArgs) -> Result<Outcome, Failure> {
         &chosen.factors,
         scope,
         physics.as_ref(),
+        &further,
     )?;
     let text = format!(
         "Pose {pose}\n{}\n{}",

@@ -6,13 +6,11 @@ use std::path::Path;
 use serde_json::json;
 
 use crate::bench::{Jack, NoiseModel, NoiseShape, VirtualBench};
-use crate::fit::{factor_index, factor_vector, factors_from_vector};
 use crate::physics::{Effect, Place};
 use crate::procedure::Procedure;
 use crate::quantity::METRES_PER_MICROMETRE;
 use crate::readings::{InstrumentRecord, Instruments, ReadingTable, SessionHeader, write_readings};
-use crate::report::factors_toml;
-use crate::robot::FittingFactors;
+use crate::robot::{FittingFactors, ModelParameter};
 
 use super::args::{NoiseWord, SimulateArgs};
 use super::failure::{CliError, Failure};
@@ -27,7 +25,7 @@ use super::resolve::{ResolvedModel, resolve};
 /// A session folder from a virtual bench.
 pub(super) fn run(args: &SimulateArgs) -> Result<Outcome, Failure> {
     let chosen = resolve(&args.model, None)?;
-    let truth = true_factors(args, &chosen.factors)?;
+    let truth = true_factors(args, &chosen)?;
     let (mut procedure, mut warnings) = choose_procedure(&args.procedure)?;
     let poses = procedure.poses.get_or_insert_with(|| {
         let named = chosen.robot.poses.iter();
@@ -120,8 +118,9 @@ fn create_new(folder: &Path) -> Result<(), CliError> {
     })
 }
 
-fn true_factors(args: &SimulateArgs, start: &FittingFactors) -> Result<FittingFactors, Failure> {
-    let mut vector = factor_vector(start);
+fn true_factors(args: &SimulateArgs, chosen: &ResolvedModel) -> Result<FittingFactors, Failure> {
+    let (robot, mut truth) = (&chosen.robot, chosen.factors.clone());
+    let mechanism = robot.mechanism(Some(&chosen.mechanism))?;
     for setting in &args.true_factor {
         let wrong = |problem: &str| CliError::Argument {
             argument: format!("--true-factor {setting}"),
@@ -137,9 +136,9 @@ fn true_factors(args: &SimulateArgs, start: &FittingFactors) -> Result<FittingFa
         if !(value.is_finite() && value > 0.0) {
             return Err(wrong("the value must be above zero").into());
         }
-        vector[factor_index(name)?] = value;
+        truth.set(&ModelParameter::find(robot, mechanism, name)?, value);
     }
-    Ok(factors_from_vector(&vector))
+    Ok(truth)
 }
 
 fn noise(args: &SimulateArgs) -> NoiseModel {
@@ -247,7 +246,7 @@ fn simulation_record(
                 args.keep_history
             )
         },
-        factors_toml(truth),
+        truth.to_toml(),
         shape,
         noise.reading_sd_m / METRES_PER_MICROMETRE,
         noise.zero_sd_m / METRES_PER_MICROMETRE,

@@ -302,23 +302,35 @@ impl<'a> DiagnosisReport<'a> {
     }
 }
 
-/// Value of a factor from its logarithm, with its interval.
-pub(super) fn factor_value(value: &crate::mismatch::Value) -> (f64, Option<[f64; 2]>) {
-    let interval = value.interval_95().map(|ends| ends.map(f64::exp));
-    (value.value.exp(), interval)
+/// Value of a parameter from its fitted one, with its interval.
+pub(super) fn factor_value(
+    factor: &FactorShift,
+    fitted: &crate::mismatch::Value,
+) -> (f64, Option<[f64; 2]>) {
+    let value = |fitted: f64| match factor.spring_rad_per_nm {
+        None => fitted.exp(),
+        Some(scale) => scale * fitted,
+    };
+    let interval = fitted.interval_95().map(|ends| ends.map(value));
+    (value(fitted.value), interval)
 }
 
 fn factor_json(factor: &FactorShift, status: FactorStatus) -> Value {
-    let quantity = |value: &crate::mismatch::Value| {
-        let (value, interval) = factor_value(value);
-        quantity_json(
-            value,
-            "1",
-            interval,
-            "the data do not determine this factor",
-        )
+    let unit = if factor.spring_rad_per_nm.is_some() {
+        "rad/(N*m)"
+    } else {
+        "1"
     };
-    let change = 100.0 * (factor.after.value - factor.before.value).exp_m1();
+    let quantity = |fitted: &crate::mismatch::Value| {
+        let (value, interval) = factor_value(factor, fitted);
+        let reason = "the data do not determine this factor";
+        quantity_json(value, unit, interval, reason)
+    };
+    let [before, after] = [&factor.before, &factor.after].map(|of| factor_value(factor, of).0);
+    let change = match factor.spring_rad_per_nm {
+        None => 100.0 * (factor.after.value - factor.before.value).exp_m1(),
+        Some(_) => 100.0 * (after / before - 1.0),
+    };
     json!({
         "name": factor.name,
         "before": quantity(&factor.before),

@@ -170,14 +170,19 @@ fn evidence(answer: &Answer<'_>, impossible: &[&Impossible], limits: &Limits) ->
 }
 
 fn shift(report: &DiagnosisReport<'_>, found: &str) -> FactorShift {
-    let value = |value: &crate::mismatch::Value| {
-        let (value, ci95) = factor_value(value);
-        FactorValue { value, ci95 }
-    };
-    let factors = report.diagnosis.factors.iter().map(|factor| ShiftedFactor {
-        name: factor.name.replace('.', " "),
-        before: value(&factor.before),
-        after: value(&factor.after),
+    // Springs have another unit, and their axis another scale.
+    let factors = report.diagnosis.factors.iter();
+    let factors = factors.filter(|factor| factor.spring_rad_per_nm.is_none());
+    let factors = factors.map(|factor| {
+        let value = |fitted: &crate::mismatch::Value| {
+            let (value, ci95) = factor_value(factor, fitted);
+            FactorValue { value, ci95 }
+        };
+        ShiftedFactor {
+            name: factor.name.replace('.', " "),
+            before: value(&factor.before),
+            after: value(&factor.after),
+        }
     });
     FactorShift {
         found: found.to_owned(),

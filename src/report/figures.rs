@@ -87,8 +87,11 @@ pub fn fit_figures(
             held_out: cell.held_out || cell.predicted_without_its_pose_n_per_m.is_some(),
         }
     });
-    let drawn = outcome.estimates.iter().map(|estimate| DrawnFactor {
-        name: estimate.name.to_owned(),
+    // Springs have another unit, and their axis another scale.
+    let factors = outcome.estimates.iter();
+    let factors = factors.filter(|estimate| estimate.parameter.is_factor());
+    let drawn = factors.map(|estimate| DrawnFactor {
+        name: estimate.name.clone(),
         value: estimate.value,
         ci95: estimate.parts_95(),
         bounds: (!matches!(
@@ -128,7 +131,7 @@ pub fn correlation_figure(outcome: &FitOutcome) -> Option<Figure> {
         .as_ref()
         .filter(|correlation| correlation.names.len() > 1)?;
     Some(correlation(&Correlation {
-        names: found.names.iter().map(|name| (*name).to_owned()).collect(),
+        names: found.names.clone(),
         matrix: found.matrix.clone(),
     }))
 }

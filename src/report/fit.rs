@@ -12,7 +12,6 @@ use crate::least_squares::SigmaMode;
 use crate::physics::Effect;
 use crate::quantity::NEWTON_PER_METRE_PER_NEWTON_PER_MICROMETRE as N_PER_UM;
 use crate::reported::Reported;
-use crate::robot::FittingFactors;
 
 use super::significance::{sequence_text, significance_json, significance_text};
 use super::text::{TextTable, interval, significant};
@@ -27,7 +26,7 @@ pub fn fit_json(outcome: &FitOutcome) -> Value {
                     .name
                     .rsplit('.')
                     .next()
-                    .unwrap_or(estimate.name)
+                    .unwrap_or(&estimate.name)
                     .to_owned(),
                 factor_json(estimate),
             )
@@ -39,6 +38,7 @@ pub fn fit_json(outcome: &FitOutcome) -> Value {
         "mechanism": outcome.mechanism,
         "physics": outcome.physics.iter().map(Effect::to_json).collect::<Vec<_>>(),
         "factors": { "beam": class(0), "link": class(4) },
+        "parameters": outcome.estimates.iter().map(parameter_json).collect::<Vec<_>>(),
         "correlation": outcome.correlation,
         "sigma": outcome.agreement.as_ref().map(|a| sigma_word(a.sigma)),
         "weights": outcome.agreement.as_ref().map(|a| a.basis),
@@ -77,6 +77,25 @@ fn factor_json(estimate: &FactorEstimate) -> Value {
     })
 }
 
+/// One member of the list of parameters.
+fn parameter_json(estimate: &FactorEstimate) -> Value {
+    let mut entry = json!({
+        "name": estimate.name,
+        "value": estimate.value,
+        "unit": estimate.parameter.unit(),
+        "se": estimate.standard_uncertainty,
+        "ci95": estimate.interval_95,
+        "islands": estimate.islands_95,
+        "bounds": estimate.bounds,
+        "status": estimate.status.word(),
+        "start": estimate.start,
+    });
+    if let FactorStatus::Tied { to } = &estimate.status {
+        entry["tied_to"] = json!(to);
+    }
+    entry
+}
+
 fn cell_json(cell: &FittedCell) -> Value {
     let measured = Reported::exact(cell.measured_n_per_m / N_PER_UM, "N/um");
     json!({
@@ -111,14 +130,17 @@ pub fn fit_text(outcome: &FitOutcome) -> String {
         .estimates
         .iter()
         .any(|estimate| estimate.bootstrap_interval_95.is_some());
-    let mut heads = vec!["factor", "start", "value", "95 % interval", "status"];
+    let mut heads = vec!["parameter", "start", "value", "95 % interval", "status"];
     if bootstrap {
         heads.insert(4, "95 %, runs drawn again");
     }
     let mut rows = TextTable::new(&heads);
     for estimate in &outcome.estimates {
         let mut cells = vec![
-            estimate.name.to_owned(),
+            match estimate.parameter.unit() {
+                "1" => estimate.name.clone(),
+                unit => format!("{}, {unit}", estimate.name),
+            },
             significant(estimate.start, 4),
             significant(estimate.value, 4),
             islands(&estimate.parts_95()),
@@ -165,7 +187,7 @@ fn words(outcome: &FitOutcome) -> String {
             percent(advice.ln_uncertainty_now),
             percent(advice.ln_uncertainty_then),
         );
-        let (factor, at) = (advice.factor, &advice.measure);
+        let (factor, at) = (&advice.factor, &advice.measure);
         let _ = if advice.helps() {
             writeln!(
                 text,
@@ -176,7 +198,7 @@ fn words(outcome: &FitOutcome) -> String {
             writeln!(
                 text,
                 "{factor}: no single further cell in the robot's poses halves its uncertainty (best: {} at {}, {now} to {then}); more of them, \
-                 less scatter, or fixing or tying the factor would.",
+                 less scatter, or fixing or tying the parameter would.",
                 at.direction, at.pose
             )
         };
@@ -427,13 +449,4 @@ fn trials_text(fit: &MonteCarloFit) -> String {
 fn factors_text(factors: [f64; 4]) -> String {
     let [a, iy, iz, j] = factors.map(|factor| significant(factor, 4));
     format!("a_A = {a}, a_Iy = {iy}, a_Iz = {iz}, a_J = {j}")
-}
-
-/// A factor set as the TOML that robot files and `--factors` take.
-#[must_use]
-pub fn factors_toml(factors: &FittingFactors) -> String {
-    let class = |name: &str, [a, iy, iz, j]: [f64; 4]| {
-        format!("{name} = {{ A = {a:?}, Iy = {iy:?}, Iz = {iz:?}, J = {j:?} }}\n")
-    };
-    class("beam", factors.beam) + &class("link", factors.link)
 }

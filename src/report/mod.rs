@@ -25,7 +25,7 @@ pub use figures::{
     FitFigures, correlation_figure, fit_figures, load_displacement_figure, residuals_figure,
     robot_figure, workspace_figure,
 };
-pub use fit::{factors_toml, fit_json, fit_text, paper_steps_json, paper_steps_text};
+pub use fit::{fit_json, fit_text, paper_steps_json, paper_steps_text};
 #[cfg(feature = "parquet")]
 pub use map::points_parquet;
 pub use map::{

@@ -59,6 +59,39 @@ pub(super) fn significance_text(significance: &Significance) -> String {
     )
 }
 
+/// Single sections and springs; empty without any.
+fn further_text(significance: &Significance) -> String {
+    if significance.further.is_empty() {
+        return String::new();
+    }
+    let mut rows = TextTable::new(&[
+        "parameter",
+        "value",
+        "x: share, %",
+        "y: share, %",
+        "z: share, %",
+        "x: 1 % at",
+        "y: 1 % at",
+        "z: 1 % at",
+    ]);
+    for further in &significance.further {
+        let share = further.shares.map(|part| format!("{:.2}", 100.0 * part));
+        let adds = further.adds_a_hundredth;
+        let adds = adds.map(|at| at.map_or_else(|| "-".to_owned(), |at| significant(at, 3)));
+        let unit = further.parameter.unit();
+        let name = match unit {
+            "1" => further.parameter.to_string(),
+            unit => format!("{}, {unit}", further.parameter),
+        };
+        let value = significant(further.value, 4);
+        rows.row([name, value].into_iter().chain(share).chain(adds));
+    }
+    format!(
+        "\n{}\nShare: part of the compliance. 1 % at: compliance of a spring that adds 1 % to the displacement.\n",
+        rows.text()
+    )
+}
+
 /// The fitting sequence in one line.
 #[must_use]
 pub(super) fn sequence_text(sequence: &[SequenceStep]) -> String {
@@ -97,6 +130,17 @@ pub fn significance_json(significance: &Significance) -> Value {
         "share": by_property(significance.shares),
         "share_of_others": by_direction(significance.share_of_others),
         "sequence": significance.sequence(),
+        "further": significance.further.iter().map(|further| json!({
+            "name": further.parameter.to_string(),
+            "value": further.value,
+            "unit": further.parameter.unit(),
+            "remaining_at_100": by_direction(further.remaining),
+            "share": by_direction(further.shares),
+            "adds_one_percent_at": Direction::ALL
+                .into_iter()
+                .map(|d| (d.to_string(), json!(further.adds_a_hundredth[d.index()])))
+                .collect::<serde_json::Map<_, _>>(),
+        })).collect::<Vec<_>>(),
     })
 }
 
@@ -104,8 +148,9 @@ pub fn significance_json(significance: &Significance) -> Value {
 #[must_use]
 pub fn significance_with_sequence(significance: &Significance) -> String {
     format!(
-        "{}\nFitting sequence: {}.\n",
+        "{}{}\nFitting sequence: {}.\n",
         significance_text(significance),
+        further_text(significance),
         sequence_text(&significance.sequence())
     )
 }

@@ -251,3 +251,70 @@ fn a_command_that_has_moved_says_where() {
         assert!(ran.stderr.contains("stiffbench-validate"), "{}", ran.stderr);
     }
 }
+
+#[test]
+fn springs_are_parameters_of_fit_factor_file_map_significance_and_diagnosis() {
+    let desk = desk();
+    let spring = "joint-compliance@S2:c=8urad/(N*m)";
+    desk.run(&format!(
+        "simulate arm --robot serial-arm --seed 3 --effect {spring}"
+    ))
+    .succeeds();
+    let fixed = "--fix beam.A,beam.Iy,beam.Iz,beam.J";
+    let fit = format!("fit arm {fixed} --free joint.S2,base.x --bounds joint.S2=0..1e-4");
+    let printed = desk.run(&format!("{fit} --save-factors springs.toml --json"));
+    let printed = printed.succeeds().stdout;
+    desk.write("fit.json", &printed);
+    let whole: serde_json::Value = serde_json::from_str(&printed).unwrap();
+    let parameters = array(&whole["data"]["parameters"]);
+    assert_eq!(parameters.len(), 10);
+    let of = |name: &str| parameters.iter().find(|p| p["name"] == name).unwrap();
+    let joint = of("joint.S2");
+    assert_eq!(joint["unit"], "rad/(N*m)");
+    assert_eq!(joint["status"], "free");
+    assert_eq!(joint["bounds"][1], 1e-4);
+    let ends = [0, 1].map(|end| joint["ci95"][end].as_f64().unwrap());
+    assert!(
+        ends[0] < 8e-6 && 8e-6 < ends[1] && ends[1] < 8.5e-6,
+        "{joint}"
+    );
+    assert!(joint["se"].as_f64().unwrap() < 2e-7);
+    assert_eq!(of("beam.Iy")["status"], "fixed");
+    assert_eq!(of("beam.Iy")["bounds"], serde_json::Value::Null);
+    // The factor file carries the spring to every command.
+    let compliance = |options: &str| {
+        let data = desk.data(&format!("robot compliance serial-arm --pose P1 {options}"));
+        data["compliance"][1][1].as_f64().unwrap()
+    };
+    let by_file = compliance("--factors springs.toml");
+    let c = joint["value"].as_f64().unwrap();
+    let rocks = of("base.x")["value"].as_f64().unwrap();
+    let effects = format!(
+        "--effect joint-compliance@S2:c={c:e}rad/(N*m) --effect base-compliance@x:c={rocks:e}rad/(N*m)"
+    );
+    let by_effect = compliance(if rocks > 0.0 {
+        &effects
+    } else {
+        effects.split(" --effect base").next().unwrap()
+    });
+    assert!(
+        (by_file / by_effect - 1.0).abs() < 1e-9,
+        "{by_file} {by_effect}"
+    );
+    let map = desk.data("map --robot serial-arm --fit fit.json --samples 200 --no-principal");
+    assert!(map.to_string().contains("joint-compliance"));
+    let ranked =
+        desk.data("significance --robot serial-arm --parameters joint.S2,section.tube1.Iy");
+    assert_eq!(array(&ranked["further"]).len(), 2);
+    assert!(
+        ranked["further"][0]["adds_one_percent_at"]["y"]
+            .as_f64()
+            .unwrap()
+            > 0.0
+    );
+    let known = desk.data("diagnose arm --free joint.S2 --no-figures --out known");
+    assert_eq!(known["verdict"], "nothing-missing");
+    let factors = array(&known["factors"]);
+    assert_eq!(factors.len(), 5, "{factors:?}");
+    assert!(desk.read("known/model.toml").contains("joints_rad_per_Nm"));
+}

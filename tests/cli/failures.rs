@@ -158,7 +158,7 @@ fn names_that_do_not_exist() {
         &desk.refusal(
             "fit paper-experiment --fix beam.Q",
             2,
-            "stiffbench::fit::factor_name",
+            "stiffbench::robot::model_parameter",
         ),
         &["beam.Iy"],
     );
@@ -175,15 +175,19 @@ fn arguments_without_meaning() {
     for (arguments, words) in [
         (
             "fit paper-experiment --bounds 2 3",
-            ["both sides of 1", "--bounds 0.1 10"],
+            ["both sides of 1", "--bounds 0.1..10"],
         ),
         (
             "fit paper-experiment --bounds -1 10",
-            ["--bounds -1 10", "both sides of 1"],
+            ["--bounds -1..10", "both sides of 1"],
         ),
         (
             "fit paper-experiment --bounds 0.1 inf",
-            ["inf", "both sides of 1"],
+            ["inf", "two numbers"],
+        ),
+        (
+            "fit paper-experiment --bounds 0.1",
+            ["two numbers", "--bounds 0.1..10"],
         ),
         (
             "fit paper-experiment --tie link.A",
@@ -234,7 +238,7 @@ fn arguments_without_meaning() {
     desk.refusal(
         "fit paper-experiment --tie link.A=beam.Q",
         2,
-        "stiffbench::fit::factor_name",
+        "stiffbench::robot::model_parameter",
     );
     desk.refusal(
         "fit paper-experiment --tie link.A=link.Iy,link.Iy=link.A",
@@ -298,7 +302,6 @@ fn arguments_that_do_not_parse() {
         ("robot", "subcommand"),
         ("fit a b", "'b'"),
         ("simulate s --directions w", "x, y or z"),
-        ("fit paper-experiment --bounds 0.1", "2 values"),
         ("plot robot --load 1,2", "three numbers"),
         ("plot robot --load nan,0,0", "three numbers"),
         ("robot workspace --samples 0", "0"),
@@ -335,6 +338,69 @@ fn fits_that_cannot_be() {
         "stiffbench::fit::missing_direction",
     );
     assert_says(&error, &["P1", "z"]);
+}
+
+#[test]
+fn parameters_that_cannot_be_fitted() {
+    let desk = desk_with_session();
+    let cases = [
+        (
+            "fit session --free joint.Z9",
+            "stiffbench::robot::unknown_name",
+            "Z9",
+        ),
+        (
+            "fit session --bounds 10..0.1",
+            "stiffbench::usage::argument",
+            "lower one first",
+        ),
+        (
+            "fit session --bounds beam.Iz=2..3",
+            "stiffbench::usage::argument",
+            "lies outside",
+        ),
+        (
+            "fit session --bounds joint.A3=-1..3",
+            "stiffbench::usage::argument",
+            "below zero",
+        ),
+        (
+            "fit session --tie joint.A3=beam.A",
+            "stiffbench::fit::tie",
+            "spring to a spring",
+        ),
+        (
+            "diagnose session --tie link.A=beam.A",
+            "stiffbench::mismatch::parameter",
+            "ties none",
+        ),
+        (
+            "fit session --factors wrong.toml",
+            "stiffbench::robot::factor_file",
+            "Z9",
+        ),
+        (
+            "fit session --factors low.toml",
+            "stiffbench::robot::factor_file",
+            "joint.A3",
+        ),
+    ];
+    let good = "beam = { A = 1.0, Iy = 1.0, Iz = 1.0, J = 1.0 }\nlink = { A = 1.0, Iy = 1.0, Iz = 1.0, J = 1.0 }\n";
+    desk.write(
+        "wrong.toml",
+        &format!("{good}joints_rad_per_Nm = {{ Z9 = 1e-6 }}\n"),
+    );
+    desk.write(
+        "low.toml",
+        &format!("{good}joints_rad_per_Nm = {{ A3 = -1e-6 }}\n"),
+    );
+    for (command, code, word) in cases {
+        let ran = desk.run(&format!("{command} --json"));
+        assert_ne!(ran.code, 0, "{command}");
+        let error = ran.json()["error"].take();
+        assert_eq!(error["code"], code, "{command}: {error}");
+        assert_says(&error, &[word]);
+    }
 }
 
 #[test]

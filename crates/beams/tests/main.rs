@@ -5,6 +5,7 @@
     reason = "a test stops at what is not as it must be"
 )]
 
+mod model_parameters;
 mod multi_pose;
 mod own_weight;
 mod physics_opensees;

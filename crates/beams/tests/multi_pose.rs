@@ -3,8 +3,8 @@
 use proptest::prelude::*;
 
 use stiffbench_beams::robot::{
-    ElementClass, FittingFactors, JointModel, MultiPosePredictor, Pose, Predictor, Robot,
-    RobotError, Theory,
+    ElementClass, FittingFactors, JointModel, ModelParameter, MultiPosePredictor, Pose, Predictor,
+    Robot, RobotError, Theory,
 };
 use stiffbench_test_files::shipped_robot;
 
@@ -30,10 +30,11 @@ fn pose(robot: &Robot, shares: &[f64]) -> Pose {
 }
 
 fn factors(exponents: &[f64]) -> FittingFactors {
-    FittingFactors {
-        beam: std::array::from_fn(|i| 10_f64.powf(exponents[i])),
-        link: std::array::from_fn(|i| 10_f64.powf(exponents[4 + i])),
-    }
+    let power = |i: usize| 10_f64.powf(exponents[i]);
+    FittingFactors::of_classes(
+        std::array::from_fn(power),
+        std::array::from_fn(|i| power(4 + i)),
+    )
 }
 
 /// Compares all poses that the mechanism reaches; returns how many, and the largest relative difference.
@@ -47,8 +48,15 @@ fn compare(
     let mechanism = robot.mechanism(Some(mechanism)).unwrap();
     let rigid = JointModel::Rigid;
     let mut single = Predictor::with(robot, mechanism, &rigid, theory, factors).unwrap();
-    let mut together =
-        MultiPosePredictor::with(robot, mechanism, &rigid, theory, shares.len()).unwrap();
+    let mut together = MultiPosePredictor::with(
+        robot,
+        mechanism,
+        &rigid,
+        theory,
+        &ModelParameter::CLASSES,
+        shares.len(),
+    )
+    .unwrap();
     let mut reached = Vec::new();
     for (index, shares) in shares.iter().enumerate() {
         let pose = pose(robot, shares);
@@ -81,7 +89,7 @@ fn compare(
                     let of_class = gradient.iter().zip(&classes).filter(|(_, c)| **c == class);
                     let expected: f64 = of_class.map(|(g, _)| g[property]).sum();
                     let scale = together.direct_compliance(*index, axis).unwrap();
-                    let difference = (found[class][property] - expected).abs() / scale;
+                    let difference = (found[4 * class + property] - expected).abs() / scale;
                     assert!(!difference.is_nan());
                     largest = largest.max(difference);
                 }
@@ -139,7 +147,8 @@ fn a_pose_has_the_same_result_alone_and_among_others() {
     let mechanism = robot.mechanism(None).unwrap();
     let factors = robot.factor_set("m_fsd").unwrap();
     let compliance = |count: usize, at: usize| {
-        let mut together = MultiPosePredictor::new(&robot, mechanism, count).unwrap();
+        let mut together =
+            MultiPosePredictor::new(&robot, mechanism, &ModelParameter::CLASSES, count).unwrap();
         for index in 0..count {
             let named = &robot.poses
                 [(index + robot.poses.len() - at % robot.poses.len()) % robot.poses.len()];

@@ -135,10 +135,10 @@ proptest! {
         let theory = if timoshenko { Theory::Timoshenko } else { Theory::EulerBernoulli };
         let path = if spatial { SolutionPath::Spatial } else { SolutionPath::Fastest };
         let power = |i: usize| 10_f64.powf(exponents[i]);
-        let factors = FittingFactors {
-            beam: std::array::from_fn(power),
-            link: std::array::from_fn(|i| power(4 + i)),
-        };
+        let factors = FittingFactors::of_classes(
+            std::array::from_fn(power),
+            std::array::from_fn(|i| power(4 + i)),
+        );
         let poses: Vec<Pose> = shares.iter().map(|shares| pose(&robot, shares)).collect();
         for mechanism in robot.mechanisms.keys() {
             let (_, largest) = compare(&robot, mechanism, theory, path, &poses, &factors);

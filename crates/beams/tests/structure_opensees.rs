@@ -79,7 +79,8 @@ fn compare(
             Predictor::with(robot, mechanism, &joints(row, robot), theory, &factors).unwrap();
         predictor.place(&pose(row, robot)).unwrap();
         let mut together =
-            MultiPosePredictor::with(robot, mechanism, &joints(row, robot), theory, 1).unwrap();
+            MultiPosePredictor::with(robot, mechanism, &joints(row, robot), theory, &[], 1)
+                .unwrap();
         together.place(0, &pose(row, robot)).unwrap();
         together.solve(&factors, false).unwrap();
         let expected = compliance(row);

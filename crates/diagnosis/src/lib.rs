@@ -7,3 +7,4 @@
 pub mod distribution;
 pub mod fit;
 pub mod mismatch;
+pub mod parameters;

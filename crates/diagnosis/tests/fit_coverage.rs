@@ -11,11 +11,11 @@ use rand_chacha::ChaCha8Rng;
 use rayon::prelude::*;
 
 use stiffbench_beams::physics::ActingPhysics;
-use stiffbench_beams::robot::{FittingFactors, Robot};
+use stiffbench_beams::robot::{FittingFactors, ModelParameter, Robot};
 use stiffbench_diagnosis::fit::{
-    CellModel, FACTOR_NAMES, FactorChoice, FactorRole, FactorStatus, FitOptions, FitOutcome,
-    FitProblem, MeasuredStiffness, fit_cells,
+    CellModel, FactorStatus, FitOptions, FitOutcome, FitProblem, MeasuredStiffness, fit_cells,
 };
+use stiffbench_diagnosis::parameters::{ParameterChoice, ParameterRole};
 use stiffbench_measurement::procedure::Procedure;
 use stiffbench_measurement::readings::Reading;
 use stiffbench_measurement::stiffness::{
@@ -43,10 +43,10 @@ impl Kind {
     }
 
     /// The three cells of one pose are too few for four factors: A is known there.
-    fn choice(self) -> FactorChoice {
-        let mut choice = FactorChoice::default();
+    fn choice(self) -> ParameterChoice {
+        let mut choice = ParameterChoice::default();
         if self.train.len() == 1 {
-            choice.roles[0] = FactorRole::Fixed;
+            choice.set(&ModelParameter::CLASSES[0], ParameterRole::Fixed);
         }
         choice
     }
@@ -72,9 +72,9 @@ struct Trial {
 /// Factors of the beams, each free one times or divided by 1, 1.4 or 2.
 fn truth(start: &FittingFactors, kind: Kind, seed: u64) -> FittingFactors {
     let mut random = ChaCha8Rng::seed_from_u64(2_000_000 + seed);
-    let mut factors = *start;
-    for (factor, role) in factors.beam.iter_mut().zip(kind.choice().roles) {
-        if role != FactorRole::Free {
+    let mut factors = start.clone();
+    for (factor, chosen) in factors.beam.iter_mut().zip(kind.choice().members) {
+        if chosen.role != ParameterRole::Free {
             continue;
         }
         let size: f64 = *[1.0, 1.4, 2.0].choose(&mut random).unwrap();
@@ -145,7 +145,7 @@ fn trial(robot: &Robot, kind: Kind, seed: u64) -> Trial {
     let outcome = fit_cells(&problem, &options).unwrap();
     let cells: Vec<Cell> = table.cells.iter().map(|row| row.cell.clone()).collect();
     let stiffness = problem
-        .cell_model(&cells)
+        .cell_model(&[], &cells)
         .unwrap()
         .stiffness(&truth)
         .unwrap();
@@ -272,7 +272,7 @@ fn study(robot: &Robot, kind: Kind, sessions: u64) -> Study {
     println!(
         "    scatter between runs over its true size: {with:.2} where islands are, {without:.2} elsewhere"
     );
-    for (name, count) in FACTOR_NAMES.iter().zip(study.factors) {
+    for (name, count) in ModelParameter::CLASSES.iter().zip(study.factors) {
         println!("    {name}: {}", count.text());
     }
     study
@@ -329,7 +329,7 @@ const ZOOMED: usize = 5;
 impl ByGrid<'_> {
     /// At these logarithms of the ratios of the beam factors to their start.
     fn chi_squared(&mut self, logarithms: [f64; 4], factors: &FittingFactors) -> f64 {
-        let mut at = *factors;
+        let mut at = factors.clone();
         for ((factor, start), logarithm) in at.beam.iter_mut().zip(self.start).zip(logarithms) {
             *factor = start * logarithm.exp();
         }
@@ -421,7 +421,7 @@ fn intervals_against_a_grid(repeats: u32, sessions: &[u64]) -> [usize; 2] {
             .map(|cell| cell.cell.clone())
             .collect();
         let mut grid = ByGrid {
-            model: CellModel::new(&robot, mechanism, &cells).unwrap(),
+            model: CellModel::new(&robot, mechanism, &[], &cells).unwrap(),
             start: start.beam,
             measured: &measured,
         };

@@ -13,10 +13,10 @@ use rand_chacha::ChaCha8Rng;
 use rayon::prelude::*;
 
 use stiffbench_beams::physics::ActingPhysics;
-use stiffbench_beams::robot::{FittingFactors, Robot};
+use stiffbench_beams::robot::{FittingFactors, ModelParameter, Robot};
 use stiffbench_diagnosis::fit::{
-    FACTOR_NAMES, FitOptions, FitOutcome, FitProblem, MeasuredStiffness, MonteCarloSettings,
-    PaperOptions, PaperSource, fit_cells, follow_paper, read_stiffness_list,
+    FitOptions, FitOutcome, FitProblem, MeasuredStiffness, MonteCarloSettings, PaperOptions,
+    PaperSource, fit_cells, follow_paper, read_stiffness_list,
 };
 use stiffbench_measurement::procedure::Procedure;
 use stiffbench_measurement::stiffness::{Gauges, Method, StiffnessOptions, stiffness_table};
@@ -26,7 +26,7 @@ use stiffbench_test_files::shipped_robot;
 /// True factors of a seed: those of the file with the beams' varied by up to two either way, so that no seed is special.
 fn truth(start: &FittingFactors, seed: u64) -> FittingFactors {
     let mut rng = ChaCha8Rng::seed_from_u64(1_000_000 + seed);
-    let mut factors = *start;
+    let mut factors = start.clone();
     for factor in &mut factors.beam {
         *factor *= 2f64.powf(2.0 * rng.random::<f64>() - 1.0);
     }
@@ -88,7 +88,7 @@ fn coverage(robot_name: &str, mechanism: &str, seeds: u64) -> f64 {
         let covered = identified.iter().filter(|hit| **hit).count();
         println!(
             "{robot_name} {mechanism} {}: {covered} of {} identified ({seeds} seeds)",
-            FACTOR_NAMES[factor],
+            ModelParameter::CLASSES[factor],
             identified.len()
         );
         inside += covered;
@@ -160,10 +160,10 @@ fn the_papers_steps_find_the_factors_of_their_own_model() {
     let robot = Robot::parse(&shipped_robot("hp-robot").unwrap()).unwrap();
     let s_fsd = robot.factor_set("s_fsd").unwrap();
     // A model as step 5 makes it: J of the beams stays, links keep A and Iz and get 100.
-    let truth = FittingFactors {
-        beam: [0.004, 0.007, 1.1, 1.0],
-        link: [s_fsd.link[0], 100.0, s_fsd.link[2], 100.0],
-    };
+    let truth = FittingFactors::of_classes(
+        [0.004, 0.007, 1.1, 1.0],
+        [s_fsd.link[0], 100.0, s_fsd.link[2], 100.0],
+    );
     let measured = exact(&robot, &truth);
     let options = PaperOptions {
         poses: vec![("P1".into(), 1.0), ("P3".into(), 3.0)],

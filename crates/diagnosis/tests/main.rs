@@ -7,6 +7,7 @@
 
 mod fit_coverage;
 mod fit_recovery;
+mod fit_springs;
 mod map_questions;
 mod mismatch_specimens;
 mod mismatch_verdicts;

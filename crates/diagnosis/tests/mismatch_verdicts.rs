@@ -10,6 +10,7 @@ use stiffbench_diagnosis::mismatch::{
     SearchOptions, Stratum, TrialNoise, Truth, Verdict, diagnose, scale_to, simulate,
     standard_errors, standard_errors_between,
 };
+use stiffbench_diagnosis::parameters::ParameterChoice;
 use stiffbench_measurement::procedure::Procedure;
 use stiffbench_test_files::shipped_procedure;
 use stiffbench_test_files::shipped_robot;
@@ -64,8 +65,14 @@ impl Arm {
         .unwrap();
         let plan = Observations::new(&plan, None);
         let poses: Vec<Pose> = poses.iter().map(|named| named.pose.clone()).collect();
-        let baseline =
-            RobotBaseline::new(robot, mechanism, FittingFactors::UNIT, poses, [0.1, 10.0]);
+        let baseline = RobotBaseline::new(
+            robot,
+            mechanism,
+            FittingFactors::UNIT,
+            poses,
+            &ParameterChoice::default(),
+        )
+        .unwrap();
         let null = simulate(&baseline, &plan, &truth(Vec::new()), 77).unwrap();
         let (_, limits) = diagnose(&baseline, &null, &SearchOptions::default(), None).unwrap();
         Self {

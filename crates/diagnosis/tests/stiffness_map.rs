@@ -3,11 +3,11 @@
 use proptest::prelude::*;
 
 use stiffbench_beams::physics::{ActingPhysics, Effect};
-use stiffbench_beams::robot::{FittingFactors, Predictor, Robot, Theory};
+use stiffbench_beams::robot::{FittingFactors, ModelParameter, Predictor, Robot, Theory};
 use stiffbench_diagnosis::distribution::{
-    ColumnStatistics, Extreme, FactorCovariance, Level, MapColumn, MapModel, MechanismStudy, NoMap,
-    PosePlan, PoseSet, Sampling, Shard, StiffnessMap, StudyPoses, WorkspacePlan, WorkspaceSample,
-    column_statistics, variables_beside_the_plane,
+    ColumnStatistics, Extreme, Level, MapColumn, MapModel, MechanismStudy, NoMap,
+    ParameterCovariance, PosePlan, PoseSet, Sampling, Shard, StiffnessMap, StudyPoses,
+    WorkspacePlan, WorkspaceSample, column_statistics, variables_beside_the_plane,
 };
 use stiffbench_test_files::shipped_robot;
 use stiffbench_units_and_text::source_text::SourceText;
@@ -566,14 +566,15 @@ fn fit_uncertainty_is_that_of_changed_factors() {
     let mut columns = MapColumn::axes();
     columns.extend(MapColumn::along("0,1,1", [0.0, 1.0, 1.0]));
     columns.extend(MapColumn::principal());
-    let study = |factors: &FittingFactors, covariance: Option<&FactorCovariance>| {
+    let study = |factors: &FittingFactors, covariance: Option<&ParameterCovariance>| {
         let model = MapModel::new(&robot, &physics, factors, None).unwrap();
         let map = StiffnessMap::over(&model, &poses.set, &columns).unwrap();
         MechanismStudy::of(&model, map, &poses, covariance).unwrap()
     };
     // ln A and ln Iy of the beams known to 3 and 5 %, correlated by -0.6: differences of both by one standard uncertainty make the truth.
-    let mut covariance = FactorCovariance {
-        matrix: [[0.0; 8]; 8],
+    let mut covariance = ParameterCovariance {
+        parameters: ModelParameter::CLASSES.to_vec(),
+        matrix: vec![vec![0.0; 8]; 8],
         dof: Some(7.0),
     };
     covariance.matrix[0][0] = 0.03_f64.powi(2);
@@ -584,7 +585,7 @@ fn fit_uncertainty_is_that_of_changed_factors() {
     let slope = |factor: usize| {
         // Central differences of 1e-3: truncation 1e-6 of the slope, rounding 1e-6 of it.
         let at = |sign: f64| {
-            let mut factors = base;
+            let mut factors = base.clone();
             factors.beam[factor] *= (sign * 1e-3_f64).exp();
             study(&factors, None)
         };
@@ -628,8 +629,9 @@ fn any_number_of_threads_gives_the_same_bytes() {
             );
             let model = MapModel::new(&robot, &physics, &factors(&robot), None).unwrap();
             let map = StiffnessMap::over(&model, &poses.set, &all_columns()).unwrap();
-            let mut covariance = FactorCovariance {
-                matrix: [[0.0; 8]; 8],
+            let mut covariance = ParameterCovariance {
+                parameters: ModelParameter::CLASSES.to_vec(),
+                matrix: vec![vec![0.0; 8]; 8],
                 dof: None,
             };
             covariance.matrix[1][1] = 0.01;

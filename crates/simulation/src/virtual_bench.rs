@@ -114,7 +114,7 @@ impl<'a> VirtualBench<'a> {
         Ok(Self {
             robot,
             physics,
-            factors: *factors,
+            factors: factors.clone(),
             noise,
             jack,
             keep_history: false,

@@ -6,9 +6,8 @@ use std::path::Path;
 use serde_json::Value;
 
 use crate::cli::failure::{CliError, Failure};
-use crate::distribution::FactorCovariance;
-use crate::fit::{FACTOR_NAMES, FACTORS, factors_from_vector};
-use crate::robot::FittingFactors;
+use crate::distribution::ParameterCovariance;
+use crate::robot::{FittingFactors, ModelParameter};
 
 use super::job::wrong;
 
@@ -16,7 +15,7 @@ use super::job::wrong;
 pub(super) struct Fitted {
     pub(super) factors_name: String,
     pub(super) factors: FittingFactors,
-    pub(super) covariance: Option<FactorCovariance>,
+    pub(super) covariance: Option<ParameterCovariance>,
     /// What the covariance leaves out.
     pub(super) notes: Vec<String>,
 }
@@ -44,26 +43,30 @@ pub(super) fn read_fit(path: &Path) -> Result<Fitted, Failure> {
     Ok(fitted)
 }
 
-/// Factors and covariance from the data of a fit.
+/// Values and covariance from the data of a fit.
 ///
 /// # Errors
 /// What is missing, in words.
 fn from_data(data: &Value) -> Result<Fitted, String> {
-    let mut vector = [0.0; FACTORS];
-    // Place, among the correlations, of the factor whose covariance each factor has.
-    let mut source: [Option<usize>; FACTORS] = [None; FACTORS];
     let names = data["correlation"]["names"].as_array();
-    let mut notes = Vec::new();
-    for (place, name) in FACTOR_NAMES.iter().enumerate() {
-        let (class, constant) = name.split_once('.').unwrap_or_default();
-        let entry = &data["factors"][class][constant];
-        let value = entry["value"].as_f64().filter(|value| *value > 0.0);
-        vector[place] = value.ok_or_else(|| format!("it has no value of {name}"))?;
-        let own = entry["tied_to"].as_str().unwrap_or(name);
-        source[place] = names.and_then(|names| names.iter().position(|known| known == own));
+    let (mut values, mut notes) = (FittingFactors::UNIT, Vec::new());
+    let mut parameters = Vec::new();
+    // Place, among the correlations, of the parameter whose covariance each one has.
+    let mut sources = Vec::new();
+    for (name, entry) in entries(data) {
+        let parameter =
+            ModelParameter::try_from(name.clone()).map_err(|error| error.to_string())?;
+        let value = entry["value"].as_f64();
+        let value = value.filter(|value| *value > 0.0 || (!parameter.is_factor() && *value == 0.0));
+        values.set(
+            &parameter,
+            value.ok_or_else(|| format!("it has no value of {name}"))?,
+        );
+        let own = entry["tied_to"].as_str().unwrap_or(&name);
+        let source = names.and_then(|names| names.iter().position(|known| known == own));
         let status = entry["status"].as_str().unwrap_or_default();
         if ["at_bound", "not_identified"].contains(&status) {
-            let taken = match source[place] {
+            let taken = match source {
                 Some(_) => "its second-order one",
                 None => "it as exact",
             };
@@ -72,8 +75,10 @@ fn from_data(data: &Value) -> Result<Fitted, String> {
                 status.replace('_', " ")
             ));
         }
+        parameters.push(parameter);
+        sources.push(source);
     }
-    let covariance = covariance(data, &source);
+    let covariance = covariance(data, parameters, &sources);
     if covariance.is_none() {
         notes.push(
             "the fit has no covariance: the map has no uncertainty of the factors".to_owned(),
@@ -81,28 +86,55 @@ fn from_data(data: &Value) -> Result<Fitted, String> {
     }
     Ok(Fitted {
         factors_name: String::new(),
-        factors: factors_from_vector(&vector),
+        factors: values,
         covariance,
         notes,
     })
 }
 
-/// The covariance of the logarithms; `None` if the fit has none.
-fn covariance(data: &Value, source: &[Option<usize>; FACTORS]) -> Option<FactorCovariance> {
+/// Name and entry of each parameter of a fit; one printed before there was a list has its factors by class.
+fn entries(data: &Value) -> Vec<(String, &Value)> {
+    if let Some(list) = data["parameters"].as_array() {
+        let name = |entry: &Value| entry["name"].as_str().unwrap_or_default().to_owned();
+        return list.iter().map(|entry| (name(entry), entry)).collect();
+    }
+    let classes = ModelParameter::CLASSES
+        .iter()
+        .map(ModelParameter::to_string);
+    classes
+        .map(|name| {
+            let (class, constant) = name.split_once('.').unwrap_or_default();
+            let entry = &data["factors"][class][constant];
+            (name, entry)
+        })
+        .collect()
+}
+
+/// The covariance of the parameters; `None` if the fit has none.
+fn covariance(
+    data: &Value,
+    parameters: Vec<ModelParameter>,
+    sources: &[Option<usize>],
+) -> Option<ParameterCovariance> {
     let correlation = data["correlation"].as_object()?;
     let u = correlation.get("u_ln")?.as_array()?;
     let coefficients = correlation.get("matrix")?.as_array()?;
-    let mut matrix = [[0.0; FACTORS]; FACTORS];
-    for (i, row) in matrix.iter_mut().enumerate() {
-        for (j, entry) in row.iter_mut().enumerate() {
-            if let (Some(a), Some(b)) = (source[i], source[j]) {
-                let coefficient = coefficients.get(a)?.get(b)?.as_f64()?;
-                *entry = coefficient * u.get(a)?.as_f64()? * u.get(b)?.as_f64()?;
-            }
-        }
-    }
-    Some(FactorCovariance {
-        matrix,
+    let entry = |a: usize, b: usize| {
+        let coefficient = coefficients.get(a)?.get(b)?.as_f64()?;
+        Some(coefficient * u.get(a)?.as_f64()? * u.get(b)?.as_f64()?)
+    };
+    let row = |one: &Option<usize>| -> Option<Vec<f64>> {
+        let others = sources.iter();
+        others
+            .map(|other| match (one, other) {
+                (Some(a), Some(b)) => entry(*a, *b),
+                _ => Some(0.0),
+            })
+            .collect()
+    };
+    Some(ParameterCovariance {
+        parameters,
+        matrix: sources.iter().map(row).collect::<Option<_>>()?,
         dof: correlation.get("dof").and_then(Value::as_f64),
     })
 }

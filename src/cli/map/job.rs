@@ -5,7 +5,7 @@ use serde::{Deserialize, Serialize};
 use crate::cli::failure::{CliError, Failure};
 use crate::cli::inputs::Inputs;
 use crate::distribution::{
-    FactorCovariance, MapColumn, MapModel, MechanismStudy, PosePlan, PoseSet, Sampling, Shard,
+    MapColumn, MapModel, MechanismStudy, ParameterCovariance, PosePlan, PoseSet, Sampling, Shard,
     StiffnessMap, StudyPoses,
 };
 use crate::physics::{ActingPhysics, Effect};
@@ -26,7 +26,7 @@ pub(super) struct MapJob {
     pub(super) robot_text: String,
     pub(super) factors_name: String,
     pub(super) factors: FittingFactors,
-    pub(super) covariance: Option<FactorCovariance>,
+    pub(super) covariance: Option<ParameterCovariance>,
     pub(super) at_load_n: Option<f64>,
     pub(super) mechanisms: Vec<MechanismJob>,
     pub(super) sampling: Sampling,

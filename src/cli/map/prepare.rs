@@ -22,14 +22,10 @@ pub(super) fn prepare(args: &StudyArgs) -> Result<(MapJob, Vec<String>), Failure
         model: args.model.clone(),
         effects: Vec::new(),
     };
-    let (chosen, effects) = choose_without_effects(&bare, &args.effects)?;
+    let (chosen, mut effects) = choose_without_effects(&bare, &args.effects)?;
     let mut warnings = chosen.warnings.clone();
     let robot = &chosen.robot;
     let names = mechanisms(args, robot, &chosen)?;
-    let mechanisms = with_effects(robot, &names, &effects, &mut warnings)?;
-    let linear = !effects.iter().any(|effect| effect.law.is_nonlinear_joint());
-    let mut held = held_variables(args, robot)?;
-    held.sort();
     let Fitted {
         factors_name,
         factors,
@@ -37,11 +33,19 @@ pub(super) fn prepare(args: &StudyArgs) -> Result<(MapJob, Vec<String>), Failure
         notes,
     } = fit.unwrap_or(Fitted {
         factors_name: chosen.factors_name.clone(),
-        factors: chosen.factors,
+        factors: chosen.factors.clone(),
         covariance: None,
         notes: Vec::new(),
     });
     warnings.extend(notes);
+    robot.check_parameters(&factors)?;
+    // A sweep takes springs as it takes every other physics beside the beams.
+    effects.extend(Effect::of_springs(&factors));
+    let factors = factors.without_springs();
+    let mechanisms = with_effects(robot, &names, &effects, &mut warnings)?;
+    let linear = !effects.iter().any(|effect| effect.law.is_nonlinear_joint());
+    let mut held = held_variables(args, robot)?;
+    held.sort();
     let job = MapJob {
         schema: SCHEMA.to_owned(),
         version: env!("CARGO_PKG_VERSION").to_owned(),

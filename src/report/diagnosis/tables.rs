@@ -37,9 +37,12 @@ pub(super) fn factors(report: &DiagnosisReport<'_>) -> String {
     };
     let mut rows = TextTable::new(heads);
     for (factor, status) in report.factor_shifts() {
-        let (before, _) = factor_value(&factor.before);
-        let (after, interval) = factor_value(&factor.after);
-        let mut cells = vec![factor.name.clone()];
+        let (before, _) = factor_value(factor, &factor.before);
+        let (after, interval) = factor_value(factor, &factor.after);
+        let mut cells = vec![match factor.spring_rad_per_nm {
+            None => factor.name.clone(),
+            Some(_) => format!("{}, rad/(N*m)", factor.name),
+        }];
         if found {
             cells.push(significant(before, 4));
         }

@@ -33,6 +33,7 @@ impl Models {
             &robot.factor_set("unit")?,
             Scope::All,
             None,
+            &[],
         )?;
         let cells = |poses: &[&str]| -> Vec<Cell> {
             let of_pose = |pose: &&str| {
@@ -45,8 +46,8 @@ impl Models {
         };
         let stiffness = |poses: &[&str], set: &str| -> Result<Vec<(Cell, f64)>, FitError> {
             let cells = cells(poses);
-            let values =
-                CellModel::new(robot, mechanism, &cells)?.stiffness(&robot.factor_set(set)?)?;
+            let values = CellModel::new(robot, mechanism, &[], &cells)?
+                .stiffness(&robot.factor_set(set)?)?;
             Ok(cells.into_iter().zip(values).collect())
         };
         let single_pose = stiffness(&["P1"], "s_fsd_p1")?;

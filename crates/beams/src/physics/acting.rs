@@ -2,12 +2,13 @@
 
 use crate::robot::{
     FittingFactors, JointModel, Mechanism, MechanismModel, Pose, Predictor, Robot, RobotError,
+    base_levers_between,
 };
 use crate::structure::Compliance6;
 
 use super::effect::{Effect, EffectError};
 use super::law_set::{LawSet, without_elements};
-use super::mechanics::{Mechanics, base_levers, levers_between};
+use super::mechanics::Mechanics;
 use super::place::{Place, PlaceKind};
 
 /// A mechanism with effects in it: what is left of it without its loose members, and the laws that act there.
@@ -86,7 +87,7 @@ impl ActingPhysics {
     /// The compliance of an end on a base that rocks: C + Σ c w wᵀ, w = (axis × (end - first support), axis) for each axis.
     #[must_use]
     pub fn with_base(&self, fixed: &Compliance6, model: &MechanismModel<'_>) -> Compliance6 {
-        self.rocking(fixed, base_levers(model))
+        self.rocking(fixed, model.base_levers_m())
     }
 
     /// The same for an end at `end_m` whose first support is at `support_m`.
@@ -97,21 +98,12 @@ impl ActingPhysics {
         support_m: [f64; 3],
         end_m: [f64; 3],
     ) -> Compliance6 {
-        self.rocking(fixed, levers_between(support_m, end_m))
+        self.rocking(fixed, base_levers_between(support_m, end_m))
     }
 
     fn rocking(&self, fixed: &Compliance6, levers_m: [[f64; 3]; 3]) -> Compliance6 {
         let mut compliance = *fixed;
-        for (axis, c) in self.laws.base_rad_per_nm().into_iter().enumerate() {
-            let [x, y, z] = levers_m[axis];
-            let mut lever = [x, y, z, 0.0, 0.0, 0.0];
-            lever[3 + axis] = 1.0;
-            for (row, along) in compliance.0.iter_mut().zip(lever) {
-                for (entry, across) in row.iter_mut().zip(lever) {
-                    *entry += c * along * across;
-                }
-            }
-        }
+        compliance.add_rocking(self.laws.base_rad_per_nm(), &levers_m);
         compliance
     }
 

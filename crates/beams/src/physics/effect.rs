@@ -2,6 +2,9 @@
 
 use std::fmt;
 
+use crate::robot::{FittingFactors, ModelParameter};
+
+use super::action::Action;
 use super::law::Law;
 use super::place::Place;
 
@@ -92,6 +95,28 @@ pub enum EffectError {
 }
 
 impl Effect {
+    /// The springs that the values of a model name, as effects beside it.
+    #[must_use]
+    pub fn of_springs(values: &FittingFactors) -> Vec<Self> {
+        let law =
+            |acts: fn(&Action) -> bool| Law::ALL.iter().copied().find(|law| acts(&law.action));
+        let joint = |action: &Action| matches!(action, Action::Joint(law) if law.is_linear());
+        let effect = |spring: ModelParameter| {
+            let compliance = values.get(&spring);
+            let (law, place) = match spring {
+                ModelParameter::Joint(name) => (law(joint)?, Place::Joint(name.to_string())),
+                ModelParameter::Base(axis) => (
+                    law(|action| matches!(action, Action::Base))?,
+                    Place::Axis(axis),
+                ),
+                ModelParameter::Class(..) | ModelParameter::Section(..) => return None,
+            };
+            let values = vec![compliance];
+            (compliance > 0.0).then_some(Self { law, place, values })
+        };
+        values.springs().filter_map(effect).collect()
+    }
+
     /// An effect, checked for what needs no robot: kind of place, count and sign of values.
     ///
     /// # Errors

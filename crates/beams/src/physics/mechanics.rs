@@ -1,12 +1,10 @@
 //! The robot in the poses of a session, reduced to what the laws need.
 
 use crate::robot::{
-    FittingFactors, JointModel, Mechanism, MechanismModel, MultiPosePredictor, Pose, Robot,
-    RobotError, Theory,
+    FittingFactors, JointModel, Mechanism, MechanismModel, ModelParameter, MultiPosePredictor,
+    Pose, Robot, RobotError, Theory,
 };
 use crate::structure::{Solver, Structure, StructureError, TwistInfluence};
-use stiffbench_numeric::vector::{cross, subtract};
-use stiffbench_units_and_text::test_point::Direction;
 
 /// A mechanism in fixed poses, solved again with any factors: with rigid joints in all poses side by side, what twists do pose by pose
 /// and only where it is asked for.
@@ -19,6 +17,10 @@ pub struct Mechanics<'a> {
     /// All poses with rigid joints.
     rigid: MultiPosePredictor<'a>,
     factors: FittingFactors,
+    /// What the derivatives to each parameter are multiplied by.
+    units: Vec<f64>,
+    /// Whether a joint has a spring among the parameters, by its place among the levers.
+    sprung: Vec<bool>,
     poses: Vec<Posed<'a>>,
 }
 
@@ -58,8 +60,8 @@ pub struct PoseMechanics {
     pub influence: TwistInfluence,
     /// Displacement of the end per rocking of the base about x, y, z through the first support, m/rad.
     pub base_levers_m: [[f64; 3]; 3],
-    /// Derivative of the compliance along x, y, z to each parameter of the baseline, m/N; for a robot to ln A, ln Iy, ln Iz, ln J
-    /// of its beams.
+    /// Derivative of the compliance along x, y, z to each parameter of the baseline, m/N; to ln a of a factor, to the compliance of a
+    /// spring.
     pub compliance_gradient: Vec<[f64; 3]>,
 }
 
@@ -89,9 +91,28 @@ impl<'a> Mechanics<'a> {
         factors: &FittingFactors,
         poses: &[Pose],
     ) -> Result<Self, RobotError> {
-        let mut predictor = MultiPosePredictor::new(robot, mechanism, poses.len())?;
+        Self::rigid_with(robot, mechanism, &ModelParameter::BEAMS, factors, poses)
+    }
+
+    /// The same with the parameters of a baseline, to which compliances are differentiated. Joints with a spring among them or in `factors`
+    /// yield by it under every law.
+    ///
+    /// # Errors
+    /// As [`Mechanics::new`].
+    pub fn rigid_with(
+        robot: &'a Robot,
+        mechanism: &'a Mechanism,
+        parameters: &[ModelParameter],
+        factors: &FittingFactors,
+        poses: &[Pose],
+    ) -> Result<Self, RobotError> {
+        let springs = factors.springs();
+        let springs = springs.filter(|spring| !parameters.contains(spring));
+        let all: Vec<ModelParameter> = parameters.iter().cloned().chain(springs).collect();
+        let mut predictor = MultiPosePredictor::new(robot, mechanism, &all, poses.len())?;
         let (joints, theory) = (JointModel::Rigid, Theory::EulerBernoulli);
-        let model = MechanismModel::new(robot, mechanism, &joints, theory, factors)?;
+        let rigid = factors.without_springs();
+        let model = MechanismModel::new(robot, mechanism, &joints, theory, &rigid)?;
         let placed = poses.iter().enumerate().map(|(index, pose)| {
             predictor.place(index, pose)?;
             let mut rigid = model.clone();
@@ -100,8 +121,8 @@ impl<'a> Mechanics<'a> {
                 pose: pose.clone(),
                 mechanics: PoseMechanics {
                     influence: TwistInfluence::default(),
-                    base_levers_m: base_levers(&rigid),
-                    compliance_gradient: vec![[0.0; 3]; 4],
+                    base_levers_m: rigid.base_levers_m(),
+                    compliance_gradient: vec![[0.0; 3]; parameters.len()],
                 },
                 rigid,
                 twisting: None,
@@ -111,13 +132,27 @@ impl<'a> Mechanics<'a> {
         let mut mechanics = Self {
             robot,
             mechanism,
+            sprung: mechanism
+                .joints(robot)
+                .into_iter()
+                .map(|joint| {
+                    let name = robot.joints[joint].name.as_str();
+                    all.contains(&ModelParameter::Joint(name.into()))
+                })
+                .collect(),
+            units: vec![1.0; parameters.len()],
             joints: mechanism.joints(robot),
             rigid: predictor,
-            factors: *factors,
+            factors: factors.clone(),
             poses,
         };
         mechanics.solve_rigid()?;
         Ok(mechanics)
+    }
+
+    /// Multiplies derivatives to each parameter from the next solution on: a compliance differentiated in units of its own size.
+    pub fn differentiate_in(&mut self, units: Vec<f64>) {
+        self.units = units;
     }
 
     /// Solves all poses with other factors; allocates nothing.
@@ -134,7 +169,7 @@ impl<'a> Mechanics<'a> {
     /// # Errors
     /// [`RobotError::Structure`].
     pub fn set_factors_rigid(&mut self, factors: &FittingFactors) -> Result<(), RobotError> {
-        self.factors = *factors;
+        self.factors.clone_from(factors);
         for twisting in self.poses.iter_mut().flat_map(|posed| &mut posed.twisting) {
             if twisting.lacks == Lacks::Nothing {
                 twisting.lacks = Lacks::Sections;
@@ -154,9 +189,10 @@ impl<'a> Mechanics<'a> {
                 std::array::from_fn(|i| std::array::from_fn(|j| compliance[i][j]));
             for axis in 0..3 {
                 let solved = self.rigid.gradient(index, axis);
-                let [of_beams, _] = solved.expect("every pose was placed and solved");
-                for (row, of_beams) in mechanics.compliance_gradient.iter_mut().zip(of_beams) {
-                    row[axis] = of_beams;
+                let gradient = solved.expect("every pose was placed and solved");
+                let rows = mechanics.compliance_gradient.iter_mut().zip(&self.units);
+                for ((row, unit), derivative) in rows.zip(gradient) {
+                    row[axis] = derivative * unit;
                 }
             }
         }
@@ -175,7 +211,7 @@ impl<'a> Mechanics<'a> {
             twisting.hinged.place(pose)?;
             twisting.lacks = Lacks::Place;
         }
-        posed.mechanics.base_levers_m = base_levers(&posed.rigid);
+        posed.mechanics.base_levers_m = posed.rigid.base_levers_m();
         self.rigid.place(index, pose)?;
         self.solve_rigid()
     }
@@ -212,9 +248,16 @@ impl<'a> Mechanics<'a> {
             twisting.solver.twist_influence_of(
                 structure,
                 twisting.hinged.structure(),
-                &is_asked_for,
+                |joint| is_asked_for(joint) || self.sprung[joint],
                 &mut posed.mechanics.influence,
             );
+            if self.sprung.contains(&true) {
+                let joints = self.joints.iter();
+                let springs: Vec<f64> = joints
+                    .map(|&joint| factors.joint_rad_per_nm(&robot.joints[joint].name))
+                    .collect();
+                posed.mechanics.influence.yield_by(&springs);
+            }
         }
         Ok(())
     }
@@ -293,20 +336,4 @@ fn carries_nothing(mechanism: &Mechanism) -> impl Fn(StructureError) -> RobotErr
         mechanism: mechanism.name.clone(),
         source,
     }
-}
-
-/// Displacement of the end per rocking about each axis through the first support: axis × (end - support).
-pub(super) fn base_levers(model: &MechanismModel<'_>) -> [[f64; 3]; 3] {
-    let structure = model.structure();
-    let end = structure.nodes[structure.end.node].position_m;
-    let support = structure
-        .supports
-        .first()
-        .map_or([0.0; 3], |support| structure.nodes[support.node].position_m);
-    levers_between(support, end)
-}
-
-/// The same for a given support and end.
-pub(super) fn levers_between(support_m: [f64; 3], end_m: [f64; 3]) -> [[f64; 3]; 3] {
-    Direction::ALL.map(|axis| cross(axis.unit_vector(), subtract(end_m, support_m)))
 }

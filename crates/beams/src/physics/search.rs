@@ -44,7 +44,8 @@ impl PlaceScale {
     }
 
     /// Plausible compliances.
-    pub(super) fn plausible_compliance(&self) -> [f64; 2] {
+    #[must_use]
+    pub fn plausible_compliance(&self) -> [f64; 2] {
         let softest = if self.loop_nm_per_rad > 0.0 {
             // Compliance of the last shape, by as much as it holds for.
             PIN / self.loop_nm_per_rad * 1.07 * (1.0 + PIN)

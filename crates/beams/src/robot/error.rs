@@ -7,6 +7,8 @@ use miette::Diagnostic;
 use stiffbench_units_and_text::source_text::{PlacedError, SourceText};
 use stiffbench_units_and_text::toml_text::TomlProblem;
 
+use super::model_parameter::NotAParameter;
+
 /// Errors of the robot stage.
 #[derive(Debug, thiserror::Error, miette::Diagnostic)]
 pub enum RobotError {
@@ -95,6 +97,24 @@ pub enum RobotError {
         /// A suggestion.
         #[help]
         help: Option<String>,
+    },
+    /// A text that names no parameter of a model.
+    #[error(transparent)]
+    #[diagnostic(transparent)]
+    NotAParameter(#[from] NotAParameter),
+    /// A factor that is not above zero, a compliance below zero, or no number.
+    #[error("parameter {parameter} cannot be {value}")]
+    #[diagnostic(
+        code(stiffbench::robot::impossible_parameter),
+        help(
+            "factors are above zero; compliances of joints and base, in rad/(N*m), are zero or above"
+        )
+    )]
+    ImpossibleParameter {
+        /// The parameter.
+        parameter: String,
+        /// Its value.
+        value: f64,
     },
     /// The structure of a mechanism cannot be solved.
     #[error("mechanism {mechanism} cannot be computed")]

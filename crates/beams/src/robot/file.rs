@@ -12,6 +12,7 @@ use serde::Deserialize;
 use stiffbench_units_and_text::toml_text::remove_null;
 
 use super::expression::Expression;
+use super::model_parameter::FittingFactors;
 use super::shapes::{exactly, exactly_if_given};
 
 /// The only format known to this version.
@@ -371,12 +372,53 @@ pub struct MechanismEntry {
 }
 
 /// Fitting factors by element class.
-#[derive(Debug, Clone, Copy, Deserialize, JsonSchema)]
+#[derive(Debug, Clone, Deserialize, JsonSchema)]
 pub struct FactorsEntry {
     /// Of beams.
     pub beam: FactorEntry,
     /// Of links.
     pub link: FactorEntry,
+    /// Of single sections, by name, beside those of the class.
+    #[serde(default)]
+    pub sections: Table<FactorEntry>,
+    /// Compliance of joints about their axis, by name, rad/(N·m).
+    #[serde(default, rename = "joints_rad_per_Nm")]
+    pub joints_rad_per_nm: Table<f64>,
+    /// Compliance of the base about x, y, z through the first support, rad/(N·m).
+    #[serde(default, rename = "base_rad_per_Nm")]
+    pub base_rad_per_nm: BaseEntry,
+}
+
+impl FactorsEntry {
+    /// The values, not checked.
+    #[must_use]
+    pub fn values(&self) -> FittingFactors {
+        let four = |entry: &FactorEntry| [entry.area, entry.iy, entry.iz, entry.j];
+        let sections = self.sections.iter();
+        let joints = self.joints_rad_per_nm.iter();
+        let BaseEntry { x, y, z } = self.base_rad_per_nm;
+        FittingFactors {
+            beam: four(&self.beam),
+            link: four(&self.link),
+            sections: sections
+                .map(|(name, entry)| (name.clone(), four(entry)))
+                .collect(),
+            joints_rad_per_nm: joints.map(|(name, c)| (name.clone(), *c)).collect(),
+            base_rad_per_nm: [x, y, z],
+        }
+    }
+}
+
+/// Compliance of the base about each axis, rad/(N·m).
+#[derive(Debug, Clone, Copy, Default, Deserialize, JsonSchema)]
+#[serde(default)]
+pub struct BaseEntry {
+    /// About x.
+    pub x: f64,
+    /// About y.
+    pub y: f64,
+    /// About z.
+    pub z: f64,
 }
 
 /// Multipliers of the section constants.

@@ -1,14 +1,18 @@
 //! From a robot, a mechanism and a pose to the structure that carries the load.
 
+use stiffbench_numeric::vector::{cross, subtract};
+use stiffbench_units_and_text::test_point::Direction;
+
 use crate::structure::{
-    Attachment, Element, Hinge, Node, Reduction, SolutionPath, Structure, Support,
+    Attachment, Compliance6, Element, Hinge, Node, Reduction, SolutionPath, Structure, Support,
 };
 
 use super::Robot;
 use super::error::RobotError;
 use super::kinematics::{Item, Order, Placement};
 use super::mechanism::Mechanism;
-use super::model::{FittingFactors, Member, Pose};
+use super::model::{Member, Pose};
+use super::model_parameter::FittingFactors;
 
 /// How joints pass on moments.
 #[derive(Debug, Clone, PartialEq, Default)]
@@ -43,6 +47,10 @@ pub struct MechanismModel<'a> {
     nodes: Vec<usize>,
     /// Robot joint of each structure hinge.
     hinge_joints: Vec<usize>,
+    /// Stiffness of each hinge without the springs among the parameters, N·m/rad.
+    hinges_nm_per_rad: Vec<f64>,
+    /// Compliance of the base about x, y, z, rad/(N·m).
+    base_rad_per_nm: [f64; 3],
     structure: Structure,
 }
 
@@ -86,7 +94,7 @@ impl<'a> MechanismModel<'a> {
             return Err(incomplete("any support"));
         }
 
-        let hinges = hinged_joints(robot, mechanism, joints);
+        let hinges = hinged_joints(robot, mechanism, joints, factors);
         let hinge_joints: Vec<usize> = hinges.iter().map(|(joint, _)| *joint).collect();
         let attach = |node: usize, body: Option<usize>| Attachment {
             node: place_of(node).expect("every node of a member was collected"),
@@ -148,6 +156,8 @@ impl<'a> MechanismModel<'a> {
             placement: Placement::new(robot, 0.0),
             nodes,
             hinge_joints,
+            hinges_nm_per_rad: hinges.iter().map(|(_, stiffness)| *stiffness).collect(),
+            base_rad_per_nm: [0.0; 3],
             structure,
         };
         model.set_factors(factors);
@@ -181,7 +191,9 @@ impl<'a> MechanismModel<'a> {
         Ok(())
     }
 
-    /// Multiplies the nominal section constants by fitting factors (the paper's eq. (17)).
+    /// Multiplies the nominal section constants by fitting factors (the paper's eq. (17)), and takes the springs of joints and base.
+    ///
+    /// A joint yields only if the model was made with a hinge or a spring in it.
     pub fn set_factors(&mut self, factors: &FittingFactors) {
         for (element, &member) in self
             .structure
@@ -192,8 +204,38 @@ impl<'a> MechanismModel<'a> {
             let member = &self.robot.members[member];
             element.section = self.robot.sections[member.section]
                 .section
-                .scaled(factors.of(member.class));
+                .scaled(factors.of_element(member.class, self.robot.section_name(member)));
         }
+        let springs = self.hinge_joints.iter().zip(&self.hinges_nm_per_rad);
+        for (hinge, (&joint, &own)) in self.structure.hinges.iter_mut().zip(springs) {
+            hinge.stiffness_nm_per_rad = in_series(
+                own,
+                factors.joint_rad_per_nm(&self.robot.joints[joint].name),
+            );
+        }
+        self.base_rad_per_nm = factors.base_rad_per_nm;
+    }
+
+    /// Displacement of the end per rocking of the base about x, y, z through the first support: axis × (end - support), m/rad.
+    #[must_use]
+    pub fn base_levers_m(&self) -> [[f64; 3]; 3] {
+        let end = self.structure.nodes[self.structure.end.node].position_m;
+        let first = self.structure.supports.first();
+        let support = first.map_or([0.0; 3], |held| self.structure.nodes[held.node].position_m);
+        base_levers_between(support, end)
+    }
+
+    /// Compliance of the end with that of the base under it.
+    pub(super) fn with_base(&self, mut compliance: Compliance6) -> Compliance6 {
+        if self.base_rad_per_nm != [0.0; 3] {
+            compliance.add_rocking(self.base_rad_per_nm, &self.base_levers_m());
+        }
+        compliance
+    }
+
+    /// Robot joint of each hinge of the structure.
+    pub(super) fn hinge_joints(&self) -> &[usize] {
+        &self.hinge_joints
     }
 
     /// Robot node of each node of the structure.
@@ -247,12 +289,10 @@ impl<'a> MechanismModel<'a> {
         Reduction::of(&self.structure, &planes, &hinge_planes, path)
     }
 
-    /// Gives a reduction the structure's sections, multiplied by factors; tells whether all can be used.
-    pub(super) fn rate(&self, reduction: &mut Reduction, factors: &FittingFactors) -> bool {
-        let members = &self.mechanism.members;
-        reduction.rate(&self.structure, |element| {
-            factors.of(self.robot.members[members[element]].class)
-        })
+    /// Takes other values, and gives a reduction the constants that the structure then has; returns whether all can be used.
+    pub(super) fn rate(&mut self, reduction: &mut Reduction, factors: &FittingFactors) -> bool {
+        self.set_factors(factors);
+        reduction.rate(&self.structure)
     }
 
     /// The mechanism this is the structure of.
@@ -268,13 +308,35 @@ impl<'a> MechanismModel<'a> {
     }
 }
 
-/// Joints that turn, with their stiffness.
-fn hinged_joints(robot: &Robot, mechanism: &Mechanism, joints: &JointModel) -> Vec<(usize, f64)> {
+/// Stiffness that stands for a rigid joint, N·m/rad: far beyond any drive, so that a compliance of zero needs no other structure.
+const RIGID_NM_PER_RAD: f64 = 1e30;
+
+/// Stiffness of a joint with a spring in series with it, N·m/rad.
+fn in_series(stiffness_nm_per_rad: f64, spring_rad_per_nm: f64) -> f64 {
+    if spring_rad_per_nm == 0.0 {
+        return stiffness_nm_per_rad.min(RIGID_NM_PER_RAD);
+    }
+    (1.0 / (1.0 / stiffness_nm_per_rad + spring_rad_per_nm)).min(RIGID_NM_PER_RAD)
+}
+
+/// Displacement of an end per rocking about each axis through a support, m/rad.
+pub(crate) fn base_levers_between(support_m: [f64; 3], end_m: [f64; 3]) -> [[f64; 3]; 3] {
+    Direction::ALL.map(|axis| cross(axis.unit_vector(), subtract(end_m, support_m)))
+}
+
+/// Joints that turn, with their stiffness; infinite where only a spring among the parameters lets them.
+fn hinged_joints(
+    robot: &Robot,
+    mechanism: &Mechanism,
+    joints: &JointModel,
+    factors: &FittingFactors,
+) -> Vec<(usize, f64)> {
     let existing = mechanism.joints(robot);
-    match joints {
+    let mut hinges = match joints {
         JointModel::Rigid => Vec::new(),
         JointModel::Pinned => existing
-            .into_iter()
+            .iter()
+            .copied()
             .filter(|joint| !mechanism.locked.contains(joint))
             .map(|joint| (joint, 0.0))
             .collect(),
@@ -283,7 +345,15 @@ fn hinged_joints(robot: &Robot, mechanism: &Mechanism, joints: &JointModel) -> V
             .copied()
             .filter(|(joint, _)| existing.contains(joint))
             .collect(),
+    };
+    for joint in existing {
+        let name = robot.joints[joint].name.as_str();
+        let is_sprung = factors.joints_rad_per_nm.contains_key(name);
+        if is_sprung && hinges.iter().all(|(known, _)| *known != joint) {
+            hinges.push((joint, f64::INFINITY));
+        }
     }
+    hinges
 }
 
 /// Places, among the hinged joints, of those that stand between a body and the rest of a node.

@@ -13,6 +13,7 @@ mod mechanism;
 mod members;
 mod mobility;
 mod model;
+mod model_parameter;
 mod multi_pose;
 mod parameters;
 mod plausible;
@@ -32,14 +33,16 @@ pub use error::{RobotError, RobotProblem};
 pub use expression::{Expression, ExpressionError};
 pub use file::ElementClass;
 pub use mechanism::Mechanism;
+pub(crate) use members::base_levers_between;
 pub use members::{JointModel, MechanismModel, Theory};
 pub use mobility::{ChainMobility, Mobility, chain_mobility, mobility};
 pub use model::{
-    Angle, Body, BodyPlace, FittingFactors, Joint, Limit, LimitViolation, Member, NamedPose,
-    NodePlace, Plane, Pose, RadiusOf, RobotNode, Variable,
+    Angle, Body, BodyPlace, Joint, Limit, LimitViolation, Member, NamedPose, NodePlace, Plane,
+    Pose, RadiusOf, RobotNode, Variable,
 };
+pub use model_parameter::{FittingFactors, ModelParameter, NotAParameter};
 pub use multi_pose::MultiPosePredictor;
-pub use predict::{ClassGradient, Predictor};
+pub use predict::Predictor;
 pub use sweep::{Keep, PoseBundles, PoseSweep, Swept, SweptPose};
 pub use weight::{GRAVITY_M_PER_S2, Masses};
 
@@ -131,7 +134,7 @@ impl Robot {
     /// [`RobotError::UnknownName`] with the names that exist.
     pub fn factor_set(&self, name: &str) -> Result<FittingFactors, RobotError> {
         if let Some(factors) = self.factors.get(name) {
-            return Ok(*factors);
+            return Ok(factors.clone());
         }
         // Every robot has the factors of a model that was never fitted, whether its file lists them or not.
         if name == "unit" {
@@ -144,7 +147,7 @@ impl Robot {
     #[must_use]
     pub fn default_factors(&self) -> (&'static str, FittingFactors) {
         match self.factors.get("m_fsd") {
-            Some(factors) => ("m_fsd", *factors),
+            Some(factors) => ("m_fsd", factors.clone()),
             None => ("unit", FittingFactors::UNIT),
         }
     }
@@ -209,6 +212,49 @@ impl Robot {
     }
 
     /// The error for a name this robot lacks.
+    /// Checks that sections and joints that values of parameters name are there, and that all values are possible.
+    ///
+    /// # Errors
+    /// [`RobotError::UnknownName`], [`RobotError::ImpossibleParameter`].
+    pub fn check_parameters(&self, values: &FittingFactors) -> Result<(), RobotError> {
+        let sections = || self.sections.keys().map(String::as_str);
+        let joints = || self.joints.iter().map(|joint| joint.name.as_str());
+        let missing = values
+            .sections
+            .keys()
+            .find(|name| !self.sections.contains_key(*name));
+        if let Some(name) = missing {
+            return Err(self.unknown("section", name, sections()));
+        }
+        let missing = values.joints_rad_per_nm.keys();
+        if let Some(name) = missing
+            .clone()
+            .find(|name| joints().all(|known| known != *name))
+        {
+            return Err(self.unknown("joint", name, joints()));
+        }
+        let all = ModelParameter::CLASSES.into_iter().chain(values.named());
+        for parameter in all {
+            let value = values.get(&parameter);
+            let least = if parameter.is_factor() {
+                f64::MIN_POSITIVE
+            } else {
+                0.0
+            };
+            if !(value.is_finite() && value >= least) {
+                let parameter = parameter.to_string();
+                return Err(RobotError::ImpossibleParameter { parameter, value });
+            }
+        }
+        Ok(())
+    }
+
+    /// Name of the section of a member.
+    pub(crate) fn section_name(&self, member: &Member) -> &str {
+        let section = self.sections.get_index(member.section);
+        section.map_or("", |(name, _)| name)
+    }
+
     fn unknown<'a>(
         &self,
         kind: &'static str,

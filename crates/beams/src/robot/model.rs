@@ -234,32 +234,6 @@ pub struct NamedPose {
     pub stated_zy_m: Option<[f64; 2]>,
 }
 
-/// Multipliers of A, Iy, Iz, J by element class (the paper's eq. (16)).
-#[derive(Debug, Clone, Copy, PartialEq, serde::Serialize, serde::Deserialize)]
-pub struct FittingFactors {
-    /// Of beams, order A, Iy, Iz, J.
-    pub beam: [f64; 4],
-    /// Of links.
-    pub link: [f64; 4],
-}
-
-impl FittingFactors {
-    /// The model that was never fitted (eq. (11)).
-    pub const UNIT: Self = Self {
-        beam: [1.0; 4],
-        link: [1.0; 4],
-    };
-
-    /// Factors of a class.
-    #[must_use]
-    pub fn of(&self, class: ElementClass) -> [f64; 4] {
-        match class {
-            ElementClass::Beam => self.beam,
-            ElementClass::Link => self.link,
-        }
-    }
-}
-
 /// Whether a pose breaks no limit.
 pub(super) fn is_within_limits(robot: &Robot, pose: &Pose) -> bool {
     let keeps = |(variable, &angle): (&Variable, &f64)| {

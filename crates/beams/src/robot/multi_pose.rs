@@ -7,8 +7,9 @@ use super::Robot;
 use super::error::RobotError;
 use super::mechanism::Mechanism;
 use super::members::{JointModel, MechanismModel, Theory};
-use super::model::{FittingFactors, Pose};
-use super::predict::{ClassGradient, Predictor};
+use super::model::Pose;
+use super::model_parameter::{FittingFactors, ModelParameter, springs_without_compliance};
+use super::predict::Predictor;
 use super::simd_poses::{SimdPoses, class, simd_poses};
 
 /// The global axes.
@@ -20,40 +21,39 @@ const AXES: [[f64; 3]; 3] = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
 /// either side, elements that carry nothing) or does not solve goes to a [`Predictor`], pose by pose, which also names what is wrong.
 #[derive(Debug)]
 pub struct MultiPosePredictor<'a> {
-    /// With factors of one.
     model: MechanismModel<'a>,
     simd: Option<(Reduction, Box<dyn SimdPoses>)>,
     poses: Vec<Option<Pose>>,
     /// Directions of the derivatives in each pose.
     units: Vec<[[f64; 3]; 3]>,
-    solutions: Vec<Option<Solution>>,
+    solutions: Vec<Option<Compliance6>>,
+    /// What compliances are differentiated to.
+    parameters: Vec<ModelParameter>,
+    /// By pose, direction and parameter.
+    gradients: Vec<f64>,
     /// Made for the first pose that needs it.
     general: Option<Predictor<'a>>,
-    gradient: Vec<ComplianceGradient>,
-}
-
-/// The result of one pose.
-#[derive(Debug, Clone, Copy)]
-struct Solution {
-    compliance: Compliance6,
-    gradients: [ClassGradient; 3],
+    by_element: Vec<ComplianceGradient>,
 }
 
 impl<'a> MultiPosePredictor<'a> {
-    /// Predictor of the paper's structure, rigid joints and Euler-Bernoulli beams, in `pose_count` poses.
+    /// Predictor of Euler-Bernoulli beams in `pose_count` poses, whose compliances are differentiated to `parameters`.
+    ///
+    /// Joints with a spring among the parameters yield, all others are rigid.
     ///
     /// # Errors
     /// [`RobotError::IncompleteMechanism`].
     pub fn new(
         robot: &'a Robot,
         mechanism: &'a Mechanism,
+        parameters: &[ModelParameter],
         pose_count: usize,
     ) -> Result<Self, RobotError> {
         let (joints, theory) = (JointModel::Rigid, Theory::EulerBernoulli);
-        Self::with(robot, mechanism, &joints, theory, pose_count)
+        Self::with(robot, mechanism, &joints, theory, parameters, pose_count)
     }
 
-    /// Predictor of any structure of a mechanism in `pose_count` poses.
+    /// The same of any structure of a mechanism: springs among the parameters are in series with those of `joints`.
     ///
     /// # Errors
     /// [`RobotError::IncompleteMechanism`].
@@ -62,11 +62,16 @@ impl<'a> MultiPosePredictor<'a> {
         mechanism: &'a Mechanism,
         joints: &JointModel,
         theory: Theory,
+        parameters: &[ModelParameter],
         pose_count: usize,
     ) -> Result<Self, RobotError> {
-        let unit = FittingFactors::UNIT;
-        let model = MechanismModel::new(robot, mechanism, joints, theory, &unit)?;
-        let simd = model.reduction(SolutionPath::Fastest).map(|reduction| {
+        let rigid = springs_without_compliance(parameters);
+        let model = MechanismModel::new(robot, mechanism, joints, theory, &rigid)?;
+        // What the reduction has no derivatives to is left to the general solver.
+        let served = |parameter| matches!(parameter, &ModelParameter::Class(..));
+        let reduction = model.reduction(SolutionPath::Fastest);
+        let reduction = reduction.filter(|_| parameters.iter().all(served));
+        let simd = reduction.map(|reduction| {
             let set = InstructionSet::for_poses(pose_count);
             let simd = simd_poses(set, &model, &reduction, pose_count, true);
             (reduction, simd)
@@ -76,8 +81,10 @@ impl<'a> MultiPosePredictor<'a> {
             poses: vec![None; pose_count],
             units: vec![AXES; pose_count],
             solutions: vec![None; pose_count],
+            gradients: vec![0.0; pose_count * 3 * parameters.len()],
+            parameters: parameters.to_vec(),
             general: None,
-            gradient: vec![[0.0; 4]; model.structure().elements.len()],
+            by_element: vec![[0.0; 4]; model.structure().elements.len()],
             model,
         })
     }
@@ -116,12 +123,13 @@ impl<'a> MultiPosePredictor<'a> {
         self.units[index] = *units;
     }
 
-    /// Solves every placed pose with the given factors; `gradients` tells whether [`MultiPosePredictor::gradient`] will be asked for.
+    /// Solves every placed pose with the given values; `gradients` if [`MultiPosePredictor::gradient`] will be asked for.
     ///
     /// # Errors
     /// [`RobotError::Structure`] of the first pose in which the structure cannot carry a load.
     pub fn solve(&mut self, factors: &FittingFactors, gradients: bool) -> Result<(), RobotError> {
         self.solutions.fill(None);
+        self.gradients.fill(0.0);
         self.solve_together(factors, gradients);
         for index in 0..self.poses.len() {
             if self.solutions[index].is_none() && self.poses[index].is_some() {
@@ -136,11 +144,12 @@ impl<'a> MultiPosePredictor<'a> {
         let Some((reduction, simd)) = &mut self.simd else {
             return;
         };
-        if !self.model.rate(reduction, factors) {
+        let base = factors.base_rad_per_nm != [0.0; 3];
+        if base || !self.model.rate(reduction, factors) {
             return;
         }
         simd.forget();
-        let count = simd.lane_count();
+        let (count, width) = (simd.lane_count(), self.parameters.len());
         let bundles = self.solutions.chunks_mut(count);
         for (bundle, (found, units)) in bundles.zip(self.units.chunks(count)).enumerate() {
             simd.solve(bundle, reduction);
@@ -148,14 +157,19 @@ impl<'a> MultiPosePredictor<'a> {
                 simd.differentiate(reduction, units);
             }
             for (lane, found) in found.iter_mut().enumerate() {
-                *found = simd.pose(lane).map(|_| Solution {
-                    compliance: simd.compliance(lane),
-                    gradients: if gradients {
-                        simd.gradient(lane)
-                    } else {
-                        Default::default()
-                    },
-                });
+                *found = simd.pose(lane).map(|_| simd.compliance(lane));
+                if !gradients || found.is_none() {
+                    continue;
+                }
+                let start = (bundle * count + lane) * 3 * width;
+                let rows = self.gradients[start..].chunks_mut(width);
+                for (row, by_class) in rows.zip(simd.gradient(lane)) {
+                    for (derivative, parameter) in row.iter_mut().zip(&self.parameters) {
+                        if let ModelParameter::Class(of, property) = parameter {
+                            *derivative = by_class[class(*of)][property.index()];
+                        }
+                    }
+                }
             }
         }
     }
@@ -176,42 +190,37 @@ impl<'a> MultiPosePredictor<'a> {
         };
         general.rate(factors);
         general.place(pose)?;
-        let mut solution = Solution {
-            compliance: general.compliance(),
-            gradients: Default::default(),
-        };
+        self.solutions[index] = Some(general.compliance());
         if gradients {
-            for (unit, by_class) in self.units[index].iter().zip(&mut solution.gradients) {
-                general.compliance_gradient_along(*unit, &mut self.gradient);
-                for (of_element, member) in self.gradient.iter().zip(self.model.members()) {
-                    let sums = &mut by_class[class(member.class)];
-                    for (sum, derivative) in sums.iter_mut().zip(of_element) {
-                        *sum += derivative;
-                    }
-                }
+            let width = self.parameters.len();
+            let rows = self.gradients[index * 3 * width..].chunks_mut(width);
+            for (unit, row) in self.units[index].iter().zip(rows) {
+                general.gradient_along(*unit, &self.parameters, &mut self.by_element, row);
             }
         }
-        self.solutions[index] = Some(solution);
         Ok(())
     }
 
     /// Compliance of the end in pose number `index`, 6 × 6, SI; `None` if no pose of that number is placed and solved.
     #[must_use]
     pub fn compliance(&self, index: usize) -> Option<Compliance6> {
-        Some(self.solutions.get(index)?.as_ref()?.compliance)
+        *self.solutions.get(index)?
     }
 
     /// Displacement along `axis` per force along it in pose number `index`, m/N; `None` if no pose of that number is placed and solved.
     #[must_use]
     pub fn direct_compliance(&self, index: usize, axis: usize) -> Option<f64> {
-        Some(self.solutions.get(index)?.as_ref()?.compliance.direct(axis))
+        Some(self.compliance(index)?.direct(axis))
     }
 
-    /// Derivatives of [`MultiPosePredictor::direct_compliance`], or of the compliance along the direction that stands in its place, by
-    /// class of element, m/N; zero if the solution was not asked for them.
+    /// Derivatives of [`MultiPosePredictor::direct_compliance`], or of the compliance along the direction that stands in its place, to each
+    /// parameter: to ln a of a factor, m/N, and to the compliance of a spring, N·m·m/N; zero if the solution was not asked for them.
     #[must_use]
-    pub fn gradient(&self, index: usize, axis: usize) -> Option<ClassGradient> {
-        Some(self.solutions.get(index)?.as_ref()?.gradients[axis])
+    pub fn gradient(&self, index: usize, axis: usize) -> Option<&[f64]> {
+        self.compliance(index)?;
+        let width = self.parameters.len();
+        let start = (3 * index + axis) * width;
+        Some(&self.gradients[start..start + width])
     }
 }
 
@@ -219,6 +228,9 @@ impl<'a> MultiPosePredictor<'a> {
 mod tests {
     use super::*;
     use crate::robot::{NodePlace, RadiusOf};
+
+    const CLASSES: [ModelParameter; 8] = ModelParameter::CLASSES;
+
     use stiffbench_test_files::shipped_robot;
 
     fn robot() -> Robot {
@@ -232,7 +244,7 @@ mod tests {
         let factors = robot.factor_set("m_fsd").unwrap();
         let count = robot.poses.len();
         let mut together =
-            MultiPosePredictor::with(&robot, mechanism, joints, theory, count).unwrap();
+            MultiPosePredictor::with(&robot, mechanism, joints, theory, &CLASSES, count).unwrap();
         let mut single = Predictor::with(&robot, mechanism, joints, theory, &factors).unwrap();
         for (index, named) in robot.poses.iter().enumerate() {
             together.place(index, &named.pose).unwrap();
@@ -247,12 +259,7 @@ mod tests {
             for axis in 0..3 {
                 let compliance = together.direct_compliance(index, axis).unwrap();
                 assert_eq!(compliance, found.direct(axis));
-                let sum: f64 = together
-                    .gradient(index, axis)
-                    .unwrap()
-                    .iter()
-                    .flatten()
-                    .sum();
+                let sum: f64 = together.gradient(index, axis).unwrap().iter().sum();
                 largest = largest.max((sum / compliance + 1.0).abs());
             }
         }
@@ -279,11 +286,11 @@ mod tests {
         for joints in [JointModel::Rigid, JointModel::Hinged(vec![(joint, 1e6)])] {
             let theory = Theory::EulerBernoulli;
             let mut together =
-                MultiPosePredictor::with(&robot, mechanism, &joints, theory, 2).unwrap();
+                MultiPosePredictor::with(&robot, mechanism, &joints, theory, &CLASSES, 2).unwrap();
             together.place(1, &robot.poses[1].pose).unwrap();
             together.differentiate_along(1, &units);
             let mut along = |beam_bending: f64| {
-                let mut factors = factors;
+                let mut factors = factors.clone();
                 factors.beam[1] *= beam_bending.exp();
                 together.solve(&factors, true).unwrap();
                 let compliance = together.compliance(1).unwrap().translation();
@@ -291,14 +298,17 @@ mod tests {
                     let terms = (0..9).map(|k| u[k / 3] * compliance[k / 3][k % 3] * u[k % 3]);
                     terms.sum::<f64>()
                 });
-                (values, [0, 1, 2].map(|i| together.gradient(1, i).unwrap()))
+                (
+                    values,
+                    [0, 1, 2].map(|i| together.gradient(1, i).unwrap()[1]),
+                )
             };
             // Central differences of 1e-4: truncation 1e-9 of the compliance, rounding of it 1e-9/1e-4.
             let (up, down) = (along(1e-4).0, along(-1e-4).0);
             let (values, gradients) = along(0.0);
             for i in 0..3 {
                 let slope = (up[i] - down[i]) / 2e-4;
-                let error = (gradients[i][0][1] - slope).abs() / values[i];
+                let error = (gradients[i] - slope).abs() / values[i];
                 assert!(error < 1e-5, "{joints:?} {i}: {error:e}");
                 assert!(slope < -1e-3 * values[i], "there is something to see");
             }
@@ -322,7 +332,8 @@ mod tests {
         let joint = robot.joints.iter().position(|j| j.name == "A3").unwrap();
         let joints = JointModel::Hinged(vec![(joint, 0.0)]);
         let theory = Theory::EulerBernoulli;
-        let predictor = MultiPosePredictor::with(&robot, mechanism, &joints, theory, 1).unwrap();
+        let predictor =
+            MultiPosePredictor::with(&robot, mechanism, &joints, theory, &CLASSES, 1).unwrap();
         assert!(predictor.simd.is_none());
     }
 
@@ -330,7 +341,7 @@ mod tests {
     fn a_structure_that_moves_is_named_as_the_single_predictor_names_it() {
         let robot = robot();
         let mechanism = robot.mechanism(Some("A")).unwrap();
-        let mut together = MultiPosePredictor::new(&robot, mechanism, 3).unwrap();
+        let mut together = MultiPosePredictor::new(&robot, mechanism, &CLASSES, 3).unwrap();
         together.place(1, &robot.poses[0].pose).unwrap();
         let mut factors = FittingFactors::UNIT;
         together.solve(&factors, false).unwrap();
@@ -350,7 +361,7 @@ mod tests {
         let mechanism = robot.mechanism(None).unwrap();
         let factors = robot.factor_set("m_fsd").unwrap();
         let solved = |before: &[FittingFactors]| {
-            let mut together = MultiPosePredictor::new(&robot, mechanism, 3).unwrap();
+            let mut together = MultiPosePredictor::new(&robot, mechanism, &CLASSES, 3).unwrap();
             for index in 0..3 {
                 together.place(index, &robot.poses[index].pose).unwrap();
             }
@@ -358,12 +369,15 @@ mod tests {
                 together.solve(factors, true).unwrap();
             }
             together.solve(&factors, false).unwrap();
-            assert_eq!(together.gradient(2, 1), Some([[0.0; 4]; 2]));
+            assert_eq!(together.gradient(2, 1), Some(&[0.0; 8][..]));
             together.solve(&factors, true).unwrap();
-            assert!(together.gradient(2, 1).unwrap()[0][1] < 0.0);
-            (together.compliance(2), together.gradient(2, 1))
+            assert!(together.gradient(2, 1).unwrap()[1] < 0.0);
+            (
+                together.compliance(2),
+                together.gradient(2, 1).map(<[f64]>::to_vec),
+            )
         };
-        let mut softer = factors;
+        let mut softer = factors.clone();
         softer.link[0] = 0.1;
         assert_eq!(solved(&[]), solved(&[softer, FittingFactors::UNIT]));
     }
@@ -379,7 +393,7 @@ mod tests {
                 };
                 *radii = [RadiusOf::Length(0.01 * f64::from(centimetres)); 2];
                 let mechanism = robot.mechanism(None).unwrap();
-                let mut together = MultiPosePredictor::new(&robot, mechanism, 1).unwrap();
+                let mut together = MultiPosePredictor::new(&robot, mechanism, &CLASSES, 1).unwrap();
                 let mut reached = robot
                     .poses
                     .iter()
@@ -398,7 +412,7 @@ mod tests {
     fn a_pose_out_of_reach_leaves_the_one_before() {
         let (robot, far) = robot_with_a_short_loop();
         let mechanism = robot.mechanism(None).unwrap();
-        let mut together = MultiPosePredictor::new(&robot, mechanism, 1).unwrap();
+        let mut together = MultiPosePredictor::new(&robot, mechanism, &CLASSES, 1).unwrap();
         together.place(0, &robot.poses[0].pose).unwrap();
         together.solve(&FittingFactors::UNIT, false).unwrap();
         let before = together.compliance(0);

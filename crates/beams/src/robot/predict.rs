@@ -1,15 +1,15 @@
 //! Compliance of the end of a robot, pose after pose.
 
-use crate::structure::{Compliance6, ComplianceGradient, Solver};
+use stiffbench_numeric::vector::dot;
+
+use crate::structure::{Compliance6, ComplianceGradient, Property, Solver};
 
 use super::Robot;
 use super::error::RobotError;
 use super::mechanism::Mechanism;
 use super::members::{JointModel, MechanismModel, Theory};
-use super::model::{FittingFactors, Pose};
-
-/// Derivatives of a compliance to ln A, ln Iy, ln Iz, ln J of all beams, and of all links.
-pub type ClassGradient = [ComplianceGradient; 2];
+use super::model::{Member, Pose};
+use super::model_parameter::{FittingFactors, ModelParameter};
 
 /// Model and solver of one mechanism: the one way from pose and factors to compliance.
 #[derive(Debug)]
@@ -92,14 +92,21 @@ impl<'a> Predictor<'a> {
     /// Compliance of the end where it was placed, 6 × 6, SI.
     #[must_use]
     pub fn compliance(&mut self) -> Compliance6 {
-        self.solver.end_compliance(self.model.structure())
+        let compliance = self.solver.end_compliance(self.model.structure());
+        self.model.with_base(compliance)
     }
 
     /// Displacement per force of the end where it was placed, 3 × 3, m/N.
     #[must_use]
     pub fn translation_compliance(&mut self) -> [[f64; 3]; 3] {
-        self.solver
-            .end_translation_compliance(self.model.structure())
+        let solved = self
+            .solver
+            .end_translation_compliance(self.model.structure());
+        let mut whole = Compliance6([[0.0; 6]; 6]);
+        for (row, solved) in whole.0.iter_mut().zip(solved) {
+            row[..3].copy_from_slice(&solved);
+        }
+        self.model.with_base(whole).translation()
     }
 
     /// Derivatives of entry (i, i) of the compliance last asked for, one row an element, to ln A, ln Iy, ln Iz, ln J.
@@ -112,6 +119,53 @@ impl<'a> Predictor<'a> {
     pub fn compliance_gradient_along(&self, unit: [f64; 3], out: &mut [ComplianceGradient]) {
         self.solver
             .compliance_gradient_along(self.model.structure(), unit, out);
+    }
+
+    /// Derivatives of the displacement along a unit vector per force along it to each of `parameters`: to ln a of a factor, m/N, and to the
+    /// compliance of a spring, N·m·m/N; after [`Predictor::compliance`] or [`Predictor::translation_compliance`].
+    ///
+    /// # Arguments
+    /// - `by_element`: room for as many entries as the structure has elements, overwritten.
+    /// - `out`: one entry a parameter, overwritten.
+    pub(super) fn gradient_along(
+        &self,
+        unit: [f64; 3],
+        parameters: &[ModelParameter],
+        by_element: &mut [ComplianceGradient],
+        out: &mut [f64],
+    ) {
+        let structure = self.model.structure();
+        self.solver
+            .compliance_gradient_along(structure, unit, by_element);
+        let over = |own: &dyn Fn(&Member) -> bool, property: Property| -> f64 {
+            let elements = by_element.iter().zip(self.model.members());
+            let own = elements.filter(|(_, member)| own(member));
+            own.map(|(derivative, _)| derivative[property.index()])
+                .sum()
+        };
+        for (derivative, parameter) in out.iter_mut().zip(parameters) {
+            *derivative = match parameter {
+                ModelParameter::Class(class, property) => {
+                    over(&|member| member.class == *class, *property)
+                }
+                ModelParameter::Section(section, property) => {
+                    let index = self.model.robot().sections.get_index_of(&**section);
+                    over(&|member| Some(member.section) == index, *property)
+                }
+                // The work of the moment that the force puts on the joint.
+                ModelParameter::Joint(joint) => {
+                    let mut hinges = self.model.hinge_joints().iter();
+                    let hinge =
+                        hinges.position(|&known| *self.model.robot().joints[known].name == **joint);
+                    let moment =
+                        hinge.map(|hinge| self.solver.hinge_moment(structure, hinge, unit));
+                    moment.unwrap_or(0.0).powi(2)
+                }
+                ModelParameter::Base(axis) => {
+                    dot(self.model.base_levers_m()[axis.index()], unit).powi(2)
+                }
+            };
+        }
     }
 
     /// The structure's model.

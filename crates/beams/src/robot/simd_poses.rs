@@ -7,15 +7,19 @@
 
 use pulp::Simd;
 
-use crate::structure::{Compliance6, GroupGradient, Placed, Reducer, Reduction};
+use crate::structure::{
+    Compliance6, ComplianceGradient, GroupGradient, Placed, Reducer, Reduction,
+};
 use stiffbench_numeric::lanes::{InstructionSet, Kernel, Lane, run};
 
 use super::file::ElementClass;
 use super::kinematics::Placement;
 use super::members::MechanismModel;
 use super::model::Pose;
-use super::predict::ClassGradient;
 use super::sweep::SweptPose;
+
+/// Derivatives of a compliance to ln A, ln Iy, ln Iz, ln J of all beams, and of all links, m/N.
+pub(super) type ClassGradient = [ComplianceGradient; 2];
 
 /// Room for poses, in bundles of as many as a register holds. Allocates nothing after it was made.
 ///

@@ -10,7 +10,8 @@ use super::Robot;
 use super::error::RobotError;
 use super::mechanism::Mechanism;
 use super::members::{JointModel, MechanismModel, Theory};
-use super::model::{FittingFactors, Pose};
+use super::model::Pose;
+use super::model_parameter::FittingFactors;
 use super::predict::Predictor;
 use super::simd_poses::{SimdPoses, simd_poses};
 
@@ -98,16 +99,17 @@ impl<'a> PoseSweep<'a> {
         factors: &FittingFactors,
         path: SolutionPath,
     ) -> Result<Self, RobotError> {
-        let unit = FittingFactors::UNIT;
-        let model = MechanismModel::new(robot, mechanism, &joints, theory, &unit)?;
+        let mut model = MechanismModel::new(robot, mechanism, &joints, theory, factors)?;
         let mut reduction = model.reduction(path);
-        reduction.take_if(|reduction| !model.rate(reduction, factors));
+        // Only the general solver sets a structure on a base that rocks.
+        let rocks = factors.base_rad_per_nm != [0.0; 3];
+        reduction.take_if(|reduction| rocks || !model.rate(reduction, factors));
         Ok(Self {
             robot,
             mechanism,
             joints,
             theory,
-            factors: *factors,
+            factors: factors.clone(),
             model,
             reduction,
         })

@@ -20,6 +20,24 @@ impl Compliance6 {
         std::array::from_fn(|i| std::array::from_fn(|j| self.0[i][j]))
     }
 
+    /// Adds an end that rocks with its supports: Σ c w wᵀ, w = (lever, axis) for each axis.
+    ///
+    /// # Arguments
+    /// - `rad_per_nm`: compliance about x, y, z.
+    /// - `levers_m`: displacement of the end per rocking about each.
+    pub(crate) fn add_rocking(&mut self, rad_per_nm: [f64; 3], levers_m: &[[f64; 3]; 3]) {
+        for (axis, c) in rad_per_nm.into_iter().enumerate() {
+            let [x, y, z] = levers_m[axis];
+            let mut lever = [x, y, z, 0.0, 0.0, 0.0];
+            lever[3 + axis] = 1.0;
+            for (row, along) in self.0.iter_mut().zip(lever) {
+                for (entry, across) in row.iter_mut().zip(lever) {
+                    *entry += c * along * across;
+                }
+            }
+        }
+    }
+
     /// Largest difference to `other`, each entry relative to the root of the product of its two diagonal entries in `other`.
     ///
     /// This is the measure in which solvers are compared: entries that a symmetry makes zero do not count as 100 % wrong. NaN if an

@@ -1,5 +1,7 @@
 //! How the end compliance changes with the section constants of the elements.
 
+use stiffbench_numeric::vector::dot;
+
 use super::compliance::ComplianceGradient;
 use super::element::STRAINS;
 use super::parts::Structure;
@@ -43,6 +45,14 @@ impl Solver {
             }
             *gradient = self.energy_lost(element, &strains);
         }
+    }
+
+    /// Moment in a hinge that yields under a force of one along a unit vector at the end, N·m/N; after the same calls.
+    pub(crate) fn hinge_moment(&self, structure: &Structure, hinge: usize, unit: [f64; 3]) -> f64 {
+        let equations = self.topology.equation_count;
+        let equation = self.topology.hinge_equations[hinge];
+        let twists = [0, 1, 2].map(|axis| self.solution[axis * equations + equation]);
+        structure.hinges[hinge].stiffness_nm_per_rad * dot(twists, unit)
     }
 
     fn energy_lost(&self, element: usize, strains: &[f64; STRAINS]) -> ComplianceGradient {

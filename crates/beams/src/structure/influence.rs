@@ -15,6 +15,8 @@
 //! Przemieniecki, Theory of Matrix Structural Analysis (1968), chapter 8 (initial strains); the reduction to the released
 //! freedoms is the force method's.
 
+use faer::Mat;
+use faer::linalg::solvers::Solve;
 use stiffbench_numeric::vector::dot;
 
 use super::element::global_matrix;
@@ -49,6 +51,31 @@ impl TwistInfluence {
             levers_m: vec![[lever_m; 3]],
             stiffness_nm_per_rad: vec![0.0],
             displacements: Vec::new(),
+        }
+    }
+
+    /// Puts a spring in series with each hinge: levers and stiffness become those of the structure that yields by the springs.
+    ///
+    /// With D the compliances of the springs, τ = m F - k φ and φ = D τ + a further twist ψ give τ = (1 + k D)⁻¹ (m F - k ψ). The compliance
+    /// of the end is left as it is.
+    ///
+    /// # Arguments
+    /// - `rad_per_nm`: compliance of the spring of each hinge, zero for none.
+    pub(crate) fn yield_by(&mut self, rad_per_nm: &[f64]) {
+        let count = self.levers_m.len();
+        let stiffness = Mat::from_fn(count, count, |j, l| self.stiffness(j, l));
+        let levers = Mat::from_fn(count, 3, |hinge, axis| self.levers_m[hinge][axis]);
+        // k is positive semidefinite, so the eigenvalues of 1 + k D are one and more.
+        let eased = Mat::from_fn(count, count, |j, l| {
+            f64::from(u8::from(j == l)) + stiffness[(j, l)] * rad_per_nm[l]
+        });
+        let eased = eased.partial_piv_lu();
+        let (levers, stiffness) = (eased.solve(&levers), eased.solve(&stiffness));
+        for hinge in 0..count {
+            self.levers_m[hinge] = [0, 1, 2].map(|axis| levers[(hinge, axis)]);
+            for other in 0..count {
+                self.stiffness_nm_per_rad[hinge * count + other] = stiffness[(hinge, other)];
+            }
         }
     }
 

@@ -15,8 +15,8 @@ pub use design::{DesignSensitivity, JointSensitivity, SectionSensitivity, design
 pub use end_load::{EndShift, ShiftMap, Spread, largest_load};
 pub use extreme::{Extreme, RefinedExtreme};
 pub use map::{
-    ColumnStatistics, ColumnStudy, FactorCovariance, FitUncertainty, Level, MapColumn, MapModel,
-    MechanismStudy, NoMap, Quantile, RefinedStiffness, Region, SampledExtreme, StiffnessMap,
+    ColumnStatistics, ColumnStudy, FitUncertainty, Level, MapColumn, MapModel, MechanismStudy,
+    NoMap, ParameterCovariance, Quantile, RefinedStiffness, Region, SampledExtreme, StiffnessMap,
     StudyPoses, Surface, column_statistics, fit_uncertainty, regions, row_width,
 };
 pub use pose_set::{PosePlan, PoseSet, Sampling, Shard, variables_beside_the_plane};

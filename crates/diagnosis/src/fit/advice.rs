@@ -5,11 +5,11 @@ use stiffbench_numeric::least_squares::{LeastSquaresFit, SigmaMode};
 use stiffbench_numeric::statistics::median;
 use stiffbench_units_and_text::test_point::{Cell, Direction};
 
-use super::cell_model::{FACTOR_NAMES, FACTORS, Shares};
-use super::choice::{FactorChoice, FactorRole};
+use super::cell_model::Shares;
 use super::error::FitError;
 use super::measured::MeasuredStiffness;
-use super::outcome::FitOutcome;
+use super::outcome::{FactorStatus, FitOutcome};
+use super::parameters::FitParameters;
 use super::problem::FitProblem;
 
 /// Uncertainty of ln K assumed for a further cell when the data state none: one percent, a good bench.
@@ -24,11 +24,11 @@ const INTERVAL_LENGTH: f64 = 3.92;
 /// The single further cell that would help most with one factor.
 #[derive(Debug, Clone, PartialEq, serde::Serialize)]
 pub struct Advice {
-    /// The factor.
-    pub factor: &'static str,
+    /// The parameter.
+    pub factor: String,
     /// Pose and direction to measure.
     pub measure: Cell,
-    /// Standard uncertainty of ln a with the data at hand.
+    /// Standard uncertainty of ln a of a factor, relative one of a spring, with the data at hand.
     pub ln_uncertainty_now: f64,
     /// The same with the further cell.
     pub ln_uncertainty_then: f64,
@@ -54,9 +54,9 @@ pub(super) fn advise(
     problem: &FitProblem<'_>,
     outcome: &FitOutcome,
     fit: &LeastSquaresFit,
-    choice: &FactorChoice,
+    parameters: &FitParameters,
 ) -> Result<Vec<Advice>, FitError> {
-    let knowledge = Knowledge::new(fit, problem.measured, outcome, choice);
+    let knowledge = Knowledge::new(fit, problem.measured, outcome, parameters);
     let open: Vec<usize> = knowledge
         .free
         .iter()
@@ -70,21 +70,39 @@ pub(super) fn advise(
     if open.is_empty() {
         return Ok(Vec::new());
     }
-    let candidates = candidates(problem, &outcome.factors)?;
+    let candidates = candidates(problem, parameters, &outcome.factors)?;
     let best = |&factor: &usize| {
         // Where factors can hardly be told apart the parabola at the minimum says little; the interval that was followed says more.
-        let followed = outcome.estimates[factor]
-            .interval_95
-            .map(|[lower, upper]| (upper / lower).ln() / INTERVAL_LENGTH);
-        let now = followed.or_else(|| knowledge.ln_uncertainty(factor, None))?;
+        let estimate = &outcome.estimates[factor];
+        // The coordinate of a factor is its logarithm; one of a spring is compared with its value.
+        let (is_factor, value) = (estimate.parameter.is_factor(), estimate.value);
+        if !is_factor && value <= 0.0 {
+            return None;
+        }
+        let relative = |u: f64| {
+            if is_factor {
+                u
+            } else {
+                u * parameters.slope(factor) / value
+            }
+        };
+        let followed = estimate.interval_95.map(|[lower, upper]| {
+            let length = if is_factor {
+                (upper / lower).ln()
+            } else {
+                (upper - lower) / value
+            };
+            length / INTERVAL_LENGTH
+        });
+        let now = followed.or_else(|| knowledge.uncertainty(factor, None).map(relative))?;
         let (cell, then) = candidates
             .iter()
             .filter_map(|(cell, shares)| {
-                Some((cell, knowledge.ln_uncertainty(factor, Some(shares))?))
+                Some((cell, relative(knowledge.uncertainty(factor, Some(shares))?)))
             })
             .min_by(|a, b| a.1.total_cmp(&b.1))?;
         Some(Advice {
-            factor: FACTOR_NAMES[factor],
+            factor: outcome.estimates[factor].name.clone(),
             measure: cell.clone(),
             ln_uncertainty_now: now,
             ln_uncertainty_then: then.min(now),
@@ -96,6 +114,7 @@ pub(super) fn advise(
 /// Every cell of the robot's named poses with the shares of the factors in its compliance.
 fn candidates(
     problem: &FitProblem<'_>,
+    parameters: &FitParameters,
     factors: &FittingFactors,
 ) -> Result<Vec<(Cell, Shares)>, FitError> {
     let mut candidates = Vec::new();
@@ -104,13 +123,16 @@ fn candidates(
             pose: named.id.clone(),
             direction,
         });
-        let mut model = match problem.cell_model(&cells) {
+        let mut model = match problem.cell_model(parameters.parameters(), &cells) {
             Ok(model) => model,
             Err(RobotError::Unreachable { .. }) => continue,
             Err(error) => return Err(error.into()),
         };
-        let mut shares = [[0.0; FACTORS]; 3];
+        let mut shares = [const { Shares::new() }; 3];
         model.evaluate(factors, &mut [0.0; 3], Some(&mut shares))?;
+        for (place, derivative) in shares.iter_mut().flat_map(|of| of.iter_mut().enumerate()) {
+            *derivative *= parameters.slope(place);
+        }
         candidates.extend(cells.into_iter().zip(shares));
     }
     Ok(candidates)
@@ -120,12 +142,12 @@ fn candidates(
 struct Knowledge {
     /// Factors that the fit moves.
     free: Vec<usize>,
-    /// JᵀJ of ln K to ln a over the free factors, in units of the inverse variance.
+    /// JᵀJ of ln K to the free coordinates, in units of the inverse variance.
     information: Vec<Vec<f64>>,
     /// Standard uncertainty of ln K of a further cell.
     further_ln_uncertainty: f64,
-    /// Half the width of what bounds allow, taken as a standard deviation: keeps undetermined directions finite.
-    prior_ln: f64,
+    /// Half the width of what bounds allow each free coordinate, taken as a standard deviation: keeps undetermined directions finite.
+    prior: Vec<f64>,
 }
 
 impl Knowledge {
@@ -133,7 +155,7 @@ impl Knowledge {
         fit: &LeastSquaresFit,
         training: &MeasuredStiffness,
         outcome: &FitOutcome,
-        choice: &FactorChoice,
+        parameters: &FitParameters,
     ) -> Self {
         // With known uncertainties the Jacobian is in units of them. Without, it has none, and the scatter about the fit stands in.
         let scatter = match outcome
@@ -157,8 +179,8 @@ impl Knowledge {
         } else {
             1.0
         };
-        let free: Vec<usize> = (0..FACTORS)
-            .filter(|&i| choice.roles[i] == FactorRole::Free)
+        let free: Vec<usize> = (0..parameters.parameters().len())
+            .filter(|&place| parameters.status(place) == FactorStatus::Free)
             .collect();
         let product = |(x, y): (&[f64], &[f64])| {
             x.iter().zip(y).map(|(x, y)| x * y).sum::<f64>() / (unit * unit)
@@ -172,23 +194,25 @@ impl Knowledge {
             information: (0..free.len())
                 .map(|a| (0..free.len()).map(|b| entry(a, b)).collect())
                 .collect(),
+            prior: free
+                .iter()
+                .map(|&place| {
+                    let [lower, upper] = parameters.bounds(place);
+                    0.5 * (upper - lower)
+                })
+                .collect(),
             free,
             further_ln_uncertainty: further,
-            prior_ln: 0.5 * (choice.range[1] / choice.range[0]).ln(),
         }
     }
 
-    /// Standard uncertainty of ln a of a free factor, with the data at hand or with one cell more.
-    fn ln_uncertainty(&self, factor: usize, further: Option<&Shares>) -> Option<f64> {
+    /// Standard uncertainty of the coordinate of a free parameter, with the data at hand or with one cell more.
+    fn uncertainty(&self, factor: usize, further: Option<&Shares>) -> Option<f64> {
         let place = self.free.iter().position(|free| *free == factor)?;
         let count = self.free.len();
         let weight = 1.0 / (self.further_ln_uncertainty * self.further_ln_uncertainty);
         let matrix = nalgebra::DMatrix::from_fn(count, count, |i, j| {
-            let prior = if i == j {
-                1.0 / (self.prior_ln * self.prior_ln)
-            } else {
-                0.0
-            };
+            let prior = if i == j { self.prior[i].powi(-2) } else { 0.0 };
             let more = further.map_or(0.0, |shares| {
                 shares[self.free[i]] * shares[self.free[j]] * weight
             });

@@ -10,6 +10,7 @@ use super::error::FitError;
 use super::intervals::all_minima;
 use super::joint::JointProblem;
 use super::measured::{LnUncertainty, MeasuredStiffness, WeightBasis};
+use super::parameters::FitParameters;
 use super::problem::FitProblem;
 
 /// A variance between runs is known by so many halvings of its bracket: far better than a few degrees of freedom know it.
@@ -32,6 +33,7 @@ impl MeasuredStiffness {
     pub(super) fn weighted_by_residuals(
         self,
         problem: &FitProblem<'_>,
+        parameters: &FitParameters,
         set: &ParameterSet,
     ) -> Result<Self, FitError> {
         let noise: Option<Vec<LnUncertainty>> =
@@ -59,13 +61,15 @@ impl MeasuredStiffness {
             measured: &self,
             ..*problem
         };
-        let starts = all_minima(&unweighted, &mut JointProblem::new(&unweighted)?, set)?;
+        let mut joint = JointProblem::new(&unweighted, parameters)?;
+        let starts = all_minima(&unweighted, &mut joint, set)?;
         let lowest = |variance: f64| -> Result<Option<LeastSquaresFit>, FitError> {
             let weighted = with(variance, dof);
-            let mut joint = JointProblem::new(&FitProblem {
+            let weighted = FitProblem {
                 measured: &weighted,
                 ..*problem
-            })?;
+            };
+            let mut joint = JointProblem::new(&weighted, parameters)?;
             let mut fits = Vec::new();
             for start in &starts {
                 fits.push(joint.minimise(&set.with_start(&start.free_values)?)?);

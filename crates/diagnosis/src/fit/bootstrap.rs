@@ -5,18 +5,18 @@ use stiffbench_measurement::stiffness::{CellStiffness, RunSums, StiffnessTable};
 use stiffbench_numeric::least_squares::{BootstrapSettings, ReplicateFailure, cluster_bootstrap};
 use stiffbench_units_and_text::test_point::Cell;
 
-use super::cell_model::{FACTOR_NAMES, FACTORS, factor_vector};
-use super::choice::FactorChoice;
 use super::error::FitError;
 use super::measured::MeasuredStiffness;
+use super::parameters::FitParameters;
 use super::problem::FitProblem;
 use super::refit::Refitter;
+use crate::parameters::ParameterChoice;
 
 /// Percentile intervals of the factors from refits to resampled runs.
 #[derive(Debug, Clone, PartialEq)]
 pub struct BootstrapIntervals {
-    /// 95 % interval of each factor, order of [`FACTOR_NAMES`]; `None` for one that the fit does not move.
-    pub intervals_95: [Option<[f64; 2]>; FACTORS],
+    /// 95 % interval of each parameter of the fit; `None` for one that it does not move.
+    pub intervals_95: Vec<Option<[f64; 2]>>,
     /// Replicates that gave a result.
     pub succeeded: usize,
     /// Replicates whose fit failed or did not converge.
@@ -54,16 +54,21 @@ pub fn bootstrap_cells(
     problem: &FitProblem<'_>,
     fitted: &FittingFactors,
     table: &StiffnessTable,
-    choice: &FactorChoice,
+    choice: &ParameterChoice,
     settings: &BootstrapSettings,
     refitted: &(dyn Fn() + Sync),
 ) -> Result<BootstrapIntervals, FitError> {
-    let set = choice.parameters()?;
+    let parameters = FitParameters::new(problem, choice)?;
+    let set = parameters.set()?;
+    let values = |of: &FittingFactors| -> Vec<f64> {
+        let parameters = parameters.parameters().iter();
+        parameters.map(|parameter| of.get(parameter)).collect()
+    };
     let resampled = ResampledCells::new(table, problem.measured);
     let strata: Vec<usize> = resampled.runs.iter().map(Vec::len).collect();
     let bootstrap = cluster_bootstrap(
         &strata,
-        &factor_vector(fitted),
+        &values(fitted),
         settings,
         || {
             (
@@ -82,7 +87,7 @@ pub fn bootstrap_cells(
             if !refit.termination.is_converged() {
                 return Err(NoRefit::NotConverged);
             }
-            Ok(factor_vector(&refit.factors).to_vec())
+            Ok(values(&refit.factors))
         },
     )?;
     debug_assert!(
@@ -91,14 +96,9 @@ pub fn bootstrap_cells(
             .iter()
             .all(|failed| failed.failure != ReplicateFailure::Refit(NoRefit::NotSetUp))
     );
-    let mut intervals_95 = [None; FACTORS];
-    for (place, interval) in intervals_95.iter_mut().enumerate() {
-        if set
-            .index_of(FACTOR_NAMES[place])
-            .is_some_and(|index| set.free_indices().contains(&index))
-        {
-            *interval = Some(bootstrap.percentile_interval(place, 0.95)?);
-        }
+    let mut intervals_95 = vec![None; set.parameters().len()];
+    for &free in set.free_indices() {
+        intervals_95[free] = Some(bootstrap.percentile_interval(free, 0.95)?);
     }
     Ok(BootstrapIntervals {
         intervals_95,

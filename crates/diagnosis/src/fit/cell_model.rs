@@ -1,7 +1,7 @@
 //! Stiffness of many cells of the experiment as a function of the fitting factors, with exact derivatives.
 
 use stiffbench_beams::robot::{
-    ClassGradient, FittingFactors, Mechanism, MultiPosePredictor, Robot, RobotError,
+    FittingFactors, Mechanism, ModelParameter, MultiPosePredictor, Robot, RobotError,
 };
 use stiffbench_units_and_text::test_point::{Cell, PoseId};
 
@@ -9,39 +9,11 @@ use super::error::FitError;
 use super::fixed_physics::FixedPhysics;
 use super::physics_model::PhysicsModel;
 
-/// Number of fitting factors: four of beams, four of links.
-pub const FACTORS: usize = 8;
-
-/// Names of the factors in the order of [`factor_vector`].
-pub const FACTOR_NAMES: [&str; FACTORS] = [
-    "beam.A", "beam.Iy", "beam.Iz", "beam.J", "link.A", "link.Iy", "link.Iz", "link.J",
-];
-
-/// The factors as one vector: beams A, Iy, Iz, J, then links.
-#[must_use]
-pub fn factor_vector(factors: &FittingFactors) -> [f64; FACTORS] {
-    std::array::from_fn(|i| {
-        if i < 4 {
-            factors.beam[i]
-        } else {
-            factors.link[i - 4]
-        }
-    })
-}
-
-/// Factors from a vector in the order of [`factor_vector`].
-#[must_use]
-pub fn factors_from_vector(vector: &[f64; FACTORS]) -> FittingFactors {
-    FittingFactors {
-        beam: std::array::from_fn(|i| vector[i]),
-        link: std::array::from_fn(|i| vector[4 + i]),
-    }
-}
-
-/// Shares of one cell's compliance that the factors own: u ᵀ a_i K_i u / C, order of [`factor_vector`]; they add up to one.
+/// Derivatives of the logarithm of one cell's stiffness to the parameters: to ln a of a factor, to the compliance of a spring, N·m/rad.
 ///
-/// The share of a factor is also ∂ ln K / ∂ ln a: K is the stiffness at the end, a homogeneous function of the factors.
-pub type Shares = [f64; FACTORS];
+/// That of a factor is also its share of the compliance, u ᵀ a_i K_i u / C: stiffness at the end is a homogeneous function of the factors,
+/// and without springs those of all classes add up to one.
+pub type Shares = Vec<f64>;
 
 /// Predicts the stiffness of cells (pose and direction) of one mechanism.
 ///
@@ -66,13 +38,14 @@ enum Means<'a> {
 }
 
 impl<'a> CellModel<'a> {
-    /// Places the mechanism in the poses of `cells`, whose names must be the robot's.
+    /// Places the mechanism in the poses of `cells`, whose names must be the robot's; shares are those of `parameters`.
     ///
     /// # Errors
     /// [`RobotError::UnknownName`] for a pose, [`RobotError::Unreachable`], [`RobotError::Structure`].
     pub fn new(
         robot: &'a Robot,
         mechanism: &'a Mechanism,
+        parameters: &[ModelParameter],
         cells: &[Cell],
     ) -> Result<Self, RobotError> {
         let mut names: Vec<&PoseId> = Vec::new();
@@ -84,7 +57,7 @@ impl<'a> CellModel<'a> {
                 names.len() - 1
             }));
         }
-        let mut predictor = MultiPosePredictor::new(robot, mechanism, names.len())?;
+        let mut predictor = MultiPosePredictor::new(robot, mechanism, parameters, names.len())?;
         for (index, name) in names.into_iter().enumerate() {
             predictor.place(index, robot.pose(name)?)?;
         }
@@ -106,11 +79,13 @@ impl<'a> CellModel<'a> {
     pub fn with_physics(
         robot: &'a Robot,
         physics: &'a FixedPhysics,
+        parameters: &[ModelParameter],
         cells: &[Cell],
     ) -> Result<Self, RobotError> {
+        let model = PhysicsModel::new(robot, physics, parameters, cells)?;
         Ok(Self {
             cells: cells.to_vec(),
-            means: Means::Readings(Box::new(PhysicsModel::new(robot, physics, cells)?)),
+            means: Means::Readings(Box::new(model)),
         })
     }
 
@@ -120,8 +95,8 @@ impl<'a> CellModel<'a> {
         &self.cells
     }
 
-    /// Stiffness of every cell, N/m, into `stiffness_n_per_m`, and if asked for the shares of the factors; what these leave of one is the
-    /// share of the physics beside the beams.
+    /// Stiffness of every cell, N/m, into `stiffness_n_per_m`, and if asked for the shares of the parameters. What those of the factors leave
+    /// of one is the share of springs and of the physics beside the beams.
     ///
     /// # Errors
     /// [`FitError::Robot`] if the structure cannot carry a load with these factors; with physics also [`FitError::NoPrediction`] and
@@ -148,7 +123,9 @@ impl<'a> CellModel<'a> {
             if let Some(shares) = shares.as_deref_mut() {
                 let gradient = predictor.gradient(pose, axis);
                 let gradient = gradient.expect("every pose was placed and solved");
-                shares[place] = by_factor(&gradient, compliance);
+                let logarithmic = gradient.iter().map(|derivative| -derivative / compliance);
+                shares[place].clear();
+                shares[place].extend(logarithmic);
             }
         }
         Ok(())
@@ -178,16 +155,4 @@ impl<'a> CellModel<'a> {
         self.evaluate(factors, &mut stiffness, None)?;
         Ok(stiffness)
     }
-}
-
-/// The derivatives of a compliance to the logarithms of the factors, divided by minus the compliance.
-fn by_factor([beam, link]: &ClassGradient, compliance_m_per_n: f64) -> Shares {
-    std::array::from_fn(|factor| {
-        let derivative = if factor < 4 {
-            beam[factor]
-        } else {
-            link[factor - 4]
-        };
-        -derivative / compliance_m_per_n
-    })
 }

@@ -19,10 +19,10 @@ pub fn combine(sets: &[(FittingFactors, f64)]) -> Option<FittingFactors> {
             .map(|(set, weight)| of(set) * weight / total)
             .sum()
     };
-    Some(FittingFactors {
-        beam: std::array::from_fn(|i| mean(&|set| set.beam[i])),
-        link: std::array::from_fn(|i| mean(&|set| set.link[i])),
-    })
+    Some(FittingFactors::of_classes(
+        std::array::from_fn(|i| mean(&|set| set.beam[i])),
+        std::array::from_fn(|i| mean(&|set| set.link[i])),
+    ))
 }
 
 #[cfg(test)]
@@ -32,13 +32,8 @@ mod tests {
     #[test]
     fn equal_weights_give_the_papers_single_source_factors_but_for_one_print() {
         // Section IV-B: P1 (0.00645, 0.0273, 2.12, 1) and P3 (0.00571, 0.0300, 1.95, 1); printed 0.00608, 0.0285, 2.025, 1.
-        let [p1, p3] =
-            [[0.00645, 0.0273, 2.12, 1.0], [0.00571, 0.0300, 1.95, 1.0]].map(|factors| {
-                FittingFactors {
-                    beam: factors,
-                    link: factors,
-                }
-            });
+        let [p1, p3] = [[0.00645, 0.0273, 2.12, 1.0], [0.00571, 0.0300, 1.95, 1.0]]
+            .map(|factors| FittingFactors::of_classes(factors, factors));
         let combined = combine(&[(p1, 0.5), (p3, 0.5)]).unwrap().beam;
         for (found, expected) in combined.into_iter().zip([0.00608, 0.02865, 2.035, 1.0]) {
             assert!((found / expected - 1.0).abs() < 1e-12);

@@ -78,6 +78,34 @@ pub enum FitError {
         /// The stiffness, N/m.
         stiffness_n_per_m: f64,
     },
+    /// Bounds between which nothing lies.
+    #[error("parameter {name} cannot be fitted between {} and {}", bounds[0], bounds[1])]
+    #[diagnostic(
+        code(stiffbench::fit::bounds),
+        help(
+            "give --bounds NAME=LOW..HIGH with LOW below HIGH; a spring on which no load of these cells acts has no bounds of its own"
+        )
+    )]
+    Bounds {
+        /// The parameter.
+        name: String,
+        /// The bounds.
+        bounds: [f64; 2],
+    },
+    /// A tie to a parameter of another kind, or to one that takes no part.
+    #[error("parameter {one} cannot be tied to {other}")]
+    #[diagnostic(
+        code(stiffbench::fit::tie),
+        help(
+            "a factor is tied to a factor and a spring to a spring, both named by --free, --fix or --tie"
+        )
+    )]
+    Tie {
+        /// The tied parameter.
+        one: String,
+        /// What it was tied to.
+        other: String,
+    },
     /// Weights of a combination that cannot be used.
     #[error("the weights of the poses must not be negative and must not all be zero")]
     #[diagnostic(code(stiffbench::fit::weights))]

@@ -2,33 +2,32 @@
 
 use stiffbench_beams::robot::FittingFactors;
 use stiffbench_numeric::least_squares::{
-    Covariance, CovarianceSettings, EvaluationFailure, JacobianView, LeastSquaresFit, ParameterSet,
-    ResidualFunction, SearchOutcome, SearchSettings, SigmaMode, Termination,
-    search_for_lower_minimum,
+    Covariance, CovarianceSettings, EvaluationFailure, JacobianView, LeastSquaresError,
+    LeastSquaresFit, Parameter, ParameterSet, ResidualFunction, Role, SearchOutcome,
+    SearchSettings, SigmaMode, Termination, search_for_lower_minimum,
 };
 use stiffbench_numeric::statistics::chi_squared_upper_tail;
 use stiffbench_units_and_text::test_point::PoseId;
 
 use super::advice::advise;
-use super::cell_model::FACTOR_NAMES;
-use super::choice::{FactorChoice, FactorRole};
 use super::error::FitError;
 use super::intervals::Profiled;
 use super::joint::JointProblem;
 use super::measured::{MeasuredStiffness, WeightBasis};
 use super::outcome::{
-    Agreement, Correlation, FactorStatus, FitMethod, FitOutcome, FittedCell, fitted_cells,
-    plain_estimates,
+    Agreement, Correlation, FitMethod, FitOutcome, FittedCell, fitted_cells, plain_estimates,
 };
+use super::parameters::FitParameters;
 use super::problem::FitProblem;
+use crate::parameters::ParameterChoice;
 
 /// What a fit is asked to do.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct FitOptions {
     /// Poses to fit; all others are held out. `None`: all poses, judged by leaving each out in turn.
     pub train: Option<Vec<PoseId>>,
-    /// Which factors may move.
-    pub choice: FactorChoice,
+    /// Which parameters may move.
+    pub choice: ParameterChoice,
     /// Where the standard deviation of the residuals comes from; `None`: known if the data state uncertainties.
     pub sigma: Option<SigmaMode>,
 }
@@ -59,7 +58,14 @@ pub fn fit_cells(problem: &FitProblem<'_>, options: &FitOptions) -> Result<FitOu
             train,
         });
     }
-    let set = options.choice.parameters()?;
+    let parameters = {
+        let trained = FitProblem {
+            measured: &training,
+            ..*problem
+        };
+        FitParameters::new(&trained, &options.choice)?
+    };
+    let set = parameters.set()?;
     let free = set.free_indices().len();
     if training.cells.len() < free {
         return Err(FitError::TooFewCells {
@@ -67,13 +73,13 @@ pub fn fit_cells(problem: &FitProblem<'_>, options: &FitOptions) -> Result<FitOu
             cells: training.cells.len(),
         });
     }
-    let training = training.weighted_by_residuals(problem, &set)?;
+    let training = training.weighted_by_residuals(problem, &parameters, &set)?;
     let sigma = sigma_mode(options, &training);
     let trained = FitProblem {
         measured: &training,
         ..*problem
     };
-    let mut joint = JointProblem::new(&trained)?;
+    let mut joint = JointProblem::new(&trained, &parameters)?;
     let settings = CovarianceSettings {
         known_dof: training.basis.dof(),
         ..CovarianceSettings::default()
@@ -86,19 +92,14 @@ pub fn fit_cells(problem: &FitProblem<'_>, options: &FitOptions) -> Result<FitOu
         .iter()
         .map(|cell| cell.cell.clone())
         .collect();
-    let predicted = problem.cell_model(&cells)?.stiffness(&factors)?;
+    let list = parameters.parameters();
+    let predicted = problem.cell_model(list, &cells)?.stiffness(&factors)?;
     let mut outcome = FitOutcome {
         method: FitMethod::LeastSquares,
         mechanism: problem.mechanism.name.clone(),
         physics: problem.effects(),
+        estimates: plain_estimates(list, problem.start, &factors, |i| parameters.status(i)),
         factors,
-        estimates: plain_estimates(problem.start, &factors, |i| match options.choice.roles[i] {
-            FactorRole::Free => FactorStatus::Free,
-            FactorRole::Fixed => FactorStatus::Fixed,
-            FactorRole::TiedTo(other) => FactorStatus::Tied {
-                to: FACTOR_NAMES[other],
-            },
-        }),
         correlation: None,
         agreement: None,
         cells: fitted_cells(measured, &predicted, |cell| !in_training(&cell.pose)),
@@ -108,9 +109,9 @@ pub fn fit_cells(problem: &FitProblem<'_>, options: &FitOptions) -> Result<FitOu
     };
     if let Some(covariance) = &profiled.covariance {
         profiled.describe(&mut outcome);
-        outcome.correlation = Some(correlation(set, covariance));
+        outcome.correlation = Some(correlation(&parameters, set, covariance));
         outcome.agreement = Some(agreement(fit, covariance, &training));
-        outcome.advice = advise(&trained, &outcome, fit, &options.choice)?;
+        outcome.advice = advise(&trained, &outcome, fit, &parameters)?;
     } else {
         outcome.warnings.push(format!(
             "{} cells and {free} free factors leave no degrees of freedom: the values have no intervals",
@@ -118,7 +119,7 @@ pub fn fit_cells(problem: &FitProblem<'_>, options: &FitOptions) -> Result<FitOu
         ));
     }
     if options.train.is_none() {
-        leave_poses_out(problem, set, &mut outcome.cells)?;
+        leave_poses_out(problem, &parameters, set, &mut outcome.cells)?;
     }
     add_warnings(&mut outcome, fit);
     Ok(outcome)
@@ -132,13 +133,14 @@ pub fn fit_cells(problem: &FitProblem<'_>, options: &FitOptions) -> Result<FitOu
 /// [`FitError`].
 pub fn find_lower_minimum(
     problem: &FitProblem<'_>,
-    choice: &FactorChoice,
+    choice: &ParameterChoice,
     settings: &SearchSettings,
 ) -> Result<Option<FittingFactors>, FitError> {
-    let set = choice.parameters()?;
-    let mut joint = JointProblem::new(problem)?;
+    let parameters = FitParameters::new(problem, choice)?;
+    let set = parameters.set()?;
+    let mut joint = JointProblem::new(problem, &parameters)?;
     let fit = joint.minimise(&set)?;
-    let ratios = choice.ratios()?;
+    let ratios = in_ratios(&set)?;
     let mut by_ratio = InRatios {
         problem: &mut joint,
     };
@@ -152,7 +154,24 @@ pub fn find_lower_minimum(
     })
 }
 
-/// The joint problem in the ratios of the factors to their start instead of the logarithms: the search takes logarithms itself.
+/// The coordinates by their exponential.
+fn in_ratios(set: &ParameterSet) -> Result<ParameterSet, LeastSquaresError> {
+    let ratios = set.parameters().iter().map(|parameter| {
+        let name = &parameter.name;
+        match parameter.role {
+            Role::Free {
+                start,
+                lower,
+                upper,
+            } => Parameter::free(name, start.exp(), lower.exp(), upper.exp()),
+            Role::Fixed { value } => Parameter::fixed(name, value.exp()),
+            Role::TiedTo { parameter, ratio } => Parameter::tied(name, parameter, ratio),
+        }
+    });
+    ParameterSet::new(ratios.collect())
+}
+
+/// The joint problem in the exponentials of its coordinates, for factors the ratios to their start: the search takes logarithms itself.
 struct InRatios<'p, 'a> {
     problem: &'p mut JointProblem<'a>,
 }
@@ -191,7 +210,11 @@ fn sigma_mode(options: &FitOptions, training: &MeasuredStiffness) -> SigmaMode {
     })
 }
 
-fn correlation(set: &ParameterSet, covariance: &Covariance) -> Correlation {
+fn correlation(
+    parameters: &FitParameters,
+    set: &ParameterSet,
+    covariance: &Covariance,
+) -> Correlation {
     let known: Vec<usize> = set
         .free_indices()
         .iter()
@@ -204,15 +227,17 @@ fn correlation(set: &ParameterSet, covariance: &Covariance) -> Correlation {
             .unwrap_or(f64::from(u8::from(a == b)))
     };
     Correlation {
-        names: known.iter().map(|&i| FACTOR_NAMES[i]).collect(),
+        names: known
+            .iter()
+            .map(|&i| parameters.parameters()[i].to_string())
+            .collect(),
         matrix: known
             .iter()
             .map(|&a| known.iter().map(|&b| entry(a, b)).collect())
             .collect(),
         u_ln: known
             .iter()
-            .filter_map(|&i| covariance.of(i, i))
-            .map(f64::sqrt)
+            .filter_map(|&i| Some(parameters.slope(i) * covariance.of(i, i)?.sqrt()))
             .collect(),
         dof: Some(covariance.interval_dof).filter(|dof| dof.is_finite()),
     }
@@ -245,6 +270,7 @@ fn agreement(
 /// Predicts each pose by a fit that did not know it.
 fn leave_poses_out(
     problem: &FitProblem<'_>,
+    parameters: &FitParameters,
     set: &ParameterSet,
     cells: &mut [FittedCell],
 ) -> Result<(), FitError> {
@@ -260,17 +286,19 @@ fn leave_poses_out(
             // Too little is left to fit: such a pose has no prediction from the others.
             continue;
         }
-        let mut joint = JointProblem::new(&FitProblem {
+        let others = FitProblem {
             measured: &others,
             ..*problem
-        })?;
+        };
+        let mut joint = JointProblem::new(&others, parameters)?;
         let fit = joint.minimise(set)?;
         let factors = joint.factors(&fit.values);
         let left_out: Vec<usize> = (0..cells.len())
             .filter(|&i| cells[i].cell.pose == *pose)
             .collect();
         let names: Vec<_> = left_out.iter().map(|&i| cells[i].cell.clone()).collect();
-        let predicted = problem.cell_model(&names)?.stiffness(&factors)?;
+        let mut model = problem.cell_model(parameters.parameters(), &names)?;
+        let predicted = model.stiffness(&factors)?;
         for (i, k) in left_out.into_iter().zip(predicted) {
             cells[i].predicted_without_its_pose_n_per_m = Some(k);
         }

@@ -9,6 +9,7 @@ use stiffbench_numeric::least_squares::{
 use super::error::FitError;
 use super::joint::JointProblem;
 use super::outcome::{FactorStatus, FitOutcome};
+use super::parameters::FitParameters;
 use super::problem::FitProblem;
 
 /// Starts beside the given one. Sections that carry the same load (Iz and J of the paper's beams) have two minima; of the starts about
@@ -22,6 +23,8 @@ const MOST_RESTARTS: usize = 5;
 #[derive(Debug)]
 pub(super) struct Profiled {
     /// The parameters.
+    parameters: FitParameters,
+    /// Their coordinates.
     pub(super) set: ParameterSet,
     /// The lowest minimum.
     pub(super) fit: LeastSquaresFit,
@@ -74,6 +77,7 @@ impl Profiled {
         }
         let fit = minima.swap_remove(0);
         Ok(Self {
+            parameters: joint.parameters().clone(),
             set,
             fit,
             covariance,
@@ -88,14 +92,20 @@ impl Profiled {
         };
         for &index in self.set.free_indices() {
             let estimate = &mut outcome.estimates[index];
-            let start = estimate.start;
-            let scaled = |ln_ratio: f64| start * ln_ratio.exp();
+            let scaled = |coordinate: f64| self.parameters.value(index, coordinate);
+            estimate.bounds = Some(self.parameters.bounds(index).map(scaled));
+            estimate.standard_uncertainty = covariance.of(index, index).map(|variance| {
+                let by_coordinate = self.parameters.slope(index) * variance.sqrt();
+                let is_factor = estimate.parameter.is_factor();
+                by_coordinate * if is_factor { estimate.value } else { 1.0 }
+            });
             estimate.quadratic_interval_95 = covariance.estimates[index]
                 .interval_95
                 .map(|interval| interval.map(scaled));
             match covariance.estimates[index].status {
                 ParameterStatus::AtBound(bound) => {
-                    estimate.status = at_bound(bound == Bound::Upper);
+                    let value = self.parameters.value(index, self.fit.values[index]);
+                    estimate.status = at_bound(bound == Bound::Upper, value);
                 }
                 ParameterStatus::NotIdentified { .. } => {
                     let words =
@@ -108,8 +118,7 @@ impl Profiled {
         }
         for found in &self.sets {
             let estimate = &mut outcome.estimates[found.parameter];
-            let start = estimate.start;
-            let scaled = |ln_ratio: f64| start * ln_ratio.exp();
+            let scaled = |coordinate: f64| self.parameters.value(found.parameter, coordinate);
             let at_bound = matches!(estimate.status, FactorStatus::AtBound { .. });
             match (found.closed(), found.parts.as_slice()) {
                 (Some(parts), [[lower, _], .., [_, upper]] | [[lower, upper]]) => {
@@ -127,7 +136,7 @@ impl Profiled {
                 _ => {}
             }
             if found.lower_minimum.is_some() {
-                let name = estimate.name;
+                let name = &estimate.name;
                 outcome.warnings.push(format!(
                     "{name}: a better fit exists elsewhere; its interval is not to be trusted"
                 ));
@@ -148,10 +157,11 @@ pub(super) fn all_minima(
         return Ok(minima(joint, set, spread, &refits)?);
     }
     // Physics beside the beams costs a hundred times as much, and has its minima where the beams have theirs.
-    let mut beams = JointProblem::new(&FitProblem {
+    let beams = FitProblem {
         physics: None,
         ..*problem
-    })?;
+    };
+    let mut beams = JointProblem::new(&beams, joint.parameters())?;
     let of_beams = minima(&mut beams, set, spread, &refits)?;
     let starts = of_beams.into_iter().map(|fit| fit.free_values);
     Ok(minima(joint, set, starts, &refits)?)
@@ -173,8 +183,9 @@ fn likelihood_sets(
         fold_starts: if problem.physics.is_some() { 0 } else { 4 },
         ..LikelihoodSetSettings::default()
     };
+    let parameters = joint.parameters().clone();
     let likelihood = Likelihood {
-        again: || JointProblem::new(problem).ok(),
+        again: || JointProblem::new(problem, &parameters).ok(),
         set,
         minima,
         covariance,
@@ -187,7 +198,13 @@ fn likelihood_sets(
     Ok(found.collect::<Result<_, _>>()?)
 }
 
-fn at_bound(upper: bool) -> FactorStatus {
+/// # Arguments
+/// - `value`: the bound; zero only of a spring.
+fn at_bound(upper: bool, value: f64) -> FactorStatus {
+    if value == 0.0 {
+        let words = "zero fits best: no compliance shows in these data".to_owned();
+        return FactorStatus::AtBound { upper, words };
+    }
     let side = if upper { "upper" } else { "lower" };
     let words = format!(
         "the data push it beyond its {side} bound; the other factors are given for this value"

@@ -1,6 +1,6 @@
 //! Least squares on ln K of all chosen cells at once.
 //!
-//! Parameters are the logarithms of the factors relative to their start; a residual is ln K predicted less measured, whitened with
+//! The coordinates are those of [`FitParameters`]; a residual is ln K predicted less measured, whitened with
 //! the full covariance of the measured ln K, whose calibration parts are common to all cells.
 
 use nalgebra::{Cholesky, DMatrix, Dyn};
@@ -12,8 +12,9 @@ use stiffbench_numeric::least_squares::{
 };
 use stiffbench_units_and_text::test_point::Cell;
 
-use super::cell_model::{CellModel, FACTORS, Shares, factor_vector, factors_from_vector};
+use super::cell_model::{CellModel, Shares};
 use super::measured::MeasuredStiffness;
+use super::parameters::FitParameters;
 use super::problem::FitProblem;
 
 /// Least uncertainty of ln K that weights are made of. No bench comes near it; readings without scatter, from a simulation, would
@@ -24,7 +25,7 @@ const LEAST_LN_UNCERTAINTY: f64 = 1e-5;
 #[derive(Debug)]
 pub(super) struct JointProblem<'a> {
     model: CellModel<'a>,
-    start: [f64; FACTORS],
+    parameters: FitParameters,
     ln_measured: Vec<f64>,
     whitening: Whitening,
     stiffness_n_per_m: Vec<f64>,
@@ -43,7 +44,10 @@ enum Whitening {
 impl<'a> JointProblem<'a> {
     /// # Errors
     /// Those of [`CellModel::new`].
-    pub(super) fn new(problem: &FitProblem<'a>) -> Result<Self, RobotError> {
+    pub(super) fn new(
+        problem: &FitProblem<'a>,
+        parameters: &FitParameters,
+    ) -> Result<Self, RobotError> {
         let measured = problem.measured;
         let cells: Vec<Cell> = measured
             .cells
@@ -51,8 +55,8 @@ impl<'a> JointProblem<'a> {
             .map(|cell| cell.cell.clone())
             .collect();
         Ok(Self {
-            model: problem.cell_model(&cells)?,
-            start: factor_vector(problem.start),
+            model: problem.cell_model(parameters.parameters(), &cells)?,
+            parameters: parameters.clone(),
             ln_measured: measured
                 .cells
                 .iter()
@@ -60,13 +64,18 @@ impl<'a> JointProblem<'a> {
                 .collect(),
             whitening: Whitening::of(measured),
             stiffness_n_per_m: vec![0.0; cells.len()],
-            shares: vec![[0.0; FACTORS]; cells.len()],
+            shares: vec![Vec::new(); cells.len()],
         })
     }
 
-    /// Factors at a point of the parameter space.
-    pub(super) fn factors(&self, ln_ratios: &[f64]) -> FittingFactors {
-        factors_from_vector(&std::array::from_fn(|i| self.start[i] * ln_ratios[i].exp()))
+    /// Values of the parameters at a point of the coordinates.
+    pub(super) fn factors(&self, point: &[f64]) -> FittingFactors {
+        self.parameters.values(point)
+    }
+
+    /// The parameters.
+    pub(super) fn parameters(&self) -> &FitParameters {
+        &self.parameters
     }
 
     /// When a fit of this problem has converged.
@@ -129,10 +138,11 @@ impl ResidualFunction for JointProblem<'_> {
         }
         self.whitening.apply(residuals);
         if let Some(jacobian) = jacobian {
-            for parameter in 0..FACTORS {
+            for parameter in 0..self.parameters.parameters().len() {
                 if let Some(column) = jacobian.column_mut(parameter) {
+                    let slope = self.parameters.slope(parameter);
                     for (entry, shares) in column.iter_mut().zip(&self.shares) {
-                        *entry = shares[parameter];
+                        *entry = shares[parameter] * slope;
                     }
                     self.whitening.apply(column);
                 }

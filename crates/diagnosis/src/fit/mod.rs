@@ -1,6 +1,6 @@
 //! Fitting factors from measured or reference stiffness.
 //!
-//! - [`CellModel`]: stiffness of pose and direction as a function of the factors, with exact derivatives;
+//! - [`CellModel`]: stiffness of pose and direction as a function of the parameters, with exact derivatives;
 //! - [`FixedPhysics`]: what acts beside the beams while they are fitted;
 //! - [`significance`]: which factor matters where (the paper's Table III, and exact shares);
 //! - [`fit_in_sequence`], [`combine`], [`follow_paper`]: the paper's nine steps;
@@ -11,7 +11,6 @@ mod advice;
 mod between_runs;
 mod bootstrap;
 mod cell_model;
-mod choice;
 mod combine;
 mod error;
 mod fit_cells;
@@ -21,6 +20,7 @@ mod joint;
 mod measured;
 mod monte_carlo;
 mod outcome;
+mod parameters;
 mod physics_model;
 mod problem;
 mod procedure;
@@ -30,10 +30,7 @@ mod stiffness_list;
 
 pub use advice::Advice;
 pub use bootstrap::{BootstrapIntervals, bootstrap_cells};
-pub use cell_model::{
-    CellModel, FACTOR_NAMES, FACTORS, Shares, factor_vector, factors_from_vector,
-};
-pub use choice::{FactorChoice, FactorRole, NotAFactor, factor_index};
+pub use cell_model::{CellModel, Shares};
 pub use combine::combine;
 pub use error::FitError;
 pub use fit_cells::{FitOptions, find_lower_minimum, fit_cells};
@@ -48,5 +45,7 @@ pub use procedure::{
     PaperFit, PaperOptions, PaperSource, PoseFit, fit_single_source, follow_paper,
 };
 pub use refit::{Refit, Refitter};
-pub use significance::{PAPER_FACTOR, Scope, SequenceStep, Significance, significance};
+pub use significance::{
+    PAPER_FACTOR, ParameterSignificance, Scope, SequenceStep, Significance, significance,
+};
 pub use stiffness_list::{StiffnessListError, is_stiffness_list, read_stiffness_list};

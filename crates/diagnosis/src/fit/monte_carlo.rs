@@ -95,7 +95,7 @@ pub fn fit_in_sequence(
 ) -> Result<MonteCarloFit, FitError> {
     let mut rng = ChaCha8Rng::seed_from_u64(settings.seed);
     let mut fit = MonteCarloFit {
-        factors: *start,
+        factors: start.clone(),
         steps: Vec::new(),
         evaluations: 0,
     };
@@ -156,7 +156,7 @@ fn with_factor(
     value: f64,
     scope: Scope,
 ) -> FittingFactors {
-    let mut changed = *factors;
+    let mut changed = factors.clone();
     changed.beam[property.index()] = value;
     if scope == Scope::All {
         changed.link[property.index()] = value;

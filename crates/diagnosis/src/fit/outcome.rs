@@ -1,12 +1,11 @@
 //! What a fit found, and what its numbers are worth.
 
 use stiffbench_beams::physics::Effect;
-use stiffbench_beams::robot::FittingFactors;
+use stiffbench_beams::robot::{FittingFactors, ModelParameter};
 use stiffbench_numeric::least_squares::SigmaMode;
 use stiffbench_units_and_text::test_point::Cell;
 
 use super::advice::Advice;
-use super::cell_model::{FACTOR_NAMES, FACTORS, factor_vector};
 use super::measured::{MeasuredStiffness, WeightBasis};
 
 /// How the factors were found.
@@ -19,7 +18,7 @@ pub enum FitMethod {
     Paper,
 }
 
-/// What is known of a factor besides its value.
+/// What is known of a parameter besides its value.
 #[derive(Debug, Clone, PartialEq)]
 pub enum FactorStatus {
     /// Moved by the fit and determined by the data.
@@ -28,8 +27,8 @@ pub enum FactorStatus {
     Fixed,
     /// Kept in proportion to another factor.
     Tied {
-        /// The other factor.
-        to: &'static str,
+        /// The other one.
+        to: String,
     },
     /// Ended on a bound: the bound speaks, not the data.
     AtBound {
@@ -59,11 +58,13 @@ impl FactorStatus {
     }
 }
 
-/// One factor after a fit.
+/// One parameter after a fit.
 #[derive(Debug, Clone, PartialEq)]
 pub struct FactorEstimate {
-    /// Its name, for example `beam.Iy`.
-    pub name: &'static str,
+    /// The parameter.
+    pub parameter: ModelParameter,
+    /// Its name, for example `beam.Iy` or `joint.J2`.
+    pub name: String,
     /// Where the fit began.
     pub start: f64,
     /// Where it ended.
@@ -72,6 +73,10 @@ pub struct FactorEstimate {
     pub interval_95: Option<[f64; 2]>,
     /// The islands that this interval consists of; empty if it has no gaps.
     pub islands_95: Vec<[f64; 2]>,
+    /// Smallest and largest value that the fit could give it; none for one that it does not move.
+    pub bounds: Option<[f64; 2]>,
+    /// Standard uncertainty from the covariance, in its unit.
+    pub standard_uncertainty: Option<f64>,
     /// 95 % interval from the covariance, for comparison.
     pub quadratic_interval_95: Option<[f64; 2]>,
     /// 95 % percentile interval from resampled runs, if asked for.
@@ -134,10 +139,11 @@ impl FittedCell {
 #[derive(Debug, Clone, PartialEq, serde::Serialize)]
 pub struct Correlation {
     /// Names, in the order of rows and columns.
-    pub names: Vec<&'static str>,
-    /// Correlation coefficients of ln a, row by row.
+    pub names: Vec<String>,
+    /// Correlation coefficients of ln a of factors and of the compliance of springs, row by row.
     pub matrix: Vec<Vec<f64>>,
-    /// Standard uncertainties of ln a; with the coefficients they are the covariance.
+    /// Standard uncertainties of ln a of factors, 1, and of the compliance of springs, rad/(N·m); with the coefficients they are the
+    /// covariance.
     pub u_ln: Vec<f64>,
     /// Their degrees of freedom; absent where they are without limit.
     pub dof: Option<f64>,
@@ -169,7 +175,7 @@ pub struct FitOutcome {
     pub physics: Vec<Effect>,
     /// Fitted factors.
     pub factors: FittingFactors,
-    /// One entry a factor, in the order of [`FACTOR_NAMES`].
+    /// One entry a parameter: the eight factors of classes, then the others of the choice.
     pub estimates: Vec<FactorEstimate>,
     /// Correlations, for least squares.
     pub correlation: Option<Correlation>,
@@ -209,18 +215,22 @@ impl FitOutcome {
     }
 }
 
-/// Estimates of factors that no interval was worked out for: fixed ones, or those of the paper's trials.
+/// Estimates of parameters that no interval was worked out for: fixed ones, or those of the paper's trials.
 pub(super) fn plain_estimates(
+    parameters: &[ModelParameter],
     start: &FittingFactors,
     fitted: &FittingFactors,
     status: impl Fn(usize) -> FactorStatus,
 ) -> Vec<FactorEstimate> {
-    let (start, fitted) = (factor_vector(start), factor_vector(fitted));
-    (0..FACTORS)
-        .map(|i| FactorEstimate {
-            name: FACTOR_NAMES[i],
-            start: start[i],
-            value: fitted[i],
+    let parameters = parameters.iter().enumerate();
+    parameters
+        .map(|(i, parameter)| FactorEstimate {
+            name: parameter.to_string(),
+            parameter: parameter.clone(),
+            start: start.get(parameter),
+            value: fitted.get(parameter),
+            bounds: None,
+            standard_uncertainty: None,
             interval_95: None,
             islands_95: Vec::new(),
             quadratic_interval_95: None,

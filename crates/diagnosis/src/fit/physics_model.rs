@@ -1,10 +1,10 @@
 //! Stiffness of cells by beams and the physics beside them.
 
 use stiffbench_beams::physics::{Mechanics, RunLoads, Twists};
-use stiffbench_beams::robot::{FittingFactors, Pose, Robot, RobotError};
+use stiffbench_beams::robot::{FittingFactors, ModelParameter, Pose, Robot, RobotError};
 use stiffbench_units_and_text::test_point::{Cell, PoseId};
 
-use super::cell_model::{FACTORS, Shares, factor_vector, factors_from_vector};
+use super::cell_model::Shares;
 use super::error::FitError;
 use super::fixed_physics::{CellReadings, FixedPhysics};
 
@@ -16,6 +16,7 @@ const LN_STEP: f64 = 1e-4;
 pub(super) struct PhysicsModel<'a> {
     physics: &'a FixedPhysics,
     mechanics: Mechanics<'a>,
+    parameters: Vec<ModelParameter>,
     cells: Vec<PlacedCell>,
     twists: Twists,
     displacement_m: Vec<f64>,
@@ -34,6 +35,7 @@ impl<'a> PhysicsModel<'a> {
     pub(super) fn new(
         robot: &'a Robot,
         physics: &'a FixedPhysics,
+        parameters: &[ModelParameter],
         cells: &[Cell],
     ) -> Result<Self, RobotError> {
         let mut names: Vec<&PoseId> = Vec::new();
@@ -51,17 +53,20 @@ impl<'a> PhysicsModel<'a> {
             .into_iter()
             .map(|name| robot.pose(name).cloned())
             .collect::<Result<_, _>>()?;
-        let mechanism = &physics.acting.mechanism;
+        let (mechanism, unit) = (&physics.acting.mechanism, FittingFactors::UNIT);
+        let mut mechanics = Mechanics::rigid_with(robot, mechanism, parameters, &unit, &poses)?;
+        mechanics.solve_joints(|_| true)?;
         Ok(Self {
             physics,
-            mechanics: Mechanics::new(robot, mechanism, &FittingFactors::UNIT, &poses)?,
+            mechanics,
+            parameters: parameters.to_vec(),
             cells: placed,
             twists: Twists::default(),
             displacement_m: Vec::new(),
         })
     }
 
-    /// Stiffness of every cell, N/m, and if asked for the derivatives of its logarithm to those of the factors.
+    /// Stiffness of every cell, N/m, and if asked for the derivatives of its logarithm to the parameters, as [`Shares`].
     ///
     /// # Errors
     /// [`FitError::Robot`], [`FitError::NoPrediction`].
@@ -72,21 +77,49 @@ impl<'a> PhysicsModel<'a> {
         shares: Option<&mut [Shares]>,
     ) -> Result<(), FitError> {
         if let Some(shares) = shares {
-            let vector = factor_vector(factors);
-            let mut sides = [stiffness_n_per_m.to_vec(), stiffness_n_per_m.to_vec()];
-            for factor in 0..FACTORS {
-                for (side, sign) in sides.iter_mut().zip([1.0, -1.0]) {
-                    let mut moved = vector;
-                    moved[factor] *= (sign * LN_STEP).exp();
-                    self.stiffness(&factors_from_vector(&moved), side)?;
+            for shares in shares.iter_mut() {
+                shares.clear();
+            }
+            for index in 0..self.parameters.len() {
+                let parameter = self.parameters[index].clone();
+                let value = factors.get(&parameter);
+                // Beyond zero a spring has no meaning: from there the difference is one-sided.
+                let (steps, wide) = if parameter.is_factor() {
+                    (
+                        [value * LN_STEP.exp(), value * (-LN_STEP).exp()],
+                        2.0 * LN_STEP,
+                    )
+                } else {
+                    let step = LN_STEP * value.max(self.visible_spring(&parameter));
+                    let low = (value - step).max(0.0);
+                    ([value + step, low], value + step - low)
+                };
+                let mut sides = [stiffness_n_per_m.to_vec(), stiffness_n_per_m.to_vec()];
+                for (side, step) in sides.iter_mut().zip(steps) {
+                    let mut moved = factors.clone();
+                    moved.set(&parameter, step);
+                    self.stiffness(&moved, side)?;
                 }
                 let [up, down] = &sides;
                 for (cell, shares) in shares.iter_mut().enumerate() {
-                    shares[factor] = (up[cell] / down[cell]).ln() / (2.0 * LN_STEP);
+                    shares.push((up[cell] / down[cell]).ln() / wide);
                 }
             }
         }
         self.stiffness(factors, stiffness_n_per_m)
+    }
+
+    /// The compliance of a spring that would add as much as the structure gives in the cell that shows it best, rad/(N·m); zero if none does.
+    fn visible_spring(&self, spring: &ModelParameter) -> f64 {
+        let place = self.parameters.iter().position(|known| known == spring);
+        let share = |cell: &PlacedCell| {
+            let axis = cell.readings.cell.direction.index();
+            let pose = self.mechanics.pose(cell.pose);
+            let gradient = place.map_or(0.0, |place| pose.compliance_gradient[place][axis]);
+            gradient / pose.influence.compliance_m_per_n[axis][axis]
+        };
+        let most = self.cells.iter().map(share).fold(0.0, f64::max);
+        if most > 0.0 { 1.0 / most } else { 0.0 }
     }
 
     fn stiffness(&mut self, factors: &FittingFactors, out: &mut [f64]) -> Result<(), FitError> {
@@ -173,6 +206,8 @@ mod tests {
     use stiffbench_test_files::shipped_robot;
     use stiffbench_units_and_text::test_point::Direction;
 
+    const CLASSES: [ModelParameter; 8] = ModelParameter::CLASSES;
+
     fn robot() -> Robot {
         Robot::parse(&shipped_robot("hp-robot").unwrap()).unwrap()
     }
@@ -202,18 +237,23 @@ mod tests {
         let robot = robot();
         let factors = robot.factor_set("m_fsd").unwrap();
         let cells = cells();
-        let mut beams =
-            CellModel::new(&robot, robot.mechanism(Some("F")).unwrap(), &cells).unwrap();
+        let mut beams = CellModel::new(
+            &robot,
+            robot.mechanism(Some("F")).unwrap(),
+            &CLASSES,
+            &cells,
+        )
+        .unwrap();
         let mut expected = vec![0.0; cells.len()];
-        let mut expected_shares = vec![[0.0; FACTORS]; cells.len()];
+        let mut expected_shares = vec![Vec::new(); cells.len()];
         beams
             .evaluate(&factors, &mut expected, Some(&mut expected_shares))
             .unwrap();
         for method in [Method::Regression, Method::PaperMean] {
             let physics = physics(&robot, &[], method);
-            let mut model = CellModel::with_physics(&robot, &physics, &cells).unwrap();
+            let mut model = CellModel::with_physics(&robot, &physics, &CLASSES, &cells).unwrap();
             let mut stiffness = vec![0.0; cells.len()];
-            let mut shares = vec![[0.0; FACTORS]; cells.len()];
+            let mut shares = vec![Vec::new(); cells.len()];
             model
                 .evaluate(&factors, &mut stiffness, Some(&mut shares))
                 .unwrap();
@@ -237,10 +277,15 @@ mod tests {
             &["gauge-stand-compliance@y:c=1um/N"],
             Method::PaperMean,
         );
-        let mut beams =
-            CellModel::new(&robot, robot.mechanism(Some("F")).unwrap(), &cells).unwrap();
+        let mut beams = CellModel::new(
+            &robot,
+            robot.mechanism(Some("F")).unwrap(),
+            &CLASSES,
+            &cells,
+        )
+        .unwrap();
         let plain = beams.stiffness(&factors).unwrap();
-        let mut model = CellModel::with_physics(&robot, &stand, &cells).unwrap();
+        let mut model = CellModel::with_physics(&robot, &stand, &CLASSES, &cells).unwrap();
         let with_stand = model.stiffness(&factors).unwrap();
         for ((cell, k), with) in cells.iter().zip(&plain).zip(&with_stand) {
             let added = if cell.direction == Direction::Y {
@@ -255,7 +300,7 @@ mod tests {
         let paper: f64 = loads.map(|force| 1.0 / (1.0 + q * force)).sum::<f64>() / 7.0;
         for (method, expected) in [(Method::PaperMean, paper), (Method::Regression, 1.0 / 1.07)] {
             let gauge = physics(&robot, &["force-gauge-nonlinearity:q=0.1%/N"], method);
-            let mut model = CellModel::with_physics(&robot, &gauge, &cells).unwrap();
+            let mut model = CellModel::with_physics(&robot, &gauge, &CLASSES, &cells).unwrap();
             for (with, k) in model.stiffness(&factors).unwrap().iter().zip(&plain) {
                 assert!(
                     (with / k / expected - 1.0).abs() < 1e-8,
@@ -275,7 +320,7 @@ mod tests {
             &["load-misalignment@y>z:angle=3rad"],
             Method::Regression,
         );
-        let mut model = CellModel::with_physics(&robot, &physics, &cells).unwrap();
+        let mut model = CellModel::with_physics(&robot, &physics, &CLASSES, &cells).unwrap();
         let error = model.stiffness(&robot.factor_set("m_fsd").unwrap());
         assert!(
             matches!(error, Err(FitError::NegativePrediction { .. })),

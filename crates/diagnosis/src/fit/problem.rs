@@ -1,7 +1,7 @@
 //! What every fit needs to know.
 
 use stiffbench_beams::physics::Effect;
-use stiffbench_beams::robot::{FittingFactors, Mechanism, Robot, RobotError};
+use stiffbench_beams::robot::{FittingFactors, Mechanism, ModelParameter, Robot, RobotError};
 use stiffbench_units_and_text::test_point::Cell;
 
 use super::cell_model::CellModel;
@@ -17,21 +17,25 @@ pub struct FitProblem<'a> {
     pub mechanism: &'a Mechanism,
     /// Stiffness of the cells.
     pub measured: &'a MeasuredStiffness,
-    /// Where the search starts; factors that do not move keep these values.
+    /// Where the search starts; parameters that do not move keep these values.
     pub start: &'a FittingFactors,
     /// What acts beside the beams, held fixed; nothing if `None`.
     pub physics: Option<&'a FixedPhysics>,
 }
 
 impl<'a> FitProblem<'a> {
-    /// The stiffness of cells by mechanism and physics.
+    /// The stiffness of cells by mechanism and physics, with the shares of `parameters`.
     ///
     /// # Errors
     /// Those of [`CellModel::new`].
-    pub fn cell_model(&self, cells: &[Cell]) -> Result<CellModel<'a>, RobotError> {
+    pub fn cell_model(
+        &self,
+        parameters: &[ModelParameter],
+        cells: &[Cell],
+    ) -> Result<CellModel<'a>, RobotError> {
         match self.physics {
-            None => CellModel::new(self.robot, self.mechanism, cells),
-            Some(physics) => CellModel::with_physics(self.robot, physics, cells),
+            None => CellModel::new(self.robot, self.mechanism, parameters, cells),
+            Some(physics) => CellModel::with_physics(self.robot, physics, parameters, cells),
         }
     }
 

@@ -1,6 +1,6 @@
 //! The paper's nine steps to a multi-source model (its Fig. 4), each visible in the result.
 
-use stiffbench_beams::robot::{FittingFactors, Mechanism, Robot};
+use stiffbench_beams::robot::{FittingFactors, Mechanism, ModelParameter, Robot};
 use stiffbench_units_and_text::test_point::{Cell, Direction, PoseId};
 
 use super::combine::combine;
@@ -90,22 +90,18 @@ pub fn follow_paper(
 ) -> Result<PaperFit, FitError> {
     let trials = &options.trials;
     let (single_source, single_source_factors, single_source_given) = match &options.source {
-        PaperSource::Given(name, factors) => (Vec::new(), *factors, Some(name.clone())),
+        PaperSource::Given(name, factors) => (Vec::new(), factors.clone(), Some(name.clone())),
         PaperSource::Reference(reference) => {
             let fits = fit_single_source(robot, mechanism, reference, &options.poses, trials)?;
             let combined = combined(&fits)?;
             (fits, combined, None)
         }
     };
-    let start = FittingFactors {
-        beam: single_source_factors.beam,
-        link: [
-            single_source_factors.link[0],
-            LINK_STIFFENING,
-            single_source_factors.link[2],
-            LINK_STIFFENING,
-        ],
-    };
+    let [link_area, _, link_iz, _] = single_source_factors.link;
+    let start = FittingFactors::of_classes(
+        single_source_factors.beam,
+        [link_area, LINK_STIFFENING, link_iz, LINK_STIFFENING],
+    );
     let problem = FitProblem {
         robot,
         mechanism,
@@ -193,13 +189,13 @@ fn fit_pose(
         physics,
         ..
     } = *problem;
-    let significance = significance(robot, mechanism, pose, start, scope, physics)?;
+    let significance = significance(robot, mechanism, pose, start, scope, physics, &[])?;
     let sequence = significance.sequence();
     let cells = Direction::ALL.map(|direction| Cell {
         pose: pose.clone(),
         direction,
     });
-    let mut model = problem.cell_model(&cells)?;
+    let mut model = problem.cell_model(&ModelParameter::CLASSES, &cells)?;
     let fit = fit_in_sequence(&mut model, wanted_n_per_m, &sequence, start, scope, trials)?;
     Ok(PoseFit {
         pose: pose.clone(),
@@ -234,7 +230,7 @@ impl PoseFit {
 fn combined(fits: &[PoseFit]) -> Result<FittingFactors, FitError> {
     let sets: Vec<(FittingFactors, f64)> = fits
         .iter()
-        .map(|fit| (fit.fit.factors, fit.weight))
+        .map(|fit| (fit.fit.factors.clone(), fit.weight))
         .collect();
     combine(&sets).ok_or(FitError::Weights)
 }
@@ -256,14 +252,16 @@ fn validate(
         .iter()
         .map(|cell| cell.cell.clone())
         .collect();
-    let predicted = problem.cell_model(&cells)?.stiffness(factors)?;
+    let predicted = problem
+        .cell_model(&ModelParameter::CLASSES, &cells)?
+        .stiffness(factors)?;
     let trained = |cell: &Cell| options.poses.iter().any(|(pose, _)| *pose == cell.pose);
     Ok(FitOutcome {
         method: FitMethod::Paper,
         mechanism: mechanism.name.clone(),
         physics: problem.effects(),
-        factors: *factors,
-        estimates: plain_estimates(start, factors, |i| {
+        factors: factors.clone(),
+        estimates: plain_estimates(&ModelParameter::CLASSES, start, factors, |i| {
             if i < 4 {
                 FactorStatus::Free
             } else {

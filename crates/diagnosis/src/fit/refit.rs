@@ -3,21 +3,19 @@
 use stiffbench_beams::robot::FittingFactors;
 use stiffbench_numeric::least_squares::{ParameterSet, Termination};
 
-use super::cell_model::factor_vector;
-use super::choice::FactorChoice;
 use super::error::FitError;
 use super::joint::JointProblem;
+use super::parameters::FitParameters;
 use super::problem::FitProblem;
+use crate::parameters::ParameterChoice;
 
-/// A fit whose cells, weights, start and choice of factors stay, while the measured values change.
+/// A fit whose cells, weights, start and choice of parameters stay, while the measured values change.
 ///
 /// All that does not depend on the values is set up once: geometry, order of elimination, whitening.
 #[derive(Debug)]
 pub struct Refitter<'a> {
     problem: JointProblem<'a>,
     set: ParameterSet,
-    start: &'a FittingFactors,
-    range: [f64; 2],
 }
 
 /// One of the refits.
@@ -38,12 +36,11 @@ impl<'a> Refitter<'a> {
     ///
     /// # Errors
     /// [`FitError::Robot`] for a pose or structure, [`FitError::LeastSquares`] for bounds that leave no room.
-    pub fn new(problem: &FitProblem<'a>, choice: &FactorChoice) -> Result<Self, FitError> {
+    pub fn new(problem: &FitProblem<'a>, choice: &ParameterChoice) -> Result<Self, FitError> {
+        let parameters = FitParameters::new(problem, choice)?;
         Ok(Self {
-            problem: JointProblem::new(problem)?,
-            set: choice.parameters()?,
-            start: problem.start,
-            range: choice.range,
+            problem: JointProblem::new(problem, &parameters)?,
+            set: parameters.set()?,
         })
     }
 
@@ -52,18 +49,9 @@ impl<'a> Refitter<'a> {
     /// # Errors
     /// [`FitError::LeastSquares`] for factors that are no numbers.
     pub fn beginning_at(mut self, factors: &FittingFactors) -> Result<Self, FitError> {
-        let (from, to) = (factor_vector(self.start), factor_vector(factors));
-        let within = |index: usize| {
-            let [lower, upper] = self.range.map(f64::ln);
-            (to[index] / from[index]).ln().clamp(lower, upper)
-        };
-        let start: Vec<f64> = self
-            .set
-            .free_indices()
-            .iter()
-            .copied()
-            .map(within)
-            .collect();
+        let coordinates = self.problem.parameters().coordinates(factors);
+        let free = self.set.free_indices().iter();
+        let start: Vec<f64> = free.map(|&index| coordinates[index]).collect();
         self.set = self.set.with_start(&start)?;
         Ok(self)
     }
@@ -95,7 +83,7 @@ mod tests {
 
     use super::*;
     use crate::fit::{CellModel, MeasuredCell, MeasuredStiffness, WeightBasis};
-    use stiffbench_beams::robot::Robot;
+    use stiffbench_beams::robot::{ModelParameter, Robot};
     use stiffbench_test_files::shipped_robot;
     use stiffbench_units_and_text::test_point::{Cell, Direction};
 
@@ -113,7 +101,8 @@ mod tests {
                 })
             })
             .collect();
-        let mut model = CellModel::new(&robot, mechanism, &cells).unwrap();
+        let mut model =
+            CellModel::new(&robot, mechanism, &ModelParameter::CLASSES, &cells).unwrap();
         let truth = model.stiffness(&start).unwrap();
         let measured_cell = |(cell, k): (&Cell, &f64)| MeasuredCell {
             cell: cell.clone(),
@@ -133,7 +122,7 @@ mod tests {
             start: &start,
             physics: None,
         };
-        let mut refitter = Refitter::new(&problem, &FactorChoice::default()).unwrap();
+        let mut refitter = Refitter::new(&problem, &ParameterChoice::default()).unwrap();
         let mut random = ChaCha8Rng::seed_from_u64(7);
         let scatter = Normal::new(0.0, 0.02).unwrap();
         let (mut sum, count) = (0.0, 300);

@@ -5,11 +5,11 @@
 //! stiffens. The exact share, the part of the strain energy stored through that section constant, needs one solution and adds up
 //! to one. Both are given.
 
-use stiffbench_beams::robot::{FittingFactors, Mechanism, Robot};
+use stiffbench_beams::robot::{FittingFactors, Mechanism, ModelParameter, Robot};
 use stiffbench_beams::structure::Property;
 use stiffbench_units_and_text::test_point::{Cell, Direction, PoseId};
 
-use super::cell_model::{CellModel, FACTORS, Shares};
+use super::cell_model::{CellModel, Shares};
 use super::error::FitError;
 use super::fixed_physics::FixedPhysics;
 
@@ -44,6 +44,24 @@ pub struct Significance {
     /// Share of the elements outside the scope (links, when only beams are changed) and of physics beside the beams, by direction; with
     /// the rest it adds up to one.
     pub share_of_others: [f64; 3],
+    /// Single sections and springs that were asked for, or that the factors name.
+    pub further: Vec<ParameterSignificance>,
+}
+
+/// What one parameter beyond the four section constants does to the displacement in one pose.
+#[derive(Debug, Clone, PartialEq)]
+pub struct ParameterSignificance {
+    /// The parameter.
+    pub parameter: ModelParameter,
+    /// Its value.
+    pub value: f64,
+    /// Its share of the compliance along x, y, z.
+    pub shares: [f64; 3],
+    /// What remains of the displacement along x, y, z when it is made a hundred times as stiff.
+    pub remaining: [f64; 3],
+    /// Compliance of a spring that adds a hundredth to the displacement along x, y, z, rad/(N·m); `None` where no load acts on it, and for
+    /// factors.
+    pub adds_a_hundredth: [Option<f64>; 3],
 }
 
 /// The order in which factors are fitted, each with the direction it is fitted to.
@@ -59,6 +77,9 @@ pub struct SequenceStep {
 ///
 /// With physics beside the beams the displacement is that of the paper's loads, and the share of the physics is in `share_of_others`.
 ///
+/// # Arguments
+/// - `further`: sections and springs to be looked at beside the section constants; springs of `factors` are added.
+///
 /// # Errors
 /// Those of [`CellModel::new`] and [`CellModel::evaluate`].
 pub fn significance(
@@ -68,6 +89,7 @@ pub fn significance(
     factors: &FittingFactors,
     scope: Scope,
     physics: Option<&FixedPhysics>,
+    further: &[ModelParameter],
 ) -> Result<Significance, FitError> {
     let cells: Vec<Cell> = Direction::ALL
         .into_iter()
@@ -76,16 +98,22 @@ pub fn significance(
             direction,
         })
         .collect();
+    let mut parameters = ModelParameter::CLASSES.to_vec();
+    for parameter in further.iter().cloned().chain(factors.springs()) {
+        if !parameters.contains(&parameter) {
+            parameters.push(parameter);
+        }
+    }
     let mut model = match physics {
-        None => CellModel::new(robot, mechanism, &cells)?,
-        Some(physics) => CellModel::with_physics(robot, physics, &cells)?,
+        None => CellModel::new(robot, mechanism, &parameters, &cells)?,
+        Some(physics) => CellModel::with_physics(robot, physics, &parameters, &cells)?,
     };
     let mut stiffness = [0.0; 3];
-    let mut shares: [Shares; 3] = [[0.0; FACTORS]; 3];
+    let mut shares = [const { Shares::new() }; 3];
     model.evaluate(factors, &mut stiffness, Some(&mut shares))?;
     let mut remaining = [[0.0; 3]; 4];
     for property in Property::ALL {
-        let mut changed = *factors;
+        let mut changed = factors.clone();
         changed.beam[property.index()] *= PAPER_FACTOR;
         if scope == Scope::All {
             changed.link[property.index()] *= PAPER_FACTOR;
@@ -96,6 +124,29 @@ pub fn significance(
             remaining[property.index()][i] = stiffness[i] / stiffer[i];
         }
     }
+    let mut of_further = Vec::new();
+    let beyond = ModelParameter::CLASSES.len();
+    for (place, parameter) in parameters.iter().enumerate().skip(beyond) {
+        let (value, slopes) = (factors.get(parameter), [0, 1, 2].map(|i| shares[i][place]));
+        let mut changed = factors.clone();
+        let is_factor = parameter.is_factor();
+        let stiff = if is_factor {
+            value * PAPER_FACTOR
+        } else {
+            value / PAPER_FACTOR
+        };
+        changed.set(parameter, stiff);
+        let mut stiffer = [0.0; 3];
+        model.evaluate(&changed, &mut stiffer, None)?;
+        let hundredth = |slope: f64| (!is_factor && slope < 0.0).then(|| -0.01 / slope);
+        of_further.push(ParameterSignificance {
+            parameter: parameter.clone(),
+            value,
+            shares: slopes.map(|slope| if is_factor { slope } else { -slope * value }),
+            remaining: [0, 1, 2].map(|i| stiffness[i] / stiffer[i]),
+            adds_a_hundredth: slopes.map(hundredth),
+        });
+    }
     let in_scope = |p: usize, i: usize| match scope {
         Scope::All => shares[i][p] + shares[i][4 + p],
         Scope::Beams => shares[i][p],
@@ -105,13 +156,14 @@ pub fn significance(
     Ok(Significance {
         pose: pose.clone(),
         scope,
-        factors: *factors,
+        factors: factors.clone(),
         compliance_m_per_n: stiffness.map(|k| 1.0 / k),
         remaining,
         shares: shares_in_scope,
         share_of_others: std::array::from_fn(|i| {
             1.0 - shares_in_scope.iter().map(|row| row[i]).sum::<f64>()
         }),
+        further: of_further,
     })
 }
 

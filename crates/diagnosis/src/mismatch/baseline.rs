@@ -1,17 +1,27 @@
-//! What is fitted again with every candidate: the beam factors of a robot, or the slopes of specimens.
+//! What is fitted again with every candidate: the free parameters of a robot, or the slopes of specimens.
 
-use stiffbench_beams::physics::{Effect, Law, Mechanics, Place, PoseMechanics, without_elements};
+use stiffbench_beams::physics::{
+    Effect, Law, Mechanics, Place, PlaceScale, PoseMechanics, without_elements,
+};
 use stiffbench_beams::robot::{
-    FittingFactors, Mechanism, MultiPosePredictor, Pose, Predictor, Robot, RobotError,
+    FittingFactors, Mechanism, ModelParameter, MultiPosePredictor, Pose, Predictor, Robot,
+    RobotError,
+};
+use stiffbench_units_and_text::test_point::Direction;
+
+use crate::parameters::{
+    ChosenParameter, FIRST_SPRING, ParameterChoice, ParameterRole, SpringScales,
 };
 
 use super::error::MismatchError;
 
-/// A parameter of the baseline, on the scale on which it is fitted.
+/// A parameter of the baseline, on the scale on which it is fitted: factors by their logarithm, all else by its value.
 #[derive(Debug, Clone, PartialEq)]
 pub struct BaselineParameter {
-    /// Name, for example `beam.Iy`.
+    /// Name, for example `beam.Iy` or `joint.J2`.
     pub name: String,
+    /// Compliance of a spring at a fitted value of one, rad/(N·m); `None` for what is no spring.
+    pub spring_rad_per_nm: Option<f64>,
     /// Where it starts.
     pub start: f64,
     /// Smallest value.
@@ -98,39 +108,78 @@ pub trait PoseSolver: Send {
 /// Half the width, in standard deviations, of the range that bounds leave to a factor: uniform over ± ln 10.
 const PRIOR_WIDTHS: f64 = 1.732_050_807_568_877_2;
 
-/// The beam model of a robot, its beam factors free.
+/// The model of a robot with some of its parameters free.
 #[derive(Debug)]
 pub struct RobotBaseline<'a> {
     robot: &'a Robot,
     /// The whole mechanism, then those without one or two elements.
     mechanisms: Vec<(Vec<String>, Mechanism)>,
-    factors: FittingFactors,
+    values: Values,
     poses: Vec<Pose>,
     parameters: Vec<BaselineParameter>,
     joints: Vec<String>,
 }
 
+/// Values of all parameters, some of which are free.
+#[derive(Debug, Clone)]
+struct Values {
+    at: FittingFactors,
+    free: Vec<ModelParameter>,
+    /// As [`BaselineParameter::spring_rad_per_nm`].
+    springs_rad_per_nm: Vec<Option<f64>>,
+}
+
+impl Values {
+    /// Takes fitted values.
+    fn set(&mut self, fitted: &[f64]) {
+        let free = self.free.iter().zip(&self.springs_rad_per_nm);
+        for ((parameter, spring), fitted) in free.zip(fitted) {
+            let value = spring.map_or_else(|| fitted.exp(), |scale| scale * fitted);
+            self.at.set(parameter, value);
+        }
+    }
+}
+
 impl<'a> RobotBaseline<'a> {
-    /// The baseline of a mechanism in the poses of a session: beam factors free within `range` of their start, link factors fixed.
-    #[must_use]
+    /// The baseline of a mechanism in the poses of a session.
+    ///
+    /// # Arguments
+    /// - `factors`: where the free parameters start, and what the others are kept at.
+    /// - `choice`: which parameters are free, and their bounds.
+    ///
+    /// # Errors
+    /// [`MismatchError::Robot`] for a structure that carries nothing, [`MismatchError::Parameter`] for one that is tied or has no room.
     pub fn new(
         robot: &'a Robot,
         mechanism: &Mechanism,
         factors: FittingFactors,
         poses: Vec<Pose>,
-        range: [f64; 2],
-    ) -> Self {
-        let parameters = PROPERTIES
+        choice: &ParameterChoice,
+    ) -> Result<Self, MismatchError> {
+        let free = choice
+            .members
             .iter()
-            .zip(factors.beam)
-            .map(|(name, value)| BaselineParameter {
-                name: format!("beam.{name}"),
-                start: value.ln(),
-                lower: (value * range[0]).ln(),
-                upper: (value * range[1]).ln(),
-                prior_sd: 0.5 * (range[1] / range[0]).ln() / PRIOR_WIDTHS,
-            })
-            .collect();
+            .filter(|m| m.role != ParameterRole::Fixed);
+        let free: Vec<&ChosenParameter> = free.collect();
+        let scales = if free.iter().all(|chosen| chosen.parameter.is_factor()) {
+            None
+        } else {
+            let of_pose = |pose| Direction::ALL.map(|direction| (pose, direction));
+            let cells: Vec<(usize, Direction)> = (0..poses.len()).flat_map(of_pose).collect();
+            Some(SpringScales::new(
+                robot, mechanism, &factors, &poses, &cells,
+            )?)
+        };
+        let mut parameters = Vec::with_capacity(free.len());
+        for chosen in &free {
+            let scale = scales.as_ref().map(|scales| scales.of(&chosen.parameter));
+            parameters.push(parameter(chosen, &factors, choice.range, scale)?);
+        }
+        let values = Values {
+            at: factors,
+            free: free.iter().map(|chosen| chosen.parameter.clone()).collect(),
+            springs_rad_per_nm: parameters.iter().map(|p| p.spring_rad_per_nm).collect(),
+        };
         let joints = mechanism
             .joints(robot)
             .into_iter()
@@ -141,18 +190,18 @@ impl<'a> RobotBaseline<'a> {
             let mut rest = mechanism.clone();
             rest.members.retain(|other| *other != member);
             let name = robot.members[member].name.clone();
-            if carries_loads(robot, &rest, &factors, &poses) {
+            if carries_loads(robot, &rest, &values.at, &poses) {
                 mechanisms.push((vec![name], rest));
             }
         }
-        Self {
+        Ok(Self {
             robot,
             mechanisms,
-            factors,
+            values,
             poses,
             parameters,
             joints,
-        }
+        })
     }
 
     /// Elements without which the mechanism still carries a load.
@@ -162,14 +211,12 @@ impl<'a> RobotBaseline<'a> {
             .filter_map(|(loose, _)| loose.first().map(String::as_str))
     }
 
-    /// The factors that parameters stand for.
+    /// Values of all parameters of the model where the free ones have these fitted values.
     #[must_use]
-    pub fn factors(&self, parameters: &[f64]) -> FittingFactors {
-        let mut factors = self.factors;
-        for (factor, parameter) in factors.beam.iter_mut().zip(parameters) {
-            *factor = parameter.exp();
-        }
-        factors
+    pub fn factors(&self, fitted: &[f64]) -> FittingFactors {
+        let mut values = self.values.clone();
+        values.set(fitted);
+        values.at
     }
 
     /// Adds the variant that lacks the loose members of a model found before.
@@ -186,6 +233,54 @@ impl<'a> RobotBaseline<'a> {
     }
 }
 
+/// A free parameter, on the scale on which it is fitted.
+fn parameter(
+    chosen: &ChosenParameter,
+    start: &FittingFactors,
+    range: [f64; 2],
+    scale: Option<PlaceScale>,
+) -> Result<BaselineParameter, MismatchError> {
+    let name = chosen.parameter.to_string();
+    let value = start.get(&chosen.parameter);
+    let wrong = |problem: &'static str| MismatchError::Parameter {
+        name: name.clone(),
+        problem,
+    };
+    if chosen.role != ParameterRole::Free {
+        return Err(wrong("a search keeps or frees a parameter, and ties none"));
+    }
+    if chosen.parameter.is_factor() {
+        let [lower, upper] = chosen.bounds.unwrap_or(range.map(|times| times * value));
+        return Ok(BaselineParameter {
+            spring_rad_per_nm: None,
+            start: value.ln(),
+            lower: lower.ln(),
+            upper: upper.ln(),
+            prior_sd: 0.5 * (upper / lower).ln() / PRIOR_WIDTHS,
+            name,
+        });
+    }
+    let scale = scale.unwrap_or_default();
+    if scale.compliance == 0.0 {
+        return Err(wrong("no load of these readings acts on it"));
+    }
+    let bounds = chosen.bounds.unwrap_or(scale.plausible_compliance());
+    let [lower, upper] = bounds.map(|bound| bound / scale.compliance);
+    if lower >= upper {
+        return Err(wrong("its bounds leave no room"));
+    }
+    let begin = value / scale.compliance;
+    let begin = if begin == 0.0 { FIRST_SPRING } else { begin };
+    Ok(BaselineParameter {
+        spring_rad_per_nm: Some(scale.compliance),
+        start: begin.clamp(lower, upper),
+        lower,
+        upper,
+        prior_sd: 0.5 * (upper - lower) / PRIOR_WIDTHS,
+        name,
+    })
+}
+
 /// Whether a mechanism carries a load in every pose.
 fn carries_loads(
     robot: &Robot,
@@ -194,7 +289,8 @@ fn carries_loads(
     poses: &[Pose],
 ) -> bool {
     let solved = || {
-        let mut predictor = MultiPosePredictor::new(robot, mechanism, poses.len())?;
+        let springs: Vec<ModelParameter> = factors.springs().collect();
+        let mut predictor = MultiPosePredictor::new(robot, mechanism, &springs, poses.len())?;
         for (index, pose) in poses.iter().enumerate() {
             predictor.place(index, pose)?;
         }
@@ -222,10 +318,14 @@ impl Baseline for RobotBaseline<'_> {
 
     fn solver(&self, variant: usize) -> Result<Box<dyn PoseSolver + '_>, MismatchError> {
         let mechanism = &self.mechanisms[variant].1;
-        let mechanics = Mechanics::rigid(self.robot, mechanism, &self.factors, &self.poses)?;
+        let (values, poses) = (self.values.clone(), &self.poses);
+        let mut mechanics =
+            Mechanics::rigid_with(self.robot, mechanism, &values.free, &values.at, poses)?;
+        let units = values.springs_rad_per_nm.iter();
+        mechanics.differentiate_in(units.map(|unit| unit.unwrap_or(1.0)).collect());
         Ok(Box::new(RobotSolver {
             mechanics,
-            factors: self.factors,
+            values,
             solved: Vec::new(),
             joints: JointsSolved::None,
         }))
@@ -296,7 +396,7 @@ impl Baseline for RobotBaseline<'_> {
 /// One thread's solver of a robot.
 struct RobotSolver<'a> {
     mechanics: Mechanics<'a>,
-    factors: FittingFactors,
+    values: Values,
     solved: Vec<f64>,
     joints: JointsSolved,
 }
@@ -316,11 +416,9 @@ impl RobotSolver<'_> {
         }
         self.solved.clear();
         self.joints = JointsSolved::None;
-        for (factor, parameter) in self.factors.beam.iter_mut().zip(parameters) {
-            *factor = parameter.exp();
-        }
+        self.values.set(parameters);
         self.mechanics
-            .set_factors_rigid(&self.factors)
+            .set_factors_rigid(&self.values.at)
             .map_err(|error: RobotError| MismatchError::Robot(error))?;
         self.solved.extend_from_slice(parameters);
         Ok(())

@@ -3,11 +3,10 @@
 use stiffbench_beams::physics::{Effect, Law, Place, PlaceKind, PlaceScale, Shape};
 use stiffbench_units_and_text::test_point::Direction;
 
+use crate::parameters::OPEN;
+
 use super::changes::Frozen;
 use super::observations::Observations;
-
-/// A joint whose release would add more than this many times the compliance of the structure lies in no closed loop.
-const OPEN: f64 = 1e4;
 
 /// A law at a place.
 #[derive(Debug, Clone, PartialEq)]

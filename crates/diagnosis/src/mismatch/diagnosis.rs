@@ -142,6 +142,8 @@ pub struct DetectionLimit {
 pub struct FactorShift {
     /// Name.
     pub name: String,
+    /// Compliance of a spring at a fitted value of one, rad/(N·m); `None` for a factor, which is fitted by its logarithm.
+    pub spring_rad_per_nm: Option<f64>,
     /// In the model without effects.
     pub before: Value,
     /// In the final model.

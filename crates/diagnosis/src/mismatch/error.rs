@@ -14,6 +14,18 @@ pub enum MismatchError {
     #[error(transparent)]
     #[diagnostic(transparent)]
     Effect(#[from] EffectError),
+    /// A model parameter that a search cannot free.
+    #[error("parameter {name} cannot be free here: {problem}")]
+    #[diagnostic(
+        code(stiffbench::mismatch::parameter),
+        help("leave it out of --free, or fix it with --fix")
+    )]
+    Parameter {
+        /// The parameter.
+        name: String,
+        /// Why not.
+        problem: &'static str,
+    },
     /// No reading counts.
     #[error("no reading counts")]
     #[diagnostic(

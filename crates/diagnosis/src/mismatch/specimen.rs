@@ -96,6 +96,7 @@ pub fn specimen_bench(
         .iter()
         .map(|name| BaselineParameter {
             name: format!("slope of {name}"),
+            spring_rad_per_nm: None,
             start,
             lower: start - 1e3 * spread,
             upper: start + 1e3 * spread,

@@ -292,6 +292,7 @@ impl Bench<'_> {
                     || parameter.upper - after_value.value < 1e-6;
                 FactorShift {
                     name: parameter.name.clone(),
+                    spring_rad_per_nm: parameter.spring_rad_per_nm,
                     before: value(&found.before, &before),
                     identified: !at_bound
                         && after_value

@@ -198,7 +198,7 @@ impl StiffnessProblem<'_> {
             let set = self.parameters(law, *start)?;
             let mut residuals = Residuals {
                 mechanics,
-                factors: self.start,
+                factors: self.start.clone(),
                 cells: &cells,
                 law,
             };
@@ -255,7 +255,7 @@ impl StiffnessProblem<'_> {
         law: Option<&LinearLaw>,
         fit: &LinearFit,
     ) -> Result<Vec<f64>, ProveError> {
-        set_factors(mechanics, self.start, &fit.ln_factors)?;
+        set_factors(mechanics, self.start.clone(), &fit.ln_factors)?;
         Ok(self
             .cells
             .iter()
@@ -300,7 +300,7 @@ struct Residuals<'p, 'm> {
 
 impl Residuals<'_, '_> {
     fn at(&mut self, parameters: &[f64], out: &mut [f64]) -> Result<(), EvaluationFailure> {
-        set_factors(self.mechanics, self.factors, &parameters[..4])
+        set_factors(self.mechanics, self.factors.clone(), &parameters[..4])
             .map_err(EvaluationFailure::of_model)?;
         for (value, cell) in out.iter_mut().zip(self.cells) {
             *value =

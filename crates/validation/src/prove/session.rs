@@ -6,14 +6,12 @@ use sha2::{Digest, Sha256};
 
 use stiffbench_beams::robot::{FittingFactors, Pose, Robot};
 use stiffbench_diagnosis::mismatch::{Observations, RobotBaseline};
+use stiffbench_diagnosis::parameters::ParameterChoice;
 use stiffbench_measurement::readings::{ReadOptions, SessionHeader, read_readings};
 use stiffbench_units_and_text::source_text::SourceText;
 use stiffbench_units_and_text::test_point::Branch;
 
 use super::error::ProveError;
-
-/// Bounds of the beam factors as multiples of their start, as everywhere.
-const FACTOR_RANGE: [f64; 2] = [0.1, 10.0];
 
 /// Forces of one plan differ by less than half of this, N.
 const FORCE_CLASS_N: f64 = 5.0;
@@ -89,10 +87,10 @@ impl Session {
         Ok(RobotBaseline::new(
             &self.robot,
             mechanism,
-            self.factors,
+            self.factors.clone(),
             self.poses.clone(),
-            FACTOR_RANGE,
-        ))
+            &ParameterChoice::default(),
+        )?)
     }
 
     /// Robot and mechanism in words.

@@ -436,7 +436,7 @@ impl Study<'_> {
         let problem = StiffnessProblem {
             robot: self.problem.robot,
             mechanism: self.problem.mechanism,
-            start: self.problem.start,
+            start: self.problem.start.clone(),
             poses,
             cells,
         };

@@ -116,9 +116,9 @@ fn compare_pose(
         &[(pose.clone(), 1.0)],
         &MonteCarloSettings::default(),
     )?;
-    let factors = fits[0].fit.factors;
+    let factors = fits[0].fit.factors.clone();
     let [beam, link] = record.model.factor_values;
-    let written = FittingFactors { beam, link };
+    let written = FittingFactors::of_classes(beam, link);
     let fitted = compliance(robot, mechanism, &pose, &factors)?;
     let unfitted = compliance(robot, mechanism, &pose, &written)?;
     let prisms = prism_compliance(robot, mechanism, &pose, &written)?;
@@ -182,7 +182,7 @@ fn compliance(
         pose: pose.clone(),
         direction,
     });
-    let stiffness = CellModel::new(robot, mechanism, &cells)?.stiffness(factors)?;
+    let stiffness = CellModel::new(robot, mechanism, &[], &cells)?.stiffness(factors)?;
     Ok([0, 1, 2].map(|i| 1.0 / stiffness[i]))
 }
 

@@ -83,10 +83,16 @@ fn provenance(root: &Table<'_>) -> Read<Provenance> {
 
 fn factor_tables(value: &Value<'_>) -> Read<FittingFactors> {
     let table = value.table()?;
-    table.only(&["beam", "link"])?;
-    let class = |name: &'static str| -> Read<[f64; 4]> {
+    table.only(&[
+        "beam",
+        "link",
+        "sections",
+        "joints_rad_per_Nm",
+        "base_rad_per_Nm",
+    ])?;
+    let four = |value: &Value<'_>| -> Read<[f64; 4]> {
         const KEYS: [&str; 4] = ["A", "Iy", "Iz", "J"];
-        let class = table.require(name)?.table()?;
+        let class = value.table()?;
         class.only(&KEYS)?;
         let mut factors = [0.0; 4];
         for (factor, key) in factors.iter_mut().zip(KEYS) {
@@ -98,10 +104,37 @@ fn factor_tables(value: &Value<'_>) -> Read<FittingFactors> {
         }
         Ok(factors)
     };
-    Ok(FittingFactors {
-        beam: class("beam")?,
-        link: class("link")?,
-    })
+    let mut factors = FittingFactors::of_classes(
+        four(&table.require("beam")?)?,
+        four(&table.require("link")?)?,
+    );
+    if let Some(sections) = table.read("sections", Value::table)? {
+        for (name, _, value) in sections.entries() {
+            factors.sections.insert(name.to_owned(), four(&value)?);
+        }
+    }
+    let compliance = |value: &Value<'_>| -> Read<f64> {
+        let compliance = value.number()?;
+        if compliance < 0.0 {
+            return Err(value.wrong("zero or above").into());
+        }
+        Ok(compliance)
+    };
+    if let Some(joints) = table.read("joints_rad_per_Nm", Value::table)? {
+        for (name, _, value) in joints.entries() {
+            let joint = name.to_owned();
+            factors.joints_rad_per_nm.insert(joint, compliance(&value)?);
+        }
+    }
+    if let Some(base) = table.read("base_rad_per_Nm", Value::table)? {
+        base.only(&["x", "y", "z"])?;
+        for (own, axis) in factors.base_rad_per_nm.iter_mut().zip(["x", "y", "z"]) {
+            if let Some(value) = base.get(axis) {
+                *own = compliance(&value)?;
+            }
+        }
+    }
+    Ok(factors)
 }
 
 fn effect(table: &Table<'_>) -> Read<FoundEffect> {

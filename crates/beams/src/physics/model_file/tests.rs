@@ -45,7 +45,7 @@ fn an_example_is_read_in_si() {
     let model = parse(EXAMPLE).unwrap();
     assert_eq!(model.mechanism.as_deref(), Some("F"));
     assert_eq!(model.provenance.verdict.as_deref(), Some("explained"));
-    assert_eq!(model.factors.unwrap().beam, [1.0, 0.8, 1.1, 1.0]);
+    assert_eq!(model.factors.as_ref().unwrap().beam, [1.0, 0.8, 1.1, 1.0]);
     let [backlash, drift] = &model.effects[..] else {
         panic!("{model:?}")
     };
@@ -321,6 +321,9 @@ prop_compose! {
     fn a_model()(
         words in prop::array::uniform6(prop::option::of(".{0,20}")),
         factors in prop::option::of(prop::array::uniform8(1e-9..1e9_f64)),
+        sections in prop::collection::btree_map(".{1,9}", prop::array::uniform4(1e-9..1e9_f64), 0..3),
+        joints in prop::collection::btree_map(".{1,9}", 0.0..1.0_f64, 0..3),
+        base in prop::array::uniform3(0.0..1.0_f64),
         effects in prop::collection::vec(found(), 0..4),
         alternatives in prop::collection::vec(found(), 0..3),
     ) -> ModelFile {
@@ -329,8 +332,10 @@ prop_compose! {
             robot, robot_sha256, mechanism,
             provenance: Provenance { session, software, verdict },
             factors: factors.map(|f| FittingFactors {
-                beam: [f[0], f[1], f[2], f[3]],
-                link: [f[4], f[5], f[6], f[7]],
+                sections,
+                joints_rad_per_nm: joints,
+                base_rad_per_nm: base,
+                ..FittingFactors::of_classes([f[0], f[1], f[2], f[3]], [f[4], f[5], f[6], f[7]])
             }),
             effects, alternatives,
         }

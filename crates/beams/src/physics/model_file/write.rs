@@ -5,7 +5,6 @@ use std::fmt::Write as _;
 use toml::Value;
 
 use crate::physics::place::Place;
-use crate::robot::FittingFactors;
 
 use super::{FoundEffect, MODEL_SCHEMA, ModelFile, ParameterUncertainty};
 
@@ -33,7 +32,7 @@ impl ModelFile {
         }
         if let Some(factors) = &self.factors {
             text.push_str("\n# Multipliers of the nominal section constants.\n[factors]\n");
-            push_factors(&mut text, factors);
+            text.push_str(&factors.to_toml());
         }
         for found in &self.effects {
             push_effect(&mut text, "effects", found);
@@ -59,15 +58,6 @@ fn quoted(text: &str) -> String {
 fn key(text: &mut String, key: &str, value: Option<&String>) {
     if let Some(value) = value {
         let _ = writeln!(text, "{key} = {}", quoted(value));
-    }
-}
-
-fn push_factors(text: &mut String, factors: &FittingFactors) {
-    for (name, [a, iy, iz, j]) in [("beam", factors.beam), ("link", factors.link)] {
-        let _ = writeln!(
-            text,
-            "{name} = {{ A = {a:?}, Iy = {iy:?}, Iz = {iz:?}, J = {j:?} }}"
-        );
     }
 }
 

@@ -60,7 +60,10 @@ impl Compiler<'_> {
                         ]
                     };
                     let (centre, radius) = &circles[place];
-                    Ok((self.node(centre, &path(0))?, self.radius(radius, &path(1))?))
+                    Ok::<_, RobotError>((
+                        self.node(centre, &path(0))?,
+                        self.radius(radius, &path(1))?,
+                    ))
                 };
                 let [first, second] = [circle(0)?, circle(1)?];
                 self.apart(

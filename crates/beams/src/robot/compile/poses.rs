@@ -2,11 +2,13 @@
 
 use indexmap::IndexMap;
 
+use crate::robot::FittingFactors;
 use crate::robot::error::{RobotError, RobotProblem};
-use crate::robot::file::{self, PoseValue};
-use crate::robot::model::{FittingFactors, NamedPose, Pose};
-use stiffbench_units_and_text::test_point::PoseId;
-use stiffbench_units_and_text::toml_text::Step::{Index, Key};
+use crate::robot::file::PoseValue;
+use crate::robot::model::{NamedPose, Pose};
+use crate::structure::Property;
+use stiffbench_units_and_text::test_point::{Direction, PoseId};
+use stiffbench_units_and_text::toml_text::Step::{self, Index, Key};
 
 use super::Compiler;
 
@@ -14,22 +16,66 @@ impl Compiler<'_> {
     pub(super) fn factors(&self) -> Result<IndexMap<String, FittingFactors>, RobotError> {
         let mut sets = IndexMap::new();
         for (name, entry) in &self.file.factors {
-            let class = |class: &str, factors: file::FactorEntry| -> Result<[f64; 4], RobotError> {
-                let factor = |value, key| {
-                    let path = [Key("factors"), Key(name), Key(class), Key(key)];
-                    self.positive(value, &path, format!("factor {key} of {class} in {name}"))
-                };
-                Ok([
-                    factor(factors.area, "A")?,
-                    factor(factors.iy, "Iy")?,
-                    factor(factors.iz, "Iz")?,
-                    factor(factors.j, "J")?,
-                ])
+            let factors = |path: &[Step<'_>], of: String, values: [f64; 4]| {
+                for (value, property) in values.into_iter().zip(Property::ALL) {
+                    let (key, what) = (
+                        property.name(),
+                        format!("factor {} of {of}", property.name()),
+                    );
+                    self.positive(value, &[path, &[Key(key)]].concat(), what)?;
+                }
+                Ok::<(), RobotError>(())
             };
-            let set = FittingFactors {
-                beam: class("beam", entry.beam)?,
-                link: class("link", entry.link)?,
-            };
+            let set = entry.values();
+            factors(
+                &[Key("factors"), Key(name), Key("beam")],
+                format!("beam in {name}"),
+                set.beam,
+            )?;
+            factors(
+                &[Key("factors"), Key(name), Key("link")],
+                format!("link in {name}"),
+                set.link,
+            )?;
+            for (section, values) in &set.sections {
+                let path = [Key("factors"), Key(name), Key("sections"), Key(section)];
+                let known = self.file.sections.keys().map(String::as_str);
+                let place = self.file.sections.get_index_of(section);
+                self.found(place, &path, "section", section, known)?;
+                factors(&path, format!("section {section} in {name}"), *values)?;
+            }
+            for (joint, compliance) in &set.joints_rad_per_nm {
+                let path = [
+                    Key("factors"),
+                    Key(name),
+                    Key("joints_rad_per_Nm"),
+                    Key(joint),
+                ];
+                let known = self.file.joints.iter().map(|entry| entry.id.as_str());
+                let place = known.clone().position(|id| id == joint);
+                self.found(place, &path, "joint", joint, known)?;
+                self.positive(
+                    *compliance,
+                    &path,
+                    format!("compliance of joint {joint} in {name}"),
+                )?;
+            }
+            for (axis, compliance) in Direction::ALL.into_iter().zip(set.base_rad_per_nm) {
+                let axis = axis.to_string();
+                let path = [
+                    Key("factors"),
+                    Key(name),
+                    Key("base_rad_per_Nm"),
+                    Key(&axis),
+                ];
+                if compliance != 0.0 {
+                    self.positive(
+                        compliance,
+                        &path,
+                        format!("compliance of the base about {axis}"),
+                    )?;
+                }
+            }
             sets.insert(name.clone(), set);
         }
         Ok(sets)

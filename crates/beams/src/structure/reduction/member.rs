@@ -39,9 +39,9 @@ pub(super) struct Constants {
 }
 
 impl Constants {
-    /// Of an element whose A, Iy, Iz, J are multiplied; `None` if one is zero, negative or no number, or has no inverse.
-    pub(super) fn of(element: &Element, multipliers: [f64; 4]) -> Option<Self> {
-        let section = element.section.scaled(multipliers);
+    /// Of an element; `None` if one is zero, negative or no number, or has no inverse.
+    pub(super) fn of(element: &Element) -> Option<Self> {
+        let section = element.section;
         let (e, g) = (
             element.material.youngs_modulus_pa,
             element.material.shear_modulus_pa,

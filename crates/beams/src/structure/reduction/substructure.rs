@@ -199,26 +199,30 @@ impl Reduction {
         })
     }
 
-    /// Takes the sections and materials of a structure, multiplied element by element; tells whether all can be used.
+    /// Takes sections, materials and hinge stiffnesses of a structure; returns whether all can be used.
     ///
     /// A constant of zero cannot: what carries nothing has no compliance to add.
-    pub(crate) fn rate(
-        &mut self,
-        structure: &Structure,
-        multipliers: impl Fn(usize) -> [f64; 4],
-    ) -> bool {
+    pub(crate) fn rate(&mut self, structure: &Structure) -> bool {
         self.constants.clear();
-        let elements = structure.elements.iter().enumerate();
-        self.constants.extend(
-            elements.map_while(|(index, element)| Constants::of(element, multipliers(index))),
-        );
-        self.constants.len() == self.ends.len()
+        let elements = structure.elements.iter();
+        self.constants.extend(elements.map_while(Constants::of));
+        for (own, hinge) in self.hinges.iter_mut().zip(&structure.hinges) {
+            own.rad_per_nm = 1.0 / hinge.stiffness_nm_per_rad;
+        }
+        let mut springs = self.hinges.iter();
+        let springs = springs.all(|hinge| is_usable(hinge.rad_per_nm));
+        springs && self.constants.len() == self.ends.len()
     }
 
     /// How each part is solved, from the ground to the end.
     pub(crate) fn methods(&self) -> &[PartMethod] {
         &self.methods
     }
+}
+
+/// Whether a hinge of this compliance can be put in series with what bends.
+fn is_usable(rad_per_nm: f64) -> bool {
+    rad_per_nm.is_normal() && rad_per_nm > 0.0
 }
 
 /// The hinges of a structure; `None` if one is a pin, or has nothing behind it.
@@ -230,7 +234,7 @@ fn yielding_hinges(structure: &Structure, planes: &[usize]) -> Option<Vec<Yieldi
             Some(YieldingHinge {
                 node: structure.node_of_hinge(index)?,
                 plane,
-                rad_per_nm: (rad_per_nm.is_normal() && rad_per_nm > 0.0).then_some(rad_per_nm)?,
+                rad_per_nm: is_usable(rad_per_nm).then_some(rad_per_nm)?,
             })
         })
         .collect()

@@ -6,7 +6,7 @@
 
 use rayon::prelude::*;
 
-use stiffbench_beams::robot::{MultiPosePredictor, RobotError, Theory};
+use stiffbench_beams::robot::{ModelParameter, MultiPosePredictor, RobotError, Theory};
 use stiffbench_numeric::statistics::Estimate;
 
 use super::StiffnessMap;
@@ -14,9 +14,6 @@ use super::column::{MapColumn, stiffness_and_unit};
 use super::model::MapModel;
 use super::statistics::ColumnStatistics;
 use crate::distribution::pose_set::PoseSet;
-
-/// Fitting factors: four of beams, four of links.
-const FACTORS: usize = 8;
 
 /// Columns that one solution has derivatives of.
 const AT_ONCE: usize = 3;
@@ -28,10 +25,12 @@ const POSES: usize = 64;
 const CHUNK: usize = 2048;
 
 /// How well the factors of a model are known.
-#[derive(Debug, Clone, Copy, PartialEq, serde::Serialize, serde::Deserialize)]
-pub struct FactorCovariance {
-    /// Covariance of ln A, ln Iy, ln Iz, ln J of beams, then of links; zero where a factor was not fitted.
-    pub matrix: [[f64; FACTORS]; FACTORS],
+#[derive(Debug, Clone, PartialEq, serde::Serialize, serde::Deserialize)]
+pub struct ParameterCovariance {
+    /// The parameters.
+    pub parameters: Vec<ModelParameter>,
+    /// Covariance of ln a of factors and of the compliance of springs, row by row; zero where a parameter was not fitted.
+    pub matrix: Vec<Vec<f64>>,
     /// Its degrees of freedom; `None` where they are without limit.
     pub dof: Option<f64>,
 }
@@ -47,8 +46,8 @@ pub struct FitUncertainty {
     pub mean: Estimate,
 }
 
-/// Derivatives of a stiffness to the logarithms of the factors, N/m.
-type Gradient = [f64; FACTORS];
+/// Derivatives of a stiffness to the parameters, N/m or N/m per rad/(N·m).
+type Gradient = Vec<f64>;
 
 /// Carries the covariance to smallest, largest and mean of every column; `None` where laws are not linear.
 ///
@@ -58,7 +57,7 @@ pub fn fit_uncertainty(
     model: &MapModel<'_>,
     map: &StiffnessMap,
     poses: &PoseSet,
-    covariance: &FactorCovariance,
+    covariance: &ParameterCovariance,
     statistics: &[ColumnStatistics],
 ) -> Result<Vec<Option<FitUncertainty>>, RobotError> {
     if !model.is_linear() || map.is_empty() {
@@ -67,21 +66,21 @@ pub fn fit_uncertainty(
     let mut found = Vec::with_capacity(statistics.len());
     let columns = map.columns.chunks(AT_ONCE).zip(statistics.chunks(AT_ONCE));
     for (columns, statistics) in columns {
-        let means = mean_gradients(model, map, poses, columns)?;
+        let means = mean_gradients(model, map, poses, columns, &covariance.parameters)?;
         for (place, statistics) in statistics.iter().enumerate() {
             let extremes = [&statistics.smallest, &statistics.largest];
             let rows = extremes.map(|extreme| extreme.row);
-            let of_extremes = gradients(model, map, poses, columns, &rows)?;
-            let estimate = |value: f64, gradient: Gradient| Estimate {
+            let of_extremes = gradients(model, map, poses, columns, &covariance.parameters, &rows)?;
+            let estimate = |value: f64, gradient: &Gradient| Estimate {
                 value,
                 standard_uncertainty: covariance.carried(gradient),
                 dof: covariance.dof.unwrap_or(f64::INFINITY),
             };
             let [smallest, largest] = extremes.map(|extreme| extreme.stiffness_n_per_m);
             found.push(Some(FitUncertainty {
-                smallest: estimate(smallest, of_extremes[0][place]),
-                largest: estimate(largest, of_extremes[1][place]),
-                mean: estimate(statistics.mean.value, means[place]),
+                smallest: estimate(smallest, &of_extremes[0][place]),
+                largest: estimate(largest, &of_extremes[1][place]),
+                mean: estimate(statistics.mean.value, &means[place]),
             }));
         }
     }
@@ -94,24 +93,28 @@ fn mean_gradients(
     map: &StiffnessMap,
     poses: &PoseSet,
     columns: &[MapColumn],
+    parameters: &[ModelParameter],
 ) -> Result<[Gradient; AT_ONCE], RobotError> {
     let rows: Vec<usize> = (0..map.len()).collect();
-    let nothing = [[0.0; FACTORS]; AT_ONCE];
+    let nothing = || [0; AT_ONCE].map(|_| vec![0.0; parameters.len()]);
     // One sum a chunk, added up in order afterwards: the same bytes for any number of threads.
     let chunks: Vec<[Gradient; AT_ONCE]> = rows
         .par_chunks(CHUNK)
         .map(|rows| {
-            let gradients = gradients(model, map, poses, columns, rows)?;
-            Ok(gradients.into_iter().fold(nothing, add))
+            let gradients = gradients(model, map, poses, columns, parameters, rows)?;
+            Ok(gradients.iter().fold(nothing(), add))
         })
         .collect::<Result<_, RobotError>>()?;
-    let sums = chunks.into_iter().fold(nothing, add);
-    Ok(sums.map(|sum| sum.map(|sum| sum / map.len() as f64)))
+    let mut sums = chunks.iter().fold(nothing(), add);
+    for sum in sums.iter_mut().flatten() {
+        *sum /= map.len() as f64;
+    }
+    Ok(sums)
 }
 
-impl FactorCovariance {
+impl ParameterCovariance {
     /// The standard uncertainty of what has this gradient.
-    fn carried(&self, gradient: Gradient) -> f64 {
+    fn carried(&self, gradient: &[f64]) -> f64 {
         let rows = self.matrix.iter().zip(gradient);
         let variance: f64 = rows
             .map(|(row, slope)| {
@@ -124,7 +127,7 @@ impl FactorCovariance {
     }
 }
 
-fn add(mut sum: [Gradient; AT_ONCE], more: [Gradient; AT_ONCE]) -> [Gradient; AT_ONCE] {
+fn add(mut sum: [Gradient; AT_ONCE], more: &[Gradient; AT_ONCE]) -> [Gradient; AT_ONCE] {
     for (sum, more) in sum.iter_mut().flatten().zip(more.iter().flatten()) {
         *sum += more;
     }
@@ -137,6 +140,7 @@ fn gradients(
     map: &StiffnessMap,
     poses: &PoseSet,
     columns: &[MapColumn],
+    parameters: &[ModelParameter],
     rows: &[usize],
 ) -> Result<Vec<[Gradient; AT_ONCE]>, RobotError> {
     let Some(joints) = model.joints() else {
@@ -144,7 +148,8 @@ fn gradients(
     };
     let (robot, mechanism) = (model.robot(), model.mechanism());
     let (theory, room) = (Theory::EulerBernoulli, POSES.min(rows.len()));
-    let mut predictor = MultiPosePredictor::with(robot, mechanism, joints, theory, room)?;
+    let mut predictor =
+        MultiPosePredictor::with(robot, mechanism, joints, theory, parameters, room)?;
     let mut pose = robot.nominal_pose();
     let turns = columns.iter().any(MapColumn::is_principal);
     let mut found = Vec::with_capacity(rows.len());
@@ -167,13 +172,11 @@ fn gradients(
         predictor.solve(model.factors(), true)?;
         for (index, &row) in rows.iter().enumerate() {
             let compliance = translation(model, &predictor, index, map.end_m(row));
-            let mut gradients = [[0.0; FACTORS]; AT_ONCE];
+            let mut gradients = [0; AT_ONCE].map(|_| vec![f64::NAN; parameters.len()]);
             for (place, (gradient, column)) in gradients.iter_mut().zip(columns).enumerate() {
                 let (stiffness, _) = stiffness_and_unit(column, &compliance);
-                let slopes = predictor
-                    .gradient(index, place)
-                    .unwrap_or([[f64::NAN; 4]; 2]);
-                for (gradient, slope) in gradient.iter_mut().zip(slopes.as_flattened()) {
+                let slopes = predictor.gradient(index, place).unwrap_or(&[]);
+                for (gradient, slope) in gradient.iter_mut().zip(slopes) {
                     *gradient = -slope * stiffness * stiffness;
                 }
             }

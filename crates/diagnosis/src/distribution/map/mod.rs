@@ -20,7 +20,7 @@ use stiffbench_beams::robot::Pose;
 use super::pose_set::PoseSet;
 
 pub use column::MapColumn;
-pub use fit_uncertainty::{FactorCovariance, FitUncertainty, fit_uncertainty};
+pub use fit_uncertainty::{FitUncertainty, ParameterCovariance, fit_uncertainty};
 pub use model::{MapModel, NoMap};
 pub use refine::RefinedStiffness;
 pub use regions::{Level, Region, regions};

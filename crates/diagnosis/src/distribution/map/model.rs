@@ -98,6 +98,7 @@ impl<'a> MapModel<'a> {
     /// Prepares a mechanism; effects of the bench must not be among the physics.
     ///
     /// # Arguments
+    /// - `factors`: without springs, which are effects of the physics here.
     /// - `load_n`: load at which laws that are not linear are taken, N; no others need it.
     ///
     /// # Errors
@@ -138,7 +139,7 @@ impl<'a> MapModel<'a> {
         Ok(Self {
             robot,
             physics,
-            factors: *factors,
+            factors: factors.clone(),
             means,
             rocks_at_m: if rocks {
                 Some(support_m(robot, mechanism)?)

@@ -6,7 +6,7 @@ use stiffbench_beams::robot::RobotError;
 
 use super::StiffnessMap;
 use super::column::MapColumn;
-use super::fit_uncertainty::{FactorCovariance, FitUncertainty, fit_uncertainty};
+use super::fit_uncertainty::{FitUncertainty, ParameterCovariance, fit_uncertainty};
 use super::model::MapModel;
 use super::refine::RefinedStiffness;
 use super::regions::{Region, regions};
@@ -74,7 +74,7 @@ impl MechanismStudy {
         model: &MapModel<'_>,
         map: StiffnessMap,
         poses: &StudyPoses,
-        covariance: Option<&FactorCovariance>,
+        covariance: Option<&ParameterCovariance>,
     ) -> Result<Self, RobotError> {
         let surface = poses.surface.as_ref();
         let triangles = surface.map(|surface| surface.rows_of(&map, &poses.set));

@@ -5,6 +5,7 @@ use super::separation::Effects;
 use super::*;
 use crate::mismatch::plan::PlannedLoad;
 use crate::mismatch::{Finding, Rival, RobotBaseline};
+use crate::parameters::ParameterChoice;
 use stiffbench_beams::physics::{Effect, laws};
 use stiffbench_measurement::procedure::Procedure;
 use stiffbench_test_files::shipped_procedure;
@@ -33,7 +34,14 @@ fn baseline<'a>(robot: &'a Robot, mechanism: &str, poses: &[PoseId]) -> RobotBas
     let poses = poses.iter().map(|pose| robot.pose(pose).unwrap().clone());
     let (_, factors) = robot.default_factors();
     let mechanism = robot.mechanism(Some(mechanism)).unwrap();
-    RobotBaseline::new(robot, mechanism, factors, poses.collect(), [0.1, 10.0])
+    RobotBaseline::new(
+        robot,
+        mechanism,
+        factors,
+        poses.collect(),
+        &ParameterChoice::default(),
+    )
+    .unwrap()
 }
 
 /// A bench with gauges of 1 µm and 0.1 N, a tenth of the usual noise.

@@ -10,6 +10,7 @@ use super::*;
 use crate::mismatch::KnownNoise;
 use crate::mismatch::noise::Whitening;
 use crate::mismatch::{GaugeSteps, PlannedCell, PlannedLoad, ReadingNoise, RobotBaseline, Stratum};
+use crate::parameters::ParameterChoice;
 use stiffbench_beams::physics::{Effect, Law, Place, laws};
 use stiffbench_beams::robot::Robot;
 use stiffbench_test_files::shipped_robot;
@@ -117,7 +118,14 @@ fn baseline<'a>(robot: &'a Robot, mechanism: &str) -> RobotBaseline<'a> {
         .to_vec();
     let factors = robot.factor_set("m_fsd").unwrap();
     let mechanism = robot.mechanism(Some(mechanism)).unwrap();
-    RobotBaseline::new(robot, mechanism, factors, poses, [0.1, 10.0])
+    RobotBaseline::new(
+        robot,
+        mechanism,
+        factors,
+        poses,
+        &ParameterChoice::default(),
+    )
+    .unwrap()
 }
 
 /// Everything that a test of white residuals needs.

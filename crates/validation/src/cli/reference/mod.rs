@@ -76,10 +76,7 @@ fn compare(args: &ReferenceCompareArgs) -> Result<Outcome, Failure> {
     let mechanism = robot.mechanism(Some(&record.model.mechanism))?;
     let mut report = reference_report(&robot, mechanism, &record)?;
     if let Some(pose) = report.poses.first() {
-        let factors = FittingFactors {
-            beam: pose.factors,
-            link: pose.factors,
-        };
+        let factors = FittingFactors::of_classes(pose.factors, pose.factors);
         let cells = [Cell {
             pose: PoseId::new(&pose.model.pose),
             direction: Direction::X,
@@ -87,7 +84,7 @@ fn compare(args: &ReferenceCompareArgs) -> Result<Outcome, Failure> {
         let started = Instant::now();
         for _ in 0..TIMED_SOLVES {
             // As a new run of the paper's program would: structure, assembly, solution.
-            CellModel::new(&robot, mechanism, &cells)?.stiffness(&factors)?;
+            CellModel::new(&robot, mechanism, &[], &cells)?.stiffness(&factors)?;
         }
         report.seconds_per_solve = started.elapsed().as_secs_f64() / f64::from(TIMED_SOLVES);
     }

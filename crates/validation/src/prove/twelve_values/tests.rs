@@ -26,7 +26,7 @@ fn a_compliant_joint_is_found_in_stiffness_values_that_hold_one() {
     let mut problem = StiffnessProblem {
         robot: &robot,
         mechanism,
-        start,
+        start: start.clone(),
         cells: (0..poses.len())
             .flat_map(|pose| {
                 Direction::ALL.map(|direction| MeasuredCell {

@@ -1,0 +1,244 @@
+//! The list of parameters as coordinates of a least-squares fit.
+//!
+//! A factor is searched for by the logarithm of its ratio to the start: twice and half are equally far from one, and none can become
+//! negative. A spring is searched for by its compliance, which may be zero, in units of the compliance that would add as much as the whole
+//! structure gives.
+
+use stiffbench_beams::robot::{FittingFactors, ModelParameter, Pose};
+use stiffbench_numeric::least_squares::{LeastSquaresError, Parameter, ParameterSet};
+use stiffbench_units_and_text::test_point::PoseId;
+
+use crate::parameters::{FIRST_SPRING, ParameterChoice, ParameterRole, SpringScales};
+
+use super::error::FitError;
+use super::outcome::FactorStatus;
+use super::problem::FitProblem;
+
+/// The parameters of one fit.
+#[derive(Debug, Clone)]
+pub(super) struct FitParameters {
+    start: FittingFactors,
+    members: Vec<Member>,
+    parameters: Vec<ModelParameter>,
+}
+
+#[derive(Debug, Clone)]
+struct Member {
+    name: String,
+    role: Role,
+    start: f64,
+    /// Compliance of a spring at the coordinate one, rad/(N·m); `None` for a factor.
+    scale_rad_per_nm: Option<f64>,
+    /// Bounds of the coordinate.
+    bounds: [f64; 2],
+}
+
+#[derive(Debug, Clone, Copy, PartialEq)]
+enum Role {
+    Free,
+    Fixed,
+    /// At the same coordinate as another.
+    Tied {
+        to: usize,
+    },
+}
+
+impl FitParameters {
+    /// Puts the chosen parameters, and springs and sections that only the start names, in the coordinates of a fit.
+    ///
+    /// # Errors
+    /// [`FitError::Robot`] for a pose or structure, [`FitError::Bounds`], [`FitError::Tie`].
+    pub(super) fn new(
+        problem: &FitProblem<'_>,
+        choice: &ParameterChoice,
+    ) -> Result<Self, FitError> {
+        let mut choice = choice.clone();
+        let start = problem.start;
+        for spring in start.springs() {
+            if choice.members.iter().all(|m| m.parameter != spring) {
+                choice.set(&spring, ParameterRole::Fixed);
+            }
+        }
+        let parameters = choice.parameters();
+        let free_springs = choice
+            .members
+            .iter()
+            .any(|member| member.role == ParameterRole::Free && !member.parameter.is_factor());
+        let scales = if free_springs {
+            Some(spring_scales(problem)?)
+        } else {
+            None
+        };
+        let mut members = Vec::with_capacity(parameters.len());
+        for chosen in &choice.members {
+            let (parameter, value) = (&chosen.parameter, start.get(&chosen.parameter));
+            let name = parameter.to_string();
+            let scale = scales.as_ref().map(|scales| scales.of(parameter));
+            let scale = scale.filter(|_| !parameter.is_factor()).unwrap_or_default();
+            let unit = if scale.compliance > 0.0 {
+                scale.compliance
+            } else {
+                1.0
+            };
+            let bounds = match (parameter.is_factor(), chosen.bounds) {
+                (true, None) => choice.range.map(f64::ln),
+                (true, Some(bounds)) => bounds.map(|bound| (bound / value).ln()),
+                (false, None) => scale.plausible_compliance().map(|bound| bound / unit),
+                (false, Some(bounds)) => bounds.map(|bound| bound / unit),
+            };
+            let [lower, upper] = bounds;
+            let is_free = chosen.role == ParameterRole::Free;
+            if is_free && !(lower < upper && bounds.iter().all(|bound| bound.is_finite())) {
+                let bounds = chosen.bounds.unwrap_or([0.0; 2]);
+                return Err(FitError::Bounds { name, bounds });
+            }
+            members.push(Member {
+                name,
+                role: match &chosen.role {
+                    ParameterRole::Free => Role::Free,
+                    ParameterRole::Fixed => Role::Fixed,
+                    ParameterRole::TiedTo(other) => {
+                        let to = parameters.iter().position(|known| known == other);
+                        let to = to.filter(|_| other.is_factor() == parameter.is_factor());
+                        let to = to.ok_or_else(|| FitError::Tie {
+                            one: parameter.to_string(),
+                            other: other.to_string(),
+                        })?;
+                        Role::Tied { to }
+                    }
+                },
+                start: value,
+                scale_rad_per_nm: (!parameter.is_factor()).then_some(unit),
+                bounds,
+            });
+        }
+        // Tied springs take the scale that puts them at the coordinate of the other, through chains of ties.
+        for place in (0..members.len()).cycle().take(members.len().pow(2)) {
+            if let Role::Tied { to } = members[place].role
+                && let Some(others) = members[to].scale_rad_per_nm
+            {
+                let both = members[place].start > 0.0 && members[to].start > 0.0;
+                let kept = if both {
+                    members[place].start / members[to].start
+                } else {
+                    1.0
+                };
+                members[place].scale_rad_per_nm = Some(kept * others);
+            }
+        }
+        Ok(Self {
+            start: start.clone(),
+            members,
+            parameters,
+        })
+    }
+
+    /// The parameters, in the order of coordinates and results.
+    pub(super) fn parameters(&self) -> &[ModelParameter] {
+        &self.parameters
+    }
+
+    /// The coordinates, beginning at the start.
+    ///
+    /// # Errors
+    /// [`LeastSquaresError`] if ties go in a circle or no parameter is free.
+    pub(super) fn set(&self) -> Result<ParameterSet, LeastSquaresError> {
+        let members = self.members.iter().enumerate();
+        let parameter = |(place, member): (usize, &Member)| {
+            let (name, start) = (&member.name, self.coordinate(place, member.start));
+            let [lower, upper] = member.bounds;
+            match member.role {
+                Role::Free if member.scale_rad_per_nm.is_some() && start == 0.0 => {
+                    Parameter::free(name, FIRST_SPRING.clamp(lower, upper), lower, upper)
+                }
+                Role::Free => Parameter::free(name, start.clamp(lower, upper), lower, upper),
+                Role::Fixed => Parameter::fixed(name, start),
+                Role::Tied { to } => Parameter::tied(name, to, 1.0),
+            }
+        };
+        ParameterSet::new(members.map(parameter).collect())
+    }
+
+    /// Values at a point of the coordinates.
+    pub(super) fn values(&self, point: &[f64]) -> FittingFactors {
+        let mut values = self.start.clone();
+        for (place, parameter) in self.parameters.iter().enumerate() {
+            values.set(parameter, self.value(place, point[place]));
+        }
+        values
+    }
+
+    /// What is known of a parameter before the fit.
+    pub(super) fn status(&self, place: usize) -> FactorStatus {
+        match self.members[place].role {
+            Role::Free => FactorStatus::Free,
+            Role::Fixed => FactorStatus::Fixed,
+            Role::Tied { to } => FactorStatus::Tied {
+                to: self.members[to].name.clone(),
+            },
+        }
+    }
+
+    /// Value of a parameter at a coordinate.
+    pub(super) fn value(&self, place: usize, coordinate: f64) -> f64 {
+        let member = &self.members[place];
+        match member.scale_rad_per_nm {
+            None => member.start * coordinate.exp(),
+            Some(scale) => scale * coordinate,
+        }
+    }
+
+    /// Coordinate of a value of a parameter, not held within its bounds.
+    pub(super) fn coordinate(&self, place: usize, value: f64) -> f64 {
+        let member = &self.members[place];
+        match member.scale_rad_per_nm {
+            None => (value / member.start).ln(),
+            Some(scale) => value / scale,
+        }
+    }
+
+    /// How fast the derivative's own variable of a parameter grows with its coordinate: ln a of a factor, the compliance of a spring.
+    pub(super) fn slope(&self, place: usize) -> f64 {
+        self.members[place].scale_rad_per_nm.unwrap_or(1.0)
+    }
+
+    /// Bounds of the coordinate of a parameter.
+    pub(super) fn bounds(&self, place: usize) -> [f64; 2] {
+        self.members[place].bounds
+    }
+
+    /// Coordinates of values, held within bounds.
+    pub(super) fn coordinates(&self, values: &FittingFactors) -> Vec<f64> {
+        let parameters = self.parameters.iter().enumerate();
+        parameters
+            .map(|(place, parameter)| {
+                let [lower, upper] = self.members[place].bounds;
+                self.coordinate(place, values.get(parameter))
+                    .clamp(lower, upper)
+            })
+            .collect()
+    }
+}
+
+/// What springs would do in the cells of a fit.
+fn spring_scales(problem: &FitProblem<'_>) -> Result<SpringScales, FitError> {
+    let mut names: Vec<&PoseId> = Vec::new();
+    let mut cells = Vec::new();
+    for measured in &problem.measured.cells {
+        let known = names.iter().position(|name| **name == measured.cell.pose);
+        let pose = known.unwrap_or_else(|| {
+            names.push(&measured.cell.pose);
+            names.len() - 1
+        });
+        cells.push((pose, measured.cell.direction));
+    }
+    let poses = names.iter().map(|name| problem.robot.pose(name).cloned());
+    let poses: Vec<Pose> = poses.collect::<Result<_, _>>()?;
+    let FitProblem {
+        robot,
+        mechanism,
+        start,
+        ..
+    } = *problem;
+    Ok(SpringScales::new(robot, mechanism, start, &poses, &cells)?)
+}
