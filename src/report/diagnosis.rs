@@ -14,11 +14,12 @@ mod words;
 use serde_json::{Map, Value, json};
 
 use crate::mismatch::{
-    BaselineParameter, DRAWS, Diagnosis, FactorShift, Finding, Impossible, LAW_LEVEL, Limits,
-    Located, Location, NextMeasurement, Observations, Quality, ReadingTrace, Trace,
+    BaselineParameter, CriticalValues, Diagnosis, FactorShift, Finding, Impossible, Located,
+    Location, NextMeasurement, Observations, Quality, ReadingTrace, Trace,
 };
 use crate::physics::{Law, Sign};
 use crate::quantity::METRES_PER_MICROMETRE;
+use crate::search::constants::{LAW_LEVEL, NULL_SAMPLES};
 use crate::test_point::Direction;
 
 pub(super) use answer::Answer;
@@ -44,7 +45,7 @@ pub struct DiagnosisReport<'a> {
     /// The diagnosis.
     pub diagnosis: &'a Diagnosis,
     /// Its limits.
-    pub limits: &'a Limits,
+    pub limits: &'a CriticalValues,
     /// Factors of the baseline, their values as logarithms.
     pub parameters: &'a [BaselineParameter],
     /// The readings.
@@ -343,12 +344,12 @@ fn next_json(next: &NextMeasurement) -> Value {
 
 /// The smallest chance that the draws of noise can show of a pattern.
 fn least_left_over_p() -> f64 {
-    1.0 / (DRAWS as f64 + 1.0)
+    1.0 / (NULL_SAMPLES as f64 + 1.0)
 }
 
 /// The smallest chance that the draws of noise can show of a law, its share of the level taken into account.
-fn least_law_p(limits: &Limits, law: Law) -> f64 {
-    let level = limits.levels.get(&(law, false)).copied();
+fn least_law_p(limits: &CriticalValues, law: Law) -> f64 {
+    let level = limits.laws.levels.get(&(law, false)).copied();
     least_left_over_p() * LAW_LEVEL / level.unwrap_or(LAW_LEVEL)
 }
 

@@ -2,9 +2,10 @@
 
 use std::fmt::Write;
 
-use crate::mismatch::{DRAWS, DetectionLimit, Finding, LAW_LEVEL, LEFT_OVER_LEVEL, Spot};
+use crate::mismatch::{DetectionLimit, Finding, Spot};
 use crate::physics::{Law, Place};
 use crate::report::{TextTable, significant};
+use crate::search::constants::{LAW_LEVEL, NULL_SAMPLES, UNEXPLAINED_LEVEL};
 
 use super::noise::noise_text;
 use super::words::{listed, paragraph, um};
@@ -301,23 +302,23 @@ fn limits(report: &DiagnosisReport<'_>) -> String {
     let limits = report.limits;
     let mut text = String::from("\n");
     let sentence = format!(
-        "Limits. Noise alone passes for a law in {} % of sessions and for structure left over in {} %, from {DRAWS} draws with seed {}. The \
+        "Limits. Noise alone passes for a law in {} % of sessions and for structure left over in {} %, from {NULL_SAMPLES} draws with seed {}. The \
          level of the laws is split between them so that most are found at 4.5 standard errors; the critical value is that of the gain, the \
          fall of the weighted squares.",
         significant(100.0 * LAW_LEVEL, 2),
-        significant(100.0 * LEFT_OVER_LEVEL, 2),
+        significant(100.0 * UNEXPLAINED_LEVEL, 2),
         report.seed
     );
     text.push_str(&paragraph(&sentence, "", ""));
     let mut rows = TextTable::new(&["law", "share of the level", "level, %", "critical value"]);
-    for (family, limit) in &limits.laws {
+    for (family, limit) in &limits.laws.values {
         let (law, wide) = *family;
         let name = if wide {
             format!("{} (any period)", law.row)
         } else {
             law.row.to_owned()
         };
-        let level = limits.levels.get(family);
+        let level = limits.laws.levels.get(family);
         rows.row([
             name,
             level.map_or_else(
@@ -331,8 +332,8 @@ fn limits(report: &DiagnosisReport<'_>) -> String {
     rows.row([
         "structure left over".to_owned(),
         "-".to_owned(),
-        significant(100.0 * LEFT_OVER_LEVEL, 2),
-        format!("{:.1}", limits.left_over),
+        significant(100.0 * UNEXPLAINED_LEVEL, 2),
+        format!("{:.1}", limits.of_unexplained()),
     ]);
     let _ = write!(text, "{}", rows.text());
     text

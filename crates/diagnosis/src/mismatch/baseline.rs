@@ -95,6 +95,12 @@ pub trait PoseSolver: Send {
     fn joint_names(&self) -> Vec<String>;
 }
 
+/// Standard deviations of the parameters as known beforehand, in their units.
+pub(super) fn prior_sd(baseline: &dyn Baseline) -> Vec<f64> {
+    let parameters = baseline.parameters().iter();
+    parameters.map(|parameter| parameter.prior_sd).collect()
+}
+
 /// Half the width, in standard deviations, of the range that bounds leave to a factor: uniform over ± ln 10.
 const PRIOR_WIDTHS: f64 = 1.732_050_807_568_877_2;
 

@@ -22,6 +22,11 @@ pub(super) struct Candidate {
 }
 
 impl Candidate {
+    /// The family whose critical value it must exceed: its law, and whether the search is the wide one.
+    pub(super) fn family(&self) -> (Law, bool) {
+        (self.law, self.wide)
+    }
+
     /// Largest size that is plausible, starting from a shape; infinite of a law without a size.
     pub(super) fn largest(&self, shape: &Shape) -> f64 {
         let size = self.law.parameters.first();

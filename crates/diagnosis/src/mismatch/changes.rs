@@ -258,9 +258,7 @@ impl<'a> Changes<'a> {
 #[cfg(test)]
 pub(super) mod tests {
     use super::*;
-    use crate::mismatch::noise::Whitening;
-    use crate::mismatch::space::Space;
-    use crate::mismatch::{GaugeSteps, PlannedCell, PlannedLoad, ReadingNoise};
+    use crate::mismatch::{GaugeSteps, PlannedCell, PlannedLoad};
     use stiffbench_beams::structure::TwistInfluence;
     use stiffbench_units_and_text::test_point::{Branch, Direction};
 
@@ -285,20 +283,6 @@ pub(super) mod tests {
         };
         let cells = [Direction::X, Direction::Y].map(cell);
         Observations::planned(&cells, GaugeSteps::default(), None)
-    }
-
-    /// A space of white vectors of readings like these, in which the fit absorbs one slope.
-    pub(in crate::mismatch) fn space(observations: &Observations) -> Space {
-        let loads = observations.loads.iter();
-        let slope_m: Vec<f64> = loads.map(|load| 4e-7 * load.force_n).collect();
-        let noise = ReadingNoise {
-            reading_sd_m: 1e-6,
-            zero_sd_m: 2e-6,
-            run_slope_sd: 0.01,
-        };
-        let compliance = vec![4e-7; observations.len()];
-        let whitening = Whitening::new(observations, &noise, &slope_m, &compliance);
-        Space::new(observations, whitening, &[], &[slope_m])
     }
 
     /// A pose with two joints that mind each other.

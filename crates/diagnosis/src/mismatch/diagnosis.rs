@@ -4,9 +4,9 @@ use stiffbench_beams::physics::{Effect, Law, Place};
 use stiffbench_numeric::statistics::student_t_quantile;
 use stiffbench_units_and_text::test_point::{Direction, PoseId};
 
-use super::leftover::Stratum;
 use super::noise::ReadingNoise;
 use super::rank::Impossible;
+use super::stratum::Stratum;
 
 /// What is to be said of a session.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

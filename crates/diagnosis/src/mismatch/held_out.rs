@@ -95,7 +95,7 @@ impl Bench<'_> {
             .zip(&held)
             .map(|(residual, held)| if *held { *residual } else { 0.0 })
             .collect();
-        state.whitening.apply(&mut white);
+        state.whitening.covariance.whiten(&mut white);
         let squares = white.iter().map(|x| x * x).sum();
         Ok((self.rms_about_zeros(&residuals, &held), squares))
     }

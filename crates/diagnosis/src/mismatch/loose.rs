@@ -5,21 +5,19 @@ use rayon::prelude::*;
 use stiffbench_beams::physics::{Effect, Law, PlaceScale, Shape};
 
 use super::candidate::Candidate;
+use super::candidate_scores::{WhiteCandidate, WhiteShape};
 use super::error::MismatchError;
 use super::memory::key_of;
 use super::rank::View;
 use super::ranked::Ranked;
 use super::refit::{Model, Near, Refit};
-use super::screen::{WhiteCandidate, WhiteShape};
-use super::space::{Space, dot};
 use super::state::{Bench, State};
+use crate::search::WhiteSpace;
+use crate::search::constants::HOPELESS;
+use crate::search::dot;
 
 /// Squared length, in standard errors, below which the readings say nothing of a member: it may as well be loose.
 const INVISIBLE: f64 = 1e-6;
-
-/// Linear gain, as a share of the squared length of what a member's absence changes, below which no fit makes it a gain: halfway from what
-/// a structure with the member leaves (-1) to what explains nothing (0).
-const HOPELESS: f64 = -0.5;
 
 /// What the absence of a member would change in readings of the baseline.
 #[derive(Debug)]
@@ -34,7 +32,7 @@ impl Bench<'_> {
     pub(super) fn loose_shapes(
         &self,
         state: &State,
-        space: &Space,
+        space: &WhiteSpace,
     ) -> Result<Vec<WhiteCandidate>, MismatchError> {
         let shaped = |change: &LooseChange| {
             let change_m = change.change_m.as_ref()?;
@@ -148,7 +146,7 @@ impl Bench<'_> {
     fn loose_member(
         &self,
         state: &State,
-        space: &Space,
+        space: &WhiteSpace,
         effect: &Effect,
     ) -> Result<Option<Ranked>, MismatchError> {
         let existing = &state.fitted.model.effects;

@@ -9,20 +9,20 @@ use std::sync::{Arc, Mutex, OnceLock, PoisonError};
 use stiffbench_beams::physics::Effect;
 
 use super::candidate::PlaceScales;
+use super::candidate_scores::ScoredCandidate;
 use super::known_noise::KnownNoise;
 use super::loose::LooseChange;
 use super::noise::ReadingNoise;
 use super::ranked::Ranked;
 use super::refit::Model;
 use super::restricted_likelihood::EstimatedNoise;
-use super::screen::SeenCandidate;
 use super::state::State;
 
 /// Results of searches that share baseline and readings, but for where the gauge stood.
 #[derive(Debug, Default)]
 pub(super) struct Memory {
     settled: Kept<(Model, KnownNoise), Option<State>>,
-    seen: Kept<StateKey, Vec<SeenCandidate>>,
+    seen: Kept<StateKey, Vec<ScoredCandidate>>,
     fitted: Kept<(StateKey, Effect), Option<Ranked>>,
     noise: OnceLock<ReadingNoise>,
     loose_changes: OnceLock<Vec<LooseChange>>,
@@ -62,8 +62,8 @@ impl Memory {
     pub(super) fn seen(
         &self,
         key: &StateKey,
-        work: impl FnOnce() -> Vec<SeenCandidate>,
-    ) -> Vec<SeenCandidate> {
+        work: impl FnOnce() -> Vec<ScoredCandidate>,
+    ) -> Vec<ScoredCandidate> {
         if !stands_anywhere(&key.0.effects) {
             return work();
         }

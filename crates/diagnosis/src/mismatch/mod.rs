@@ -6,43 +6,38 @@
 
 mod baseline;
 mod candidate;
+mod candidate_scores;
 mod changes;
+mod critical_values;
 mod design;
 mod detection;
 mod diagnosis;
-mod directions;
-mod draws;
 mod earlier_noise;
 mod error;
-mod few;
 mod found_model;
 mod held_out;
 mod ideal;
 mod known_noise;
-mod leftover;
-mod limits;
 mod loose;
 mod memory;
 mod next_measurement;
 mod noise;
 mod observations;
 mod outlier;
+mod patterns;
 mod plan;
 mod predictor;
-mod products;
 mod profiles;
 mod rank;
 mod ranked;
 mod refit;
 mod restricted_likelihood;
 mod rounded;
-mod screen;
 mod search;
-mod space;
 mod specimen;
 mod state;
 mod strata;
-mod symmetric_root;
+mod stratum;
 mod trace;
 mod trial;
 mod verdict;
@@ -50,6 +45,7 @@ mod verdict;
 pub use baseline::{
     Baseline, BaselineParameter, ElementCompliance, PROPERTIES, PoseSolver, RobotBaseline,
 };
+pub use critical_values::{CriticalValues, Family};
 pub use design::{
     CAN_TELL, CANNOT_TELL, DesignBench, DesignReport, LawDesign, NearRival, ProposedMeasurement,
     Suspect, USUAL_NOISE, Unseen, design_of_plan, next_measurements, poses_at_hand,
@@ -61,8 +57,6 @@ pub use earlier_noise::EarlierNoise;
 pub use error::MismatchError;
 pub use ideal::{IdealSearch, IdealSession};
 pub use known_noise::{GivenNoise, KnownNoise, given_noise};
-pub use leftover::Stratum;
-pub use limits::{DRAWS, Family, LAW_LEVEL, LEFT_OVER_LEVEL, Limits};
 pub use next_measurement::NextMeasurement;
 pub use noise::ReadingNoise;
 pub use observations::{
@@ -79,9 +73,10 @@ pub use strata::{
     Carrier, Carrying, Contrast, Located, MapEntry, STRATUM_LEVEL, Spot, StratumTest, Untested,
     locate,
 };
+pub use stratum::Stratum;
 pub use trace::{EffectTrace, ReadingTrace, Trace, trace};
 pub use trial::{TrialNoise, Truth, scale_to, simulate, standard_errors, standard_errors_between};
-pub use verdict::{TELL_ALIKE_APART, first_of_alternatives};
+pub use verdict::first_of_alternatives;
 
 use state::Bench;
 use stiffbench_beams::physics::laws::SHORTEST_PERIOD_M;
@@ -100,8 +95,8 @@ pub fn diagnose(
     baseline: &dyn Baseline,
     observations: &Observations,
     options: &SearchOptions,
-    known: Option<&Limits>,
-) -> Result<(Diagnosis, Limits), MismatchError> {
+    known: Option<&CriticalValues>,
+) -> Result<(Diagnosis, CriticalValues), MismatchError> {
     let (diagnosis, limits, ()) = diagnose_and(baseline, observations, options, known, |_| Ok(()))?;
     Ok((diagnosis, limits))
 }
@@ -114,7 +109,7 @@ pub fn diagnose_and_locate(
     baseline: &dyn Baseline,
     observations: &Observations,
     options: &SearchOptions,
-) -> Result<(Diagnosis, Limits, Located), MismatchError> {
+) -> Result<(Diagnosis, CriticalValues, Located), MismatchError> {
     diagnose_and(baseline, observations, options, None, |bench| {
         bench.located_at_start(options)
     })
@@ -125,9 +120,9 @@ fn diagnose_and<T>(
     baseline: &dyn Baseline,
     observations: &Observations,
     options: &SearchOptions,
-    known: Option<&Limits>,
+    known: Option<&CriticalValues>,
     ask: impl FnOnce(&Bench<'_>) -> Result<T, MismatchError>,
-) -> Result<(Diagnosis, Limits, T), MismatchError> {
+) -> Result<(Diagnosis, CriticalValues, T), MismatchError> {
     if observations.is_empty() {
         return Err(MismatchError::Empty);
     }

@@ -1,10 +1,10 @@
 //! A candidate with its fit: what is held against its limit, and the evidence for it.
 
-use stiffbench_beams::physics::Effect;
-use stiffbench_numeric::statistics::{chi_squared_quantile, f_upper_tail};
+use stiffbench_beams::physics::{Effect, Law};
 
-use super::limits::Limits;
+use super::critical_values::CriticalValues;
 use super::refit::Fitted;
+use crate::search::{log_bayes, under_known_covariance};
 
 /// A candidate with its fit and its evidence.
 #[derive(Debug, Clone)]
@@ -40,46 +40,22 @@ impl Ranked {
         } else {
             self.gain
         };
-        self.as_if_noise_were_known(gain)
+        // On noise alone Δχ² grows by the sizes, of which a law with a phase has two.
+        let has_phase = self.effect.law.search.phase.is_some();
+        let amplitudes = if has_phase { 2.0 } else { 1.0 };
+        under_known_covariance(gain, amplitudes, self.dof)
     }
 
-    /// The gain that would be as rare as another if the noise were known exactly: F to χ².
-    fn as_if_noise_were_known(&self, gain: f64) -> f64 {
-        if self.dof > 1e5 || gain <= 0.0 {
-            return gain;
-        }
-        // On noise alone a gain grows by the sizes, of which a law with a phase has two.
-        let has_phase = self.effect.law.search.phase.is_some();
-        let sizes = if has_phase { 2.0 } else { 1.0 };
-        let Some(p) = f_upper_tail(gain / sizes, sizes, self.dof) else {
-            return gain;
-        };
-        // Beyond what the tail can say in 16 digits the effect needs no exact limit.
-        if p < 1e-14 {
-            return gain.min(60.0);
-        }
-        chi_squared_quantile(1.0 - p, sizes).unwrap_or(gain)
+    /// The family whose critical value it must exceed: its law, and whether the search is the wide one.
+    pub(super) fn family(&self) -> (Law, bool) {
+        (self.effect.law, self.wide)
     }
 
     /// Weighs its evidence.
-    pub(super) fn weigh(&mut self, limits: &Limits) {
-        let limit = limits.of((self.effect.law, self.wide));
+    pub(super) fn weigh(&mut self, limits: &CriticalValues) {
+        let limit = limits.laws.of(self.family());
         self.log_bayes = log_bayes(self.gain, limit, self.effect.values.len());
     }
-}
-
-/// Logarithm of the Bayes factor of a law against no law.
-///
-/// The prior of a law is such that a gain at its limit leaves it even: the law whose many shapes and places noise imitates well
-/// must be that much better than one with a single shape, and the odds of no law depend on what its size was thought to be. Beyond the
-/// limit each value that was fitted costs what it is known better by (Laplace's approximation; Kass & Raftery, Journal of the
-/// American Statistical Association 90, 1995, p. 777).
-///
-/// # Arguments
-/// - `values`: how many were fitted.
-pub(super) fn log_bayes(gain: f64, limit: f64, values: usize) -> f64 {
-    let known_better = 0.5 * (gain.max(limit) / limit).ln();
-    0.5 * (gain - limit) - values as f64 * known_better
 }
 
 /// Whether two effects are the same law at the same place.
@@ -92,7 +68,6 @@ mod tests {
     use super::*;
     use crate::mismatch::refit::Model;
     use stiffbench_beams::physics::{Place, laws};
-    use stiffbench_numeric::statistics::f_upper_tail;
 
     fn ranked(gain: f64, linear_gain: f64, dof: f64) -> Ranked {
         let effect = Effect {
@@ -127,15 +102,5 @@ mod tests {
         assert_eq!(ranked(16.0, 12.0, known).judged_gain(false), 16.0);
         // A linear gain that no fit reaches is none.
         assert_eq!(ranked(10.0, 12.0, known).judged_gain(true), 10.0);
-    }
-
-    #[test]
-    fn a_scatter_that_few_degrees_of_freedom_tell_makes_a_gain_less_rare() {
-        let judged = ranked(16.0, 16.0, 20.0).judged_gain(true);
-        let as_rare = f_upper_tail(judged, 1.0, 1e9).unwrap();
-        let rare = f_upper_tail(16.0, 1.0, 20.0).unwrap();
-        // Quantiles are found to six digits.
-        assert!((as_rare - rare).abs() < 1e-5 * rare, "{as_rare} {rare}");
-        assert!(judged < 12.0, "{judged}");
     }
 }

@@ -10,7 +10,7 @@ use super::baseline::Baseline;
 use super::candidate::PlaceScales;
 use super::changes::Frozen;
 use super::error::MismatchError;
-use super::noise::Whitening;
+use super::noise::NoiseCovariance;
 use super::observations::Observations;
 use super::predictor::ReadingPredictor;
 
@@ -37,7 +37,7 @@ const NEGLIGIBLE: f64 = 1e-3;
 pub(super) struct Refit<'a> {
     pub(super) baseline: &'a dyn Baseline,
     pub(super) observations: &'a Observations,
-    pub(super) whitening: &'a Whitening,
+    pub(super) whitening: &'a NoiseCovariance,
     /// Readings that count; all if `None`.
     pub(super) kept: Option<&'a [bool]>,
     /// What the loads make of places: it bounds the values of all effects.
@@ -179,7 +179,7 @@ impl Refit<'_> {
     /// Whitens a vector of readings in which those held out count nothing.
     fn whiten(&self, values: &mut [f64]) {
         self.drop_held_out(values);
-        self.whitening.apply(values);
+        self.whitening.covariance.whiten(values);
     }
 
     fn drop_held_out(&self, values: &mut [f64]) {

@@ -2,40 +2,23 @@
 
 use stiffbench_beams::physics::Law;
 
+use super::critical_values::{CriticalValues, critical_values};
 use super::error::MismatchError;
 use super::known_noise::KnownNoise;
-use super::leftover::{Pattern, autocorrelation_p, largest_patterns, patterns};
-use super::limits::{LEFT_OVER_LEVEL, Limits, limits};
 use super::memory::key_of;
 use super::outlier::is_outlier;
+use super::patterns::{Pattern, autocorrelation_p, largest_patterns, patterns};
 use super::rank::View;
 use super::ranked::{Ranked, same};
 use super::refit::Model;
 use super::rounded::RoundedNoise;
-use super::space::Space;
 use super::state::{Bench, State};
-
-/// Most effects that are looked for.
-const MOST_EFFECTS: usize = 3;
-
-/// A rival within this log Bayes factor of the winner is not told apart from it.
-pub(super) const TELL_APART: f64 = 3.0;
-
-/// Gain by which what is three standard errors away falls short.
-const THREE_STANDARD_ERRORS: f64 = 9.0;
-
-/// Poses left out must be predicted better with an effect than without, by more than this fall of the weighted squares.
-///
-/// An effect that passed its limit by chance mostly fits the poses it was found in and fails in the one left out; a true one whose
-/// parameters the other poses determine helps there too.
-const HELD_OUT_LIMIT: f64 = 0.0;
-
-/// Share of an effect's squares in one pose above which the other poses do not determine it.
-const ONE_POSE: f64 = 0.5;
-
-/// Share of the gain that is asked for which the linear gain of a candidate must reach to be fitted. Fits do add several times as much now and
-/// then: a joint's effect that grows large, and what other effects could explain by values that a fit holds.
-const PROMISING: f64 = 0.3;
+use crate::search::WhiteSpace;
+use crate::search::constants::{
+    BEYOND_PATTERNS, HELD_OUT_FALL, MOST_EFFECTS, NULL_SAMPLES, ONE_POSE, STRONG_EVIDENCE,
+    SWAP_GAIN, UNEXPLAINED_LEVEL, WORTH_A_FIT, WORTH_A_LOOK,
+};
+use crate::search::{DrawResiduals, NullNoise};
 
 /// What a search is to do.
 #[derive(Debug, Clone, PartialEq)]
@@ -127,27 +110,30 @@ impl Bench<'_> {
         Ok(state.whitening.positions(self.observations, &residuals))
     }
 
-    /// Limits for these observations: from the candidates and patterns against the baseline.
-    pub(super) fn limits(
+    /// CriticalValues for these observations: from the candidates and patterns against the baseline.
+    pub(super) fn critical_values(
         &self,
         first: &View,
         state: &State,
         seed: u64,
-    ) -> Result<Limits, MismatchError> {
+    ) -> Result<CriticalValues, MismatchError> {
         let (_, compliance) = self.slope(&mut self.predictor(), &state.fitted.model)?;
         let patterns = patterns(self.observations, &compliance, &first.space);
         let white = self.white_shapes(first, state)?;
-        let readings = &first.residuals[..self.observations.len()];
-        let seen_in = (self.observations, &first.space);
         let predicted = self.predicted(&mut self.predictor(), &state.fitted.model)?;
         let rounded = RoundedNoise::new(self.observations, &state.whitening, predicted);
-        Ok(limits(
-            seen_in,
+        let drawn = rounded
+            .as_ref()
+            .map(|rounded| rounded as &dyn DrawResiduals);
+        let residuals = &first.residuals[..self.observations.len()];
+        let noise = NullNoise::like(residuals, drawn, NULL_SAMPLES, seed);
+        let space = &first.space;
+        Ok(critical_values(
+            self.observations,
+            space,
             white,
             patterns,
-            readings,
-            rounded.as_ref(),
-            seed,
+            &noise,
         ))
     }
 
@@ -155,7 +141,7 @@ impl Bench<'_> {
     fn largest_patterns(
         &self,
         state: &State,
-        space: &Space,
+        space: &WhiteSpace,
         residuals: &[f64],
     ) -> Result<Vec<(f64, Pattern)>, MismatchError> {
         let (_, compliance) = self.slope(&mut self.predictor(), &state.fitted.model)?;
@@ -175,15 +161,15 @@ impl Bench<'_> {
     pub(super) fn search(
         &self,
         options: &SearchOptions,
-        known: Option<&Limits>,
-    ) -> Result<(Found, Limits), MismatchError> {
+        known: Option<&CriticalValues>,
+    ) -> Result<(Found, CriticalValues), MismatchError> {
         let before = self
             .settle(self.start(), options.noise)?
             .ok_or(MismatchError::Empty)?;
         let first = self.look(&before, &options.without)?;
         let limits = match known {
             Some(limits) => limits.clone(),
-            None => self.limits(&first, &before, options.seed)?,
+            None => self.critical_values(&first, &before, options.seed)?,
         };
         let mut state = before.clone();
         let mut families: Vec<f64> = Vec::new();
@@ -206,10 +192,10 @@ impl Bench<'_> {
                 self.swap(next, options, &limits)?
             };
             // Each further name is one more chance to be wrong: it is told apart from no further name as from another.
-            if step > 0 && self.weakest(&next, options, &limits)? <= TELL_APART {
+            if step > 0 && self.weakest(&next, options, &limits)? <= STRONG_EVIDENCE {
                 break;
             }
-            if asked && self.held_out_fall(&next, &state.fitted.model)? <= HELD_OUT_LIMIT {
+            if asked && self.held_out_fall(&next, &state.fitted.model)? <= HELD_OUT_FALL {
                 break;
             }
             state = next;
@@ -247,15 +233,15 @@ impl Bench<'_> {
         &self,
         found: &mut Found,
         options: &SearchOptions,
-        limits: &Limits,
+        limits: &CriticalValues,
     ) -> Result<(), MismatchError> {
-        if found.left.p > LEFT_OVER_LEVEL {
+        if found.left.p > UNEXPLAINED_LEVEL {
             return Ok(());
         }
         let mut kept: Vec<bool> = Vec::new();
         for (place, chosen) in found.chosen.iter().enumerate() {
             let rest = self.without(&found.after, place)?;
-            let instead = self.left_over(&rest, limits)?.gain + THREE_STANDARD_ERRORS;
+            let instead = self.left_over(&rest, limits)?.gain + BEYOND_PATTERNS;
             let needed = found.left.gain.max(instead);
             kept.push(chosen.ranked.iter().any(|best| best.gain > needed));
         }
@@ -288,13 +274,11 @@ impl Bench<'_> {
         state: &State,
         view: &View,
         options: &SearchOptions,
-        limits: &Limits,
+        limits: &CriticalValues,
     ) -> Result<Option<(State, f64, bool)>, MismatchError> {
-        // Under the noise of the state an effect that differs between repeats hides part of itself: most of the limit is worth a look.
-        const WORTH: f64 = 0.7;
-        let limit = |ranked: &Ranked| limits.of((ranked.effect.law, ranked.wide));
-        let worth = |ranked: &Ranked| ranked.gain > WORTH * limit(ranked);
-        let promising = (limits, PROMISING * WORTH);
+        let limit = |ranked: &Ranked| limits.laws.of(ranked.family());
+        let worth = |ranked: &Ranked| ranked.gain > WORTH_A_LOOK * limit(ranked);
+        let promising = (limits, WORTH_A_FIT * WORTH_A_LOOK);
         let ranked = self.rank(state, view, &options.without, promising)?;
         let Some(mut best) = ranked.into_iter().find(worth) else {
             return Ok(None);
@@ -310,7 +294,7 @@ impl Bench<'_> {
                 return Ok(None);
             };
             let before = (view, &state.noise.noise);
-            let promising = (limits, PROMISING);
+            let promising = (limits, WORTH_A_FIT);
             let view = self.look_again(&baseline, before, promising)?;
             let again = self.rank(&baseline, &view, &options.without, promising)?;
             let alone = rest.effects.is_empty();
@@ -324,8 +308,7 @@ impl Bench<'_> {
             };
             // Two candidates that pass under each other's noise would take turns: the last to pass is taken, the swaps decide.
             if same(&passing.effect, &best.effect) || round == MOST_EFFECTS {
-                let family = (passing.effect.law, passing.wide);
-                let p = limits.family_p(family, passing.judged_gain(alone));
+                let p = limits.laws.p(passing.family(), passing.judged_gain(alone));
                 let Some(next) = self.settle(passing.fitted.model.clone(), options.noise)? else {
                     return Ok(None);
                 };
@@ -354,7 +337,7 @@ impl Bench<'_> {
         &self,
         state: State,
         options: &SearchOptions,
-        limits: &Limits,
+        limits: &CriticalValues,
     ) -> Result<State, MismatchError> {
         let mut state = state;
         for _ in 0..MOST_EFFECTS {
@@ -369,7 +352,7 @@ impl Bench<'_> {
                 let own = ranking
                     .iter()
                     .find(|r| r.effect.law == now.law && r.effect.place == now.place);
-                let better = own.is_none_or(|own| best.log_bayes > own.log_bayes + 0.5);
+                let better = own.is_none_or(|own| best.log_bayes > own.log_bayes + SWAP_GAIN);
                 if !same
                     && better
                     && let Some(next) = self.settle(best.fitted.model.clone(), options.noise)?
@@ -390,7 +373,7 @@ impl Bench<'_> {
         &self,
         state: &State,
         options: &SearchOptions,
-        limits: &Limits,
+        limits: &CriticalValues,
     ) -> Result<f64, MismatchError> {
         let mut weakest = f64::INFINITY;
         for (place, effect) in state.fitted.model.effects.iter().enumerate() {
@@ -408,7 +391,7 @@ impl Bench<'_> {
         state: &State,
         place: usize,
         options: &SearchOptions,
-        limits: &Limits,
+        limits: &CriticalValues,
     ) -> Result<Vec<Ranked>, MismatchError> {
         let rest = self.without(state, place)?;
         let view = self.look(&rest, &options.without)?;
@@ -428,7 +411,7 @@ impl Bench<'_> {
         &self,
         state: &State,
         options: &SearchOptions,
-        limits: &Limits,
+        limits: &CriticalValues,
         families: &[f64],
     ) -> Result<Vec<Chosen>, MismatchError> {
         (0..state.fitted.model.effects.len())
@@ -444,7 +427,7 @@ impl Bench<'_> {
     }
 
     /// The largest pattern that a state leaves.
-    fn left_over(&self, state: &State, limits: &Limits) -> Result<LeftOver, MismatchError> {
+    fn left_over(&self, state: &State, limits: &CriticalValues) -> Result<LeftOver, MismatchError> {
         let (space, residuals) = self.space(state)?;
         let patterns = self.largest_patterns(state, &space, &residuals)?;
         Ok(self.largest_left(&patterns, &residuals, limits))
@@ -455,12 +438,12 @@ impl Bench<'_> {
         &self,
         patterns: &[(f64, Pattern)],
         residuals: &[f64],
-        limits: &Limits,
+        limits: &CriticalValues,
     ) -> LeftOver {
         // Of equal ones the first.
         let best = patterns.iter().rev().max_by(|a, b| a.0.total_cmp(&b.0));
         let gain = best.map_or(0.0, |(gain, _)| *gain);
-        let mut p = limits.left_over_p(gain);
+        let mut p = limits.unexplained.p(gain);
         let mut pattern = best.map(|(_, pattern)| pattern.clone());
         if let Some(rhythm) = autocorrelation_p(self.observations, residuals) {
             // Two tests share the level.
@@ -480,7 +463,7 @@ fn simplest_first(ranked: &mut [Ranked]) {
     let simpler = ranked.iter().position(|other| {
         law.contains(other.effect.law)
             && other.effect.place == place
-            && other.log_bayes > top - TELL_APART
+            && other.log_bayes > top - STRONG_EVIDENCE
     });
     if let Some(simpler) = simpler {
         ranked[..=simpler].rotate_right(1);

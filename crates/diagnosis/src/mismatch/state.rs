@@ -4,25 +4,26 @@ use std::sync::Arc;
 
 use stiffbench_beams::physics::{Effect, Twists};
 
-use super::baseline::Baseline;
+use super::baseline::{Baseline, prior_sd};
 use super::candidate::PlaceScales;
 use super::changes::Frozen;
 use super::error::MismatchError;
 use super::known_noise::KnownNoise;
 use super::memory::Memory;
-use super::noise::Whitening;
+use super::noise::NoiseCovariance;
 use super::observations::Observations;
 use super::predictor::{IdleSolvers, ReadingPredictor};
 use super::refit::{Fitted, Model, Refit, step_of};
 use super::restricted_likelihood::{EstimatedNoise, estimate_noise};
-use super::space::Space;
+use crate::search::WhiteSpace;
+use crate::search::constants::{ALTERNATIONS, SAME_COVARIANCE};
 
 /// A fitted model with its noise.
 #[derive(Debug, Clone)]
 pub(super) struct State {
     pub(super) fitted: Fitted,
     pub(super) noise: EstimatedNoise,
-    pub(super) whitening: Whitening,
+    pub(super) whitening: NoiseCovariance,
 }
 
 /// The problem: what was observed, and the baseline it is fitted with.
@@ -68,7 +69,7 @@ impl<'a> Bench<'a> {
     }
 
     /// A refit under a whitening.
-    pub(super) fn refit<'w>(&'w self, whitening: &'w Whitening) -> Refit<'w>
+    pub(super) fn refit<'w>(&'w self, whitening: &'w NoiseCovariance) -> Refit<'w>
     where
         'a: 'w,
     {
@@ -102,7 +103,7 @@ impl<'a> Bench<'a> {
         let given = known.given().copied();
         let mut found = given;
         let mut state = None;
-        for round in 0..3 {
+        for round in 0..ALTERNATIONS {
             if given.is_none() && (round > 0 || found.is_none()) {
                 let Some(estimate) = self.noise_of(&mut predictor, &model, &known)? else {
                     return Ok(None);
@@ -168,9 +169,9 @@ impl<'a> Bench<'a> {
         predictor: &mut ReadingPredictor<'a>,
         model: &Model,
         noise: &EstimatedNoise,
-    ) -> Result<Whitening, MismatchError> {
+    ) -> Result<NoiseCovariance, MismatchError> {
         let (slope_m, compliance) = self.slope(predictor, model)?;
-        Ok(Whitening::new(
+        Ok(NoiseCovariance::new(
             self.observations,
             &noise.noise,
             &slope_m,
@@ -241,14 +242,13 @@ impl<'a> Bench<'a> {
     }
 
     /// The space of a state, and its white residuals.
-    pub(super) fn space(&self, state: &State) -> Result<(Space, Vec<f64>), MismatchError> {
+    pub(super) fn space(&self, state: &State) -> Result<(WhiteSpace, Vec<f64>), MismatchError> {
         let mut predictor = self.predictor();
         let model = &state.fitted.model;
         let columns = self.columns(&mut predictor, model)?;
-        let space = Space::new(
-            self.observations,
-            state.whitening.clone(),
-            self.baseline.parameters(),
+        let space = WhiteSpace::new(
+            state.whitening.covariance.clone(),
+            &prior_sd(self.baseline),
             &columns,
         );
         let mut residuals = self
@@ -273,7 +273,7 @@ impl<'a> Bench<'a> {
 
 /// Whether two noises differ by less than two percent: far less than either is known.
 fn alike(a: &EstimatedNoise, b: &EstimatedNoise) -> bool {
-    let close = |a: f64, b: f64| (a - b).abs() <= 0.02 * a.max(b);
+    let close = |a: f64, b: f64| (a - b).abs() <= SAME_COVARIANCE * a.max(b);
     close(a.noise.reading_sd_m, b.noise.reading_sd_m)
         && close(a.noise.zero_sd_m, b.noise.zero_sd_m)
         && close(a.noise.run_slope_sd, b.noise.run_slope_sd)

@@ -4,21 +4,16 @@ use nalgebra::DMatrix;
 
 use stiffbench_beams::physics::Effect;
 
+use super::critical_values::CriticalValues;
 use super::diagnosis::{Diagnosis, FactorShift, Finding, Location, Rival, Value, Verdict};
 use super::error::MismatchError;
-use super::leftover::Stratum;
-use super::limits::{LEFT_OVER_LEVEL, Limits};
 use super::rank::View;
 use super::ranked::{Ranked, same};
 use super::search::{Chosen, Found, LeftOver};
-use super::space::dot;
 use super::state::{Bench, State, end_effect_m};
-
-/// Log Bayes factor by which a rival must be behind to be told apart from a winner that it looks like.
-pub const TELL_ALIKE_APART: f64 = 5.0;
-
-/// The same of what looks different is this times the fourth power of the cosine: the readings that speak for the one say nothing of the other.
-const TELL_APART_BY_COSINE: f64 = 8.0;
+use super::stratum::Stratum;
+use crate::search::constants::UNEXPLAINED_LEVEL;
+use crate::search::{distinguishable, dot};
 
 /// Readings of a single line from which on what it leaves out is found together with what it could be: a drift of six standard errors in
 /// 95 % (`crates/diagnosis/tests/mismatch_specimens.rs`).
@@ -35,7 +30,7 @@ impl Bench<'_> {
     pub(super) fn conclude(
         &self,
         found: &Found,
-        limits: &Limits,
+        limits: &CriticalValues,
     ) -> Result<Diagnosis, MismatchError> {
         let mut findings: Vec<Finding> = Vec::new();
         let mut group = 0;
@@ -56,7 +51,7 @@ impl Bench<'_> {
                 findings.push(self.finding(found, chosen, place, member, &members, alternative)?);
             }
         }
-        let unknown = found.left.p <= LEFT_OVER_LEVEL;
+        let unknown = found.left.p <= UNEXPLAINED_LEVEL;
         let lacking = self.lacking();
         let verdict = if !lacking.is_empty() {
             Verdict::InsufficientData
@@ -230,7 +225,7 @@ impl Bench<'_> {
         let mut columns = self.columns(&mut predictor, model)?;
         let known = self.baseline.parameters();
         for column in &mut columns {
-            state.whitening.apply(column);
+            state.whitening.covariance.whiten(column);
         }
         let used: Vec<usize> = (0..columns.len())
             .filter(|&column| dot(&columns[column], &columns[column]) > 0.0 || column < known.len())
@@ -304,12 +299,12 @@ impl Bench<'_> {
     }
 
     /// Patterns of the baseline's residuals that noise does not explain, the largest of each stratum.
-    fn locations(&self, found: &Found, limits: &Limits) -> Vec<Location> {
+    fn locations(&self, found: &Found, limits: &CriticalValues) -> Vec<Location> {
         let mut out: Vec<Location> = found
             .first_patterns
             .iter()
             .map(|(gain, pattern)| LeftOver {
-                p: limits.left_over_p(*gain),
+                p: limits.unexplained.p(*gain),
                 gain: *gain,
                 pattern: Some(pattern.clone()),
             })
@@ -335,26 +330,18 @@ impl Bench<'_> {
 }
 
 /// Candidates that need an impossible value and would have passed with it.
-fn impossible(first: &View, limits: &Limits) -> Vec<super::rank::Impossible> {
+fn impossible(first: &View, limits: &CriticalValues) -> Vec<super::rank::Impossible> {
     first
         .impossible()
         .into_iter()
         .filter(|candidate| {
             limits
                 .laws
+                .values
                 .get(&(candidate.law, false))
                 .is_some_and(|limit| candidate.gain > *limit)
         })
         .collect()
-}
-
-/// Whether the readings tell a rival apart from the likeliest.
-///
-/// # Arguments
-/// - `behind`: log Bayes factor by which it is behind.
-/// - `squared_cosine`: of the angle between the two.
-pub(super) fn told_apart(behind: f64, squared_cosine: f64) -> bool {
-    behind > (TELL_APART_BY_COSINE * squared_cosine.powi(2)).min(TELL_ALIKE_APART)
 }
 
 /// Places in the ranking of the first and of those that cannot be told apart from the likeliest.
@@ -372,7 +359,7 @@ fn members(chosen: &Chosen) -> Vec<usize> {
             / (dot(&winner.white, &winner.white) * dot(&ranked.white, &ranked.white))
                 .max(f64::MIN_POSITIVE);
         let name = (ranked.effect.law.name, &ranked.effect.place);
-        if (place == 0 || !told_apart(behind, squared_cosine)) && !seen.contains(&name) {
+        if (place == 0 || !distinguishable(behind, squared_cosine)) && !seen.contains(&name) {
             seen.push(name);
             out.push(place);
         }

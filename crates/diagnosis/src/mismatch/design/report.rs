@@ -2,16 +2,18 @@
 
 use rayon::prelude::*;
 
+use crate::mismatch::baseline::prior_sd;
 use crate::mismatch::candidate::candidates;
+use crate::mismatch::candidate_scores::{WhiteCandidate, score_candidates, white_candidates};
 use crate::mismatch::changes::Changes;
+use crate::mismatch::critical_values::{CriticalValues, critical_values};
 use crate::mismatch::error::MismatchError;
-use crate::mismatch::limits::{Limits, limits};
 use crate::mismatch::observations::Observations;
-use crate::mismatch::products::Products;
 use crate::mismatch::refit::Fitted;
-use crate::mismatch::screen::{WhiteCandidate, seen_candidates, white_candidates};
-use crate::mismatch::space::Space;
 use crate::mismatch::state::{Bench, State};
+use crate::search::WhiteSpace;
+use crate::search::constants::NULL_SAMPLES;
+use crate::search::{Batched, NullNoise};
 use stiffbench_beams::physics::Law;
 use stiffbench_measurement::procedure::Procedure;
 
@@ -93,7 +95,7 @@ pub struct NearRival {
 pub fn design_of_plan(
     bench: &DesignBench<'_>,
     procedure: &Procedure,
-    known: Option<&Limits>,
+    known: Option<&CriticalValues>,
     seed: u64,
 ) -> Result<DesignReport, MismatchError> {
     let observations = bench.observations(procedure)?;
@@ -102,18 +104,12 @@ pub fn design_of_plan(
     let limits = if let Some(known) = known {
         known
     } else {
-        worked_out = limits(
-            (&observations, &space),
-            seen.clone(),
-            Vec::new(),
-            &[],
-            None,
-            seed,
-        );
+        let noise = NullNoise::normal(NULL_SAMPLES, seed);
+        worked_out = critical_values(&observations, &space, seen.clone(), Vec::new(), &noise);
         &worked_out
     };
     let root = |law: Law| {
-        let limit = limits.laws.get(&(law, false));
+        let limit = limits.laws.values.get(&(law, false));
         limit.map_or(f64::INFINITY, |limit| limit.sqrt())
     };
     let views: Vec<View<'_>> = seen
@@ -164,7 +160,7 @@ impl DesignBench<'_> {
     fn white_candidates(
         &self,
         observations: &Observations,
-    ) -> Result<(Vec<WhiteCandidate>, Space), MismatchError> {
+    ) -> Result<(Vec<WhiteCandidate>, WhiteSpace), MismatchError> {
         if observations.is_empty() {
             return Err(MismatchError::Empty);
         }
@@ -180,10 +176,9 @@ impl DesignBench<'_> {
         let noise = self.known_noise();
         let whitening = bench.whitening(&mut predictor, &model, &noise)?;
         let columns = bench.columns(&mut predictor, &model)?;
-        let space = Space::new(
-            &observations,
-            whitening.clone(),
-            self.baseline.parameters(),
+        let space = WhiteSpace::new(
+            whitening.covariance.clone(),
+            &prior_sd(self.baseline),
             &columns,
         );
         let frozen = predictor.frozen(&model.parameters, &[])?;
@@ -193,8 +188,8 @@ impl DesignBench<'_> {
         let list = candidates(&observations, &frozen, &happens_once);
         let changes = Changes::new(&observations, &frozen, &[]).ok_or(MismatchError::Empty)?;
         let nothing_left = vec![0.0; space.length];
-        let products = Products::new(&space, &nothing_left);
-        let shapes = seen_candidates(&changes, &products, list);
+        let engine = Batched::new(&space, &nothing_left);
+        let shapes = score_candidates(&changes, &engine, list);
         let mut seen = white_candidates(&changes, &space, &shapes);
         for vector in seen.iter_mut().flat_map(WhiteCandidate::vectors_mut) {
             space.project(vector);

@@ -1,5 +1,6 @@
 //! How far apart effects lie in given readings, cell by cell, so that plans can be put together from cells.
 
+use crate::mismatch::baseline::prior_sd;
 use crate::mismatch::candidate::candidates;
 use crate::mismatch::changes::Frozen;
 use crate::mismatch::error::MismatchError;
@@ -172,7 +173,7 @@ impl<'a> DesignBench<'a> {
             columns.push(with);
         }
         for column in &mut columns {
-            whitening.apply(column);
+            whitening.covariance.whiten(column);
         }
         Ok(observations
             .cells
@@ -197,9 +198,7 @@ impl<'a> DesignBench<'a> {
         effects: &Effects,
         cells: impl IntoIterator<Item = &'g CellGram>,
     ) -> Gram {
-        let parameters = self.baseline.parameters();
-        let prior_sd: Vec<f64> = parameters.iter().map(|p| p.prior_sd).collect();
-        let mut gram = Gram::of_prior(&prior_sd, effects.all.len());
+        let mut gram = Gram::of_prior(&prior_sd(self.baseline), effects.all.len());
         for cell in cells {
             gram.add(&cell.gram);
         }

@@ -1,8 +1,8 @@
 //! What to measure when no law of the library explains what is left: whether it comes again, and how it goes on there.
 
 use crate::mismatch::diagnosis::Location;
-use crate::mismatch::leftover::Stratum;
 use crate::mismatch::observations::Observations;
+use crate::mismatch::stratum::Stratum;
 use stiffbench_measurement::procedure::Procedure;
 use stiffbench_units_and_text::test_point::{Direction, PoseId};
 

@@ -1,13 +1,11 @@
 //! One law at one place as planned readings see it, and how far it is from another.
 
-use crate::mismatch::screen::{WhiteCandidate, WhiteShape};
-use crate::mismatch::space::dot;
+use crate::mismatch::candidate_scores::{WhiteCandidate, WhiteShape};
+use crate::search::constants::POWER_80;
+use crate::search::dot;
 
 use super::report::{NearRival, suspect};
 use super::{CAN_TELL, CANNOT_TELL, Suspect};
-
-/// Quantile of the normal distribution for a power of 80 %.
-const POWER_80: f64 = 0.84;
 
 /// A candidate with the shape in which it is found most easily.
 pub(super) struct View<'a> {

@@ -6,9 +6,9 @@
 
 use std::ops::Range;
 
-use crate::mismatch::noise::Whitening;
+use crate::mismatch::noise::NoiseCovariance;
 use crate::mismatch::observations::Observations;
-use crate::mismatch::space::{dot, norm};
+use crate::search::{dot, norm};
 
 /// Columns of one cell, as long as the cell.
 pub(super) type CellColumns = Vec<Vec<f64>>;
@@ -42,7 +42,7 @@ impl LocalBasis {
     /// Makes the columns of all stages white and orthonormal, each stage to those before it.
     pub(super) fn new(
         observations: &Observations,
-        whitening: &Whitening,
+        whitening: &NoiseCovariance,
         stages: &[Stage<'_>],
     ) -> Self {
         let mut scratch = vec![0.0; observations.len()];
@@ -59,7 +59,9 @@ impl LocalBasis {
                 for stage in stages {
                     for column in (stage.columns)(index) {
                         scratch[basis.readings.clone()].copy_from_slice(&column);
-                        whitening.apply_range(&mut scratch, &basis.readings);
+                        whitening
+                            .covariance
+                            .whiten_part(&mut scratch, &basis.readings);
                         let white = scratch[basis.readings.clone()].to_vec();
                         push_orthonormal(&mut basis.columns, white, stage.least, 0.0);
                     }

@@ -5,8 +5,8 @@ use std::fmt;
 use crate::mismatch::baseline::PROPERTIES;
 use crate::mismatch::error::MismatchError;
 use crate::mismatch::observations::{Observations, ObservedCell};
-use crate::mismatch::space::{dot, norm};
 use crate::mismatch::state::{Bench, State};
+use crate::search::{dot, norm};
 use stiffbench_beams::physics::{Place, PoseMechanics};
 use stiffbench_units_and_text::test_point::{Branch, Direction};
 

@@ -1,7 +1,7 @@
 //! What the strata leave: the size of the noise, the largest single departure, a period in the reading.
 
 use crate::mismatch::restricted_likelihood::EstimatedNoise;
-use crate::mismatch::space::dot;
+use crate::search::dot;
 use stiffbench_beams::physics::laws::NOMINAL_PERIODS_M;
 
 use super::bases::GlobalColumn;

@@ -32,7 +32,7 @@ mod testing;
 #[cfg(test)]
 mod tests;
 
-use super::baseline::{Baseline, BaselineParameter};
+use super::baseline::{Baseline, prior_sd};
 use super::error::MismatchError;
 use super::observations::Observations;
 use super::restricted_likelihood::EstimatedNoise;
@@ -86,7 +86,7 @@ impl Bench<'_> {
         let model = &state.fitted.model;
         let columns = self.columns(&mut predictor, model)?;
         let (slope_m, _) = self.slope(&mut predictor, model)?;
-        let prior_sd = prior_sd(self.baseline.parameters());
+        let prior_sd = prior_sd(self.baseline);
         let decomposition = Decomposition::new(&Setting {
             observations: self.observations,
             whitening: &state.whitening,
@@ -138,10 +138,6 @@ impl Bench<'_> {
             untested,
         })
     }
-}
-
-fn prior_sd(parameters: &[BaselineParameter]) -> Vec<f64> {
-    parameters.iter().map(|p| p.prior_sd).collect()
 }
 
 fn passes(tests: &[StratumTest], contrasts: &[Contrast]) -> bool {

@@ -1,8 +1,8 @@
 //! What is said of where a model fails.
 
 use crate::mismatch::diagnosis::Location;
-use crate::mismatch::leftover::Stratum;
 use crate::mismatch::observations::Observations;
+use crate::mismatch::stratum::Stratum;
 use stiffbench_units_and_text::test_point::{Direction, PoseId};
 
 use super::carriers::Carrying;

@@ -88,7 +88,7 @@ impl Decomposition<'_> {
 
     /// Largest departure of a reading in a white pattern, m.
     pub(super) fn size_m(&self, mut pattern: Vec<f64>) -> f64 {
-        self.whitening.apply_inverse(&mut pattern);
+        self.whitening.covariance.unwhiten(&mut pattern);
         pattern
             .iter()
             .fold(0.0, |most, value| most.max(value.abs()))

@@ -8,7 +8,7 @@ use super::decomposition::squares;
 use super::testing::holm;
 use super::*;
 use crate::mismatch::KnownNoise;
-use crate::mismatch::noise::Whitening;
+use crate::mismatch::noise::NoiseCovariance;
 use crate::mismatch::{GaugeSteps, PlannedCell, PlannedLoad, ReadingNoise, RobotBaseline, Stratum};
 use stiffbench_beams::physics::{Effect, Law, Place, laws};
 use stiffbench_beams::robot::Robot;
@@ -122,7 +122,7 @@ fn baseline<'a>(robot: &'a Robot, mechanism: &str) -> RobotBaseline<'a> {
 
 /// Everything that a test of white residuals needs.
 struct Ready {
-    whitening: Whitening,
+    whitening: NoiseCovariance,
     columns: Vec<Vec<f64>>,
     slope_m: Vec<f64>,
     predicted_m: Vec<f64>,
@@ -139,7 +139,7 @@ fn ready(bench: &Bench<'_>, noise: &ReadingNoise) -> Ready {
         columns: bench.columns(&mut predictor, &model).unwrap(),
         slope_m: bench.slope(&mut predictor, &model).unwrap().0,
         predicted_m: bench.predicted(&mut bench.predictor(), &model).unwrap(),
-        prior_sd: prior_sd(bench.baseline.parameters()),
+        prior_sd: prior_sd(bench.baseline),
     }
 }
 
@@ -253,7 +253,7 @@ fn within_runs_the_scatter_of_zeros_and_slopes_need_not_be_known() {
         let mut chances = vec![Vec::new(); 4];
         for seed in 0..DRAWS as u64 {
             let mut readings_m = white_noise(fixture.observations.len(), seed);
-            real.whitening.apply_inverse(&mut readings_m);
+            real.whitening.covariance.unwhiten(&mut readings_m);
             let white = decomposition.white(&readings_m);
             let within = [
                 Contrast::Clock,
@@ -282,8 +282,8 @@ fn whitening_undone_gives_back_the_readings() {
     up_and_down("A", |fixture, _, ready| {
         let white = white_noise(fixture.observations.len(), 1);
         let mut there_and_back = white.clone();
-        ready.whitening.apply_inverse(&mut there_and_back);
-        ready.whitening.apply(&mut there_and_back);
+        ready.whitening.covariance.unwhiten(&mut there_and_back);
+        ready.whitening.covariance.whiten(&mut there_and_back);
         for (a, b) in white.iter().zip(&there_and_back) {
             assert!((a - b).abs() < 1e-9, "{a} {b}");
         }
@@ -309,7 +309,7 @@ fn located(fixture: &Fixture, mechanism: &str, mut effect: Effect, length: f64) 
     }
     model.effects = vec![effect];
     let mut readings_m = white_noise(fixture.observations.len(), 3);
-    ready.whitening.apply_inverse(&mut readings_m);
+    ready.whitening.covariance.unwhiten(&mut readings_m);
     for (reading, predicted) in readings_m
         .iter_mut()
         .zip(bench.predicted(&mut bench.predictor(), &model).unwrap())
