@@ -28,7 +28,7 @@ use limits_json::{detection_limits_json, levels_json};
 use noise::noise_json;
 pub use noise::{EarlierSession, NoiseOrigin};
 pub use page::diagnosis_page;
-use where_json::{carriers_json, location_json, strata_json, where_json};
+use where_json::{components_json, location_json, strata_json, where_json};
 pub(super) use words::{listed, short_phrase};
 
 /// A diagnosis with everything that is told beside it.
@@ -78,7 +78,7 @@ pub fn diagnosis_json(report: &DiagnosisReport<'_>) -> Value {
         "after": quality_json(report, &diagnosis.after, |reading| [reading.after_m, reading.after_within_run_m]),
         "factors": report.factor_shifts().map(|(factor, status)| factor_json(factor, status)).collect::<Vec<_>>(),
         "strata": strata_json(report),
-        "carriers": carriers_json(report),
+        "carriers": components_json(report),
         "impossible": report.impossible().map(|one| json!({
             "physics": one.law.name,
             "place": one.place.to_json(),

@@ -26,7 +26,7 @@ pub fn diagnosis_appendix(report: &DiagnosisReport<'_>) -> String {
     }
     text.push_str("\nStrata of the model without effects, each against its own scatter: F with its degrees of freedom, p family-wise by Holm, share of all\nthat noise does not explain, largest departure of a reading.\n");
     text.push_str(&strata(report));
-    text.push_str(&carriers(report));
+    text.push_str(&suspects(report));
     text.push_str(&quality(report));
     if report.impossible().next().is_some() {
         text.push_str("\nRejected: the fall of the weighted squares that a value with the impossible sign would have brought.\n");
@@ -243,15 +243,15 @@ fn spot(spot: &Spot) -> String {
 }
 
 /// Parts of the structure that would carry the misfit.
-fn carriers(report: &DiagnosisReport<'_>) -> String {
+fn suspects(report: &DiagnosisReport<'_>) -> String {
     /// Parts that are told.
     const PARTS: usize = 8;
     let mut text = String::new();
-    for (what, carrying) in [
-        ("slopes", &report.located.slope_carriers),
-        ("shapes", &report.located.shape_carriers),
+    for (what, shares) in [
+        ("slopes", &report.located.slope_components),
+        ("shapes", &report.located.shape_components),
     ] {
-        if carrying.is_empty() {
+        if shares.is_empty() {
             continue;
         }
         let _ = writeln!(
@@ -259,7 +259,7 @@ fn carriers(report: &DiagnosisReport<'_>) -> String {
             "\nParts of the structure by the share of the misfit of {what} that each explains alone; p left: chance that noise leaves the rest."
         );
         let mut rows = TextTable::new(&["part", "share", "p left", "possible", "alike"]);
-        for one in carrying.iter().take(PARTS) {
+        for one in shares.iter().take(PARTS) {
             let alike: Vec<String> = one.alike.iter().take(3).map(ToString::to_string).collect();
             let more = one.alike.len().saturating_sub(alike.len());
             let more = if more > 0 {
@@ -268,7 +268,7 @@ fn carriers(report: &DiagnosisReport<'_>) -> String {
                 String::new()
             };
             rows.row([
-                one.carrier.to_string(),
+                one.component.to_string(),
                 format!("{:.0} %", 100.0 * one.share),
                 significant(one.p_left, 2),
                 if one.possible { "yes" } else { "no" }.to_owned(),

@@ -57,6 +57,42 @@ impl Frozen {
     }
 }
 
+/// Largest change of a reading by an effect of a model, m.
+pub(super) fn end_effect_m(
+    frozen: &Frozen,
+    observations: &Observations,
+    effects: &[Effect],
+    effect: usize,
+) -> f64 {
+    let all: Vec<&Effect> = effects.iter().collect();
+    let without: Vec<&Effect> = effects
+        .iter()
+        .enumerate()
+        .filter(|(place, _)| *place != effect)
+        .map(|(_, effect)| effect)
+        .collect();
+    let n = observations.len();
+    let (mut with, mut rest) = (vec![0.0; n], vec![0.0; n]);
+    let mut twists = Twists::default();
+    let known = frozen
+        .predict(observations, &all, &mut twists, &mut with)
+        .and_then(|()| frozen.predict(observations, &without, &mut twists, &mut rest));
+    known.map_or(0.0, |()| {
+        with.iter()
+            .zip(&rest)
+            .map(|(a, b)| (a - b).abs())
+            .fold(0.0, f64::max)
+    })
+}
+
+/// What the absence of a member would change in readings of the baseline.
+#[derive(Debug)]
+pub(super) struct MissingMemberChange {
+    pub(super) effect: Effect,
+    /// With the factors fitted again, m; `None` if the structure without it could not be fitted.
+    pub(super) change_m: Option<Vec<f64>>,
+}
+
 /// Readings under effects, and what one more would change in them.
 ///
 /// Most laws at most places add to what the others do, and are worked out alone: that the others need not be solved again makes it ten

@@ -6,8 +6,8 @@ use super::candidate_scores::{ScoredCandidate, ScoredShape};
 use super::critical_values::CriticalValues;
 use super::diagnosis::DetectionLimit;
 use super::error::MismatchError;
+use super::problem::Bench;
 use super::search::Found;
-use super::state::Bench;
 use crate::search::constants::POWER_80;
 
 impl Bench<'_> {

@@ -5,7 +5,6 @@ use stiffbench_numeric::statistics::student_t_quantile;
 use stiffbench_units_and_text::test_point::{Direction, PoseId};
 
 use super::noise::ReadingNoise;
-use super::rank::Impossible;
 use super::stratum::Stratum;
 
 /// What is to be said of a session.
@@ -148,6 +147,17 @@ pub struct FactorShift {
     pub after: Value,
     /// Whether the data determine it in the final model.
     pub identified: bool,
+}
+
+/// A law that would explain the readings with an impossible value.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Impossible {
+    /// The law.
+    pub law: Law,
+    /// The place.
+    pub place: Place,
+    /// Drop of the weighted squares that the impossible sign would give.
+    pub gain: f64,
 }
 
 /// A diagnosis.

@@ -6,8 +6,9 @@ use stiffbench_units_and_text::test_point::PoseId;
 
 use super::diagnosis::Quality;
 use super::error::MismatchError;
+use super::problem::Bench;
 use super::refit::{Model, Refit};
-use super::state::{Bench, State};
+use super::state::State;
 
 impl Bench<'_> {
     /// Residuals in sample and in poses left out one at a time, each gauge zero fitted.

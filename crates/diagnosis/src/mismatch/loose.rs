@@ -6,26 +6,20 @@ use stiffbench_beams::physics::{Effect, Law, PlaceScale, Shape};
 
 use super::candidate::Candidate;
 use super::candidate_scores::{WhiteCandidate, WhiteShape};
+use super::changes::MissingMemberChange;
 use super::error::MismatchError;
 use super::memory::key_of;
+use super::problem::Bench;
 use super::rank::View;
 use super::ranked::Ranked;
 use super::refit::{Model, Near, Refit};
-use super::state::{Bench, State};
+use super::state::State;
 use crate::search::WhiteSpace;
 use crate::search::constants::HOPELESS;
-use crate::search::dot;
+use crate::search::{Evidence, dot};
 
 /// Squared length, in standard errors, below which the readings say nothing of a member: it may as well be loose.
 const INVISIBLE: f64 = 1e-6;
-
-/// What the absence of a member would change in readings of the baseline.
-#[derive(Debug)]
-pub(super) struct LooseChange {
-    effect: Effect,
-    /// With the factors fitted again, m; `None` if the structure without it could not be fitted.
-    change_m: Option<Vec<f64>>,
-}
 
 impl Bench<'_> {
     /// What loose members would change in readings of the baseline, for the limits; the factors fitted again, exactly.
@@ -34,7 +28,7 @@ impl Bench<'_> {
         state: &State,
         space: &WhiteSpace,
     ) -> Result<Vec<WhiteCandidate>, MismatchError> {
-        let shaped = |change: &LooseChange| {
+        let shaped = |change: &MissingMemberChange| {
             let change_m = change.change_m.as_ref()?;
             let white = space.projected(change_m);
             let square = dot(&white, &white);
@@ -68,7 +62,7 @@ impl Bench<'_> {
     }
 
     /// What each loose member would change, about the first state that was asked for: where it stands matters little.
-    fn loose_changes(&self, state: &State) -> Result<&[LooseChange], MismatchError> {
+    fn loose_changes(&self, state: &State) -> Result<&[MissingMemberChange], MismatchError> {
         self.memory.loose_changes(|| {
             let base = Model {
                 parameters: state.fitted.model.parameters.clone(),
@@ -97,7 +91,7 @@ impl Bench<'_> {
                         Ok::<_, MismatchError>(with)
                     })
                     .transpose()?;
-                Ok(LooseChange { effect, change_m })
+                Ok(MissingMemberChange { effect, change_m })
             };
             let effects = self.baseline.loose_effects().into_par_iter();
             effects.with_max_len(1).map(change).collect()
@@ -116,7 +110,7 @@ impl Bench<'_> {
     ) -> Result<Vec<Ranked>, MismatchError> {
         let existing = &state.fitted.model.effects;
         let key = key_of(state);
-        let promises = |change: &&LooseChange| {
+        let promises = |change: &&MissingMemberChange| {
             let Some(change_m) = &change.change_m else {
                 return worth(change.effect.law, f64::INFINITY);
             };
@@ -165,8 +159,8 @@ impl Bench<'_> {
         let Some(fitted) = refit.fit(&mut predictor, &start, true) else {
             return Ok(None);
         };
-        let gain = state.fitted.squares - fitted.squares;
-        if gain < 0.0 {
+        let delta_chi2 = state.fitted.squares - fitted.squares;
+        if delta_chi2 < 0.0 {
             return Ok(None);
         }
         let place = fitted.model.effects.len() - 1;
@@ -177,13 +171,17 @@ impl Bench<'_> {
         Ok(Some(Ranked {
             effect: effect.clone(),
             wide: false,
-            gain,
-            // It has no shape that a fit could move.
-            linear_gain: gain,
-            log_bayes: f64::NEG_INFINITY,
+            evidence: Evidence {
+                delta_chi2,
+                // It has no shape that a fit could move.
+                linear_delta_chi2: delta_chi2,
+                amplitudes: 1.0,
+                parameters: effect.values.len(),
+                dof: 1e6,
+                critical_value: f64::INFINITY,
+            },
             white,
             whole,
-            dof: 1e6,
             fitted,
         }))
     }

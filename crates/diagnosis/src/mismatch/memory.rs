@@ -10,8 +10,8 @@ use stiffbench_beams::physics::Effect;
 
 use super::candidate::PlaceScales;
 use super::candidate_scores::ScoredCandidate;
+use super::changes::MissingMemberChange;
 use super::known_noise::KnownNoise;
-use super::loose::LooseChange;
 use super::noise::ReadingNoise;
 use super::ranked::Ranked;
 use super::refit::Model;
@@ -25,7 +25,7 @@ pub(super) struct Memory {
     seen: Kept<StateKey, Vec<ScoredCandidate>>,
     fitted: Kept<(StateKey, Effect), Option<Ranked>>,
     noise: OnceLock<ReadingNoise>,
-    loose_changes: OnceLock<Vec<LooseChange>>,
+    loose_changes: OnceLock<Vec<MissingMemberChange>>,
     scales: OnceLock<PlaceScales>,
 }
 
@@ -108,8 +108,8 @@ impl Memory {
     /// What loose members would change.
     pub(super) fn loose_changes<E>(
         &self,
-        work: impl FnOnce() -> Result<Vec<LooseChange>, E>,
-    ) -> Result<&[LooseChange], E> {
+        work: impl FnOnce() -> Result<Vec<MissingMemberChange>, E>,
+    ) -> Result<&[MissingMemberChange], E> {
         if let Some(known) = self.loose_changes.get() {
             return Ok(known);
         }

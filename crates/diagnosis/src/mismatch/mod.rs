@@ -15,6 +15,7 @@ mod diagnosis;
 mod earlier_noise;
 mod error;
 mod found_model;
+mod given_noise;
 mod held_out;
 mod ideal;
 mod known_noise;
@@ -27,6 +28,7 @@ mod outlier;
 mod patterns;
 mod plan;
 mod predictor;
+mod problem;
 mod profiles;
 mod rank;
 mod ranked;
@@ -51,34 +53,35 @@ pub use design::{
     Suspect, USUAL_NOISE, Unseen, design_of_plan, next_measurements, poses_at_hand,
 };
 pub use diagnosis::{
-    DetectionLimit, Diagnosis, FactorShift, Finding, Location, Quality, Rival, Value, Verdict,
+    DetectionLimit, Diagnosis, FactorShift, Finding, Impossible, Location, Quality, Rival, Value,
+    Verdict,
 };
 pub use earlier_noise::EarlierNoise;
 pub use error::MismatchError;
+pub use given_noise::{GivenNoise, given_noise};
 pub use ideal::{IdealSearch, IdealSession};
-pub use known_noise::{GivenNoise, KnownNoise, given_noise};
+pub use known_noise::KnownNoise;
 pub use next_measurement::NextMeasurement;
 pub use noise::ReadingNoise;
 pub use observations::{
     GaugeSteps, Observations, ObservedCell, ObservedReading, ObservedRun, Recorded,
 };
 pub use plan::{PlannedCell, PlannedLoad};
-pub use rank::Impossible;
 pub use restricted_likelihood::EstimatedNoise;
 pub use search::SearchOptions;
 pub use specimen::{
     SPECIMEN_JOINT, SpecimenBaseline, SpecimenScale, laws_that_need_a_robot, specimen_bench,
 };
 pub use strata::{
-    Carrier, Carrying, Contrast, Located, MapEntry, STRATUM_LEVEL, Spot, StratumTest, Untested,
-    locate,
+    Contrast, ExplainedShare, Located, MapEntry, STRATUM_LEVEL, Spot, StratumTest,
+    SuspectComponent, Untested, locate,
 };
 pub use stratum::Stratum;
 pub use trace::{EffectTrace, ReadingTrace, Trace, trace};
 pub use trial::{TrialNoise, Truth, scale_to, simulate, standard_errors, standard_errors_between};
 pub use verdict::first_of_alternatives;
 
-use state::Bench;
+use problem::Bench;
 use stiffbench_beams::physics::laws::SHORTEST_PERIOD_M;
 
 /// Finds what a baseline cannot explain, and which physics would.

@@ -14,7 +14,7 @@ use super::profiles::profiles;
 use super::stratum::Stratum;
 use crate::search::WhiteSpace;
 use crate::search::constants::ABSORBED_PATTERN;
-use crate::search::{Batched, ScoreEngine, dot, subtract};
+use crate::search::{Batched, ScoreEngine, dot};
 
 /// The readings a pattern acts on.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -189,38 +189,13 @@ fn order_patterns(observations: &Observations) -> Vec<InReadings> {
 impl InReadings {
     /// Made white; `None` if the fit absorbs it.
     fn white(&self, space: &WhiteSpace) -> Option<Pattern> {
-        let mut units: Vec<Vec<f64>> = Vec::new();
-        let mut projected: Vec<Vec<f64>> = Vec::new();
-        let mut size_m = 0.0;
-        for values in &self.values_m {
-            let mut white = space.white(values);
-            let before = dot(&white, &white).sqrt();
-            let mut left = white.clone();
-            space.project(&mut left);
-            for (unit, other) in units.iter().zip(&projected) {
-                let share = dot(other, &left);
-                subtract(&mut left, share, other);
-                subtract(&mut white, share, unit);
-            }
-            let after = dot(&left, &left).sqrt();
-            if !(after > ABSORBED_PATTERN * before && after > 0.0) {
-                return None;
-            }
-            for value in left.iter_mut().chain(&mut white) {
-                *value /= after;
-            }
-            projected.push(left);
-            if units.is_empty() {
-                let largest = values.iter().fold(0.0_f64, |most, v| most.max(v.abs()));
-                size_m = largest / after;
-            }
-            units.push(white);
-        }
+        let (units, length) = space.orthonormal(&self.values_m, ABSORBED_PATTERN)?;
+        let first = self.values_m.first()?.iter();
         Some(Pattern {
             stratum: self.stratum,
             group: self.group,
             units,
-            size_m,
+            size_m: first.fold(0.0_f64, |most, v| most.max(v.abs())) / length,
         })
     }
 

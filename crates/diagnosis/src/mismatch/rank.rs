@@ -2,7 +2,7 @@
 
 use rayon::prelude::*;
 
-use stiffbench_beams::physics::{Effect, Law, Place, Twists};
+use stiffbench_beams::physics::{Effect, Law, Twists};
 
 use super::candidate::{Candidate, candidates};
 use super::candidate_scores::{
@@ -10,28 +10,19 @@ use super::candidate_scores::{
 };
 use super::changes::{Changes, Frozen};
 use super::critical_values::CriticalValues;
+use super::diagnosis::Impossible;
 use super::error::MismatchError;
 use super::memory::{StateKey, key_of};
 use super::noise::ReadingNoise;
 use super::predictor::ReadingPredictor;
+use super::problem::Bench;
 use super::ranked::Ranked;
 use super::refit::{Fitted, Model, Near, Refit};
-use super::state::{Bench, State};
+use super::state::State;
 use crate::search::constants::{
     FITTED_WITHIN, MOST_FITTED, MOST_SLIPS_FITTED, WORTH_A_SHAPE_SEARCH,
 };
-use crate::search::{Batched, ScoreEngine, WhiteSpace, dot};
-
-/// A law that would explain the readings with an impossible value.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Impossible {
-    /// The law.
-    pub law: Law,
-    /// The place.
-    pub place: Place,
-    /// Drop of the weighted squares that the impossible sign would give.
-    pub gain: f64,
-}
+use crate::search::{Batched, Evidence, ScoreEngine, WhiteSpace, dot};
 
 /// Where candidates are fitted: a state, and the white space of its residuals.
 struct Field<'a> {
@@ -172,9 +163,9 @@ impl Bench<'_> {
         let worth = |law, gain| !without.contains(&law) && enough(law, false, gain);
         ranked.extend(self.loose_members(state, view, worth)?);
         for ranked in &mut ranked {
-            ranked.weigh(limits);
+            ranked.evidence.critical_value = limits.laws.of(ranked.family());
         }
-        ranked.sort_by(|a, b| b.log_bayes.total_cmp(&a.log_bayes));
+        ranked.sort_by(|a, b| b.evidence.log_bayes().total_cmp(&a.evidence.log_bayes()));
         Ok(ranked)
     }
 
@@ -257,11 +248,10 @@ impl Bench<'_> {
         &self,
         field: &Field<'_>,
         predictor: &mut ReadingPredictor<'_>,
-        (candidate, linear_gain): (&Candidate, f64),
+        (candidate, linear_delta_chi2): (&Candidate, f64),
         fitted: Fitted,
     ) -> Result<Option<Ranked>, MismatchError> {
         let state = field.state;
-        let gain = state.fitted.squares - fitted.squares;
         let Some(effect) = fitted.model.effects.last().cloned() else {
             return Ok(None);
         };
@@ -273,12 +263,21 @@ impl Bench<'_> {
             .variance_shares(self.observations, &vector, &mut scratch);
         Ok(Some(Ranked {
             wide: candidate.wide,
-            gain,
-            linear_gain,
-            log_bayes: f64::NEG_INFINITY,
+            evidence: Evidence {
+                delta_chi2: state.fitted.squares - fitted.squares,
+                linear_delta_chi2,
+                // On noise alone Δχ² grows by the sizes, of which a law with a phase has two.
+                amplitudes: if effect.law.search.phase.is_some() {
+                    2.0
+                } else {
+                    1.0
+                },
+                parameters: effect.values.len(),
+                dof: state.noise.degrees_of_freedom(shares),
+                critical_value: f64::INFINITY,
+            },
             white: vector,
             whole,
-            dof: state.noise.degrees_of_freedom(shares),
             fitted,
             effect,
         }))

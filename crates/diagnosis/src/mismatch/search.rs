@@ -1,4 +1,4 @@
-//! The decision: forward steps with swaps, each believed only beyond its calibrated limit.
+//! The search for laws in a session: forward selection, its rivals, and names taken back where structure is left.
 
 use stiffbench_beams::physics::Law;
 
@@ -8,17 +8,19 @@ use super::known_noise::KnownNoise;
 use super::memory::key_of;
 use super::outlier::is_outlier;
 use super::patterns::{Pattern, autocorrelation_p, largest_patterns, patterns};
+use super::problem::Bench;
 use super::rank::View;
 use super::ranked::{Ranked, same};
 use super::refit::Model;
 use super::rounded::RoundedNoise;
-use super::state::{Bench, State};
+use super::state::State;
 use crate::search::WhiteSpace;
 use crate::search::constants::{
-    BEYOND_PATTERNS, HELD_OUT_FALL, MOST_EFFECTS, NULL_SAMPLES, ONE_POSE, STRONG_EVIDENCE,
-    SWAP_GAIN, UNEXPLAINED_LEVEL, WORTH_A_FIT, WORTH_A_LOOK,
+    BEYOND_PATTERNS, HELD_OUT_FALL, NULL_SAMPLES, ONE_POSE, STRONG_EVIDENCE, UNEXPLAINED_LEVEL,
 };
-use crate::search::{DrawResiduals, NullNoise};
+use crate::search::{
+    DrawResiduals, Evidence, ForwardProblem, NullNoise, Selection, forward_selection, rivals,
+};
 
 /// What a search is to do.
 #[derive(Debug, Clone, PartialEq)]
@@ -157,7 +159,7 @@ impl Bench<'_> {
     /// Searches for what is missing.
     ///
     /// # Arguments
-    /// - `known`: limits worked out before for the same robot and plan; worked out here if `None`.
+    /// - `known`: critical values worked out before for the same robot and plan; worked out here if `None`.
     pub(super) fn search(
         &self,
         options: &SearchOptions,
@@ -171,43 +173,25 @@ impl Bench<'_> {
             Some(limits) => limits.clone(),
             None => self.critical_values(&first, &before, options.seed)?,
         };
-        let mut state = before.clone();
-        let mut families: Vec<f64> = Vec::new();
+        let search = LawSearch {
+            bench: self,
+            options,
+            limits: &limits,
+        };
         // What is too little to decide about is not given names.
-        let enough = self.lacking().is_empty();
-        for step in (0..MOST_EFFECTS).take_while(|_| enough) {
-            let view = if step == 0 {
-                None
-            } else {
-                Some(self.look(&state, &options.without)?)
-            };
-            let view = view.as_ref().unwrap_or(&first);
-            let Some((next, p, asked)) = self.accept(&state, view, options, &limits)? else {
-                break;
-            };
-            // Swaps come first: one effect found alone may stand for two, and only the two predict a pose left out.
-            let next = if step == 0 {
-                next
-            } else {
-                self.swap(next, options, &limits)?
-            };
-            // Each further name is one more chance to be wrong: it is told apart from no further name as from another.
-            if step > 0 && self.weakest(&next, options, &limits)? <= STRONG_EVIDENCE {
-                break;
+        let selection = if self.lacking().is_empty() {
+            forward_selection(&search, &before, &first)?
+        } else {
+            Selection {
+                model: before.clone(),
+                p: Vec::new(),
             }
-            if asked && self.held_out_fall(&next, &state.fitted.model)? <= HELD_OUT_FALL {
-                break;
-            }
-            state = next;
-            families.push(p);
-        }
-        let chosen = self.rivals(&state, options, &limits, &families)?;
+        };
+        let mut state = selection.model;
+        let chosen = search.rivals_of_each(&state, &selection.p)?;
         if let Some(best) = chosen.first().filter(|_| chosen.len() == 1) {
             // Its own ranking may have found a simpler or better member.
-            let model = best.ranked[0].fitted.model.clone();
-            if let Some(settled) = self.settle(model, options.noise)? {
-                state = settled;
-            }
+            state = search.with(&best.ranked[0])?.unwrap_or(state);
         }
         let first_patterns = self.largest_patterns(&before, &first.space, &first.residuals)?;
         let left = if chosen.is_empty() {
@@ -223,101 +207,8 @@ impl Bench<'_> {
             first_patterns,
             left,
         };
-        self.drop_stand_ins(&mut found, options, &limits)?;
+        search.drop_stand_ins(&mut found)?;
         Ok((found, limits))
-    }
-
-    /// Takes back, where structure is left that no law explains, what explains less than the largest pattern that is left, or not clearly more
-    /// than a pattern without a law would in its stead: it stands for the unknown cause as well as it can, and its name says nothing.
-    fn drop_stand_ins(
-        &self,
-        found: &mut Found,
-        options: &SearchOptions,
-        limits: &CriticalValues,
-    ) -> Result<(), MismatchError> {
-        if found.left.p > UNEXPLAINED_LEVEL {
-            return Ok(());
-        }
-        let mut kept: Vec<bool> = Vec::new();
-        for (place, chosen) in found.chosen.iter().enumerate() {
-            let rest = self.without(&found.after, place)?;
-            let instead = self.left_over(&rest, limits)?.gain + BEYOND_PATTERNS;
-            let needed = found.left.gain.max(instead);
-            kept.push(chosen.ranked.iter().any(|best| best.gain > needed));
-        }
-        if kept.iter().all(|kept| *kept) {
-            return Ok(());
-        }
-        let mut keep = kept.iter();
-        let mut model = found.after.fitted.model.clone();
-        model.effects.retain(|_| *keep.next().unwrap_or(&true));
-        let Some(state) = self.settle(model, options.noise)? else {
-            return Ok(());
-        };
-        let families: Vec<f64> = found
-            .chosen
-            .iter()
-            .zip(&kept)
-            .filter(|(_, kept)| **kept)
-            .map(|(chosen, _)| chosen.family_p)
-            .collect();
-        found.chosen = self.rivals(&state, options, limits, &families)?;
-        found.left = self.left_over(&state, limits)?;
-        found.after = state;
-        Ok(())
-    }
-
-    /// The best candidate, if it passes its limit under the noise that it leaves; with its chance on noise alone, and whether poses left
-    /// out have a say in it.
-    fn accept(
-        &self,
-        state: &State,
-        view: &View,
-        options: &SearchOptions,
-        limits: &CriticalValues,
-    ) -> Result<Option<(State, f64, bool)>, MismatchError> {
-        let limit = |ranked: &Ranked| limits.laws.of(ranked.family());
-        let worth = |ranked: &Ranked| ranked.gain > WORTH_A_LOOK * limit(ranked);
-        let promising = (limits, WORTH_A_FIT * WORTH_A_LOOK);
-        let ranked = self.rank(state, view, &options.without, promising)?;
-        let Some(mut best) = ranked.into_iter().find(worth) else {
-            return Ok(None);
-        };
-        let rest = &state.fitted.model;
-        // The same comparison under the noise that the best candidate leaves, until the one that passes is the one that left it.
-        for round in 1..=MOST_EFFECTS {
-            let Some(settled) = self.settle(best.fitted.model.clone(), options.noise)? else {
-                return Ok(None);
-            };
-            let Some(baseline) = self.settle(rest.clone(), KnownNoise::Given(settled.noise))?
-            else {
-                return Ok(None);
-            };
-            let before = (view, &state.noise.noise);
-            let promising = (limits, WORTH_A_FIT);
-            let view = self.look_again(&baseline, before, promising)?;
-            let again = self.rank(&baseline, &view, &options.without, promising)?;
-            let alone = rest.effects.is_empty();
-            let passes = |ranked: &Ranked| {
-                ranked.judged_gain(alone) > limit(ranked)
-                    && !(ranked.effect.law.is_of_one_run()
-                        && is_outlier(self.observations, &ranked.white, &view.residuals))
-            };
-            let Some(passing) = again.into_iter().find(passes) else {
-                return Ok(None);
-            };
-            // Two candidates that pass under each other's noise would take turns: the last to pass is taken, the swaps decide.
-            if same(&passing.effect, &best.effect) || round == MOST_EFFECTS {
-                let p = limits.laws.p(passing.family(), passing.judged_gain(alone));
-                let Some(next) = self.settle(passing.fitted.model.clone(), options.noise)? else {
-                    return Ok(None);
-                };
-                let asked = !self.rests_on_one_pose(&passing.white);
-                return Ok(Some((next, p, asked)));
-            }
-            best = passing;
-        }
-        Ok(None)
     }
 
     /// Whether one pose carries most of an effect, or there is one pose only, so that leaving it out asks nothing.
@@ -330,100 +221,6 @@ impl Bench<'_> {
         let whole: f64 = squares.iter().sum();
         let most = squares.iter().copied().fold(0.0, f64::max);
         most > ONE_POSE * whole || whole == 0.0
-    }
-
-    /// Replaces effects one at a time by whatever explains more in their stead.
-    fn swap(
-        &self,
-        state: State,
-        options: &SearchOptions,
-        limits: &CriticalValues,
-    ) -> Result<State, MismatchError> {
-        let mut state = state;
-        for _ in 0..MOST_EFFECTS {
-            let mut improved = false;
-            for place in 0..state.fitted.model.effects.len() {
-                let ranking = self.rank_without(&state, place, options, limits)?;
-                let Some(best) = ranking.first() else {
-                    continue;
-                };
-                let now = &state.fitted.model.effects[place];
-                let same = best.effect.law == now.law && best.effect.place == now.place;
-                let own = ranking
-                    .iter()
-                    .find(|r| r.effect.law == now.law && r.effect.place == now.place);
-                let better = own.is_none_or(|own| best.log_bayes > own.log_bayes + SWAP_GAIN);
-                if !same
-                    && better
-                    && let Some(next) = self.settle(best.fitted.model.clone(), options.noise)?
-                {
-                    state = next;
-                    improved = true;
-                }
-            }
-            if !improved {
-                break;
-            }
-        }
-        Ok(state)
-    }
-
-    /// Log Bayes factor of that effect of a state which the readings need least, beside the others.
-    fn weakest(
-        &self,
-        state: &State,
-        options: &SearchOptions,
-        limits: &CriticalValues,
-    ) -> Result<f64, MismatchError> {
-        let mut weakest = f64::INFINITY;
-        for (place, effect) in state.fitted.model.effects.iter().enumerate() {
-            let ranking = self.rank_without(state, place, options, limits)?;
-            let mut ranked = ranking.iter();
-            let own = ranked.find(|ranked| same(&ranked.effect, effect));
-            weakest = weakest.min(own.map_or(f64::NEG_INFINITY, |own| own.log_bayes));
-        }
-        Ok(weakest)
-    }
-
-    /// Ranking of all candidates in the place of one effect, the others kept, under the noise of the state.
-    fn rank_without(
-        &self,
-        state: &State,
-        place: usize,
-        options: &SearchOptions,
-        limits: &CriticalValues,
-    ) -> Result<Vec<Ranked>, MismatchError> {
-        let rest = self.without(state, place)?;
-        let view = self.look(&rest, &options.without)?;
-        self.rank(&rest, &view, &options.without, (limits, f64::NEG_INFINITY))
-    }
-
-    /// A state without one of its effects, under the same noise.
-    fn without(&self, state: &State, place: usize) -> Result<State, MismatchError> {
-        let mut rest = state.fitted.model.clone();
-        rest.effects.remove(place);
-        self.settle(rest, KnownNoise::Given(state.noise))?
-            .ok_or(MismatchError::Empty)
-    }
-
-    /// For each effect of a state the candidates that could stand in its place.
-    fn rivals(
-        &self,
-        state: &State,
-        options: &SearchOptions,
-        limits: &CriticalValues,
-        families: &[f64],
-    ) -> Result<Vec<Chosen>, MismatchError> {
-        (0..state.fitted.model.effects.len())
-            .map(|place| {
-                let mut ranked = self.rank_without(state, place, options, limits)?;
-                simplest_first(&mut ranked);
-                Ok(Chosen {
-                    ranked,
-                    family_p: families.get(place).copied().unwrap_or(1.0),
-                })
-            })
-            .collect()
     }
 
     /// The largest pattern that a state leaves.
@@ -456,14 +253,173 @@ impl Bench<'_> {
     }
 }
 
+/// The search for laws: forward selection among candidates of all laws at all places.
+struct LawSearch<'s, 'a> {
+    bench: &'s Bench<'a>,
+    options: &'s SearchOptions,
+    limits: &'s CriticalValues,
+}
+
+impl ForwardProblem for LawSearch<'_, '_> {
+    type Model = State;
+    type Scores = View;
+    type Fitted = Ranked;
+    type Error = MismatchError;
+
+    fn terms(&self, state: &State) -> usize {
+        state.fitted.model.effects.len()
+    }
+
+    fn score(&self, state: &State) -> Result<View, MismatchError> {
+        self.bench.look(state, &self.options.without)
+    }
+
+    fn rescore(
+        &self,
+        state: &State,
+        (before, view): (&State, &View),
+        share: f64,
+    ) -> Result<View, MismatchError> {
+        let before = (view, &before.noise.noise);
+        self.bench.look_again(state, before, (self.limits, share))
+    }
+
+    fn rank(&self, state: &State, view: &View, share: f64) -> Result<Vec<Ranked>, MismatchError> {
+        let without = &self.options.without;
+        self.bench.rank(state, view, without, (self.limits, share))
+    }
+
+    fn evidence(&self, ranked: &Ranked) -> Evidence {
+        ranked.evidence
+    }
+
+    fn p(&self, ranked: &Ranked, delta_chi2: f64) -> f64 {
+        self.limits.laws.p(ranked.family(), delta_chi2)
+    }
+
+    fn is_same(&self, one: &Ranked, other: &Ranked) -> bool {
+        same(&one.effect, &other.effect)
+    }
+
+    fn is_term(&self, state: &State, term: usize, ranked: &Ranked) -> bool {
+        same(&state.fitted.model.effects[term], &ranked.effect)
+    }
+
+    fn with(&self, ranked: &Ranked) -> Result<Option<State>, MismatchError> {
+        let model = ranked.fitted.model.clone();
+        self.bench.settle(model, self.options.noise)
+    }
+
+    fn under_covariance_of(
+        &self,
+        state: &State,
+        other: &State,
+    ) -> Result<Option<State>, MismatchError> {
+        let model = state.fitted.model.clone();
+        self.bench.settle(model, KnownNoise::Given(other.noise))
+    }
+
+    fn without(&self, state: &State, effect: usize) -> Result<State, MismatchError> {
+        let mut rest = state.fitted.model.clone();
+        rest.effects.remove(effect);
+        self.bench
+            .settle(rest, KnownNoise::Given(state.noise))?
+            .ok_or(MismatchError::Empty)
+    }
+
+    fn may_be_believed(&self, view: &View, ranked: &Ranked) -> bool {
+        let observations = self.bench.observations;
+        !(ranked.effect.law.is_of_one_run()
+            && is_outlier(observations, &ranked.white, &view.residuals))
+    }
+
+    /// An effect that passed by chance mostly fits the poses it was found in and fails in the one left out; a true one whose parameters the
+    /// other poses determine helps there too. Where one pose carries the effect, leaving it out asks nothing.
+    fn is_confirmed(
+        &self,
+        state: &State,
+        next: &State,
+        ranked: &Ranked,
+    ) -> Result<bool, MismatchError> {
+        if self.bench.rests_on_one_pose(&ranked.white) {
+            return Ok(true);
+        }
+        let fall = self.bench.held_out_fall(next, &state.fitted.model)?;
+        Ok(fall > HELD_OUT_FALL)
+    }
+}
+
+impl LawSearch<'_, '_> {
+    /// For each effect of a state the candidates that could stand in its place.
+    ///
+    /// # Arguments
+    /// - `p`: chance of each effect on noise alone.
+    fn rivals_of_each(&self, state: &State, p: &[f64]) -> Result<Vec<Chosen>, MismatchError> {
+        (0..self.terms(state))
+            .map(|effect| {
+                let mut ranked = rivals(self, state, effect)?;
+                simplest_first(&mut ranked);
+                Ok(Chosen {
+                    ranked,
+                    family_p: p.get(effect).copied().unwrap_or(1.0),
+                })
+            })
+            .collect()
+    }
+
+    /// Takes back, where structure is left that no law explains, what explains less than the largest pattern that is left, or not clearly more
+    /// than a pattern without a law would in its stead: it stands for the unknown cause as well as it can, and its name says nothing.
+    fn drop_stand_ins(&self, found: &mut Found) -> Result<(), MismatchError> {
+        if found.left.p > UNEXPLAINED_LEVEL {
+            return Ok(());
+        }
+        let mut kept: Vec<bool> = Vec::new();
+        for (place, chosen) in found.chosen.iter().enumerate() {
+            let rest = self.without(&found.after, place)?;
+            let instead = self.bench.left_over(&rest, self.limits)?.gain + BEYOND_PATTERNS;
+            let needed = found.left.gain.max(instead);
+            kept.push(
+                chosen
+                    .ranked
+                    .iter()
+                    .any(|best| best.evidence.delta_chi2 > needed),
+            );
+        }
+        if kept.iter().all(|kept| *kept) {
+            return Ok(());
+        }
+        let mut keep = kept.iter();
+        let mut model = found.after.fitted.model.clone();
+        model.effects.retain(|_| *keep.next().unwrap_or(&true));
+        let Some(state) = self.bench.settle(model, self.options.noise)? else {
+            return Ok(());
+        };
+        let families: Vec<f64> = found
+            .chosen
+            .iter()
+            .zip(&kept)
+            .filter(|(_, kept)| **kept)
+            .map(|(chosen, _)| chosen.family_p)
+            .collect();
+        found.chosen = self.rivals_of_each(&state, &families)?;
+        found.left = self.bench.left_over(&state, self.limits)?;
+        found.after = state;
+        Ok(())
+    }
+}
+
 /// Puts a simpler law before the one that contains it, if the data do not exclude it.
 fn simplest_first(ranked: &mut [Ranked]) {
     let Some(best) = ranked.first() else { return };
-    let (law, place, top) = (best.effect.law, best.effect.place.clone(), best.log_bayes);
+    let (law, place, top) = (
+        best.effect.law,
+        best.effect.place.clone(),
+        best.evidence.log_bayes(),
+    );
     let simpler = ranked.iter().position(|other| {
         law.contains(other.effect.law)
             && other.effect.place == place
-            && other.log_bayes > top - STRONG_EVIDENCE
+            && other.evidence.log_bayes() > top - STRONG_EVIDENCE
     });
     if let Some(simpler) = simpler {
         ranked[..=simpler].rotate_right(1);

@@ -9,7 +9,7 @@ use super::error::MismatchError;
 use super::noise::NoiseCovariance;
 use super::observations::Observations;
 use super::predictor::ReadingPredictor;
-use super::state::Bench;
+use super::problem::Bench;
 
 /// One reading as the models see it.
 #[derive(Debug, Clone, PartialEq)]

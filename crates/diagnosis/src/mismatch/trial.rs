@@ -16,9 +16,9 @@ use super::error::MismatchError;
 use super::noise::ReadingNoise;
 use super::observations::Observations;
 use super::predictor::ReadingPredictor;
+use super::problem::Bench;
 use super::refit::Model;
 use super::restricted_likelihood::EstimatedNoise;
-use super::state::Bench;
 use crate::search::WhiteSpace;
 use crate::search::{Batched, dot};
 

@@ -4,13 +4,15 @@ use nalgebra::DMatrix;
 
 use stiffbench_beams::physics::Effect;
 
+use super::changes::end_effect_m;
 use super::critical_values::CriticalValues;
 use super::diagnosis::{Diagnosis, FactorShift, Finding, Location, Rival, Value, Verdict};
 use super::error::MismatchError;
+use super::problem::Bench;
 use super::rank::View;
 use super::ranked::{Ranked, same};
 use super::search::{Chosen, Found, LeftOver};
-use super::state::{Bench, State, end_effect_m};
+use super::state::State;
 use super::stratum::Stratum;
 use crate::search::constants::UNEXPLAINED_LEVEL;
 use crate::search::{distinguishable, dot};
@@ -155,12 +157,12 @@ impl Bench<'_> {
             .filter(|(other, rival)| {
                 !members.contains(other)
                     && !same(&rival.effect, &ranked.effect)
-                    && rival.log_bayes > 0.0
+                    && rival.evidence.log_bayes() > 0.0
             })
             .take(RIVALS)
             .map(|(_, rival)| Rival {
                 effect: rival.effect.clone(),
-                log_bayes_to_winner: ranked.log_bayes - rival.log_bayes,
+                log_bayes_to_winner: ranked.evidence.log_bayes() - rival.evidence.log_bayes(),
                 cosine: cosine(rival),
             })
             .collect();
@@ -176,7 +178,7 @@ impl Bench<'_> {
             alternative_group,
             end_effect_m: end_effect,
             absorbed_share: 1.0 - square / ranked.whole.max(f64::MIN_POSITIVE),
-            log_bayes: ranked.log_bayes,
+            log_bayes: ranked.evidence.log_bayes(),
             standard_errors: square.sqrt(),
             p_family: chosen.family_p,
             rivals,
@@ -210,7 +212,7 @@ impl Bench<'_> {
             .map(|(index, &value)| Value {
                 value,
                 u: covariance[first + index],
-                dof: ranked.dof,
+                dof: ranked.evidence.dof,
             })
             .collect())
     }
@@ -330,7 +332,7 @@ impl Bench<'_> {
 }
 
 /// Candidates that need an impossible value and would have passed with it.
-fn impossible(first: &View, limits: &CriticalValues) -> Vec<super::rank::Impossible> {
+fn impossible(first: &View, limits: &CriticalValues) -> Vec<super::diagnosis::Impossible> {
     first
         .impossible()
         .into_iter()
@@ -348,13 +350,15 @@ fn impossible(first: &View, limits: &CriticalValues) -> Vec<super::rank::Impossi
 fn members(chosen: &Chosen) -> Vec<usize> {
     // The first may be a simpler law than the likeliest. Of equal ones the first.
     let likeliest = chosen.ranked.iter().rev();
-    let Some(winner) = likeliest.max_by(|a, b| a.log_bayes.total_cmp(&b.log_bayes)) else {
+    let Some(winner) =
+        likeliest.max_by(|a, b| a.evidence.log_bayes().total_cmp(&b.evidence.log_bayes()))
+    else {
         return Vec::new();
     };
     let mut out: Vec<usize> = Vec::new();
     let mut seen: Vec<(&'static str, &stiffbench_beams::physics::Place)> = Vec::new();
     for (place, ranked) in chosen.ranked.iter().enumerate() {
-        let behind = winner.log_bayes - ranked.log_bayes;
+        let behind = winner.evidence.log_bayes() - ranked.evidence.log_bayes();
         let squared_cosine = dot(&winner.white, &ranked.white).powi(2)
             / (dot(&winner.white, &winner.white) * dot(&ranked.white, &ranked.white))
                 .max(f64::MIN_POSITIVE);

@@ -131,6 +131,9 @@ pub const BEYOND_PATTERNS: f64 = 9.0;
 /// A pattern shorter than this share of its length before projection is absorbed by the baseline (1). Numerics.
 pub const ABSORBED_PATTERN: f64 = 1e-3;
 
+/// The same of a candidate's column. Numerics.
+pub const ABSORBED: f64 = 1e-6;
+
 // What cannot be seen.
 
 /// White length at its largest possible size, standard errors, below which a shape is left out. Numerics.

@@ -6,6 +6,7 @@
 //! - [`WhiteSpace`]: rows made white, the baseline projected out.
 //! - [`ScoreEngine`]: scores of shapes and their null samples, fast ([`Batched`]) or plain (in tests).
 //! - [`CriticalValues`]: how large a score must be, from null samples of whole families.
+//! - [`forward_selection`]: terms added one at a time, with swaps, to any [`ForwardProblem`]; [`LinearProblem`] is one.
 //! - [`log_bayes`], [`under_known_covariance`], [`distinguishable`]: what a score is worth.
 
 mod batched;
@@ -14,6 +15,8 @@ mod covariance;
 mod critical_values;
 mod engine;
 mod evidence;
+mod forward;
+mod linear;
 mod null_noise;
 #[cfg(test)]
 mod plain;
@@ -30,6 +33,11 @@ pub use engine::{
     BestAmplitude, Moments, NullMaxima, NullShape, PairMoments, ScoreEngine, without_duplicates,
 };
 pub use evidence::{distinguishable, log_bayes, under_known_covariance};
+pub use forward::{Evidence, ForwardProblem, Selection, forward_selection, rivals};
+pub use linear::{
+    CovarianceModel, LeastSquares, LinearCandidate, LinearFitted, LinearModel, LinearProblem,
+    LinearScore, NotIndependent, null_maxima,
+};
 #[cfg(test)]
 pub(crate) use null_noise::put_drawn;
 pub use null_noise::{DrawResiduals, NullNoise};

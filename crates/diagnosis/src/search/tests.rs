@@ -198,3 +198,20 @@ fn levels_add_up_and_a_family_of_one_shape_has_the_lowest_value() {
     assert!((p - 0.04).abs() < 1e-9, "{p}");
     assert_eq!(values.of("unknown"), values.of("twelve"));
 }
+
+#[test]
+fn alone_the_shape_counts_that_critical_values_are_of() {
+    let evidence = |delta_chi2, linear_delta_chi2| Evidence {
+        delta_chi2,
+        linear_delta_chi2,
+        amplitudes: 1.0,
+        parameters: 2,
+        dof: 1e6,
+        critical_value: 9.0,
+    };
+    assert_eq!(evidence(16.0, 12.0).judged(true), 12.0);
+    assert_eq!(evidence(16.0, 12.0).judged(false), 16.0);
+    // A linear score that no fit reaches is none.
+    assert_eq!(evidence(10.0, 12.0).judged(true), 10.0);
+    assert_eq!(evidence(9.0, 9.0).log_bayes(), 0.0);
+}

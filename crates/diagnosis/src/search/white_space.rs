@@ -6,7 +6,7 @@ use stiffbench_numeric::lanes::{sums_side_by_side, widest};
 
 use super::constants::SHORTEST_COLUMN;
 use super::covariance::Covariance;
-use super::vectors::{dot, norm};
+use super::vectors::{dot, norm, subtract};
 
 /// The space in which candidates are compared: white, and orthogonal to the columns of the baseline.
 ///
@@ -77,6 +77,39 @@ impl WhiteSpace {
         white[range.clone()].copy_from_slice(&rows[range.clone()]);
         self.covariance.whiten_part(&mut white, range);
         white
+    }
+
+    /// One vector or two of rows as white vectors that are orthonormal when projected, not projected, and the length of the first when
+    /// projected; `None` if the baseline, or the first, leaves less than a share of one's length.
+    #[must_use]
+    pub fn orthonormal(&self, shapes: &[Vec<f64>], least: f64) -> Option<(Vec<Vec<f64>>, f64)> {
+        let mut units: Vec<Vec<f64>> = Vec::new();
+        let mut projected: Vec<Vec<f64>> = Vec::new();
+        let mut length = 0.0;
+        for shape in shapes {
+            let mut white = self.white(shape);
+            let before = norm(&white);
+            let mut left = white.clone();
+            self.project(&mut left);
+            for (unit, other) in units.iter().zip(&projected) {
+                let share = dot(other, &left);
+                subtract(&mut left, share, other);
+                subtract(&mut white, share, unit);
+            }
+            let after = norm(&left);
+            if !(after > least * before && after > 0.0) {
+                return None;
+            }
+            for value in left.iter_mut().chain(&mut white) {
+                *value /= after;
+            }
+            if units.is_empty() {
+                length = after;
+            }
+            projected.push(left);
+            units.push(white);
+        }
+        Some((units, length))
     }
 
     /// Projects the columns of the baseline out of a white vector, in place.

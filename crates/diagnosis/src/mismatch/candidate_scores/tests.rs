@@ -8,7 +8,8 @@ use crate::mismatch::baseline::{Baseline, RobotBaseline, prior_sd};
 use crate::mismatch::candidate::candidates;
 use crate::mismatch::known_noise::KnownNoise;
 use crate::mismatch::observations::Observations;
-use crate::mismatch::state::{Bench, State};
+use crate::mismatch::problem::Bench;
+use crate::mismatch::state::State;
 use crate::search::{Batched, Plain};
 
 /// V of a noise as it is written: σ² + q²/12 c² of a reading, σ₀² of readings with one zero, σₛ² bᵢ bⱼ of readings of one run.

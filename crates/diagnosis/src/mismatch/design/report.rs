@@ -9,16 +9,17 @@ use crate::mismatch::changes::Changes;
 use crate::mismatch::critical_values::{CriticalValues, critical_values};
 use crate::mismatch::error::MismatchError;
 use crate::mismatch::observations::Observations;
+use crate::mismatch::problem::Bench;
 use crate::mismatch::refit::Fitted;
-use crate::mismatch::state::{Bench, State};
+use crate::mismatch::state::State;
 use crate::search::WhiteSpace;
 use crate::search::constants::NULL_SAMPLES;
 use crate::search::{Batched, NullNoise};
 use stiffbench_beams::physics::Law;
 use stiffbench_measurement::procedure::Procedure;
 
-use super::views::{View, groups, nearest};
-use super::{DesignBench, Suspect};
+use super::bench::{DesignBench, Suspect};
+use super::views::{NearRival, View, groups, nearest, suspect};
 
 /// Rivals that are listed for each law and place.
 const NEAREST: usize = 3;
@@ -62,24 +63,6 @@ pub struct LawDesign {
     pub standard_error_m: f64,
     /// The hardest to tell from it, the hardest first.
     pub nearest: Vec<NearRival>,
-}
-
-/// How well a rival is told from a law.
-#[derive(Debug, Clone, PartialEq)]
-pub struct NearRival {
-    /// The rival.
-    pub rival: Suspect,
-    /// Cosine of the two effects, the factors projected out, with the course of the rival that is hardest to tell from the law.
-    pub cosine: f64,
-    /// Size of the law from which the expected log-likelihood ratio is 3, SI; `None` if no plausible size reaches it, and for a loose
-    /// member, which has no size.
-    pub size_3: Option<f64>,
-    /// The same for 5.
-    pub size_5: Option<f64>,
-    /// Largest change of a reading at `size_5`, m.
-    pub end_effect_5_m: Option<f64>,
-    /// Whether the two are not told apart at any plausible size.
-    pub never: bool,
 }
 
 /// Says what a procedure can and cannot tell apart.
@@ -204,12 +187,5 @@ impl DesignBench<'_> {
         };
         seen.extend(bench.loose_shapes(&state, &space)?);
         Ok((seen, space))
-    }
-}
-
-pub(super) fn suspect(candidate: &WhiteCandidate) -> Suspect {
-    Suspect {
-        law: candidate.candidate.law,
-        place: candidate.candidate.place.clone(),
     }
 }

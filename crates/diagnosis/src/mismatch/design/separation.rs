@@ -5,12 +5,12 @@ use crate::mismatch::candidate::candidates;
 use crate::mismatch::changes::Frozen;
 use crate::mismatch::error::MismatchError;
 use crate::mismatch::observations::Observations;
+use crate::mismatch::problem::Bench;
 use crate::mismatch::refit::Model;
-use crate::mismatch::state::Bench;
 use stiffbench_beams::physics::{Effect, Place, Sign, Twists};
 use stiffbench_units_and_text::test_point::Direction;
 
-use super::DesignBench;
+use super::bench::DesignBench;
 use super::gram::{Gram, Projected};
 
 /// Courses of a law that are kept for each rival it may imitate: those nearest to it.

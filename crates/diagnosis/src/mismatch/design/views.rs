@@ -4,8 +4,25 @@ use crate::mismatch::candidate_scores::{WhiteCandidate, WhiteShape};
 use crate::search::constants::POWER_80;
 use crate::search::dot;
 
-use super::report::{NearRival, suspect};
-use super::{CAN_TELL, CANNOT_TELL, Suspect};
+use super::bench::{CAN_TELL, CANNOT_TELL, Suspect};
+
+/// How well a rival is told from a law.
+#[derive(Debug, Clone, PartialEq)]
+pub struct NearRival {
+    /// The rival.
+    pub rival: Suspect,
+    /// Cosine of the two effects, the factors projected out, with the course of the rival that is hardest to tell from the law.
+    pub cosine: f64,
+    /// Size of the law from which the expected log-likelihood ratio is 3, SI; `None` if no plausible size reaches it, and for a loose
+    /// member, which has no size.
+    pub size_3: Option<f64>,
+    /// The same for 5.
+    pub size_5: Option<f64>,
+    /// Largest change of a reading at `size_5`, m.
+    pub end_effect_5_m: Option<f64>,
+    /// Whether the two are not told apart at any plausible size.
+    pub never: bool,
+}
 
 /// A candidate with the shape in which it is found most easily.
 pub(super) struct View<'a> {
@@ -206,4 +223,12 @@ pub(super) fn groups(views: &[View<'_>], rivals: &[Vec<NearRival>]) -> Vec<Vec<S
         .filter(|group| group.len() > 1)
         .map(|group| group.into_iter().map(|p| suspects[p].clone()).collect())
         .collect()
+}
+
+/// A candidate by law and place.
+pub(super) fn suspect(candidate: &WhiteCandidate) -> Suspect {
+    Suspect {
+        law: candidate.candidate.law,
+        place: candidate.candidate.place.clone(),
+    }
 }

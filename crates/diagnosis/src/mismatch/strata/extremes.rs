@@ -8,7 +8,7 @@ use super::bases::GlobalColumn;
 use super::contrasts::ErrorTerm;
 use super::decomposition::{Decomposition, squares};
 use super::results::{Contrast, Spot, StratumTest};
-use super::testing::tail;
+use super::tails::tail;
 
 /// Readings of which less than this share of their own error is left say nothing of themselves.
 const SAYS_NOTHING: f64 = 0.05;

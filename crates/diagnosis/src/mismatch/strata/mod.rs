@@ -20,14 +20,15 @@
 //! (1979) 65), which needs no independence.
 
 mod bases;
-mod carriers;
 mod columns;
+mod components;
 mod contrasts;
 mod decomposition;
 mod extremes;
 mod levels;
 mod map;
 mod results;
+mod tails;
 mod testing;
 #[cfg(test)]
 mod tests;
@@ -35,13 +36,15 @@ mod tests;
 use super::baseline::{Baseline, prior_sd};
 use super::error::MismatchError;
 use super::observations::Observations;
+use super::problem::Bench;
 use super::restricted_likelihood::EstimatedNoise;
 use super::search::SearchOptions;
-use super::state::{Bench, State};
+use super::state::State;
 
-pub use carriers::{Carrier, Carrying};
 pub use map::MapEntry;
-pub use results::{Contrast, Located, STRATUM_LEVEL, Spot, StratumTest, Untested};
+pub use results::{
+    Contrast, ExplainedShare, Located, STRATUM_LEVEL, Spot, StratumTest, SuspectComponent, Untested,
+};
 
 use columns::Setting;
 use decomposition::Decomposition;
@@ -120,16 +123,16 @@ impl Bench<'_> {
         let parts = if slopes || shapes {
             self.parts(state)?
         } else {
-            carriers::Parts::default()
+            components::Parts::default()
         };
         Ok(Located {
-            slope_carriers: if slopes {
-                decomposition.slope_carriers(&parts, &white)
+            slope_components: if slopes {
+                decomposition.slope_components(&parts, &white)
             } else {
                 Vec::new()
             },
-            shape_carriers: if shapes {
-                decomposition.shape_carriers(&parts, &white)
+            shape_components: if shapes {
+                decomposition.shape_components(&parts, &white)
             } else {
                 Vec::new()
             },

@@ -5,7 +5,7 @@ use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, StandardNormal};
 
 use super::decomposition::squares;
-use super::testing::holm;
+use super::tails::holm;
 use super::*;
 use crate::mismatch::KnownNoise;
 use crate::mismatch::noise::NoiseCovariance;
@@ -388,7 +388,7 @@ fn noise_alone_is_located_nowhere() {
     let nothing = effect(laws::JOINT_COMPLIANCE, joint("A3"), &[1e-12]);
     let located = located(&up_and_down, "F", nothing, 1e-3);
     assert_eq!(located.locations(), []);
-    assert!(located.slope_carriers.is_empty() && located.shape_carriers.is_empty());
+    assert!(located.slope_components.is_empty() && located.shape_components.is_empty());
     assert!(located.tests.iter().all(|test| test.spots.is_empty()));
     // 12 cells, 5 repeats, 15 steps, of which the top has two readings.
     assert_eq!(located.map.len(), 900);
@@ -402,21 +402,21 @@ fn a_compliant_joint_carries_the_misfit_of_slopes() {
     let up_and_down = fixture(&UP_AND_DOWN, true);
     let softer = effect(laws::JOINT_COMPLIANCE, joint("A3"), &[1e-7]);
     let located = located(&up_and_down, "A", softer, 20.0);
-    let first = &located.slope_carriers[0];
-    assert_eq!(first.carrier.place, joint("A3"));
+    let first = &located.slope_components[0];
+    assert_eq!(first.component.place, joint("A3"));
     assert!(first.share > 0.95 && first.p_left > 0.01, "{first:?}");
     assert!(first.size.is_some_and(|size| size > 0.0));
     // In mechanism A the end link stays level: its joint moves the end as the gauge's stand does.
     let stand = located
-        .slope_carriers
+        .slope_components
         .iter()
         .find(|c| {
-            c.carrier.place == Place::Direction(Direction::Y) || c.carrier.place == joint("A5B")
+            c.component.place == Place::Direction(Direction::Y) || c.component.place == joint("A5B")
         })
         .unwrap();
     let together = [joint("A5B"), Place::Direction(Direction::Y)];
     let has = |place: &Place| {
-        stand.carrier.place == *place || stand.alike.iter().any(|c| c.place == *place)
+        stand.component.place == *place || stand.alike.iter().any(|c| c.place == *place)
     };
     assert!(together.iter().all(has), "{stand:?}");
 }
