@@ -3,7 +3,7 @@
 use stiffbench_beams::physics::{Effect, Law, Place, PlaceKind, PlaceScale, Shape};
 use stiffbench_units_and_text::test_point::Direction;
 
-use super::changes::Frozen;
+use super::changes::LinearisedModel;
 use super::observations::Observations;
 
 /// A joint whose release would add more than this many times the compliance of the structure lies in no closed loop.
@@ -65,7 +65,7 @@ pub(super) struct PlaceScales {
 impl PlaceScales {
     /// # Arguments
     /// - `frozen`: the structure, solved.
-    pub(super) fn new(observations: &Observations, frozen: &Frozen) -> Self {
+    pub(super) fn new(observations: &Observations, frozen: &LinearisedModel) -> Self {
         let session = session_scale(observations);
         let mut out = Self {
             session,
@@ -89,7 +89,7 @@ impl PlaceScales {
         &self,
         kind: PlaceKind,
         observations: &Observations,
-        frozen: &Frozen,
+        frozen: &LinearisedModel,
     ) -> Vec<(Place, PlaceScale)> {
         let session = self.session;
         let with = |place: Place, scale: Option<PlaceScale>| Some((place, scale?));
@@ -182,7 +182,7 @@ fn needs_force(kind: PlaceKind) -> bool {
 /// - `without`: laws that are left out.
 pub(super) fn candidates(
     observations: &Observations,
-    poses: &Frozen,
+    poses: &LinearisedModel,
     without: &[Law],
 ) -> Vec<Candidate> {
     let scales = PlaceScales {
@@ -248,7 +248,7 @@ fn session_scale(observations: &Observations) -> PlaceScale {
 fn joint_scale(
     session: &PlaceScale,
     observations: &Observations,
-    poses: &Frozen,
+    poses: &LinearisedModel,
     joint: usize,
 ) -> Option<PlaceScale> {
     let mut best: Option<(f64, f64, f64, f64)> = None;
@@ -281,7 +281,7 @@ fn joint_scale(
 fn axis_scale(
     session: &PlaceScale,
     observations: &Observations,
-    poses: &Frozen,
+    poses: &LinearisedModel,
     axis: Direction,
 ) -> Option<PlaceScale> {
     let shares = observations.cells.iter().map(|cell| {
@@ -301,7 +301,7 @@ fn axis_scale(
 fn direction_scale(
     session: &PlaceScale,
     observations: &Observations,
-    poses: &Frozen,
+    poses: &LinearisedModel,
     direction: Direction,
 ) -> Option<PlaceScale> {
     let axis = direction.index();

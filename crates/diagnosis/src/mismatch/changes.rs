@@ -10,12 +10,12 @@ use super::observations::Observations;
 
 /// The solved poses of one structure, shared by all threads.
 #[derive(Debug, Clone, Default)]
-pub(super) struct Frozen {
+pub(super) struct LinearisedModel {
     pub(super) poses: Vec<PoseMechanics>,
     pub(super) joints: Vec<String>,
 }
 
-impl Frozen {
+impl LinearisedModel {
     /// Displacements of all readings under effects, m; `None` if one sits in a joint that is not there.
     pub(super) fn predict(
         &self,
@@ -59,7 +59,7 @@ impl Frozen {
 
 /// Largest change of a reading by an effect of a model, m.
 pub(super) fn end_effect_m(
-    frozen: &Frozen,
+    frozen: &LinearisedModel,
     observations: &Observations,
     effects: &[Effect],
     effect: usize,
@@ -101,7 +101,7 @@ pub(super) struct MissingMemberChange {
 #[derive(Debug)]
 pub(super) struct Changes<'a> {
     observations: &'a Observations,
-    frozen: &'a Frozen,
+    frozen: &'a LinearisedModel,
     effects: &'a [Effect],
     laws: LawSet,
     /// Displacements under the effects, m.
@@ -114,7 +114,7 @@ impl<'a> Changes<'a> {
     /// The readings under effects; `None` if one sits in a joint that is not there.
     pub(super) fn new(
         observations: &'a Observations,
-        frozen: &'a Frozen,
+        frozen: &'a LinearisedModel,
         effects: &'a [Effect],
     ) -> Option<Self> {
         let all: Vec<&Effect> = effects.iter().collect();
@@ -133,7 +133,7 @@ impl<'a> Changes<'a> {
     }
 
     /// The structure.
-    pub(super) fn frozen(&self) -> &'a Frozen {
+    pub(super) fn frozen(&self) -> &'a LinearisedModel {
         self.frozen
     }
 
@@ -322,11 +322,11 @@ pub(super) mod tests {
     }
 
     /// A pose with two joints that mind each other.
-    fn frozen() -> Frozen {
+    fn frozen() -> LinearisedModel {
         let mut influence = TwistInfluence::of_one_joint(3e-7, 0.3);
         influence.levers_m = vec![[0.3, 0.2, 0.1], [0.1, 0.4, 0.2]];
         influence.stiffness_nm_per_rad = vec![2e5, 8e4, 8e4, 1e5];
-        Frozen {
+        LinearisedModel {
             poses: vec![PoseMechanics {
                 influence,
                 ..PoseMechanics::default()

@@ -6,11 +6,11 @@ use super::candidate_scores::{ScoredCandidate, ScoredShape};
 use super::critical_values::CriticalValues;
 use super::diagnosis::DetectionLimit;
 use super::error::MismatchError;
-use super::problem::Bench;
+use super::problem::DiagnosisProblem;
 use super::search::Found;
 use crate::search::constants::POWER_80;
 
-impl Bench<'_> {
+impl DiagnosisProblem<'_> {
     /// For each law and place the size that 80 % of such sessions would show; of slips in one cell that which is hardest to see.
     pub(super) fn detection_limits(
         &self,
@@ -29,7 +29,7 @@ impl Bench<'_> {
             .filter(|seen| !seen.candidate.wide)
             .partition(is_slip);
         let mut out: Vec<DetectionLimit> = others.into_iter().map(of).collect();
-        let loose = self.loose_shapes(&found.before, &first.space)?;
+        let loose = self.missing_member_shapes(&found.before, &first.space)?;
         out.extend(
             loose
                 .iter()

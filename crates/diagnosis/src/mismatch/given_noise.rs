@@ -4,7 +4,7 @@ use super::baseline::Baseline;
 use super::error::MismatchError;
 use super::known_noise::KnownNoise;
 use super::observations::Observations;
-use super::problem::Bench;
+use super::problem::DiagnosisProblem;
 use super::restricted_likelihood::EstimatedNoise;
 
 /// Noise whose part of single readings is given, for example by the records of the instruments.
@@ -28,9 +28,9 @@ pub fn given_noise(
     observations: &Observations,
     reading_sd_m: f64,
 ) -> Result<GivenNoise, MismatchError> {
-    let bench = Bench::new(baseline, observations);
+    let bench = DiagnosisProblem::new(baseline, observations);
     let seen = bench
-        .settle(bench.start(), KnownNoise::Nothing)?
+        .alternate(bench.start(), KnownNoise::Nothing)?
         .ok_or(MismatchError::Empty)?
         .noise;
     let mut noise = seen;

@@ -6,11 +6,11 @@ use stiffbench_units_and_text::test_point::PoseId;
 
 use super::diagnosis::Quality;
 use super::error::MismatchError;
-use super::problem::Bench;
+use super::problem::DiagnosisProblem;
 use super::refit::{Model, Refit};
 use super::state::State;
 
-impl Bench<'_> {
+impl DiagnosisProblem<'_> {
     /// Residuals in sample and in poses left out one at a time, each gauge zero fitted.
     pub(super) fn quality(&self, state: &State) -> Result<Quality, MismatchError> {
         let model = &state.fitted.model;

@@ -18,7 +18,7 @@ use super::candidate_scores::WhiteCandidate;
 use super::critical_values::CriticalValues;
 use super::error::MismatchError;
 use super::observations::Observations;
-use super::problem::Bench;
+use super::problem::DiagnosisProblem;
 use super::search::SearchOptions;
 use crate::search::WhiteSpace;
 use crate::search::constants::STRONG_EVIDENCE;
@@ -102,13 +102,14 @@ impl IdealSearch {
         if observations.is_empty() {
             return Err(MismatchError::Empty);
         }
-        let positions = Bench::new(baseline, observations).positions_at_start(options)?;
+        let positions =
+            DiagnosisProblem::new(baseline, observations).positions_at_start(options)?;
         let at_start = observations.with_positions(&positions);
-        let bench = Bench::new(baseline, &at_start);
+        let bench = DiagnosisProblem::new(baseline, &at_start);
         let state = bench
-            .settle(bench.start(), options.noise)?
+            .alternate(bench.start(), options.noise)?
             .ok_or(MismatchError::Empty)?;
-        let view = bench.look(&state, &options.without)?;
+        let view = bench.score_laws(&state, &options.without)?;
         let mut ideal = Self {
             candidates: Vec::new(),
             vectors: Vec::new(),

@@ -19,8 +19,8 @@ mod given_noise;
 mod held_out;
 mod ideal;
 mod known_noise;
-mod loose;
 mod memory;
+mod missing_members;
 mod next_measurement;
 mod noise;
 mod observations;
@@ -81,7 +81,7 @@ pub use trace::{EffectTrace, ReadingTrace, Trace, trace};
 pub use trial::{TrialNoise, Truth, scale_to, simulate, standard_errors, standard_errors_between};
 pub use verdict::first_of_alternatives;
 
-use problem::Bench;
+use problem::DiagnosisProblem;
 use stiffbench_beams::physics::laws::SHORTEST_PERIOD_M;
 
 /// Finds what a baseline cannot explain, and which physics would.
@@ -124,13 +124,13 @@ fn diagnose_and<T>(
     observations: &Observations,
     options: &SearchOptions,
     known: Option<&CriticalValues>,
-    ask: impl FnOnce(&Bench<'_>) -> Result<T, MismatchError>,
+    ask: impl FnOnce(&DiagnosisProblem<'_>) -> Result<T, MismatchError>,
 ) -> Result<(Diagnosis, CriticalValues, T), MismatchError> {
     if observations.is_empty() {
         return Err(MismatchError::Empty);
     }
     let (at_start, moved_on);
-    let rough = Bench::new(baseline, observations);
+    let rough = DiagnosisProblem::new(baseline, observations);
     let positions = rough.positions_at_start(options)?;
     let asked = ask(&rough)?;
     at_start = observations.with_positions(&positions);

@@ -18,14 +18,14 @@ use crate::search::constants::{ALTERNATIONS, SAME_COVARIANCE};
 
 /// The problem: what was observed, and the baseline it is fitted with.
 #[derive(Clone)]
-pub(super) struct Bench<'a> {
+pub(super) struct DiagnosisProblem<'a> {
     pub(super) baseline: &'a dyn Baseline,
     pub(super) observations: &'a Observations,
     idle: Arc<IdleSolvers<'a>>,
     pub(super) memory: Arc<Memory>,
 }
 
-impl<'a> Bench<'a> {
+impl<'a> DiagnosisProblem<'a> {
     /// The problem of these observations.
     pub(super) fn new(baseline: &'a dyn Baseline, observations: &'a Observations) -> Self {
         Self {
@@ -78,16 +78,20 @@ impl<'a> Bench<'a> {
     ///
     /// # Arguments
     /// - `known`: the noise, if it is given; else it is found from what the model leaves.
-    pub(super) fn settle(
+    pub(super) fn alternate(
         &self,
         start: Model,
         known: KnownNoise,
     ) -> Result<Option<State>, MismatchError> {
         self.memory
-            .settled(start, known, |start| self.settle_anew(start, known))
+            .model(start, known, |start| self.alternate_anew(start, known))
     }
 
-    fn settle_anew(&self, start: Model, known: KnownNoise) -> Result<Option<State>, MismatchError> {
+    fn alternate_anew(
+        &self,
+        start: Model,
+        known: KnownNoise,
+    ) -> Result<Option<State>, MismatchError> {
         let mut predictor = self.predictor();
         let mut model = start;
         let given = known.given().copied();
@@ -98,9 +102,9 @@ impl<'a> Bench<'a> {
                 let Some(estimate) = self.noise_of(&mut predictor, &model, &known)? else {
                     return Ok(None);
                 };
-                let settled = found.is_some_and(|before| alike(&before, &estimate));
+                let is_settled = found.is_some_and(|before| alike(&before, &estimate));
                 found = Some(estimate);
-                if settled {
+                if is_settled {
                     break;
                 }
             } else if given.is_some() && round > 0 {

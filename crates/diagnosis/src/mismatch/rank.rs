@@ -8,16 +8,16 @@ use super::candidate::{Candidate, candidates};
 use super::candidate_scores::{
     BestShape, ScoredCandidate, WhiteCandidate, best_shapes, score_candidates, white_candidates,
 };
-use super::changes::{Changes, Frozen};
+use super::changes::{Changes, LinearisedModel};
 use super::critical_values::CriticalValues;
 use super::diagnosis::Impossible;
 use super::error::MismatchError;
 use super::memory::{StateKey, key_of};
 use super::noise::ReadingNoise;
 use super::predictor::ReadingPredictor;
-use super::problem::Bench;
+use super::problem::DiagnosisProblem;
 use super::ranked::Ranked;
-use super::refit::{Fitted, Model, Near, Refit};
+use super::refit::{Fitted, Model, Refit, WarmStart};
 use super::state::State;
 use crate::search::constants::{
     FITTED_WITHIN, MOST_FITTED, MOST_SLIPS_FITTED, WORTH_A_SHAPE_SEARCH,
@@ -34,29 +34,33 @@ struct Field<'a> {
 }
 
 /// All candidates as the residuals of a state see them.
-pub(super) struct View {
+pub(super) struct CandidateScores {
     /// The candidates with their shapes; loose members, which have none, are not among them.
     pub(super) seen: Vec<ScoredCandidate>,
     /// The poses and the space in which they were seen.
-    pub(super) frozen: Frozen,
+    pub(super) frozen: LinearisedModel,
     pub(super) space: WhiteSpace,
     /// White residuals of the state.
     pub(super) residuals: Vec<f64>,
 }
 
-impl View {
+impl CandidateScores {
     /// Candidates that would need an impossible value, the largest gain first.
     pub(super) fn impossible(&self) -> Vec<Impossible> {
         impossible_ones(&self.seen, &best_shapes(&self.seen))
     }
 }
 
-impl Bench<'_> {
+impl DiagnosisProblem<'_> {
     /// Every law at every place as a state leaves it to be seen, nothing fitted.
     ///
     /// # Arguments
     /// - `without`: laws left out.
-    pub(super) fn look(&self, state: &State, without: &[Law]) -> Result<View, MismatchError> {
+    pub(super) fn score_laws(
+        &self,
+        state: &State,
+        without: &[Law],
+    ) -> Result<CandidateScores, MismatchError> {
         let mut view = self.empty_view(state)?;
         let list = candidates(self.observations, &view.frozen, without);
         let (periods, list): (Vec<Candidate>, Vec<Candidate>) = list
@@ -74,12 +78,12 @@ impl Bench<'_> {
     ///
     /// # Arguments
     /// - `before`: the view under the noise of the state before.
-    pub(super) fn look_again(
+    pub(super) fn rescore_laws(
         &self,
         state: &State,
-        (before, noise_before): (&View, &ReadingNoise),
+        (before, noise_before): (&CandidateScores, &ReadingNoise),
         (limits, least): (&CriticalValues, f64),
-    ) -> Result<View, MismatchError> {
+    ) -> Result<CandidateScores, MismatchError> {
         // A gain grows about as the inverse of the variances: by no more than that of them falls which falls most.
         let growth = noise_before.largest_variance_ratio(&state.noise.noise);
         let screened = best_shapes(&before.seen);
@@ -94,10 +98,10 @@ impl Bench<'_> {
     }
 
     /// A view of no candidate.
-    fn empty_view(&self, state: &State) -> Result<View, MismatchError> {
+    fn empty_view(&self, state: &State) -> Result<CandidateScores, MismatchError> {
         let (space, residuals) = self.space(state)?;
         let model = &state.fitted.model;
-        Ok(View {
+        Ok(CandidateScores {
             seen: Vec::new(),
             frozen: self.predictor().frozen(&model.parameters, &model.effects)?,
             space,
@@ -106,7 +110,12 @@ impl Bench<'_> {
     }
 
     /// Candidates compared with the residuals of a view.
-    fn see(&self, state: &State, view: &View, list: Vec<Candidate>) -> Vec<ScoredCandidate> {
+    fn see(
+        &self,
+        state: &State,
+        view: &CandidateScores,
+        list: Vec<Candidate>,
+    ) -> Vec<ScoredCandidate> {
         let effects = &state.fitted.model.effects;
         let changes = Changes::new(self.observations, &view.frozen, effects);
         let engine = Batched::new(&view.space, &view.residuals);
@@ -118,7 +127,7 @@ impl Bench<'_> {
     /// All that is searched, as white vectors: what a view shows, and loose members.
     pub(super) fn white_shapes(
         &self,
-        view: &View,
+        view: &CandidateScores,
         state: &State,
     ) -> Result<Vec<WhiteCandidate>, MismatchError> {
         let effects = &state.fitted.model.effects;
@@ -126,7 +135,7 @@ impl Bench<'_> {
         let mut white = changes.map_or_else(Vec::new, |changes| {
             white_candidates(&changes, &view.space, &view.seen)
         });
-        white.extend(self.loose_shapes(state, &view.space)?);
+        white.extend(self.missing_member_shapes(state, &view.space)?);
         Ok(white)
     }
 
@@ -138,7 +147,7 @@ impl Bench<'_> {
     pub(super) fn rank(
         &self,
         state: &State,
-        view: &View,
+        view: &CandidateScores,
         without: &[Law],
         (limits, least): (&CriticalValues, f64),
     ) -> Result<Vec<Ranked>, MismatchError> {
@@ -161,7 +170,7 @@ impl Bench<'_> {
             ranked = self.fit_chosen(&field, &view.seen, &chosen)?;
         }
         let worth = |law, gain| !without.contains(&law) && enough(law, false, gain);
-        ranked.extend(self.loose_members(state, view, worth)?);
+        ranked.extend(self.missing_members(state, view, worth)?);
         for ranked in &mut ranked {
             ranked.evidence.critical_value = limits.laws.of(ranked.family());
         }
@@ -232,7 +241,7 @@ impl Bench<'_> {
             ..self.refit(&state.whitening)
         };
         let first = Refit {
-            near: Some(Near::Known(field.changes.frozen())),
+            near: Some(WarmStart::Known(field.changes.frozen())),
             ..refit
         };
         let mut fitted = first.fit(predictor, &start, true)?;

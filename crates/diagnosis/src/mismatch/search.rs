@@ -8,8 +8,8 @@ use super::known_noise::KnownNoise;
 use super::memory::key_of;
 use super::outlier::is_outlier;
 use super::patterns::{Pattern, autocorrelation_p, largest_patterns, patterns};
-use super::problem::Bench;
-use super::rank::View;
+use super::problem::DiagnosisProblem;
+use super::rank::CandidateScores;
 use super::ranked::{Ranked, same};
 use super::refit::Model;
 use super::rounded::RoundedNoise;
@@ -57,11 +57,11 @@ pub(super) struct Found {
     pub(super) after: State,
     pub(super) chosen: Vec<Chosen>,
     /// What the baseline leaves to be seen: for maps, limits and rejected candidates.
-    pub(super) first: View,
+    pub(super) first: CandidateScores,
     /// The largest pattern of each stratum that the baseline leaves, with its gain.
     pub(super) first_patterns: Vec<(f64, Pattern)>,
     /// Patterns left by the final model, and the gain of the largest.
-    pub(super) left: LeftOver,
+    pub(super) left: UnexplainedStructure,
 }
 
 impl Found {
@@ -73,13 +73,13 @@ impl Found {
 
 /// The largest pattern that a model leaves.
 #[derive(Debug, Clone)]
-pub(super) struct LeftOver {
+pub(super) struct UnexplainedStructure {
     pub(super) pattern: Option<Pattern>,
     pub(super) gain: f64,
     pub(super) p: f64,
 }
 
-impl Bench<'_> {
+impl DiagnosisProblem<'_> {
     /// The model without effects.
     pub(super) fn start(&self) -> Model {
         Model {
@@ -99,7 +99,7 @@ impl Bench<'_> {
         options: &SearchOptions,
     ) -> Result<Vec<f64>, MismatchError> {
         let state = self
-            .settle(self.start(), options.noise)?
+            .alternate(self.start(), options.noise)?
             .ok_or(MismatchError::Empty)?;
         self.positions(&state)
     }
@@ -115,7 +115,7 @@ impl Bench<'_> {
     /// CriticalValues for these observations: from the candidates and patterns against the baseline.
     pub(super) fn critical_values(
         &self,
-        first: &View,
+        first: &CandidateScores,
         state: &State,
         seed: u64,
     ) -> Result<CriticalValues, MismatchError> {
@@ -166,9 +166,9 @@ impl Bench<'_> {
         known: Option<&CriticalValues>,
     ) -> Result<(Found, CriticalValues), MismatchError> {
         let before = self
-            .settle(self.start(), options.noise)?
+            .alternate(self.start(), options.noise)?
             .ok_or(MismatchError::Empty)?;
-        let first = self.look(&before, &options.without)?;
+        let first = self.score_laws(&before, &options.without)?;
         let limits = match known {
             Some(limits) => limits.clone(),
             None => self.critical_values(&first, &before, options.seed)?,
@@ -197,7 +197,7 @@ impl Bench<'_> {
         let left = if chosen.is_empty() {
             self.largest_left(&first_patterns, &first.residuals, &limits)
         } else {
-            self.left_over(&state, &limits)?
+            self.unexplained(&state, &limits)?
         };
         let mut found = Found {
             before,
@@ -224,7 +224,11 @@ impl Bench<'_> {
     }
 
     /// The largest pattern that a state leaves.
-    fn left_over(&self, state: &State, limits: &CriticalValues) -> Result<LeftOver, MismatchError> {
+    fn unexplained(
+        &self,
+        state: &State,
+        limits: &CriticalValues,
+    ) -> Result<UnexplainedStructure, MismatchError> {
         let (space, residuals) = self.space(state)?;
         let patterns = self.largest_patterns(state, &space, &residuals)?;
         Ok(self.largest_left(&patterns, &residuals, limits))
@@ -236,7 +240,7 @@ impl Bench<'_> {
         patterns: &[(f64, Pattern)],
         residuals: &[f64],
         limits: &CriticalValues,
-    ) -> LeftOver {
+    ) -> UnexplainedStructure {
         // Of equal ones the first.
         let best = patterns.iter().rev().max_by(|a, b| a.0.total_cmp(&b.0));
         let gain = best.map_or(0.0, |(gain, _)| *gain);
@@ -249,20 +253,20 @@ impl Bench<'_> {
             }
             p = (2.0 * p.min(rhythm)).min(1.0);
         }
-        LeftOver { pattern, gain, p }
+        UnexplainedStructure { pattern, gain, p }
     }
 }
 
 /// The search for laws: forward selection among candidates of all laws at all places.
 struct LawSearch<'s, 'a> {
-    bench: &'s Bench<'a>,
+    bench: &'s DiagnosisProblem<'a>,
     options: &'s SearchOptions,
     limits: &'s CriticalValues,
 }
 
 impl ForwardProblem for LawSearch<'_, '_> {
     type Model = State;
-    type Scores = View;
+    type Scores = CandidateScores;
     type Fitted = Ranked;
     type Error = MismatchError;
 
@@ -270,21 +274,26 @@ impl ForwardProblem for LawSearch<'_, '_> {
         state.fitted.model.effects.len()
     }
 
-    fn score(&self, state: &State) -> Result<View, MismatchError> {
-        self.bench.look(state, &self.options.without)
+    fn score(&self, state: &State) -> Result<CandidateScores, MismatchError> {
+        self.bench.score_laws(state, &self.options.without)
     }
 
     fn rescore(
         &self,
         state: &State,
-        (before, view): (&State, &View),
+        (before, view): (&State, &CandidateScores),
         share: f64,
-    ) -> Result<View, MismatchError> {
+    ) -> Result<CandidateScores, MismatchError> {
         let before = (view, &before.noise.noise);
-        self.bench.look_again(state, before, (self.limits, share))
+        self.bench.rescore_laws(state, before, (self.limits, share))
     }
 
-    fn rank(&self, state: &State, view: &View, share: f64) -> Result<Vec<Ranked>, MismatchError> {
+    fn rank(
+        &self,
+        state: &State,
+        view: &CandidateScores,
+        share: f64,
+    ) -> Result<Vec<Ranked>, MismatchError> {
         let without = &self.options.without;
         self.bench.rank(state, view, without, (self.limits, share))
     }
@@ -307,7 +316,7 @@ impl ForwardProblem for LawSearch<'_, '_> {
 
     fn with(&self, ranked: &Ranked) -> Result<Option<State>, MismatchError> {
         let model = ranked.fitted.model.clone();
-        self.bench.settle(model, self.options.noise)
+        self.bench.alternate(model, self.options.noise)
     }
 
     fn under_covariance_of(
@@ -316,18 +325,18 @@ impl ForwardProblem for LawSearch<'_, '_> {
         other: &State,
     ) -> Result<Option<State>, MismatchError> {
         let model = state.fitted.model.clone();
-        self.bench.settle(model, KnownNoise::Given(other.noise))
+        self.bench.alternate(model, KnownNoise::Given(other.noise))
     }
 
     fn without(&self, state: &State, effect: usize) -> Result<State, MismatchError> {
         let mut rest = state.fitted.model.clone();
         rest.effects.remove(effect);
         self.bench
-            .settle(rest, KnownNoise::Given(state.noise))?
+            .alternate(rest, KnownNoise::Given(state.noise))?
             .ok_or(MismatchError::Empty)
     }
 
-    fn may_be_believed(&self, view: &View, ranked: &Ranked) -> bool {
+    fn may_be_believed(&self, view: &CandidateScores, ranked: &Ranked) -> bool {
         let observations = self.bench.observations;
         !(ranked.effect.law.is_of_one_run()
             && is_outlier(observations, &ranked.white, &view.residuals))
@@ -376,7 +385,7 @@ impl LawSearch<'_, '_> {
         let mut kept: Vec<bool> = Vec::new();
         for (place, chosen) in found.chosen.iter().enumerate() {
             let rest = self.without(&found.after, place)?;
-            let instead = self.bench.left_over(&rest, self.limits)?.gain + BEYOND_PATTERNS;
+            let instead = self.bench.unexplained(&rest, self.limits)?.gain + BEYOND_PATTERNS;
             let needed = found.left.gain.max(instead);
             kept.push(
                 chosen
@@ -391,7 +400,7 @@ impl LawSearch<'_, '_> {
         let mut keep = kept.iter();
         let mut model = found.after.fitted.model.clone();
         model.effects.retain(|_| *keep.next().unwrap_or(&true));
-        let Some(state) = self.bench.settle(model, self.options.noise)? else {
+        let Some(state) = self.bench.alternate(model, self.options.noise)? else {
             return Ok(());
         };
         let families: Vec<f64> = found
@@ -402,7 +411,7 @@ impl LawSearch<'_, '_> {
             .map(|(chosen, _)| chosen.family_p)
             .collect();
         found.chosen = self.rivals_of_each(&state, &families)?;
-        found.left = self.bench.left_over(&state, self.limits)?;
+        found.left = self.bench.unexplained(&state, self.limits)?;
         found.after = state;
         Ok(())
     }

@@ -9,7 +9,7 @@ use super::error::MismatchError;
 use super::noise::NoiseCovariance;
 use super::observations::Observations;
 use super::predictor::ReadingPredictor;
-use super::problem::Bench;
+use super::problem::DiagnosisProblem;
 
 /// One reading as the models see it.
 #[derive(Debug, Clone, PartialEq)]
@@ -86,7 +86,7 @@ pub fn trace(
     observations: &Observations,
     diagnosis: &Diagnosis,
 ) -> Result<Trace, MismatchError> {
-    let bench = Bench::new(baseline, observations);
+    let bench = DiagnosisProblem::new(baseline, observations);
     let mut predictor = bench.predictor();
     let first: Vec<f64> = diagnosis.factors.iter().map(|f| f.before.value).collect();
     let before = prediction(&mut predictor, observations, &first, &[])?;

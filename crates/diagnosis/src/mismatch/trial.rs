@@ -16,7 +16,7 @@ use super::error::MismatchError;
 use super::noise::ReadingNoise;
 use super::observations::Observations;
 use super::predictor::ReadingPredictor;
-use super::problem::Bench;
+use super::problem::DiagnosisProblem;
 use super::refit::Model;
 use super::restricted_likelihood::EstimatedNoise;
 use crate::search::WhiteSpace;
@@ -170,7 +170,7 @@ pub fn standard_errors_between(
 
 /// The space that is white under the true noise of a truth, with the baseline and some of its effects projected out.
 struct TrueSpace<'a> {
-    bench: Bench<'a>,
+    bench: DiagnosisProblem<'a>,
     predictor: ReadingPredictor<'a>,
     parameters: &'a [f64],
     space: WhiteSpace,
@@ -183,7 +183,7 @@ impl<'a> TrueSpace<'a> {
         truth: &'a Truth,
         beside: &[Effect],
     ) -> Result<Self, MismatchError> {
-        let bench = Bench::new(baseline, plan);
+        let bench = DiagnosisProblem::new(baseline, plan);
         let mut predictor = bench.predictor();
         let model = |effects: &[Effect]| Model {
             parameters: truth.parameters.clone(),

@@ -8,10 +8,10 @@ use super::changes::end_effect_m;
 use super::critical_values::CriticalValues;
 use super::diagnosis::{Diagnosis, FactorShift, Finding, Location, Rival, Value, Verdict};
 use super::error::MismatchError;
-use super::problem::Bench;
-use super::rank::View;
+use super::problem::DiagnosisProblem;
+use super::rank::CandidateScores;
 use super::ranked::{Ranked, same};
-use super::search::{Chosen, Found, LeftOver};
+use super::search::{Chosen, Found, UnexplainedStructure};
 use super::state::State;
 use super::stratum::Stratum;
 use crate::search::constants::UNEXPLAINED_LEVEL;
@@ -27,7 +27,7 @@ const RIVALS: usize = 8;
 /// A factor whose interval spans more than this share of what was allowed beforehand is not identified by the data.
 const IDENTIFIED: f64 = 0.5;
 
-impl Bench<'_> {
+impl DiagnosisProblem<'_> {
     /// What a search found, as it is to be said.
     pub(super) fn conclude(
         &self,
@@ -305,7 +305,7 @@ impl Bench<'_> {
         let mut out: Vec<Location> = found
             .first_patterns
             .iter()
-            .map(|(gain, pattern)| LeftOver {
+            .map(|(gain, pattern)| UnexplainedStructure {
                 p: limits.unexplained.p(*gain),
                 gain: *gain,
                 pattern: Some(pattern.clone()),
@@ -317,7 +317,7 @@ impl Bench<'_> {
         out
     }
 
-    fn location_of(&self, left: &LeftOver) -> Location {
+    fn location_of(&self, left: &UnexplainedStructure) -> Location {
         let pattern = left.pattern.as_ref();
         Location {
             stratum: pattern.map_or(Stratum::Rest, |p| p.stratum),
@@ -332,7 +332,10 @@ impl Bench<'_> {
 }
 
 /// Candidates that need an impossible value and would have passed with it.
-fn impossible(first: &View, limits: &CriticalValues) -> Vec<super::diagnosis::Impossible> {
+fn impossible(
+    first: &CandidateScores,
+    limits: &CriticalValues,
+) -> Vec<super::diagnosis::Impossible> {
     first
         .impossible()
         .into_iter()

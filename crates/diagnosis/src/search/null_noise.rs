@@ -128,7 +128,7 @@ fn standardised(residuals: &[f64]) -> Vec<f64> {
 fn smoothed(residuals: &[f64], seed: u64) -> Vec<f32> {
     let mut rng = ChaCha8Rng::seed_from_u64(seed);
     let each = POOL / residuals.len().max(1);
-    let all = std::iter::repeat_n(residuals, each).flatten();
+    let all = (0..each).flat_map(|_| residuals);
     all.map(|residual| {
         let normal: f64 = StandardNormal.sample(&mut rng);
         ((residual + SMOOTHING * normal) / (1.0 + SMOOTHING * SMOOTHING).sqrt()) as f32

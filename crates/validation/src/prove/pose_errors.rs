@@ -15,6 +15,9 @@ use super::recordings::{ComparedFigure, Recording, RecordingScore};
 /// Level of the search.
 const LEVEL: f64 = 0.04;
 
+/// All candidates share one critical value.
+const ERRORS: &str = "errors of joints";
+
 /// Orders of a joint's angle that are tried.
 const ORDERS: [u32; 2] = [1, 2];
 
@@ -25,7 +28,7 @@ const JOINTS: usize = 5;
 const AXES: usize = 3;
 
 /// A candidate and its name.
-type Candidate = (String, LinearCandidate<()>);
+type Candidate = (String, LinearCandidate<&'static str>);
 
 /// Columns of a table of numbers by name; other fields are passed over.
 fn columns(name: &str, text: &str) -> Result<Vec<(String, Vec<f64>)>, ProveError> {
@@ -116,7 +119,7 @@ impl Poses {
         let compliance = |(name, column): &(String, Vec<f64>)| {
             let joint = name.trim_start_matches("joint").chars().next();
             let candidate = LinearCandidate {
-                family: (),
+                family: ERRORS,
                 columns: vec![column.clone()],
                 multiples: [0.0, f64::INFINITY],
             };
@@ -134,7 +137,7 @@ impl Poses {
                         .collect()
                 };
                 let candidate = LinearCandidate {
-                    family: (),
+                    family: ERRORS,
                     columns: vec![turn(f64::sin), turn(f64::cos)],
                     multiples: [f64::NEG_INFINITY, f64::INFINITY],
                 };
@@ -336,7 +339,7 @@ struct Found {
 /// # Arguments
 /// - `equal`: covariance of errors of size one.
 fn search(poses: &Poses, equal: &Covariance, seed: u64) -> Result<Found, NotIndependent> {
-    let (names, candidates): (Vec<String>, Vec<LinearCandidate<()>>) =
+    let (names, candidates): (Vec<String>, Vec<LinearCandidate<&'static str>>) =
         poses.candidates().into_iter().unzip();
     let space = WhiteSpace::new(equal.clone(), &[], &poses.rigid);
     let noise = NullNoise::normal(NULL_SAMPLES, seed);

@@ -8,7 +8,7 @@ use crate::mismatch::baseline::{Baseline, RobotBaseline, prior_sd};
 use crate::mismatch::candidate::candidates;
 use crate::mismatch::known_noise::KnownNoise;
 use crate::mismatch::observations::Observations;
-use crate::mismatch::problem::Bench;
+use crate::mismatch::problem::DiagnosisProblem;
 use crate::mismatch::state::State;
 use crate::search::{Batched, Plain};
 
@@ -49,9 +49,9 @@ fn all_scores_of_a_session_are_those_of_the_plain_engine() {
     let factors = robot.factor_set("m_fsd").unwrap();
     let mechanism = robot.mechanism(Some("F")).unwrap();
     let baseline = RobotBaseline::new(&robot, mechanism, factors, poses, [0.1, 10.0]);
-    let bench = Bench::new(&baseline, &observations);
+    let bench = DiagnosisProblem::new(&baseline, &observations);
     let state = bench
-        .settle(bench.start(), KnownNoise::Nothing)
+        .alternate(bench.start(), KnownNoise::Nothing)
         .unwrap()
         .unwrap();
     let model = &state.fitted.model;

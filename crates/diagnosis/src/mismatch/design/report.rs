@@ -9,7 +9,7 @@ use crate::mismatch::changes::Changes;
 use crate::mismatch::critical_values::{CriticalValues, critical_values};
 use crate::mismatch::error::MismatchError;
 use crate::mismatch::observations::Observations;
-use crate::mismatch::problem::Bench;
+use crate::mismatch::problem::DiagnosisProblem;
 use crate::mismatch::refit::Fitted;
 use crate::mismatch::state::State;
 use crate::search::WhiteSpace;
@@ -19,7 +19,7 @@ use stiffbench_beams::physics::Law;
 use stiffbench_measurement::procedure::Procedure;
 
 use super::bench::{DesignBench, Suspect};
-use super::views::{NearRival, View, groups, nearest, suspect};
+use super::views::{EasiestShape, NearRival, groups, nearest, suspect};
 
 /// Rivals that are listed for each law and place.
 const NEAREST: usize = 3;
@@ -95,13 +95,13 @@ pub fn design_of_plan(
         let limit = limits.laws.values.get(&(law, false));
         limit.map_or(f64::INFINITY, |limit| limit.sqrt())
     };
-    let views: Vec<View<'_>> = seen
+    let views: Vec<EasiestShape<'_>> = seen
         .iter()
         .filter(|candidate| !candidate.candidate.wide)
-        .filter_map(|candidate| View::new(candidate, root(candidate.candidate.law)))
+        .filter_map(|candidate| EasiestShape::new(candidate, root(candidate.candidate.law)))
         .collect();
-    let (shown, hidden): (Vec<View<'_>>, Vec<View<'_>>) =
-        views.into_iter().partition(View::is_shown);
+    let (shown, hidden): (Vec<EasiestShape<'_>>, Vec<EasiestShape<'_>>) =
+        views.into_iter().partition(EasiestShape::is_shown);
     let rivals: Vec<Vec<NearRival>> = shown.par_iter().map(|view| nearest(view, &shown)).collect();
     let without_shape = seen
         .iter()
@@ -147,14 +147,14 @@ impl DesignBench<'_> {
         if observations.is_empty() {
             return Err(MismatchError::Empty);
         }
-        let rough = Bench::new(self.baseline, observations);
+        let rough = DiagnosisProblem::new(self.baseline, observations);
         let mut model = rough.start();
         if let Some(parameters) = self.parameters {
             model.parameters = parameters.to_vec();
         }
         let predicted = rough.predicted(&mut rough.predictor(), &model)?;
         let observations = observations.with_displacements(predicted);
-        let bench = Bench::new(self.baseline, &observations);
+        let bench = DiagnosisProblem::new(self.baseline, &observations);
         let mut predictor = bench.predictor();
         let noise = self.known_noise();
         let whitening = bench.whitening(&mut predictor, &model, &noise)?;
@@ -185,7 +185,7 @@ impl DesignBench<'_> {
             noise,
             whitening,
         };
-        seen.extend(bench.loose_shapes(&state, &space)?);
+        seen.extend(bench.missing_member_shapes(&state, &space)?);
         Ok((seen, space))
     }
 }

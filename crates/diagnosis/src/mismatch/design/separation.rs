@@ -2,10 +2,10 @@
 
 use crate::mismatch::baseline::prior_sd;
 use crate::mismatch::candidate::candidates;
-use crate::mismatch::changes::Frozen;
+use crate::mismatch::changes::LinearisedModel;
 use crate::mismatch::error::MismatchError;
 use crate::mismatch::observations::Observations;
-use crate::mismatch::problem::Bench;
+use crate::mismatch::problem::DiagnosisProblem;
 use crate::mismatch::refit::Model;
 use stiffbench_beams::physics::{Effect, Place, Sign, Twists};
 use stiffbench_units_and_text::test_point::Direction;
@@ -120,11 +120,11 @@ impl Effects {
 }
 
 impl<'a> DesignBench<'a> {
-    pub(super) fn bench<'b>(&self, observations: &'b Observations) -> Bench<'b>
+    pub(super) fn bench<'b>(&self, observations: &'b Observations) -> DiagnosisProblem<'b>
     where
         'a: 'b,
     {
-        Bench::new(self.baseline, observations)
+        DiagnosisProblem::new(self.baseline, observations)
     }
 
     /// The model without effects.
@@ -207,7 +207,12 @@ impl<'a> DesignBench<'a> {
 }
 
 /// Displacements under an effect; a joint that is not there changes nothing.
-fn predict(frozen: &Frozen, observations: &Observations, effect: &Effect, out: &mut [f64]) {
+fn predict(
+    frozen: &LinearisedModel,
+    observations: &Observations,
+    effect: &Effect,
+    out: &mut [f64],
+) {
     let mut twists = Twists::default();
     let there = frozen.predict(observations, &[effect], &mut twists, out);
     if there.is_none() {

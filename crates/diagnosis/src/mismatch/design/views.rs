@@ -25,7 +25,7 @@ pub struct NearRival {
 }
 
 /// A candidate with the shape in which it is found most easily.
-pub(super) struct View<'a> {
+pub(super) struct EasiestShape<'a> {
     pub(super) candidate: &'a WhiteCandidate,
     pub(super) shape: &'a WhiteShape,
     /// Multiple of the shape that 80 % of sessions find.
@@ -41,7 +41,7 @@ fn largest(candidate: &WhiteCandidate, shape: &WhiteShape) -> f64 {
     shape.shape.scale[1].min(plausible)
 }
 
-impl<'a> View<'a> {
+impl<'a> EasiestShape<'a> {
     /// The view of a candidate; `None` if the readings show nothing of it.
     ///
     /// # Arguments
@@ -147,7 +147,7 @@ struct Shape {
 }
 
 /// Rivals of a view, the hardest to tell from it first; laws that contain it at the same place are no rivals.
-pub(super) fn nearest(view: &View<'_>, views: &[View<'_>]) -> Vec<NearRival> {
+pub(super) fn nearest(view: &EasiestShape<'_>, views: &[EasiestShape<'_>]) -> Vec<NearRival> {
     let own = &view.candidate.candidate;
     let mut out: Vec<(NearRival, f64)> = views
         .iter()
@@ -165,7 +165,7 @@ pub(super) fn nearest(view: &View<'_>, views: &[View<'_>]) -> Vec<NearRival> {
 }
 
 /// How a rival is told from a view, and the multiple of the view's shape it takes.
-fn rival(view: &View<'_>, other: &WhiteCandidate) -> Option<(NearRival, f64)> {
+fn rival(view: &EasiestShape<'_>, other: &WhiteCandidate) -> Option<(NearRival, f64)> {
     let fixed = view.candidate.candidate.law.is_missing_element();
     let hardness = |shape: &Shape| {
         if fixed {
@@ -200,7 +200,7 @@ fn rival(view: &View<'_>, other: &WhiteCandidate) -> Option<(NearRival, f64)> {
 }
 
 /// Sets of which each member is taken for each other whatever its size.
-pub(super) fn groups(views: &[View<'_>], rivals: &[Vec<NearRival>]) -> Vec<Vec<Suspect>> {
+pub(super) fn groups(views: &[EasiestShape<'_>], rivals: &[Vec<NearRival>]) -> Vec<Vec<Suspect>> {
     let suspects: Vec<Suspect> = views.iter().map(|view| suspect(view.candidate)).collect();
     let never = |place: usize, other: usize| {
         let taken_for = |rival: &&NearRival| rival.never && rival.rival == suspects[other];

@@ -3,7 +3,7 @@
 use crate::mismatch::baseline::PROPERTIES;
 use crate::mismatch::error::MismatchError;
 use crate::mismatch::observations::{Observations, ObservedCell};
-use crate::mismatch::problem::Bench;
+use crate::mismatch::problem::DiagnosisProblem;
 use crate::mismatch::state::State;
 use crate::search::{dot, norm};
 use stiffbench_beams::physics::{Place, PoseMechanics};
@@ -46,7 +46,7 @@ struct Part {
     lever: Option<Vec<f64>>,
 }
 
-impl Bench<'_> {
+impl DiagnosisProblem<'_> {
     /// The parts of the baseline in a state.
     pub(super) fn parts(&self, state: &State) -> Result<Parts, MismatchError> {
         let parameters = &state.fitted.model.parameters;

@@ -36,7 +36,7 @@ mod tests;
 use super::baseline::{Baseline, prior_sd};
 use super::error::MismatchError;
 use super::observations::Observations;
-use super::problem::Bench;
+use super::problem::DiagnosisProblem;
 use super::restricted_likelihood::EstimatedNoise;
 use super::search::SearchOptions;
 use super::state::State;
@@ -61,17 +61,17 @@ pub fn locate(
     if observations.is_empty() {
         return Err(MismatchError::Empty);
     }
-    Bench::new(baseline, observations).located_at_start(options)
+    DiagnosisProblem::new(baseline, observations).located_at_start(options)
 }
 
-impl Bench<'_> {
+impl DiagnosisProblem<'_> {
     /// Says where the model without effects fails.
     pub(super) fn located_at_start(
         &self,
         options: &SearchOptions,
     ) -> Result<Located, MismatchError> {
         let state = self
-            .settle(self.start(), options.noise)?
+            .alternate(self.start(), options.noise)?
             .ok_or(MismatchError::Empty)?;
         self.located(&state, options.noise.given())
     }

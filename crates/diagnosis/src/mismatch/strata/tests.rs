@@ -129,7 +129,7 @@ struct Ready {
     prior_sd: Vec<f64>,
 }
 
-fn ready(bench: &Bench<'_>, noise: &ReadingNoise) -> Ready {
+fn ready(bench: &DiagnosisProblem<'_>, noise: &ReadingNoise) -> Ready {
     let mut predictor = bench.predictor();
     let model = bench.start();
     Ready {
@@ -177,11 +177,11 @@ fn distance_from_uniform(values: &mut [f64]) -> f64 {
 }
 
 /// A mechanism under loading and unloading with holds.
-fn up_and_down(mechanism: &str, check: impl FnOnce(&Fixture, &Bench<'_>, &Ready)) {
+fn up_and_down(mechanism: &str, check: impl FnOnce(&Fixture, &DiagnosisProblem<'_>, &Ready)) {
     let robot = robot();
     let fixture = fixture(&UP_AND_DOWN, true);
     let baseline = baseline(&robot, mechanism);
-    let bench = Bench::new(&baseline, &fixture.observations);
+    let bench = DiagnosisProblem::new(&baseline, &fixture.observations);
     let ready = ready(&bench, &fixture.noise);
     check(&fixture, &bench, &ready);
 }
@@ -294,7 +294,7 @@ fn whitening_undone_gives_back_the_readings() {
 fn located(fixture: &Fixture, mechanism: &str, mut effect: Effect, length: f64) -> Located {
     let robot = robot();
     let baseline = baseline(&robot, mechanism);
-    let bench = Bench::new(&baseline, &fixture.observations);
+    let bench = DiagnosisProblem::new(&baseline, &fixture.observations);
     let mut model = bench.start();
     let ready = ready(&bench, &fixture.noise);
     let decomposition = ready.decomposition(&fixture.observations);

@@ -9,10 +9,10 @@ use super::candidate_scores::{WhiteCandidate, WhiteShape};
 use super::changes::MissingMemberChange;
 use super::error::MismatchError;
 use super::memory::key_of;
-use super::problem::Bench;
-use super::rank::View;
+use super::problem::DiagnosisProblem;
+use super::rank::CandidateScores;
 use super::ranked::Ranked;
-use super::refit::{Model, Near, Refit};
+use super::refit::{Model, Refit, WarmStart};
 use super::state::State;
 use crate::search::WhiteSpace;
 use crate::search::constants::HOPELESS;
@@ -21,9 +21,9 @@ use crate::search::{Evidence, dot};
 /// Squared length, in standard errors, below which the readings say nothing of a member: it may as well be loose.
 const INVISIBLE: f64 = 1e-6;
 
-impl Bench<'_> {
+impl DiagnosisProblem<'_> {
     /// What loose members would change in readings of the baseline, for the limits; the factors fitted again, exactly.
-    pub(super) fn loose_shapes(
+    pub(super) fn missing_member_shapes(
         &self,
         state: &State,
         space: &WhiteSpace,
@@ -55,15 +55,18 @@ impl Bench<'_> {
             })
         };
         Ok(self
-            .loose_changes(state)?
+            .missing_member_changes(state)?
             .iter()
             .filter_map(shaped)
             .collect())
     }
 
     /// What each loose member would change, about the first state that was asked for: where it stands matters little.
-    fn loose_changes(&self, state: &State) -> Result<&[MissingMemberChange], MismatchError> {
-        self.memory.loose_changes(|| {
+    fn missing_member_changes(
+        &self,
+        state: &State,
+    ) -> Result<&[MissingMemberChange], MismatchError> {
+        self.memory.missing_member_changes(|| {
             let base = Model {
                 parameters: state.fitted.model.parameters.clone(),
                 effects: Vec::new(),
@@ -102,10 +105,10 @@ impl Bench<'_> {
     ///
     /// # Arguments
     /// - `worth`: whether a linear gain of the law is worth a fit.
-    pub(super) fn loose_members(
+    pub(super) fn missing_members(
         &self,
         state: &State,
-        view: &View,
+        view: &CandidateScores,
         worth: impl Fn(Law, f64) -> bool,
     ) -> Result<Vec<Ranked>, MismatchError> {
         let existing = &state.fitted.model.effects;
@@ -120,7 +123,7 @@ impl Bench<'_> {
             worth(change.effect.law, gain) && gain > HOPELESS * square
         };
         let effects: Vec<&Effect> = self
-            .loose_changes(state)?
+            .missing_member_changes(state)?
             .iter()
             .filter(|change| !existing.contains(&change.effect))
             .filter(promises)
@@ -129,7 +132,7 @@ impl Bench<'_> {
         let fitted: Vec<Option<Ranked>> = effects
             .into_par_iter()
             .map(|effect| {
-                let fit = || self.loose_member(state, &view.space, effect);
+                let fit = || self.missing_member(state, &view.space, effect);
                 self.memory.fitted(&key, effect, fit)
             })
             .collect::<Result<_, MismatchError>>()?;
@@ -137,7 +140,7 @@ impl Bench<'_> {
     }
 
     /// The structure of a state without one element more, fitted.
-    fn loose_member(
+    fn missing_member(
         &self,
         state: &State,
         space: &WhiteSpace,
@@ -153,7 +156,7 @@ impl Bench<'_> {
         }
         let mut predictor = self.predictor();
         let refit = Refit {
-            near: Some(Near::Start),
+            near: Some(WarmStart::Start),
             ..self.refit(&state.whitening)
         };
         let Some(fitted) = refit.fit(&mut predictor, &start, true) else {
