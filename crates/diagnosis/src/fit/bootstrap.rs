@@ -5,9 +5,9 @@ use stiffbench_measurement::stiffness::{CellStiffness, RunSums, StiffnessTable};
 use stiffbench_numeric::least_squares::{BootstrapSettings, ReplicateFailure, cluster_bootstrap};
 use stiffbench_units_and_text::test_point::Cell;
 
-use super::cell_model::{FACTOR_NAMES, FACTORS, factor_vector};
 use super::choice::FactorChoice;
 use super::error::FitError;
+use super::factors::{FACTOR_NAMES, FACTORS, factor_vector};
 use super::measured::MeasuredStiffness;
 use super::problem::FitProblem;
 use super::refit::Refitter;

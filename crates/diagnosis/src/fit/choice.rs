@@ -1,6 +1,6 @@
 //! Which fitting factors a fit may move.
 
-use super::cell_model::{FACTOR_NAMES, FACTORS};
+use super::factors::{FACTOR_NAMES, FACTORS};
 use stiffbench_numeric::least_squares::{LeastSquaresError, Parameter, ParameterSet};
 
 /// What a fit does with one factor.

@@ -10,9 +10,9 @@ use stiffbench_numeric::statistics::chi_squared_upper_tail;
 use stiffbench_units_and_text::test_point::PoseId;
 
 use super::advice::advise;
-use super::cell_model::FACTOR_NAMES;
 use super::choice::{FactorChoice, FactorRole};
 use super::error::FitError;
+use super::factors::FACTOR_NAMES;
 use super::intervals::Profiled;
 use super::joint::JointProblem;
 use super::measured::{MeasuredStiffness, WeightBasis};

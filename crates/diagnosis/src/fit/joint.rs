@@ -12,7 +12,8 @@ use stiffbench_numeric::least_squares::{
 };
 use stiffbench_units_and_text::test_point::Cell;
 
-use super::cell_model::{CellModel, FACTORS, Shares, factor_vector, factors_from_vector};
+use super::cell_model::CellModel;
+use super::factors::{FACTORS, Shares, factor_vector, factors_from_vector};
 use super::measured::MeasuredStiffness;
 use super::problem::FitProblem;
 

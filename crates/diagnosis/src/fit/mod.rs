@@ -14,6 +14,7 @@ mod cell_model;
 mod choice;
 mod combine;
 mod error;
+mod factors;
 mod fit_cells;
 mod fixed_physics;
 mod intervals;
@@ -28,20 +29,18 @@ mod refit;
 mod significance;
 mod stiffness_list;
 
-pub use advice::Advice;
 pub use bootstrap::{BootstrapIntervals, bootstrap_cells};
-pub use cell_model::{
-    CellModel, FACTOR_NAMES, FACTORS, Shares, factor_vector, factors_from_vector,
-};
+pub use cell_model::CellModel;
 pub use choice::{FactorChoice, FactorRole, NotAFactor, factor_index};
 pub use combine::combine;
 pub use error::FitError;
+pub use factors::{FACTOR_NAMES, FACTORS, Shares, factor_vector, factors_from_vector};
 pub use fit_cells::{FitOptions, find_lower_minimum, fit_cells};
 pub use fixed_physics::FixedPhysics;
 pub use measured::{LnUncertainty, MeasuredCell, MeasuredStiffness, WeightBasis};
 pub use monte_carlo::{MonteCarloFit, MonteCarloSettings, MonteCarloStep, fit_in_sequence};
 pub use outcome::{
-    Agreement, Correlation, FactorEstimate, FactorStatus, FitMethod, FitOutcome, FittedCell,
+    Advice, Agreement, Correlation, FactorEstimate, FactorStatus, FitMethod, FitOutcome, FittedCell,
 };
 pub use problem::FitProblem;
 pub use procedure::{

@@ -4,8 +4,8 @@ use stiffbench_beams::physics::{Mechanics, RunLoads, Twists};
 use stiffbench_beams::robot::{FittingFactors, Pose, Robot, RobotError};
 use stiffbench_units_and_text::test_point::{Cell, PoseId};
 
-use super::cell_model::{FACTORS, Shares, factor_vector, factors_from_vector};
 use super::error::FitError;
+use super::factors::{FACTORS, Shares, factor_vector, factors_from_vector};
 use super::fixed_physics::{CellReadings, FixedPhysics};
 
 /// Step of the logarithm of a factor in the derivatives: central differences keep nine digits of the ten that a solution has, less four.

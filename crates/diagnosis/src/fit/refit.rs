@@ -3,9 +3,9 @@
 use stiffbench_beams::robot::FittingFactors;
 use stiffbench_numeric::least_squares::{ParameterSet, Termination};
 
-use super::cell_model::factor_vector;
 use super::choice::FactorChoice;
 use super::error::FitError;
+use super::factors::factor_vector;
 use super::joint::JointProblem;
 use super::problem::FitProblem;
 

@@ -9,8 +9,9 @@ use stiffbench_beams::robot::{FittingFactors, Mechanism, Robot};
 use stiffbench_beams::structure::Property;
 use stiffbench_units_and_text::test_point::{Cell, Direction, PoseId};
 
-use super::cell_model::{CellModel, FACTORS, Shares};
+use super::cell_model::CellModel;
 use super::error::FitError;
+use super::factors::{FACTORS, Shares};
 use super::fixed_physics::FixedPhysics;
 
 /// Factor by which the paper multiplies one section constant (Section III-D).

@@ -152,6 +152,9 @@ pub const POWER_80: f64 = 0.84;
 
 // Numerics.
 
+/// Share of a column's length that may be told from rounding (1). Numerics.
+pub const ROUNDING: f64 = 1e-9;
+
 /// White length, standard errors, from which a column of the baseline counts: shorter ones no fit can use. Numerics.
 pub const SHORTEST_COLUMN: f64 = 1e-6;
 

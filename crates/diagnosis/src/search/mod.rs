@@ -43,5 +43,5 @@ pub(crate) use null_noise::put_drawn;
 pub use null_noise::{DrawResiduals, NullNoise};
 #[cfg(test)]
 pub(crate) use plain::Plain;
-pub use vectors::{dot, norm, subtract};
+pub use vectors::{dot, norm, push_orthonormal, subtract};
 pub use white_space::WhiteSpace;

@@ -4,9 +4,9 @@ use std::ops::Range;
 
 use stiffbench_numeric::lanes::{sums_side_by_side, widest};
 
-use super::constants::SHORTEST_COLUMN;
+use super::constants::{ROUNDING, SHORTEST_COLUMN};
 use super::covariance::Covariance;
-use super::vectors::{dot, norm, subtract};
+use super::vectors::{dot, norm, push_orthonormal, subtract};
 
 /// The space in which candidates are compared: white, and orthogonal to the columns of the baseline.
 ///
@@ -40,16 +40,7 @@ impl WhiteSpace {
             if let Some(prior_sd) = prior_sd.get(index) {
                 white[rows + index] = prior_sd.recip();
             }
-            let before = norm(&white);
-            space.project(&mut white);
-            space.project(&mut white);
-            let after = norm(&white);
-            if after > SHORTEST_COLUMN && after > 1e-9 * before {
-                for x in &mut white {
-                    *x /= after;
-                }
-                space.basis.push(white);
-            }
+            push_orthonormal(&mut space.basis, white, ROUNDING, SHORTEST_COLUMN);
         }
         space
     }

@@ -4,8 +4,9 @@ use crate::mismatch::noise::NoiseCovariance;
 use crate::mismatch::observations::Observations;
 use stiffbench_units_and_text::test_point::Branch;
 
-use super::bases::{CellColumns, GlobalColumn, LocalBasis, ROUNDING, Stage};
+use super::bases::{CellColumns, GlobalColumn, LocalBasis, Stage};
 use super::levels::{indicators, levels};
+use crate::search::constants::ROUNDING;
 
 /// A tested column of which less than this is left, by what is taken out first, is not worth a degree of freedom.
 const TESTED: f64 = 1e-2;

@@ -5,7 +5,7 @@ use crate::mismatch::error::MismatchError;
 use crate::mismatch::observations::{Observations, ObservedCell};
 use crate::mismatch::problem::DiagnosisProblem;
 use crate::mismatch::state::State;
-use crate::search::{dot, norm};
+use crate::search::{dot, norm, push_orthonormal};
 use stiffbench_beams::physics::{Place, PoseMechanics};
 use stiffbench_units_and_text::test_point::{Branch, Direction};
 
@@ -158,20 +158,8 @@ impl Decomposition<'_> {
             for node in &nodes {
                 let column: Vec<f64> = node.iter().zip(&sizes).map(|(n, s)| n * s).collect();
                 let white = self.white(&column);
-                let mut seen = self.shape(&white).0;
-                for unit in &units {
-                    let share = dot(unit, &seen);
-                    for (value, unit) in seen.iter_mut().zip(unit) {
-                        *value -= share * unit;
-                    }
-                }
-                let length = norm(&seen);
-                if length > 10.0 * HIDDEN * norm(&white) {
-                    for value in &mut seen {
-                        *value /= length;
-                    }
-                    units.push(seen);
-                }
+                let seen = self.shape(&white).0;
+                push_orthonormal(&mut units, seen, 0.0, 10.0 * HIDDEN * norm(&white));
             }
             let explained = units.iter().map(|unit| dot(unit, &pattern).powi(2)).sum();
             let dof = units.len() as f64;

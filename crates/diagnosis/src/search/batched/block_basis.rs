@@ -9,7 +9,7 @@ use stiffbench_numeric::lanes::sums_of_blocks;
 
 use crate::search::constants::{LEFT_OUT, MOST_DIRECTIONS, SAMPLES_TOGETHER};
 use crate::search::engine::NullShape;
-use crate::search::vectors::dot;
+use crate::search::vectors::{dot, push_orthonormal};
 
 /// A basis for the rows of a block.
 #[derive(Debug)]
@@ -77,21 +77,7 @@ impl BlockBasis {
             if columns.len() == most {
                 return Self::of_rows(rows);
             }
-            let mut rest = part.to_vec();
-            // Twice, so that what is left is orthogonal to the last digit.
-            for _ in 0..2 {
-                for column in &columns {
-                    let share = dot(column, &rest);
-                    for (value, unit) in rest.iter_mut().zip(column) {
-                        *value -= share * unit;
-                    }
-                }
-            }
-            let length = dot(&rest, &rest).sqrt();
-            for value in &mut rest {
-                *value /= length;
-            }
-            columns.push(rest);
+            push_orthonormal(&mut columns, part.to_vec(), 0.0, 0.0);
         }
         Self {
             rows: rows.clone(),
