@@ -8,12 +8,6 @@ use super::noise::NoiseCovariance;
 use super::observations::Observations;
 use crate::search::DrawResiduals;
 
-/// Share of the variance of a reading from which on the step of the gauge is what scatters.
-const COARSE: f64 = 0.5;
-
-/// A gauge that is finer in itself than this share of its step rounds every reading of a place alike.
-const FINEST: f64 = 0.05;
-
 /// Noise of a coarse gauge at the places where it stood.
 #[derive(Debug)]
 pub(super) struct RoundedNoise<'a> {
@@ -87,7 +81,7 @@ mod tests {
     use super::*;
     use crate::mismatch::changes::tests::observations;
     use crate::mismatch::{GaugeSteps, ReadingNoise};
-    use crate::search::constants::SAMPLES_TOGETHER;
+    use crate::search::constants::{COARSE, FINEST, SAMPLES_TOGETHER};
     use crate::search::put_drawn;
     use stiffbench_numeric::statistics::normal_upper_tail;
 
