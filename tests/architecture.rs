@@ -30,9 +30,10 @@ const MAY_IMPORT: &[(&str, &str, &[&str])] = &[
     ("crates/measurement/src", "specimen", &["readings"]),
     ("crates/measurement/src", "procedure", &["readings"]),
     ("crates/measurement/src", "stiffness", &["readings"]),
-    ("crates/diagnosis/src", "parameters", &[]),
+    ("crates/diagnosis/src", "search", &[]),
+    ("crates/diagnosis/src", "parameters", &["search"]),
     ("crates/diagnosis/src", "fit", &["parameters"]),
-    ("crates/diagnosis/src", "mismatch", &["parameters"]),
+    ("crates/diagnosis/src", "mismatch", &["search", "parameters"]),
     ("crates/diagnosis/src", "distribution", &[]),
     ("crates/validation/src", "prove", &[]),
     ("crates/validation/src", "reference", &[]),
@@ -208,6 +209,32 @@ fn modules_import_only_what_the_table_allows() {
                     let name = &source.module;
                     complaints.push(format!("{place}: {name} must not know of `{module}`"));
                 }
+            }
+        }
+    }
+    assert_none(&complaints);
+}
+
+/// Words of the problems that the search core serves: it knows rows and columns only.
+#[rustfmt::skip]
+const NOT_IN_SEARCH: [&str; 9] = [
+    "reading", "run", "repeat", "gauge", "pose", "cell", "law", "robot", "session",
+];
+
+#[test]
+fn the_search_core_knows_no_measurement() {
+    let mut complaints = Vec::new();
+    for source in sources() {
+        // The one file of numbers holds those of its users too.
+        let is_core = source.folder == "crates/diagnosis/src" && source.module == "search";
+        if !is_core || source.path.ends_with("constants.rs") {
+            continue;
+        }
+        for (number, line) in source.code() {
+            let is_border = |c: char| !c.is_alphanumeric();
+            let words = line.split(is_border).map(|word| word.trim_end_matches('s'));
+            for word in words.filter(|word| NOT_IN_SEARCH.contains(word)) {
+                complaints.push(format!("{}:{number}: {word}", source.path.display()));
             }
         }
     }

@@ -14,11 +14,12 @@ mod words;
 use serde_json::{Map, Value, json};
 
 use crate::mismatch::{
-    BaselineParameter, DRAWS, Diagnosis, FactorShift, Finding, Impossible, LAW_LEVEL, Limits,
-    Located, Location, NextMeasurement, Observations, Quality, ReadingTrace, Trace,
+    BaselineParameter, CriticalValues, Diagnosis, FactorShift, Finding, Impossible, Located,
+    Location, NextMeasurement, Observations, Quality, ReadingTrace, Trace,
 };
 use crate::physics::{Law, Sign};
 use crate::quantity::METRES_PER_MICROMETRE;
+use crate::search::constants::{LAW_LEVEL, NULL_SAMPLES};
 use crate::test_point::Direction;
 
 pub(super) use answer::Answer;
@@ -27,7 +28,7 @@ use limits_json::{detection_limits_json, levels_json};
 use noise::noise_json;
 pub use noise::{EarlierSession, NoiseOrigin};
 pub use page::diagnosis_page;
-use where_json::{carriers_json, location_json, strata_json, where_json};
+use where_json::{components_json, location_json, strata_json, where_json};
 pub(super) use words::{listed, short_phrase};
 
 /// A diagnosis with everything that is told beside it.
@@ -44,7 +45,7 @@ pub struct DiagnosisReport<'a> {
     /// The diagnosis.
     pub diagnosis: &'a Diagnosis,
     /// Its limits.
-    pub limits: &'a Limits,
+    pub limits: &'a CriticalValues,
     /// Factors of the baseline, their values as logarithms.
     pub parameters: &'a [BaselineParameter],
     /// The readings.
@@ -77,7 +78,7 @@ pub fn diagnosis_json(report: &DiagnosisReport<'_>) -> Value {
         "after": quality_json(report, &diagnosis.after, |reading| [reading.after_m, reading.after_within_run_m]),
         "factors": report.factor_shifts().map(|(factor, status)| factor_json(factor, status)).collect::<Vec<_>>(),
         "strata": strata_json(report),
-        "carriers": carriers_json(report),
+        "carriers": components_json(report),
         "impossible": report.impossible().map(|one| json!({
             "physics": one.law.name,
             "place": one.place.to_json(),
@@ -355,12 +356,12 @@ fn next_json(next: &NextMeasurement) -> Value {
 
 /// The smallest chance that the draws of noise can show of a pattern.
 fn least_left_over_p() -> f64 {
-    1.0 / (DRAWS as f64 + 1.0)
+    1.0 / (NULL_SAMPLES as f64 + 1.0)
 }
 
 /// The smallest chance that the draws of noise can show of a law, its share of the level taken into account.
-fn least_law_p(limits: &Limits, law: Law) -> f64 {
-    let level = limits.levels.get(&(law, false)).copied();
+fn least_law_p(limits: &CriticalValues, law: Law) -> f64 {
+    let level = limits.laws.levels.get(&(law, false)).copied();
     least_left_over_p() * LAW_LEVEL / level.unwrap_or(LAW_LEVEL)
 }
 

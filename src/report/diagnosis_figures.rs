@@ -3,7 +3,7 @@
 mod law;
 mod map;
 
-use crate::mismatch::{Finding, Impossible, Limits, TELL_ALIKE_APART};
+use crate::mismatch::{CriticalValues, Finding, Impossible};
 use crate::physics::{Effect, title};
 use crate::plot::{
     BeforeAfterPoint, DetectionLimit, DetectionLimits, EvidenceBars, EvidenceCandidate,
@@ -11,6 +11,7 @@ use crate::plot::{
     ResidualsBeforeAfter, ShiftedFactor, Standing, detection_limits, evidence_bars, factor_shift,
     found_law, held_out_error, mismatch_map, residuals_before_after,
 };
+use crate::search::constants::DISTINGUISHABLE;
 
 use super::diagnosis::{Answer, DiagnosisReport, factor_value, listed, short_phrase};
 
@@ -134,7 +135,11 @@ fn before_after(report: &DiagnosisReport<'_>, found: &str) -> ResidualsBeforeAft
     }
 }
 
-fn evidence(answer: &Answer<'_>, impossible: &[&Impossible], limits: &Limits) -> EvidenceBars {
+fn evidence(
+    answer: &Answer<'_>,
+    impossible: &[&Impossible],
+    limits: &CriticalValues,
+) -> EvidenceBars {
     let members = answer.members();
     let named = members.iter().map(|finding| EvidenceCandidate {
         name: title(finding.effect.law, &finding.effect.place),
@@ -157,7 +162,7 @@ fn evidence(answer: &Answer<'_>, impossible: &[&Impossible], limits: &Limits) ->
         EvidenceCandidate {
             name: title(one.law, &one.place),
             // What physics excludes has no Bayes factor: the best it could have had.
-            log_bayes_factor: 0.5 * (one.gain - limits.of((one.law, false))),
+            log_bayes_factor: 0.5 * (one.gain - limits.laws.of((one.law, false))),
             standing: Standing::Impossible {
                 reason: format!("{} < 0", parameter.map_or("size", |p| p.name)),
             },
@@ -165,7 +170,7 @@ fn evidence(answer: &Answer<'_>, impossible: &[&Impossible], limits: &Limits) ->
     });
     EvidenceBars {
         candidates: named.chain(rivals).chain(refused).collect(),
-        alike_within: TELL_ALIKE_APART,
+        alike_within: DISTINGUISHABLE,
     }
 }
 

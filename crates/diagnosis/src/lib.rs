@@ -1,6 +1,7 @@
 //! Model and measurement together.
 //!
 //! - [`fit`]: fitting factors from measured or reference stiffness, jointly or by the paper's steps.
+//! - [`search`]: what a linear model lacks: rows, columns and a covariance.
 //! - [`mismatch`]: what the fitted structure cannot explain, and which physics would.
 //! - [`distribution`]: what a robot does over its workspace.
 
@@ -8,3 +9,4 @@ pub mod distribution;
 pub mod fit;
 pub mod mismatch;
 pub mod parameters;
+pub mod search;

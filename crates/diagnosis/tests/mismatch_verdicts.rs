@@ -6,11 +6,12 @@
 use stiffbench_beams::physics::{ActingPhysics, Effect, Law, Place, laws};
 use stiffbench_beams::robot::{FittingFactors, Pose, Robot};
 use stiffbench_diagnosis::mismatch::{
-    Baseline, Diagnosis, IdealSearch, LAW_LEVEL, Limits, Observations, ReadingNoise, RobotBaseline,
+    Baseline, CriticalValues, Diagnosis, IdealSearch, Observations, ReadingNoise, RobotBaseline,
     SearchOptions, Stratum, TrialNoise, Truth, Verdict, diagnose, scale_to, simulate,
     standard_errors, standard_errors_between,
 };
 use stiffbench_diagnosis::parameters::ParameterChoice;
+use stiffbench_diagnosis::search::constants::LAW_LEVEL;
 use stiffbench_measurement::procedure::Procedure;
 use stiffbench_test_files::shipped_procedure;
 use stiffbench_test_files::shipped_robot;
@@ -31,7 +32,7 @@ const NOISE: TrialNoise = TrialNoise {
 struct Arm {
     baseline: RobotBaseline<'static>,
     plan: Observations,
-    limits: Limits,
+    limits: CriticalValues,
 }
 
 impl Arm {
@@ -337,7 +338,7 @@ fn an_observer_who_knows_the_noise_is_alarmed_at_the_level_of_the_laws() {
     let near = 4.0 * (LAW_LEVEL * (1.0 / 20_000.0 + 1.0 / 10_000.0)).sqrt();
     assert!((alarms - LAW_LEVEL).abs() < near, "{alarms}");
     // The slip itself passes its limit in 80 %; with what noise adds elsewhere and at the steps beside it a little more is found.
-    let limit = arm.limits.of((laws::SLIP, false)).sqrt();
+    let limit = arm.limits.laws.of((laws::SLIP, false)).sqrt();
     let seen = found(limit + 0.84);
     assert!((0.79..0.86).contains(&seen), "{seen}");
     // The same seed gives the same sessions, whatever the number of threads.

@@ -2,9 +2,10 @@
 
 use std::fmt::Write;
 
-use crate::mismatch::{DRAWS, DetectionLimit, Finding, LAW_LEVEL, LEFT_OVER_LEVEL, Spot};
+use crate::mismatch::{DetectionLimit, Finding, Spot};
 use crate::physics::{Law, Place};
 use crate::report::{TextTable, significant};
+use crate::search::constants::{LAW_LEVEL, NULL_SAMPLES, UNEXPLAINED_LEVEL};
 
 use super::noise::noise_text;
 use super::words::{listed, paragraph, um};
@@ -25,7 +26,7 @@ pub fn diagnosis_appendix(report: &DiagnosisReport<'_>) -> String {
     }
     text.push_str("\nStrata of the model without effects, each against its own scatter: F with its degrees of freedom, p family-wise by Holm, share of all\nthat noise does not explain, largest departure of a reading.\n");
     text.push_str(&strata(report));
-    text.push_str(&carriers(report));
+    text.push_str(&suspects(report));
     text.push_str(&quality(report));
     if report.impossible().next().is_some() {
         text.push_str("\nRejected: the fall of the weighted squares that a value with the impossible sign would have brought.\n");
@@ -242,15 +243,15 @@ fn spot(spot: &Spot) -> String {
 }
 
 /// Parts of the structure that would carry the misfit.
-fn carriers(report: &DiagnosisReport<'_>) -> String {
+fn suspects(report: &DiagnosisReport<'_>) -> String {
     /// Parts that are told.
     const PARTS: usize = 8;
     let mut text = String::new();
-    for (what, carrying) in [
-        ("slopes", &report.located.slope_carriers),
-        ("shapes", &report.located.shape_carriers),
+    for (what, shares) in [
+        ("slopes", &report.located.slope_components),
+        ("shapes", &report.located.shape_components),
     ] {
-        if carrying.is_empty() {
+        if shares.is_empty() {
             continue;
         }
         let _ = writeln!(
@@ -258,7 +259,7 @@ fn carriers(report: &DiagnosisReport<'_>) -> String {
             "\nParts of the structure by the share of the misfit of {what} that each explains alone; p left: chance that noise leaves the rest."
         );
         let mut rows = TextTable::new(&["part", "share", "p left", "possible", "alike"]);
-        for one in carrying.iter().take(PARTS) {
+        for one in shares.iter().take(PARTS) {
             let alike: Vec<String> = one.alike.iter().take(3).map(ToString::to_string).collect();
             let more = one.alike.len().saturating_sub(alike.len());
             let more = if more > 0 {
@@ -267,7 +268,7 @@ fn carriers(report: &DiagnosisReport<'_>) -> String {
                 String::new()
             };
             rows.row([
-                one.carrier.to_string(),
+                one.component.to_string(),
                 format!("{:.0} %", 100.0 * one.share),
                 significant(one.p_left, 2),
                 if one.possible { "yes" } else { "no" }.to_owned(),
@@ -301,23 +302,23 @@ fn limits(report: &DiagnosisReport<'_>) -> String {
     let limits = report.limits;
     let mut text = String::from("\n");
     let sentence = format!(
-        "Limits. Noise alone passes for a law in {} % of sessions and for structure left over in {} %, from {DRAWS} draws with seed {}. The \
+        "Limits. Noise alone passes for a law in {} % of sessions and for structure left over in {} %, from {NULL_SAMPLES} draws with seed {}. The \
          level of the laws is split between them so that most are found at 4.5 standard errors; the critical value is that of the gain, the \
          fall of the weighted squares.",
         significant(100.0 * LAW_LEVEL, 2),
-        significant(100.0 * LEFT_OVER_LEVEL, 2),
+        significant(100.0 * UNEXPLAINED_LEVEL, 2),
         report.seed
     );
     text.push_str(&paragraph(&sentence, "", ""));
     let mut rows = TextTable::new(&["law", "share of the level", "level, %", "critical value"]);
-    for (family, limit) in &limits.laws {
+    for (family, limit) in &limits.laws.values {
         let (law, wide) = *family;
         let name = if wide {
             format!("{} (any period)", law.row)
         } else {
             law.row.to_owned()
         };
-        let level = limits.levels.get(family);
+        let level = limits.laws.levels.get(family);
         rows.row([
             name,
             level.map_or_else(
@@ -331,8 +332,8 @@ fn limits(report: &DiagnosisReport<'_>) -> String {
     rows.row([
         "structure left over".to_owned(),
         "-".to_owned(),
-        significant(100.0 * LEFT_OVER_LEVEL, 2),
-        format!("{:.1}", limits.left_over),
+        significant(100.0 * UNEXPLAINED_LEVEL, 2),
+        format!("{:.1}", limits.of_unexplained()),
     ]);
     let _ = write!(text, "{}", rows.text());
     text

@@ -2,8 +2,9 @@
 
 use serde_json::{Value, json};
 
-use crate::mismatch::{DRAWS, DetectionLimit, LAW_LEVEL, LEFT_OVER_LEVEL, Limits};
+use crate::mismatch::{CriticalValues, DetectionLimit};
 use crate::physics::{Law, ParameterSpec, Place};
+use crate::search::constants::{LAW_LEVEL, NULL_SAMPLES, UNEXPLAINED_LEVEL};
 
 use super::testable::untestable;
 use super::{DiagnosisReport, finite, um};
@@ -42,23 +43,23 @@ pub(super) fn detection_limits_json(report: &DiagnosisReport<'_>) -> Vec<Value> 
 }
 
 /// How the level is split between the laws, and the limits that follow.
-pub(super) fn levels_json(limits: &Limits) -> Value {
-    let laws = limits.laws.iter().map(|(family, limit)| {
+pub(super) fn levels_json(limits: &CriticalValues) -> Value {
+    let laws = limits.laws.values.iter().map(|(family, limit)| {
         let (law, wide) = *family;
         json!({
             "physics": law.name,
             "unit": law.parameters.first().map(ParameterSpec::unit),
             "wide_search": wide,
-            "share": limits.levels.get(family).map_or(Value::Null, |level| finite(level / LAW_LEVEL)),
-            "level": limits.levels.get(family).copied().map_or(Value::Null, finite),
+            "share": limits.laws.levels.get(family).map_or(Value::Null, |level| finite(level / LAW_LEVEL)),
+            "level": limits.laws.levels.get(family).copied().map_or(Value::Null, finite),
             "gain_limit": finite(*limit),
         })
     });
     json!({
         "laws_level": LAW_LEVEL,
         "laws": laws.collect::<Vec<_>>(),
-        "left_over_level": LEFT_OVER_LEVEL,
-        "left_over_gain_limit": finite(limits.left_over),
-        "draws": DRAWS,
+        "left_over_level": UNEXPLAINED_LEVEL,
+        "left_over_gain_limit": finite(limits.of_unexplained()),
+        "draws": NULL_SAMPLES,
     })
 }

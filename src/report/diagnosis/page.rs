@@ -2,7 +2,7 @@
 
 use std::fmt::Write;
 
-use crate::mismatch::{Carrying, Finding, Location, Verdict};
+use crate::mismatch::{ExplainedShare, Finding, Location, Verdict};
 use crate::physics::{Law, ParameterSpec};
 use crate::report::significant;
 
@@ -325,14 +325,14 @@ fn where_(report: &DiagnosisReport<'_>) -> String {
     for one in locations.iter().take(PATTERNS) {
         text.push_str(&paragraph(&line(one), "- ", "  "));
     }
-    let carriers = [
-        ("the stiffness", &report.located.slope_carriers),
-        ("the shape of the curves", &report.located.shape_carriers),
+    let suspects = [
+        ("the stiffness", &report.located.slope_components),
+        ("the shape of the curves", &report.located.shape_components),
     ];
-    for (what, carrying) in carriers {
+    for (what, shares) in suspects {
         // A part that leaves something unexplained is no pointer for this page; the appendix has it.
-        let enough = |one: &&Carrying| one.possible && one.p_left > ENOUGH;
-        if let Some(best) = carrying.iter().find(enough) {
+        let enough = |one: &&ExplainedShare| one.possible && one.p_left > ENOUGH;
+        if let Some(best) = shares.iter().find(enough) {
             text.push_str(&paragraph(&carried(what, best), "- ", "  "));
         }
     }
@@ -340,7 +340,7 @@ fn where_(report: &DiagnosisReport<'_>) -> String {
 }
 
 /// Which part of the structure would carry a misfit.
-fn carried(what: &str, best: &Carrying) -> String {
+fn carried(what: &str, best: &ExplainedShare) -> String {
     let alike: Vec<String> = best.alike.iter().map(ToString::to_string).collect();
     let also = match alike.len() {
         0 => String::new(),
@@ -353,6 +353,6 @@ fn carried(what: &str, best: &Carrying) -> String {
     };
     format!(
         "Of all single parts of the structure {}{also} would alone explain what is odd in {what}, if it gave way.",
-        best.carrier
+        best.component
     )
 }

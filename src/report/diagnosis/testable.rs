@@ -41,7 +41,12 @@ pub(super) fn untestable<'a>(report: &DiagnosisReport<'a>) -> Vec<Untestable<'a>
         .copied()
         .filter(|law| {
             limits.iter().all(|limit| limit.law != *law)
-                && report.limits.laws.keys().all(|(tested, _)| tested != law)
+                && report
+                    .limits
+                    .laws
+                    .values
+                    .keys()
+                    .all(|(tested, _)| tested != law)
         })
         .map(|law| {
             let (reason, remedy) = if report.without.contains(&law) {

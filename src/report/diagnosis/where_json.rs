@@ -2,7 +2,7 @@
 
 use serde_json::{Value, json};
 
-use crate::mismatch::{Carrying, Location, Spot, StratumTest};
+use crate::mismatch::{ExplainedShare, Location, Spot, StratumTest};
 
 use super::{DiagnosisReport, finite, um};
 
@@ -59,22 +59,22 @@ fn spot_json(spot: &Spot) -> Value {
 }
 
 /// Which parts of the structure carry the misfit.
-pub(super) fn carriers_json(report: &DiagnosisReport<'_>) -> Value {
-    let all = |carrying: &[Carrying]| carrying.iter().map(carrying_json).collect::<Vec<_>>();
+pub(super) fn components_json(report: &DiagnosisReport<'_>) -> Value {
+    let all = |one: &[ExplainedShare]| one.iter().map(share_json).collect::<Vec<_>>();
     json!({
-        "slopes": all(&report.located.slope_carriers),
-        "shapes": all(&report.located.shape_carriers),
+        "slopes": all(&report.located.slope_components),
+        "shapes": all(&report.located.shape_components),
     })
 }
 
-fn carrying_json(carrying: &Carrying) -> Value {
-    let name = |carrier: &crate::mismatch::Carrier| json!({ "place": carrier.place.to_json(), "property": carrier.property });
-    let mut value = name(&carrying.carrier);
-    value["alike"] = json!(carrying.alike.iter().map(name).collect::<Vec<_>>());
-    value["share"] = finite(carrying.share);
-    value["p"] = finite(carrying.p);
-    value["p_left"] = finite(carrying.p_left);
-    value["size"] = carrying.size.map_or(Value::Null, finite);
-    value["possible"] = json!(carrying.possible);
+fn share_json(one: &ExplainedShare) -> Value {
+    let name = |component: &crate::mismatch::SuspectComponent| json!({ "place": component.place.to_json(), "property": component.property });
+    let mut value = name(&one.component);
+    value["alike"] = json!(one.alike.iter().map(name).collect::<Vec<_>>());
+    value["share"] = finite(one.share);
+    value["p"] = finite(one.p);
+    value["p_left"] = finite(one.p_left);
+    value["size"] = one.size.map_or(Value::Null, finite);
+    value["possible"] = json!(one.possible);
     value
 }

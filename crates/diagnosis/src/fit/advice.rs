@@ -5,12 +5,12 @@ use stiffbench_numeric::least_squares::{LeastSquaresFit, SigmaMode};
 use stiffbench_numeric::statistics::median;
 use stiffbench_units_and_text::test_point::{Cell, Direction};
 
-use super::cell_model::Shares;
 use super::error::FitError;
 use super::measured::MeasuredStiffness;
-use super::outcome::{FactorStatus, FitOutcome};
+use super::outcome::{Advice, FactorStatus, FitOutcome};
 use super::parameters::FitParameters;
 use super::problem::FitProblem;
+use super::shares::Shares;
 
 /// Uncertainty of ln K assumed for a further cell when the data state none: one percent, a good bench.
 const TYPICAL_LN_UNCERTAINTY: f64 = 0.01;
@@ -20,27 +20,6 @@ const WIDE: f64 = 2.0;
 
 /// Length of a 95 % interval in standard uncertainties.
 const INTERVAL_LENGTH: f64 = 3.92;
-
-/// The single further cell that would help most with one factor.
-#[derive(Debug, Clone, PartialEq, serde::Serialize)]
-pub struct Advice {
-    /// The parameter.
-    pub factor: String,
-    /// Pose and direction to measure.
-    pub measure: Cell,
-    /// Standard uncertainty of ln a of a factor, relative one of a spring, with the data at hand.
-    pub ln_uncertainty_now: f64,
-    /// The same with the further cell.
-    pub ln_uncertainty_then: f64,
-}
-
-impl Advice {
-    /// Whether the further cell halves the uncertainty; if not, no stiffness at the end determines the factor.
-    #[must_use]
-    pub fn helps(&self) -> bool {
-        self.ln_uncertainty_then < 0.5 * self.ln_uncertainty_now
-    }
-}
 
 /// For each factor that is on a bound, not determined, or known to no better than a factor of two, the cell among the robot's named poses that determines it best.
 ///

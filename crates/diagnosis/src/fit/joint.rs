@@ -12,10 +12,11 @@ use stiffbench_numeric::least_squares::{
 };
 use stiffbench_units_and_text::test_point::Cell;
 
-use super::cell_model::{CellModel, Shares};
+use super::cell_model::CellModel;
 use super::measured::MeasuredStiffness;
 use super::parameters::FitParameters;
 use super::problem::FitProblem;
+use super::shares::Shares;
 
 /// Least uncertainty of ln K that weights are made of. No bench comes near it; readings without scatter, from a simulation, would
 /// otherwise be weighed beyond the nine digits of a solved structure, and no step of the fit could be told from another.

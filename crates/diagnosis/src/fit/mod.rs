@@ -25,12 +25,12 @@ mod physics_model;
 mod problem;
 mod procedure;
 mod refit;
+mod shares;
 mod significance;
 mod stiffness_list;
 
-pub use advice::Advice;
 pub use bootstrap::{BootstrapIntervals, bootstrap_cells};
-pub use cell_model::{CellModel, Shares};
+pub use cell_model::CellModel;
 pub use combine::combine;
 pub use error::FitError;
 pub use fit_cells::{FitOptions, find_lower_minimum, fit_cells};
@@ -38,13 +38,14 @@ pub use fixed_physics::FixedPhysics;
 pub use measured::{LnUncertainty, MeasuredCell, MeasuredStiffness, WeightBasis};
 pub use monte_carlo::{MonteCarloFit, MonteCarloSettings, MonteCarloStep, fit_in_sequence};
 pub use outcome::{
-    Agreement, Correlation, FactorEstimate, FactorStatus, FitMethod, FitOutcome, FittedCell,
+    Advice, Agreement, Correlation, FactorEstimate, FactorStatus, FitMethod, FitOutcome, FittedCell,
 };
 pub use problem::FitProblem;
 pub use procedure::{
     PaperFit, PaperOptions, PaperSource, PoseFit, fit_single_source, follow_paper,
 };
 pub use refit::{Refit, Refitter};
+pub use shares::Shares;
 pub use significance::{
     PAPER_FACTOR, ParameterSignificance, Scope, SequenceStep, Significance, significance,
 };

@@ -5,7 +5,6 @@ use stiffbench_beams::robot::{FittingFactors, ModelParameter};
 use stiffbench_numeric::least_squares::SigmaMode;
 use stiffbench_units_and_text::test_point::Cell;
 
-use super::advice::Advice;
 use super::measured::{MeasuredStiffness, WeightBasis};
 
 /// How the factors were found.
@@ -162,6 +161,27 @@ pub struct Agreement {
     pub reduced_chi_squared: Option<f64>,
     /// Probability of a sum of squares at least as large if the model and the uncertainties are right; only with known uncertainties.
     pub p_value: Option<f64>,
+}
+
+/// The single further cell that would help most with one factor.
+#[derive(Debug, Clone, PartialEq, serde::Serialize)]
+pub struct Advice {
+    /// The parameter.
+    pub factor: String,
+    /// Pose and direction to measure.
+    pub measure: Cell,
+    /// Standard uncertainty of ln a of a factor, relative one of a spring, with the data at hand.
+    pub ln_uncertainty_now: f64,
+    /// The same with the further cell.
+    pub ln_uncertainty_then: f64,
+}
+
+impl Advice {
+    /// Whether the further cell halves the uncertainty; if not, no stiffness at the end determines the factor.
+    #[must_use]
+    pub fn helps(&self) -> bool {
+        self.ln_uncertainty_then < 0.5 * self.ln_uncertainty_now
+    }
 }
 
 /// The result of a fit.

@@ -4,9 +4,9 @@ use stiffbench_beams::physics::{Mechanics, RunLoads, Twists};
 use stiffbench_beams::robot::{FittingFactors, ModelParameter, Pose, Robot, RobotError};
 use stiffbench_units_and_text::test_point::{Cell, PoseId};
 
-use super::cell_model::Shares;
 use super::error::FitError;
 use super::fixed_physics::{CellReadings, FixedPhysics};
+use super::shares::Shares;
 
 /// Step of the logarithm of a factor in the derivatives: central differences keep nine digits of the ten that a solution has, less four.
 const LN_STEP: f64 = 1e-4;

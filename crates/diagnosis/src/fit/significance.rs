@@ -9,9 +9,10 @@ use stiffbench_beams::robot::{FittingFactors, Mechanism, ModelParameter, Robot};
 use stiffbench_beams::structure::Property;
 use stiffbench_units_and_text::test_point::{Cell, Direction, PoseId};
 
-use super::cell_model::{CellModel, Shares};
+use super::cell_model::CellModel;
 use super::error::FitError;
 use super::fixed_physics::FixedPhysics;
+use super::shares::Shares;
 
 /// Factor by which the paper multiplies one section constant (Section III-D).
 pub const PAPER_FACTOR: f64 = 100.0;

@@ -58,6 +58,11 @@ pub trait Baseline: Sync {
         Vec::new()
     }
 
+    /// Whether a law at a place is itself a free parameter of the model: nothing is left to find there.
+    fn contains(&self, _law: Law, _place: &Place) -> bool {
+        false
+    }
+
     /// Names of the joints, in the order of the levers.
     fn joints(&self) -> &[String];
 
@@ -105,6 +110,12 @@ pub trait PoseSolver: Send {
     fn joint_names(&self) -> Vec<String>;
 }
 
+/// Standard deviations of the parameters as known beforehand, in their units.
+pub(super) fn prior_sd(baseline: &dyn Baseline) -> Vec<f64> {
+    let parameters = baseline.parameters().iter();
+    parameters.map(|parameter| parameter.prior_sd).collect()
+}
+
 /// Half the width, in standard deviations, of the range that bounds leave to a factor: uniform over ± ln 10.
 const PRIOR_WIDTHS: f64 = 1.732_050_807_568_877_2;
 
@@ -117,6 +128,8 @@ pub struct RobotBaseline<'a> {
     values: Values,
     poses: Vec<Pose>,
     parameters: Vec<BaselineParameter>,
+    /// The free springs as effects, of any size.
+    springs: Vec<Effect>,
     joints: Vec<String>,
 }
 
@@ -194,8 +207,13 @@ impl<'a> RobotBaseline<'a> {
                 mechanisms.push((vec![name], rest));
             }
         }
+        let mut springs = FittingFactors::UNIT;
+        for chosen in free.iter().filter(|chosen| !chosen.parameter.is_factor()) {
+            springs.set(&chosen.parameter, 1.0);
+        }
         Ok(Self {
             robot,
+            springs: Effect::of_springs(&springs),
             mechanisms,
             values,
             poses,
@@ -353,6 +371,11 @@ impl Baseline for RobotBaseline<'_> {
             })
         };
         laws.flat_map(of_law).collect()
+    }
+
+    fn contains(&self, law: Law, place: &Place) -> bool {
+        let mut springs = self.springs.iter();
+        springs.any(|spring| spring.law == law && spring.place == *place)
     }
 
     fn joints(&self) -> &[String] {

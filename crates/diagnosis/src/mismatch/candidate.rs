@@ -3,10 +3,9 @@
 use stiffbench_beams::physics::{Effect, Law, Place, PlaceKind, PlaceScale, Shape};
 use stiffbench_units_and_text::test_point::Direction;
 
-use crate::parameters::OPEN;
-
-use super::changes::Frozen;
+use super::changes::LinearisedModel;
 use super::observations::Observations;
+use crate::search::constants::{AFTER_A_JUMP, OPEN_LOOP};
 
 /// A law at a place.
 #[derive(Debug, Clone, PartialEq)]
@@ -21,6 +20,11 @@ pub(super) struct Candidate {
 }
 
 impl Candidate {
+    /// The family whose critical value it must exceed: its law, and whether the search is the wide one.
+    pub(super) fn family(&self) -> (Law, bool) {
+        (self.law, self.wide)
+    }
+
     /// Largest size that is plausible, starting from a shape; infinite of a law without a size.
     pub(super) fn largest(&self, shape: &Shape) -> f64 {
         let size = self.law.parameters.first();
@@ -59,7 +63,7 @@ pub(super) struct PlaceScales {
 impl PlaceScales {
     /// # Arguments
     /// - `frozen`: the structure, solved.
-    pub(super) fn new(observations: &Observations, frozen: &Frozen) -> Self {
+    pub(super) fn new(observations: &Observations, frozen: &LinearisedModel) -> Self {
         let session = session_scale(observations);
         let mut out = Self {
             session,
@@ -83,7 +87,7 @@ impl PlaceScales {
         &self,
         kind: PlaceKind,
         observations: &Observations,
-        frozen: &Frozen,
+        frozen: &LinearisedModel,
     ) -> Vec<(Place, PlaceScale)> {
         let session = self.session;
         let with = |place: Place, scale: Option<PlaceScale>| Some((place, scale?));
@@ -176,7 +180,7 @@ fn needs_force(kind: PlaceKind) -> bool {
 /// - `without`: laws that are left out.
 pub(super) fn candidates(
     observations: &Observations,
-    poses: &Frozen,
+    poses: &LinearisedModel,
     without: &[Law],
 ) -> Vec<Candidate> {
     let scales = PlaceScales {
@@ -242,7 +246,7 @@ fn session_scale(observations: &Observations) -> PlaceScale {
 fn joint_scale(
     session: &PlaceScale,
     observations: &Observations,
-    poses: &Frozen,
+    poses: &LinearisedModel,
     joint: usize,
 ) -> Option<PlaceScale> {
     let mut best: Option<(f64, f64, f64, f64)> = None;
@@ -262,7 +266,7 @@ fn joint_scale(
     if !(share.is_finite() && share > 0.0) {
         return None;
     }
-    let is_open = lever * lever > OPEN * compliance * stiffness.abs();
+    let is_open = lever * lever > OPEN_LOOP * compliance * stiffness.abs();
     Some(PlaceScale {
         compliance: 1.0 / share,
         moment_nm,
@@ -275,7 +279,7 @@ fn joint_scale(
 fn axis_scale(
     session: &PlaceScale,
     observations: &Observations,
-    poses: &Frozen,
+    poses: &LinearisedModel,
     axis: Direction,
 ) -> Option<PlaceScale> {
     let shares = observations.cells.iter().map(|cell| {
@@ -295,7 +299,7 @@ fn axis_scale(
 fn direction_scale(
     session: &PlaceScale,
     observations: &Observations,
-    poses: &Frozen,
+    poses: &LinearisedModel,
     direction: Direction,
 ) -> Option<PlaceScale> {
     let axis = direction.index();
@@ -311,9 +315,6 @@ fn direction_scale(
         ..*session
     })
 }
-
-/// Readings that must follow a jump: with fewer it is an outlier.
-const AFTER_A_JUMP: usize = 2;
 
 /// Runs, from each step on at which something may have happened.
 fn runs(observations: &Observations) -> impl Iterator<Item = Place> + '_ {

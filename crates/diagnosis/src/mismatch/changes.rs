@@ -10,12 +10,12 @@ use super::observations::Observations;
 
 /// The solved poses of one structure, shared by all threads.
 #[derive(Debug, Clone, Default)]
-pub(super) struct Frozen {
+pub(super) struct LinearisedModel {
     pub(super) poses: Vec<PoseMechanics>,
     pub(super) joints: Vec<String>,
 }
 
-impl Frozen {
+impl LinearisedModel {
     /// Displacements of all readings under effects, m; `None` if one sits in a joint that is not there.
     pub(super) fn predict(
         &self,
@@ -57,6 +57,42 @@ impl Frozen {
     }
 }
 
+/// Largest change of a reading by an effect of a model, m.
+pub(super) fn end_effect_m(
+    frozen: &LinearisedModel,
+    observations: &Observations,
+    effects: &[Effect],
+    effect: usize,
+) -> f64 {
+    let all: Vec<&Effect> = effects.iter().collect();
+    let without: Vec<&Effect> = effects
+        .iter()
+        .enumerate()
+        .filter(|(place, _)| *place != effect)
+        .map(|(_, effect)| effect)
+        .collect();
+    let n = observations.len();
+    let (mut with, mut rest) = (vec![0.0; n], vec![0.0; n]);
+    let mut twists = Twists::default();
+    let known = frozen
+        .predict(observations, &all, &mut twists, &mut with)
+        .and_then(|()| frozen.predict(observations, &without, &mut twists, &mut rest));
+    known.map_or(0.0, |()| {
+        with.iter()
+            .zip(&rest)
+            .map(|(a, b)| (a - b).abs())
+            .fold(0.0, f64::max)
+    })
+}
+
+/// What the absence of a member would change in readings of the baseline.
+#[derive(Debug)]
+pub(super) struct MissingMemberChange {
+    pub(super) effect: Effect,
+    /// With the factors fitted again, m; `None` if the structure without it could not be fitted.
+    pub(super) change_m: Option<Vec<f64>>,
+}
+
 /// Readings under effects, and what one more would change in them.
 ///
 /// Most laws at most places add to what the others do, and are worked out alone: that the others need not be solved again makes it ten
@@ -65,7 +101,7 @@ impl Frozen {
 #[derive(Debug)]
 pub(super) struct Changes<'a> {
     observations: &'a Observations,
-    frozen: &'a Frozen,
+    frozen: &'a LinearisedModel,
     effects: &'a [Effect],
     laws: LawSet,
     /// Displacements under the effects, m.
@@ -78,7 +114,7 @@ impl<'a> Changes<'a> {
     /// The readings under effects; `None` if one sits in a joint that is not there.
     pub(super) fn new(
         observations: &'a Observations,
-        frozen: &'a Frozen,
+        frozen: &'a LinearisedModel,
         effects: &'a [Effect],
     ) -> Option<Self> {
         let all: Vec<&Effect> = effects.iter().collect();
@@ -97,7 +133,7 @@ impl<'a> Changes<'a> {
     }
 
     /// The structure.
-    pub(super) fn frozen(&self) -> &'a Frozen {
+    pub(super) fn frozen(&self) -> &'a LinearisedModel {
         self.frozen
     }
 
@@ -258,9 +294,7 @@ impl<'a> Changes<'a> {
 #[cfg(test)]
 pub(super) mod tests {
     use super::*;
-    use crate::mismatch::noise::Whitening;
-    use crate::mismatch::space::Space;
-    use crate::mismatch::{GaugeSteps, PlannedCell, PlannedLoad, ReadingNoise};
+    use crate::mismatch::{GaugeSteps, PlannedCell, PlannedLoad};
     use stiffbench_beams::structure::TwistInfluence;
     use stiffbench_units_and_text::test_point::{Branch, Direction};
 
@@ -287,26 +321,12 @@ pub(super) mod tests {
         Observations::planned(&cells, GaugeSteps::default(), None)
     }
 
-    /// A space of white vectors of readings like these, in which the fit absorbs one slope.
-    pub(in crate::mismatch) fn space(observations: &Observations) -> Space {
-        let loads = observations.loads.iter();
-        let slope_m: Vec<f64> = loads.map(|load| 4e-7 * load.force_n).collect();
-        let noise = ReadingNoise {
-            reading_sd_m: 1e-6,
-            zero_sd_m: 2e-6,
-            run_slope_sd: 0.01,
-        };
-        let compliance = vec![4e-7; observations.len()];
-        let whitening = Whitening::new(observations, &noise, &slope_m, &compliance);
-        Space::new(observations, whitening, &[], &[slope_m])
-    }
-
     /// A pose with two joints that mind each other.
-    fn frozen() -> Frozen {
+    fn frozen() -> LinearisedModel {
         let mut influence = TwistInfluence::of_one_joint(3e-7, 0.3);
         influence.levers_m = vec![[0.3, 0.2, 0.1], [0.1, 0.4, 0.2]];
         influence.stiffness_nm_per_rad = vec![2e5, 8e4, 8e4, 1e5];
-        Frozen {
+        LinearisedModel {
             poses: vec![PoseMechanics {
                 influence,
                 ..PoseMechanics::default()

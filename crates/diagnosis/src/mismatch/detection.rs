@@ -2,45 +2,42 @@
 
 use stiffbench_beams::physics::Place;
 
+use super::candidate_scores::{ScoredCandidate, ScoredShape};
+use super::critical_values::CriticalValues;
 use super::diagnosis::DetectionLimit;
 use super::error::MismatchError;
-use super::limits::Limits;
-use super::screen::{SeenCandidate, SeenShape};
+use super::problem::DiagnosisProblem;
 use super::search::Found;
-use super::state::Bench;
+use crate::search::constants::POWER_80;
 
-/// Quantile of the normal distribution for a power of 80 %.
-const POWER_80: f64 = 0.84;
-
-impl Bench<'_> {
+impl DiagnosisProblem<'_> {
     /// For each law and place the size that 80 % of such sessions would show; of slips in one cell that which is hardest to see.
     pub(super) fn detection_limits(
         &self,
         found: &Found,
-        limits: &Limits,
+        limits: &CriticalValues,
     ) -> Result<Vec<DetectionLimit>, MismatchError> {
         let first = &found.first;
-        let of = |seen: &SeenCandidate| {
-            let family = (seen.candidate.law, seen.candidate.wide);
-            let limit = limits.laws.get(&family).copied();
+        let of = |seen: &ScoredCandidate| {
+            let limit = limits.laws.values.get(&seen.candidate.family()).copied();
             detection_limit(seen, limit.unwrap_or(f64::INFINITY))
         };
-        let is_slip = |seen: &&SeenCandidate| seen.candidate.law.is_of_one_run();
+        let is_slip = |seen: &&ScoredCandidate| seen.candidate.law.is_of_one_run();
         let (slips, others): (Vec<_>, Vec<_>) = first
             .seen
             .iter()
             .filter(|seen| !seen.candidate.wide)
             .partition(is_slip);
         let mut out: Vec<DetectionLimit> = others.into_iter().map(of).collect();
-        let loose = self.loose_shapes(&found.before, &first.space)?;
+        let loose = self.missing_member_shapes(&found.before, &first.space)?;
         out.extend(
             loose
                 .iter()
-                .map(|white| of(&SeenCandidate::of(white, &first.residuals))),
+                .map(|white| of(&ScoredCandidate::of(white, &first.residuals))),
         );
         for cell in &self.observations.cells {
             let pose = &self.observations.poses[cell.pose];
-            let here = |seen: &&&SeenCandidate| {
+            let here = |seen: &&&ScoredCandidate| {
                 matches!(&seen.candidate.place, Place::Run { pose: own, direction, .. }
                     if own == pose && *direction == cell.direction)
             };
@@ -57,11 +54,11 @@ fn hardest(limits: impl Iterator<Item = DetectionLimit>) -> Option<DetectionLimi
 }
 
 /// Size of a shape for a multiple of it; of a shape without a size the multiple.
-fn size_of(shape: &SeenShape, scale: f64) -> f64 {
+fn size_of(shape: &ScoredShape, scale: f64) -> f64 {
     scale * shape.shape.values.first().copied().unwrap_or(1.0)
 }
 
-fn detection_limit(seen: &SeenCandidate, limit: f64) -> DetectionLimit {
+fn detection_limit(seen: &ScoredCandidate, limit: f64) -> DetectionLimit {
     let candidate = &seen.candidate;
     let smallest = seen
         .shapes
@@ -72,8 +69,8 @@ fn detection_limit(seen: &SeenCandidate, limit: f64) -> DetectionLimit {
         .shapes
         .iter()
         .map(|shape| {
-            let estimate = shape.seen.product / shape.seen.square;
-            size_of(shape, estimate.abs() + 1.96 / shape.seen.square.sqrt())
+            let estimate = shape.moments.product / shape.moments.square;
+            size_of(shape, estimate.abs() + 1.96 / shape.moments.square.sqrt())
         })
         .fold(0.0, f64::max);
     DetectionLimit {
@@ -88,8 +85,8 @@ fn detection_limit(seen: &SeenCandidate, limit: f64) -> DetectionLimit {
 /// The multiple of a shape whose gain passes a limit in 80 % of sessions; `None` if it may not be as large.
 ///
 /// A size that is free gives the gain z², z normal about the length L; one that is what it is, as a member that is off or not, 2 z L - L².
-fn multiple_80(shape: &SeenShape, limit: f64) -> Option<f64> {
-    let length = shape.seen.square.sqrt();
+fn multiple_80(shape: &ScoredShape, limit: f64) -> Option<f64> {
+    let length = shape.moments.square.sqrt();
     let [lowest, highest] = shape.shape.scale;
     if lowest == highest {
         return (length * length - limit >= 2.0 * POWER_80 * length).then_some(lowest);

@@ -4,9 +4,8 @@ use stiffbench_beams::physics::{Effect, Law, Place};
 use stiffbench_numeric::statistics::student_t_quantile;
 use stiffbench_units_and_text::test_point::{Direction, PoseId};
 
-use super::leftover::Stratum;
 use super::noise::ReadingNoise;
-use super::rank::Impossible;
+use super::stratum::Stratum;
 
 /// What is to be said of a session.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -150,6 +149,17 @@ pub struct FactorShift {
     pub after: Value,
     /// Whether the data determine it in the final model.
     pub identified: bool,
+}
+
+/// A law that would explain the readings with an impossible value.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Impossible {
+    /// The law.
+    pub law: Law,
+    /// The place.
+    pub place: Place,
+    /// Drop of the weighted squares that the impossible sign would give.
+    pub gain: f64,
 }
 
 /// A diagnosis.

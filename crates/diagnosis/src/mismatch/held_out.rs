@@ -6,10 +6,11 @@ use stiffbench_units_and_text::test_point::PoseId;
 
 use super::diagnosis::Quality;
 use super::error::MismatchError;
+use super::problem::DiagnosisProblem;
 use super::refit::{Model, Refit};
-use super::state::{Bench, State};
+use super::state::State;
 
-impl Bench<'_> {
+impl DiagnosisProblem<'_> {
     /// Residuals in sample and in poses left out one at a time, each gauge zero fitted.
     pub(super) fn quality(&self, state: &State) -> Result<Quality, MismatchError> {
         let model = &state.fitted.model;
@@ -95,7 +96,7 @@ impl Bench<'_> {
             .zip(&held)
             .map(|(residual, held)| if *held { *residual } else { 0.0 })
             .collect();
-        state.whitening.apply(&mut white);
+        state.whitening.covariance.whiten(&mut white);
         let squares = white.iter().map(|x| x * x).sum();
         Ok((self.rms_about_zeros(&residuals, &held), squares))
     }

@@ -1,6 +1,6 @@
 //! What a search could find and name at best: the noise is known, every effect is one of the shapes that are searched, fits are linear.
 //!
-//! Then gains are products of white numbers with vectors, and thousands of sessions take a second. Limits and rules are those of the search.
+//! Then gains are products of white numbers with vectors, and thousands of sessions take a second. CriticalValues and rules are those of the search.
 //! What a real search finds less, it loses to noise that the readings have to tell, to shapes between those that are searched and to fits;
 //! what is missed here is missed for want of readings.
 
@@ -14,21 +14,18 @@ use rayon::prelude::*;
 use stiffbench_beams::physics::{Law, Place};
 
 use super::baseline::Baseline;
+use super::candidate_scores::WhiteCandidate;
+use super::critical_values::CriticalValues;
 use super::error::MismatchError;
-use super::limits::Limits;
 use super::observations::Observations;
-use super::ranked::log_bayes;
-use super::screen::WhiteCandidate;
-use super::search::{SearchOptions, TELL_APART};
-use super::space::{Space, norm};
-use super::state::Bench;
-use super::verdict::told_apart;
+use super::problem::DiagnosisProblem;
+use super::search::SearchOptions;
+use crate::search::WhiteSpace;
+use crate::search::constants::{ABSORBED, STRONG_EVIDENCE};
+use crate::search::{distinguishable, log_bayes, norm};
 
 /// Sessions that share their products.
 const TOGETHER: usize = 64;
-
-/// Shorter vectors are all absorbed by the fit.
-const ABSORBED: f64 = 1e-6;
 
 /// All that is searched on one bench, ready for sessions whose noise is known.
 #[derive(Debug)]
@@ -97,18 +94,19 @@ impl IdealSearch {
         baseline: &dyn Baseline,
         observations: &Observations,
         options: &SearchOptions,
-        limits: &Limits,
+        limits: &CriticalValues,
     ) -> Result<Self, MismatchError> {
         if observations.is_empty() {
             return Err(MismatchError::Empty);
         }
-        let positions = Bench::new(baseline, observations).positions_at_start(options)?;
+        let positions =
+            DiagnosisProblem::new(baseline, observations).positions_at_start(options)?;
         let at_start = observations.with_positions(&positions);
-        let bench = Bench::new(baseline, &at_start);
+        let bench = DiagnosisProblem::new(baseline, &at_start);
         let state = bench
-            .settle(bench.start(), options.noise)?
+            .alternate(bench.start(), options.noise)?
             .ok_or(MismatchError::Empty)?;
-        let view = bench.look(&state, &options.without)?;
+        let view = bench.score_laws(&state, &options.without)?;
         let mut ideal = Self {
             candidates: Vec::new(),
             vectors: Vec::new(),
@@ -120,7 +118,7 @@ impl IdealSearch {
         Ok(ideal)
     }
 
-    fn take_in(&mut self, white: WhiteCandidate, space: &Space, limits: &Limits) {
+    fn take_in(&mut self, white: WhiteCandidate, space: &WhiteSpace, limits: &CriticalValues) {
         let mut shapes = Vec::new();
         for shape in white.shapes {
             let scale = shape.shape.scale;
@@ -150,7 +148,7 @@ impl IdealSearch {
             return;
         }
         self.candidates.push(Searched {
-            limit: limits.of((candidate.law, candidate.wide)),
+            limit: limits.laws.of(candidate.family()),
             values: candidate.law.parameters.len(),
             law: candidate.law,
             place: candidate.place,
@@ -327,16 +325,16 @@ impl IdealSearch {
         for best in all {
             let searched = &self.candidates[best.candidate];
             let behind = winner.log_bayes - best.log_bayes;
-            let is_simpler = behind < TELL_APART
+            let is_simpler = behind < STRONG_EVIDENCE
                 && likeliest.law.contains(searched.law)
                 && likeliest.place == searched.place;
             let name = (searched.law.name, &searched.place);
             // No cosine brings in what is so far behind.
-            if told_apart(behind, 1.0) || named.contains(&name) {
+            if distinguishable(behind, 1.0) || named.contains(&name) {
                 continue;
             }
             let cosine = product(&of_winner, &self.direction(best, along));
-            if is_simpler || !told_apart(behind, cosine * cosine) {
+            if is_simpler || !distinguishable(behind, cosine * cosine) {
                 named.push(name);
                 out.push(*best);
             }

@@ -9,23 +9,23 @@ use std::sync::{Arc, Mutex, OnceLock, PoisonError};
 use stiffbench_beams::physics::Effect;
 
 use super::candidate::PlaceScales;
+use super::candidate_scores::ScoredCandidate;
+use super::changes::MissingMemberChange;
 use super::known_noise::KnownNoise;
-use super::loose::LooseChange;
 use super::noise::ReadingNoise;
 use super::ranked::Ranked;
 use super::refit::Model;
 use super::restricted_likelihood::EstimatedNoise;
-use super::screen::SeenCandidate;
 use super::state::State;
 
 /// Results of searches that share baseline and readings, but for where the gauge stood.
 #[derive(Debug, Default)]
 pub(super) struct Memory {
-    settled: Kept<(Model, KnownNoise), Option<State>>,
-    seen: Kept<StateKey, Vec<SeenCandidate>>,
-    fitted: Kept<(StateKey, Effect), Option<Ranked>>,
+    models: Memo<(Model, KnownNoise), Option<State>>,
+    seen: Memo<StateKey, Vec<ScoredCandidate>>,
+    fitted: Memo<(StateKey, Effect), Option<Ranked>>,
     noise: OnceLock<ReadingNoise>,
-    loose_changes: OnceLock<Vec<LooseChange>>,
+    missing_member_changes: OnceLock<Vec<MissingMemberChange>>,
     scales: OnceLock<PlaceScales>,
 }
 
@@ -43,8 +43,8 @@ fn stands_anywhere(effects: &[Effect]) -> bool {
 }
 
 impl Memory {
-    /// A settled model; worked out with `work` if it is not known.
-    pub(super) fn settled<E>(
+    /// A fitted model with its noise; worked out with `work` if it is not known.
+    pub(super) fn model<E>(
         &self,
         start: Model,
         noise: KnownNoise,
@@ -54,7 +54,7 @@ impl Memory {
             return work(start);
         }
         let key = (start.clone(), noise);
-        let known = self.settled.of(&key, || work(start))?;
+        let known = self.models.of(&key, || work(start))?;
         Ok((*known).clone())
     }
 
@@ -62,8 +62,8 @@ impl Memory {
     pub(super) fn seen(
         &self,
         key: &StateKey,
-        work: impl FnOnce() -> Vec<SeenCandidate>,
-    ) -> Vec<SeenCandidate> {
+        work: impl FnOnce() -> Vec<ScoredCandidate>,
+    ) -> Vec<ScoredCandidate> {
         if !stands_anywhere(&key.0.effects) {
             return work();
         }
@@ -106,29 +106,29 @@ impl Memory {
     }
 
     /// What loose members would change.
-    pub(super) fn loose_changes<E>(
+    pub(super) fn missing_member_changes<E>(
         &self,
-        work: impl FnOnce() -> Result<Vec<LooseChange>, E>,
-    ) -> Result<&[LooseChange], E> {
-        if let Some(known) = self.loose_changes.get() {
+        work: impl FnOnce() -> Result<Vec<MissingMemberChange>, E>,
+    ) -> Result<&[MissingMemberChange], E> {
+        if let Some(known) = self.missing_member_changes.get() {
             return Ok(known);
         }
         let changes = work()?;
-        Ok(self.loose_changes.get_or_init(|| changes))
+        Ok(self.missing_member_changes.get_or_init(|| changes))
     }
 }
 
 /// Values by key, in the order in which they came: they are few.
 #[derive(Debug)]
-struct Kept<K, V>(Mutex<Vec<(K, Arc<V>)>>);
+struct Memo<K, V>(Mutex<Vec<(K, Arc<V>)>>);
 
-impl<K, V> Default for Kept<K, V> {
+impl<K, V> Default for Memo<K, V> {
     fn default() -> Self {
         Self(Mutex::default())
     }
 }
 
-impl<K: PartialEq + Clone, V> Kept<K, V> {
+impl<K: PartialEq + Clone, V> Memo<K, V> {
     fn of<E>(&self, key: &K, work: impl FnOnce() -> Result<V, E>) -> Result<Arc<V>, E> {
         let kept = || self.0.lock().unwrap_or_else(PoisonError::into_inner);
         let find = |kept: &[(K, Arc<V>)]| {

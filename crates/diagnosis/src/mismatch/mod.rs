@@ -6,43 +6,40 @@
 
 mod baseline;
 mod candidate;
+mod candidate_scores;
 mod changes;
+mod critical_values;
 mod design;
 mod detection;
 mod diagnosis;
-mod directions;
-mod draws;
 mod earlier_noise;
 mod error;
-mod few;
 mod found_model;
+mod given_noise;
 mod held_out;
 mod ideal;
 mod known_noise;
-mod leftover;
-mod limits;
-mod loose;
 mod memory;
+mod missing_members;
 mod next_measurement;
 mod noise;
 mod observations;
 mod outlier;
+mod patterns;
 mod plan;
 mod predictor;
-mod products;
+mod problem;
 mod profiles;
 mod rank;
 mod ranked;
 mod refit;
 mod restricted_likelihood;
 mod rounded;
-mod screen;
 mod search;
-mod space;
 mod specimen;
 mod state;
 mod strata;
-mod symmetric_root;
+mod stratum;
 mod trace;
 mod trial;
 mod verdict;
@@ -50,40 +47,41 @@ mod verdict;
 pub use baseline::{
     Baseline, BaselineParameter, ElementCompliance, PROPERTIES, PoseSolver, RobotBaseline,
 };
+pub use critical_values::{CriticalValues, Family};
 pub use design::{
     CAN_TELL, CANNOT_TELL, DesignBench, DesignReport, LawDesign, NearRival, ProposedMeasurement,
     Suspect, USUAL_NOISE, Unseen, design_of_plan, next_measurements, poses_at_hand,
 };
 pub use diagnosis::{
-    DetectionLimit, Diagnosis, FactorShift, Finding, Location, Quality, Rival, Value, Verdict,
+    DetectionLimit, Diagnosis, FactorShift, Finding, Impossible, Location, Quality, Rival, Value,
+    Verdict,
 };
 pub use earlier_noise::EarlierNoise;
 pub use error::MismatchError;
+pub use given_noise::{GivenNoise, given_noise};
 pub use ideal::{IdealSearch, IdealSession};
-pub use known_noise::{GivenNoise, KnownNoise, given_noise};
-pub use leftover::Stratum;
-pub use limits::{DRAWS, Family, LAW_LEVEL, LEFT_OVER_LEVEL, Limits};
+pub use known_noise::KnownNoise;
 pub use next_measurement::NextMeasurement;
 pub use noise::ReadingNoise;
 pub use observations::{
     GaugeSteps, Observations, ObservedCell, ObservedReading, ObservedRun, Recorded,
 };
 pub use plan::{PlannedCell, PlannedLoad};
-pub use rank::Impossible;
 pub use restricted_likelihood::EstimatedNoise;
 pub use search::SearchOptions;
 pub use specimen::{
     SPECIMEN_JOINT, SpecimenBaseline, SpecimenScale, laws_that_need_a_robot, specimen_bench,
 };
 pub use strata::{
-    Carrier, Carrying, Contrast, Located, MapEntry, STRATUM_LEVEL, Spot, StratumTest, Untested,
-    locate,
+    Contrast, ExplainedShare, Located, MapEntry, STRATUM_LEVEL, Spot, StratumTest,
+    SuspectComponent, Untested, locate,
 };
+pub use stratum::Stratum;
 pub use trace::{EffectTrace, ReadingTrace, Trace, trace};
 pub use trial::{TrialNoise, Truth, scale_to, simulate, standard_errors, standard_errors_between};
-pub use verdict::{TELL_ALIKE_APART, first_of_alternatives};
+pub use verdict::first_of_alternatives;
 
-use state::Bench;
+use problem::DiagnosisProblem;
 use stiffbench_beams::physics::laws::SHORTEST_PERIOD_M;
 
 /// Finds what a baseline cannot explain, and which physics would.
@@ -100,8 +98,8 @@ pub fn diagnose(
     baseline: &dyn Baseline,
     observations: &Observations,
     options: &SearchOptions,
-    known: Option<&Limits>,
-) -> Result<(Diagnosis, Limits), MismatchError> {
+    known: Option<&CriticalValues>,
+) -> Result<(Diagnosis, CriticalValues), MismatchError> {
     let (diagnosis, limits, ()) = diagnose_and(baseline, observations, options, known, |_| Ok(()))?;
     Ok((diagnosis, limits))
 }
@@ -114,7 +112,7 @@ pub fn diagnose_and_locate(
     baseline: &dyn Baseline,
     observations: &Observations,
     options: &SearchOptions,
-) -> Result<(Diagnosis, Limits, Located), MismatchError> {
+) -> Result<(Diagnosis, CriticalValues, Located), MismatchError> {
     diagnose_and(baseline, observations, options, None, |bench| {
         bench.located_at_start(options)
     })
@@ -125,14 +123,14 @@ fn diagnose_and<T>(
     baseline: &dyn Baseline,
     observations: &Observations,
     options: &SearchOptions,
-    known: Option<&Limits>,
-    ask: impl FnOnce(&Bench<'_>) -> Result<T, MismatchError>,
-) -> Result<(Diagnosis, Limits, T), MismatchError> {
+    known: Option<&CriticalValues>,
+    ask: impl FnOnce(&DiagnosisProblem<'_>) -> Result<T, MismatchError>,
+) -> Result<(Diagnosis, CriticalValues, T), MismatchError> {
     if observations.is_empty() {
         return Err(MismatchError::Empty);
     }
     let (at_start, moved_on);
-    let rough = Bench::new(baseline, observations);
+    let rough = DiagnosisProblem::new(baseline, observations);
     let positions = rough.positions_at_start(options)?;
     let asked = ask(&rough)?;
     at_start = observations.with_positions(&positions);

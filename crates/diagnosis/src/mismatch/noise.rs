@@ -9,12 +9,8 @@
 
 use std::ops::Range;
 
-use nalgebra::DMatrix;
-
-use stiffbench_numeric::lanes::{sums_side_by_side, widest};
-
 use super::observations::Observations;
-use super::symmetric_root::symmetric_root;
+use crate::search::{Covariance, LowRankBlock};
 
 /// Standard deviations of the noise of readings.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -39,39 +35,17 @@ impl ReadingNoise {
     }
 }
 
-/// Readings that share zeros or runs, and their part of the whitening transform.
+/// The covariance of readings under a noise, with what it is made of.
 #[derive(Debug, Clone)]
-struct Group {
-    readings: Range<usize>,
-    /// Columns of D^(-1/2) U, one after the other: U has a column σ₀ 1 for each zero and σₛ b for each run.
-    columns: Vec<f64>,
-    /// The same times the matrix that makes (I - columns · this) the symmetric root of (I + columns columnsᵀ)⁻¹.
-    weighted: Vec<f64>,
-    rank: usize,
+pub(super) struct NoiseCovariance {
+    pub(super) covariance: Covariance,
+    pub(super) noise: ReadingNoise,
+    /// Prediction b of the baseline, which a run's slope multiplies, m.
+    pub(super) slope_m: Vec<f64>,
 }
 
-/// Readings that share zeros or runs, and columns E, one after the other, with V⁻¹ = D⁻¹ - E Eᵀ among them.
-#[derive(Debug)]
-pub(super) struct RunColumns {
-    pub(super) readings: Range<usize>,
-    pub(super) columns: Vec<f64>,
-}
-
-/// The transform W with Wᵀ W = V⁻¹.
-#[derive(Debug, Clone)]
-pub(super) struct Whitening {
-    groups: Vec<Group>,
-    /// D^(-1/2).
-    weights: Vec<f64>,
-    /// ln det V.
-    log_determinant: f64,
-    noise: ReadingNoise,
-    /// Prediction b of the baseline, which a run's slope multiplies.
-    slope_m: Vec<f64>,
-}
-
-impl Whitening {
-    /// The transform for a noise and a baseline.
+impl NoiseCovariance {
+    /// The covariance of a noise about a baseline.
     ///
     /// # Arguments
     /// - `slope_m`: prediction of the baseline, m, one a reading.
@@ -84,7 +58,7 @@ impl Whitening {
     ) -> Self {
         let force_step_n = observations.steps.force_n.unwrap_or(0.0);
         let force_variance = force_step_n * force_step_n / 12.0;
-        let weights: Vec<f64> = observations
+        let variances: Vec<f64> = observations
             .loads
             .iter()
             .zip(compliance)
@@ -94,120 +68,16 @@ impl Whitening {
                 } else {
                     force_variance * c * c
                 };
-                (noise.reading_sd_m * noise.reading_sd_m + of_force)
-                    .sqrt()
-                    .recip()
+                noise.reading_sd_m * noise.reading_sd_m + of_force
             })
             .collect();
-        let mut log_determinant: f64 = weights.iter().map(|weight| -2.0 * weight.ln()).sum();
-        let groups = groups(observations)
-            .map(|readings| {
-                let group = Group::new(observations, noise, slope_m, &weights, readings);
-                log_determinant += group.1;
-                group.0
-            })
-            .collect();
+        let blocks = groups(observations)
+            .map(|readings| common_part(observations, noise, slope_m, readings));
         Self {
-            groups,
-            weights,
-            log_determinant,
+            covariance: Covariance::new(&variances, blocks),
             noise: *noise,
             slope_m: slope_m.to_vec(),
         }
-    }
-
-    /// The noise that is made white.
-    pub(super) fn noise(&self) -> &ReadingNoise {
-        &self.noise
-    }
-
-    /// What the slope of a run multiplies, m.
-    pub(super) fn slope_m(&self) -> &[f64] {
-        &self.slope_m
-    }
-
-    /// ln det V.
-    pub(super) fn log_determinant(&self) -> f64 {
-        self.log_determinant
-    }
-
-    /// One over the standard deviation of each reading, without zeros and slopes of runs, 1/m.
-    pub(super) fn weights(&self) -> &[f64] {
-        &self.weights
-    }
-
-    /// What V⁻¹ lacks of D⁻¹, group by group.
-    pub(super) fn run_columns(&self) -> impl Iterator<Item = RunColumns> {
-        self.groups.iter().map(|group| RunColumns {
-            readings: group.readings.clone(),
-            columns: group.inverse_columns(&self.weights[group.readings.clone()]),
-        })
-    }
-
-    /// W times a vector of readings, in place.
-    pub(super) fn apply(&self, vector: &mut [f64]) {
-        for (value, weight) in vector.iter_mut().zip(&self.weights) {
-            *value *= weight;
-        }
-        Self::symmetric(self.groups.iter(), vector);
-    }
-
-    /// Wᵀ times a white vector, in place.
-    pub(super) fn apply_transposed(&self, vector: &mut [f64]) {
-        Self::symmetric(self.groups.iter(), vector);
-        for (value, weight) in vector.iter_mut().zip(&self.weights) {
-            *value *= weight;
-        }
-    }
-
-    /// W⁻¹ times a white vector, in place: readings, m.
-    pub(super) fn apply_inverse(&self, vector: &mut [f64]) {
-        Self::symmetric(self.groups.iter(), vector);
-        // (I + C Cᵀ)^(1/2) = (I + C Cᵀ) (I + C Cᵀ)^(-1/2)
-        for group in &self.groups {
-            let part = &mut vector[group.readings.clone()];
-            let products: Vec<f64> = group
-                .columns
-                .chunks(part.len())
-                .map(|column| column.iter().zip(part.iter()).map(|(c, x)| c * x).sum())
-                .collect();
-            for (product, column) in products.iter().zip(group.columns.chunks(part.len())) {
-                for (value, c) in part.iter_mut().zip(column) {
-                    *value += c * product;
-                }
-            }
-        }
-        for (value, weight) in vector.iter_mut().zip(&self.weights) {
-            *value /= weight;
-        }
-    }
-
-    /// W times the part of a vector of readings that lies in `range`, a union of cells; the rest is left alone.
-    pub(super) fn apply_range(&self, vector: &mut [f64], range: &Range<usize>) {
-        for (value, weight) in vector[range.clone()]
-            .iter_mut()
-            .zip(&self.weights[range.clone()])
-        {
-            *value *= weight;
-        }
-        let first = self
-            .groups
-            .partition_point(|group| group.readings.start < range.start);
-        let groups = self.groups[first..]
-            .iter()
-            .take_while(|group| group.readings.end <= range.end);
-        Self::symmetric(groups, vector);
-    }
-
-    fn symmetric<'g>(groups: impl Iterator<Item = &'g Group>, vector: &mut [f64]) {
-        widest(
-            #[inline(always)]
-            || {
-                for group in groups {
-                    group.symmetric(vector);
-                }
-            },
-        );
     }
 
     /// Best estimate of each reading without its own error and without its zero, m: where the gauge really stood.
@@ -216,16 +86,16 @@ impl Whitening {
     pub(super) fn positions(&self, observations: &Observations, residual_m: &[f64]) -> Vec<f64> {
         // V⁻¹ r, then the best linear prediction of reading error and zero from it (Henderson, Biometrics 31 (1975)).
         let mut solved = residual_m.to_vec();
-        self.apply(&mut solved);
-        self.apply_transposed(&mut solved);
+        self.covariance.whiten(&mut solved);
+        self.covariance.whiten_transposed(&mut solved);
         let mut positions = observations.displacement_m.clone();
         let (reading, zero) = (
             self.noise.reading_sd_m.powi(2),
             self.noise.zero_sd_m.powi(2),
         );
-        for group in &self.groups {
-            for_each_zero(observations, &group.readings, |member| {
-                let members = || group.readings.clone().filter(|&r| member(r));
+        for group in self.covariance.block_rows() {
+            for_each_zero(observations, group, |member| {
+                let members = || group.clone().filter(|&r| member(r));
                 let offset = zero * members().map(|r| solved[r]).sum::<f64>();
                 for r in members() {
                     positions[r] -= reading * solved[r] + offset;
@@ -242,21 +112,20 @@ impl Whitening {
         white: &[f64],
         scratch: &mut Vec<f64>,
     ) -> [f64; 3] {
-        let n = self.weights.len();
+        let n = self.slope_m.len();
         let square: f64 = white.iter().map(|x| x * x).sum();
         if square == 0.0 {
             return [0.0; 3];
         }
         scratch.clear();
         scratch.extend_from_slice(&white[..n]);
-        self.apply_transposed(scratch);
+        self.covariance.whiten_transposed(scratch);
         let reading: f64 = scratch.iter().map(|a| a * a).sum();
         let mut zero = 0.0;
         let mut slope = 0.0;
-        for group in &self.groups {
-            for_each_zero(observations, &group.readings, |member| {
+        for group in self.covariance.block_rows() {
+            for_each_zero(observations, group, |member| {
                 let sum: f64 = group
-                    .readings
                     .clone()
                     .filter(|&r| member(r))
                     .map(|r| scratch[r])
@@ -280,119 +149,34 @@ impl Whitening {
     }
 }
 
-impl Group {
-    /// The symmetric root of (I + columns columnsᵀ)⁻¹ times its part of a vector, in place.
-    #[inline(always)]
-    #[expect(
-        clippy::inline_always,
-        reason = "it is compiled for the instructions of its caller"
-    )]
-    fn symmetric(&self, vector: &mut [f64]) {
-        let part = &mut vector[self.readings.clone()];
-        let n = part.len();
-        let mut products = [0.0; 64];
-        for (product, column) in products.iter_mut().zip(self.columns.chunks(n)) {
-            *product = sums_side_by_side(column, part);
+/// What readings of a range have in common: a column σ₀ 1 for each zero and σₛ b for each run.
+fn common_part(
+    observations: &Observations,
+    noise: &ReadingNoise,
+    slope_m: &[f64],
+    readings: Range<usize>,
+) -> LowRankBlock {
+    let mut columns = Vec::with_capacity(2 * readings.len());
+    let only = |member: bool, value: f64| if member { value } else { 0.0 };
+    for_each_zero(observations, &readings, |member| {
+        let each = readings.clone();
+        columns.extend(each.map(|r| only(member(r), noise.zero_sd_m)));
+    });
+    let mut run = usize::MAX;
+    for first in readings.clone() {
+        if observations.readings[first].run == run {
+            continue;
         }
-        for (product, column) in products.iter().zip(self.weighted.chunks(n)) {
-            for (value, w) in part.iter_mut().zip(column) {
-                *value -= w * product;
-            }
-        }
+        run = observations.readings[first].run;
+        columns.extend(readings.clone().map(|r| {
+            let is_of_run = observations.readings[r].run == run;
+            only(is_of_run, noise.run_slope_sd * slope_m[r])
+        }));
     }
-
-    /// The group and its part of ln det V.
-    fn new(
-        observations: &Observations,
-        noise: &ReadingNoise,
-        slope_m: &[f64],
-        weights: &[f64],
-        readings: Range<usize>,
-    ) -> (Self, f64) {
-        let n = readings.len();
-        let mut columns = Vec::with_capacity(2 * n);
-        for_each_zero(observations, &readings, |member| {
-            columns.extend(readings.clone().map(|r| {
-                if member(r) {
-                    noise.zero_sd_m * weights[r]
-                } else {
-                    0.0
-                }
-            }));
-        });
-        let mut run = usize::MAX;
-        for first in readings.clone() {
-            if observations.readings[first].run == run {
-                continue;
-            }
-            run = observations.readings[first].run;
-            columns.extend(readings.clone().map(|r| {
-                if observations.readings[r].run == run {
-                    noise.run_slope_sd * slope_m[r] * weights[r]
-                } else {
-                    0.0
-                }
-            }));
-        }
-        let rank = columns.len() / n;
-        let (inner, log_determinant) = symmetric_root(&gram(&columns, n));
-        let mut weighted = vec![0.0; rank * n];
-        for i in 0..rank {
-            for j in 0..rank {
-                let share = inner[(j, i)];
-                for reading in 0..n {
-                    weighted[i * n + reading] += columns[j * n + reading] * share;
-                }
-            }
-        }
-        let group = Self {
-            readings,
-            columns,
-            weighted,
-            rank,
-        };
-        debug_assert!(group.rank <= 64);
-        (group, log_determinant)
+    LowRankBlock {
+        rows: readings,
+        columns,
     }
-}
-
-impl Group {
-    /// E with (D + U Uᵀ)⁻¹ = D⁻¹ - E Eᵀ: D^(-1/2) C L⁻ᵀ with C = D^(-1/2) U and I + Cᵀ C = L Lᵀ.
-    fn inverse_columns(&self, weights: &[f64]) -> Vec<f64> {
-        let n = self.readings.len();
-        let gram = gram(&self.columns, n) + DMatrix::identity(self.rank, self.rank);
-        let lower = gram.cholesky().map(nalgebra::Cholesky::unpack);
-        let mut out = self.columns.clone();
-        for values in out.chunks_mut(n) {
-            for (value, weight) in values.iter_mut().zip(weights) {
-                *value *= weight;
-            }
-        }
-        for i in 0..self.rank {
-            let (before, rest) = out.split_at_mut(i * n);
-            let column = &mut rest[..n];
-            // Without a factor, which only numbers that are not finite can lack, the result is not finite either.
-            let entry = |j: usize| lower.as_ref().map_or(f64::NAN, |lower| lower[(i, j)]);
-            for (j, earlier) in before.chunks(n).enumerate() {
-                for (value, other) in column.iter_mut().zip(earlier) {
-                    *value -= entry(j) * other;
-                }
-            }
-            for value in column {
-                *value /= entry(i);
-            }
-        }
-        out
-    }
-}
-
-/// Products of columns of `n` numbers with each other.
-fn gram(columns: &[f64], n: usize) -> DMatrix<f64> {
-    let rank = columns.len() / n;
-    let column = |index: usize| &columns[index * n..(index + 1) * n];
-    DMatrix::from_fn(rank, rank, |i, j| {
-        column(i).iter().zip(column(j)).map(|(a, b)| a * b).sum()
-    })
 }
 
 /// Calls `action` once for each gauge zero of a range, with the test of membership.

@@ -4,12 +4,7 @@
 //! decides.
 
 use super::observations::Observations;
-
-/// Share of a gain's product above which one reading decides.
-const DECIDES: f64 = 0.5;
-
-/// Standard errors from which on skewness and kurtosis are not those of normal errors.
-const NOT_NORMAL: f64 = 5.0;
+use crate::search::constants::{NOT_NORMAL, ONE_READING};
 
 /// Whether one reading decides about an effect, and the errors of the other runs are not normal.
 ///
@@ -26,7 +21,7 @@ pub(super) fn is_outlier(observations: &Observations, white: &[f64], residuals: 
     else {
         return false;
     };
-    if product(most) <= DECIDES * whole {
+    if product(most) <= ONE_READING * whole {
         return false;
     }
     let run = observations.readings[most].run;

@@ -5,7 +5,7 @@ use std::sync::{Arc, Mutex, PoisonError};
 use stiffbench_beams::physics::{Effect, LawSet, Place, PoseMechanics, Twists};
 
 use super::baseline::{Baseline, PoseSolver};
-use super::changes::Frozen;
+use super::changes::LinearisedModel;
 use super::error::MismatchError;
 use super::observations::Observations;
 
@@ -70,7 +70,7 @@ impl<'a> ReadingPredictor<'a> {
     /// From now on twists act as in a frozen structure, whatever the factors; again as the factors have it with `None`.
     ///
     /// What twists do changes little with the factors, and to work it out is most of the work of a prediction.
-    pub(super) fn hold_joints(&mut self, frozen: Option<&Frozen>) {
+    pub(super) fn hold_joints(&mut self, frozen: Option<&LinearisedModel>) {
         self.held = frozen.map(|frozen| frozen.poses.clone());
     }
 
@@ -220,7 +220,7 @@ impl<'a> ReadingPredictor<'a> {
         &mut self,
         parameters: &[f64],
         effects: &[Effect],
-    ) -> Result<Frozen, MismatchError> {
+    ) -> Result<LinearisedModel, MismatchError> {
         let known: &[Effect] = match self.baseline.variant(effects) {
             Some(_) => effects,
             None => &[],
@@ -229,7 +229,7 @@ impl<'a> ReadingPredictor<'a> {
         let (_, solver) = self.solver(known)?.ok_or(MismatchError::Empty)?;
         solver.solve(parameters)?;
         let poses = (0..count).map(|pose| solver.pose(pose).clone()).collect();
-        Ok(Frozen {
+        Ok(LinearisedModel {
             poses,
             joints: solver.joint_names(),
         })

@@ -2,8 +2,8 @@
 
 use stiffbench_units_and_text::test_point::Branch;
 
-use super::leftover::Stratum;
 use super::observations::Observations;
+use super::stratum::Stratum;
 
 /// A profile: what it is called under, and its value at a reading.
 pub(super) struct Profile {

@@ -2,76 +2,69 @@
 
 use rayon::prelude::*;
 
-use stiffbench_beams::physics::{Effect, Law, Place, Twists};
+use stiffbench_beams::physics::{Effect, Law, Twists};
 
 use super::candidate::{Candidate, candidates};
-use super::changes::{Changes, Frozen};
+use super::candidate_scores::{
+    BestShape, ScoredCandidate, WhiteCandidate, best_shapes, score_candidates, white_candidates,
+};
+use super::changes::{Changes, LinearisedModel};
+use super::critical_values::CriticalValues;
+use super::diagnosis::Impossible;
 use super::error::MismatchError;
-use super::limits::Limits;
 use super::memory::{StateKey, key_of};
 use super::noise::ReadingNoise;
 use super::predictor::ReadingPredictor;
-use super::products::{Measured, Products};
+use super::problem::DiagnosisProblem;
 use super::ranked::Ranked;
-use super::refit::{Fitted, Model, Near, Refit};
-use super::screen::{
-    Screened, SeenCandidate, WhiteCandidate, screen, seen_candidates, white_candidates,
+use super::refit::{Fitted, Model, Refit, WarmStart};
+use super::state::State;
+use crate::search::constants::{
+    FITTED_WITHIN, MOST_FITTED, MOST_SLIPS_FITTED, WORTH_A_SHAPE_SEARCH,
 };
-use super::space::{Space, dot};
-use super::state::{Bench, State};
-
-/// Candidates that are fitted in full after the screen.
-const FITTED: usize = 24;
-
-/// Gain, below the best, to which candidates are fitted in full: a Bayes factor of e to this half.
-const WITHIN: f64 = 26.0;
-
-/// A law that would explain the readings with an impossible value.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Impossible {
-    /// The law.
-    pub law: Law,
-    /// The place.
-    pub place: Place,
-    /// Drop of the weighted squares that the impossible sign would give.
-    pub gain: f64,
-}
+use crate::search::{Batched, Evidence, ScoreEngine, WhiteSpace, dot};
 
 /// Where candidates are fitted: a state, and the white space of its residuals.
 struct Field<'a> {
     state: &'a State,
     key: &'a StateKey,
-    space: &'a Space,
+    space: &'a WhiteSpace,
     changes: &'a Changes<'a>,
-    products: &'a Products<'a>,
+    engine: &'a Batched<'a>,
 }
 
 /// All candidates as the residuals of a state see them.
-pub(super) struct View {
+pub(super) struct CandidateScores {
     /// The candidates with their shapes; loose members, which have none, are not among them.
-    pub(super) seen: Vec<SeenCandidate>,
+    pub(super) seen: Vec<ScoredCandidate>,
     /// The poses and the space in which they were seen.
-    pub(super) frozen: Frozen,
-    pub(super) space: Space,
+    pub(super) frozen: LinearisedModel,
+    pub(super) space: WhiteSpace,
     /// White residuals of the state.
     pub(super) residuals: Vec<f64>,
 }
 
-impl View {
+impl CandidateScores {
     /// Candidates that would need an impossible value, the largest gain first.
     pub(super) fn impossible(&self) -> Vec<Impossible> {
-        impossible_ones(&self.seen, &screen(&self.seen))
+        impossible_ones(&self.seen, &best_shapes(&self.seen))
     }
 }
 
-impl Bench<'_> {
+impl DiagnosisProblem<'_> {
     /// Every law at every place as a state leaves it to be seen, nothing fitted.
     ///
     /// # Arguments
     /// - `without`: laws left out.
-    pub(super) fn look(&self, state: &State, without: &[Law]) -> Result<View, MismatchError> {
+    pub(super) fn score_laws(
+        &self,
+        state: &State,
+        without: &[Law],
+    ) -> Result<CandidateScores, MismatchError> {
         let mut view = self.empty_view(state)?;
-        let list = candidates(self.observations, &view.frozen, without);
+        let mut list = candidates(self.observations, &view.frozen, without);
+        let baseline = self.baseline;
+        list.retain(|candidate| !baseline.contains(candidate.law, &candidate.place));
         let (periods, list): (Vec<Candidate>, Vec<Candidate>) = list
             .into_iter()
             .partition(|candidate| candidate.law.is_gauge_error());
@@ -87,18 +80,18 @@ impl Bench<'_> {
     ///
     /// # Arguments
     /// - `before`: the view under the noise of the state before.
-    pub(super) fn look_again(
+    pub(super) fn rescore_laws(
         &self,
         state: &State,
-        (before, noise_before): (&View, &ReadingNoise),
-        (limits, least): (&Limits, f64),
-    ) -> Result<View, MismatchError> {
+        (before, noise_before): (&CandidateScores, &ReadingNoise),
+        (limits, least): (&CriticalValues, f64),
+    ) -> Result<CandidateScores, MismatchError> {
         // A gain grows about as the inverse of the variances: by no more than that of them falls which falls most.
         let growth = noise_before.largest_variance_ratio(&state.noise.noise);
-        let screened = screen(&before.seen);
+        let screened = best_shapes(&before.seen);
         let list = before.seen.iter().zip(screened).filter(|(seen, screened)| {
-            let limit = limits.of((seen.candidate.law, seen.candidate.wide));
-            screened.is_some_and(|screened| growth * screened.gain >= least * limit)
+            let limit = limits.laws.of(seen.candidate.family());
+            screened.is_some_and(|screened| growth * screened.best.delta_chi2 >= least * limit)
         });
         let list = list.map(|(seen, _)| seen.candidate.clone()).collect();
         let mut view = self.empty_view(state)?;
@@ -107,10 +100,10 @@ impl Bench<'_> {
     }
 
     /// A view of no candidate.
-    fn empty_view(&self, state: &State) -> Result<View, MismatchError> {
+    fn empty_view(&self, state: &State) -> Result<CandidateScores, MismatchError> {
         let (space, residuals) = self.space(state)?;
         let model = &state.fitted.model;
-        Ok(View {
+        Ok(CandidateScores {
             seen: Vec::new(),
             frozen: self.predictor().frozen(&model.parameters, &model.effects)?,
             space,
@@ -119,19 +112,24 @@ impl Bench<'_> {
     }
 
     /// Candidates compared with the residuals of a view.
-    fn see(&self, state: &State, view: &View, list: Vec<Candidate>) -> Vec<SeenCandidate> {
+    fn see(
+        &self,
+        state: &State,
+        view: &CandidateScores,
+        list: Vec<Candidate>,
+    ) -> Vec<ScoredCandidate> {
         let effects = &state.fitted.model.effects;
         let changes = Changes::new(self.observations, &view.frozen, effects);
-        let products = Products::new(&view.space, &view.residuals);
+        let engine = Batched::new(&view.space, &view.residuals);
         changes.map_or_else(Vec::new, |changes| {
-            seen_candidates(&changes, &products, list)
+            score_candidates(&changes, &engine, list)
         })
     }
 
     /// All that is searched, as white vectors: what a view shows, and loose members.
     pub(super) fn white_shapes(
         &self,
-        view: &View,
+        view: &CandidateScores,
         state: &State,
     ) -> Result<Vec<WhiteCandidate>, MismatchError> {
         let effects = &state.fitted.model.effects;
@@ -139,7 +137,7 @@ impl Bench<'_> {
         let mut white = changes.map_or_else(Vec::new, |changes| {
             white_candidates(&changes, &view.space, &view.seen)
         });
-        white.extend(self.loose_shapes(state, &view.space)?);
+        white.extend(self.missing_member_shapes(state, &view.space)?);
         Ok(white)
     }
 
@@ -151,12 +149,12 @@ impl Bench<'_> {
     pub(super) fn rank(
         &self,
         state: &State,
-        view: &View,
+        view: &CandidateScores,
         without: &[Law],
-        (limits, least): (&Limits, f64),
+        (limits, least): (&CriticalValues, f64),
     ) -> Result<Vec<Ranked>, MismatchError> {
         let effects = &state.fitted.model.effects;
-        let enough = |law, wide, gain: f64| gain >= least * limits.of((law, wide));
+        let enough = |law, wide, gain: f64| gain >= least * limits.laws.of((law, wide));
         let mut ranked = Vec::new();
         if let Some(changes) = &Changes::new(self.observations, &view.frozen, effects) {
             let field = Field {
@@ -164,21 +162,21 @@ impl Bench<'_> {
                 key: &key_of(state),
                 space: &view.space,
                 changes,
-                products: &Products::new(&view.space, &view.residuals),
+                engine: &Batched::new(&view.space, &view.residuals),
             };
-            let mut chosen = choose(&view.seen, &screen(&view.seen), effects);
+            let mut chosen = choose(&view.seen, &best_shapes(&view.seen), effects);
             chosen.retain(|&(place, screened)| {
                 let Candidate { law, wide, .. } = view.seen[place].candidate;
-                enough(law, wide, screened.gain)
+                enough(law, wide, screened.best.delta_chi2)
             });
             ranked = self.fit_chosen(&field, &view.seen, &chosen)?;
         }
         let worth = |law, gain| !without.contains(&law) && enough(law, false, gain);
-        ranked.extend(self.loose_members(state, view, worth)?);
+        ranked.extend(self.missing_members(state, view, worth)?);
         for ranked in &mut ranked {
-            ranked.weigh(limits);
+            ranked.evidence.critical_value = limits.laws.of(ranked.family());
         }
-        ranked.sort_by(|a, b| b.log_bayes.total_cmp(&a.log_bayes));
+        ranked.sort_by(|a, b| b.evidence.log_bayes().total_cmp(&a.evidence.log_bayes()));
         Ok(ranked)
     }
 
@@ -186,8 +184,8 @@ impl Bench<'_> {
     fn fit_chosen(
         &self,
         field: &Field<'_>,
-        seen: &[SeenCandidate],
-        chosen: &[(usize, Screened)],
+        seen: &[ScoredCandidate],
+        chosen: &[(usize, BestShape)],
     ) -> Result<Vec<Ranked>, MismatchError> {
         let fitted: Vec<Option<Ranked>> = chosen
             .par_iter()
@@ -206,17 +204,22 @@ impl Bench<'_> {
         &self,
         field: &Field<'_>,
         predictor: &mut ReadingPredictor<'_>,
-        seen: &SeenCandidate,
-        screened: Screened,
+        seen: &ScoredCandidate,
+        screened: BestShape,
     ) -> Result<Option<Ranked>, MismatchError> {
         let shape = &seen.shapes[screened.shape];
-        let mut effect = shape.effect(&seen.candidate, screened.scale);
+        let mut effect = shape.effect(&seen.candidate, screened.best.multiple);
         let bounds = &seen.candidate.bounds_near(&shape.shape);
         field.polish(bounds, &mut effect);
         self.memory.fitted(field.key, &effect, || {
             let fitted = self.fit_from(field, predictor, bounds, &effect);
             fitted.map_or(Ok(None), |fitted| {
-                self.ranked(field, predictor, (&seen.candidate, screened.gain), fitted)
+                self.ranked(
+                    field,
+                    predictor,
+                    (&seen.candidate, screened.best.delta_chi2),
+                    fitted,
+                )
             })
         })
     }
@@ -240,12 +243,12 @@ impl Bench<'_> {
             ..self.refit(&state.whitening)
         };
         let first = Refit {
-            near: Some(Near::Known(field.changes.frozen())),
+            near: Some(WarmStart::Known(field.changes.frozen())),
             ..refit
         };
         let mut fitted = first.fit(predictor, &start, true)?;
         // A shape that matters is searched with full fits.
-        if state.fitted.squares - fitted.squares > 30.0 {
+        if state.fitted.squares - fitted.squares > WORTH_A_SHAPE_SEARCH {
             fitted = search_shape(&refit, predictor, bounds, fitted);
         }
         Some(fitted)
@@ -256,11 +259,10 @@ impl Bench<'_> {
         &self,
         field: &Field<'_>,
         predictor: &mut ReadingPredictor<'_>,
-        (candidate, linear_gain): (&Candidate, f64),
+        (candidate, linear_delta_chi2): (&Candidate, f64),
         fitted: Fitted,
     ) -> Result<Option<Ranked>, MismatchError> {
         let state = field.state;
-        let gain = state.fitted.squares - fitted.squares;
         let Some(effect) = fitted.model.effects.last().cloned() else {
             return Ok(None);
         };
@@ -272,12 +274,21 @@ impl Bench<'_> {
             .variance_shares(self.observations, &vector, &mut scratch);
         Ok(Some(Ranked {
             wide: candidate.wide,
-            gain,
-            linear_gain,
-            log_bayes: f64::NEG_INFINITY,
+            evidence: Evidence {
+                delta_chi2: state.fitted.squares - fitted.squares,
+                linear_delta_chi2,
+                // On noise alone Δχ² grows by the sizes, of which a law with a phase has two.
+                amplitudes: if effect.law.search.phase.is_some() {
+                    2.0
+                } else {
+                    1.0
+                },
+                parameters: effect.values.len(),
+                dof: state.noise.degrees_of_freedom(shares),
+                critical_value: f64::INFINITY,
+            },
             white: vector,
             whole,
-            dof: state.noise.degrees_of_freedom(shares),
             fitted,
             effect,
         }))
@@ -289,7 +300,7 @@ impl Bench<'_> {
         predictor: &mut ReadingPredictor<'_>,
         model: &Model,
         effect: usize,
-        space: &Space,
+        space: &WhiteSpace,
     ) -> Result<(Vec<f64>, f64), MismatchError> {
         let mut with = self.predicted(predictor, model)?;
         let mut rest = model.clone();
@@ -318,13 +329,11 @@ impl Field<'_> {
             else {
                 return f64::NEG_INFINITY;
             };
-            let Measured { square, product } =
-                self.products.measure(&change_m, &range, &mut scratch);
-            if square == 0.0 {
+            let moments = self.engine.moments(&change_m, &range, &mut scratch);
+            if moments.square == 0.0 {
                 return f64::NEG_INFINITY;
             }
-            let scale = (product / square).clamp(0.5, 2.0);
-            scale * (2.0 * product - scale * square)
+            moments.best_within([0.5, 2.0]).delta_chi2
         };
         let mut best = gain_of(effect);
         let mut ratio = 1.25;
@@ -397,43 +406,48 @@ fn kinked(effect: &Effect) -> Option<usize> {
 
 /// Candidates to fit in full: the best, and those near enough to be its rivals; of slips only the best few.
 fn choose(
-    seen: &[SeenCandidate],
-    screened: &[Option<Screened>],
+    seen: &[ScoredCandidate],
+    screened: &[Option<BestShape>],
     existing: &[Effect],
-) -> Vec<(usize, Screened)> {
-    // A jump of a few micrometres may as well have come a step or two earlier or later.
-    const SLIPS: usize = 6;
+) -> Vec<(usize, BestShape)> {
     let there = |candidate: &Candidate| {
         existing
             .iter()
             .any(|effect| effect.law == candidate.law && effect.place == candidate.place)
     };
-    let mut all: Vec<(usize, Screened)> = screened
+    let mut all: Vec<(usize, BestShape)> = screened
         .iter()
         .enumerate()
         .filter_map(|(place, screened)| Some((place, (*screened)?)))
         .filter(|(place, _)| !there(&seen[*place].candidate))
         .collect();
-    all.sort_by(|a, b| b.1.gain.total_cmp(&a.1.gain).then(a.0.cmp(&b.0)));
-    let best = all.first().map_or(0.0, |(_, screened)| screened.gain);
+    all.sort_by(|a, b| {
+        b.1.best
+            .delta_chi2
+            .total_cmp(&a.1.best.delta_chi2)
+            .then(a.0.cmp(&b.0))
+    });
+    let best = all
+        .first()
+        .map_or(0.0, |(_, screened)| screened.best.delta_chi2);
     let mut slips = 0;
     all.retain(|(place, _)| {
         let slip = seen[*place].candidate.law.is_of_one_run();
         slips += usize::from(slip);
-        !slip || slips <= SLIPS
+        !slip || slips <= MOST_SLIPS_FITTED
     });
     all.into_iter()
-        .take_while(|(_, screened)| screened.gain > best - WITHIN)
-        .take(FITTED)
+        .take_while(|(_, screened)| screened.best.delta_chi2 > best - FITTED_WITHIN)
+        .take(MOST_FITTED)
         .collect()
 }
 
-fn impossible_ones(seen: &[SeenCandidate], screened: &[Option<Screened>]) -> Vec<Impossible> {
+fn impossible_ones(seen: &[ScoredCandidate], screened: &[Option<BestShape>]) -> Vec<Impossible> {
     let mut out: Vec<Impossible> = seen
         .iter()
         .zip(screened)
         .filter_map(|(candidate, screened)| {
-            let gain = screened.as_ref()?.impossible_gain;
+            let gain = screened.as_ref()?.best.forbidden_delta_chi2;
             (gain > 0.0).then(|| Impossible {
                 law: candidate.candidate.law,
                 place: candidate.candidate.place.clone(),

@@ -8,9 +8,9 @@ use stiffbench_numeric::least_squares::{
 
 use super::baseline::Baseline;
 use super::candidate::PlaceScales;
-use super::changes::Frozen;
+use super::changes::LinearisedModel;
 use super::error::MismatchError;
-use super::noise::Whitening;
+use super::noise::NoiseCovariance;
 use super::observations::Observations;
 use super::predictor::ReadingPredictor;
 
@@ -37,7 +37,7 @@ const NEGLIGIBLE: f64 = 1e-3;
 pub(super) struct Refit<'a> {
     pub(super) baseline: &'a dyn Baseline,
     pub(super) observations: &'a Observations,
-    pub(super) whitening: &'a Whitening,
+    pub(super) whitening: &'a NoiseCovariance,
     /// Readings that count; all if `None`.
     pub(super) kept: Option<&'a [bool]>,
     /// What the loads make of places: it bounds the values of all effects.
@@ -45,14 +45,14 @@ pub(super) struct Refit<'a> {
     /// Narrower bounds of the values of the last effect.
     pub(super) bounds_of_last: Option<&'a [[f64; 2]]>,
     /// The structure whose twists serve until the fit is near its end.
-    pub(super) near: Option<Near<'a>>,
+    pub(super) near: Option<WarmStart<'a>>,
 }
 
 /// A structure near that of a fit.
 #[derive(Clone, Copy)]
-pub(super) enum Near<'a> {
+pub(super) enum WarmStart<'a> {
     /// A known one.
-    Known(&'a Frozen),
+    Known(&'a LinearisedModel),
     /// The one at the start.
     Start,
 }
@@ -69,8 +69,8 @@ impl Refit<'_> {
         let near = self.near.filter(|_| start.effects.iter().any(in_a_joint));
         let first = near.and_then(|near| {
             match near {
-                Near::Known(frozen) => predictor.hold_joints(Some(frozen)),
-                Near::Start => predictor
+                WarmStart::Known(frozen) => predictor.hold_joints(Some(frozen)),
+                WarmStart::Start => predictor
                     .hold_joints_as_at(&start.parameters, &start.effects)
                     .ok()?,
             }
@@ -179,7 +179,7 @@ impl Refit<'_> {
     /// Whitens a vector of readings in which those held out count nothing.
     fn whiten(&self, values: &mut [f64]) {
         self.drop_held_out(values);
-        self.whitening.apply(values);
+        self.whitening.covariance.whiten(values);
     }
 
     fn drop_held_out(&self, values: &mut [f64]) {

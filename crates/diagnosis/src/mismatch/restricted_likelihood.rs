@@ -9,7 +9,7 @@ use rayon::prelude::*;
 use stiffbench_numeric::lanes::{sums_side_by_side, widest};
 
 use super::earlier_noise::EarlierNoise;
-use super::noise::{ReadingNoise, Whitening};
+use super::noise::{NoiseCovariance, ReadingNoise};
 use super::observations::Observations;
 
 /// Standard deviations are found between these multiples of the start.
@@ -157,14 +157,14 @@ impl Problem<'_> {
         (scale * self.floor_m.max(1e-6)).clamp(self.floor_m, 1.0)
     }
 
-    fn whitening(&self, noise: &ReadingNoise) -> Whitening {
-        Whitening::new(self.observations, noise, self.slope_m, self.compliance)
+    fn whitening(&self, noise: &ReadingNoise) -> NoiseCovariance {
+        NoiseCovariance::new(self.observations, noise, self.slope_m, self.compliance)
     }
 
     /// Weighted squares left after the fixed part, ln det of its normal matrix, and degrees of freedom.
-    fn restricted_sum(&self, whitening: &Whitening) -> (f64, f64, usize) {
+    fn restricted_sum(&self, whitening: &NoiseCovariance) -> (f64, f64, usize) {
         let mut y = self.residual_m.to_vec();
-        whitening.apply(&mut y);
+        whitening.covariance.whiten(&mut y);
         let parts = self.fixed.par_iter().map_init(
             || vec![0.0; y.len()],
             |column, part| restricted_part(part, whitening, &y, column),
@@ -191,7 +191,7 @@ impl Problem<'_> {
             .map(|d| (d / 4.0).powi(2))
             .sum();
         let earlier = self.earlier.map_or(0.0, |earlier| earlier.misfit(&noise));
-        whitening.log_determinant() + log_determinant + squares + earlier + prior
+        whitening.covariance.log_determinant() + log_determinant + squares + earlier + prior
     }
 
     /// Newton steps with differences for derivatives: three parameters, a smooth function.
@@ -279,7 +279,7 @@ struct RestrictedPart {
 /// - `column`: memory for one column.
 fn restricted_part(
     part: &FixedPart,
-    whitening: &Whitening,
+    whitening: &NoiseCovariance,
     white: &[f64],
     column: &mut [f64],
 ) -> Option<RestrictedPart> {
@@ -287,7 +287,7 @@ fn restricted_part(
     let mut x = DMatrix::zeros(n, p);
     for (index, values) in part.columns.iter().enumerate() {
         column[part.readings.clone()].copy_from_slice(values);
-        whitening.apply_range(column, &part.readings);
+        whitening.covariance.whiten_part(column, &part.readings);
         x.column_mut(index)
             .copy_from_slice(&column[part.readings.clone()]);
     }

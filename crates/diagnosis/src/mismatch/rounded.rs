@@ -4,20 +4,16 @@
 use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, StandardNormal};
 
-use super::noise::Whitening;
+use super::noise::NoiseCovariance;
 use super::observations::Observations;
-
-/// Share of the variance of a reading from which on the step of the gauge is what scatters.
-const COARSE: f64 = 0.5;
-
-/// A gauge that is finer in itself than this share of its step rounds every reading of a place alike.
-const FINEST: f64 = 0.05;
+use crate::search::DrawResiduals;
+use crate::search::constants::{COARSE, FINEST};
 
 /// Noise of a coarse gauge at the places where it stood.
 #[derive(Debug)]
 pub(super) struct RoundedNoise<'a> {
     observations: &'a Observations,
-    whitening: &'a Whitening,
+    whitening: &'a NoiseCovariance,
     /// Where the gauge stood without noise, m.
     predicted_m: Vec<f64>,
     step_m: f64,
@@ -32,11 +28,11 @@ impl<'a> RoundedNoise<'a> {
     /// - `predicted_m`: displacements without noise, m.
     pub(super) fn new(
         observations: &'a Observations,
-        whitening: &'a Whitening,
+        whitening: &'a NoiseCovariance,
         predicted_m: Vec<f64>,
     ) -> Option<Self> {
         let step_m = observations.steps.displacement_m?;
-        let variance = whitening.noise().reading_sd_m.powi(2);
+        let variance = whitening.noise.reading_sd_m.powi(2);
         let of_step = step_m * step_m / 12.0;
         (of_step > COARSE * variance).then(|| Self {
             observations,
@@ -46,10 +42,11 @@ impl<'a> RoundedNoise<'a> {
             reading_sd_m: (variance - of_step).max(0.0).sqrt().max(FINEST * step_m),
         })
     }
+}
 
-    /// White residuals of a session with nothing missing.
-    pub(super) fn draw(&self, rng: &mut ChaCha8Rng) -> Vec<f64> {
-        let noise = self.whitening.noise();
+impl DrawResiduals for RoundedNoise<'_> {
+    fn draw(&self, rng: &mut ChaCha8Rng) -> Vec<f64> {
+        let noise = self.whitening.noise;
         let mut normal = |sd: f64| -> f64 {
             let z: f64 = StandardNormal.sample(rng);
             sd * z
@@ -64,7 +61,7 @@ impl<'a> RoundedNoise<'a> {
         let mut white: Vec<f64> = readings
             .iter()
             .zip(&self.predicted_m)
-            .zip(self.whitening.slope_m())
+            .zip(&self.whitening.slope_m)
             .map(|((reading, predicted), slope_m)| {
                 let stood = predicted
                     + zeros[reading.zero as usize]
@@ -73,7 +70,7 @@ impl<'a> RoundedNoise<'a> {
                 (stood / self.step_m).round() * self.step_m - predicted
             })
             .collect();
-        self.whitening.apply(&mut white);
+        self.whitening.covariance.whiten(&mut white);
         white
     }
 }
@@ -85,6 +82,8 @@ mod tests {
     use super::*;
     use crate::mismatch::changes::tests::observations;
     use crate::mismatch::{GaugeSteps, ReadingNoise};
+    use crate::search::constants::SAMPLES_TOGETHER;
+    use crate::search::put_drawn;
     use stiffbench_numeric::statistics::normal_upper_tail;
 
     const STEP_M: f64 = 1e-5;
@@ -100,14 +99,14 @@ mod tests {
     }
 
     /// The noise of a gauge with errors of 1 um and zeros that hardly scatter.
-    fn whitening(observations: &Observations) -> Whitening {
+    fn whitening(observations: &Observations) -> NoiseCovariance {
         let noise = ReadingNoise {
             reading_sd_m: (1e-12 + STEP_M * STEP_M / 12.0).sqrt(),
             zero_sd_m: 1e-9,
             run_slope_sd: 1e-9,
         };
         let zeros = vec![0.0; observations.len()];
-        Whitening::new(observations, &noise, &zeros, &zeros)
+        NoiseCovariance::new(observations, &noise, &zeros, &zeros)
     }
 
     #[test]
@@ -122,7 +121,7 @@ mod tests {
         let mut means = vec![0.0; observations.len()];
         for _ in 0..DRAWS {
             let mut drawn = rounded.draw(&mut rng);
-            whitening.apply_inverse(&mut drawn);
+            whitening.covariance.unwhiten(&mut drawn);
             for (mean, error) in means.iter_mut().zip(drawn) {
                 *mean += error / DRAWS as f64;
             }
@@ -158,5 +157,41 @@ mod tests {
         assert!(RoundedNoise::new(&fine, &whitening(&fine), predicted.clone()).is_none());
         let unknown = observations();
         assert!(RoundedNoise::new(&unknown, &whitening(&unknown), predicted).is_none());
+    }
+
+    #[test]
+    fn errors_of_a_coarse_gauge_keep_their_readings_in_every_draw() {
+        // A gauge of 10 um with errors of 0.5 um, always at 3 um in the first run and at -3 um in the others: it reads zero.
+        let observations = Observations {
+            steps: GaugeSteps {
+                displacement_m: Some(1e-5),
+                ..GaugeSteps::default()
+            },
+            ..observations()
+        };
+        let noise = ReadingNoise {
+            reading_sd_m: (2.5e-13_f64 + 1e-10 / 12.0).sqrt(),
+            zero_sd_m: 1e-9,
+            run_slope_sd: 1e-9,
+        };
+        let zeros = vec![0.0; observations.len()];
+        let whitening = NoiseCovariance::new(&observations, &noise, &zeros, &zeros);
+        let stood_m = |run: usize| if run == 0 { 3e-6 } else { -3e-6 };
+        let stood: Vec<f64> = observations
+            .readings
+            .iter()
+            .map(|r| stood_m(r.run))
+            .collect();
+        let rounded = RoundedNoise::new(&observations, &whitening, stood.clone()).unwrap();
+        let mut block = vec![f32::NAN; observations.len() * SAMPLES_TOGETHER];
+        put_drawn(&mut block, &rounded, &mut ChaCha8Rng::seed_from_u64(1));
+        for (draws, stood) in block.chunks(SAMPLES_TOGETHER).zip(&stood) {
+            let error = -stood / noise.reading_sd_m;
+            assert!(
+                draws
+                    .iter()
+                    .all(|white| (f64::from(*white) - error).abs() < 1e-3)
+            );
+        }
     }
 }

@@ -6,10 +6,10 @@ use stiffbench_units_and_text::test_point::{Branch, Cell};
 use super::baseline::Baseline;
 use super::diagnosis::Diagnosis;
 use super::error::MismatchError;
-use super::noise::Whitening;
+use super::noise::NoiseCovariance;
 use super::observations::Observations;
 use super::predictor::ReadingPredictor;
-use super::state::Bench;
+use super::problem::DiagnosisProblem;
 
 /// One reading as the models see it.
 #[derive(Debug, Clone, PartialEq)]
@@ -86,7 +86,7 @@ pub fn trace(
     observations: &Observations,
     diagnosis: &Diagnosis,
 ) -> Result<Trace, MismatchError> {
-    let bench = Bench::new(baseline, observations);
+    let bench = DiagnosisProblem::new(baseline, observations);
     let mut predictor = bench.predictor();
     let first: Vec<f64> = diagnosis.factors.iter().map(|f| f.before.value).collect();
     let before = prediction(&mut predictor, observations, &first, &[])?;
@@ -112,7 +112,7 @@ pub fn trace(
             });
         }
     }
-    let whitening = Whitening::new(observations, &diagnosis.noise, &slope, &compliance);
+    let whitening = NoiseCovariance::new(observations, &diagnosis.noise, &slope, &compliance);
     let residuals = [&before, &after].map(|prediction| -> Vec<f64> {
         let measured = observations.displacement_m.iter();
         measured.zip(prediction).map(|(y, p)| y - p).collect()
@@ -124,7 +124,7 @@ pub fn trace(
         about_zeros: residuals.map(|r| about_zeros(observations, r)),
         change: after.iter().zip(&before).map(|(a, b)| a - b).collect(),
         slope_m: about_zeros(observations, slope),
-        weights: whitening.weights(),
+        weights: whitening.covariance.weights(),
     };
     Ok(Trace {
         readings: readings(observations, &models),
@@ -145,10 +145,10 @@ struct Models<'a> {
 
 /// Residuals minus the most likely zeros and slopes of the runs: R V⁻¹ r, with R the variance of single readings and V that of all
 /// noise (best linear unbiased prediction; Robinson, Statistical Science 6 (1991)).
-fn within_runs(whitening: &Whitening, mut residuals: Vec<f64>) -> Vec<f64> {
-    whitening.apply(&mut residuals);
-    whitening.apply_transposed(&mut residuals);
-    for (residual, weight) in residuals.iter_mut().zip(whitening.weights()) {
+fn within_runs(whitening: &NoiseCovariance, mut residuals: Vec<f64>) -> Vec<f64> {
+    whitening.covariance.whiten(&mut residuals);
+    whitening.covariance.whiten_transposed(&mut residuals);
+    for (residual, weight) in residuals.iter_mut().zip(whitening.covariance.weights()) {
         *residual /= weight * weight;
     }
     residuals

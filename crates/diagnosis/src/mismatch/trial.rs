@@ -8,19 +8,19 @@ use rand_distr::{Distribution, Gamma, StandardNormal};
 
 use stiffbench_beams::physics::{Effect, Sign};
 
-use super::baseline::Baseline;
+use super::baseline::{Baseline, prior_sd};
 use super::candidate::candidates;
+use super::candidate_scores::{best_shapes, score_candidates};
 use super::changes::Changes;
 use super::error::MismatchError;
 use super::noise::ReadingNoise;
 use super::observations::Observations;
 use super::predictor::ReadingPredictor;
-use super::products::Products;
+use super::problem::DiagnosisProblem;
 use super::refit::Model;
 use super::restricted_likelihood::EstimatedNoise;
-use super::screen::{screen, seen_candidates};
-use super::space::{Space, dot};
-use super::state::Bench;
+use crate::search::WhiteSpace;
+use crate::search::{Batched, dot};
 
 /// Noise of a trial: sizes, and the shape of the reading error.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -170,10 +170,10 @@ pub fn standard_errors_between(
 
 /// The space that is white under the true noise of a truth, with the baseline and some of its effects projected out.
 struct TrueSpace<'a> {
-    bench: Bench<'a>,
+    bench: DiagnosisProblem<'a>,
     predictor: ReadingPredictor<'a>,
     parameters: &'a [f64],
-    space: Space,
+    space: WhiteSpace,
 }
 
 impl<'a> TrueSpace<'a> {
@@ -183,7 +183,7 @@ impl<'a> TrueSpace<'a> {
         truth: &'a Truth,
         beside: &[Effect],
     ) -> Result<Self, MismatchError> {
-        let bench = Bench::new(baseline, plan);
+        let bench = DiagnosisProblem::new(baseline, plan);
         let mut predictor = bench.predictor();
         let model = |effects: &[Effect]| Model {
             parameters: truth.parameters.clone(),
@@ -191,7 +191,7 @@ impl<'a> TrueSpace<'a> {
         };
         let whitening = bench.whitening(&mut predictor, &model(&[]), &known_noise(truth))?;
         let columns = bench.columns(&mut predictor, &model(beside))?;
-        let space = Space::new(plan, whitening, baseline.parameters(), &columns);
+        let space = WhiteSpace::new(whitening.covariance, &prior_sd(baseline), &columns);
         Ok(Self {
             bench,
             predictor,
@@ -222,12 +222,14 @@ impl<'a> TrueSpace<'a> {
         let frozen = self.predictor.frozen(self.parameters, beside)?;
         let mut list = candidates(observations, &frozen, &[]);
         list.retain(|one| one.law == rival.law && one.place == rival.place);
-        let products = Products::new(&self.space, own);
+        let engine = Batched::new(&self.space, own);
         let seen = Changes::new(observations, &frozen, beside).map_or_else(Vec::new, |changes| {
-            seen_candidates(&changes, &products, list)
+            score_candidates(&changes, &engine, list)
         });
-        let gains = screen(&seen).into_iter().flatten();
-        let gain = gains.map(|screened| screened.gain).fold(0.0, f64::max);
+        let gains = best_shapes(&seen).into_iter().flatten();
+        let gain = gains
+            .map(|screened| screened.best.delta_chi2)
+            .fold(0.0, f64::max);
         Ok((dot(own, own) - gain).max(0.0).sqrt())
     }
 

@@ -4,38 +4,25 @@ use nalgebra::DMatrix;
 
 use stiffbench_beams::physics::Effect;
 
+use super::changes::end_effect_m;
+use super::critical_values::CriticalValues;
 use super::diagnosis::{Diagnosis, FactorShift, Finding, Location, Rival, Value, Verdict};
 use super::error::MismatchError;
-use super::leftover::Stratum;
-use super::limits::{LEFT_OVER_LEVEL, Limits};
-use super::rank::View;
+use super::problem::DiagnosisProblem;
+use super::rank::CandidateScores;
 use super::ranked::{Ranked, same};
-use super::search::{Chosen, Found, LeftOver};
-use super::space::dot;
-use super::state::{Bench, State, end_effect_m};
+use super::search::{Chosen, Found, UnexplainedStructure};
+use super::state::State;
+use super::stratum::Stratum;
+use crate::search::constants::{ENOUGH_OF_A_LINE, IDENTIFIED, RIVALS, UNEXPLAINED_LEVEL};
+use crate::search::{distinguishable, dot};
 
-/// Log Bayes factor by which a rival must be behind to be told apart from a winner that it looks like.
-pub const TELL_ALIKE_APART: f64 = 5.0;
-
-/// The same of what looks different is this times the fourth power of the cosine: the readings that speak for the one say nothing of the other.
-const TELL_APART_BY_COSINE: f64 = 8.0;
-
-/// Readings of a single line from which on what it leaves out is found together with what it could be: a drift of six standard errors in
-/// 95 % (`crates/diagnosis/tests/mismatch_specimens.rs`).
-const ENOUGH_OF_A_LINE: usize = 18;
-
-/// Rivals that are printed.
-const RIVALS: usize = 8;
-
-/// A factor whose interval spans more than this share of what was allowed beforehand is not identified by the data.
-const IDENTIFIED: f64 = 0.5;
-
-impl Bench<'_> {
+impl DiagnosisProblem<'_> {
     /// What a search found, as it is to be said.
     pub(super) fn conclude(
         &self,
         found: &Found,
-        limits: &Limits,
+        limits: &CriticalValues,
     ) -> Result<Diagnosis, MismatchError> {
         let mut findings: Vec<Finding> = Vec::new();
         let mut group = 0;
@@ -56,7 +43,7 @@ impl Bench<'_> {
                 findings.push(self.finding(found, chosen, place, member, &members, alternative)?);
             }
         }
-        let unknown = found.left.p <= LEFT_OVER_LEVEL;
+        let unknown = found.left.p <= UNEXPLAINED_LEVEL;
         let lacking = self.lacking();
         let verdict = if !lacking.is_empty() {
             Verdict::InsufficientData
@@ -160,12 +147,12 @@ impl Bench<'_> {
             .filter(|(other, rival)| {
                 !members.contains(other)
                     && !same(&rival.effect, &ranked.effect)
-                    && rival.log_bayes > 0.0
+                    && rival.evidence.log_bayes() > 0.0
             })
             .take(RIVALS)
             .map(|(_, rival)| Rival {
                 effect: rival.effect.clone(),
-                log_bayes_to_winner: ranked.log_bayes - rival.log_bayes,
+                log_bayes_to_winner: ranked.evidence.log_bayes() - rival.evidence.log_bayes(),
                 cosine: cosine(rival),
             })
             .collect();
@@ -181,7 +168,7 @@ impl Bench<'_> {
             alternative_group,
             end_effect_m: end_effect,
             absorbed_share: 1.0 - square / ranked.whole.max(f64::MIN_POSITIVE),
-            log_bayes: ranked.log_bayes,
+            log_bayes: ranked.evidence.log_bayes(),
             standard_errors: square.sqrt(),
             p_family: chosen.family_p,
             rivals,
@@ -215,7 +202,7 @@ impl Bench<'_> {
             .map(|(index, &value)| Value {
                 value,
                 u: covariance[first + index],
-                dof: ranked.dof,
+                dof: ranked.evidence.dof,
             })
             .collect())
     }
@@ -230,7 +217,7 @@ impl Bench<'_> {
         let mut columns = self.columns(&mut predictor, model)?;
         let known = self.baseline.parameters();
         for column in &mut columns {
-            state.whitening.apply(column);
+            state.whitening.covariance.whiten(column);
         }
         let used: Vec<usize> = (0..columns.len())
             .filter(|&column| dot(&columns[column], &columns[column]) > 0.0 || column < known.len())
@@ -305,12 +292,12 @@ impl Bench<'_> {
     }
 
     /// Patterns of the baseline's residuals that noise does not explain, the largest of each stratum.
-    fn locations(&self, found: &Found, limits: &Limits) -> Vec<Location> {
+    fn locations(&self, found: &Found, limits: &CriticalValues) -> Vec<Location> {
         let mut out: Vec<Location> = found
             .first_patterns
             .iter()
-            .map(|(gain, pattern)| LeftOver {
-                p: limits.left_over_p(*gain),
+            .map(|(gain, pattern)| UnexplainedStructure {
+                p: limits.unexplained.p(*gain),
                 gain: *gain,
                 pattern: Some(pattern.clone()),
             })
@@ -321,7 +308,7 @@ impl Bench<'_> {
         out
     }
 
-    fn location_of(&self, left: &LeftOver) -> Location {
+    fn location_of(&self, left: &UnexplainedStructure) -> Location {
         let pattern = left.pattern.as_ref();
         Location {
             stratum: pattern.map_or(Stratum::Rest, |p| p.stratum),
@@ -336,44 +323,41 @@ impl Bench<'_> {
 }
 
 /// Candidates that need an impossible value and would have passed with it.
-fn impossible(first: &View, limits: &Limits) -> Vec<super::rank::Impossible> {
+fn impossible(
+    first: &CandidateScores,
+    limits: &CriticalValues,
+) -> Vec<super::diagnosis::Impossible> {
     first
         .impossible()
         .into_iter()
         .filter(|candidate| {
             limits
                 .laws
+                .values
                 .get(&(candidate.law, false))
                 .is_some_and(|limit| candidate.gain > *limit)
         })
         .collect()
 }
 
-/// Whether the readings tell a rival apart from the likeliest.
-///
-/// # Arguments
-/// - `behind`: log Bayes factor by which it is behind.
-/// - `squared_cosine`: of the angle between the two.
-pub(super) fn told_apart(behind: f64, squared_cosine: f64) -> bool {
-    behind > (TELL_APART_BY_COSINE * squared_cosine.powi(2)).min(TELL_ALIKE_APART)
-}
-
 /// Places in the ranking of the first and of those that cannot be told apart from the likeliest.
 fn members(chosen: &Chosen) -> Vec<usize> {
     // The first may be a simpler law than the likeliest. Of equal ones the first.
     let likeliest = chosen.ranked.iter().rev();
-    let Some(winner) = likeliest.max_by(|a, b| a.log_bayes.total_cmp(&b.log_bayes)) else {
+    let Some(winner) =
+        likeliest.max_by(|a, b| a.evidence.log_bayes().total_cmp(&b.evidence.log_bayes()))
+    else {
         return Vec::new();
     };
     let mut out: Vec<usize> = Vec::new();
     let mut seen: Vec<(&'static str, &stiffbench_beams::physics::Place)> = Vec::new();
     for (place, ranked) in chosen.ranked.iter().enumerate() {
-        let behind = winner.log_bayes - ranked.log_bayes;
+        let behind = winner.evidence.log_bayes() - ranked.evidence.log_bayes();
         let squared_cosine = dot(&winner.white, &ranked.white).powi(2)
             / (dot(&winner.white, &winner.white) * dot(&ranked.white, &ranked.white))
                 .max(f64::MIN_POSITIVE);
         let name = (ranked.effect.law.name, &ranked.effect.place);
-        if (place == 0 || !told_apart(behind, squared_cosine)) && !seen.contains(&name) {
+        if (place == 0 || !distinguishable(behind, squared_cosine)) && !seen.contains(&name) {
             seen.push(name);
             out.push(place);
         }

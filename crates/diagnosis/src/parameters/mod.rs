@@ -4,4 +4,4 @@ mod choice;
 mod spring_scales;
 
 pub use choice::{ChosenParameter, ParameterChoice, ParameterRole};
-pub(crate) use spring_scales::{FIRST_SPRING, OPEN, SpringScales};
+pub(crate) use spring_scales::{FIRST_SPRING, SpringScales};

@@ -4,8 +4,7 @@ use stiffbench_beams::physics::{Mechanics, PlaceScale};
 use stiffbench_beams::robot::{FittingFactors, Mechanism, ModelParameter, Pose, Robot, RobotError};
 use stiffbench_units_and_text::test_point::Direction;
 
-/// A joint whose release would add more than this many times the compliance of the structure lies in no closed loop.
-pub(crate) const OPEN: f64 = 1e4;
+use crate::search::constants::OPEN_LOOP;
 
 /// A spring begins at this share of the compliance that would add as much as the structure gives, if the start has none: at zero its
 /// bound would hold it.
@@ -72,7 +71,7 @@ fn scale_in(
         let share = lever * lever / structure;
         if share > most {
             let stiffness = joint.map_or(0.0, |joint| influence.stiffness(joint, joint).abs());
-            let is_open = lever * lever > OPEN * structure * stiffness;
+            let is_open = lever * lever > OPEN_LOOP * structure * stiffness;
             most = share;
             scale.compliance = 1.0 / share;
             scale.loop_nm_per_rad = if is_open { 0.0 } else { stiffness };

@@ -4,7 +4,9 @@ use std::collections::BTreeMap;
 
 use rayon::prelude::*;
 
-use stiffbench_diagnosis::mismatch::{Diagnosis, Limits, MismatchError, SearchOptions, diagnose};
+use stiffbench_diagnosis::mismatch::{
+    CriticalValues, Diagnosis, MismatchError, SearchOptions, diagnose,
+};
 
 use super::error::ProveError;
 use super::session::Session;
@@ -22,7 +24,7 @@ pub struct BlindVerdict {
 
 /// Diagnoses all sessions; the verdicts stand in the order of the sessions, and are the same for any number of threads.
 ///
-/// Limits are worked out at the first session of each key and used for its others.
+/// CriticalValues are worked out at the first session of each key and used for its others.
 ///
 /// # Arguments
 /// - `done`: called after each session.
@@ -70,8 +72,8 @@ pub fn diagnose_all(
 fn blind(
     session: &Session,
     options: &SearchOptions,
-    known: Option<&Limits>,
-) -> (BlindVerdict, Option<Limits>) {
+    known: Option<&CriticalValues>,
+) -> (BlindVerdict, Option<CriticalValues>) {
     let result = session.baseline().and_then(|baseline| {
         diagnose(&baseline, &session.observations, options, known)
             .map_err(|error: MismatchError| error.into())

@@ -1,23 +1,22 @@
 //! Errors of a robot's poses as a linear problem: which column explains what rigid geometry leaves, and may its value be.
 //!
-//! The recording of the UR5 has no load, so the engine of readings has nothing to work on; the logic is the same: project out what the
-//! baseline absorbs, let every candidate try, believe a gain only beyond the limit of the whole search, reject what physics forbids.
+//! The recording of the UR5 has no load, so that it is no session; the search is the same: rigid geometry is the baseline, each error of a
+//! joint a candidate.
 
-use nalgebra::{DMatrix, DVector};
-use rand::SeedableRng;
-use rand_chacha::ChaCha8Rng;
-use rand_distr::{Distribution, StandardNormal};
-use rayon::prelude::*;
+use stiffbench_diagnosis::search::constants::NULL_SAMPLES;
+use stiffbench_diagnosis::search::{
+    Covariance, CovarianceModel, CriticalValues, ForwardProblem, LeastSquares, LinearCandidate,
+    LinearProblem, NotIndependent, NullNoise, WhiteSpace, forward_selection, null_maxima, rivals,
+};
 
 use super::error::ProveError;
-use super::orthogonal::unit_beside;
 use super::recordings::{ComparedFigure, Recording, RecordingScore};
 
 /// Level of the search.
 const LEVEL: f64 = 0.04;
 
-/// Draws of noise for its limit.
-const DRAWS: usize = 2_000;
+/// All candidates share one critical value.
+const ERRORS: &str = "errors of joints";
 
 /// Orders of a joint's angle that are tried.
 const ORDERS: [u32; 2] = [1, 2];
@@ -25,18 +24,11 @@ const ORDERS: [u32; 2] = [1, 2];
 /// Joints whose angle matters: the sixth turns the tool about itself.
 const JOINTS: usize = 5;
 
-/// A value this many standard errors below zero is impossible, not small.
-const IMPOSSIBLE: f64 = 2.0;
-
 /// Rows of one pose.
 const AXES: usize = 3;
 
-/// A candidate: its name, its columns, whether its value must not be negative.
-struct Candidate {
-    name: String,
-    columns: Vec<Vec<f64>>,
-    positive: bool,
-}
+/// A candidate and its name.
+type Candidate = (String, LinearCandidate<&'static str>);
 
 /// Columns of a table of numbers by name; other fields are passed over.
 fn columns(name: &str, text: &str) -> Result<Vec<(String, Vec<f64>)>, ProveError> {
@@ -124,21 +116,17 @@ impl Poses {
     }
 
     fn candidates(&self) -> Vec<Candidate> {
-        let mut out: Vec<Candidate> = self
-            .compliance
-            .iter()
-            .map(|(name, column)| Candidate {
-                name: format!(
-                    "joint-compliance at joint {}",
-                    name.trim_start_matches("joint")
-                        .chars()
-                        .next()
-                        .unwrap_or('?')
-                ),
+        let compliance = |(name, column): &(String, Vec<f64>)| {
+            let joint = name.trim_start_matches("joint").chars().next();
+            let candidate = LinearCandidate {
+                family: ERRORS,
                 columns: vec![column.clone()],
-                positive: true,
-            })
-            .collect();
+                multiples: [0.0, f64::INFINITY],
+            };
+            let name = format!("joint-compliance at joint {}", joint.unwrap_or('?'));
+            (name, candidate)
+        };
+        let mut out: Vec<Candidate> = self.compliance.iter().map(compliance).collect();
         for joint in 0..JOINTS {
             for order in ORDERS {
                 let turn = |function: fn(f64) -> f64| -> Vec<f64> {
@@ -148,48 +136,32 @@ impl Poses {
                         .map(|(arm, angle)| arm * function(f64::from(order) * angle))
                         .collect()
                 };
-                out.push(Candidate {
-                    name: format!("periodic in joint {}, order {order}", joint + 1),
+                let candidate = LinearCandidate {
+                    family: ERRORS,
                     columns: vec![turn(f64::sin), turn(f64::cos)],
-                    positive: false,
-                });
+                    multiples: [f64::NEG_INFINITY, f64::INFINITY],
+                };
+                let name = format!("periodic in joint {}, order {order}", joint + 1);
+                out.push((name, candidate));
             }
         }
         out
     }
 }
 
-/// A fit by least squares.
-struct Linear {
-    values: Vec<f64>,
-    standard_errors: Vec<f64>,
-    squares: f64,
-    residuals: Vec<f64>,
-}
+/// Errors of one size, of which neighbouring poses share a part, so that fewer count.
+#[derive(Debug)]
+struct SharedErrors;
 
-/// Fits columns to a vector; `None` if they are not independent.
-fn fit(columns: &[&Vec<f64>], vector: &[f64]) -> Option<Linear> {
-    let lengths: Vec<f64> = columns
-        .iter()
-        .map(|column| column.iter().map(|x| x * x).sum::<f64>().sqrt())
-        .collect();
-    let rows = vector.len();
-    let matrix = DMatrix::from_fn(rows, columns.len(), |i, j| columns[j][i] / lengths[j]);
-    let right = DVector::from_column_slice(vector);
-    let normal = (matrix.transpose() * &matrix).cholesky()?;
-    let values = normal.solve(&(matrix.transpose() * &right));
-    let residuals = &right - &matrix * &values;
-    let squares = residuals.norm_squared();
-    let variance = squares / (rows - columns.len()) as f64;
-    let inverse = normal.inverse();
-    Some(Linear {
-        standard_errors: (0..columns.len())
-            .map(|j| (variance * inverse[(j, j)]).sqrt() / lengths[j])
-            .collect(),
-        values: values.iter().zip(&lengths).map(|(v, l)| v / l).collect(),
-        squares,
-        residuals: residuals.iter().copied().collect(),
-    })
+impl CovarianceModel for SharedErrors {
+    fn estimate(&self, residuals: &[f64], parameters: usize) -> (Covariance, f64) {
+        let dof = (residuals.len() - parameters) as f64;
+        let squares: f64 = residuals.iter().map(|x| x * x).sum();
+        let share = independent_share(residuals);
+        let variance = squares / dof / share;
+        let covariance = Covariance::equal(residuals.len(), variance.sqrt());
+        (covariance, dof * share)
+    }
 }
 
 /// Mean distance of the residuals of a pose, mm.
@@ -231,35 +203,35 @@ pub fn score_pose_errors(
     seed: u64,
 ) -> Result<RecordingScore, ProveError> {
     let poses = Poses::read(derived, grid)?;
-    let candidates = poses.candidates();
-    let limit = limit(&poses, &candidates, seed);
-    let singular = || ProveError::Form {
+    let singular = |NotIndependent| ProveError::Form {
         file: recording.name.clone(),
         problem: "its columns are not independent".to_owned(),
     };
+    let equal = Covariance::equal(poses.error_mm.len(), 1.0);
     let with = |extra: &[&Vec<f64>]| {
         let mut all: Vec<&Vec<f64>> = poses.rigid.iter().collect();
         all.extend(extra);
-        fit(&all, &poses.error_mm).ok_or_else(singular)
+        LeastSquares::new(&all, &poses.error_mm, &equal).map_err(singular)
     };
     let rigid = with(&[])?;
-    let search = forward(&candidates, limit, &with, &rigid)?;
+    let search = search(&poses, &equal, seed).map_err(singular)?;
     let heavy: Vec<&Vec<f64>> = poses.compliance.iter().take(2).map(|(_, c)| c).collect();
+    let candidates = poses.candidates();
     let periodic: Vec<&Vec<f64>> = candidates
         .iter()
-        .filter(|candidate| !candidate.positive)
-        .flat_map(|candidate| &candidate.columns)
+        .filter(|(_, candidate)| candidate.columns.len() > 1)
+        .flat_map(|(_, candidate)| &candidate.columns)
         .collect();
     let (compliant, turning) = (with(&heavy)?, with(&periodic)?);
     let mut all = periodic.clone();
     all.extend(&heavy);
     let both = with(&all)?;
     let rows = poses.error_mm.len() as f64;
-    let bic = |simple: &Linear, rich: &Linear| {
+    let bic = |simple: &LeastSquares, rich: &LeastSquares| {
         let more = rich.values.len() as f64 - simple.values.len() as f64;
         rows * (simple.squares / rich.squares).ln() - more * rows.ln()
     };
-    let value = |linear: &Linear, back: usize| {
+    let value = |linear: &LeastSquares, back: usize| {
         let place = linear.values.len() - back;
         (linear.values[place], linear.standard_errors[place])
     };
@@ -328,7 +300,7 @@ pub fn score_pose_errors(
     })
 }
 
-fn words(verdict: &str, search: &Forward, left: [f64; AXES]) -> String {
+fn words(verdict: &str, search: &Found, left: [f64; AXES]) -> String {
     let chosen: Vec<String> = search
         .chosen
         .iter()
@@ -353,110 +325,58 @@ fn words(verdict: &str, search: &Forward, left: [f64; AXES]) -> String {
     )
 }
 
-/// What a forward search chose and rejected.
-struct Forward {
-    /// Name and gain.
+/// What the search chose and rejected.
+struct Found {
+    /// Name and Δχ² beside the others.
     chosen: Vec<(String, f64)>,
-    /// Name, value and standard error of candidates that would have passed with an impossible value, in the first round.
+    /// Name, value and standard error of candidates that would have passed with an impossible value.
     rejected: Vec<(String, f64, f64)>,
     residuals: Vec<f64>,
 }
 
-/// Fits the rigid columns together with others.
-type FitWith<'f, 'c> = dyn Fn(&[&'c Vec<f64>]) -> Result<Linear, ProveError> + 'f;
-
-fn forward<'c>(
-    candidates: &'c [Candidate],
-    limit: f64,
-    with: &FitWith<'_, 'c>,
-    rigid: &Linear,
-) -> Result<Forward, ProveError> {
-    let mut found = Forward {
+/// Searches for what rigid geometry leaves.
+///
+/// # Arguments
+/// - `equal`: covariance of errors of size one.
+fn search(poses: &Poses, equal: &Covariance, seed: u64) -> Result<Found, NotIndependent> {
+    let (names, candidates): (Vec<String>, Vec<LinearCandidate<&'static str>>) =
+        poses.candidates().into_iter().unzip();
+    let space = WhiteSpace::new(equal.clone(), &[], &poses.rigid);
+    let noise = NullNoise::normal(NULL_SAMPLES, seed);
+    let (families, maxima) = null_maxima(&space, &candidates, &noise);
+    let problem = LinearProblem {
+        rows: &poses.error_mm,
+        baseline: &poses.rigid,
+        candidates: &candidates,
+        covariance: SharedErrors,
+        critical_values: CriticalValues::calibrate(&families, &maxima.families, LEVEL),
+    };
+    let start = problem.start()?;
+    let scores = problem.score(&start)?;
+    let model = forward_selection(&problem, &start, &scores)?.model;
+    let mut found = Found {
         chosen: Vec::new(),
         rejected: Vec::new(),
-        residuals: rigid.residuals.clone(),
+        residuals: model.fit.residuals.clone(),
     };
-    let mut taken: Vec<&Vec<f64>> = Vec::new();
-    let mut squares = rigid.squares;
-    let mut free: Vec<&Candidate> = candidates.iter().collect();
-    loop {
-        let mut best: Option<(f64, usize, Linear)> = None;
-        for (place, candidate) in free.iter().enumerate() {
-            let mut all = taken.clone();
-            all.extend(&candidate.columns);
-            let tried = with(&all)?;
-            let dof = (tried.residuals.len() - tried.values.len()) as f64;
-            let gain = (squares - tried.squares) / (tried.squares / dof)
-                * independent_share(&tried.residuals);
-            let (value, u) = match (tried.values.last(), tried.standard_errors.last()) {
-                (Some(value), Some(u)) => (*value, *u),
-                _ => continue,
-            };
-            if candidate.positive && value < 0.0 {
-                if found.chosen.is_empty() && gain > limit && value < -IMPOSSIBLE * u {
-                    found.rejected.push((candidate.name.clone(), value, u));
-                }
-                continue;
-            }
-            if gain > limit && best.as_ref().is_none_or(|(most, ..)| gain > *most) {
-                best = Some((gain, place, tried));
+    for (term, &place) in model.terms.iter().enumerate() {
+        let ranked = rivals(&problem, &model, term)?;
+        let own = ranked.iter().find(|one| problem.is_term(&model, term, one));
+        let delta_chi2 = own.map_or(0.0, |own| problem.evidence(own).delta_chi2);
+        found.chosen.push((names[place].clone(), delta_chi2));
+    }
+    for score in scores {
+        let candidate = &candidates[score.candidate];
+        if score.best.forbidden_delta_chi2 > problem.critical_values.of(candidate.family) {
+            let columns: Vec<&Vec<f64>> = poses.rigid.iter().chain(&candidate.columns).collect();
+            let fit = LeastSquares::new(&columns, &poses.error_mm, equal)?;
+            let name = names[score.candidate].clone();
+            if let (Some(value), Some(u)) = (fit.values.last(), fit.standard_errors.last()) {
+                found.rejected.push((name, *value, *u));
             }
         }
-        let Some((gain, place, fitted)) = best else {
-            return Ok(found);
-        };
-        let candidate = free.remove(place);
-        taken.extend(&candidate.columns);
-        squares = fitted.squares;
-        found.residuals = fitted.residuals;
-        found.chosen.push((candidate.name.clone(), gain));
     }
-}
-
-/// Gain that the whole search exceeds on noise alone with the chance of its level.
-fn limit(poses: &Poses, candidates: &[Candidate], seed: u64) -> f64 {
-    let mut basis: Vec<Vec<f64>> = Vec::new();
-    for column in &poses.rigid {
-        basis.extend(unit_beside(column.clone(), &basis));
-    }
-    let units: Vec<Vec<Vec<f64>>> = candidates
-        .iter()
-        .map(|candidate| {
-            let mut beside = basis.clone();
-            let mut own = Vec::new();
-            for column in &candidate.columns {
-                if let Some(unit) = unit_beside(column.clone(), &beside) {
-                    beside.push(unit.clone());
-                    own.push(unit);
-                }
-            }
-            own
-        })
-        .collect();
-    let rows = poses.error_mm.len();
-    let mut largest: Vec<f64> = (0..DRAWS as u64)
-        .into_par_iter()
-        .map(|draw| {
-            let mut rng = ChaCha8Rng::seed_from_u64(seed.wrapping_mul(0x9e37_79b9) ^ draw);
-            let noise: Vec<f64> = (0..rows).map(|_| StandardNormal.sample(&mut rng)).collect();
-            let product =
-                |unit: &Vec<f64>| -> f64 { unit.iter().zip(&noise).map(|(a, b)| a * b).sum() };
-            units
-                .iter()
-                .zip(candidates)
-                .map(|(own, candidate)| {
-                    let z: Vec<f64> = own.iter().map(product).collect();
-                    if candidate.positive && z.first().is_some_and(|z| *z < 0.0) {
-                        0.0
-                    } else {
-                        z.iter().map(|z| z * z).sum()
-                    }
-                })
-                .fold(0.0, f64::max)
-        })
-        .collect();
-    largest.sort_by(f64::total_cmp);
-    largest[((1.0 - LEVEL) * DRAWS as f64) as usize]
+    Ok(found)
 }
 
 #[cfg(test)]

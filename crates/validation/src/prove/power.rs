@@ -280,7 +280,7 @@ fn ideal_point(
 
 /// The sizes of a power curve; slip is judged at its own limit.
 fn sizes_of(bench: &TrialBench<'_>, law: Law, options: &PowerOptions) -> Vec<f64> {
-    let limit = bench.limits.laws.get(&(law, false));
+    let limit = bench.limits.laws.values.get(&(law, false));
     match limit.filter(|_| law.is_of_one_run()) {
         Some(limit) => SLIP_BEYOND_LIMIT
             .iter()

@@ -5,9 +5,9 @@ use rand_chacha::ChaCha8Rng;
 
 use stiffbench_beams::physics::{Effect, Place};
 use stiffbench_diagnosis::mismatch::{
-    Baseline, Diagnosis, EarlierNoise, IdealSearch, KnownNoise, Limits, Observations, ReadingNoise,
-    RobotBaseline, SearchOptions, TrialNoise, Truth, Verdict, diagnose, simulate, standard_errors,
-    standard_errors_between,
+    Baseline, CriticalValues, Diagnosis, EarlierNoise, IdealSearch, KnownNoise, Observations,
+    ReadingNoise, RobotBaseline, SearchOptions, TrialNoise, Truth, Verdict, diagnose, simulate,
+    standard_errors, standard_errors_between,
 };
 use stiffbench_units_and_text::test_point::{Direction, PoseId};
 
@@ -50,8 +50,8 @@ pub(super) struct TrialBench<'a> {
     pub(super) plan: Observations,
     /// The noise of the trials.
     pub(super) noise: TrialNoise,
-    /// Limits, from the first trial.
-    pub(super) limits: Limits,
+    /// CriticalValues, from the first trial.
+    pub(super) limits: CriticalValues,
     /// The first trial's truth, without an effect, and its diagnosis.
     pub(super) first: (Truth, Diagnosis),
     /// The readings of the first trial.

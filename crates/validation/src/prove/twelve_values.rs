@@ -4,38 +4,36 @@
 //! law: how much of that gap it closes alone, the finite elements left as they are; and whether it still improves anything once the beam
 //! factors have been fitted to the bench, as the paper does.
 
-use rand::SeedableRng;
-use rand_chacha::ChaCha8Rng;
-use rand_distr::{Distribution, StandardNormal};
 use rayon::prelude::*;
 use serde::Deserialize;
 
-use stiffbench_beams::physics::{Mechanics, title};
+use stiffbench_beams::physics::{Mechanics, PoseMechanics, title};
 use stiffbench_beams::robot::{Pose, Robot};
+use stiffbench_diagnosis::search::constants::STRONG_EVIDENCE;
+use stiffbench_diagnosis::search::{
+    Covariance, LinearCandidate, NullDistribution, NullNoise, WhiteSpace, null_maxima,
+};
 use stiffbench_units_and_text::test_point::{Direction, PoseId};
 
 use super::error::ProveError;
 use super::linear_model::{LinearFit, LinearLaw, MeasuredCell, StiffnessProblem, compliance, grid};
-use super::orthogonal::{smallest, take_out, unit_beside};
+use super::smallest::smallest;
 
 /// Poses that the paper fits; it judges on the others.
 const TRAIN: [&str; 2] = ["P1", "P3"];
 
-/// Draws of noise for the limit.
-const DRAWS: usize = 20_000;
+/// Null samples.
+const NULL_SAMPLES: usize = 20_000;
 
 /// Level of the search over all laws.
 const LEVEL: f64 = 0.04;
-
-/// Candidates within this log likelihood ratio are not told apart.
-const TELL_APART: f64 = 3.0;
 
 /// Candidates for which a further measurement is looked for.
 const RIVALS: usize = 5;
 
 /// A law and what it does to the fit of the twelve values.
 #[derive(Debug, Clone, PartialEq)]
-pub struct LinearCandidate {
+pub struct FittedLaw {
     /// Law and place in words.
     pub title: String,
     /// Value of its parameter, SI, and its unit.
@@ -60,7 +58,7 @@ pub struct LinearCandidate {
     pub value_alone: f64,
 }
 
-/// A cell that would tell two candidates apart.
+/// A cell that would distinguish two candidates.
 #[derive(Debug, Clone, PartialEq)]
 pub struct FurtherCell {
     /// The rival of the best candidate.
@@ -81,16 +79,16 @@ pub struct TwelveValues {
     /// Finite elements over bench, cell by cell: pose, direction, ratio of stiffness.
     pub gap: Vec<(PoseId, Direction, f64)>,
     /// The beam factors alone.
-    pub baseline: LinearCandidate,
+    pub baseline: FittedLaw,
     /// The laws, the best fit first.
-    pub candidates: Vec<LinearCandidate>,
+    pub candidates: Vec<FittedLaw>,
     /// F that noise alone exceeds in 4 % of searches.
     pub f_limit: f64,
     /// Largest error on P2 and P4 that the paper prints for its own model, percent.
     pub paper_worst_percent: f64,
-    /// Laws that are not told apart from the best.
-    pub not_told_apart: usize,
-    /// What would tell them apart.
+    /// Laws that are not distinguishable from the best.
+    pub not_distinguishable: usize,
+    /// What would distinguish them.
     pub further: Vec<FurtherCell>,
 }
 
@@ -230,9 +228,9 @@ impl Study<'_> {
         let mut laws = LinearLaw::all(&mechanics, &self.problem.cells);
         laws.retain(is_asked_for);
         let (baseline_fit, mut baseline) = self.candidate(None)?;
-        let null = self.null_draws(&mut mechanics, &laws, &baseline_fit, seed)?;
+        let null = self.largest_f(&mut mechanics, &laws, &baseline_fit, seed)?;
         let alone: Vec<(f64, f64)> = self.alone(&mut mechanics, &laws)?;
-        let mut fitted: Vec<(usize, LinearFit, LinearCandidate)> = (0..laws.len())
+        let mut fitted: Vec<(usize, LinearFit, FittedLaw)> = (0..laws.len())
             .into_par_iter()
             .map(|index| {
                 let (fit, candidate) = self.candidate(Some(&laws[index]))?;
@@ -246,33 +244,28 @@ impl Study<'_> {
             let dof = values - 5.0;
             let gain = (baseline_fit.squares - fit.squares).max(0.0);
             candidate.f = gain / (fit.squares / dof);
-            let above = null.len() - null.partition_point(|f| *f < candidate.f);
-            candidate.p_family = (above as f64 + 1.0) / (null.len() as f64 + 1.0);
+            candidate.p_family = null.p(candidate.f);
             candidate.behind = 0.5 * values * (fit.squares / best).ln();
             (candidate.closes, candidate.value_alone) = alone[*index];
         }
         baseline.behind = 0.5 * values * (baseline_fit.squares / best).ln();
         let near: Vec<usize> = (0..fitted.len())
-            .filter(|&place| fitted[place].2.behind < TELL_APART)
+            .filter(|&place| fitted[place].2.behind < STRONG_EVIDENCE)
             .collect();
         let further = self.further(&laws, &fitted, &near)?;
-        let limit = ((1.0 - LEVEL) * null.len() as f64) as usize;
         Ok(TwelveValues {
             gap: Vec::new(),
             baseline,
-            f_limit: null.get(limit).copied().unwrap_or(f64::INFINITY),
+            f_limit: null.quantile(1.0 - LEVEL),
             paper_worst_percent: 0.0,
-            not_told_apart: near.len(),
+            not_distinguishable: near.len(),
             further,
             candidates: fitted.into_iter().map(|(_, _, c)| c).collect(),
         })
     }
 
     /// All fits of one law: to all values, with each pose left out, and to the paper's two poses.
-    fn candidate(
-        &self,
-        law: Option<&LinearLaw>,
-    ) -> Result<(LinearFit, LinearCandidate), ProveError> {
+    fn candidate(&self, law: Option<&LinearLaw>) -> Result<(LinearFit, FittedLaw), ProveError> {
         let mut mechanics = self.problem.mechanics()?;
         let all = self.problem.fit(&mut mechanics, law, &|_| true)?;
         let mut left_out = 0.0_f64;
@@ -287,7 +280,7 @@ impl Study<'_> {
         let held_out = self.worst(&mut mechanics, law, &fit, self.judged)?;
         let values = self.problem.cells.len() as f64;
         let parameter = law.and_then(|law| law.law.parameters.first());
-        let candidate = LinearCandidate {
+        let candidate = FittedLaw {
             title: law.map_or_else(
                 || "beam factors alone".to_owned(),
                 |law| title(law.law, &law.place),
@@ -323,60 +316,46 @@ impl Study<'_> {
             .fold(0.0, f64::max))
     }
 
-    /// Largest F of any law on noise alone, sorted: the linear problem at the fitted factors.
-    fn null_draws(
+    /// Largest F of any law on noise alone: the linear problem at the fitted factors.
+    fn largest_f(
         &self,
         mechanics: &mut Mechanics<'_>,
         laws: &[LinearLaw],
         fit: &LinearFit,
         seed: u64,
-    ) -> Result<Vec<f64>, ProveError> {
+    ) -> Result<NullDistribution, ProveError> {
         self.problem.predict(mechanics, None, fit)?;
         let cells = &self.problem.cells;
-        let mut basis: Vec<Vec<f64>> = Vec::new();
-        for factor in 0..4 {
-            let column = cells.iter().map(|cell| {
+        let column = |of: &dyn Fn(&PoseMechanics, Direction) -> f64| -> Vec<f64> {
+            let relative = |cell: &MeasuredCell| {
                 let pose = mechanics.pose(cell.pose);
-                pose.compliance_gradient[factor][cell.direction.index()]
-                    / compliance(pose, cell.direction)
-            });
-            basis.extend(unit_beside(column.collect(), &basis));
-        }
-        let units: Vec<(Vec<f64>, bool)> = laws
-            .iter()
-            .filter_map(|law| {
-                let column = cells.iter().map(|cell| {
-                    let pose = mechanics.pose(cell.pose);
-                    law.softening(pose, cell.direction) / compliance(pose, cell.direction)
-                });
-                let either = law.size_range()[0] < 0.0;
-                Some((unit_beside(column.collect(), &basis)?, either))
-            })
-            .collect();
-        let dof = cells.len() as f64 - basis.len() as f64 - 1.0;
-        let mut rng = ChaCha8Rng::seed_from_u64(seed);
-        let mut largest: Vec<f64> = (0..DRAWS)
-            .map(|_| {
-                let mut noise: Vec<f64> = cells
-                    .iter()
-                    .map(|_| StandardNormal.sample(&mut rng))
-                    .collect();
-                for column in &basis {
-                    take_out(&mut noise, column);
-                }
-                let squares: f64 = noise.iter().map(|z| z * z).sum();
-                let gain = units
-                    .iter()
-                    .map(|(unit, either)| {
-                        let z: f64 = unit.iter().zip(&noise).map(|(a, b)| a * b).sum();
-                        if z > 0.0 || *either { z * z } else { 0.0 }
-                    })
-                    .fold(0.0, f64::max);
-                gain / ((squares - gain) / dof)
-            })
-            .collect();
-        largest.sort_by(f64::total_cmp);
-        Ok(largest)
+                of(pose, cell.direction) / compliance(pose, cell.direction)
+            };
+            cells.iter().map(relative).collect()
+        };
+        let factor = |factor: usize| {
+            column(&|pose, direction| pose.compliance_gradient[factor][direction.index()])
+        };
+        let factors: Vec<Vec<f64>> = (0..4).map(factor).collect();
+        let candidate = |law: &LinearLaw| LinearCandidate {
+            family: (),
+            columns: vec![column(&|pose, direction| law.softening(pose, direction))],
+            multiples: if law.size_range()[0] < 0.0 {
+                [f64::NEG_INFINITY, f64::INFINITY]
+            } else {
+                [0.0, f64::INFINITY]
+            },
+        };
+        let candidates: Vec<LinearCandidate<()>> = laws.iter().map(candidate).collect();
+        let space = WhiteSpace::new(Covariance::equal(cells.len(), 1.0), &[], &factors);
+        let dof = (cells.len() - space.basis().len() - 1) as f64;
+        let noise = NullNoise::normal(NULL_SAMPLES, seed);
+        let (_, maxima) = null_maxima(&space, &candidates, &noise);
+        let of_samples = maxima.families.first().into_iter().flatten();
+        let f = of_samples
+            .zip(&maxima.squares)
+            .map(|(gain, squares)| gain / ((squares - gain) / dof));
+        Ok(NullDistribution::new(f.collect()))
     }
 
     /// For each law: share of the gap between finite elements and bench that it closes alone, and the value at which it does.
@@ -420,7 +399,7 @@ impl Study<'_> {
     fn further(
         &self,
         laws: &[LinearLaw],
-        fitted: &[(usize, LinearFit, LinearCandidate)],
+        fitted: &[(usize, LinearFit, FittedLaw)],
         near: &[usize],
     ) -> Result<Vec<FurtherCell>, ProveError> {
         let poses = grid(self.problem.robot, self.problem);

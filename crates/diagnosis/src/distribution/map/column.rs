@@ -153,6 +153,13 @@ fn principal(compliance: &[[f64; 3]; 3]) -> ([f64; 3], [[f64; 3]; 3]) {
     (stiffness, directions)
 }
 
+/// Numbers in a row: the end, the columns, and the weakest direction where there are principal stiffnesses.
+#[must_use]
+pub fn row_width(columns: &[MapColumn]) -> usize {
+    let principal = columns.iter().any(MapColumn::is_principal);
+    3 + columns.len() + if principal { 3 } else { 0 }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

@@ -9,10 +9,10 @@ use rayon::prelude::*;
 use stiffbench_beams::robot::{ModelParameter, MultiPosePredictor, RobotError, Theory};
 use stiffbench_numeric::statistics::Estimate;
 
-use super::StiffnessMap;
 use super::column::{MapColumn, stiffness_and_unit};
 use super::model::MapModel;
 use super::statistics::ColumnStatistics;
+use super::stiffness_map::StiffnessMap;
 use crate::distribution::pose_set::PoseSet;
 
 /// Columns that one solution has derivatives of.

@@ -10,152 +10,16 @@ mod model;
 mod refine;
 mod regions;
 mod statistics;
+mod stiffness_map;
 mod study;
 mod surface;
 
-use rayon::prelude::*;
-
-use stiffbench_beams::robot::Pose;
-
-use super::pose_set::PoseSet;
-
-pub use column::MapColumn;
+pub use column::{MapColumn, row_width};
 pub use fit_uncertainty::{FitUncertainty, ParameterCovariance, fit_uncertainty};
 pub use model::{MapModel, NoMap};
 pub use refine::RefinedStiffness;
 pub use regions::{Level, Region, regions};
 pub use statistics::{ColumnStatistics, Quantile, SampledExtreme, column_statistics};
+pub use stiffness_map::StiffnessMap;
 pub use study::{ColumnStudy, MechanismStudy, StudyPoses};
 pub use surface::Surface;
-
-/// Poses worked out before their full compliances are let go: memory grows with the rows alone.
-const AT_ONCE: usize = 1 << 16;
-
-/// The stiffness of a mechanism in the poses of a set.
-#[derive(Debug, Clone, PartialEq)]
-pub struct StiffnessMap {
-    /// The mechanism.
-    pub mechanism: String,
-    /// What each stiffness of a row is.
-    pub columns: Vec<MapColumn>,
-    /// Place in the set of each pose that has a row.
-    pub places: Vec<u32>,
-    /// Poses that have none: their place in the set and why.
-    pub failed: Vec<(u32, String)>,
-    /// Row after row: position of the end, m; the columns, N/m; unit vector of the weakest direction, if the columns have it.
-    pub values: Vec<f64>,
-}
-
-impl StiffnessMap {
-    /// Works out all columns in all poses, on all cores.
-    ///
-    /// # Errors
-    /// [`NoMap`] if the model cannot be solved at all; a pose that cannot be taken is listed in `failed`.
-    pub fn over(
-        model: &MapModel<'_>,
-        poses: &PoseSet,
-        columns: &[MapColumn],
-    ) -> Result<Self, NoMap> {
-        let width = row_width(columns);
-        let mut map = Self {
-            mechanism: model.mechanism().name.clone(),
-            columns: columns.to_vec(),
-            places: Vec::with_capacity(poses.len()),
-            failed: Vec::new(),
-            values: Vec::with_capacity(poses.len() * width),
-        };
-        if poses.is_empty() {
-            return Ok(map);
-        }
-        let mut chunk: Vec<Pose> = vec![poses.pose(0); poses.len().min(AT_ONCE)];
-        for start in (0..poses.len()).step_by(AT_ONCE) {
-            let count = AT_ONCE.min(poses.len() - start);
-            let (chunk, _) = chunk.split_at_mut(count);
-            chunk
-                .par_iter_mut()
-                .enumerate()
-                .for_each(|(place, pose)| poses.fill(start + place, pose));
-            map.add(start, model, chunk)?;
-        }
-        Ok(map)
-    }
-
-    /// Adds the rows of poses that stand in the set from `start` on.
-    fn add(&mut self, start: usize, model: &MapModel<'_>, poses: &[Pose]) -> Result<(), NoMap> {
-        let width = row_width(&self.columns);
-        let before = self.values.len();
-        self.values.resize(before + poses.len() * width, 0.0);
-        let rows = &mut self.values[before..];
-        let failed = model.rows(poses, &self.columns, rows)?;
-        let mut failures = failed.into_iter().peekable();
-        let mut kept = before;
-        for place in 0..poses.len() {
-            if let Some((_, reason)) = failures.next_if(|(failed, _)| *failed == place) {
-                self.failed.push(((start + place) as u32, reason));
-                continue;
-            }
-            let row = before + place * width;
-            if row != kept {
-                self.values.copy_within(row..row + width, kept);
-            }
-            kept += width;
-            self.places.push((start + place) as u32);
-        }
-        self.values.truncate(kept);
-        Ok(())
-    }
-
-    /// Number of poses that have a row.
-    #[must_use]
-    pub fn len(&self) -> usize {
-        self.places.len()
-    }
-
-    /// Whether no pose has a row.
-    #[must_use]
-    pub fn is_empty(&self) -> bool {
-        self.places.is_empty()
-    }
-
-    /// A row.
-    #[must_use]
-    pub fn row(&self, row: usize) -> &[f64] {
-        let width = row_width(&self.columns);
-        &self.values[row * width..][..width]
-    }
-
-    /// Position of the end in a row, m.
-    #[must_use]
-    pub fn end_m(&self, row: usize) -> [f64; 3] {
-        let row = self.row(row);
-        [row[0], row[1], row[2]]
-    }
-
-    /// Stiffness of a column in a row, N/m.
-    #[must_use]
-    pub fn stiffness_n_per_m(&self, row: usize, column: usize) -> f64 {
-        self.row(row)[3 + column]
-    }
-
-    /// A column, N/m, row by row.
-    pub fn column(&self, column: usize) -> impl Iterator<Item = f64> + '_ {
-        let width = row_width(&self.columns);
-        self.values
-            .chunks_exact(width)
-            .map(move |row| row[3 + column])
-    }
-
-    /// Unit vector along which the end gives way most in a row, if the columns have principal stiffnesses.
-    #[must_use]
-    pub fn weakest_direction(&self, row: usize) -> Option<[f64; 3]> {
-        let rest = &self.row(row)[3 + self.columns.len()..];
-        <[f64; 3]>::try_from(rest).ok()
-    }
-}
-
-/// Numbers in a row: the end, the columns, and the weakest direction where there are principal stiffnesses.
-#[must_use]
-pub fn row_width(columns: &[MapColumn]) -> usize {
-    let principal = columns.iter().any(MapColumn::is_principal);
-    3 + columns.len() + if principal { 3 } else { 0 }
-}

@@ -18,8 +18,7 @@ use stiffbench_beams::robot::{
 use stiffbench_beams::structure::{Compliance6, SolutionPath};
 use stiffbench_units_and_text::test_point::{Direction, PoseId};
 
-use super::column::{MapColumn, fill_row};
-use super::row_width;
+use super::column::{MapColumn, fill_row, row_width};
 
 /// Poses that a thread takes at a time where each is solved alone.
 const CHUNK: usize = 256;

@@ -2,10 +2,9 @@
 
 use stiffbench_beams::robot::{Pose, RobotError};
 
-use super::StiffnessMap;
-use super::column::MapColumn;
+use super::column::{MapColumn, row_width};
 use super::model::{MapModel, PoseSolver};
-use super::row_width;
+use super::stiffness_map::StiffnessMap;
 use crate::distribution::climb::{Climb, Hill};
 use crate::distribution::pose_set::PoseSet;
 

@@ -3,10 +3,11 @@
 //! Decision: low, medium and high are the three equal parts of the range from the smallest to the largest stiffness of the map, as the
 //! colours of a picture of it show them.
 
-use super::StiffnessMap;
 use super::statistics::ColumnStatistics;
+use super::stiffness_map::StiffnessMap;
+use crate::distribution::extreme::Extreme;
 use crate::distribution::pose_set::PoseSet;
-use crate::distribution::{Extreme, WorkspacePlan};
+use crate::distribution::workspace::WorkspacePlan;
 
 /// A third of the range.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize)]

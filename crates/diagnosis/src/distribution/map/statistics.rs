@@ -2,7 +2,7 @@
 
 use stiffbench_numeric::statistics::{Estimate, normal_quantile};
 
-use super::StiffnessMap;
+use super::stiffness_map::StiffnessMap;
 use crate::distribution::pose_set::{PoseSet, SHIFTS, Sampling};
 
 /// Shares of the poses whose quantiles are told: the middle, its half, and nine tenths.

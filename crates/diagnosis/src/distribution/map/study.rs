@@ -4,13 +4,13 @@ use rayon::prelude::*;
 
 use stiffbench_beams::robot::RobotError;
 
-use super::StiffnessMap;
 use super::column::MapColumn;
 use super::fit_uncertainty::{FitUncertainty, ParameterCovariance, fit_uncertainty};
 use super::model::MapModel;
 use super::refine::RefinedStiffness;
 use super::regions::{Region, regions};
 use super::statistics::{ColumnStatistics, column_statistics};
+use super::stiffness_map::StiffnessMap;
 use super::surface::Surface;
 use crate::distribution::pose_set::{PoseSet, Sampling};
 

@@ -5,7 +5,7 @@
 
 use delaunator::{Point, triangulate};
 
-use super::StiffnessMap;
+use super::stiffness_map::StiffnessMap;
 use crate::distribution::pose_set::PoseSet;
 
 /// Longest edge of a triangle, in mean distances between poses. Longer are slivers along the limits only: straight in the angles, they

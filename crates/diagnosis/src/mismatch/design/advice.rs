@@ -1,6 +1,6 @@
 //! Measurements that no load plan can replace.
 
-use super::Suspect;
+use super::bench::Suspect;
 
 /// A check in words and the minutes it takes.
 pub(super) struct Advice {

@@ -11,6 +11,7 @@
 //! the smaller of the two directions counts.
 
 mod advice;
+mod bench;
 mod gram;
 mod next;
 mod plans;
@@ -22,125 +23,8 @@ mod tests;
 mod unexplained;
 mod views;
 
-use std::fmt;
-
-use stiffbench_beams::physics::{Law, Place, title};
-use stiffbench_beams::robot::{FittingFactors, Mechanism, Robot};
-use stiffbench_measurement::procedure::Pace;
-use stiffbench_units_and_text::test_point::PoseId;
-
-use super::baseline::Baseline;
-use super::error::MismatchError;
-use super::noise::ReadingNoise;
-use super::observations::{GaugeSteps, Observations};
-use super::plan::PlannedCell;
-use super::restricted_likelihood::EstimatedNoise;
-
-pub use next::{ProposedMeasurement, next_measurements};
-pub use report::{DesignReport, LawDesign, NearRival, Unseen, design_of_plan};
-
-/// Expected log-likelihood ratio below which a pair cannot be told apart.
-pub const CANNOT_TELL: f64 = 3.0;
-
-/// Expected log-likelihood ratio from which a pair is told apart.
-pub const CAN_TELL: f64 = 5.0;
-
-/// Noise of a bench of which nothing is known yet.
-///
-/// That of a dial gauge with a step of 10 µm, read to 6 µm, zeroed to 5 µm, in a fixture that seats to 0.5 %.
-pub const USUAL_NOISE: ReadingNoise = ReadingNoise {
-    // √(6² + 10²/12)
-    reading_sd_m: 6.66e-6,
-    zero_sd_m: 5e-6,
-    run_slope_sd: 5e-3,
-};
-
-/// A law at a place.
-#[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord)]
-pub struct Suspect {
-    /// The law.
-    pub law: Law,
-    /// Where.
-    pub place: Place,
-}
-
-impl fmt::Display for Suspect {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(&title(self.law, &self.place))
-    }
-}
-
-/// The bench on which a procedure is to be followed.
-#[derive(Clone, Copy)]
-pub struct DesignBench<'a> {
-    /// The structure; it knows [`DesignBench::poses`], in that order.
-    pub baseline: &'a dyn Baseline,
-    /// The poses at hand.
-    pub poses: &'a [PoseId],
-    /// Values of the baseline's parameters; those it starts from if `None`.
-    pub parameters: Option<&'a [f64]>,
-    /// Noise of the readings.
-    pub noise: ReadingNoise,
-    /// Steps of the gauges.
-    pub steps: GaugeSteps,
-    /// How fast the operator works.
-    pub pace: Pace,
-}
-
-impl DesignBench<'_> {
-    /// The noise as one that is known.
-    fn known_noise(&self) -> EstimatedNoise {
-        EstimatedNoise {
-            noise: self.noise,
-            covariance: [[0.0; 3]; 3],
-            from_repeats: true,
-        }
-    }
-
-    /// Planned cells laid out for the baseline.
-    fn lay_out(
-        &self,
-        cells: &[PlannedCell],
-        release_n: Option<f64>,
-    ) -> Result<Observations, MismatchError> {
-        let planned = Observations::planned(cells, self.steps, release_n);
-        self.in_order(&planned)
-    }
-
-    /// Observations with the poses numbered as the baseline does.
-    fn in_order(&self, observations: &Observations) -> Result<Observations, MismatchError> {
-        let mut out = observations.clone();
-        for cell in &mut out.cells {
-            let pose = &observations.poses[cell.pose];
-            let place = self.poses.iter().position(|known| known == pose);
-            cell.pose = place.ok_or_else(|| MismatchError::UnknownPose {
-                pose: pose.to_string(),
-                known: self.poses.iter().map(PoseId::to_string).collect(),
-            })?;
-        }
-        out.poses = self.poses.to_vec();
-        Ok(out)
-    }
-}
-
-/// Poses in which a next measurement can be made: those measured, and behind them the robot's other named ones that this mechanism can
-/// hold.
-#[must_use]
-pub fn poses_at_hand(
-    robot: &Robot,
-    mechanism: &Mechanism,
-    factors: &FittingFactors,
-    measured: &[PoseId],
-) -> Vec<PoseId> {
-    let mut poses = measured.to_vec();
-    for named in &robot.poses {
-        let solved = || {
-            let pose = std::slice::from_ref(&named.pose);
-            stiffbench_beams::physics::Mechanics::new(robot, mechanism, factors, pose).is_ok()
-        };
-        if !poses.contains(&named.id) && solved() {
-            poses.push(named.id.clone());
-        }
-    }
-    poses
-}
+pub use bench::{CAN_TELL, CANNOT_TELL, DesignBench, Suspect, USUAL_NOISE, poses_at_hand};
+pub use next::next_measurements;
+pub use plans::ProposedMeasurement;
+pub use report::{DesignReport, LawDesign, Unseen, design_of_plan};
+pub use views::NearRival;

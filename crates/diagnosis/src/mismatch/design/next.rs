@@ -8,41 +8,13 @@ use stiffbench_measurement::procedure::Procedure;
 use stiffbench_units_and_text::test_point::Direction;
 
 use super::advice::advice;
-use super::plans::{Loading, loadings};
+use super::bench::{CAN_TELL, CANNOT_TELL, DesignBench, Suspect};
+use super::plans::{Loading, ProposedMeasurement, loadings};
 use super::separation::{CellGram, Effects};
 use super::unexplained::look_closer;
-use super::{CAN_TELL, CANNOT_TELL, DesignBench, Suspect};
 
 /// Pairs that are planned for, those with the largest posterior.
 const MOST_PAIRS: usize = 6;
-
-/// A plan, and what it tells apart.
-#[derive(Debug, Clone, PartialEq)]
-pub struct ProposedMeasurement {
-    /// What to do, in words.
-    pub plan: String,
-    /// The two that it tells apart.
-    pub separates: [String; 2],
-    /// Expected log-likelihood ratio of all readings then, old and planned; `None` for a check without loads, which decides by itself,
-    /// and where one of the two is no law.
-    pub expected_log_lr: Option<f64>,
-    /// The same of the readings already made.
-    pub log_lr_now: f64,
-    /// Minutes it takes, setting up included.
-    pub minutes: f64,
-    /// The plan as a procedure; `None` for a check without loads.
-    pub procedure: Option<Procedure>,
-    /// Posterior weight of the pair among those that are open.
-    pub weight: f64,
-}
-
-impl ProposedMeasurement {
-    /// Whether the pair will be told apart.
-    #[must_use]
-    pub fn decides(&self) -> bool {
-        self.expected_log_lr.is_none_or(|j| j >= CAN_TELL)
-    }
-}
 
 /// Two explanations that are not told apart.
 #[derive(Debug, Clone, PartialEq)]

@@ -3,6 +3,36 @@
 use stiffbench_measurement::procedure::Procedure;
 use stiffbench_measurement::readings::{LoadOrder, RepeatOrder, ZeroScope};
 
+use super::bench::CAN_TELL;
+
+/// A plan, and what it tells apart.
+#[derive(Debug, Clone, PartialEq)]
+pub struct ProposedMeasurement {
+    /// What to do, in words.
+    pub plan: String,
+    /// The two that it tells apart.
+    pub separates: [String; 2],
+    /// Expected log-likelihood ratio of all readings then, old and planned; `None` for a check without loads, which decides by itself,
+    /// and where one of the two is no law.
+    pub expected_log_lr: Option<f64>,
+    /// The same of the readings already made.
+    pub log_lr_now: f64,
+    /// Minutes it takes, setting up included.
+    pub minutes: f64,
+    /// The plan as a procedure; `None` for a check without loads.
+    pub procedure: Option<Procedure>,
+    /// Posterior weight of the pair among those that are open.
+    pub weight: f64,
+}
+
+impl ProposedMeasurement {
+    /// Whether the pair will be told apart.
+    #[must_use]
+    pub fn decides(&self) -> bool {
+        self.expected_log_lr.is_none_or(|j| j >= CAN_TELL)
+    }
+}
+
 /// A way of loading, in words.
 pub(super) struct Loading {
     pub(super) words: String,

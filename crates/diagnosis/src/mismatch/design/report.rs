@@ -2,21 +2,24 @@
 
 use rayon::prelude::*;
 
+use crate::mismatch::baseline::prior_sd;
 use crate::mismatch::candidate::candidates;
+use crate::mismatch::candidate_scores::{WhiteCandidate, score_candidates, white_candidates};
 use crate::mismatch::changes::Changes;
+use crate::mismatch::critical_values::{CriticalValues, critical_values};
 use crate::mismatch::error::MismatchError;
-use crate::mismatch::limits::{Limits, limits};
 use crate::mismatch::observations::Observations;
-use crate::mismatch::products::Products;
+use crate::mismatch::problem::DiagnosisProblem;
 use crate::mismatch::refit::Fitted;
-use crate::mismatch::screen::{WhiteCandidate, seen_candidates, white_candidates};
-use crate::mismatch::space::Space;
-use crate::mismatch::state::{Bench, State};
+use crate::mismatch::state::State;
+use crate::search::WhiteSpace;
+use crate::search::constants::NULL_SAMPLES;
+use crate::search::{Batched, NullNoise};
 use stiffbench_beams::physics::Law;
 use stiffbench_measurement::procedure::Procedure;
 
-use super::views::{View, groups, nearest};
-use super::{DesignBench, Suspect};
+use super::bench::{DesignBench, Suspect};
+use super::views::{EasiestShape, NearRival, groups, nearest, suspect};
 
 /// Rivals that are listed for each law and place.
 const NEAREST: usize = 3;
@@ -62,24 +65,6 @@ pub struct LawDesign {
     pub nearest: Vec<NearRival>,
 }
 
-/// How well a rival is told from a law.
-#[derive(Debug, Clone, PartialEq)]
-pub struct NearRival {
-    /// The rival.
-    pub rival: Suspect,
-    /// Cosine of the two effects, the factors projected out, with the course of the rival that is hardest to tell from the law.
-    pub cosine: f64,
-    /// Size of the law from which the expected log-likelihood ratio is 3, SI; `None` if no plausible size reaches it, and for a loose
-    /// member, which has no size.
-    pub size_3: Option<f64>,
-    /// The same for 5.
-    pub size_5: Option<f64>,
-    /// Largest change of a reading at `size_5`, m.
-    pub end_effect_5_m: Option<f64>,
-    /// Whether the two are not told apart at any plausible size.
-    pub never: bool,
-}
-
 /// Says what a procedure can and cannot tell apart.
 ///
 /// A slip is not in it: its places are the loads themselves, and it is told from everything by its one run.
@@ -93,7 +78,7 @@ pub struct NearRival {
 pub fn design_of_plan(
     bench: &DesignBench<'_>,
     procedure: &Procedure,
-    known: Option<&Limits>,
+    known: Option<&CriticalValues>,
     seed: u64,
 ) -> Result<DesignReport, MismatchError> {
     let observations = bench.observations(procedure)?;
@@ -102,27 +87,21 @@ pub fn design_of_plan(
     let limits = if let Some(known) = known {
         known
     } else {
-        worked_out = limits(
-            (&observations, &space),
-            seen.clone(),
-            Vec::new(),
-            &[],
-            None,
-            seed,
-        );
+        let noise = NullNoise::normal(NULL_SAMPLES, seed);
+        worked_out = critical_values(&observations, &space, seen.clone(), Vec::new(), &noise);
         &worked_out
     };
     let root = |law: Law| {
-        let limit = limits.laws.get(&(law, false));
+        let limit = limits.laws.values.get(&(law, false));
         limit.map_or(f64::INFINITY, |limit| limit.sqrt())
     };
-    let views: Vec<View<'_>> = seen
+    let views: Vec<EasiestShape<'_>> = seen
         .iter()
         .filter(|candidate| !candidate.candidate.wide)
-        .filter_map(|candidate| View::new(candidate, root(candidate.candidate.law)))
+        .filter_map(|candidate| EasiestShape::new(candidate, root(candidate.candidate.law)))
         .collect();
-    let (shown, hidden): (Vec<View<'_>>, Vec<View<'_>>) =
-        views.into_iter().partition(View::is_shown);
+    let (shown, hidden): (Vec<EasiestShape<'_>>, Vec<EasiestShape<'_>>) =
+        views.into_iter().partition(EasiestShape::is_shown);
     let rivals: Vec<Vec<NearRival>> = shown.par_iter().map(|view| nearest(view, &shown)).collect();
     let without_shape = seen
         .iter()
@@ -164,26 +143,25 @@ impl DesignBench<'_> {
     fn white_candidates(
         &self,
         observations: &Observations,
-    ) -> Result<(Vec<WhiteCandidate>, Space), MismatchError> {
+    ) -> Result<(Vec<WhiteCandidate>, WhiteSpace), MismatchError> {
         if observations.is_empty() {
             return Err(MismatchError::Empty);
         }
-        let rough = Bench::new(self.baseline, observations);
+        let rough = DiagnosisProblem::new(self.baseline, observations);
         let mut model = rough.start();
         if let Some(parameters) = self.parameters {
             model.parameters = parameters.to_vec();
         }
         let predicted = rough.predicted(&mut rough.predictor(), &model)?;
         let observations = observations.with_displacements(predicted);
-        let bench = Bench::new(self.baseline, &observations);
+        let bench = DiagnosisProblem::new(self.baseline, &observations);
         let mut predictor = bench.predictor();
         let noise = self.known_noise();
         let whitening = bench.whitening(&mut predictor, &model, &noise)?;
         let columns = bench.columns(&mut predictor, &model)?;
-        let space = Space::new(
-            &observations,
-            whitening.clone(),
-            self.baseline.parameters(),
+        let space = WhiteSpace::new(
+            whitening.covariance.clone(),
+            &prior_sd(self.baseline),
             &columns,
         );
         let frozen = predictor.frozen(&model.parameters, &[])?;
@@ -193,8 +171,8 @@ impl DesignBench<'_> {
         let list = candidates(&observations, &frozen, &happens_once);
         let changes = Changes::new(&observations, &frozen, &[]).ok_or(MismatchError::Empty)?;
         let nothing_left = vec![0.0; space.length];
-        let products = Products::new(&space, &nothing_left);
-        let shapes = seen_candidates(&changes, &products, list);
+        let engine = Batched::new(&space, &nothing_left);
+        let shapes = score_candidates(&changes, &engine, list);
         let mut seen = white_candidates(&changes, &space, &shapes);
         for vector in seen.iter_mut().flat_map(WhiteCandidate::vectors_mut) {
             space.project(vector);
@@ -207,14 +185,7 @@ impl DesignBench<'_> {
             noise,
             whitening,
         };
-        seen.extend(bench.loose_shapes(&state, &space)?);
+        seen.extend(bench.missing_member_shapes(&state, &space)?);
         Ok((seen, space))
-    }
-}
-
-pub(super) fn suspect(candidate: &WhiteCandidate) -> Suspect {
-    Suspect {
-        law: candidate.candidate.law,
-        place: candidate.candidate.place.clone(),
     }
 }

@@ -9,7 +9,7 @@ use crate::mismatch::plan::{PlannedCell, PlannedLoad};
 use stiffbench_measurement::procedure::Procedure;
 use stiffbench_units_and_text::test_point::PoseId;
 
-use super::DesignBench;
+use super::bench::DesignBench;
 
 /// Share by which a time varies from one reading to the next, at most.
 const TIMES_VARY: f64 = 0.2;

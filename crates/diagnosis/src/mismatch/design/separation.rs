@@ -1,15 +1,16 @@
 //! How far apart effects lie in given readings, cell by cell, so that plans can be put together from cells.
 
+use crate::mismatch::baseline::prior_sd;
 use crate::mismatch::candidate::candidates;
-use crate::mismatch::changes::Frozen;
+use crate::mismatch::changes::LinearisedModel;
 use crate::mismatch::error::MismatchError;
 use crate::mismatch::observations::Observations;
+use crate::mismatch::problem::DiagnosisProblem;
 use crate::mismatch::refit::Model;
-use crate::mismatch::state::Bench;
 use stiffbench_beams::physics::{Effect, Place, Sign, Twists};
 use stiffbench_units_and_text::test_point::Direction;
 
-use super::DesignBench;
+use super::bench::DesignBench;
 use super::gram::{Gram, Projected};
 
 /// Courses of a law that are kept for each rival it may imitate: those nearest to it.
@@ -119,11 +120,11 @@ impl Effects {
 }
 
 impl<'a> DesignBench<'a> {
-    pub(super) fn bench<'b>(&self, observations: &'b Observations) -> Bench<'b>
+    pub(super) fn bench<'b>(&self, observations: &'b Observations) -> DiagnosisProblem<'b>
     where
         'a: 'b,
     {
-        Bench::new(self.baseline, observations)
+        DiagnosisProblem::new(self.baseline, observations)
     }
 
     /// The model without effects.
@@ -172,7 +173,7 @@ impl<'a> DesignBench<'a> {
             columns.push(with);
         }
         for column in &mut columns {
-            whitening.apply(column);
+            whitening.covariance.whiten(column);
         }
         Ok(observations
             .cells
@@ -197,9 +198,7 @@ impl<'a> DesignBench<'a> {
         effects: &Effects,
         cells: impl IntoIterator<Item = &'g CellGram>,
     ) -> Gram {
-        let parameters = self.baseline.parameters();
-        let prior_sd: Vec<f64> = parameters.iter().map(|p| p.prior_sd).collect();
-        let mut gram = Gram::of_prior(&prior_sd, effects.all.len());
+        let mut gram = Gram::of_prior(&prior_sd(self.baseline), effects.all.len());
         for cell in cells {
             gram.add(&cell.gram);
         }
@@ -208,7 +207,12 @@ impl<'a> DesignBench<'a> {
 }
 
 /// Displacements under an effect; a joint that is not there changes nothing.
-fn predict(frozen: &Frozen, observations: &Observations, effect: &Effect, out: &mut [f64]) {
+fn predict(
+    frozen: &LinearisedModel,
+    observations: &Observations,
+    effect: &Effect,
+    out: &mut [f64],
+) {
     let mut twists = Twists::default();
     let there = frozen.predict(observations, &[effect], &mut twists, out);
     if there.is_none() {

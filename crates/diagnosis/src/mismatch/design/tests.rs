@@ -3,14 +3,17 @@
 use super::gram::Projected;
 use super::separation::Effects;
 use super::*;
-use crate::mismatch::plan::PlannedLoad;
+use crate::mismatch::noise::ReadingNoise;
+use crate::mismatch::observations::{GaugeSteps, Observations};
+use crate::mismatch::plan::{PlannedCell, PlannedLoad};
 use crate::mismatch::{Finding, Rival, RobotBaseline};
 use crate::parameters::ParameterChoice;
-use stiffbench_beams::physics::{Effect, laws};
-use stiffbench_measurement::procedure::Procedure;
+use stiffbench_beams::physics::{Effect, Law, Place, laws};
+use stiffbench_beams::robot::Robot;
+use stiffbench_measurement::procedure::{Pace, Procedure};
 use stiffbench_test_files::shipped_procedure;
 use stiffbench_test_files::shipped_robot;
-use stiffbench_units_and_text::test_point::{Branch, Direction};
+use stiffbench_units_and_text::test_point::{Branch, Direction, PoseId};
 
 fn robot(name: &str) -> Robot {
     Robot::parse(&shipped_robot(name).unwrap()).unwrap()

@@ -1,14 +1,14 @@
 //! What to measure when no law of the library explains what is left: whether it comes again, and how it goes on there.
 
 use crate::mismatch::diagnosis::Location;
-use crate::mismatch::leftover::Stratum;
 use crate::mismatch::observations::Observations;
+use crate::mismatch::stratum::Stratum;
 use stiffbench_measurement::procedure::Procedure;
 use stiffbench_units_and_text::test_point::{Direction, PoseId};
 
-use super::DesignBench;
-use super::next::ProposedMeasurement;
-use super::plans::loadings;
+use super::bench::DesignBench;
+
+use super::plans::{ProposedMeasurement, loadings};
 
 /// Name of the way of loading that shows most of a stratum, and what it shows.
 fn loading_for(stratum: Stratum) -> (&'static str, &'static str) {

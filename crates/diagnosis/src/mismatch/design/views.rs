@@ -1,16 +1,31 @@
 //! One law at one place as planned readings see it, and how far it is from another.
 
-use crate::mismatch::screen::{WhiteCandidate, WhiteShape};
-use crate::mismatch::space::dot;
+use crate::mismatch::candidate_scores::{WhiteCandidate, WhiteShape};
+use crate::search::constants::POWER_80;
+use crate::search::dot;
 
-use super::report::{NearRival, suspect};
-use super::{CAN_TELL, CANNOT_TELL, Suspect};
+use super::bench::{CAN_TELL, CANNOT_TELL, Suspect};
 
-/// Quantile of the normal distribution for a power of 80 %.
-const POWER_80: f64 = 0.84;
+/// How well a rival is told from a law.
+#[derive(Debug, Clone, PartialEq)]
+pub struct NearRival {
+    /// The rival.
+    pub rival: Suspect,
+    /// Cosine of the two effects, the factors projected out, with the course of the rival that is hardest to tell from the law.
+    pub cosine: f64,
+    /// Size of the law from which the expected log-likelihood ratio is 3, SI; `None` if no plausible size reaches it, and for a loose
+    /// member, which has no size.
+    pub size_3: Option<f64>,
+    /// The same for 5.
+    pub size_5: Option<f64>,
+    /// Largest change of a reading at `size_5`, m.
+    pub end_effect_5_m: Option<f64>,
+    /// Whether the two are not told apart at any plausible size.
+    pub never: bool,
+}
 
 /// A candidate with the shape in which it is found most easily.
-pub(super) struct View<'a> {
+pub(super) struct EasiestShape<'a> {
     pub(super) candidate: &'a WhiteCandidate,
     pub(super) shape: &'a WhiteShape,
     /// Multiple of the shape that 80 % of sessions find.
@@ -26,7 +41,7 @@ fn largest(candidate: &WhiteCandidate, shape: &WhiteShape) -> f64 {
     shape.shape.scale[1].min(plausible)
 }
 
-impl<'a> View<'a> {
+impl<'a> EasiestShape<'a> {
     /// The view of a candidate; `None` if the readings show nothing of it.
     ///
     /// # Arguments
@@ -132,7 +147,7 @@ struct Shape {
 }
 
 /// Rivals of a view, the hardest to tell from it first; laws that contain it at the same place are no rivals.
-pub(super) fn nearest(view: &View<'_>, views: &[View<'_>]) -> Vec<NearRival> {
+pub(super) fn nearest(view: &EasiestShape<'_>, views: &[EasiestShape<'_>]) -> Vec<NearRival> {
     let own = &view.candidate.candidate;
     let mut out: Vec<(NearRival, f64)> = views
         .iter()
@@ -150,7 +165,7 @@ pub(super) fn nearest(view: &View<'_>, views: &[View<'_>]) -> Vec<NearRival> {
 }
 
 /// How a rival is told from a view, and the multiple of the view's shape it takes.
-fn rival(view: &View<'_>, other: &WhiteCandidate) -> Option<(NearRival, f64)> {
+fn rival(view: &EasiestShape<'_>, other: &WhiteCandidate) -> Option<(NearRival, f64)> {
     let fixed = view.candidate.candidate.law.is_missing_element();
     let hardness = |shape: &Shape| {
         if fixed {
@@ -185,7 +200,7 @@ fn rival(view: &View<'_>, other: &WhiteCandidate) -> Option<(NearRival, f64)> {
 }
 
 /// Sets of which each member is taken for each other whatever its size.
-pub(super) fn groups(views: &[View<'_>], rivals: &[Vec<NearRival>]) -> Vec<Vec<Suspect>> {
+pub(super) fn groups(views: &[EasiestShape<'_>], rivals: &[Vec<NearRival>]) -> Vec<Vec<Suspect>> {
     let suspects: Vec<Suspect> = views.iter().map(|view| suspect(view.candidate)).collect();
     let never = |place: usize, other: usize| {
         let taken_for = |rival: &&NearRival| rival.never && rival.rival == suspects[other];
@@ -208,4 +223,12 @@ pub(super) fn groups(views: &[View<'_>], rivals: &[Vec<NearRival>]) -> Vec<Vec<S
         .filter(|group| group.len() > 1)
         .map(|group| group.into_iter().map(|p| suspects[p].clone()).collect())
         .collect()
+}
+
+/// A candidate by law and place.
+pub(super) fn suspect(candidate: &WhiteCandidate) -> Suspect {
+    Suspect {
+        law: candidate.candidate.law,
+        place: candidate.candidate.place.clone(),
+    }
 }

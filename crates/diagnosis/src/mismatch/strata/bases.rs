@@ -6,9 +6,9 @@
 
 use std::ops::Range;
 
-use crate::mismatch::noise::Whitening;
+use crate::mismatch::noise::NoiseCovariance;
 use crate::mismatch::observations::Observations;
-use crate::mismatch::space::{dot, norm};
+use crate::search::{dot, norm, push_orthonormal, subtract};
 
 /// Columns of one cell, as long as the cell.
 pub(super) type CellColumns = Vec<Vec<f64>>;
@@ -20,9 +20,6 @@ pub(super) struct Stage<'a> {
     /// Columns shorter than this share of their length once the stages before are taken out count as spanned by them.
     pub(super) least: f64,
 }
-
-/// What may be told from rounding, as a share of a column's length; for columns that have to be taken out.
-pub(super) const ROUNDING: f64 = 1e-9;
 
 /// Orthonormal columns of each cell, stage by stage.
 #[derive(Debug, Clone)]
@@ -42,7 +39,7 @@ impl LocalBasis {
     /// Makes the columns of all stages white and orthonormal, each stage to those before it.
     pub(super) fn new(
         observations: &Observations,
-        whitening: &Whitening,
+        whitening: &NoiseCovariance,
         stages: &[Stage<'_>],
     ) -> Self {
         let mut scratch = vec![0.0; observations.len()];
@@ -59,7 +56,9 @@ impl LocalBasis {
                 for stage in stages {
                     for column in (stage.columns)(index) {
                         scratch[basis.readings.clone()].copy_from_slice(&column);
-                        whitening.apply_range(&mut scratch, &basis.readings);
+                        whitening
+                            .covariance
+                            .whiten_part(&mut scratch, &basis.readings);
                         let white = scratch[basis.readings.clone()].to_vec();
                         push_orthonormal(&mut basis.columns, white, stage.least, 0.0);
                     }
@@ -165,29 +164,9 @@ impl Fit {
     }
 }
 
-/// Adds a column to orthonormal ones, unless what is new in it is too short.
-fn push_orthonormal(columns: &mut CellColumns, mut column: Vec<f64>, share: f64, least: f64) {
-    let before = norm(&column);
-    // Twice: once leaves rounding errors of the size of the columns before.
-    for _ in 0..2 {
-        for other in columns.iter() {
-            remove(&mut column, other);
-        }
-    }
-    let after = norm(&column);
-    if after > 0.0 && after > share * before && after > least {
-        for value in &mut column {
-            *value /= after;
-        }
-        columns.push(column);
-    }
-}
-
 fn remove(vector: &mut [f64], unit: &[f64]) {
     let product = dot(unit, vector);
     if product != 0.0 {
-        for (value, unit) in vector.iter_mut().zip(unit) {
-            *value -= product * unit;
-        }
+        subtract(vector, product, unit);
     }
 }

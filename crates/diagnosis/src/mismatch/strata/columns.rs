@@ -1,11 +1,12 @@
 //! Columns of readings: of one cell each (zeros, slopes, levels of load), and through all cells (factors, clock, repeats).
 
-use crate::mismatch::noise::Whitening;
+use crate::mismatch::noise::NoiseCovariance;
 use crate::mismatch::observations::Observations;
 use stiffbench_units_and_text::test_point::Branch;
 
-use super::bases::{CellColumns, GlobalColumn, LocalBasis, ROUNDING, Stage};
+use super::bases::{CellColumns, GlobalColumn, LocalBasis, Stage};
 use super::levels::{indicators, levels};
+use crate::search::constants::ROUNDING;
 
 /// A tested column of which less than this is left, by what is taken out first, is not worth a degree of freedom.
 const TESTED: f64 = 1e-2;
@@ -15,7 +16,7 @@ pub(super) struct Setting<'a> {
     /// The readings.
     pub(super) observations: &'a Observations,
     /// Their noise.
-    pub(super) whitening: &'a Whitening,
+    pub(super) whitening: &'a NoiseCovariance,
     /// Derivatives of the readings to the parameters of the model, m: baseline first, then effects.
     pub(super) columns: &'a [Vec<f64>],
     /// Standard deviation of what is known of each parameter of the baseline beforehand.
@@ -39,7 +40,7 @@ pub(super) struct Sets {
 /// The bases within runs, of slopes, of zeros, and within runs with the holds last; see [`super::contrasts`] for their stages.
 pub(super) fn bases(
     observations: &Observations,
-    whitening: &Whitening,
+    whitening: &NoiseCovariance,
     mixed: bool,
 ) -> [LocalBasis; 4] {
     let cells = Columns { observations };
@@ -193,7 +194,7 @@ pub(super) fn sets(setting: &Setting<'_>) -> Sets {
     let mut push = |columns: Vec<Vec<f64>>, least_share: f64, least: &dyn Fn(usize) -> f64| {
         let first = globals.len();
         for (place, mut white) in columns.into_iter().enumerate() {
-            setting.whitening.apply(&mut white);
+            setting.whitening.covariance.whiten(&mut white);
             globals.push(GlobalColumn {
                 white,
                 least_share,

@@ -1,6 +1,6 @@
 //! The spaces of each stratum, of what it is tested against, and of what is taken out first.
 
-use crate::mismatch::noise::Whitening;
+use crate::mismatch::noise::NoiseCovariance;
 use crate::mismatch::observations::Observations;
 
 use super::bases::{CellColumns, Fit, GlobalColumn, LocalBasis};
@@ -28,7 +28,7 @@ pub(super) struct Comparison {
 /// The decomposition of one model's residuals; it depends on the plan and the noise, not on the displacements.
 pub(super) struct Decomposition<'a> {
     pub(super) observations: &'a Observations,
-    pub(super) whitening: &'a Whitening,
+    pub(super) whitening: &'a NoiseCovariance,
     bases: [LocalBasis; 4],
     globals: Vec<GlobalColumn>,
     #[cfg(test)]
@@ -232,7 +232,7 @@ impl<'a> Decomposition<'a> {
     /// Readings, m, made white.
     pub(super) fn white(&self, readings_m: &[f64]) -> Vec<f64> {
         let mut white = readings_m.to_vec();
-        self.whitening.apply(&mut white);
+        self.whitening.covariance.whiten(&mut white);
         white
     }
 

@@ -1,14 +1,14 @@
 //! What the strata leave: the size of the noise, the largest single departure, a period in the reading.
 
 use crate::mismatch::restricted_likelihood::EstimatedNoise;
-use crate::mismatch::space::dot;
+use crate::search::dot;
 use stiffbench_beams::physics::laws::NOMINAL_PERIODS_M;
 
 use super::bases::GlobalColumn;
 use super::contrasts::ErrorTerm;
 use super::decomposition::{Decomposition, squares};
 use super::results::{Contrast, Spot, StratumTest};
-use super::testing::tail;
+use super::tails::tail;
 
 /// Readings of which less than this share of their own error is left say nothing of themselves.
 const SAYS_NOTHING: f64 = 0.05;

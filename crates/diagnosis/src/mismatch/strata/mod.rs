@@ -20,28 +20,31 @@
 //! (1979) 65), which needs no independence.
 
 mod bases;
-mod carriers;
 mod columns;
+mod components;
 mod contrasts;
 mod decomposition;
 mod extremes;
 mod levels;
 mod map;
 mod results;
+mod tails;
 mod testing;
 #[cfg(test)]
 mod tests;
 
-use super::baseline::{Baseline, BaselineParameter};
+use super::baseline::{Baseline, prior_sd};
 use super::error::MismatchError;
 use super::observations::Observations;
+use super::problem::DiagnosisProblem;
 use super::restricted_likelihood::EstimatedNoise;
 use super::search::SearchOptions;
-use super::state::{Bench, State};
+use super::state::State;
 
-pub use carriers::{Carrier, Carrying};
 pub use map::MapEntry;
-pub use results::{Contrast, Located, STRATUM_LEVEL, Spot, StratumTest, Untested};
+pub use results::{
+    Contrast, ExplainedShare, Located, STRATUM_LEVEL, Spot, StratumTest, SuspectComponent, Untested,
+};
 
 use columns::Setting;
 use decomposition::Decomposition;
@@ -58,17 +61,17 @@ pub fn locate(
     if observations.is_empty() {
         return Err(MismatchError::Empty);
     }
-    Bench::new(baseline, observations).located_at_start(options)
+    DiagnosisProblem::new(baseline, observations).located_at_start(options)
 }
 
-impl Bench<'_> {
+impl DiagnosisProblem<'_> {
     /// Says where the model without effects fails.
     pub(super) fn located_at_start(
         &self,
         options: &SearchOptions,
     ) -> Result<Located, MismatchError> {
         let state = self
-            .settle(self.start(), options.noise)?
+            .alternate(self.start(), options.noise)?
             .ok_or(MismatchError::Empty)?;
         self.located(&state, options.noise.given())
     }
@@ -86,7 +89,7 @@ impl Bench<'_> {
         let model = &state.fitted.model;
         let columns = self.columns(&mut predictor, model)?;
         let (slope_m, _) = self.slope(&mut predictor, model)?;
-        let prior_sd = prior_sd(self.baseline.parameters());
+        let prior_sd = prior_sd(self.baseline);
         let decomposition = Decomposition::new(&Setting {
             observations: self.observations,
             whitening: &state.whitening,
@@ -120,16 +123,16 @@ impl Bench<'_> {
         let parts = if slopes || shapes {
             self.parts(state)?
         } else {
-            carriers::Parts::default()
+            components::Parts::default()
         };
         Ok(Located {
-            slope_carriers: if slopes {
-                decomposition.slope_carriers(&parts, &white)
+            slope_components: if slopes {
+                decomposition.slope_components(&parts, &white)
             } else {
                 Vec::new()
             },
-            shape_carriers: if shapes {
-                decomposition.shape_carriers(&parts, &white)
+            shape_components: if shapes {
+                decomposition.shape_components(&parts, &white)
             } else {
                 Vec::new()
             },
@@ -138,10 +141,6 @@ impl Bench<'_> {
             untested,
         })
     }
-}
-
-fn prior_sd(parameters: &[BaselineParameter]) -> Vec<f64> {
-    parameters.iter().map(|p| p.prior_sd).collect()
 }
 
 fn passes(tests: &[StratumTest], contrasts: &[Contrast]) -> bool {

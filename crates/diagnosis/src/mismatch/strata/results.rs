@@ -1,11 +1,13 @@
 //! What is said of where a model fails.
 
+use std::fmt;
+
 use crate::mismatch::diagnosis::Location;
-use crate::mismatch::leftover::Stratum;
 use crate::mismatch::observations::Observations;
+use crate::mismatch::stratum::Stratum;
+use stiffbench_beams::physics::Place;
 use stiffbench_units_and_text::test_point::{Direction, PoseId};
 
-use super::carriers::Carrying;
 use super::map::MapEntry;
 
 /// Family-wise level below which a stratum is looked into.
@@ -160,9 +162,9 @@ pub struct Located {
     /// What could not be tested.
     pub untested: Vec<Untested>,
     /// Parts of the structure by how much of the misfit of slopes each explains alone, the most first; empty if slopes do not misfit.
-    pub slope_carriers: Vec<Carrying>,
+    pub slope_components: Vec<ExplainedShare>,
     /// The same for curves, steps and loops over the load: joints and supports.
-    pub shape_carriers: Vec<Carrying>,
+    pub shape_components: Vec<ExplainedShare>,
     /// Mean residuals by pose, direction, load step, branch and repeat.
     pub map: Vec<MapEntry>,
 }
@@ -210,4 +212,44 @@ impl Located {
         }
         out
     }
+}
+
+/// A part of the structure that may give way.
+#[derive(Debug, Clone, PartialEq)]
+pub struct SuspectComponent {
+    /// The joint, element, base axis or direction of the gauge's stand.
+    pub place: Place,
+    /// Section property of an element: A (along), Iy, Iz (bending), J (twisting).
+    pub property: Option<&'static str>,
+}
+
+impl fmt::Display for SuspectComponent {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match (&self.place, self.property) {
+            (Place::Direction(direction), _) => write!(f, "the gauge's stand in {direction}"),
+            (place, Some(property)) => write!(f, "{place}, {property}"),
+            (place, None) => write!(f, "{place}"),
+        }
+    }
+}
+
+/// How much of a misfit a part of the structure explains alone.
+#[derive(Debug, Clone, PartialEq)]
+pub struct ExplainedShare {
+    /// The part.
+    pub component: SuspectComponent,
+    /// Parts that cannot be told from it with these cells.
+    pub alike: Vec<SuspectComponent>,
+    /// Share of the misfit's squares, the factors refitted: cosine² of the two patterns.
+    pub share: f64,
+    /// Chance that noise alone gives as much.
+    pub p: f64,
+    /// Chance that noise alone leaves what this part does not explain; above 0.05 it suffices.
+    pub p_left: f64,
+    /// What it would take: compliance beyond the model's, rad/(N·m) of a joint or the base, m/N of a stand, 1 of an element (relative).
+    /// `None` for shapes over the load, which have no one size, and where no size would do.
+    pub size: Option<f64>,
+    /// Whether the part can have that size: no joint, base or stand is stiffer than rigid, a joint in a closed loop gives way no more
+    /// than a pin, and no property of an element is wrong by more than a factor of ten.
+    pub possible: bool,
 }

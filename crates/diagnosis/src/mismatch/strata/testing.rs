@@ -2,12 +2,12 @@
 
 use crate::mismatch::observations::Observations;
 use crate::mismatch::restricted_likelihood::EstimatedNoise;
-use stiffbench_numeric::statistics::{chi_squared_upper_tail, f_upper_tail};
 use stiffbench_units_and_text::test_point::Direction;
 
 use super::decomposition::{Comparison, Decomposition, squares};
 use super::extremes::Period;
 use super::results::{Contrast, STRATUM_LEVEL, Spot, StratumTest, Untested};
+use super::tails::{holm, tail};
 
 impl Decomposition<'_> {
     /// All tests of a white residual.
@@ -88,7 +88,7 @@ impl Decomposition<'_> {
 
     /// Largest departure of a reading in a white pattern, m.
     pub(super) fn size_m(&self, mut pattern: Vec<f64>) -> f64 {
-        self.whitening.apply_inverse(&mut pattern);
+        self.whitening.covariance.unwhiten(&mut pattern);
         pattern
             .iter()
             .fold(0.0, |most, value| most.max(value.abs()))
@@ -159,29 +159,6 @@ fn groups(observations: &Observations) -> Vec<(Option<usize>, Option<Direction>)
                 .iter()
                 .map(|cell| (Some(cell.pose), Some(cell.direction))),
         );
-    }
-    out
-}
-
-/// Chance that F with these degrees of freedom is larger; χ² for a known variance.
-pub(super) fn tail(statistic: f64, d1: f64, d2: f64) -> f64 {
-    let p = if d2.is_infinite() {
-        chi_squared_upper_tail(statistic * d1, d1)
-    } else {
-        f_upper_tail(statistic, d1, d2)
-    };
-    p.unwrap_or(1.0).clamp(0.0, 1.0)
-}
-
-/// Family-wise chances by Holm's step-down, in the order given.
-pub(super) fn holm(p: &[f64]) -> Vec<f64> {
-    let mut order: Vec<usize> = (0..p.len()).collect();
-    order.sort_by(|&a, &b| p[a].total_cmp(&p[b]));
-    let mut out = vec![1.0; p.len()];
-    let mut largest = 0.0_f64;
-    for (rank, place) in order.into_iter().enumerate() {
-        largest = largest.max(((p.len() - rank) as f64 * p[place]).min(1.0));
-        out[place] = largest;
     }
     out
 }

@@ -5,10 +5,10 @@ use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, StandardNormal};
 
 use super::decomposition::squares;
-use super::testing::holm;
+use super::tails::holm;
 use super::*;
 use crate::mismatch::KnownNoise;
-use crate::mismatch::noise::Whitening;
+use crate::mismatch::noise::NoiseCovariance;
 use crate::mismatch::{GaugeSteps, PlannedCell, PlannedLoad, ReadingNoise, RobotBaseline, Stratum};
 use crate::parameters::ParameterChoice;
 use stiffbench_beams::physics::{Effect, Law, Place, laws};
@@ -130,14 +130,14 @@ fn baseline<'a>(robot: &'a Robot, mechanism: &str) -> RobotBaseline<'a> {
 
 /// Everything that a test of white residuals needs.
 struct Ready {
-    whitening: Whitening,
+    whitening: NoiseCovariance,
     columns: Vec<Vec<f64>>,
     slope_m: Vec<f64>,
     predicted_m: Vec<f64>,
     prior_sd: Vec<f64>,
 }
 
-fn ready(bench: &Bench<'_>, noise: &ReadingNoise) -> Ready {
+fn ready(bench: &DiagnosisProblem<'_>, noise: &ReadingNoise) -> Ready {
     let mut predictor = bench.predictor();
     let model = bench.start();
     Ready {
@@ -147,7 +147,7 @@ fn ready(bench: &Bench<'_>, noise: &ReadingNoise) -> Ready {
         columns: bench.columns(&mut predictor, &model).unwrap(),
         slope_m: bench.slope(&mut predictor, &model).unwrap().0,
         predicted_m: bench.predicted(&mut bench.predictor(), &model).unwrap(),
-        prior_sd: prior_sd(bench.baseline.parameters()),
+        prior_sd: prior_sd(bench.baseline),
     }
 }
 
@@ -185,11 +185,11 @@ fn distance_from_uniform(values: &mut [f64]) -> f64 {
 }
 
 /// A mechanism under loading and unloading with holds.
-fn up_and_down(mechanism: &str, check: impl FnOnce(&Fixture, &Bench<'_>, &Ready)) {
+fn up_and_down(mechanism: &str, check: impl FnOnce(&Fixture, &DiagnosisProblem<'_>, &Ready)) {
     let robot = robot();
     let fixture = fixture(&UP_AND_DOWN, true);
     let baseline = baseline(&robot, mechanism);
-    let bench = Bench::new(&baseline, &fixture.observations);
+    let bench = DiagnosisProblem::new(&baseline, &fixture.observations);
     let ready = ready(&bench, &fixture.noise);
     check(&fixture, &bench, &ready);
 }
@@ -261,7 +261,7 @@ fn within_runs_the_scatter_of_zeros_and_slopes_need_not_be_known() {
         let mut chances = vec![Vec::new(); 4];
         for seed in 0..DRAWS as u64 {
             let mut readings_m = white_noise(fixture.observations.len(), seed);
-            real.whitening.apply_inverse(&mut readings_m);
+            real.whitening.covariance.unwhiten(&mut readings_m);
             let white = decomposition.white(&readings_m);
             let within = [
                 Contrast::Clock,
@@ -290,8 +290,8 @@ fn whitening_undone_gives_back_the_readings() {
     up_and_down("A", |fixture, _, ready| {
         let white = white_noise(fixture.observations.len(), 1);
         let mut there_and_back = white.clone();
-        ready.whitening.apply_inverse(&mut there_and_back);
-        ready.whitening.apply(&mut there_and_back);
+        ready.whitening.covariance.unwhiten(&mut there_and_back);
+        ready.whitening.covariance.whiten(&mut there_and_back);
         for (a, b) in white.iter().zip(&there_and_back) {
             assert!((a - b).abs() < 1e-9, "{a} {b}");
         }
@@ -302,7 +302,7 @@ fn whitening_undone_gives_back_the_readings() {
 fn located(fixture: &Fixture, mechanism: &str, mut effect: Effect, length: f64) -> Located {
     let robot = robot();
     let baseline = baseline(&robot, mechanism);
-    let bench = Bench::new(&baseline, &fixture.observations);
+    let bench = DiagnosisProblem::new(&baseline, &fixture.observations);
     let mut model = bench.start();
     let ready = ready(&bench, &fixture.noise);
     let decomposition = ready.decomposition(&fixture.observations);
@@ -317,7 +317,7 @@ fn located(fixture: &Fixture, mechanism: &str, mut effect: Effect, length: f64) 
     }
     model.effects = vec![effect];
     let mut readings_m = white_noise(fixture.observations.len(), 3);
-    ready.whitening.apply_inverse(&mut readings_m);
+    ready.whitening.covariance.unwhiten(&mut readings_m);
     for (reading, predicted) in readings_m
         .iter_mut()
         .zip(bench.predicted(&mut bench.predictor(), &model).unwrap())
@@ -396,7 +396,7 @@ fn noise_alone_is_located_nowhere() {
     let nothing = effect(laws::JOINT_COMPLIANCE, joint("A3"), &[1e-12]);
     let located = located(&up_and_down, "F", nothing, 1e-3);
     assert_eq!(located.locations(), []);
-    assert!(located.slope_carriers.is_empty() && located.shape_carriers.is_empty());
+    assert!(located.slope_components.is_empty() && located.shape_components.is_empty());
     assert!(located.tests.iter().all(|test| test.spots.is_empty()));
     // 12 cells, 5 repeats, 15 steps, of which the top has two readings.
     assert_eq!(located.map.len(), 900);
@@ -410,21 +410,21 @@ fn a_compliant_joint_carries_the_misfit_of_slopes() {
     let up_and_down = fixture(&UP_AND_DOWN, true);
     let softer = effect(laws::JOINT_COMPLIANCE, joint("A3"), &[1e-7]);
     let located = located(&up_and_down, "A", softer, 20.0);
-    let first = &located.slope_carriers[0];
-    assert_eq!(first.carrier.place, joint("A3"));
+    let first = &located.slope_components[0];
+    assert_eq!(first.component.place, joint("A3"));
     assert!(first.share > 0.95 && first.p_left > 0.01, "{first:?}");
     assert!(first.size.is_some_and(|size| size > 0.0));
     // In mechanism A the end link stays level: its joint moves the end as the gauge's stand does.
     let stand = located
-        .slope_carriers
+        .slope_components
         .iter()
         .find(|c| {
-            c.carrier.place == Place::Direction(Direction::Y) || c.carrier.place == joint("A5B")
+            c.component.place == Place::Direction(Direction::Y) || c.component.place == joint("A5B")
         })
         .unwrap();
     let together = [joint("A5B"), Place::Direction(Direction::Y)];
     let has = |place: &Place| {
-        stand.carrier.place == *place || stand.alike.iter().any(|c| c.place == *place)
+        stand.component.place == *place || stand.alike.iter().any(|c| c.place == *place)
     };
     assert!(together.iter().all(has), "{stand:?}");
 }

@@ -67,9 +67,9 @@ fn a_compliant_joint_is_found_in_stiffness_values_that_hold_one() {
 fn decides_little(found: &TwelveValues) {
     assert!((found.paper_worst_percent - 23.66).abs() < 0.02);
     assert!(found.gap.iter().all(|(_, _, ratio)| *ratio > 0.5));
-    assert!((1..=found.candidates.len()).contains(&found.not_told_apart));
+    assert!((1..=found.candidates.len()).contains(&found.not_distinguishable));
     assert!(found.baseline.worst_held_out_percent > found.baseline.rms_percent);
-    let in_order = |pair: &[LinearCandidate]| pair[0].behind <= pair[1].behind;
+    let in_order = |pair: &[FittedLaw]| pair[0].behind <= pair[1].behind;
     assert!(found.candidates.windows(2).all(in_order));
 }
 
@@ -94,7 +94,7 @@ fn twelve_values_decide_little() {
     let robot = Robot::parse(&shipped_robot("hp-robot").unwrap()).unwrap();
     let found = twelve_values(&robot, bench(), reference(), 0).unwrap();
     decides_little(&found);
-    assert!(found.not_told_apart > 1);
+    assert!(found.not_distinguishable > 1);
 }
 
 #[test]

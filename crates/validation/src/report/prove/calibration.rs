@@ -5,8 +5,8 @@ use std::fmt::Write;
 use serde_json::{Value, json};
 
 use crate::prove::{CalibrationRow, Share, Variant};
-use stiffbench::mismatch::{LAW_LEVEL, LEFT_OVER_LEVEL};
 use stiffbench::report::TextTable;
+use stiffbench::search::constants::{LAW_LEVEL, UNEXPLAINED_LEVEL};
 
 use super::{share_json, share_words};
 
@@ -27,9 +27,9 @@ pub fn calibration_text(rows: &[CalibrationRow]) -> String {
     let mut text = format!(
         "False alarms on {} benches with nothing missing; designed level {:.1} % (laws {:.1} %, structure left {:.1} %).\nAny verdict but nothing-missing or insufficient-data is an alarm.\n\n",
         all.trials,
-        100.0 * (LAW_LEVEL + LEFT_OVER_LEVEL),
+        100.0 * (LAW_LEVEL + UNEXPLAINED_LEVEL),
         100.0 * LAW_LEVEL,
-        100.0 * LEFT_OVER_LEVEL
+        100.0 * UNEXPLAINED_LEVEL
     );
     let mut table = TextTable::new(&[
         "variant",
@@ -89,7 +89,7 @@ pub fn calibration_text(rows: &[CalibrationRow]) -> String {
 pub fn calibration_json(rows: &[CalibrationRow]) -> Value {
     let [alarms, factors] = sums(rows.iter());
     json!({
-        "designed_level": LAW_LEVEL + LEFT_OVER_LEVEL,
+        "designed_level": LAW_LEVEL + UNEXPLAINED_LEVEL,
         "alarms": share_json(&alarms),
         "factors_in_intervals": share_json(&factors),
         "rows": rows.iter().map(|row| json!({

@@ -4,7 +4,7 @@ use std::fmt::Write;
 
 use serde_json::{Value, json};
 
-use crate::prove::{FurtherCell, LinearCandidate, TwelveValues};
+use crate::prove::{FittedLaw, FurtherCell, TwelveValues};
 use stiffbench::report::{TextTable, significant};
 
 /// Laws that are printed.
@@ -28,7 +28,7 @@ pub fn twelve_values_text(found: &TwelveValues) -> String {
     text.push_str(
         "\nWhat one linear law closes of that gap alone (share of the squares of ln K), the elements left as they are\n\n",
     );
-    let mut alone: Vec<&LinearCandidate> = found.candidates.iter().collect();
+    let mut alone: Vec<&FittedLaw> = found.candidates.iter().collect();
     alone.sort_by(|a, b| b.closes.total_cmp(&a.closes));
     let mut rows = TextTable::new(&["law", "value", "closes, %"]);
     for candidate in alone.iter().take(PRINTED) {
@@ -97,7 +97,7 @@ fn conclusions(found: &TwelveValues) -> String {
         text,
         "\nLaws that pass the limit of the search: {passes}. Best fit: {}. Laws within 3 of its log likelihood, which twelve values do not tell apart from it: {}.",
         best.map_or("none", |candidate| candidate.title.as_str()),
-        found.not_told_apart
+        found.not_distinguishable
     );
     if let Some(least) = least {
         let _ = writeln!(
@@ -151,7 +151,7 @@ fn pose_words(cell: &FurtherCell) -> String {
 /// The same for programs.
 #[must_use]
 pub fn twelve_values_json(found: &TwelveValues) -> Value {
-    let candidate = |candidate: &LinearCandidate| {
+    let candidate = |candidate: &FittedLaw| {
         json!({
             "title": candidate.title,
             "value": candidate.value,
@@ -174,7 +174,7 @@ pub fn twelve_values_json(found: &TwelveValues) -> Value {
         "baseline": candidate(&found.baseline),
         "candidates": found.candidates.iter().map(candidate).collect::<Vec<_>>(),
         "paper_worst_percent": found.paper_worst_percent,
-        "not_told_apart": found.not_told_apart,
+        "not_told_apart": found.not_distinguishable,
         "further": found.further.iter().map(|cell| json!({
             "rival": cell.rival,
             "pose_deg": cell.pose.iter().map(|(name, angle)| (name.clone(), json!(angle))).collect::<serde_json::Map<_, _>>(),

@@ -1,22 +1,22 @@
-//! A few vectors of which many are sums.
+//! A low-rank basis: a few of many vectors, of which all are sums.
 
 use faer::linalg::matmul::matmul;
 use faer::{Accum, MatMut, MatRef, Par};
 
 use stiffbench_numeric::lanes::widest;
 
-use super::draws::LEFT_OUT;
+use crate::search::constants::LEFT_OUT;
 
-/// A few of many vectors, and all of them as sums over the few.
-pub(super) struct Few {
-    /// The few, one after the other.
-    pub(super) vectors: Vec<f64>,
-    /// Shares of the few, vector by vector.
+/// A basis of vectors, and all of them as sums over it.
+pub(super) struct LowRank {
+    /// The basis, one vector after the other.
+    pub(super) basis: Vec<f64>,
+    /// Shares of the basis, vector by vector.
     pub(super) shares: Vec<f64>,
 }
 
-impl Few {
-    /// Chooses the few that leave least of the others, until nothing is left that counts.
+impl LowRank {
+    /// Chooses those vectors that leave least of the others, until nothing is left that counts.
     ///
     /// # Arguments
     /// - `vectors`, `absorbed`: vectors, and what is projected out of them, one after the other.
@@ -62,11 +62,11 @@ impl Few {
             return None;
         }
         let shares = sums(count, &chosen, &rows);
-        let of_few = chosen
+        let of_basis = chosen
             .iter()
             .flat_map(|&vector| &vectors[vector * directions..][..directions]);
         Some(Self {
-            vectors: of_few.copied().collect(),
+            basis: of_basis.copied().collect(),
             shares,
         })
     }
@@ -151,7 +151,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn many_vectors_are_sums_of_the_few_they_span() {
+    fn vectors_are_sums_of_the_basis_they_span() {
         // Forty vectors of three waves in thirty directions, one direction projected out.
         let wave = |k: usize, i: usize| (0.7 * (k * i + k) as f64).sin();
         let vector = |v: usize| {
@@ -167,13 +167,13 @@ mod tests {
         let vectors: Vec<f64> = (0..40).flat_map(vector).collect();
         let mut absorbed = vec![0.0; 30];
         absorbed[4] = 1.0;
-        let few = Few::new(30, &vectors, &absorbed).unwrap();
-        let count = few.vectors.len() / 30;
+        let low_rank = LowRank::new(30, &vectors, &absorbed).unwrap();
+        let count = low_rank.basis.len() / 30;
         assert_eq!(count, 3);
-        for (vector, shares) in vectors.chunks(30).zip(few.shares.chunks(count)) {
+        for (vector, shares) in vectors.chunks(30).zip(low_rank.shares.chunks(count)) {
             for i in (0..30).filter(|i| *i != 4) {
-                let told = few.vectors.chunks(30).zip(shares);
-                let sum: f64 = told.map(|(few, share)| share * few[i]).sum();
+                let terms = low_rank.basis.chunks(30).zip(shares);
+                let sum: f64 = terms.map(|(vector, share)| share * vector[i]).sum();
                 assert!(
                     (sum - vector[i]).abs() < LEFT_OUT,
                     "{i}: {sum} {}",
@@ -181,8 +181,8 @@ mod tests {
                 );
             }
         }
-        // Vectors that span all there is are told themselves.
+        // Vectors that span all there is are their own basis.
         let all: Vec<f64> = (0..900).map(|i| f64::from(u8::from(i % 31 == 0))).collect();
-        assert!(Few::new(30, &all, &absorbed[..0]).is_none());
+        assert!(LowRank::new(30, &all, &absorbed[..0]).is_none());
     }
 }

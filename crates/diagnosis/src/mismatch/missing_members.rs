@@ -5,38 +5,27 @@ use rayon::prelude::*;
 use stiffbench_beams::physics::{Effect, Law, PlaceScale, Shape};
 
 use super::candidate::Candidate;
+use super::candidate_scores::{WhiteCandidate, WhiteShape};
+use super::changes::MissingMemberChange;
 use super::error::MismatchError;
 use super::memory::key_of;
-use super::rank::View;
+use super::problem::DiagnosisProblem;
+use super::rank::CandidateScores;
 use super::ranked::Ranked;
-use super::refit::{Model, Near, Refit};
-use super::screen::{WhiteCandidate, WhiteShape};
-use super::space::{Space, dot};
-use super::state::{Bench, State};
+use super::refit::{Model, Refit, WarmStart};
+use super::state::State;
+use crate::search::WhiteSpace;
+use crate::search::constants::{HOPELESS, INVISIBLE_MEMBER};
+use crate::search::{Evidence, dot};
 
-/// Squared length, in standard errors, below which the readings say nothing of a member: it may as well be loose.
-const INVISIBLE: f64 = 1e-6;
-
-/// Linear gain, as a share of the squared length of what a member's absence changes, below which no fit makes it a gain: halfway from what
-/// a structure with the member leaves (-1) to what explains nothing (0).
-const HOPELESS: f64 = -0.5;
-
-/// What the absence of a member would change in readings of the baseline.
-#[derive(Debug)]
-pub(super) struct LooseChange {
-    effect: Effect,
-    /// With the factors fitted again, m; `None` if the structure without it could not be fitted.
-    change_m: Option<Vec<f64>>,
-}
-
-impl Bench<'_> {
+impl DiagnosisProblem<'_> {
     /// What loose members would change in readings of the baseline, for the limits; the factors fitted again, exactly.
-    pub(super) fn loose_shapes(
+    pub(super) fn missing_member_shapes(
         &self,
         state: &State,
-        space: &Space,
+        space: &WhiteSpace,
     ) -> Result<Vec<WhiteCandidate>, MismatchError> {
-        let shaped = |change: &LooseChange| {
+        let shaped = |change: &MissingMemberChange| {
             let change_m = change.change_m.as_ref()?;
             let white = space.projected(change_m);
             let square = dot(&white, &white);
@@ -46,7 +35,7 @@ impl Bench<'_> {
                 saturation: 0.0,
                 held: None,
             };
-            (square > INVISIBLE).then(|| WhiteCandidate {
+            (square > INVISIBLE_MEMBER).then(|| WhiteCandidate {
                 candidate: Candidate {
                     law: change.effect.law,
                     place: change.effect.place.clone(),
@@ -63,15 +52,18 @@ impl Bench<'_> {
             })
         };
         Ok(self
-            .loose_changes(state)?
+            .missing_member_changes(state)?
             .iter()
             .filter_map(shaped)
             .collect())
     }
 
     /// What each loose member would change, about the first state that was asked for: where it stands matters little.
-    fn loose_changes(&self, state: &State) -> Result<&[LooseChange], MismatchError> {
-        self.memory.loose_changes(|| {
+    fn missing_member_changes(
+        &self,
+        state: &State,
+    ) -> Result<&[MissingMemberChange], MismatchError> {
+        self.memory.missing_member_changes(|| {
             let base = Model {
                 parameters: state.fitted.model.parameters.clone(),
                 effects: Vec::new(),
@@ -99,7 +91,7 @@ impl Bench<'_> {
                         Ok::<_, MismatchError>(with)
                     })
                     .transpose()?;
-                Ok(LooseChange { effect, change_m })
+                Ok(MissingMemberChange { effect, change_m })
             };
             let effects = self.baseline.loose_effects().into_par_iter();
             effects.with_max_len(1).map(change).collect()
@@ -110,15 +102,15 @@ impl Bench<'_> {
     ///
     /// # Arguments
     /// - `worth`: whether a linear gain of the law is worth a fit.
-    pub(super) fn loose_members(
+    pub(super) fn missing_members(
         &self,
         state: &State,
-        view: &View,
+        view: &CandidateScores,
         worth: impl Fn(Law, f64) -> bool,
     ) -> Result<Vec<Ranked>, MismatchError> {
         let existing = &state.fitted.model.effects;
         let key = key_of(state);
-        let promises = |change: &&LooseChange| {
+        let promises = |change: &&MissingMemberChange| {
             let Some(change_m) = &change.change_m else {
                 return worth(change.effect.law, f64::INFINITY);
             };
@@ -128,7 +120,7 @@ impl Bench<'_> {
             worth(change.effect.law, gain) && gain > HOPELESS * square
         };
         let effects: Vec<&Effect> = self
-            .loose_changes(state)?
+            .missing_member_changes(state)?
             .iter()
             .filter(|change| !existing.contains(&change.effect))
             .filter(promises)
@@ -137,7 +129,7 @@ impl Bench<'_> {
         let fitted: Vec<Option<Ranked>> = effects
             .into_par_iter()
             .map(|effect| {
-                let fit = || self.loose_member(state, &view.space, effect);
+                let fit = || self.missing_member(state, &view.space, effect);
                 self.memory.fitted(&key, effect, fit)
             })
             .collect::<Result<_, MismatchError>>()?;
@@ -145,10 +137,10 @@ impl Bench<'_> {
     }
 
     /// The structure of a state without one element more, fitted.
-    fn loose_member(
+    fn missing_member(
         &self,
         state: &State,
-        space: &Space,
+        space: &WhiteSpace,
         effect: &Effect,
     ) -> Result<Option<Ranked>, MismatchError> {
         let existing = &state.fitted.model.effects;
@@ -161,31 +153,35 @@ impl Bench<'_> {
         }
         let mut predictor = self.predictor();
         let refit = Refit {
-            near: Some(Near::Start),
+            near: Some(WarmStart::Start),
             ..self.refit(&state.whitening)
         };
         let Some(fitted) = refit.fit(&mut predictor, &start, true) else {
             return Ok(None);
         };
-        let gain = state.fitted.squares - fitted.squares;
-        if gain < 0.0 {
+        let delta_chi2 = state.fitted.squares - fitted.squares;
+        if delta_chi2 < 0.0 {
             return Ok(None);
         }
         let place = fitted.model.effects.len() - 1;
         let (white, whole) = self.effect_vector(&mut predictor, &fitted.model, place, space)?;
-        if dot(&white, &white) <= INVISIBLE {
+        if dot(&white, &white) <= INVISIBLE_MEMBER {
             return Ok(None);
         }
         Ok(Some(Ranked {
             effect: effect.clone(),
             wide: false,
-            gain,
-            // It has no shape that a fit could move.
-            linear_gain: gain,
-            log_bayes: f64::NEG_INFINITY,
+            evidence: Evidence {
+                delta_chi2,
+                // It has no shape that a fit could move.
+                linear_delta_chi2: delta_chi2,
+                amplitudes: 1.0,
+                parameters: effect.values.len(),
+                dof: 1e6,
+                critical_value: f64::INFINITY,
+            },
             white,
             whole,
-            dof: 1e6,
             fitted,
         }))
     }

@@ -1,30 +1,4 @@
-//! Columns made orthogonal to others, and the smallest value of a function of one size.
-
-/// A column of unit length beside others; `None` if they contain it.
-pub(super) fn unit_beside(mut column: Vec<f64>, basis: &[Vec<f64>]) -> Option<Vec<f64>> {
-    let length = |v: &[f64]| v.iter().map(|x| x * x).sum::<f64>().sqrt();
-    let before = length(&column);
-    for _ in 0..2 {
-        for other in basis {
-            take_out(&mut column, other);
-        }
-    }
-    let after = length(&column);
-    if after <= 1e-6 * before || after == 0.0 {
-        return None;
-    }
-    for x in &mut column {
-        *x /= after;
-    }
-    Some(column)
-}
-
-pub(super) fn take_out(vector: &mut [f64], unit: &[f64]) {
-    let product: f64 = vector.iter().zip(unit).map(|(a, b)| a * b).sum();
-    for (value, unit) in vector.iter_mut().zip(unit) {
-        *value -= product * unit;
-    }
-}
+//! The smallest value of a function of one size.
 
 /// Where a function of one size is smallest: a grid (of equal ratios where sizes are positive), then golden sections.
 pub(super) fn smallest(at: &dyn Fn(f64) -> f64, [low, high]: [f64; 2]) -> f64 {

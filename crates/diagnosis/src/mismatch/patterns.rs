@@ -10,51 +10,11 @@ use rayon::prelude::*;
 use stiffbench_units_and_text::test_point::Direction;
 
 use super::observations::{Observations, ObservedCell};
-use super::products::{Measured, Products};
 use super::profiles::profiles;
-use super::space::{Space, dot};
-
-/// A row of the decomposition of the residuals.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
-pub enum Stratum {
-    /// One set of factors does not serve all cells.
-    CellSlope,
-    /// Curvature, dead zone, steps over the load.
-    LoadStep,
-    /// Loading and unloading differ.
-    Branch,
-    /// Trend over repeats or the clock.
-    RepeatTime,
-    /// Positive and negative loads differ.
-    Sign,
-    /// Size of the noise, outliers, functions of the reading.
-    Rest,
-}
-
-impl Stratum {
-    /// All strata, in the order of the method.
-    pub const ALL: [Self; 6] = [
-        Self::CellSlope,
-        Self::LoadStep,
-        Self::Branch,
-        Self::RepeatTime,
-        Self::Sign,
-        Self::Rest,
-    ];
-
-    /// Name in files.
-    #[must_use]
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::CellSlope => "cell-slope",
-            Self::LoadStep => "load-step",
-            Self::Branch => "branch",
-            Self::RepeatTime => "repeat-time",
-            Self::Sign => "sign",
-            Self::Rest => "rest",
-        }
-    }
-}
+use super::stratum::Stratum;
+use crate::search::WhiteSpace;
+use crate::search::constants::{ABSORBED_PATTERN, ENOUGH_FOR_A_RHYTHM, FREQUENCIES};
+use crate::search::{Batched, ScoreEngine, dot};
 
 /// The readings a pattern acts on.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -91,9 +51,6 @@ pub(super) struct Pattern {
     pub(super) size_m: f64,
 }
 
-/// A pattern shorter than this share of its length before projection is absorbed by the fit.
-const ABSORBED: f64 = 1e-3;
-
 /// A pattern in readings, m: one vector, or two for a sine and cosine.
 struct InReadings {
     stratum: Stratum,
@@ -105,7 +62,7 @@ struct InReadings {
 pub(super) fn patterns(
     observations: &Observations,
     compliance: &[f64],
-    space: &Space,
+    space: &WhiteSpace,
 ) -> Vec<Pattern> {
     in_readings(observations, compliance)
         .par_iter()
@@ -117,17 +74,17 @@ pub(super) fn patterns(
 pub(super) fn largest_patterns(
     observations: &Observations,
     compliance: &[f64],
-    space: &Space,
+    space: &WhiteSpace,
     residuals: &[f64],
 ) -> Vec<(f64, Pattern)> {
     // Gains by products have lost some of their digits.
     const NEARLY: f64 = 1.0 - 1e-6;
     let all = in_readings(observations, compliance);
-    let products = Products::new(space, residuals);
+    let engine = Batched::new(space, residuals);
     let gains: Vec<f64> = all
         .par_iter()
         .map_init(Vec::new, |memory, pattern| {
-            pattern.gain(observations, &products, memory)
+            pattern.delta_chi2(observations, &engine, memory)
         })
         .collect();
     let largest_of = |stratum: Stratum| {
@@ -183,12 +140,6 @@ fn in_readings(observations: &Observations, compliance: &[f64]) -> Vec<InReading
     out
 }
 
-/// Readings in a run from which on a rhythm in their order is looked for.
-const ENOUGH_FOR_A_RHYTHM: usize = 32;
-
-/// Most frequencies that are looked for.
-const FREQUENCIES: usize = 200;
-
 /// Sines and cosines of the place in the run: something that repeats itself with the readings.
 fn order_patterns(observations: &Observations) -> Vec<InReadings> {
     let longest = observations
@@ -231,70 +182,32 @@ fn order_patterns(observations: &Observations) -> Vec<InReadings> {
 
 impl InReadings {
     /// Made white; `None` if the fit absorbs it.
-    fn white(&self, space: &Space) -> Option<Pattern> {
-        let mut units: Vec<Vec<f64>> = Vec::new();
-        let mut projected: Vec<Vec<f64>> = Vec::new();
-        let mut size_m = 0.0;
-        for values in &self.values_m {
-            let mut white = space.white(values);
-            let before = dot(&white, &white).sqrt();
-            let mut left = white.clone();
-            space.project(&mut left);
-            for (unit, other) in units.iter().zip(&projected) {
-                let share = dot(other, &left);
-                subtract(&mut left, share, other);
-                subtract(&mut white, share, unit);
-            }
-            let after = dot(&left, &left).sqrt();
-            if !(after > ABSORBED * before && after > 0.0) {
-                return None;
-            }
-            for value in left.iter_mut().chain(&mut white) {
-                *value /= after;
-            }
-            projected.push(left);
-            if units.is_empty() {
-                let largest = values.iter().fold(0.0_f64, |most, v| most.max(v.abs()));
-                size_m = largest / after;
-            }
-            units.push(white);
-        }
+    fn white(&self, space: &WhiteSpace) -> Option<Pattern> {
+        let (units, length) = space.orthonormal(&self.values_m, ABSORBED_PATTERN)?;
+        let first = self.values_m.first()?.iter();
         Some(Pattern {
             stratum: self.stratum,
             group: self.group,
             units,
-            size_m,
+            size_m: first.fold(0.0_f64, |most, v| most.max(v.abs())) / length,
         })
     }
 
     /// Drop of the weighted squares, by products; that of what the fit absorbs is not to be relied on.
-    fn gain(
+    fn delta_chi2(
         &self,
         observations: &Observations,
-        products: &Products<'_>,
+        engine: &impl ScoreEngine,
         memory: &mut Vec<f64>,
     ) -> f64 {
-        let share = |seen: Measured| {
-            if seen.square > 0.0 {
-                seen.product * seen.product / seen.square
-            } else {
-                0.0
-            }
-        };
         match &self.values_m[..] {
-            [values] => share(products.measure(values, &self.group.range(observations), memory)),
-            [sine, cosine, ..] => {
-                let pair = products.measure_pair([sine, cosine], memory);
-                share(pair.first) + share(pair.second)
+            [values] => {
+                let rows = self.group.range(observations);
+                engine.moments(values, &rows, memory).delta_chi2()
             }
+            [sine, cosine, ..] => engine.pair_moments([sine, cosine], memory).delta_chi2(),
             [] => 0.0,
         }
-    }
-}
-
-fn subtract(vector: &mut [f64], share: f64, other: &[f64]) {
-    for (value, other) in vector.iter_mut().zip(other) {
-        *value -= share * other;
     }
 }
 

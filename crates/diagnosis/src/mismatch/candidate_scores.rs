@@ -1,4 +1,4 @@
-//! Every shape of every candidate against the residuals, with the fit's freedom projected out: linear, exact in the shape, in parallel.
+//! Every shape of every candidate scored against the residuals: linear, exact in the shape, in parallel.
 
 use rayon::prelude::*;
 
@@ -7,8 +7,9 @@ use stiffbench_numeric::lanes::widest;
 
 use super::candidate::Candidate;
 use super::changes::Changes;
-use super::products::{Measured, Products};
-use super::space::{Space, dot};
+use crate::search::WhiteSpace;
+use crate::search::constants::{HIDDEN_JOINT, INVISIBLE};
+use crate::search::{BestAmplitude, Moments, ScoreEngine, dot, subtract};
 
 /// A candidate with its shapes ready: those that can be seen at all.
 #[derive(Debug, Clone)]
@@ -17,20 +18,19 @@ pub(super) struct Shaped<S> {
     pub(super) shapes: Vec<S>,
 }
 
-/// A candidate whose shapes were compared with the residuals.
-pub(super) type SeenCandidate = Shaped<SeenShape>;
+/// A candidate with the scores of its shapes.
+pub(super) type ScoredCandidate = Shaped<ScoredShape>;
 
 /// A candidate with its shapes as white vectors.
 pub(super) type WhiteCandidate = Shaped<WhiteShape>;
 
-/// A shape as the residuals see it.
+/// A shape with its score.
 #[derive(Debug, Clone)]
-pub(super) struct SeenShape {
+pub(super) struct ScoredShape {
     pub(super) shape: Shape,
-    /// Its white square, and its product with the residuals.
-    pub(super) seen: Measured,
-    /// The same of a law's quarter turn of phase, made orthogonal to the first.
-    pub(super) quarter: Option<Measured>,
+    pub(super) moments: Moments,
+    /// Those of a law's quarter turn of phase, made orthogonal to the first.
+    pub(super) quarter: Option<Moments>,
     /// Largest change of a reading, m.
     pub(super) peak_m: f64,
 }
@@ -47,21 +47,14 @@ pub(super) struct WhiteShape {
     pub(super) peak_m: f64,
 }
 
-/// What the screen says of a candidate.
+/// The best shape of a candidate.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct Screened {
-    /// Place of the best shape.
+pub(super) struct BestShape {
+    /// Its place among the shapes.
     pub(super) shape: usize,
-    /// Its size, as a multiple of the shape's.
-    pub(super) scale: f64,
-    /// Drop of the weighted squares.
-    pub(super) gain: f64,
-    /// The drop that the impossible sign would give, if the law has one.
-    pub(super) impossible_gain: f64,
+    /// Its best amplitude; of the forbidden sign the best of all shapes.
+    pub(super) best: BestAmplitude,
 }
-
-/// An effect this many standard errors long at its largest possible size cannot be seen.
-const INVISIBLE: f64 = 1e-3;
 
 /// Shapes that one thread takes at a time: a period has hundreds, a slip has one.
 const SHAPES_AT_A_TIME: usize = 32;
@@ -91,25 +84,25 @@ impl Scratch {
     }
 }
 
-/// Compares all shapes with the residuals.
-pub(super) fn seen_candidates(
+/// Scores all shapes of candidates.
+pub(super) fn score_candidates(
     changes: &Changes<'_>,
-    products: &Products<'_>,
+    engine: &impl ScoreEngine,
     candidates: Vec<Candidate>,
-) -> Vec<SeenCandidate> {
-    let look = |candidates: Vec<Candidate>| -> Vec<SeenCandidate> {
+) -> Vec<ScoredCandidate> {
+    let score = |candidates: Vec<Candidate>| -> Vec<ScoredCandidate> {
         candidates
             .into_par_iter()
             .with_max_len(CANDIDATES_AT_A_TIME)
             .map_init(
                 || Scratch::new(changes.readings()),
                 |scratch, candidate| {
-                    let look = |shape: &Shape, scratch: &mut Scratch| {
-                        seen_shape(changes, products, &candidate, shape, scratch)
+                    let score = |shape: &Shape, scratch: &mut Scratch| {
+                        scored_shape(changes, engine, &candidate, shape, scratch)
                     };
                     let shapes = &candidate.shapes;
-                    SeenCandidate {
-                        shapes: each_shape(changes, &candidate.place, shapes, look, scratch),
+                    ScoredCandidate {
+                        shapes: each_shape(changes, &candidate.place, shapes, score, scratch),
                         candidate,
                     }
                 },
@@ -120,17 +113,17 @@ pub(super) fn seen_candidates(
     let (compliances, rest): (Vec<Candidate>, Vec<Candidate>) = candidates
         .into_iter()
         .partition(|candidate| candidate.law.search.is_freest);
-    let mut out = look(compliances);
+    let mut out = score(compliances);
     let unseen: Vec<Place> = out
         .iter()
-        .filter(|seen| !seen.can_be_seen())
-        .map(|seen| seen.candidate.place.clone())
+        .filter(|scored| !scored.can_be_seen())
+        .map(|scored| scored.candidate.place.clone())
         .collect();
     let rest = rest
         .into_iter()
         .filter(|candidate| !unseen.contains(&candidate.place))
         .collect();
-    out.extend(look(rest));
+    out.extend(score(rest));
     out
 }
 
@@ -139,10 +132,10 @@ fn each_shape<S: Sync, T: Send>(
     changes: &Changes<'_>,
     place: &Place,
     shapes: &[S],
-    look: impl Fn(&S, &mut Scratch) -> Option<T> + Sync,
+    work: impl Fn(&S, &mut Scratch) -> Option<T> + Sync,
     scratch: &mut Scratch,
 ) -> Vec<T> {
-    let look_at = |shapes: &[S], scratch: &mut Scratch| -> Vec<T> {
+    let work_on = |shapes: &[S], scratch: &mut Scratch| -> Vec<T> {
         if !matches!(place, Place::Joint(_)) {
             scratch.path = None;
             scratch.joint = None;
@@ -151,43 +144,43 @@ fn each_shape<S: Sync, T: Send>(
             scratch.path = changes.path(place);
             scratch.joint = Some(place.clone());
         }
-        let found = shapes.iter().map(|shape| look(shape, scratch));
+        let found = shapes.iter().map(|shape| work(shape, scratch));
         found.flatten().collect()
     };
     if shapes.len() <= SHAPES_AT_A_TIME {
-        return look_at(shapes, scratch);
+        return work_on(shapes, scratch);
     }
     let parts = shapes.par_chunks(SHAPES_AT_A_TIME).with_max_len(1);
     let found = parts.map_init(
         || Scratch::new(changes.readings()),
-        |scratch, shapes| look_at(shapes, scratch),
+        |scratch, shapes| work_on(shapes, scratch),
     );
     found.flatten_iter().collect()
 }
 
-fn seen_shape(
+fn scored_shape(
     changes: &Changes<'_>,
-    products: &Products<'_>,
+    engine: &impl ScoreEngine,
     candidate: &Candidate,
     shape: &Shape,
     scratch: &mut Scratch,
-) -> Option<SeenShape> {
+) -> Option<ScoredShape> {
     let effect = effect_of(candidate, shape);
     let [first, second] = &mut scratch.change_m;
-    let (seen, quarter, peak_m) = if let Some(phase) = candidate.law.search.phase {
+    let (moments, quarter, peak_m) = if let Some(phase) = candidate.law.search.phase {
         changes.of_both_phases(&effect, phase, &mut scratch.twists, [first, second])?;
-        let pair = products.measure_pair([&*first, &*second], &mut scratch.products);
+        let pair = engine.pair_moments([&*first, &*second], &mut scratch.products);
         let peak_m = peak(first).max(peak(second));
         (pair.first, Some(pair.second), peak_m)
     } else {
         let path = scratch.path.as_ref();
         let range = changes.of(&effect, path, &mut scratch.twists, first)?;
-        let seen = products.measure(first, &range, &mut scratch.products);
-        (seen, None, peak(&first[range]))
+        let moments = engine.moments(first, &range, &mut scratch.products);
+        (moments, None, peak(&first[range]))
     };
-    (seen.square > INVISIBLE * INVISIBLE).then(|| SeenShape {
+    (moments.square > INVISIBLE * INVISIBLE).then(|| ScoredShape {
         shape: shape.clone(),
-        seen,
+        moments,
         quarter,
         peak_m,
     })
@@ -210,20 +203,21 @@ fn peak(values: &[f64]) -> f64 {
 /// Makes the shapes of candidates white vectors, not projected.
 pub(super) fn white_candidates<'s>(
     changes: &Changes<'_>,
-    space: &Space,
-    seen: impl IntoParallelIterator<Item = &'s SeenCandidate, Iter: IndexedParallelIterator>,
+    space: &WhiteSpace,
+    scored: impl IntoParallelIterator<Item = &'s ScoredCandidate, Iter: IndexedParallelIterator>,
 ) -> Vec<WhiteCandidate> {
-    seen.into_par_iter()
+    scored
+        .into_par_iter()
         .with_max_len(CANDIDATES_AT_A_TIME)
         .map_init(
             || Scratch::new(changes.readings()),
-            |scratch, SeenCandidate { candidate, shapes }| {
-                let look = |shape: &SeenShape, scratch: &mut Scratch| {
+            |scratch, ScoredCandidate { candidate, shapes }| {
+                let white = |shape: &ScoredShape, scratch: &mut Scratch| {
                     white_shape(changes, space, candidate, shape, scratch)
                 };
                 WhiteCandidate {
                     candidate: candidate.clone(),
-                    shapes: each_shape(changes, &candidate.place, shapes, look, scratch),
+                    shapes: each_shape(changes, &candidate.place, shapes, white, scratch),
                 }
             },
         )
@@ -232,9 +226,9 @@ pub(super) fn white_candidates<'s>(
 
 fn white_shape(
     changes: &Changes<'_>,
-    space: &Space,
+    space: &WhiteSpace,
     candidate: &Candidate,
-    shape: &SeenShape,
+    shape: &ScoredShape,
     scratch: &mut Scratch,
 ) -> Option<WhiteShape> {
     let effect = effect_of(candidate, &shape.shape);
@@ -251,21 +245,19 @@ fn white_shape(
     };
     Some(WhiteShape {
         shape: shape.shape.clone(),
-        square: shape.seen.square,
+        square: shape.moments.square,
         vectors,
         peak_m: shape.peak_m,
     })
 }
 
 /// Makes the second of two white vectors orthogonal to the first and of unit length, as both are when projected.
-fn make_orthogonal(space: &Space, first: &[f64], second: &mut [f64]) {
+fn make_orthogonal(space: &WhiteSpace, first: &[f64], second: &mut [f64]) {
     let [mut own, mut other] = [second.to_vec(), first.to_vec()];
     space.project(&mut own);
     space.project(&mut other);
     let share = dot(&own, &other) / dot(&other, &other);
-    for (value, other) in own.iter_mut().zip(&other) {
-        *value -= share * other;
-    }
+    subtract(&mut own, share, &other);
     let length = dot(&own, &own).sqrt().max(f64::MIN_POSITIVE);
     for (value, first) in second.iter_mut().zip(first) {
         *value = (*value - share * first) / length;
@@ -279,30 +271,28 @@ impl WhiteCandidate {
     }
 }
 
-impl SeenCandidate {
-    /// Whether its largest possible effect is longer than two standard errors.
+impl ScoredCandidate {
+    /// Whether its largest possible effect is longer than [`HIDDEN_JOINT`].
     fn can_be_seen(&self) -> bool {
         self.shapes.iter().any(|shape| {
             let largest = shape.shape.scale[1];
-            largest == f64::INFINITY || largest * largest * shape.seen.square > 4.0
+            largest == f64::INFINITY
+                || largest * largest * shape.moments.square > HIDDEN_JOINT * HIDDEN_JOINT
         })
     }
 
-    /// A candidate whose vectors are known, compared with residuals.
+    /// A candidate whose vectors are known, projected, with its scores.
     pub(super) fn of(white: &WhiteCandidate, residuals: &[f64]) -> Self {
-        let measured = |vector: &Vec<f64>| Measured {
-            square: dot(vector, vector),
-            product: dot(vector, residuals),
-        };
+        let moments = |vector: &Vec<f64>| Moments::of_white(vector, residuals);
         Self {
             candidate: white.candidate.clone(),
             shapes: white
                 .shapes
                 .iter()
-                .map(|shape| SeenShape {
+                .map(|shape| ScoredShape {
                     shape: shape.shape.clone(),
-                    seen: measured(&shape.vectors[0]),
-                    quarter: shape.vectors.get(1).map(measured),
+                    moments: moments(&shape.vectors[0]),
+                    quarter: shape.vectors.get(1).map(moments),
                     peak_m: shape.peak_m,
                 })
                 .collect(),
@@ -319,32 +309,24 @@ pub(super) fn effect_of(candidate: &Candidate, shape: &Shape) -> Effect {
     }
 }
 
-impl SeenShape {
-    /// Best size and the drop of the squares; and the drop of the impossible sign.
-    pub(super) fn gain(&self) -> (f64, f64, f64) {
-        let Measured { square, product } = self.seen;
-        if let Some(quarter) = self.quarter {
-            let first = product * product / square;
-            let other = quarter.product.powi(2) / quarter.square.max(f64::MIN_POSITIVE);
-            return (product / square, first + other, 0.0);
+impl ScoredShape {
+    /// Its best amplitude; of a law with a phase that along the first of its two vectors.
+    pub(super) fn best(&self) -> BestAmplitude {
+        match self.quarter {
+            None => self.moments.best_within(self.shape.scale),
+            Some(quarter) => BestAmplitude {
+                multiple: self.moments.product / self.moments.square,
+                delta_chi2: self.moments.delta_chi2() + quarter.delta_chi2(),
+                forbidden_delta_chi2: 0.0,
+            },
         }
-        let [lowest, highest] = self.shape.scale;
-        let free = product / square;
-        let scale = free.clamp(lowest, highest);
-        let gain = scale * (2.0 * product - scale * square);
-        let impossible = if lowest >= 0.0 && free < 0.0 {
-            product * product / square
-        } else {
-            0.0
-        };
-        (scale, gain, impossible)
     }
 
     /// The effect at a size, with its phase from the residuals where it has one.
     pub(super) fn effect(&self, candidate: &Candidate, scale: f64) -> Effect {
         let mut effect = effect_of(candidate, &self.shape);
         if let (Some(quarter), Some(phase)) = (self.quarter, candidate.law.search.phase) {
-            let s = self.seen.product / self.seen.square;
+            let s = self.moments.product / self.moments.square;
             let c = quarter.product / quarter.square.max(f64::MIN_POSITIVE);
             effect.values[0] *= s.hypot(c);
             effect.values[phase] = c.atan2(s);
@@ -362,28 +344,23 @@ impl SeenShape {
 }
 
 /// The best shape of each candidate; `None` for one that cannot be seen.
-pub(super) fn screen(candidates: &[SeenCandidate]) -> Vec<Option<Screened>> {
-    candidates
-        .iter()
-        .map(|candidate| {
-            let mut best: Option<Screened> = None;
-            let mut impossible_gain = 0.0_f64;
-            for (place, shape) in candidate.shapes.iter().enumerate() {
-                let (scale, gain, impossible) = shape.gain();
-                impossible_gain = impossible_gain.max(impossible);
-                if best.is_none_or(|best| gain > best.gain) {
-                    best = Some(Screened {
-                        shape: place,
-                        scale,
-                        gain,
-                        impossible_gain: 0.0,
-                    });
-                }
+pub(super) fn best_shapes(candidates: &[ScoredCandidate]) -> Vec<Option<BestShape>> {
+    let best_shape = |candidate: &ScoredCandidate| {
+        let mut found: Option<BestShape> = None;
+        let mut forbidden = 0.0_f64;
+        for (shape, scored) in candidate.shapes.iter().enumerate() {
+            let best = scored.best();
+            forbidden = forbidden.max(best.forbidden_delta_chi2);
+            if found.is_none_or(|found| best.delta_chi2 > found.best.delta_chi2) {
+                found = Some(BestShape { shape, best });
             }
-            best.map(|best| Screened {
-                impossible_gain,
-                ..best
-            })
-        })
-        .collect()
+        }
+        let mut found = found?;
+        found.best.forbidden_delta_chi2 = forbidden;
+        Some(found)
+    };
+    candidates.iter().map(best_shape).collect()
 }
+
+#[cfg(test)]
+mod tests;

@@ -1,20 +1,19 @@
 //! Which part of the structure carries a misfit: how much of it each joint, element or support explains alone.
 
-use std::fmt;
-
 use crate::mismatch::baseline::PROPERTIES;
 use crate::mismatch::error::MismatchError;
 use crate::mismatch::observations::{Observations, ObservedCell};
-use crate::mismatch::space::{dot, norm};
-use crate::mismatch::state::{Bench, State};
+use crate::mismatch::problem::DiagnosisProblem;
+use crate::mismatch::state::State;
+use crate::search::{dot, norm, push_orthonormal};
 use stiffbench_beams::physics::{Place, PoseMechanics};
 use stiffbench_units_and_text::test_point::{Branch, Direction};
 
 use super::contrasts::ErrorTerm;
 use super::decomposition::{Comparison, Decomposition, squares};
 use super::levels::{indicators, levels};
-use super::results::Contrast;
-use super::testing::tail;
+use super::results::{Contrast, ExplainedShare, SuspectComponent};
+use super::tails::tail;
 
 /// Parts whose effects are as alike as this (cosine) cannot be told apart.
 const INSEPARABLE: f64 = 0.98;
@@ -32,53 +31,13 @@ const MOST_WRONG: f64 = 10.0;
 /// A part of whose effect the factors leave less than this share is not seen.
 const HIDDEN: f64 = 1e-3;
 
-/// A part of the structure that may give way.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Carrier {
-    /// The joint, element, base axis or direction of the gauge's stand.
-    pub place: Place,
-    /// Section property of an element: A (along), Iy, Iz (bending), J (twisting).
-    pub property: Option<&'static str>,
-}
-
-impl fmt::Display for Carrier {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match (&self.place, self.property) {
-            (Place::Direction(direction), _) => write!(f, "the gauge's stand in {direction}"),
-            (place, Some(property)) => write!(f, "{place}, {property}"),
-            (place, None) => write!(f, "{place}"),
-        }
-    }
-}
-
-/// How much of a misfit a part of the structure explains alone.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Carrying {
-    /// The part.
-    pub carrier: Carrier,
-    /// Parts that cannot be told from it with these cells.
-    pub alike: Vec<Carrier>,
-    /// Share of the misfit's squares, the factors refitted: cosine² of the two patterns.
-    pub share: f64,
-    /// Chance that noise alone gives as much.
-    pub p: f64,
-    /// Chance that noise alone leaves what this part does not explain; above 0.05 it suffices.
-    pub p_left: f64,
-    /// What it would take: compliance beyond the model's, rad/(N·m) of a joint or the base, m/N of a stand, 1 of an element (relative).
-    /// `None` for shapes over the load, which have no one size, and where no size would do.
-    pub size: Option<f64>,
-    /// Whether the part can have that size: no joint, base or stand is stiffer than rigid, a joint in a closed loop gives way no more
-    /// than a pin, and no property of an element is wrong by more than a factor of ten.
-    pub possible: bool,
-}
-
 /// Parts of a structure with what they do in each cell.
 #[derive(Debug, Default)]
 pub(super) struct Parts(Vec<Part>);
 
 #[derive(Debug)]
 struct Part {
-    carrier: Carrier,
+    component: SuspectComponent,
     /// Compliance along each cell's direction for a unit of compliance in the part, m/N.
     compliance: Vec<f64>,
     /// Stiffness of the structure against a twist in a joint, N·m/rad: the smallest of all poses; zero for other parts.
@@ -87,7 +46,7 @@ struct Part {
     lever: Option<Vec<f64>>,
 }
 
-impl Bench<'_> {
+impl DiagnosisProblem<'_> {
     /// The parts of the baseline in a state.
     pub(super) fn parts(&self, state: &State) -> Result<Parts, MismatchError> {
         let parameters = &state.fitted.model.parameters;
@@ -148,7 +107,7 @@ impl Bench<'_> {
 
 impl Decomposition<'_> {
     /// Parts by how much of the misfit of the cells' slopes each explains alone.
-    pub(super) fn slope_carriers(&self, parts: &Parts, white: &[f64]) -> Vec<Carrying> {
+    pub(super) fn slope_components(&self, parts: &Parts, white: &[f64]) -> Vec<ExplainedShare> {
         let contrast = |c: &&Comparison| c.contrast == Contrast::CellSlope;
         let Some(comparison) = self.comparisons.iter().find(contrast) else {
             return Vec::new();
@@ -169,7 +128,10 @@ impl Decomposition<'_> {
         let ranked = seen.map(|(part, seen)| {
             let along = dot(&seen, &pattern) / squares(&seen);
             let explained = along * along * squares(&seen);
-            (misfit.carrying(part, explained, 1.0, Some(along)), seen)
+            (
+                misfit.explained_share(part, explained, 1.0, Some(along)),
+                seen,
+            )
         });
         grouped(ranked.collect())
     }
@@ -177,7 +139,7 @@ impl Decomposition<'_> {
     /// Joints and supports by how much of the curves, steps and loops over the load a law in each explains alone.
     ///
     /// The course over the load is left free; what is tested is its size from cell to cell, which follows the lever.
-    pub(super) fn shape_carriers(&self, parts: &Parts, white: &[f64]) -> Vec<Carrying> {
+    pub(super) fn shape_components(&self, parts: &Parts, white: &[f64]) -> Vec<ExplainedShare> {
         let (pattern, d1) = self.shape(white);
         let error = self.error(ErrorTerm::Pure, white);
         let misfit = Misfit {
@@ -196,25 +158,13 @@ impl Decomposition<'_> {
             for node in &nodes {
                 let column: Vec<f64> = node.iter().zip(&sizes).map(|(n, s)| n * s).collect();
                 let white = self.white(&column);
-                let mut seen = self.shape(&white).0;
-                for unit in &units {
-                    let share = dot(unit, &seen);
-                    for (value, unit) in seen.iter_mut().zip(unit) {
-                        *value -= share * unit;
-                    }
-                }
-                let length = norm(&seen);
-                if length > 10.0 * HIDDEN * norm(&white) {
-                    for value in &mut seen {
-                        *value /= length;
-                    }
-                    units.push(seen);
-                }
+                let seen = self.shape(&white).0;
+                push_orthonormal(&mut units, seen, 0.0, 10.0 * HIDDEN * norm(&white));
             }
             let explained = units.iter().map(|unit| dot(unit, &pattern).powi(2)).sum();
             let dof = units.len() as f64;
-            let carrying = misfit.carrying(part, explained, dof, None);
-            (dof > 0.0).then_some((carrying, representative))
+            let share_of = misfit.explained_share(part, explained, dof, None);
+            (dof > 0.0).then_some((share_of, representative))
         });
         grouped(ranked.collect())
     }
@@ -240,12 +190,18 @@ struct Misfit {
 }
 
 impl Misfit {
-    fn carrying(&self, part: &Part, explained: f64, dof: f64, size: Option<f64>) -> Carrying {
+    fn explained_share(
+        &self,
+        part: &Part,
+        explained: f64,
+        dof: f64,
+        size: Option<f64>,
+    ) -> ExplainedShare {
         let (error, d2) = self.error;
         let scale = (error / d2).max(f64::MIN_POSITIVE);
         let left = self.d1 - dof;
-        Carrying {
-            carrier: part.carrier.clone(),
+        ExplainedShare {
+            component: part.component.clone(),
             alike: Vec::new(),
             share: (explained / self.squares).clamp(0.0, 1.0),
             p: if dof > 0.0 {
@@ -267,7 +223,7 @@ impl Misfit {
 impl Part {
     fn new(place: Place, compliance: Vec<f64>, lever: Option<Vec<f64>>) -> Self {
         Self {
-            carrier: Carrier {
+            component: SuspectComponent {
                 place,
                 property: None,
             },
@@ -278,7 +234,7 @@ impl Part {
     }
 
     fn of_property(mut self, property: &'static str) -> Self {
-        self.carrier.property = Some(property);
+        self.component.property = Some(property);
         self
     }
 
@@ -289,7 +245,7 @@ impl Part {
     }
 
     fn possible(&self, seen: f64) -> bool {
-        if self.carrier.property.is_some() {
+        if self.component.property.is_some() {
             seen > 1.0 / MOST_WRONG - 1.0 && seen < MOST_WRONG - 1.0
         } else {
             seen > 0.0 && seen * self.stiffness < A_PIN && seen < SOFTEST
@@ -298,23 +254,23 @@ impl Part {
 }
 
 /// Those that are possible first, of these the most first; parts that cannot be told from an earlier one stand with it.
-fn grouped(mut ranked: Vec<(Carrying, Vec<f64>)>) -> Vec<Carrying> {
+fn grouped(mut ranked: Vec<(ExplainedShare, Vec<f64>)>) -> Vec<ExplainedShare> {
     ranked.sort_by(|(a, _), (b, _)| {
         let possible = b.possible.cmp(&a.possible);
         possible.then(b.share.total_cmp(&a.share))
     });
-    let mut out: Vec<(Carrying, Vec<f64>)> = Vec::new();
-    for (carrying, seen) in ranked {
+    let mut out: Vec<(ExplainedShare, Vec<f64>)> = Vec::new();
+    for (share_of, seen) in ranked {
         let same = out.iter_mut().find(|(first, other)| {
-            first.possible == carrying.possible
+            first.possible == share_of.possible
                 && dot(other, &seen).abs() > INSEPARABLE * norm(other) * norm(&seen)
         });
         match same {
-            Some((first, _)) => first.alike.push(carrying.carrier),
-            None => out.push((carrying, seen)),
+            Some((first, _)) => first.alike.push(share_of.component),
+            None => out.push((share_of, seen)),
         }
     }
-    out.into_iter().map(|(carrying, _)| carrying).collect()
+    out.into_iter().map(|(share_of, _)| share_of).collect()
 }
 
 /// Columns of ones for each level and branch, the same in all cells.

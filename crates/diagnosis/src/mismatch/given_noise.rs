@@ -1,0 +1,47 @@
+//! Noise of which a record of the instruments gives a part.
+
+use super::baseline::Baseline;
+use super::error::MismatchError;
+use super::known_noise::KnownNoise;
+use super::observations::Observations;
+use super::problem::DiagnosisProblem;
+use super::restricted_likelihood::EstimatedNoise;
+
+/// Noise whose part of single readings is given, for example by the records of the instruments.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct GivenNoise {
+    /// The noise to search with: no record states how gauge zeros and slopes of runs scatter, so these stay as the readings show them.
+    pub noise: EstimatedNoise,
+    /// Standard deviation of a reading as the readings themselves show it, m; much larger than what is given, the record is too good.
+    pub seen_sd_m: f64,
+}
+
+/// The noise of readings with a given standard deviation of a single one.
+///
+/// # Arguments
+/// - `reading_sd_m`: standard deviation of a reading, the step of its gauge included, m.
+///
+/// # Errors
+/// [`MismatchError::Empty`] if there is no noise to be found, else those of the baseline.
+pub fn given_noise(
+    baseline: &dyn Baseline,
+    observations: &Observations,
+    reading_sd_m: f64,
+) -> Result<GivenNoise, MismatchError> {
+    let bench = DiagnosisProblem::new(baseline, observations);
+    let seen = bench
+        .alternate(bench.start(), KnownNoise::Nothing)?
+        .ok_or(MismatchError::Empty)?
+        .noise;
+    let mut noise = seen;
+    noise.noise.reading_sd_m = reading_sd_m;
+    // What is given has no uncertainty, and none in common with the rest.
+    for other in 0..3 {
+        noise.covariance[0][other] = 0.0;
+        noise.covariance[other][0] = 0.0;
+    }
+    Ok(GivenNoise {
+        noise,
+        seen_sd_m: seen.noise.reading_sd_m,
+    })
+}

@@ -1,0 +1,274 @@
+//! The problem: readings and a baseline, models fitted to them, and the white space in which candidates are compared.
+
+use std::sync::Arc;
+
+use super::baseline::{Baseline, prior_sd};
+use super::candidate::PlaceScales;
+use super::error::MismatchError;
+use super::known_noise::KnownNoise;
+use super::memory::Memory;
+use super::noise::NoiseCovariance;
+use super::observations::Observations;
+use super::predictor::{IdleSolvers, ReadingPredictor};
+use super::refit::{Model, Refit, step_of};
+use super::restricted_likelihood::{EstimatedNoise, estimate_noise};
+use super::state::State;
+use crate::search::WhiteSpace;
+use crate::search::constants::{ALTERNATIONS, SAME_COVARIANCE};
+
+/// The problem: what was observed, and the baseline it is fitted with.
+#[derive(Clone)]
+pub(super) struct DiagnosisProblem<'a> {
+    pub(super) baseline: &'a dyn Baseline,
+    pub(super) observations: &'a Observations,
+    idle: Arc<IdleSolvers<'a>>,
+    pub(super) memory: Arc<Memory>,
+}
+
+impl<'a> DiagnosisProblem<'a> {
+    /// The problem of these observations.
+    pub(super) fn new(baseline: &'a dyn Baseline, observations: &'a Observations) -> Self {
+        Self {
+            baseline,
+            observations,
+            idle: Arc::default(),
+            memory: Arc::default(),
+        }
+    }
+
+    /// The same problem with the gauge elsewhere: the same readings but for their positions.
+    pub(super) fn with_positions(&self, observations: &'a Observations) -> Self {
+        Self {
+            observations,
+            ..self.clone()
+        }
+    }
+
+    /// A predictor of readings.
+    pub(super) fn predictor(&self) -> ReadingPredictor<'a> {
+        ReadingPredictor::new(self.baseline, self.observations, Arc::clone(&self.idle))
+    }
+
+    /// What the loads make of places, by the structure at the start; of one that cannot be solved there only what needs no structure.
+    pub(super) fn scales(&self) -> &PlaceScales {
+        self.memory.scales(|| {
+            let start = self.start();
+            let frozen = self.predictor().frozen(&start.parameters, &[]);
+            PlaceScales::new(self.observations, &frozen.unwrap_or_default())
+        })
+    }
+
+    /// A refit under a whitening.
+    pub(super) fn refit<'w>(&'w self, whitening: &'w NoiseCovariance) -> Refit<'w>
+    where
+        'a: 'w,
+    {
+        Refit {
+            baseline: self.baseline,
+            observations: self.observations,
+            whitening,
+            kept: None,
+            scales: self.scales(),
+            bounds_of_last: None,
+            near: None,
+        }
+    }
+
+    /// Fits a model and finds its noise, each from the other, twice round.
+    ///
+    /// # Arguments
+    /// - `known`: the noise, if it is given; else it is found from what the model leaves.
+    pub(super) fn alternate(
+        &self,
+        start: Model,
+        known: KnownNoise,
+    ) -> Result<Option<State>, MismatchError> {
+        self.memory
+            .model(start, known, |start| self.alternate_anew(start, known))
+    }
+
+    fn alternate_anew(
+        &self,
+        start: Model,
+        known: KnownNoise,
+    ) -> Result<Option<State>, MismatchError> {
+        let mut predictor = self.predictor();
+        let mut model = start;
+        let given = known.given().copied();
+        let mut found = given;
+        let mut state = None;
+        for round in 0..ALTERNATIONS {
+            if given.is_none() && (round > 0 || found.is_none()) {
+                let Some(estimate) = self.noise_of(&mut predictor, &model, &known)? else {
+                    return Ok(None);
+                };
+                let is_settled = found.is_some_and(|before| alike(&before, &estimate));
+                found = Some(estimate);
+                if is_settled {
+                    break;
+                }
+            } else if given.is_some() && round > 0 {
+                break;
+            }
+            let Some(noise) = found else { return Ok(None) };
+            let whitening = self.whitening(&mut predictor, &model, &noise)?;
+            let Some(fitted) = self.refit(&whitening).fit(&mut predictor, &model, true) else {
+                return Ok(None);
+            };
+            model = fitted.model.clone();
+            state = Some(State {
+                fitted,
+                noise,
+                whitening,
+            });
+        }
+        Ok(state)
+    }
+
+    /// The noise that a model leaves, by the readings and what is known beforehand.
+    pub(super) fn noise_of(
+        &self,
+        predictor: &mut ReadingPredictor<'a>,
+        model: &Model,
+        known: &KnownNoise,
+    ) -> Result<Option<EstimatedNoise>, MismatchError> {
+        let n = self.observations.len();
+        let mut predicted = vec![0.0; n];
+        if !predictor.predict(&model.parameters, &model.effects, &mut predicted)? {
+            return Ok(None);
+        }
+        let (slope_m, compliance) = self.slope(predictor, model)?;
+        let residual: Vec<f64> = self
+            .observations
+            .displacement_m
+            .iter()
+            .zip(&predicted)
+            .map(|(measured, predicted)| measured - predicted)
+            .collect();
+        let linear = (&slope_m[..], &compliance[..]);
+        let found = estimate_noise(
+            self.observations,
+            &residual,
+            linear,
+            self.memory.noise(),
+            known.earlier(),
+        );
+        self.memory.keep_noise(found.noise);
+        Ok(Some(found))
+    }
+
+    /// The whitening of a model's noise.
+    pub(super) fn whitening(
+        &self,
+        predictor: &mut ReadingPredictor<'a>,
+        model: &Model,
+        noise: &EstimatedNoise,
+    ) -> Result<NoiseCovariance, MismatchError> {
+        let (slope_m, compliance) = self.slope(predictor, model)?;
+        Ok(NoiseCovariance::new(
+            self.observations,
+            &noise.noise,
+            &slope_m,
+            &compliance,
+        ))
+    }
+
+    /// Prediction and compliance of the linear structure.
+    pub(super) fn slope(
+        &self,
+        predictor: &mut ReadingPredictor<'a>,
+        model: &Model,
+    ) -> Result<(Vec<f64>, Vec<f64>), MismatchError> {
+        let mut compliance = vec![0.0; self.observations.len()];
+        predictor.compliance(&model.parameters, &model.effects, &mut compliance)?;
+        let slope_m = compliance
+            .iter()
+            .zip(&self.observations.loads)
+            .map(|(c, load)| c * load.force_n)
+            .collect();
+        Ok((slope_m, compliance))
+    }
+
+    /// Derivatives of the readings to every parameter of a model, m: baseline first, then effects by differences.
+    pub(super) fn columns(
+        &self,
+        predictor: &mut ReadingPredictor<'a>,
+        model: &Model,
+    ) -> Result<Vec<Vec<f64>>, MismatchError> {
+        let n = self.observations.len();
+        let mut columns = Vec::new();
+        let mut up = vec![0.0; n];
+        let mut down = vec![0.0; n];
+        // Central differences of the logarithms of factors: the structure is solved to ten digits.
+        const STEP: f64 = 1e-4;
+        for index in 0..model.parameters.len() {
+            let mut moved = model.parameters.clone();
+            moved[index] += STEP;
+            predictor.predict(&moved, &model.effects, &mut up)?;
+            moved[index] -= 2.0 * STEP;
+            predictor.predict(&moved, &model.effects, &mut down)?;
+            columns.push(
+                up.iter()
+                    .zip(&down)
+                    .map(|(u, d)| (u - d) / (2.0 * STEP))
+                    .collect(),
+            );
+        }
+        predictor.predict(&model.parameters, &model.effects, &mut down)?;
+        let mut effects = model.effects.clone();
+        for place in 0..effects.len() {
+            for value in 0..effects[place].values.len() {
+                let before = effects[place].values[value];
+                // A moment or a time moves readings by kinks: a twentieth averages over them.
+                let smooth = effects[place].law.parameters[value].is_smooth();
+                let step = if smooth {
+                    step_of(&effects[place], value)
+                } else {
+                    0.05 * before.abs().max(1e-12)
+                };
+                effects[place].values[value] = before + step;
+                predictor.predict(&model.parameters, &effects, &mut up)?;
+                effects[place].values[value] = before;
+                columns.push(up.iter().zip(&down).map(|(u, d)| (u - d) / step).collect());
+            }
+        }
+        Ok(columns)
+    }
+
+    /// The space of a state, and its white residuals.
+    pub(super) fn space(&self, state: &State) -> Result<(WhiteSpace, Vec<f64>), MismatchError> {
+        let mut predictor = self.predictor();
+        let model = &state.fitted.model;
+        let columns = self.columns(&mut predictor, model)?;
+        let space = WhiteSpace::new(
+            state.whitening.covariance.clone(),
+            &prior_sd(self.baseline),
+            &columns,
+        );
+        let mut residuals = self
+            .refit(&state.whitening)
+            .residuals(&mut predictor, model)?
+            .unwrap_or_default();
+        space.project(&mut residuals);
+        Ok((space, residuals))
+    }
+
+    /// Displacements of a model, m.
+    pub(super) fn predicted(
+        &self,
+        predictor: &mut ReadingPredictor<'_>,
+        model: &Model,
+    ) -> Result<Vec<f64>, MismatchError> {
+        let mut out = vec![0.0; self.observations.len()];
+        predictor.predict(&model.parameters, &model.effects, &mut out)?;
+        Ok(out)
+    }
+}
+
+/// Whether two noises differ by less than two percent: far less than either is known.
+fn alike(a: &EstimatedNoise, b: &EstimatedNoise) -> bool {
+    let close = |a: f64, b: f64| (a - b).abs() <= SAME_COVARIANCE * a.max(b);
+    close(a.noise.reading_sd_m, b.noise.reading_sd_m)
+        && close(a.noise.zero_sd_m, b.noise.zero_sd_m)
+        && close(a.noise.run_slope_sd, b.noise.run_slope_sd)
+}

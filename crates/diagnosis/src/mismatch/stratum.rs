@@ -1,0 +1,43 @@
+//! Where in the residuals structure sits.
+
+/// A row of the decomposition of the residuals.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
+pub enum Stratum {
+    /// One set of factors does not serve all cells.
+    CellSlope,
+    /// Curvature, dead zone, steps over the load.
+    LoadStep,
+    /// Loading and unloading differ.
+    Branch,
+    /// Trend over repeats or the clock.
+    RepeatTime,
+    /// Positive and negative loads differ.
+    Sign,
+    /// Size of the noise, outliers, functions of the reading.
+    Rest,
+}
+
+impl Stratum {
+    /// All strata, in the order of the method.
+    pub const ALL: [Self; 6] = [
+        Self::CellSlope,
+        Self::LoadStep,
+        Self::Branch,
+        Self::RepeatTime,
+        Self::Sign,
+        Self::Rest,
+    ];
+
+    /// Name in files.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::CellSlope => "cell-slope",
+            Self::LoadStep => "load-step",
+            Self::Branch => "branch",
+            Self::RepeatTime => "repeat-time",
+            Self::Sign => "sign",
+            Self::Rest => "rest",
+        }
+    }
+}

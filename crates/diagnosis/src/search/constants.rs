@@ -1,0 +1,223 @@
+//! Every number of the search that could be another, with unit, meaning, and what set it.
+//!
+//! Four kinds of origin are told apart:
+//!
+//! - **stated**: part of what the search promises;
+//! - **source**: a book or paper;
+//! - **by hand**: chosen by hand on simulated benches (`stiffbench-validate prove --only errors`, `--only calibration`, `--only concealed`), in
+//!   the commit given, without a record of what half or twice the value does; where a trial was counted, its seed and result are those of the
+//!   table in `CHANGELOG.md`;
+//! - **numerics**: rounding, work or memory; no verdict depends on it beyond its tolerance.
+//!
+//! Numbers that belong to one physical law stand in the file of the law; those of the noise model and of the strata stand beside their
+//! formulas.
+
+// Level and critical values.
+
+/// Chance that noise alone passes for one of the laws (1). Stated: together with [`UNEXPLAINED_LEVEL`] 4 %.
+pub const LAW_LEVEL: f64 = 0.035;
+
+/// Chance that noise alone passes for unexplained structure (1). Stated.
+pub const UNEXPLAINED_LEVEL: f64 = 0.005;
+
+/// Null samples (1). The critical value at 0.5 % then rests on 50 samples: a standard error of 14 % of that level. By hand (750d6b5).
+pub const NULL_SAMPLES: usize = 10_000;
+const _: () = assert!(
+    NULL_SAMPLES.is_multiple_of(SAMPLES_TOGETHER),
+    "null samples come in whole blocks"
+);
+
+/// Length of an effect, standard errors, at which most of them are to be found under the level.
+///
+/// At this length a law with a single shape is found in more than nine of ten sessions; shorter effects are weak evidence anyway. By hand
+/// (103a3a2); the rule around it is that of Roeder & Wasserman (Statistical Science 24, 2009, p. 398).
+pub const DESIGN_LENGTH: f64 = 4.5;
+
+/// Share of null samples by which the number of independent shapes of a family is counted (1): 100 samples. By hand (103a3a2).
+pub const TAIL: f64 = 0.01;
+
+/// No critical value of Δχ² is lower: a likelihood ratio of 20. A loose member has no size to be fitted, and one that changes next to
+/// nothing would pass by next to nothing. By hand (6e1a649).
+pub const LEAST_CRITICAL_VALUE: f64 = 6.0;
+
+/// Cosine from which two shapes of one candidate with as free an amplitude count as one in null samples (1). By hand (750d6b5).
+pub const SAME_DIRECTION: f64 = 0.985;
+
+// Noise of null samples.
+
+/// Residuals from which on they show their distribution (1); with fewer the noise is normal. By hand (d2ad58c).
+pub const ENOUGH_FOR_A_DISTRIBUTION: usize = 200;
+
+/// Residuals beyond this many standard deviations are resampled as if they were there: they may be the effect that is looked for. By hand
+/// (d2ad58c).
+pub const LARGEST_RESAMPLED: f64 = 4.5;
+
+/// Standard deviation of the normal part added to each resampled residual, in those of the residuals, so that no sample is one of the few
+/// hundred values seen. By hand (d2ad58c).
+pub const SMOOTHING: f64 = 0.3;
+
+/// Smoothed residuals that are drawn from (1): so many that each is rare. Numerics.
+pub const POOL: usize = 1 << 16;
+
+// Forward selection.
+
+/// Most effects that are looked for (1). Stated.
+pub const MOST_EFFECTS: usize = 3;
+
+/// Share of its critical value that the best candidate needs under the covariance of the model without it, to be looked at under its own.
+///
+/// Under the first an effect that differs between repeats hides part of itself. By hand (cba106e).
+pub const WORTH_A_LOOK: f64 = 0.7;
+
+/// Share of the Δχ² that is asked for which the linear Δχ² of a candidate must reach to be fitted in full.
+///
+/// Fits do add several times as much now and then: a joint's effect that grows large, and what other effects could explain by values that
+/// a fit holds. By hand (65f5168).
+pub const WORTH_A_FIT: f64 = 0.3;
+
+/// Candidates that are fitted in full at a time (1). By hand (9e2cc84).
+pub const MOST_FITTED: usize = 24;
+
+/// Δχ² behind the best linear one, to which candidates are fitted in full: a Bayes factor of e^13. By hand (750d6b5).
+pub const FITTED_WITHIN: f64 = 26.0;
+
+/// Slips that are fitted in full at a time (1): one of a few micrometres may as well have come a step or two earlier or later. By hand: of
+/// 100 slips 0.9 beyond their critical value 81 were rightly named with six, 75 with two.
+pub const MOST_SLIPS_FITTED: usize = 6;
+
+/// Log Bayes factor by which another candidate must explain more to take the place of an effect. By hand (750d6b5).
+pub const SWAP_GAIN: f64 = 0.5;
+
+/// Log Bayes factor that each of several effects needs beside the others; and by which a simpler law may be behind a richer one that
+/// contains it. A ratio of 20: "strong" evidence (Kass & Raftery, Journal of the American Statistical Association 90, 1995, p. 777). Before it
+/// was asked for, 2.4 % of 580 sessions with one effect got a second name.
+pub const STRONG_EVIDENCE: f64 = 3.0;
+
+/// Fall of the weighted squares in poses left out above which an effect helps there (1). Stated: none but zero favours neither side.
+pub const HELD_OUT_FALL: f64 = 0.0;
+
+/// Share of an effect's squares in one pose above which the other poses do not determine it (1). By hand (cba106e).
+pub const ONE_POSE: f64 = 0.5;
+
+/// Relative difference of all standard deviations below which two estimates of a covariance are the same (1): far less than either is known.
+/// Numerics.
+pub const SAME_COVARIANCE: f64 = 0.02;
+
+/// Rounds in which parameters and covariance are found from each other (1). Numerics.
+pub const ALTERNATIONS: usize = 3;
+
+/// Δχ² of an effect from which the shape of its kinked parameters is searched with full fits. By hand (750d6b5).
+pub const WORTH_A_SHAPE_SEARCH: f64 = 30.0;
+
+/// Share of a slip's product with the residuals above which one reading decides about it (1). By hand (fc4705d): alarms on benches with skewed
+/// errors 12 of 182 with the rule, 18 without (seed 708).
+pub const ONE_READING: f64 = 0.5;
+
+/// Standard errors of skewness and kurtosis from which on residuals are not normal. By hand (fc4705d).
+pub const NOT_NORMAL: f64 = 5.0;
+
+// Noise of a coarse gauge.
+
+/// Share of the variance of a reading from which on the step of the gauge is what scatters (1). By hand (aed7720): alarms 9 of 182 with rounded
+/// null samples, 13 without (seed 701); 14 of 182 with them at seed 20261130.
+pub const COARSE: f64 = 0.5;
+
+/// A gauge that is finer in itself than this share of its step rounds every reading of a place alike (1). By hand (aed7720).
+pub const FINEST: f64 = 0.05;
+
+// Rivals.
+
+/// Log Bayes factor by which any rival must be behind to be distinguishable: a ratio of 150, just above three standard errors. "Very strong"
+/// evidence (Kass & Raftery, as above).
+pub const DISTINGUISHABLE: f64 = 5.0;
+
+/// The same for a rival whose effect has a cosine κ with the winner's: this times κ⁴, for the rows that speak for the one say less of the
+/// other. By hand (7c24409): right sets 95.1, 95.3, 98.9 % at 4.5, 6, 8 standard errors; 95.3, 93.7, 98.5 % with 5 κ² (seed 709).
+pub const DISTINGUISHABLE_BY_COSINE: f64 = 8.0;
+
+// Unexplained structure.
+
+/// Δχ² by which an effect must exceed the best pattern without a law in its stead to keep its name: three standard errors. By hand (516ef64).
+pub const BEYOND_PATTERNS: f64 = 9.0;
+
+/// A pattern shorter than this share of its length before projection is absorbed by the baseline (1). Numerics.
+pub const ABSORBED_PATTERN: f64 = 1e-3;
+
+/// The same of a candidate's column. Numerics.
+pub const ABSORBED: f64 = 1e-6;
+
+/// Readings in a run from which on a rhythm in their order is looked for (1). By hand.
+pub const ENOUGH_FOR_A_RHYTHM: usize = 32;
+
+/// Most frequencies that are looked for (1). By hand.
+pub const FREQUENCIES: usize = 200;
+
+// What a diagnosis needs and says.
+
+/// Readings of a single line from which on what it leaves out is found together with what it could be (1): a drift of six standard errors in
+/// 95 % (`crates/diagnosis/tests/mismatch_specimens.rs`).
+pub const ENOUGH_OF_A_LINE: usize = 18;
+
+/// Rivals that are printed (1).
+pub const RIVALS: usize = 8;
+
+/// A factor whose interval spans more than this share of what was allowed beforehand is not identified by the data (1). By hand (750d6b5).
+pub const IDENTIFIED: f64 = 0.5;
+
+/// Degrees of freedom below which an earlier session says nothing of a variance (1). By hand.
+pub const FEWEST_DOF: f64 = 3.0;
+
+/// Earlier sessions with a smaller chance to have the same noise are not pooled (1). By hand.
+pub const LEAST_CHANCE_OF_SAME_NOISE: f64 = 0.01;
+
+// What cannot be seen.
+
+/// White length at its largest possible size, standard errors, below which a shape is left out. Numerics.
+pub const INVISIBLE: f64 = 1e-3;
+
+/// White length of a joint that turns freely, standard errors, up to which no law at that joint is tried: none turns it further. By hand
+/// (cba106e).
+pub const HIDDEN_JOINT: f64 = 2.0;
+
+/// Linear Δχ² of a member's absence, as a share of the squared length of what it changes, below which no fit makes it positive: halfway from
+/// what a structure with the member leaves (-1) to what explains nothing (0). By hand (65f5168).
+pub const HOPELESS: f64 = -0.5;
+
+/// Squared length, in standard errors, below which the readings say nothing of a member: it may as well be loose. Numerics.
+pub const INVISIBLE_MEMBER: f64 = 1e-6;
+
+/// A joint whose release would add more than this many times the compliance of the structure lies in no closed loop (1). Numerics.
+pub const OPEN_LOOP: f64 = 1e4;
+
+/// Readings that must follow a jump (1): with fewer it is an outlier. By hand.
+pub const AFTER_A_JUMP: usize = 2;
+
+/// Quantile of the normal distribution for a power of 80 %. Stated.
+pub const POWER_80: f64 = 0.84;
+
+// Numerics.
+
+/// Share of a column's length that may be told from rounding (1). Numerics.
+pub const ROUNDING: f64 = 1e-9;
+
+/// White length, standard errors, from which a column of the baseline counts: shorter ones no fit can use. Numerics.
+pub const SHORTEST_COLUMN: f64 = 1e-6;
+
+/// A square that is less than this share of its first term has lost too many digits, and is worked out from the white vector. Numerics.
+pub const CANCELLED: f64 = 1e-8;
+
+/// Null samples that share their products (1): as many as fill five registers of sixteen numbers. Numerics.
+pub const SAMPLES_TOGETHER: usize = 80;
+
+/// How far, in lengths of a vector as the fit leaves it, a low-rank basis may leave it out: Δχ² of 16 changes by 0.08 at random, a critical
+/// value not. Numerics.
+pub const LEFT_OUT: f64 = 0.01;
+
+/// Vectors from which a low-rank basis is chosen (1); those of more are chosen apart, for neighbours in the list are most alike. Numerics.
+pub const VECTORS_TOGETHER: usize = 160;
+
+/// A vector this many times longer before the projection than after it is projected in double precision. Numerics.
+pub const LONG: f64 = 1e3;
+
+/// Directions in one block of rows from which on the rows themselves are as good a basis (1). Numerics.
+pub const MOST_DIRECTIONS: usize = 64;

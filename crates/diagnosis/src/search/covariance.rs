@@ -1,0 +1,252 @@
+//! The covariance of the rows, and the transform that makes them white.
+
+use std::ops::Range;
+
+use nalgebra::DMatrix;
+
+use stiffbench_numeric::lanes::{sums_side_by_side, widest};
+
+use super::symmetric_root::symmetric_root;
+
+/// Largest rank within a block.
+const MOST_COLUMNS: usize = 64;
+
+/// A covariance V that is diagonal plus low rank within blocks of rows, D + U Uᵀ, and the transform W with Wᵀ W = V⁻¹.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Covariance {
+    blocks: Vec<Block>,
+    /// D^(-1/2).
+    weights: Vec<f64>,
+    /// ln det V.
+    log_determinant: f64,
+}
+
+/// Rows that are correlated with each other and with no others.
+#[derive(Debug, Clone, PartialEq)]
+pub struct LowRankBlock {
+    /// The rows.
+    pub rows: Range<usize>,
+    /// Columns, each as long as the block, one after the other.
+    pub columns: Vec<f64>,
+}
+
+/// A block and its part of the transform.
+#[derive(Debug, Clone, PartialEq)]
+struct Block {
+    rows: Range<usize>,
+    /// Columns of D^(-1/2) U, one after the other.
+    columns: Vec<f64>,
+    /// The same times the matrix that makes (I - columns · this) the symmetric root of (I + columns columnsᵀ)⁻¹.
+    weighted: Vec<f64>,
+    rank: usize,
+}
+
+impl Covariance {
+    /// # Arguments
+    /// - `variances`: D, above zero.
+    /// - `blocks`: U, at most 64 columns in each block, in the order of the rows.
+    #[must_use]
+    pub fn new(variances: &[f64], blocks: impl IntoIterator<Item = LowRankBlock>) -> Self {
+        let weights: Vec<f64> = variances.iter().map(|v| v.sqrt().recip()).collect();
+        let mut log_determinant: f64 = weights.iter().map(|weight| -2.0 * weight.ln()).sum();
+        let of_block = |block| {
+            let (block, of_block) = Block::new(block, &weights);
+            log_determinant += of_block;
+            block
+        };
+        let blocks = blocks.into_iter().map(of_block).collect();
+        Self {
+            blocks,
+            weights,
+            log_determinant,
+        }
+    }
+
+    /// Rows without correlation, all with one standard deviation above zero.
+    #[must_use]
+    pub fn equal(rows: usize, standard_deviation: f64) -> Self {
+        Self::new(&vec![standard_deviation.powi(2); rows], [])
+    }
+
+    /// ln det V.
+    #[must_use]
+    pub fn log_determinant(&self) -> f64 {
+        self.log_determinant
+    }
+
+    /// D^(-1/2), one a row.
+    #[must_use]
+    pub fn weights(&self) -> &[f64] {
+        &self.weights
+    }
+
+    /// Ranges of rows that are correlated with no others.
+    pub fn block_rows(&self) -> impl Iterator<Item = &Range<usize>> {
+        self.blocks.iter().map(|block| &block.rows)
+    }
+
+    /// Columns E with V⁻¹ = D⁻¹ - E Eᵀ, block by block in the order of the rows.
+    #[must_use]
+    pub fn inverse_columns(&self) -> Vec<LowRankBlock> {
+        let of_block = |block: &Block| LowRankBlock {
+            rows: block.rows.clone(),
+            columns: block.inverse_columns(&self.weights[block.rows.clone()]),
+        };
+        self.blocks.iter().map(of_block).collect()
+    }
+
+    /// W times a vector of rows, in place.
+    pub fn whiten(&self, vector: &mut [f64]) {
+        for (value, weight) in vector.iter_mut().zip(&self.weights) {
+            *value *= weight;
+        }
+        Self::symmetric(self.blocks.iter(), vector);
+    }
+
+    /// W times the part of a vector that lies in `rows`, a union of blocks, in place; the rest is left alone.
+    pub fn whiten_part(&self, vector: &mut [f64], rows: &Range<usize>) {
+        for (value, weight) in vector[rows.clone()]
+            .iter_mut()
+            .zip(&self.weights[rows.clone()])
+        {
+            *value *= weight;
+        }
+        let first = self
+            .blocks
+            .partition_point(|block| block.rows.start < rows.start);
+        let blocks = self.blocks[first..]
+            .iter()
+            .take_while(|block| block.rows.end <= rows.end);
+        Self::symmetric(blocks, vector);
+    }
+
+    /// Wᵀ times a white vector, in place.
+    pub fn whiten_transposed(&self, vector: &mut [f64]) {
+        Self::symmetric(self.blocks.iter(), vector);
+        for (value, weight) in vector.iter_mut().zip(&self.weights) {
+            *value *= weight;
+        }
+    }
+
+    /// W⁻¹ times a white vector, in place.
+    pub fn unwhiten(&self, vector: &mut [f64]) {
+        Self::symmetric(self.blocks.iter(), vector);
+        // (I + C Cᵀ)^(1/2) = (I + C Cᵀ) (I + C Cᵀ)^(-1/2)
+        for block in &self.blocks {
+            let part = &mut vector[block.rows.clone()];
+            let products: Vec<f64> = block
+                .columns
+                .chunks(part.len())
+                .map(|column| column.iter().zip(part.iter()).map(|(c, x)| c * x).sum())
+                .collect();
+            for (product, column) in products.iter().zip(block.columns.chunks(part.len())) {
+                for (value, c) in part.iter_mut().zip(column) {
+                    *value += c * product;
+                }
+            }
+        }
+        for (value, weight) in vector.iter_mut().zip(&self.weights) {
+            *value /= weight;
+        }
+    }
+
+    fn symmetric<'b>(blocks: impl Iterator<Item = &'b Block>, vector: &mut [f64]) {
+        widest(
+            #[inline(always)]
+            || {
+                for block in blocks {
+                    block.symmetric(vector);
+                }
+            },
+        );
+    }
+}
+
+impl Block {
+    /// The block and its part of ln det V.
+    fn new(block: LowRankBlock, weights: &[f64]) -> (Self, f64) {
+        let LowRankBlock { rows, mut columns } = block;
+        let n = rows.len();
+        for column in columns.chunks_mut(n) {
+            for (value, weight) in column.iter_mut().zip(&weights[rows.clone()]) {
+                *value *= weight;
+            }
+        }
+        let rank = columns.len() / n;
+        let (inner, log_determinant) = symmetric_root(&gram(&columns, n));
+        let mut weighted = vec![0.0; rank * n];
+        for i in 0..rank {
+            for j in 0..rank {
+                let share = inner[(j, i)];
+                for row in 0..n {
+                    weighted[i * n + row] += columns[j * n + row] * share;
+                }
+            }
+        }
+        debug_assert!(rank <= MOST_COLUMNS);
+        let block = Self {
+            rows,
+            columns,
+            weighted,
+            rank,
+        };
+        (block, log_determinant)
+    }
+
+    /// The symmetric root of (I + columns columnsᵀ)⁻¹ times its part of a vector, in place.
+    #[inline(always)]
+    #[expect(
+        clippy::inline_always,
+        reason = "it is compiled for the instructions of its caller"
+    )]
+    fn symmetric(&self, vector: &mut [f64]) {
+        let part = &mut vector[self.rows.clone()];
+        let n = part.len();
+        let mut products = [0.0; MOST_COLUMNS];
+        for (product, column) in products.iter_mut().zip(self.columns.chunks(n)) {
+            *product = sums_side_by_side(column, part);
+        }
+        for (product, column) in products.iter().zip(self.weighted.chunks(n)) {
+            for (value, w) in part.iter_mut().zip(column) {
+                *value -= w * product;
+            }
+        }
+    }
+
+    /// E with (D + U Uᵀ)⁻¹ = D⁻¹ - E Eᵀ: D^(-1/2) C L⁻ᵀ with C = D^(-1/2) U and I + Cᵀ C = L Lᵀ.
+    fn inverse_columns(&self, weights: &[f64]) -> Vec<f64> {
+        let n = self.rows.len();
+        let gram = gram(&self.columns, n) + DMatrix::identity(self.rank, self.rank);
+        let lower = gram.cholesky().map(nalgebra::Cholesky::unpack);
+        let mut out = self.columns.clone();
+        for values in out.chunks_mut(n) {
+            for (value, weight) in values.iter_mut().zip(weights) {
+                *value *= weight;
+            }
+        }
+        for i in 0..self.rank {
+            let (before, rest) = out.split_at_mut(i * n);
+            let column = &mut rest[..n];
+            // Without a factor, which only numbers that are not finite can lack, the result is not finite either.
+            let entry = |j: usize| lower.as_ref().map_or(f64::NAN, |lower| lower[(i, j)]);
+            for (j, earlier) in before.chunks(n).enumerate() {
+                for (value, other) in column.iter_mut().zip(earlier) {
+                    *value -= entry(j) * other;
+                }
+            }
+            for value in column {
+                *value /= entry(i);
+            }
+        }
+        out
+    }
+}
+
+/// Products of columns of `n` numbers with each other.
+fn gram(columns: &[f64], n: usize) -> DMatrix<f64> {
+    let rank = columns.len() / n;
+    let column = |index: usize| &columns[index * n..(index + 1) * n];
+    DMatrix::from_fn(rank, rank, |i, j| {
+        column(i).iter().zip(column(j)).map(|(a, b)| a * b).sum()
+    })
+}

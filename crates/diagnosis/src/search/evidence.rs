@@ -1,0 +1,50 @@
+//! What a score is worth: under a covariance that was estimated, against no effect, and beside another candidate.
+
+use stiffbench_numeric::statistics::{chi_squared_quantile, f_upper_tail};
+
+use super::constants::{DISTINGUISHABLE, DISTINGUISHABLE_BY_COSINE};
+
+/// The Δχ² that would be as rare as another if the covariance were known exactly: F to χ².
+///
+/// # Arguments
+/// - `amplitudes`: along which Δχ² grows on noise alone: 1, or 2 of a candidate with a phase.
+/// - `dof`: degrees of freedom of the estimated variance.
+#[must_use]
+pub fn under_known_covariance(delta_chi2: f64, amplitudes: f64, dof: f64) -> f64 {
+    if dof > 1e5 || delta_chi2 <= 0.0 {
+        return delta_chi2;
+    }
+    let Some(p) = f_upper_tail(delta_chi2 / amplitudes, amplitudes, dof) else {
+        return delta_chi2;
+    };
+    // Beyond what the tail can say in 16 digits the effect needs no exact critical value.
+    if p < 1e-14 {
+        return delta_chi2.min(60.0);
+    }
+    chi_squared_quantile(1.0 - p, amplitudes).unwrap_or(delta_chi2)
+}
+
+/// Logarithm of the Bayes factor of a candidate against no effect.
+///
+/// The prior of a candidate is such that a Δχ² at its critical value leaves it even: one whose many shapes noise imitates well must be that
+/// much better than one with a single shape, and the odds of no effect do not depend on what its size was thought to be. Beyond the
+/// critical value each parameter that was fitted costs what it is known better by (Laplace's approximation; Kass & Raftery, Journal of
+/// the American Statistical Association 90, 1995, p. 777).
+///
+/// # Arguments
+/// - `parameters`: how many were fitted.
+#[must_use]
+pub fn log_bayes(delta_chi2: f64, critical_value: f64, parameters: usize) -> f64 {
+    let known_better = 0.5 * (delta_chi2.max(critical_value) / critical_value).ln();
+    0.5 * (delta_chi2 - critical_value) - parameters as f64 * known_better
+}
+
+/// Whether the data distinguish a rival from the likeliest candidate.
+///
+/// # Arguments
+/// - `behind`: log Bayes factor by which it is behind.
+/// - `squared_cosine`: of the angle between the two effects, white and projected.
+#[must_use]
+pub fn distinguishable(behind: f64, squared_cosine: f64) -> bool {
+    behind > (DISTINGUISHABLE_BY_COSINE * squared_cosine.powi(2)).min(DISTINGUISHABLE)
+}

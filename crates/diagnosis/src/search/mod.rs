@@ -1,0 +1,47 @@
+//! Search for what a linear model lacks: rows, columns, and a covariance that is still to be estimated.
+//!
+//! It knows rows, a baseline of columns, candidates (one column, or a few shapes of one, within bounds) in families, and a covariance. It has
+//! never heard of a robot. What makes columns of physics, and rows of readings, is [`crate::mismatch`]; other problems do the same.
+//!
+//! - [`WhiteSpace`]: rows made white, the baseline projected out.
+//! - [`ScoreEngine`]: scores of shapes and their null samples, fast ([`Batched`]) or plain (in tests).
+//! - [`CriticalValues`]: how large a score must be, from null samples of whole families.
+//! - [`forward_selection`]: terms added one at a time, with swaps, to any [`ForwardProblem`]; [`LinearProblem`] is one.
+//! - [`log_bayes`], [`under_known_covariance`], [`distinguishable`]: what a score is worth.
+
+mod batched;
+pub mod constants;
+mod covariance;
+mod critical_values;
+mod engine;
+mod evidence;
+mod forward;
+mod linear;
+mod null_noise;
+#[cfg(test)]
+mod plain;
+mod symmetric_root;
+#[cfg(test)]
+mod tests;
+mod vectors;
+mod white_space;
+
+pub use batched::Batched;
+pub use covariance::{Covariance, LowRankBlock};
+pub use critical_values::{CriticalValues, NullDistribution};
+pub use engine::{
+    BestAmplitude, Moments, NullMaxima, NullShape, PairMoments, ScoreEngine, without_duplicates,
+};
+pub use evidence::{distinguishable, log_bayes, under_known_covariance};
+pub use forward::{Evidence, ForwardProblem, Selection, forward_selection, rivals};
+pub use linear::{
+    CovarianceModel, LeastSquares, LinearCandidate, LinearFitted, LinearModel, LinearProblem,
+    LinearScore, NotIndependent, null_maxima,
+};
+#[cfg(test)]
+pub(crate) use null_noise::put_drawn;
+pub use null_noise::{DrawResiduals, NullNoise};
+#[cfg(test)]
+pub(crate) use plain::Plain;
+pub use vectors::{dot, norm, push_orthonormal, subtract};
+pub use white_space::WhiteSpace;

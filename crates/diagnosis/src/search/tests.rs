@@ -1,0 +1,217 @@
+//! The fast engine against the plain one, on problems of random numbers.
+
+use nalgebra::DMatrix;
+use proptest::prelude::*;
+
+use super::constants::LEFT_OUT;
+use super::plain::Plain;
+use super::*;
+
+/// Rows in three blocks of seven, in which two columns are shared.
+const BLOCK: usize = 7;
+const ROWS: usize = 3 * BLOCK;
+
+/// Numbers between -1 and 1 that differ for each seed.
+fn wave(seed: u64, number: usize) -> Vec<f64> {
+    let turn = 0.37 + 0.11 * number as f64 + 1e-3 * seed as f64;
+    (0..ROWS)
+        .map(|row| (turn * (row as f64 + 1.3) * (1.0 + 0.01 * row as f64)).sin())
+        .collect()
+}
+
+/// A covariance as the search has it, and dense.
+fn covariance(seed: u64) -> (Covariance, DMatrix<f64>) {
+    let variances: Vec<f64> = wave(seed, 40).iter().map(|x| 0.3 + x * x).collect();
+    let mut dense = DMatrix::from_fn(ROWS, ROWS, |i, j| if i == j { variances[i] } else { 0.0 });
+    let shared = [wave(seed, 41), wave(seed, 42)];
+    let block = |start: usize| {
+        let rows = start..start + BLOCK;
+        let columns = shared
+            .iter()
+            .flat_map(|column| column[rows.clone()].to_vec());
+        LowRankBlock {
+            columns: columns.collect(),
+            rows: rows.clone(),
+        }
+    };
+    let blocks: Vec<LowRankBlock> = [0, BLOCK, 2 * BLOCK].map(block).into();
+    for block in &blocks {
+        for column in block.columns.chunks(BLOCK) {
+            for (i, a) in block.rows.clone().zip(column) {
+                for (j, b) in block.rows.clone().zip(column) {
+                    dense[(i, j)] += a * b;
+                }
+            }
+        }
+    }
+    (Covariance::new(&variances, blocks), dense)
+}
+
+/// The same problem for both engines: two columns, one of them with a prior.
+struct Problem {
+    space: WhiteSpace,
+    residual: Vec<f64>,
+    plain: Plain,
+}
+
+fn problem(seed: u64) -> Problem {
+    let (covariance, dense) = covariance(seed);
+    let (columns, prior_sd) = ([wave(seed, 50), wave(seed, 51)], [0.7]);
+    let mut y = wave(seed, 52);
+    y.push(0.4);
+    let space = WhiteSpace::new(covariance, &prior_sd, &columns);
+    let mut residual = space.white(&y[..ROWS]);
+    residual[ROWS] = y[ROWS];
+    space.project(&mut residual);
+    let plain = Plain::new(&dense, &prior_sd, &columns, space.basis(), &y);
+    Problem {
+        space,
+        residual,
+        plain,
+    }
+}
+
+fn near(found: f64, expected: f64, scale: f64) -> Result<(), TestCaseError> {
+    prop_assert!(
+        (found - expected).abs() <= 1e-9 * scale,
+        "{found} {expected}"
+    );
+    Ok(())
+}
+
+fn same_moments(found: Moments, expected: Moments) -> Result<(), TestCaseError> {
+    near(found.square, expected.square, expected.square)?;
+    // A product may be zero by chance: no white residual here is longer than ten.
+    near(
+        found.product,
+        expected.product,
+        10.0 * expected.square.sqrt(),
+    )
+}
+
+proptest! {
+    #[test]
+    fn scores_of_both_engines_are_the_same(seed in 0..10_000_u64) {
+        let Problem { space, residual, plain } = problem(seed);
+        let fast = Batched::new(&space, &residual);
+        let scratch = &mut Vec::new();
+        let (first, second) = (wave(seed, 60), wave(seed, 61));
+        for rows in [0..ROWS, BLOCK..2 * BLOCK, BLOCK..ROWS] {
+            same_moments(fast.moments(&first, &rows, scratch), plain.moments(&first, &rows, scratch))?;
+        }
+        let close: Vec<f64> = first.iter().zip(&second).map(|(a, b)| a + 0.1 * b).collect();
+        for pair in [[&first, &second], [&first, &close]] {
+            let pair = pair.map(|shape| &shape[..]);
+            let (found, expected) = (fast.pair_moments(pair, scratch), plain.pair_moments(pair, scratch));
+            same_moments(found.first, expected.first)?;
+            same_moments(found.second, expected.second)?;
+        }
+    }
+
+    #[test]
+    fn null_samples_of_both_engines_are_the_same(seed in 0..10_000_u64) {
+        let Problem { space, residual, plain } = problem(seed);
+        // Eighteen vectors of four directions, and two that live in one block.
+        let vector = |number: usize| -> Vec<f64> {
+            let shares = |k: usize| (0.7 * (number * (k + 1)) as f64).cos();
+            let waves: Vec<Vec<f64>> = (0..4).map(|k| wave(seed, 70 + k)).collect();
+            let sum = |row: usize| (0..4).map(|k| shares(k) * waves[k][row]).sum::<f64>();
+            (0..ROWS).map(|row| if number < 18 || row < BLOCK { sum(row) } else { 0.0 }).collect()
+        };
+        let shape = |number: usize| {
+            let unit = space.white(&vector(number));
+            let length = norm(&space.projected(&vector(number)));
+            NullShape {
+                family: number % 3,
+                group: number % 2,
+                units: vec![unit.iter().map(|x| x / length).collect()],
+                length: 2.0,
+                multiples: [[0.0, 1.0], [f64::NEG_INFINITY, f64::INFINITY]][number % 2],
+            }
+        };
+        let shapes: Vec<NullShape> = (0..20).map(shape).collect();
+        let blocks = [0..BLOCK, BLOCK..2 * BLOCK, 2 * BLOCK..ROWS];
+        let noise = NullNoise::normal(160, seed);
+        let found = Batched::new(&space, &residual).null_maxima(shapes.clone(), 3, &blocks, &noise);
+        let expected = plain.null_maxima(shapes, 3, &blocks, &noise);
+        let close = |found: &[f64], expected: &[f64], tolerance: f64| {
+            found.len() == 160
+                && found.iter().zip(expected).all(|(a, b)| (a - b).abs() < tolerance * (1.0 + b))
+        };
+        // A low-rank basis leaves out a hundredth of a standard error at most, and there are two of them.
+        prop_assert!((0..3).all(|f| close(&found.families[f], &expected.families[f], 6.0 * LEFT_OUT)));
+        prop_assert!(close(&found.squares, &expected.squares, 1e-5));
+        let values = |maxima: &NullMaxima| CriticalValues::calibrate(&[0, 1, 2], &maxima.families, 0.1);
+        for (found, expected) in values(&found).values.values().zip(values(&expected).values.values()) {
+            prop_assert!((found / expected - 1.0).abs() < 0.02, "{found} {expected}");
+        }
+    }
+}
+
+#[test]
+fn what_the_baseline_absorbs_is_left_to_the_last_digit_of_the_white_vector() {
+    let Problem {
+        space, residual, ..
+    } = problem(1);
+    let column = wave(1, 51);
+    let found = Batched::new(&space, &residual).moments(&column, &(0..ROWS), &mut Vec::new());
+    let white = space.projected(&column);
+    assert_eq!(found.square, dot(&white, &white));
+}
+
+#[test]
+fn residuals_of_an_estimated_variance_make_a_score_less_rare() {
+    use stiffbench_numeric::statistics::f_upper_tail;
+    let known = under_known_covariance(16.0, 1.0, 20.0);
+    let as_rare = f_upper_tail(known, 1.0, 1e9).unwrap();
+    let rare = f_upper_tail(16.0, 1.0, 20.0).unwrap();
+    // Quantiles are found to six digits.
+    assert!((as_rare - rare).abs() < 1e-5 * rare, "{as_rare} {rare}");
+}
+
+#[test]
+fn levels_add_up_and_a_family_of_one_shape_has_the_lowest_value() {
+    // Squares of normal numbers: one in the first family, the largest of twelve in the second.
+    let (covariance, _) = covariance(3);
+    let space = WhiteSpace::new(covariance, &[], &[]);
+    let unit = |row: usize, family: usize| NullShape {
+        family,
+        group: row,
+        units: vec![(0..ROWS).map(|i| f64::from(u8::from(i == row))).collect()],
+        length: 1.0,
+        multiples: [f64::NEG_INFINITY, f64::INFINITY],
+    };
+    let shapes = (0..13).map(|row| unit(row, usize::from(row > 0))).collect();
+    let all = 0..ROWS;
+    let engine = Batched::new(&space, &[0.0; ROWS]);
+    let noise = NullNoise::normal(16_000, 5);
+    let maxima = engine.null_maxima(shapes, 2, std::slice::from_ref(&all), &noise);
+    let values = CriticalValues::calibrate(&["one", "twelve"], &maxima.families, 0.04);
+    assert!(values.of("one") < values.of("twelve"));
+    let exceeds = |sample: &usize| {
+        maxima.families[0][*sample] > values.of("one")
+            || maxima.families[1][*sample] > values.of("twelve")
+    };
+    let share = (0..16_000).filter(exceeds).count() as f64 / 16_000.0;
+    assert!((share - 0.04).abs() < 1e-3, "{share}");
+    let p = values.p("twelve", values.of("twelve"));
+    assert!((p - 0.04).abs() < 1e-9, "{p}");
+    assert_eq!(values.of("unknown"), values.of("twelve"));
+}
+
+#[test]
+fn alone_the_shape_counts_that_critical_values_are_of() {
+    let evidence = |delta_chi2, linear_delta_chi2| Evidence {
+        delta_chi2,
+        linear_delta_chi2,
+        amplitudes: 1.0,
+        parameters: 2,
+        dof: 1e6,
+        critical_value: 9.0,
+    };
+    assert_eq!(evidence(16.0, 12.0).judged(true), 12.0);
+    assert_eq!(evidence(16.0, 12.0).judged(false), 16.0);
+    // A linear score that no fit reaches is none.
+    assert_eq!(evidence(10.0, 12.0).judged(true), 10.0);
+    assert_eq!(evidence(9.0, 9.0).log_bayes(), 0.0);
+}
