@@ -7,6 +7,7 @@
 
 mod architecture;
 mod cli;
+mod examples;
 mod fuzz_briefly;
 mod goldens;
 mod paper_tables;

@@ -1,6 +1,7 @@
 //! `stiffbench instrument emulate`: a bench in software for other programs, which works through a procedure by itself.
 
-use std::path::PathBuf;
+use crate::analysis::read_text;
+use std::path::{Path, PathBuf};
 use std::time::Duration;
 
 use clap::{Args, ValueEnum};
@@ -19,11 +20,10 @@ use crate::test_point::PoseId;
 
 use super::args::{Global, ModelArgs};
 use super::emulated::{Emulation, Hand};
-use super::failure::{CliError, Failure};
+use super::failure::Failure;
 use super::instrument_args::ProtocolsArgs;
 use super::outcome::{Outcome, print_error, print_now};
 use super::procedure::{ProcedureArgs, choose_procedure};
-use super::resolve::resolve;
 
 /// Arguments of `instrument emulate`.
 #[derive(Debug, Args)]
@@ -83,7 +83,7 @@ const LOOK: Duration = Duration::from_millis(2);
 
 /// Hosts the bench and works through the procedure.
 pub(super) fn run(args: &EmulateArgs, global: &Global) -> Result<Outcome, Failure> {
-    let chosen = resolve(&args.model, None)?;
+    let chosen = args.model.resolve()?;
     let (procedure, mut warnings) = choose_procedure(&args.procedure)?;
     warnings.extend(chosen.warnings.iter().cloned());
     let hand = Emulation {
@@ -97,7 +97,7 @@ pub(super) fn run(args: &EmulateArgs, global: &Global) -> Result<Outcome, Failur
         faults: args
             .faults
             .as_ref()
-            .map_or_else(|| Ok(FaultScript::default()), fault_script)?,
+            .map_or_else(|| Ok(FaultScript::default()), |path| fault_script(path))?,
         links: args.link.clone(),
     }
     .start()?;
@@ -169,11 +169,8 @@ fn setup(args: &EmulateArgs) -> EmulatedSetup {
 }
 
 /// The faults in a file.
-pub(super) fn fault_script(path: &PathBuf) -> Result<FaultScript, Failure> {
-    let text = std::fs::read_to_string(path).map_err(|source| CliError::Read {
-        path: path.clone(),
-        source,
-    })?;
+pub(super) fn fault_script(path: &Path) -> Result<FaultScript, Failure> {
+    let text = read_text(path)?;
     let source = SourceText::new(path.display().to_string(), text);
     Ok(FaultScript::parse(&source)?)
 }

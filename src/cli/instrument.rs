@@ -1,5 +1,6 @@
 //! `stiffbench instrument`.
 
+use crate::analysis::ReadError;
 use std::env::consts::OS;
 use std::fmt::Write;
 use std::io::Read;
@@ -208,10 +209,7 @@ fn decode(args: &DecodeArgs) -> Result<Outcome, Failure> {
     std::io::stdin()
         .lock()
         .read_to_end(&mut bytes)
-        .map_err(|source| CliError::Read {
-            path: "standard input".into(),
-            source,
-        })?;
+        .map_err(ReadError::of("standard input".as_ref()))?;
     let mut decoded = Vec::new();
     decoder.push(&bytes, 0.0, &mut decoded);
     decoder.idle(0.0, &mut decoded);

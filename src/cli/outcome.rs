@@ -9,7 +9,7 @@ use serde_json::{Value, json};
 
 use super::args::{Cli, Global};
 use super::failure::CliError;
-use super::inputs::Inputs;
+use crate::analysis::Inputs;
 
 /// A result: text for people, data for programs, and notes for both.
 #[derive(Debug, Default)]

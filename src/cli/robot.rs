@@ -16,11 +16,10 @@ use crate::test_point::PoseId;
 
 use super::failure::{CliError, Failure};
 use super::figure_files::write_figure;
-use super::inputs::Inputs;
 use super::model::{physics_json, physics_text};
 use super::outcome::Outcome;
-use super::resolve::{resolve, robot_source};
 use super::robot_args::{ComplianceArgs, RobotArgs, RobotCommand, ShowArgs, WorkspaceArgs};
+use crate::analysis::{Inputs, robot_source};
 
 /// Looks at a robot.
 pub(super) fn run(args: RobotArgs) -> Result<Outcome, Failure> {
@@ -312,7 +311,7 @@ fn compliance(args: &ComplianceArgs) -> Result<Outcome, Failure> {
     if args.shown.is_some() {
         model.robot.clone_from(&args.shown);
     }
-    let chosen = resolve(&model, None)?;
+    let chosen = model.resolve()?;
     let robot = &chosen.robot;
     let mut pose = match &args.pose {
         Some(name) => robot.pose(&PoseId::new(name))?.clone(),

@@ -11,22 +11,19 @@ use crate::physics::{Effect, Place};
 use crate::procedure::Procedure;
 use crate::quantity::METRES_PER_MICROMETRE;
 use crate::readings::{InstrumentRecord, Instruments, ReadingTable, SessionHeader, write_readings};
-use crate::report::factors_toml;
 use crate::robot::FittingFactors;
 
 use super::args::{NoiseWord, SimulateArgs};
 use super::failure::{CliError, Failure};
 use super::figure_files::write;
-use super::hash::sha256;
-use super::inputs::Inputs;
 use super::model::{effects_text, physics_json, physics_text};
 use super::outcome::Outcome;
 use super::procedure::choose_procedure;
-use super::resolve::{ResolvedModel, resolve};
+use crate::analysis::{Inputs, ResolvedModel, factors_toml, sha256};
 
 /// A session folder from a virtual bench.
 pub(super) fn run(args: &SimulateArgs) -> Result<Outcome, Failure> {
-    let chosen = resolve(&args.model, None)?;
+    let chosen = args.model.resolve()?;
     let truth = true_factors(args, &chosen.factors)?;
     let (mut procedure, mut warnings) = choose_procedure(&args.procedure)?;
     let poses = procedure.poses.get_or_insert_with(|| {

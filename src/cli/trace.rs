@@ -11,6 +11,7 @@ use std::time::Duration;
 use clap::{Args, Subcommand};
 use serde_json::{Value, json};
 
+use crate::analysis::read_bytes;
 use crate::clock::Clock;
 use crate::instrument::trace::{
     Pace, Replay, Trace, TraceSink, TraceWriter, What, escaped, events_of,
@@ -209,10 +210,7 @@ fn show_value(line: &str, global: &Global) {
 
 /// A trace, and what is to be said of its state.
 fn read(file: &Path) -> Result<(Trace, Vec<String>), Failure> {
-    let bytes = std::fs::read(file).map_err(|source| CliError::Read {
-        path: file.to_owned(),
-        source,
-    })?;
+    let bytes = read_bytes(file)?;
     let name = file.to_string_lossy();
     let trace = Trace::parse(&bytes, &name)?;
     let mut warnings: Vec<String> = trace

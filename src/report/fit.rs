@@ -12,7 +12,6 @@ use crate::least_squares::SigmaMode;
 use crate::physics::Effect;
 use crate::quantity::NEWTON_PER_METRE_PER_NEWTON_PER_MICROMETRE as N_PER_UM;
 use crate::reported::Reported;
-use crate::robot::FittingFactors;
 
 use super::significance::{sequence_text, significance_json, significance_text};
 use super::text::{TextTable, interval, significant};
@@ -427,13 +426,4 @@ fn trials_text(fit: &MonteCarloFit) -> String {
 fn factors_text(factors: [f64; 4]) -> String {
     let [a, iy, iz, j] = factors.map(|factor| significant(factor, 4));
     format!("a_A = {a}, a_Iy = {iy}, a_Iz = {iz}, a_J = {j}")
-}
-
-/// A factor set as the TOML that robot files and `--factors` take.
-#[must_use]
-pub fn factors_toml(factors: &FittingFactors) -> String {
-    let class = |name: &str, [a, iy, iz, j]: [f64; 4]| {
-        format!("{name} = {{ A = {a:?}, Iy = {iy:?}, Iz = {iz:?}, J = {j:?} }}\n")
-    };
-    class("beam", factors.beam) + &class("link", factors.link)
 }

@@ -3,6 +3,7 @@
 //! Each result has one function for people and one for programs, side by side, so that the two cannot drift apart.
 
 mod compare;
+mod design;
 mod diagnosis;
 mod diagnosis_figures;
 mod figures;
@@ -16,16 +17,14 @@ mod stiffness;
 mod text;
 
 pub use compare::{comparison_json, comparison_text};
-pub use diagnosis::{
-    DiagnosisReport, EarlierSession, NoiseOrigin, diagnosis_appendix, diagnosis_json,
-    diagnosis_page,
-};
+pub use design::{design_json, design_text};
+pub use diagnosis::{diagnosis_appendix, diagnosis_json, diagnosis_page};
 pub use diagnosis_figures::diagnosis_figures;
 pub use figures::{
     FitFigures, correlation_figure, fit_figures, load_displacement_figure, residuals_figure,
     robot_figure, workspace_figure,
 };
-pub use fit::{factors_toml, fit_json, fit_text, paper_steps_json, paper_steps_text};
+pub use fit::{fit_json, fit_text, paper_steps_json, paper_steps_text};
 #[cfg(feature = "parquet")]
 pub use map::points_parquet;
 pub use map::{

@@ -5,9 +5,9 @@ use std::path::{Path, PathBuf};
 use rayon::prelude::*;
 use serde_json::{Value, json};
 
+use crate::analysis::Inputs;
 use crate::cli::failure::Failure;
 use crate::cli::figure_files::{write, write_figure};
-use crate::cli::inputs::Inputs;
 use crate::cli::outcome::envelope;
 use crate::plot::Figure;
 use crate::report::{MapReport, mesh_of, points_csv};

@@ -6,12 +6,11 @@ use std::path::Path;
 use jiff::{Timestamp, tz::TimeZone};
 use serde_json::json;
 
+use crate::analysis::{AnalysisError, sha256};
 use crate::cli::args::Global;
 use crate::cli::failure::{CliError, Failure};
-use crate::cli::hash::sha256;
 use crate::cli::outcome::{Outcome as Printed, print_error};
 use crate::cli::procedure::choose_procedure;
-use crate::cli::resolve::resolve;
 use crate::cli::screen::Screen;
 use crate::clock::Clock;
 use crate::readings::{InstrumentRecord, Instruments, SessionHeader};
@@ -57,7 +56,7 @@ pub(super) fn run(
     global: &Global,
     other: Option<Box<dyn Operator>>,
 ) -> Result<Printed, Failure> {
-    let robot = resolve(&args.model, None)?;
+    let robot = args.model.resolve()?;
     let (mut procedure, mut warnings) = choose_procedure(&args.procedure)?;
     warnings.extend(robot.warnings.iter().cloned());
     // The poses are frozen with the procedure.
@@ -330,11 +329,11 @@ fn name_models(instruments: &mut Instruments, chosen: &[ChosenGauge]) {
 }
 
 /// Warns of overdue calibration, or refuses under `--strict`.
-fn overdue(instruments: &Instruments, global: &Global) -> Result<Vec<String>, CliError> {
+fn overdue(instruments: &Instruments, global: &Global) -> Result<Vec<String>, AnalysisError> {
     let today = Timestamp::now().to_zoned(TimeZone::UTC).date();
     let warnings = calibration_warnings(instruments, today);
     if global.strict && !warnings.is_empty() {
-        return Err(CliError::CalibrationOverdue {
+        return Err(AnalysisError::CalibrationOverdue {
             instruments: warnings.join("; "),
         });
     }

@@ -6,8 +6,8 @@ use std::path::Path;
 use jiff::{Timestamp, tz::TimeZone};
 use serde_json::{Value, json};
 
+use crate::analysis::Inputs;
 use crate::cli::failure::Failure;
-use crate::cli::inputs::Inputs;
 use crate::cli::outcome::Outcome;
 use crate::instrument::Channel;
 use crate::procedure::Pace;

@@ -4,11 +4,10 @@ use std::fmt::Write;
 
 use serde_json::{Value, json};
 
+use crate::analysis::Inputs;
 use crate::cli::failure::Failure;
-use crate::cli::inputs::Inputs;
 use crate::cli::outcome::Outcome;
 use crate::cli::procedure::choose_procedure;
-use crate::cli::resolve::resolve;
 use crate::procedure::{Pace, PlannedReading};
 use crate::session::{PROMPTS, PlannedCell, SessionPlan, SessionState};
 use crate::test_point::PoseId;
@@ -26,7 +25,7 @@ const FILES: [(&str, &str); 6] = [
 ];
 
 pub(super) fn run(args: &PlanArgs) -> Result<Outcome, Failure> {
-    let chosen = resolve(&args.model, None)?;
+    let chosen = args.model.resolve()?;
     let (procedure, mut warnings) = choose_procedure(&args.procedure)?;
     let poses: Vec<PoseId> = chosen
         .robot

@@ -6,9 +6,8 @@ use std::path::Path;
 use jiff::Timestamp;
 use serde_json::json;
 
-use crate::cli::failure::{CliError, Failure};
-use crate::cli::inputs::Inputs;
-use crate::cli::integrity::{compare_with_journal, shortened};
+use crate::analysis::{Inputs, ReadError, TableCheck, compare_with_journal, shortened};
+use crate::cli::failure::Failure;
 use crate::cli::outcome::Outcome;
 use crate::readings::{ReadOptions, ReadingsError, SessionHeader, read_readings};
 use crate::session::{JournalEnd, ReadFolder, ReadJournal, SessionState, read_folder, recover};
@@ -53,7 +52,7 @@ pub(super) fn verify(folder: &Path) -> Result<Outcome, Failure> {
         file.display()
     );
     let mut data = report(&read.journal, &state, exit);
-    data["table"] = table;
+    data["table"] = json!(table);
     let mut outcome = Outcome::new("session-verify", text, data).with_exit(exit);
     // Of a damaged journal not even the header may be left.
     if let Ok((_, header, _)) = plan_of(&read) {
@@ -67,32 +66,30 @@ fn verify_table(
     folder: &Path,
     file: &Path,
     read: &ReadFolder,
-) -> Result<(serde_json::Value, String, u8), Failure> {
+) -> Result<(TableCheck, String, u8), Failure> {
     if !file.is_file() {
         let found = "it is not there; it can be written anew from the journal".to_owned();
-        return Ok((json!({ "state": "missing" }), found, PART));
+        return Ok((TableCheck::Missing, found, PART));
     }
     let header = SessionHeader::from_toml(&read.header_name, &read.header)?.header;
-    let open = fs::File::open(file).map_err(|source| CliError::Read {
-        path: file.to_owned(),
-        source,
-    })?;
+    let open = fs::File::open(file).map_err(ReadError::of(file))?;
     let name = file.display().to_string();
     let table = match read_readings(&name, open, &ReadOptions::default()) {
         // A session that has just begun.
         Err(ReadingsError::Empty { .. }) => {
-            return Ok((json!({ "state": "empty" }), "no reading yet".to_owned(), 0));
+            return Ok((TableCheck::Empty, "no reading yet".to_owned(), 0));
         }
         Err(error) => {
             let found = format!("it cannot be read: {error}");
-            let data = json!({ "state": "unreadable", "reason": error.to_string() });
+            let reason = error.to_string();
+            let data = TableCheck::Unreadable { reason };
             return Ok((data, found, PART));
         }
         Ok(table) => table,
     };
-    let protection = compare_with_journal(folder, &table, Some(&header))?;
-    let changes = protection.changes(file);
-    let json = protection.json(file);
+    let check = compare_with_journal(folder, &table, Some(&header))?;
+    let changes = check.changes(file);
+    let json = check.report(file);
     Ok(if changes.is_empty() {
         (json, "every number is that of the journal".to_owned(), 0)
     } else {

@@ -7,13 +7,14 @@ use crate::physics::{Law, Place};
 use crate::report::{TextTable, significant};
 
 use super::noise::noise_text;
+use super::parameter_interval;
 use super::words::{listed, paragraph, um};
-use super::{DiagnosisReport, parameter_interval};
+use crate::analysis::DiagnosisReport;
 
 /// The technical appendix of the verdict page: all tables.
 #[must_use]
-pub fn diagnosis_appendix(report: &DiagnosisReport<'_>) -> String {
-    let diagnosis = report.diagnosis;
+pub fn diagnosis_appendix(report: &DiagnosisReport) -> String {
+    let diagnosis = &report.diagnosis;
     let mut text = "APPENDIX: THE NUMBERS\n".to_owned();
     text.push_str(&provenance(report));
     text.push_str(&noise_text(report));
@@ -46,7 +47,7 @@ fn named(law: Law, place: &Place) -> String {
     format!("{} at {place}", law.row)
 }
 
-fn provenance(report: &DiagnosisReport<'_>) -> String {
+fn provenance(report: &DiagnosisReport) -> String {
     let without: Vec<String> = report
         .without
         .iter()
@@ -57,7 +58,7 @@ fn provenance(report: &DiagnosisReport<'_>) -> String {
     } else {
         format!("without {}", listed(&without, "and"))
     };
-    let observations = report.observations;
+    let observations = &report.observations;
     let sentence = format!(
         "stiffbench {}; data {}; robot {}, mechanism {}, factors from {}; {} readings in {} runs of {} cells; {without}; seed {}.",
         env!("CARGO_PKG_VERSION"),
@@ -176,7 +177,7 @@ fn candidates(findings: &[Finding]) -> String {
     rows.text()
 }
 
-fn strata(report: &DiagnosisReport<'_>) -> String {
+fn strata(report: &DiagnosisReport) -> String {
     let mut rows = TextTable::new(&[
         "contrast",
         "stratum",
@@ -242,7 +243,7 @@ fn spot(spot: &Spot) -> String {
 }
 
 /// Parts of the structure that would carry the misfit.
-fn carriers(report: &DiagnosisReport<'_>) -> String {
+fn carriers(report: &DiagnosisReport) -> String {
     /// Parts that are told.
     const PARTS: usize = 8;
     let mut text = String::new();
@@ -279,7 +280,7 @@ fn carriers(report: &DiagnosisReport<'_>) -> String {
     text
 }
 
-fn quality(report: &DiagnosisReport<'_>) -> String {
+fn quality(report: &DiagnosisReport) -> String {
     let (before, after) = (&report.diagnosis.before, &report.diagnosis.after);
     let mut text = format!(
         "\nReduced chi-squared {:.3} before, {:.3} after. Error in each pose left out of the fit:\n",
@@ -297,8 +298,8 @@ fn quality(report: &DiagnosisReport<'_>) -> String {
     text
 }
 
-fn limits(report: &DiagnosisReport<'_>) -> String {
-    let limits = report.limits;
+fn limits(report: &DiagnosisReport) -> String {
+    let limits = &report.limits;
     let mut text = String::from("\n");
     let sentence = format!(
         "Limits. Noise alone passes for a law in {} % of sessions and for structure left over in {} %, from {DRAWS} draws with seed {}. The \

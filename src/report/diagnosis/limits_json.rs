@@ -6,10 +6,11 @@ use crate::mismatch::{DRAWS, DetectionLimit, LAW_LEVEL, LEFT_OVER_LEVEL, Limits}
 use crate::physics::{Law, ParameterSpec, Place};
 
 use super::testable::untestable;
-use super::{DiagnosisReport, finite, um};
+use super::{finite, um};
+use crate::analysis::DiagnosisReport;
 
 /// Size of each law and place that these readings would have shown, or the reason why there is none.
-pub(super) fn detection_limits_json(report: &DiagnosisReport<'_>) -> Vec<Value> {
+pub(super) fn detection_limits_json(report: &DiagnosisReport) -> Vec<Value> {
     let entry = |law: Law, place: Option<&Place>| {
         json!({
             "physics": law.name,

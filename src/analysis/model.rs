@@ -1,0 +1,275 @@
+//! From names and files to robot, mechanism, factors and physics.
+
+use std::path::{Path, PathBuf};
+
+use crate::mismatch::MismatchError;
+use crate::nearest::nearest;
+use crate::physics::{ActingPhysics, Effect, Law, ModelFile};
+use crate::readings::check_poses;
+use crate::robot::{FittingFactors, Mechanism, Robot, RobotError};
+use crate::shipped::{shipped_robot, shipped_robots};
+use crate::source_text::SourceText;
+use crate::test_point::PoseId;
+use crate::toml_text::{TomlError, read_types};
+
+use super::data::Session;
+use super::error::AnalysisError;
+use super::files::read_text;
+use super::hash::sha256;
+
+/// Which robot, mechanism and factors, and which physics beside them. What is not chosen comes from the model file, then from the
+/// session, then from the defaults: the robot `hp-robot`, its last mechanism, its factors `m_fsd` or else `unit`.
+#[derive(Debug, Clone, Default)]
+pub struct ModelChoice {
+    /// Name of a shipped robot, or a robot file.
+    pub robot: Option<String>,
+    /// Name of a mechanism of the robot.
+    pub mechanism: Option<String>,
+    /// Name of a factor set of the robot, or a TOML file with tables `beam` and `link`.
+    pub factors: Option<String>,
+    /// File of a model with found physics, as a diagnosis writes it.
+    pub model: Option<PathBuf>,
+    /// Effects beside the beams, in addition to those of the model file.
+    pub effects: Vec<Effect>,
+}
+
+/// A robot with one mechanism, factors and physics.
+#[derive(Debug)]
+pub struct ResolvedModel {
+    /// The robot.
+    pub robot: Robot,
+    /// The mechanism's name.
+    pub mechanism: String,
+    /// Name of the factor set.
+    pub factors_name: String,
+    /// The factors.
+    pub factors: FittingFactors,
+    /// The robot's file, for copies.
+    pub source: SourceText,
+    /// What acts beside the beams.
+    pub physics: ActingPhysics,
+    /// What a user should know of robot and model.
+    pub warnings: Vec<String>,
+}
+
+impl ResolvedModel {
+    /// The mechanism.
+    ///
+    /// # Errors
+    /// If the robot was changed and lacks it.
+    pub fn mechanism(&self) -> Result<&Mechanism, RobotError> {
+        self.robot.mechanism(Some(&self.mechanism))
+    }
+}
+
+/// Text of a robot file or of a shipped robot; a file that another file names stands beside that one.
+///
+/// # Errors
+/// For a name that is neither a file nor a shipped robot, or a file that cannot be read.
+pub fn robot_source(name: &str, named_by: Option<&Path>) -> Result<SourceText, AnalysisError> {
+    let path = named_by.map_or_else(|| PathBuf::from(name), |file| file.with_file_name(name));
+    if path.is_file() {
+        let text = read_text(&path)?;
+        return Ok(SourceText::new(path.display().to_string(), text));
+    }
+    shipped_robot(name).ok_or_else(|| {
+        if let Some(file) = named_by {
+            let (file, robot) = (file.to_owned(), name.to_owned());
+            return AnalysisError::NamedRobot { file, robot };
+        }
+        let shipped = shipped_robots().collect::<Vec<_>>().join(", ");
+        AnalysisError::Argument {
+            argument: format!("--robot {name}"),
+            problem: "there is no such file and no shipped robot of that name".to_owned(),
+            help: Some(format!("shipped robots are {shipped}")),
+        }
+    })
+}
+
+/// Readings say nothing about the robot they come from.
+pub(super) fn no_robot() -> AnalysisError {
+    AnalysisError::NoRobot {
+        help: format!(
+            "add --robot FILE, or --robot with a shipped name: {}",
+            shipped_robots().collect::<Vec<_>>().join(", ")
+        ),
+    }
+}
+
+/// Robot, mechanism, factors and physics: the user's choice first, then the model's, then the session's, then the defaults.
+///
+/// # Errors
+/// For a robot, mechanism, factor set, model or effect that is not there or cannot be read.
+pub fn resolve(
+    choice: &ModelChoice,
+    session: Option<&Session>,
+) -> Result<ResolvedModel, AnalysisError> {
+    let header = session.and_then(|session| session.header.clone());
+    let header = header.unwrap_or_default();
+    let folder = session.map_or(Path::new(""), |session| &session.folder);
+    let named = named_model(choice.model.as_deref())?;
+    let model = named.as_ref().map(|named| &named.model);
+    let from_model = model.and_then(|model| model.robot.as_ref());
+    let source = match (&choice.robot, from_model, &header.robot) {
+        (Some(name), ..) => robot_source(name, None)?,
+        (None, Some(name), _) => {
+            robot_source(name, named.as_ref().map(|named| named.path.as_path()))?
+        }
+        (None, None, Some(name)) => robot_source(name, Some(&folder.join("session.toml")))?,
+        (None, None, None) if session.is_some() => return Err(no_robot()),
+        (None, None, None) => robot_source("hp-robot", None)?,
+    };
+    let robot = Robot::parse(&source)?;
+    let mechanism = choice.mechanism.as_ref();
+    let mechanism = mechanism.or(model.and_then(|model| model.mechanism.as_ref()));
+    let mechanism = mechanism.or(header.mechanism.as_ref()).map(String::as_str);
+    let mechanism = robot.mechanism(mechanism)?;
+    let from_model = named
+        .as_ref()
+        .and_then(|named| Some((named.path.display().to_string(), named.model.factors?)));
+    let (factors_name, factors) = match (&choice.factors, from_model, &header.factors) {
+        (Some(name), ..) => (name.clone(), factor_set(&robot, name, Path::new(""))?),
+        (None, Some(factors), _) => factors,
+        (None, None, Some(name)) => (name.clone(), factor_set(&robot, name, folder)?),
+        (None, None, None) => {
+            let (name, factors) = robot.default_factors();
+            (name.to_owned(), factors)
+        }
+    };
+    let mut effects = model.map_or_else(Vec::new, ModelFile::acting);
+    effects.extend(choice.effects.iter().cloned());
+    let physics = ActingPhysics::new(&robot, mechanism, effects)?;
+    let sha256 = sha256(&source.text);
+    let mut warnings = robot.warnings.clone();
+    let other = named
+        .as_ref()
+        .and_then(|named| named.other_robot(Path::new(&source.name), &sha256));
+    warnings.extend(other);
+    if let Some(session) = session {
+        let other_file = header.robot_sha256.is_some_and(|hash| hash != sha256);
+        if other_file && choice.robot.is_none() && named.is_none() {
+            let robot = source.name.clone();
+            return Err(AnalysisError::OtherRobot { robot });
+        }
+        if other_file {
+            warnings.push(format!(
+                "{} is not the robot file of the session (its SHA-256 differs); it was named and is used",
+                source.name
+            ));
+        }
+        let poses: Vec<PoseId> = robot.poses.iter().map(|named| named.id.clone()).collect();
+        check_poses(&session.table, &poses)?;
+    }
+    Ok(ResolvedModel {
+        mechanism: mechanism.name.clone(),
+        robot,
+        factors_name,
+        factors,
+        source,
+        physics,
+        warnings,
+    })
+}
+
+/// A factor set by name, or from a TOML file with tables `beam` and `link` in `folder`.
+fn factor_set(robot: &Robot, name: &str, folder: &Path) -> Result<FittingFactors, AnalysisError> {
+    let path = folder.join(name);
+    let is_file_name = path.is_file() || path.extension().is_some_and(|end| end == "toml");
+    if robot.factors.contains_key(name) || !is_file_name {
+        return Ok(robot.factor_set(name)?);
+    }
+    let text = read_text(&path)?;
+    let entry: crate::robot::file::FactorsEntry = read_types(&SourceText::new(name, text))
+        .map_err(|TomlError(error)| AnalysisError::Factors {
+            file: error.place(),
+            problem: error.problem.to_string(),
+        })?;
+    let class = |entry: crate::robot::file::FactorEntry| [entry.area, entry.iy, entry.iz, entry.j];
+    let factors = FittingFactors {
+        beam: class(entry.beam),
+        link: class(entry.link),
+    };
+    if factors
+        .beam
+        .iter()
+        .chain(&factors.link)
+        .any(|factor| !(factor.is_finite() && *factor > 0.0))
+    {
+        let problem = "every factor must be a number above zero".to_owned();
+        let file = name.to_owned();
+        return Err(AnalysisError::Factors { file, problem });
+    }
+    Ok(factors)
+}
+
+/// A model file with its place.
+struct NamedModel {
+    /// Where it stands.
+    path: PathBuf,
+    /// What is in it.
+    model: ModelFile,
+}
+
+/// Reads a model file, if one is named.
+fn named_model(path: Option<&Path>) -> Result<Option<NamedModel>, AnalysisError> {
+    let Some(path) = path else { return Ok(None) };
+    let source = SourceText::new(path.display().to_string(), read_text(path)?);
+    Ok(Some(NamedModel {
+        path: path.to_owned(),
+        model: ModelFile::parse(&source)?,
+    }))
+}
+
+impl NamedModel {
+    /// Warns of a robot file that is not the one of the model.
+    fn other_robot(&self, file: &Path, sha256: &str) -> Option<String> {
+        let expected = self.model.robot_sha256.as_ref()?;
+        (expected != sha256).then(|| {
+            format!(
+                "{} is not the robot file that {} was made with: its SHA-256 differs",
+                file.display(),
+                self.path.display()
+            )
+        })
+    }
+}
+
+/// Laws by name; a name may stand for two, as `thermal-drift` does.
+///
+/// # Errors
+/// For a name that is no law's.
+pub fn laws(names: &[String]) -> Result<Vec<Law>, MismatchError> {
+    let mut laws = Vec::new();
+    for name in names {
+        let before = laws.len();
+        laws.extend(Law::named(name));
+        if laws.len() == before {
+            return Err(unknown_law(name));
+        }
+    }
+    laws.sort_unstable();
+    laws.dedup();
+    Ok(laws)
+}
+
+fn unknown_law(name: &str) -> MismatchError {
+    let mut known: Vec<&str> = Law::ALL.iter().map(|law| law.name).collect();
+    known.dedup();
+    let list = known.join(", ");
+    MismatchError::UnknownLaw {
+        name: name.to_owned(),
+        known: match nearest(name, known) {
+            Some(near) => format!("{list}; did you mean {near}?"),
+            None => list,
+        },
+    }
+}
+
+/// A factor set as the TOML that robot files and `--factors` take.
+#[must_use]
+pub fn factors_toml(factors: &FittingFactors) -> String {
+    let class = |name: &str, [a, iy, iz, j]: [f64; 4]| {
+        format!("{name} = {{ A = {a:?}, Iy = {iy:?}, Iz = {iz:?}, J = {j:?} }}\n")
+    };
+    class("beam", factors.beam) + &class("link", factors.link)
+}
