@@ -18,7 +18,7 @@ pub struct MeasuredNoise {
     noise: EarlierNoise,
 }
 
-/// What an earlier session tells of the noise.
+/// What an earlier session shows of the noise.
 #[derive(Debug, Clone, PartialEq)]
 pub struct EarlierSession {
     /// What the user calls it.

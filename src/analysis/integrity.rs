@@ -165,7 +165,7 @@ impl JournalCheck {
 }
 
 /// The table of readings of a session beside its journal.
-#[derive(Debug, Clone, Serialize)]
+#[derive(Debug, Clone, Serialize, schemars::JsonSchema)]
 #[serde(tag = "state", rename_all = "kebab-case")]
 pub enum TableCheck {
     /// There is no journal that it could be compared with.
@@ -186,7 +186,7 @@ pub enum TableCheck {
 }
 
 /// How a table differs from its journal.
-#[derive(Debug, Clone, Serialize)]
+#[derive(Debug, Clone, Serialize, schemars::JsonSchema)]
 pub struct Differences {
     /// Changed numbers, in words.
     pub changed: Vec<String>,

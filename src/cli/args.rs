@@ -450,3 +450,14 @@ pub(super) fn three_numbers(text: &str) -> Result<[f64; 3], String> {
         }
     }
 }
+
+/// Parses a positive number of seconds.
+///
+/// # Errors
+/// For anything else, in words.
+pub fn seconds(text: &str) -> Result<f64, String> {
+    match text.parse::<f64>() {
+        Ok(seconds) if seconds.is_finite() && seconds > 0.0 => Ok(seconds),
+        _ => Err("it must be a positive number of seconds".to_owned()),
+    }
+}

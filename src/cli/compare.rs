@@ -3,11 +3,10 @@
 use std::path::PathBuf;
 
 use clap::Args;
-use serde_json::json;
 
 use crate::analysis::{Inputs, Session};
 use crate::readings::InstrumentRecord;
-use crate::report::{comparison_json, comparison_text, load_displacement_figure};
+use crate::report::{ComparisonReport, load_displacement_figure};
 use crate::stiffness::{Agreement, Branches, SameGauges, compare};
 
 use super::args::Global;
@@ -64,15 +63,14 @@ pub(super) fn run(args: &CompareArgs, global: &Global) -> Result<Outcome, Failur
         );
     }
     let differs = comparison.agreement == Agreement::Differs;
-    let mut text = comparison_text(&comparison, &a.name, &b.name);
-    let mut data = comparison_json(&comparison);
     let robots = two_robots(&a, &b);
-    data["two_robots"] = json!(robots.is_some());
+    let report = ComparisonReport::new(&comparison, robots.is_some());
+    let mut text = report.text(&a.name, &b.name);
     if let Some(words) = robots {
         text = format!("{words}\n\n{text}");
         warnings.insert(0, words);
     }
-    Ok(Outcome::new("compare", text, data)
+    Ok(Outcome::new("compare", text, report)
         .with_inputs(inputs)
         .with_warnings(warnings)
         .with_strict_exit(u8::from(differs)))

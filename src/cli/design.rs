@@ -1,7 +1,7 @@
 //! `stiffbench diagnose --design`: what a procedure can and cannot show, before any session.
 
 use crate::analysis::{Inputs, design, named_procedure};
-use crate::report::{design_json, design_text};
+use crate::report::{DesignSummary, design_text};
 
 use super::diagnose_args::DiagnoseArgs;
 use super::failure::Failure;
@@ -14,7 +14,7 @@ pub(super) fn run(args: &DiagnoseArgs, name: &str) -> Result<Outcome, Failure> {
     let report = design(&model, procedure, args.seed)?;
     warnings.extend(model.robot.warnings.iter().cloned());
     Ok(
-        Outcome::new("design", design_text(&report), design_json(&report))
+        Outcome::new("design", design_text(&report), DesignSummary::from(&report))
             .with_inputs(Inputs::default().with_model(&model))
             .with_warnings(warnings),
     )

@@ -5,7 +5,6 @@ use std::path::{Path, PathBuf};
 use std::time::Duration;
 
 use clap::{Args, ValueEnum};
-use serde_json::json;
 
 use crate::bench::{EmulatedSetup, NoiseModel};
 use crate::clock::Clock;
@@ -14,6 +13,7 @@ use crate::instrument::emulator::FaultScript;
 use crate::procedure::{PlannedReading, Procedure};
 use crate::quantity::METRES_PER_MICROMETRE;
 use crate::readings::RepeatOrder;
+use crate::report::{EmulationReport, GaugePair};
 use crate::session::SessionPlan;
 use crate::source_text::SourceText;
 use crate::test_point::PoseId;
@@ -109,14 +109,20 @@ pub(super) fn run(args: &EmulateArgs, global: &Global) -> Result<Outcome, Failur
         "displacement",
         displacement.display()
     );
-    let data = json!({
-        "ports": { "force": force, "displacement": displacement },
-        "instruments": { "force": args.force_instrument, "displacement": args.displacement_instrument },
-        "procedure": procedure.name,
-        "seed": args.seed,
-        "speed": args.speed,
-    });
-    let ready = Outcome::new("emulate", text, data).with_warnings(warnings);
+    let report = EmulationReport {
+        ports: GaugePair {
+            force: force.clone(),
+            displacement: displacement.clone(),
+        },
+        instruments: GaugePair {
+            force: args.force_instrument.clone(),
+            displacement: args.displacement_instrument.clone(),
+        },
+        procedure: procedure.name.clone(),
+        seed: args.seed,
+        speed: args.speed,
+    };
+    let ready = Outcome::new("emulate", text, report).with_warnings(warnings);
     let ended = ready.print_before_the_end(global)?;
     let named: Vec<PoseId> = chosen
         .robot

@@ -18,7 +18,7 @@ mod fit;
 mod gauge;
 mod instrument;
 pub mod instrument_args;
-pub mod instrument_read;
+mod instrument_read;
 mod map;
 mod model;
 mod moved;

@@ -1,7 +1,5 @@
 //! The robot, mechanism, factors and physics that options name, and physics in words.
 
-use serde_json::{Value, json};
-
 use crate::analysis::{ModelChoice, ResolvedModel, Session, resolve};
 use crate::physics::{ActingPhysics, Effect, NotAnEffect};
 
@@ -52,15 +50,4 @@ pub(super) fn effects_text(physics: &ActingPhysics) -> String {
         [] => "no effects beside the beams".to_owned(),
         effects => format!("effects {}", effects.join("; ")),
     }
-}
-
-/// The effects for programs.
-pub(super) fn physics_json(physics: &ActingPhysics) -> Value {
-    json!(
-        physics
-            .effects
-            .iter()
-            .map(Effect::to_json)
-            .collect::<Vec<_>>()
-    )
 }

@@ -2,13 +2,13 @@
 
 use std::path::PathBuf;
 
-use serde_json::json;
-
 use crate::analysis::{AnalysisError, Data, FitData, FitSettings, Inputs, Session};
 use crate::fit::FitOutcome;
 use crate::physics::{Effect, PlaceKind};
 use crate::plot::Figure;
-use crate::report::{fit_figures, load_displacement_figure, residuals_figure, robot_figure};
+use crate::report::{
+    FigureReport, fit_figures, load_displacement_figure, residuals_figure, robot_figure,
+};
 use crate::robot::{Predictor, Theory};
 use crate::stiffness::{Branches, Method};
 use crate::test_point::PoseId;
@@ -38,11 +38,16 @@ pub(super) fn run(args: &PlotArgs, global: &Global) -> Result<Outcome, Failure> 
         .map(|path| path.display().to_string())
         .collect();
     let text = names.join("\n") + "\n";
-    Ok(
-        Outcome::new("plot", text, json!({ "figure": name, "files": written }))
-            .with_inputs(inputs)
-            .with_warnings(warnings),
+    Ok(Outcome::new(
+        "plot",
+        text,
+        FigureReport {
+            figure: name,
+            files: written,
+        },
     )
+    .with_inputs(inputs)
+    .with_warnings(warnings))
 }
 
 /// A figure with its name and what it shows.

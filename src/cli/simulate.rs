@@ -3,20 +3,19 @@
 use std::fs;
 use std::path::Path;
 
-use serde_json::json;
-
 use crate::bench::{Jack, NoiseModel, NoiseShape, VirtualBench};
 use crate::fit::{factor_index, factor_vector, factors_from_vector};
 use crate::physics::{Effect, Place};
 use crate::procedure::Procedure;
 use crate::quantity::METRES_PER_MICROMETRE;
 use crate::readings::{InstrumentRecord, Instruments, ReadingTable, SessionHeader, write_readings};
+use crate::report::SimulationReport;
 use crate::robot::FittingFactors;
 
 use super::args::{NoiseWord, SimulateArgs};
 use super::failure::{CliError, Failure};
 use super::figure_files::write;
-use super::model::{effects_text, physics_json, physics_text};
+use super::model::{effects_text, physics_text};
 use super::outcome::Outcome;
 use super::procedure::choose_procedure;
 use crate::analysis::{Inputs, ResolvedModel, factors_toml, sha256};
@@ -71,19 +70,19 @@ pub(super) fn run(args: &SimulateArgs) -> Result<Outcome, Failure> {
         minutes,
         args.out.display()
     );
-    let data = json!({
-        "folder": args.out,
-        "readings": table.readings.len(),
-        "seed": args.seed,
-        "procedure": procedure.name,
-        "minutes": minutes.round(),
-        "mechanism": chosen.mechanism,
-        "factors": truth,
-        "physics": physics_json(&chosen.physics),
-        "noise": noise,
-    });
+    let report = SimulationReport {
+        folder: args.out.clone(),
+        readings: table.readings.len(),
+        seed: args.seed,
+        procedure: procedure.name.clone(),
+        minutes: minutes.round(),
+        mechanism: chosen.mechanism.clone(),
+        factors: truth,
+        physics: chosen.physics.effects.iter().map(Effect::to_json).collect(),
+        noise,
+    };
     warnings.extend(chosen.warnings.iter().cloned());
-    Ok(Outcome::new("simulate", text, data)
+    Ok(Outcome::new("simulate", text, report)
         .with_inputs(Inputs::default().with_model(&chosen))
         .with_warnings(warnings))
 }

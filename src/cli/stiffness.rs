@@ -31,11 +31,9 @@ pub(super) fn run(args: &StiffnessArgs, global: &Global) -> Result<Outcome, Fail
             "{left_out} reading(s) superseded or rejected do not count"
         ));
     }
-    let data = serde_json::to_value(&table).unwrap_or_default();
-    Ok(
-        Outcome::new("stiffness", stiffness_text(&table, args.budget), data)
-            .with_inputs(inputs)
-            .with_warnings(warnings)
-            .with_strict_exit(u8::from(flagged)),
-    )
+    let text = stiffness_text(&table, args.budget);
+    Ok(Outcome::new("stiffness", text, table)
+        .with_inputs(inputs)
+        .with_warnings(warnings)
+        .with_strict_exit(u8::from(flagged)))
 }

@@ -2,15 +2,140 @@
 
 use std::fmt::Write;
 
-use serde_json::{Value, json};
+use schemars::JsonSchema;
+use serde::Serialize;
+use serde_json::Value;
 
-use crate::mismatch::{DesignReport, Suspect};
+use crate::mismatch::{DesignReport, LawDesign, NearRival, Suspect};
 use crate::physics::{ParameterSpec, title};
 
 use super::text::TextTable;
 
 /// Rows of the printed tables.
 const ROWS: usize = 40;
+
+/// What a procedure would show, for programs.
+#[derive(Debug, Clone, Serialize, JsonSchema)]
+pub struct DesignSummary {
+    /// Name of the procedure.
+    pub procedure: String,
+    /// Readings it plans.
+    pub readings: usize,
+    /// Minutes it takes, setting up included.
+    pub minutes: f64,
+    /// Each law at each place.
+    pub laws: Vec<LawDetection>,
+    /// Laws and places of which none can be told from the others at any plausible size.
+    pub inseparable: Vec<Vec<LawAtPlace>>,
+    /// Laws and places that the readings do not show at any plausible size.
+    pub unseen: Vec<UnseenLaw>,
+}
+
+/// A law at a place.
+#[derive(Debug, Clone, Serialize, JsonSchema)]
+pub struct LawAtPlace {
+    /// The law.
+    pub physics: &'static str,
+    /// The place.
+    pub place: Value,
+}
+
+/// From which size on a law is found at a place.
+#[derive(Debug, Clone, Serialize, JsonSchema)]
+pub struct LawDetection {
+    /// The law and its place.
+    #[serde(flatten)]
+    pub law: LawAtPlace,
+    /// Size found in 80 % of sessions, in `unit`; `null` for a law without size.
+    pub size_80: Option<f64>,
+    /// Unit of the sizes.
+    pub unit: Option<&'static str>,
+    /// The same as the largest change of a reading, µm.
+    pub end_effect_80_um: f64,
+    /// The laws that are hardest to tell from it, the hardest first.
+    pub nearest: Vec<NearLaw>,
+}
+
+/// A law that is hard to tell from another.
+#[derive(Debug, Clone, Serialize, JsonSchema)]
+pub struct NearLaw {
+    /// The law and its place.
+    #[serde(flatten)]
+    pub law: LawAtPlace,
+    /// Cosine of the angle between the two effects on the readings.
+    pub cosine: f64,
+    /// Size from which the expected log-likelihood ratio is 3; `null` if no plausible size reaches it.
+    pub size_3: Option<f64>,
+    /// The same for 5.
+    pub size_5: Option<f64>,
+    /// Whether no plausible size separates them.
+    pub never: bool,
+}
+
+/// A law that a procedure does not show at a place.
+#[derive(Debug, Clone, Serialize, JsonSchema)]
+pub struct UnseenLaw {
+    /// The law and its place.
+    #[serde(flatten)]
+    pub law: LawAtPlace,
+    /// Size that would be found in 80 % of sessions, more than is plausible; `null` if none would.
+    pub size_needed: Option<f64>,
+}
+
+impl From<&Suspect> for LawAtPlace {
+    fn from(suspect: &Suspect) -> Self {
+        Self {
+            physics: suspect.law.name,
+            place: suspect.place.to_json(),
+        }
+    }
+}
+
+impl From<&NearRival> for NearLaw {
+    fn from(near: &NearRival) -> Self {
+        Self {
+            law: (&near.rival).into(),
+            cosine: near.cosine,
+            size_3: near.size_3,
+            size_5: near.size_5,
+            never: near.never,
+        }
+    }
+}
+
+impl From<&LawDesign> for LawDetection {
+    fn from(found: &LawDesign) -> Self {
+        let parameter = found.suspect.law.parameters.first();
+        Self {
+            law: (&found.suspect).into(),
+            size_80: found.size_80,
+            unit: parameter.map(ParameterSpec::unit),
+            end_effect_80_um: found.end_effect_80_m * 1e6,
+            nearest: found.nearest.iter().map(Into::into).collect(),
+        }
+    }
+}
+
+impl From<&DesignReport> for DesignSummary {
+    fn from(report: &DesignReport) -> Self {
+        let group = |group: &Vec<Suspect>| group.iter().map(Into::into).collect();
+        Self {
+            procedure: report.procedure.clone(),
+            readings: report.readings,
+            minutes: report.minutes,
+            laws: report.laws.iter().map(Into::into).collect(),
+            inseparable: report.inseparable.iter().map(group).collect(),
+            unseen: report
+                .unseen
+                .iter()
+                .map(|unseen| UnseenLaw {
+                    law: (&unseen.suspect).into(),
+                    size_needed: unseen.size_needed,
+                })
+                .collect(),
+        }
+    }
+}
 
 /// What a procedure can and cannot show, as tables.
 #[must_use]
@@ -70,36 +195,4 @@ pub fn design_text(report: &DesignReport) -> String {
         );
     }
     text
-}
-
-/// The JSON contract's `data` of a design.
-#[must_use]
-pub fn design_json(report: &DesignReport) -> Value {
-    let suspect = |suspect: &Suspect| json!({ "physics": suspect.law.name, "place": suspect.place.to_json() });
-    json!({
-        "procedure": report.procedure,
-        "readings": report.readings,
-        "minutes": report.minutes,
-        "laws": report.laws.iter().map(|law| json!({
-            "physics": law.suspect.law.name,
-            "place": law.suspect.place.to_json(),
-            "size_80": law.size_80,
-            "unit": law.suspect.law.parameters.first().map(ParameterSpec::unit),
-            "end_effect_80_um": law.end_effect_80_m * 1e6,
-            "nearest": law.nearest.iter().map(|near| json!({
-                "physics": near.rival.law.name,
-                "place": near.rival.place.to_json(),
-                "cosine": near.cosine,
-                "size_3": near.size_3,
-                "size_5": near.size_5,
-                "never": near.never,
-            })).collect::<Vec<_>>(),
-        })).collect::<Vec<_>>(),
-        "inseparable": report.inseparable.iter().map(|group| group.iter().map(suspect).collect::<Vec<_>>()).collect::<Vec<_>>(),
-        "unseen": report.unseen.iter().map(|unseen| {
-            let mut value = suspect(&unseen.suspect);
-            value["size_needed"] = json!(unseen.size_needed);
-            value
-        }).collect::<Vec<_>>(),
-    })
 }

@@ -4,7 +4,6 @@ use std::io::IsTerminal;
 use std::path::Path;
 
 use jiff::{Timestamp, tz::TimeZone};
-use serde_json::json;
 
 use crate::analysis::{AnalysisError, sha256};
 use crate::cli::args::Global;
@@ -14,6 +13,7 @@ use crate::cli::procedure::choose_procedure;
 use crate::cli::screen::Screen;
 use crate::clock::Clock;
 use crate::readings::{InstrumentRecord, Instruments, SessionHeader};
+use crate::report::{RunReport, SessionOutcome};
 use crate::session::{
     Answers, Bench, Event, Journal, JournalFile, KeptAwake, Machine, Operator, Outcome, Resumed,
     SessionFolder, SessionPlan, SessionState, Settings, Started, Warning, host, lag_s, read_folder,
@@ -296,25 +296,26 @@ fn operator(args: &BenchArgs, global: &Global) -> Box<dyn Operator> {
 /// How it went.
 fn report(folder: &Path, outcome: Outcome, state: &SessionState, planned: usize) -> Printed {
     let (accepted, skipped) = (state.taken.len(), state.skipped.len());
-    let (word, next, exit) = match outcome {
-        Outcome::Complete => ("complete", "stiffness", 0),
-        Outcome::Partial => ("partial", "session resume", INTERRUPTED),
-        Outcome::Aborted => ("aborted", "session resume", INTERRUPTED),
+    let (next, exit) = match outcome {
+        Outcome::Complete => ("stiffness", 0),
+        Outcome::Partial | Outcome::Aborted => ("session resume", INTERRUPTED),
     };
+    let outcome = SessionOutcome::from(outcome);
+    let word = outcome.words();
     let text = format!(
         "{}: {word}, {accepted} of {planned} readings, {skipped} skipped\nNext: stiffbench {next} {}\n",
         folder.display(),
         folder.display()
     );
-    let data = json!({
-        "folder": folder,
-        "outcome": word,
-        "planned": planned,
-        "accepted": accepted,
-        "skipped": skipped,
-        "superseded": state.readings.len() - accepted,
-    });
-    Printed::new("session-run", text, data).with_exit(exit)
+    let report = RunReport {
+        folder: folder.to_owned(),
+        outcome,
+        planned,
+        accepted,
+        skipped,
+        superseded: state.readings.len() - accepted,
+    };
+    Printed::new("session-run", text, report).with_exit(exit)
 }
 
 /// The records name the descriptions that the gauges are read by.

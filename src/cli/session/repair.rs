@@ -4,12 +4,12 @@ use std::fs;
 use std::path::Path;
 
 use jiff::Timestamp;
-use serde_json::json;
 
 use crate::analysis::{Inputs, ReadError, TableCheck, compare_with_journal, shortened};
 use crate::cli::failure::Failure;
 use crate::cli::outcome::Outcome;
 use crate::readings::{ReadOptions, ReadingsError, SessionHeader, read_readings};
+use crate::report::{JournalReport, VerifiedJournal, VerifyReport};
 use crate::session::{JournalEnd, ReadFolder, ReadJournal, SessionState, read_folder, recover};
 
 use super::prepare::plan_of;
@@ -27,8 +27,11 @@ pub(super) fn verify(folder: &Path) -> Result<Outcome, Failure> {
             "{}: not protected: there is no journal that the readings could be compared with\n",
             folder.display()
         );
-        let data = json!({ "whole": true, "table": { "state": "not-protected" } });
-        return Ok(Outcome::new("session-verify", text, data));
+        let report = VerifyReport {
+            journal: VerifiedJournal::None { whole: true },
+            table: TableCheck::NotProtected,
+        };
+        return Ok(Outcome::new("session-verify", text, report));
     }
     let read = read_folder(folder)?;
     let state = SessionState::fold(&read.journal.records);
@@ -51,8 +54,10 @@ pub(super) fn verify(folder: &Path) -> Result<Outcome, Failure> {
         state.readings.len(),
         file.display()
     );
-    let mut data = report(&read.journal, &state, exit);
-    data["table"] = json!(table);
+    let data = VerifyReport {
+        journal: VerifiedJournal::Read(report(&read.journal, &state, exit)),
+        table,
+    };
     let mut outcome = Outcome::new("session-verify", text, data).with_exit(exit);
     // Of a damaged journal not even the header may be left.
     if let Ok((_, header, _)) = plan_of(&read) {
@@ -144,18 +149,18 @@ fn finding(journal: &ReadJournal) -> (String, u8) {
     }
 }
 
-fn report(journal: &ReadJournal, state: &SessionState, exit: u8) -> serde_json::Value {
+fn report(journal: &ReadJournal, state: &SessionState, exit: u8) -> JournalReport {
     let lines = match &journal.end {
         JournalEnd::Damaged { lines, .. } => *lines,
         _ => 0,
     };
     let (found, _) = finding(journal);
-    json!({
-        "whole": exit == 0,
-        "events": journal.records.len(),
-        "readings": state.readings.len(),
-        "accepted": state.taken.len(),
-        "lost_lines": lines,
-        "finding": found,
-    })
+    JournalReport {
+        whole: exit == 0,
+        events: journal.records.len(),
+        readings: state.readings.len(),
+        accepted: state.taken.len(),
+        lost_lines: lines,
+        finding: found,
+    }
 }

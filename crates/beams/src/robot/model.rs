@@ -235,7 +235,9 @@ pub struct NamedPose {
 }
 
 /// Multipliers of A, Iy, Iz, J by element class (the paper's eq. (16)).
-#[derive(Debug, Clone, Copy, PartialEq, serde::Serialize, serde::Deserialize)]
+#[derive(
+    Debug, Clone, Copy, PartialEq, serde::Serialize, serde::Deserialize, schemars::JsonSchema,
+)]
 pub struct FittingFactors {
     /// Of beams, order A, Iy, Iz, J.
     pub beam: [f64; 4],
