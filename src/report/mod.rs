@@ -1,6 +1,7 @@
 //! Results as text tables, JSON and inputs of figures.
 //!
-//! Each result has one function for people and one for programs, side by side, so that the two cannot drift apart.
+//! A result is a struct: JSON is its fields, its schema is in [`schemas()`], and text tables are printed from it. Fits, significance and
+//! diagnoses still have a function for people and one for programs side by side.
 
 mod compare;
 mod design;
