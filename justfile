@@ -45,11 +45,11 @@ parquet:
     target/parquet-check/venv/bin/pip install --quiet pyarrow==26.0.1
     target/parquet-check/venv/bin/python fixtures/parquet/check.py target/parquet-check
 
-# Write what every command prints and writes into fixtures/goldens and fixtures/goldens-validate again, and show every byte that has changed
+# Write what every command prints and writes into fixtures/goldens and fixtures/goldens-validate again, and the schemas of results, and show every byte that has changed
 goldens:
-    STIFFBENCH_GOLDENS=write cargo test --release --locked --test stiffbench --test validation goldens
-    git status --short fixtures
-    git diff --stat fixtures
+    STIFFBENCH_GOLDENS=write cargo test --release --locked --test stiffbench --test validation -- goldens schemas::the_schemas
+    git status --short fixtures docs/schemas
+    git diff --stat fixtures docs/schemas
 
 # Attacks on whole sessions by gauges and an operator written apart from the program (eight minutes; Python 3.11); `just attacks --quick` for one
 attacks *arguments:

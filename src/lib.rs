@@ -22,9 +22,11 @@
 //! Here:
 //!
 //! - [`shipped`]: robots, procedures and instrument descriptions that come with the program.
+//! - [`analysis`]: from files to results: sessions, models, fits, diagnoses. What the commands call, for other programs too.
 //! - [`report`]: results as tables, JSON and inputs of figures.
-//! - [`cli`]: arguments, files, terminal. Only it prints, opens files and reads the clock.
+//! - [`cli`]: arguments, output files, terminal. Only it prints, writes files and reads the clock.
 
+pub mod analysis;
 pub mod cli;
 pub mod report;
 pub mod shipped;

@@ -7,11 +7,13 @@
 
 mod architecture;
 mod cli;
+mod examples;
 mod fuzz_briefly;
 mod goldens;
 mod paper_tables;
 mod paper_transcription;
 mod readme;
+mod schemas;
 mod session_crash;
 mod session_terminal;
 mod shipped;

@@ -4,12 +4,16 @@ use std::path::PathBuf;
 
 use clap::builder::{RangedU64ValueParser, TypedValueParser};
 use clap::{Args, Parser, Subcommand, ValueEnum};
+use jiff::{Timestamp, tz::TimeZone};
 
-use crate::test_point::Direction;
+use crate::analysis::{CalibrationCheck, OpenSettings};
+use crate::readings::{GaugeLogOptions, LoadSign, ReadOptions};
+use crate::test_point::{Direction, PoseId};
 
 use super::compare::CompareArgs;
 use super::demo::DemoArgs;
 use super::diagnose_args::DiagnoseArgs;
+use super::failure::CliError;
 use super::instrument_args::InstrumentArgs;
 use super::map::MapArgs;
 use super::moved::MovedArgs;
@@ -58,6 +62,22 @@ pub struct Global {
     /// Progress on standard error
     #[arg(long, global = true, value_enum, default_value_t = ProgressMode::Auto)]
     pub progress: ProgressMode,
+}
+
+impl Global {
+    /// How data are opened: an overdue calibration is a warning, under `--strict` an error.
+    pub(super) fn open_settings(&self) -> OpenSettings {
+        let today = Timestamp::now().to_zoned(TimeZone::UTC).date();
+        OpenSettings {
+            trust_csv: self.trust_csv,
+            calibration: if self.strict {
+                CalibrationCheck::Refuse(today)
+            } else {
+                CalibrationCheck::Warn(today)
+            },
+            gauge_log: None,
+        }
+    }
 }
 
 /// How progress is shown.
@@ -157,6 +177,31 @@ pub(super) struct LogArgs {
     /// The load of a gauge's own log pulls along the positive axis [default: it pushes against it]
     #[arg(long)]
     pub(super) positive: bool,
+}
+
+impl LogArgs {
+    /// What the log does not say; `None` without pose and direction.
+    pub(super) fn options(&self) -> Result<Option<GaugeLogOptions>, CliError> {
+        match (&self.pose, self.direction) {
+            (Some(pose), Some(direction)) => Ok(Some(GaugeLogOptions {
+                pose: PoseId::new(pose),
+                direction,
+                repeat: self.repeat,
+                sign: if self.positive {
+                    LoadSign::Positive
+                } else {
+                    LoadSign::Negative
+                },
+                text: ReadOptions::default(),
+            })),
+            (None, None) => Ok(None),
+            _ => Err(CliError::Argument {
+                argument: "--pose and --direction".to_owned(),
+                problem: "a gauge's own log needs both".to_owned(),
+                help: Some("stiffbench stiffness LOG --pose P1 --direction x".to_owned()),
+            }),
+        }
+    }
 }
 
 /// Arguments of `stiffness`.
@@ -398,5 +443,16 @@ pub(super) fn three_numbers(text: &str) -> Result<[f64; 3], String> {
         _ => {
             Err("three numbers with commas between them are needed, for example 0,-50,0".to_owned())
         }
+    }
+}
+
+/// Parses a positive number of seconds.
+///
+/// # Errors
+/// For anything else, in words.
+pub fn seconds(text: &str) -> Result<f64, String> {
+    match text.parse::<f64>() {
+        Ok(seconds) if seconds.is_finite() && seconds > 0.0 => Ok(seconds),
+        _ => Err("it must be a positive number of seconds".to_owned()),
     }
 }

@@ -3,17 +3,15 @@
 use std::path::PathBuf;
 
 use clap::Args;
-use serde_json::json;
 
+use crate::analysis::{Inputs, Session};
 use crate::readings::InstrumentRecord;
-use crate::report::{comparison_json, comparison_text, load_displacement_figure};
+use crate::report::{ComparisonReport, load_displacement_figure};
 use crate::stiffness::{Agreement, Branches, SameGauges, compare};
 
-use super::args::{Global, LogArgs};
-use super::data::{Session, load_session};
+use super::args::Global;
 use super::failure::Failure;
 use super::figure_files::write_figure;
-use super::inputs::Inputs;
 use super::outcome::Outcome;
 
 /// Arguments of `compare`.
@@ -31,10 +29,10 @@ pub(super) struct CompareArgs {
 
 /// The difference of two sessions.
 pub(super) fn run(args: &CompareArgs, global: &Global) -> Result<Outcome, Failure> {
-    let log = LogArgs::default();
+    let options = global.open_settings();
     let [a, b] = [
-        load_session(&args.a, &log, global)?,
-        load_session(&args.b, &log, global)?,
+        Session::open(&args.a, &options)?,
+        Session::open(&args.b, &options)?,
     ];
     let inputs = Inputs::default().with_session(&a).with_session(&b);
     let [table_a, table_b] = [
@@ -65,15 +63,14 @@ pub(super) fn run(args: &CompareArgs, global: &Global) -> Result<Outcome, Failur
         );
     }
     let differs = comparison.agreement == Agreement::Differs;
-    let mut text = comparison_text(&comparison, &a.name, &b.name);
-    let mut data = comparison_json(&comparison);
     let robots = two_robots(&a, &b);
-    data["two_robots"] = json!(robots.is_some());
+    let report = ComparisonReport::new(&comparison, robots.is_some());
+    let mut text = report.text(&a.name, &b.name);
     if let Some(words) = robots {
         text = format!("{words}\n\n{text}");
         warnings.insert(0, words);
     }
-    Ok(Outcome::new("compare", text, data)
+    Ok(Outcome::new("compare", text, report)
         .with_inputs(inputs)
         .with_warnings(warnings)
         .with_strict_exit(u8::from(differs)))

@@ -1,12 +1,13 @@
 //! Instrument descriptions by name: the user's own, then the shipped ones.
 
+use crate::analysis::{AnalysisError, read_text};
 use std::fs;
 use std::path::{Path, PathBuf};
 
 use crate::instrument::InstrumentDescription;
 use crate::shipped::{shipped_instruments, unknown_name};
 
-use super::failure::{CliError, Failure};
+use super::failure::Failure;
 use super::instrument_args::ProtocolsArgs;
 
 /// A description with where it comes from and what a user should know of its file.
@@ -84,10 +85,7 @@ fn shipped() -> impl Iterator<Item = Found> {
 
 /// The description in a file. Its name is that of the file, so that it is found by it.
 pub(super) fn read_description(path: &Path) -> Result<Found, Failure> {
-    let toml = fs::read_to_string(path).map_err(|source| CliError::Read {
-        path: path.to_owned(),
-        source,
-    })?;
+    let toml = read_text(path)?;
     let (description, mut warnings) =
         InstrumentDescription::parse(&toml, &path.display().to_string())?;
     if path
@@ -114,7 +112,7 @@ fn own_files(protocols: &ProtocolsArgs) -> Result<Vec<PathBuf>, Failure> {
         return Ok(Vec::new());
     };
     let folder = folder.join("instruments");
-    let entries = fs::read_dir(&folder).map_err(|_| CliError::NotFound {
+    let entries = fs::read_dir(&folder).map_err(|_| AnalysisError::NotFound {
         path: folder.clone(),
         help: "--protocols DIR takes a folder that has descriptions in DIR/instruments/*.toml"
             .to_owned(),

@@ -33,8 +33,8 @@ pub(super) struct DiagnoseArgs {
     #[arg(long, default_value_t = 0)]
     pub(super) seed: u64,
     /// Where the scatter of single readings comes from
-    #[arg(long, value_enum, default_value_t = NoiseSource::Estimated)]
-    pub(super) noise: NoiseSource,
+    #[arg(long, value_enum, default_value_t = NoiseChoice::Estimated)]
+    pub(super) noise: NoiseChoice,
     /// Earlier session (folder or readings file) of the same bench, whose scatter tells that of this one too; may be given several times
     #[arg(long, value_name = "SESSION", conflicts_with_all = ["design", "specimen"])]
     pub(super) earlier: Vec<PathBuf>,
@@ -51,7 +51,7 @@ pub(super) struct DiagnoseArgs {
 
 /// Where the scatter of single readings comes from.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
-pub(super) enum NoiseSource {
+pub(super) enum NoiseChoice {
     /// The readings: restricted likelihood of the differences between repeats
     Estimated,
     /// The instrument records of session.toml: step of the displacement gauge and spread when settled; zeros and runs as the readings show

@@ -1,20 +1,17 @@
 //! `stiffbench diagnose --specimen`: a table of force against displacement without a robot.
 
-use std::fs;
-
 use serde_json::json;
 
+use crate::analysis::{Inputs, read_bytes, sha256};
 use crate::mismatch::{SearchOptions, diagnose, laws_that_need_a_robot, specimen_bench};
 use crate::physics::Law;
 use crate::report::{SpecimenReport, specimen_json, specimen_text};
 use crate::specimen::{SpecimenOptions, read_specimen};
 
-use super::design;
+use super::diagnose::data;
 use super::diagnose_args::DiagnoseArgs;
-use super::failure::{CliError, Failure};
+use super::failure::Failure;
 use super::figure_files::write;
-use super::hash::sha256;
-use super::inputs::Inputs;
 use super::outcome::{Outcome, envelope};
 
 /// Reads the table and says what a straight line leaves out.
@@ -23,11 +20,8 @@ pub(super) fn run(
     options: &SpecimenOptions,
     without: Vec<Law>,
 ) -> Result<Outcome, Failure> {
-    let path = design::data(args)?;
-    let bytes = fs::read(path).map_err(|source| CliError::Read {
-        path: path.to_owned(),
-        source,
-    })?;
+    let path = data(args)?;
+    let bytes = read_bytes(path)?;
     let name = path.display().to_string();
     let inputs = Inputs::default().with_list(&name, &sha256(&bytes));
     let table = read_specimen(&name, bytes.as_slice(), options)?;

@@ -1,10 +1,10 @@
 //! `stiffbench instrument emulate`: a bench in software for other programs, which works through a procedure by itself.
 
-use std::path::PathBuf;
+use crate::analysis::read_text;
+use std::path::{Path, PathBuf};
 use std::time::Duration;
 
 use clap::{Args, ValueEnum};
-use serde_json::json;
 
 use crate::bench::{EmulatedSetup, NoiseModel};
 use crate::clock::Clock;
@@ -13,17 +13,17 @@ use crate::instrument::emulator::FaultScript;
 use crate::procedure::{PlannedReading, Procedure};
 use crate::quantity::METRES_PER_MICROMETRE;
 use crate::readings::RepeatOrder;
+use crate::report::{EmulationReport, GaugePair};
 use crate::session::SessionPlan;
 use crate::source_text::SourceText;
 use crate::test_point::PoseId;
 
 use super::args::{Global, ModelArgs};
 use super::emulated::{Emulation, Hand};
-use super::failure::{CliError, Failure};
+use super::failure::Failure;
 use super::instrument_args::ProtocolsArgs;
 use super::outcome::{Outcome, print_error, print_now};
 use super::procedure::{ProcedureArgs, choose_procedure};
-use super::resolve::resolve;
 
 /// Arguments of `instrument emulate`.
 #[derive(Debug, Args)]
@@ -83,7 +83,7 @@ const LOOK: Duration = Duration::from_millis(2);
 
 /// Hosts the bench and works through the procedure.
 pub(super) fn run(args: &EmulateArgs, global: &Global) -> Result<Outcome, Failure> {
-    let chosen = resolve(&args.model, None)?;
+    let chosen = args.model.resolve()?;
     let (procedure, mut warnings) = choose_procedure(&args.procedure)?;
     warnings.extend(chosen.warnings.iter().cloned());
     let hand = Emulation {
@@ -97,7 +97,7 @@ pub(super) fn run(args: &EmulateArgs, global: &Global) -> Result<Outcome, Failur
         faults: args
             .faults
             .as_ref()
-            .map_or_else(|| Ok(FaultScript::default()), fault_script)?,
+            .map_or_else(|| Ok(FaultScript::default()), |path| fault_script(path))?,
         links: args.link.clone(),
     }
     .start()?;
@@ -109,14 +109,20 @@ pub(super) fn run(args: &EmulateArgs, global: &Global) -> Result<Outcome, Failur
         "displacement",
         displacement.display()
     );
-    let data = json!({
-        "ports": { "force": force, "displacement": displacement },
-        "instruments": { "force": args.force_instrument, "displacement": args.displacement_instrument },
-        "procedure": procedure.name,
-        "seed": args.seed,
-        "speed": args.speed,
-    });
-    let ready = Outcome::new("emulate", text, data).with_warnings(warnings);
+    let report = EmulationReport {
+        ports: GaugePair {
+            force: force.clone(),
+            displacement: displacement.clone(),
+        },
+        instruments: GaugePair {
+            force: args.force_instrument.clone(),
+            displacement: args.displacement_instrument.clone(),
+        },
+        procedure: procedure.name.clone(),
+        seed: args.seed,
+        speed: args.speed,
+    };
+    let ready = Outcome::new("emulate", text, report).with_warnings(warnings);
     let ended = ready.print_before_the_end(global)?;
     let named: Vec<PoseId> = chosen
         .robot
@@ -169,11 +175,8 @@ fn setup(args: &EmulateArgs) -> EmulatedSetup {
 }
 
 /// The faults in a file.
-pub(super) fn fault_script(path: &PathBuf) -> Result<FaultScript, Failure> {
-    let text = std::fs::read_to_string(path).map_err(|source| CliError::Read {
-        path: path.clone(),
-        source,
-    })?;
+pub(super) fn fault_script(path: &Path) -> Result<FaultScript, Failure> {
+    let text = read_text(path)?;
     let source = SourceText::new(path.display().to_string(), text);
     Ok(FaultScript::parse(&source)?)
 }

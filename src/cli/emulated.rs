@@ -17,7 +17,7 @@ use crate::test_point::{Direction, PoseId};
 use super::descriptions::{all_descriptions, find_description};
 use super::failure::{CliError, Failure};
 use super::instrument_args::ProtocolsArgs;
-use super::resolve::ResolvedModel;
+use crate::analysis::ResolvedModel;
 
 /// How many times as fast as real lines the emulated ones are run at most; streams and delays of a gauge get shorter, programs do not.
 const FASTEST_LINE: f64 = 10.0;

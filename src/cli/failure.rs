@@ -12,55 +12,6 @@ use super::outcome::{envelope, not_printed, print_error, print_json};
 /// Errors of the command line itself.
 #[derive(Debug, thiserror::Error, Diagnostic)]
 pub enum CliError {
-    /// A file that cannot be read.
-    #[error("{path} cannot be read")]
-    #[diagnostic(
-        code(stiffbench::input::read),
-        help("check the permissions, and that it is a text file in UTF-8")
-    )]
-    Read {
-        /// The file.
-        path: PathBuf,
-        /// What the system says.
-        source: std::io::Error,
-    },
-    /// Neither a file nor a folder nor a shipped name.
-    #[error("{path}: there is no such file or folder")]
-    #[diagnostic(code(stiffbench::input::not_found))]
-    NotFound {
-        /// What the user named.
-        path: PathBuf,
-        /// What could be meant.
-        #[help]
-        help: String,
-    },
-    /// A folder that is no session.
-    #[error("{path} holds no readings.csv")]
-    #[diagnostic(
-        code(stiffbench::input::no_session),
-        help(
-            "a session is a folder with readings.csv in it; a readings file may also be named itself"
-        )
-    )]
-    NoSession {
-        /// The folder.
-        path: PathBuf,
-    },
-    /// A table that no longer holds what the journal holds.
-    #[error("{path} was changed after the session: {changes}")]
-    #[diagnostic(
-        code(stiffbench::input::changed),
-        help(
-            "stiffbench session recover FOLDER --out NEW writes the table anew from the journal; --trust-csv uses it as it is, and every result \
-             says so"
-        )
-    )]
-    Changed {
-        /// The table.
-        path: PathBuf,
-        /// What was changed.
-        changes: String,
-    },
     /// A file that cannot be written.
     #[error("{path} cannot be written")]
     #[diagnostic(
@@ -131,78 +82,6 @@ pub enum CliError {
         #[help]
         today: String,
     },
-    /// Data that need a model, and no robot is named.
-    #[error("no robot: neither --robot nor a session.toml beside the data names one")]
-    #[diagnostic(code(stiffbench::usage::no_robot))]
-    NoRobot {
-        /// What to add.
-        #[help]
-        help: String,
-    },
-    /// A robot file that is not the session's.
-    #[error("{robot} is not the robot file the session was measured with: its SHA-256 differs")]
-    #[diagnostic(
-        code(stiffbench::robot::other_file),
-        help("put the file of the session back, or name the robot that is meant with --robot")
-    )]
-    OtherRobot {
-        /// The file.
-        robot: String,
-    },
-    /// A session or model that names a robot which is not there.
-    #[error(
-        "{file} names the robot {robot}, and there is no such file beside it and no shipped robot of that name"
-    )]
-    #[diagnostic(
-        code(stiffbench::session_file::robot),
-        help("put the robot file beside it, or name another with --robot")
-    )]
-    NamedRobot {
-        /// The session's header, or the model.
-        file: PathBuf,
-        /// The robot as it stands there.
-        robot: String,
-    },
-    /// A factor file that is not one.
-    #[error("{file} is no factor set: {problem}")]
-    #[diagnostic(
-        code(stiffbench::robot::factor_file),
-        help(
-            "write two tables: beam = {{ A = 1.0, Iy = 1.0, Iz = 1.0, J = 1.0 }} and the same for link"
-        )
-    )]
-    Factors {
-        /// The file.
-        file: String,
-        /// What is wrong with it.
-        problem: String,
-    },
-    /// Data without readings where readings are needed.
-    #[error("{data} holds stiffness values, not readings: {needs} needs readings")]
-    #[diagnostic(
-        code(stiffbench::usage::needs_readings),
-        help("give a session folder or a readings file")
-    )]
-    NeedsReadings {
-        /// The data.
-        data: String,
-        /// What needs readings.
-        needs: &'static str,
-    },
-    /// Records that do not say what the noise of a reading is.
-    #[error(
-        "{data}: --noise records needs the step of the displacement gauge, and no record states it"
-    )]
-    #[diagnostic(
-        code(stiffbench::session_file::no_resolution),
-        help(
-            "put resolution_um under [instruments.displacement] of session.toml, or take the noise from the readings (--noise estimated)"
-        )
-    )]
-    NoResolution {
-        /// The data.
-        data: String,
-    },
     /// An instrument description from memory.
     #[error(
         "the description {instrument} is recalled: no manual and no working program was found for it"
@@ -216,16 +95,6 @@ pub enum CliError {
     Unverified {
         /// Name of the description.
         instrument: String,
-    },
-    /// Overdue calibration under --strict.
-    #[error("calibration overdue: {instruments}")]
-    #[diagnostic(
-        code(stiffbench::calibration::overdue),
-        help("have the gauge calibrated, or leave out --strict and accept a warning")
-    )]
-    CalibrationOverdue {
-        /// Which gauges, since when.
-        instruments: String,
     },
 }
 

@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use crate::plot::{Figure, to_png};
 
 use super::failure::{CliError, Failure};
-use super::inputs::Inputs;
+use crate::analysis::Inputs;
 
 /// Pixels in a unit of the drawing: sharp on a page and on a screen.
 const PNG_SCALE: f64 = 2.0;

@@ -1,6 +1,6 @@
 //! Which instrument on which port.
 
-use std::fs;
+use crate::analysis::read_text;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
@@ -56,10 +56,7 @@ pub(super) fn read_bindings(path: &Path) -> Result<(Bindings, Vec<String>), Fail
     if !path.exists() {
         return Ok((Bindings::default(), Vec::new()));
     }
-    let text = fs::read_to_string(path).map_err(|source| CliError::Read {
-        path: path.to_owned(),
-        source,
-    })?;
+    let text = read_text(path)?;
     Ok(Bindings::parse(&SourceText::new(
         path.to_string_lossy(),
         text,

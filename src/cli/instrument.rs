@@ -4,13 +4,15 @@ use std::env::consts::OS;
 use std::fmt::Write;
 use std::io::Read;
 
-use serde_json::{Map, Value, json};
-
+use crate::analysis::ReadError;
 use crate::instrument::description::{Command, SignMeaning, UnitSource, json_schema};
 use crate::instrument::{
     Decoded, Decoder, InstrumentDescription, Mark, Meaning, Rejected, Reply, Role, Sample, raw_text,
 };
-use crate::report::TextTable;
+use crate::report::{
+    DecodeReport, DecodedValue, InstrumentList, InstrumentReport, InstrumentSummary,
+    RejectedPacket, TextTable,
+};
 
 use super::args::Global;
 use super::descriptions::{Found, all_descriptions, find_description, read_description};
@@ -59,17 +61,15 @@ fn list(protocols: &ProtocolsArgs) -> Result<Outcome, Failure> {
             warnings.push(format!("{}: {note}", description.name));
         }
     }
-    let instruments: Vec<Value> = found.iter().map(summary_json).collect();
+    let instruments = found.iter().map(summary).collect();
     let text = format!(
         "{}\ndocumented: the maker's manual was read; implemented: seen working in public code; recalled: from memory, runs only with\n--allow-unverified. More of one: stiffbench instrument show NAME\n",
         table.text()
     );
-    Ok(Outcome::new(
-        "instrument-list",
-        text,
-        json!({ "instruments": instruments }),
+    Ok(
+        Outcome::new("instrument-list", text, InstrumentList { instruments })
+            .with_warnings(warnings),
     )
-    .with_warnings(warnings))
 }
 
 fn status_text(description: &InstrumentDescription) -> String {
@@ -80,59 +80,24 @@ fn status_text(description: &InstrumentDescription) -> String {
     }
 }
 
-fn summary_json(found: &Found) -> Value {
-    let description = &found.description;
-    let no_tty: Map<String, Value> = description
-        .no_tty_notes()
-        .map(|(system, note)| (system.to_owned(), note.into()))
-        .collect();
-    json!({
-        "name": description.name,
-        "text": description.text,
-        "channel": description.channel,
-        "status": description.status,
-        "experimental": description.experimental,
-        "needs_allow_unverified": description.is_unverified(),
-        "tty_note": description.no_tty(OS),
-        "no_tty": no_tty,
-        "file": found.path.as_ref().map(|path| path.display().to_string()),
-    })
+fn summary(found: &Found) -> InstrumentSummary {
+    InstrumentSummary::new(&found.description, found.path.as_deref())
 }
 
 fn show(found: &Found, toml: bool) -> Outcome {
     let description = &found.description;
-    let mut data = summary_json(found);
-    data["line"] = json!(description.line);
-    data["modem"] = json!(description.modem);
-    data["timing"] = json!(description.timing());
-    data["framing"] = description.framing_text().into();
-    data["packets"] = json!(description.packets);
-    data["sign"] = json!(description.sign);
-    data["unit"] =
-        json!({ "from": description.unit_source(), "choices": description.unit_choices() });
-    data["physical"] = json!(description.physical);
-    let commands: Map<String, Value> = commands(description)
-        .map(|(role, command)| (role.key().to_owned(), command_json(command)))
-        .collect();
-    data["commands"] = commands.into();
-    data["notes"] = json!(description.notes);
-    data["sources"] = json!(description.sources);
-    data["toml"] = found.toml.as_str().into();
+    let report = InstrumentReport::new(summary(found), description, &found.toml);
     let text = if toml {
         found.toml.clone()
     } else {
         description_text(description)
     };
-    Outcome::new("instrument", text, data).with_warnings(found.warnings.clone())
+    Outcome::new("instrument", text, report).with_warnings(found.warnings.clone())
 }
 
 fn commands(description: &InstrumentDescription) -> impl Iterator<Item = (Role, &Command)> {
     let roles = Role::ALL.into_iter();
     roles.filter_map(|role| Some((role, description.command(role)?)))
-}
-
-fn command_json(command: &Command) -> Value {
-    json!({ "bytes": raw_text(&command.bytes), "expects": command.expects, "effect": command.effect })
 }
 
 fn description_text(description: &InstrumentDescription) -> String {
@@ -191,10 +156,10 @@ fn sign_text(meaning: SignMeaning) -> &'static str {
 fn check(found: Found) -> Outcome {
     let mut text = description_text(&found.description);
     text.push_str("\nno errors\n");
-    let data = summary_json(&found);
+    let summary = summary(&found);
     let mut warnings = found.warnings;
     warnings.extend(found.description.doubts());
-    Outcome::new("instrument-check", text, data)
+    Outcome::new("instrument-check", text, summary)
         .with_strict_exit(u8::from(!warnings.is_empty()))
         .with_warnings(warnings)
 }
@@ -208,10 +173,7 @@ fn decode(args: &DecodeArgs) -> Result<Outcome, Failure> {
     std::io::stdin()
         .lock()
         .read_to_end(&mut bytes)
-        .map_err(|source| CliError::Read {
-            path: "standard input".into(),
-            source,
-        })?;
+        .map_err(ReadError::of("standard input".as_ref()))?;
     let mut decoded = Vec::new();
     decoder.push(&bytes, 0.0, &mut decoded);
     decoder.idle(0.0, &mut decoded);
@@ -239,25 +201,22 @@ fn decoded_outcome(
 ) -> Outcome {
     let (mut samples, mut rejected) = (Vec::new(), Vec::new());
     let mut text = String::new();
-    let mut no_value = |raw: &str, reason: &str| {
-        rejected.push(json!({ "raw": raw, "reason": reason }));
-        format!("rejected: {raw}: {reason}\n")
+    let mut no_value = |raw: &str, reason: String| {
+        let line = format!("rejected: {raw}: {reason}\n");
+        let raw = raw.to_owned();
+        rejected.push(RejectedPacket { raw, reason });
+        line
     };
     for one in decoded {
         text.push_str(&match one {
             Decoded::Sample(sample) => {
-                let value = sample_json(sample, description, unit);
-                let line = format!(
-                    "{} {}  <- {}\n",
-                    value["value"],
-                    words(&value["unit"]),
-                    sample.raw
-                );
+                let value = decoded_value(sample, description, unit);
+                let line = format!("{:?} {}  <- {}\n", value.value, value.unit, sample.raw);
                 samples.push(value);
                 line
             }
-            Decoded::Rejected(Rejected { raw, reason, .. }) => no_value(raw, reason),
-            Decoded::Reply(reply) => no_value(&reply.raw, &reply_reason(reply)),
+            Decoded::Rejected(Rejected { raw, reason, .. }) => no_value(raw, reason.to_string()),
+            Decoded::Reply(reply) => no_value(&reply.raw, reply_reason(reply)),
         });
     }
     // Writing to a String does not fail.
@@ -267,16 +226,20 @@ fn decoded_outcome(
         samples.len(),
         rejected.len()
     );
-    let data = json!({ "instrument": description.name, "samples": samples, "rejected": rejected });
-    Outcome::new("instrument-decode", text, data)
-}
-
-fn words(value: &Value) -> &str {
-    value.as_str().unwrap_or_default()
+    let report = DecodeReport {
+        instrument: description.name.clone(),
+        samples,
+        rejected,
+    };
+    Outcome::new("instrument-decode", text, report)
 }
 
 /// A sample in the unit that was asked for. Nobody asks a file, so that a value was not requested says nothing here.
-fn sample_json(sample: &Sample, description: &InstrumentDescription, unit: Option<&str>) -> Value {
+fn decoded_value(
+    sample: &Sample,
+    description: &InstrumentDescription,
+    unit: Option<&str>,
+) -> DecodedValue {
     let own = sample.kind == description.channel.kind();
     let wanted = unit.filter(|_| own).unwrap_or(&sample.unit);
     let factor = |unit: &str| sample.kind.si_factor(unit).unwrap_or(1.0);
@@ -285,13 +248,13 @@ fn sample_json(sample: &Sample, description: &InstrumentDescription, unit: Optio
     } else {
         without_noise(sample.value * (factor(&sample.unit) / factor(wanted)))
     };
-    let marks: Vec<Mark> = sample
-        .marks
-        .iter()
-        .copied()
-        .filter(|mark| *mark != Mark::Unrequested)
-        .collect();
-    json!({ "value": value, "unit": wanted, "raw": sample.raw, "marks": marks })
+    let marks = sample.marks.iter().copied();
+    DecodedValue {
+        value,
+        unit: wanted.to_owned(),
+        raw: sample.raw.to_string(),
+        marks: marks.filter(|mark| *mark != Mark::Unrequested).collect(),
+    }
 }
 
 /// To 15 significant digits: what a conversion adds behind them is no information.

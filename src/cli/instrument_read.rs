@@ -3,13 +3,13 @@
 use std::time::Duration;
 
 use clap::Args;
-use serde_json::{Value, json};
 
 use crate::clock::Clock;
 use crate::instrument::port::PortError;
 use crate::instrument::{GaugeEvent, LinkState, Sample};
+use crate::report::{ReadReport, TimedPacket, TimedValue};
 
-use super::args::Global;
+use super::args::{Global, seconds};
 use super::failure::Failure;
 use super::gauge::{Gauge, PortArgs};
 use super::outcome::{Outcome, print, print_error};
@@ -76,8 +76,8 @@ pub(super) fn run(args: &ReadArgs, global: &Global) -> Result<Outcome, Failure> 
 /// What came.
 #[derive(Debug, Default)]
 struct Taken {
-    samples: Vec<Value>,
-    rejected: Vec<Value>,
+    samples: Vec<TimedValue>,
+    rejected: Vec<TimedPacket>,
     notes: Vec<String>,
     silent: bool,
     /// When the last value came, s.
@@ -91,7 +91,10 @@ impl Taken {
             None => PortError::Silent { port, waited_s },
             Some(last) => PortError::WrongDevice {
                 port,
-                problem: format!("no value came, but {} ({})", last["raw"], last["reason"]),
+                problem: format!(
+                    "no value came, but {:?} ({:?})",
+                    last.packet.raw, last.packet.reason
+                ),
                 help: "compare instrument, unit and mode with what the gauge shows".to_owned(),
             },
         }
@@ -104,7 +107,7 @@ impl Taken {
                     // A reader that went away is found out when the rest is printed.
                     let _ = print(&format!("{}\n", line(&sample)));
                 }
-                self.samples.push(sample_json(&sample));
+                self.samples.push((&sample).into());
                 self.last_s = now_s;
                 self.silent = false;
             }
@@ -112,9 +115,7 @@ impl Taken {
                 if !global.json && !global.quiet {
                     print_error(&format!("no value: {} ({})", rejected.raw, rejected.reason));
                 }
-                self.rejected.push(
-                    json!({ "t_s": rejected.at_s, "raw": rejected.raw, "reason": rejected.reason }),
-                );
+                self.rejected.push((&rejected).into());
             }
             GaugeEvent::Note { text, .. } => {
                 if !global.json && !global.quiet {
@@ -141,15 +142,15 @@ impl Taken {
             self.samples.len(),
             self.rejected.len()
         );
-        let data = json!({
-            "instrument": instrument,
-            "identity": identity,
-            "seconds": seconds,
-            "samples": self.samples,
-            "rejected": self.rejected,
-            "notes": self.notes,
-        });
-        Outcome::new("instrument-read", text, data)
+        let report = ReadReport {
+            instrument: instrument.to_owned(),
+            identity: identity.map(str::to_owned),
+            seconds,
+            samples: self.samples,
+            rejected: self.rejected,
+            notes: self.notes,
+        };
+        Outcome::new("instrument-read", text, report)
     }
 }
 
@@ -169,26 +170,4 @@ pub(super) fn line(sample: &Sample) -> String {
     )
     .trim_end()
     .to_owned()
-}
-
-/// A value for programs.
-pub(super) fn sample_json(sample: &Sample) -> Value {
-    json!({
-        "t_s": sample.at_s,
-        "value": sample.value,
-        "unit": sample.unit,
-        "raw": sample.raw,
-        "marks": sample.marks,
-    })
-}
-
-/// Parses a positive number of seconds.
-///
-/// # Errors
-/// For anything else, in words.
-pub fn seconds(text: &str) -> Result<f64, String> {
-    match text.parse::<f64>() {
-        Ok(seconds) if seconds.is_finite() && seconds > 0.0 => Ok(seconds),
-        _ => Err("it must be a positive number of seconds".to_owned()),
-    }
 }

@@ -5,11 +5,12 @@ use std::io::Write;
 use std::process::ExitCode;
 
 use clap::CommandFactory;
+use serde::Serialize;
 use serde_json::{Value, json};
 
 use super::args::{Cli, Global};
 use super::failure::CliError;
-use super::inputs::Inputs;
+use crate::analysis::Inputs;
 
 /// A result: text for people, data for programs, and notes for both.
 #[derive(Debug, Default)]
@@ -35,11 +36,11 @@ pub struct Outcome {
 impl Outcome {
     /// A result without notes.
     #[must_use]
-    pub fn new(kind: &'static str, text: String, data: Value) -> Self {
+    pub fn new(kind: &'static str, text: String, data: impl Serialize) -> Self {
         Self {
             kind,
             text,
-            data,
+            data: serde_json::to_value(data).unwrap_or_default(),
             ..Self::default()
         }
     }

@@ -2,11 +2,11 @@
 
 use clap::Args;
 
+use crate::analysis::ResolvedModel;
 use crate::parameters::{ParameterChoice, ParameterRole};
 use crate::robot::ModelParameter;
 
 use super::failure::{CliError, Failure};
-use super::resolve::ResolvedModel;
 
 /// The list of model parameters that a fit moves, keeps or ties.
 #[derive(Debug, Clone, Default, Args)]

@@ -2,24 +2,21 @@
 
 use std::path::PathBuf;
 
-use serde_json::json;
-
-use crate::fit::{FitOptions, FitOutcome, fit_cells};
+use crate::analysis::{AnalysisError, Data, FitData, FitSettings, Inputs, Session};
+use crate::fit::FitOutcome;
 use crate::physics::{Effect, PlaceKind};
 use crate::plot::Figure;
-use crate::report::{fit_figures, load_displacement_figure, residuals_figure, robot_figure};
+use crate::report::{
+    FigureReport, fit_figures, load_displacement_figure, residuals_figure, robot_figure,
+};
 use crate::robot::{ModelParameter, Predictor, Theory};
 use crate::stiffness::{Branches, Method};
 use crate::test_point::PoseId;
 
-use super::args::{FigureName, Global, LogArgs, PlotArgs};
-use super::data::{Data, load, load_session};
+use super::args::{FigureName, Global, PlotArgs};
 use super::failure::{CliError, Failure};
 use super::figure_files::write_figure;
-use super::fit::{Prepared, prepare};
-use super::inputs::Inputs;
 use super::outcome::Outcome;
-use super::resolve::resolve;
 use super::robot::workspace_projection;
 
 /// Draws one figure.
@@ -41,11 +38,16 @@ pub(super) fn run(args: &PlotArgs, global: &Global) -> Result<Outcome, Failure> 
         .map(|path| path.display().to_string())
         .collect();
     let text = names.join("\n") + "\n";
-    Ok(
-        Outcome::new("plot", text, json!({ "figure": name, "files": written }))
-            .with_inputs(inputs)
-            .with_warnings(warnings),
+    Ok(Outcome::new(
+        "plot",
+        text,
+        FigureReport {
+            figure: name,
+            files: written,
+        },
     )
+    .with_inputs(inputs)
+    .with_warnings(warnings))
 }
 
 /// A figure with its name and what it shows.
@@ -64,7 +66,7 @@ fn overlay(args: &PlotArgs, global: &Global, warnings: &mut Vec<String>) -> Resu
     let mut sessions = Vec::new();
     let mut inputs = Inputs::default();
     for path in &args.data {
-        let session = load_session(path, &LogArgs::default(), global)?;
+        let session = Session::open(path, &global.open_settings())?;
         warnings.extend(session.warnings.iter().cloned());
         inputs = inputs.with_session(&session);
         let table = session.stiffness(Branches::Both)?;
@@ -83,21 +85,21 @@ fn overlay(args: &PlotArgs, global: &Global, warnings: &mut Vec<String>) -> Resu
 
 fn of_fit(args: &PlotArgs, global: &Global, warnings: &mut Vec<String>) -> Result<Drawn, Failure> {
     let path = first_data(args)?;
-    let data = load(path, global)?;
+    let data = Data::open(path, &global.open_settings())?;
     if args.figure == FigureName::Residuals && matches!(data, Data::Stiffness { .. }) {
-        return Err(CliError::NeedsReadings {
+        return Err(AnalysisError::NeedsReadings {
             data: path.display().to_string(),
             needs: "a figure of residuals",
         }
         .into());
     }
-    let prepared = prepare(data, &args.model, Method::Regression)?;
+    let prepared = FitData::new(data, &args.model.choice()?, Method::Regression)?;
     warnings.extend(prepared.warnings.iter().cloned());
-    let options = FitOptions {
-        train: prepared.training(args.train.as_deref())?,
-        ..FitOptions::default()
+    let settings = FitSettings {
+        train: args.train.clone(),
+        ..FitSettings::default()
     };
-    let outcome = fit_cells(&prepared.problem()?, &options)?;
+    let outcome = prepared.fit(&settings, &|| ())?;
     if args.figure == FigureName::Residuals {
         return Ok((
             "residuals",
@@ -106,7 +108,7 @@ fn of_fit(args: &PlotArgs, global: &Global, warnings: &mut Vec<String>) -> Resul
         ));
     }
     let table = prepared.session.as_ref().map(|(_, table)| table);
-    let figures = fit_figures(&outcome, table, options.choice.range);
+    let figures = fit_figures(&outcome, table, settings.choice.range);
     match args.figure {
         FigureName::Factors => Ok(("factors", figures.factors, prepared.inputs)),
         FigureName::Correlation => match figures.correlation {
@@ -124,9 +126,9 @@ fn of_fit(args: &PlotArgs, global: &Global, warnings: &mut Vec<String>) -> Resul
 }
 
 /// Residuals of the readings behind a fit.
-pub(super) fn residuals(prepared: &Prepared, outcome: &FitOutcome) -> Result<Figure, Failure> {
+pub(super) fn residuals(prepared: &FitData, outcome: &FitOutcome) -> Result<Figure, Failure> {
     let Some((session, table)) = &prepared.session else {
-        return Err(CliError::NeedsReadings {
+        return Err(AnalysisError::NeedsReadings {
             data: "the data".to_owned(),
             needs: "a figure of residuals",
         }
@@ -145,14 +147,14 @@ pub(super) fn residuals(prepared: &Prepared, outcome: &FitOutcome) -> Result<Fig
 }
 
 fn workspace(args: &PlotArgs) -> Result<Drawn, Failure> {
-    let chosen = resolve(&args.model, None)?;
+    let chosen = args.model.resolve()?;
     let figure = workspace_projection(&chosen.robot, args.samples, args.seed)?.figure();
     let inputs = Inputs::default().with_robot(&chosen.robot, &chosen.source.text);
     Ok(("workspace", figure, inputs))
 }
 
 fn robot(args: &PlotArgs, warnings: &mut Vec<String>) -> Result<Drawn, Failure> {
-    let chosen = resolve(&args.model, None)?;
+    let chosen = args.model.resolve()?;
     let (name, pose) = match &args.pose {
         Some(name) => (name.clone(), chosen.robot.pose(&PoseId::new(name))?.clone()),
         None => match chosen.robot.poses.first() {

@@ -6,7 +6,6 @@ use std::thread;
 use std::time::Duration;
 
 use clap::Args;
-use serde_json::{Value, json};
 
 use crate::clock::Clock;
 use crate::instrument::port::{
@@ -15,13 +14,13 @@ use crate::instrument::port::{
 use crate::instrument::probe::{Finding, clear_match, probe};
 use crate::instrument::{Channel, InstrumentDescription};
 
-use super::args::Global;
+use super::args::{Global, seconds};
 use super::descriptions::{all_descriptions, find_description};
 use super::failure::{CliError, Failure};
 use super::gauge::{BINDINGS_FILE, channel, read_bindings};
 use super::instrument_args::ProtocolsArgs;
-use super::instrument_read::seconds;
 use super::outcome::{Outcome, print_error};
+use crate::report::{BindingReport, InstrumentMatch, PortList, PortReport, ProbeReport};
 
 /// Arguments of `ports`.
 #[derive(Debug, Args)]
@@ -74,15 +73,13 @@ pub(super) fn run(args: &PortsArgs, global: &Global) -> Result<Outcome, Failure>
         (port, result)
     });
     let found: Vec<(PortInfo, Option<Look>)> = found.collect();
-    let data: Vec<Value> = found
-        .iter()
-        .map(|(port, look)| port_json(port, look.as_ref()))
-        .collect();
-    Ok(Outcome::new(
-        "ports",
-        text(&found),
-        json!({ "ports": data }),
-    ))
+    let text = text(&found);
+    let ports = found.into_iter().map(|(port, look)| PortReport {
+        port,
+        probe: look.map(probed),
+    });
+    let ports = ports.collect();
+    Ok(Outcome::new("ports", text, PortList { ports }))
 }
 
 /// What probing a port gave.
@@ -197,8 +194,12 @@ fn bind(
         binding.instrument,
         args.bindings.display()
     );
-    let data = json!({ "channel": bound, "binding": binding, "file": args.bindings });
-    Ok(Outcome::new("port-binding", text, data).with_warnings(warnings))
+    let report = BindingReport {
+        channel: bound,
+        binding,
+        file: args.bindings.clone(),
+    };
+    Ok(Outcome::new("port-binding", text, report).with_warnings(warnings))
 }
 
 fn binding_of(
@@ -274,26 +275,26 @@ fn check_channel(description: &InstrumentDescription, bound: Channel) -> Result<
     })
 }
 
-fn port_json(port: &PortInfo, look: Option<&Look>) -> Value {
-    let mut object = json!(port);
-    match look {
-        Some(Ok(findings)) => {
-            let fits = findings.iter().map(|finding| {
-                json!({
-                    "instrument": finding.instrument,
-                    "points": finding.points,
-                    "evidence": finding.evidence,
-                    "identity": finding.identity,
-                    "other_baud": finding.other_baud,
-                })
-            });
-            object["instruments"] = fits.collect();
-            object["match"] = json!(clear_match(findings).map(|found| &found.instrument));
+fn probed(look: Look) -> ProbeReport {
+    let findings = match look {
+        Ok(findings) => findings,
+        Err(error) => {
+            let problem = error.to_string();
+            return ProbeReport::Failed { problem };
         }
-        Some(Err(error)) => object["problem"] = json!(error.to_string()),
-        None => {}
+    };
+    let r#match = clear_match(&findings).map(|found| found.instrument.clone());
+    let instruments = findings.into_iter().map(|finding| InstrumentMatch {
+        instrument: finding.instrument,
+        points: finding.points,
+        evidence: finding.evidence,
+        identity: finding.identity,
+        other_baud: finding.other_baud,
+    });
+    ProbeReport::Answered {
+        instruments: instruments.collect(),
+        r#match,
     }
-    object
 }
 
 fn text(ports: &[(PortInfo, Option<Look>)]) -> String {

@@ -1,17 +1,13 @@
 //! Which procedure is followed, and what the command line changes in it.
 
-use std::fs;
-use std::path::Path;
-
 use clap::Args;
 
-use crate::nearest::nearest;
+use crate::analysis::named_procedure;
 use crate::procedure::Procedure;
-use crate::shipped::{DEFAULT_PROCEDURE, shipped_procedure, shipped_procedures};
-use crate::source_text::SourceText;
+use crate::shipped::DEFAULT_PROCEDURE;
 use crate::test_point::{Direction, PoseId};
 
-use super::failure::{CliError, Failure};
+use super::failure::Failure;
 
 /// Which procedure, and what differs from it.
 #[derive(Debug, Clone, Default, Args)]
@@ -43,11 +39,6 @@ pub(super) struct ProcedureArgs {
     force_tolerance_n: Option<f64>,
 }
 
-/// A procedure by the name of a file or of a shipped one, and what a user should know of its file.
-pub(super) fn named_procedure(name: &str) -> Result<(Procedure, Vec<String>), Failure> {
-    Ok(Procedure::parse(&procedure_source(name)?)?)
-}
-
 /// The procedure that is meant, with the changes of the command line, and what a user should know of its file.
 pub(super) fn choose_procedure(args: &ProcedureArgs) -> Result<(Procedure, Vec<String>), Failure> {
     let name = args.procedure.as_deref().unwrap_or(DEFAULT_PROCEDURE);
@@ -69,27 +60,4 @@ pub(super) fn choose_procedure(args: &ProcedureArgs) -> Result<(Procedure, Vec<S
     }
     procedure.check()?;
     Ok((procedure, warnings))
-}
-
-/// Text of a procedure file or of a shipped procedure.
-fn procedure_source(name: &str) -> Result<SourceText, Failure> {
-    let path = Path::new(name);
-    if path.is_file() {
-        let text = fs::read_to_string(path).map_err(|source| CliError::Read {
-            path: path.to_owned(),
-            source,
-        })?;
-        return Ok(SourceText::new(name, text));
-    }
-    shipped_procedure(name).ok_or_else(|| {
-        let shipped = shipped_procedures().collect::<Vec<_>>().join(", ");
-        let meant = nearest(name, shipped_procedures())
-            .map_or_else(String::new, |near| format!("did you mean {near}? "));
-        CliError::Argument {
-            argument: format!("--procedure {name}"),
-            problem: "there is no such file and no shipped procedure of that name".to_owned(),
-            help: Some(format!("{meant}shipped procedures are {shipped}")),
-        }
-        .into()
-    })
 }

@@ -1,26 +1,23 @@
 //! `stiffbench robot`.
 
-use serde_json::{Value, json};
-
 use crate::distribution::{Extreme, RefinedExtreme, WorkspacePlan, WorkspaceSample};
 use crate::physics::ActingPhysics;
 use crate::plot::Figure;
 use crate::report::{
-    TextTable, compliance_json, compliance_text, mobility_json, mobility_text, robot_json,
-    robot_text, workspace_figure,
+    CheckedPose, ComplianceReport, MechanismRank, MobilityReport, OutermostPoint, RobotCheck,
+    RobotReport, TextTable, WorkspaceReport, workspace_figure,
 };
 use crate::robot::{
-    JointModel, Mobility, Pose, Predictor, Robot, RobotError, Theory, chain_mobility, mobility,
+    JointModel, Mechanism, Pose, Predictor, Robot, RobotError, Theory, chain_mobility, mobility,
 };
 use crate::test_point::PoseId;
 
 use super::failure::{CliError, Failure};
 use super::figure_files::write_figure;
-use super::inputs::Inputs;
-use super::model::{physics_json, physics_text};
+use super::model::physics_text;
 use super::outcome::Outcome;
-use super::resolve::{resolve, robot_source};
 use super::robot_args::{ComplianceArgs, RobotArgs, RobotCommand, ShowArgs, WorkspaceArgs};
+use crate::analysis::{Inputs, robot_source};
 
 /// Looks at a robot.
 pub(super) fn run(args: RobotArgs) -> Result<Outcome, Failure> {
@@ -46,11 +43,10 @@ fn show(args: &ShowArgs) -> Result<Outcome, Failure> {
     if args.mobility {
         return Ok(show_mobility(&robot)?.with_inputs(inputs));
     }
-    Ok(
-        Outcome::new("robot", robot_text(&robot), robot_json(&robot))
-            .with_inputs(inputs)
-            .with_warnings(robot.warnings.clone()),
-    )
+    let report = RobotReport::new(&robot);
+    Ok(Outcome::new("robot", report.text(), report)
+        .with_inputs(inputs)
+        .with_warnings(robot.warnings.clone()))
 }
 
 fn read(name: &str) -> Result<(Robot, Inputs), Failure> {
@@ -94,7 +90,11 @@ fn check(robot: &Robot) -> Result<Outcome, Failure> {
                             .into_iter()
                             .chain(stiffness.map(|k| format!("{k:.5}"))),
                     );
-                    checked.push(json!({ "mechanism": mechanism.name, "pose": name, "stiffness_N_per_um": stiffness }));
+                    checked.push(CheckedPose {
+                        mechanism: mechanism.name.clone(),
+                        pose: name.clone(),
+                        stiffness_n_per_um: stiffness,
+                    });
                 }
                 Err(error @ RobotError::Unreachable { .. }) => {
                     findings.push(format!("mechanism {}: {error}", mechanism.name));
@@ -110,8 +110,12 @@ fn check(robot: &Robot) -> Result<Outcome, Failure> {
     };
     let text = format!("{}\n{verdict}\n", rows.text());
     let strict = u8::from(!findings.is_empty());
-    let data = json!({ "name": robot.name, "checked": checked, "findings": findings });
-    Ok(Outcome::new("robot-check", text, data)
+    let report = RobotCheck {
+        name: robot.name.clone(),
+        checked,
+        findings: findings.clone(),
+    };
+    Ok(Outcome::new("robot-check", text, report)
         .with_warnings(findings)
         .with_strict_exit(strict))
 }
@@ -122,16 +126,15 @@ fn show_mobility(robot: &Robot) -> Result<Outcome, Failure> {
         .first()
         .map_or_else(|| robot.nominal_pose(), |named| named.pose.clone());
     let chains = chain_mobility(robot, &pose)?;
-    let mechanisms: Vec<(String, Mobility)> = robot
-        .mechanisms
-        .values()
-        .map(|mechanism| Ok((mechanism.name.clone(), mobility(robot, mechanism, &pose)?)))
-        .collect::<Result<_, RobotError>>()?;
-    let text = mobility_text(&chains, &mechanisms);
-    Ok(
-        Outcome::new("robot-mobility", text, mobility_json(&chains, &mechanisms))
-            .with_warnings(robot.warnings.clone()),
-    )
+    let rank = |mechanism: &Mechanism| {
+        Ok(MechanismRank {
+            mechanism: mechanism.name.clone(),
+            rank_check: mobility(robot, mechanism, &pose)?,
+        })
+    };
+    let mechanisms: Result<_, RobotError> = robot.mechanisms.values().map(rank).collect();
+    let report = MobilityReport::new(chains, mechanisms?);
+    Ok(Outcome::new("robot-mobility", report.text(), report).with_warnings(robot.warnings.clone()))
 }
 
 /// Random poses and the outermost points.
@@ -243,31 +246,25 @@ impl WorkspaceProjection {
         text
     }
 
-    fn json(&self) -> Value {
-        let extremes: serde_json::Map<String, Value> = self
-            .extremes
-            .iter()
-            .map(|(name, extreme)| {
-                let value = extreme.as_ref().map(|extreme| {
-                    json!({
-                        "position_m": extreme.point.position_m,
-                        "reach_m": extreme.point.reach_m,
-                        "height_m": extreme.point.height_m,
-                        "angles_deg": extreme.point.pose.angles_deg,
-                        "limits": extreme.limits,
-                    })
-                });
-                ((*name).to_owned(), json!(value))
-            })
-            .collect();
-        json!({
-            "poses": self.sample.accepted(),
-            "drawn": self.sample.drawn,
-            "acceptance_rate": self.sample.acceptance_rate(),
-            "unreachable": self.sample.unreachable.len(),
-            "seed": self.sample.plan.seed,
-            "extremes": extremes,
-        })
+    fn report(&self) -> WorkspaceReport {
+        let outermost = |extreme: &RefinedExtreme| OutermostPoint {
+            position_m: extreme.point.position_m,
+            reach_m: extreme.point.reach_m,
+            height_m: extreme.point.height_m,
+            angles_deg: extreme.point.pose.angles_deg.clone(),
+            limits: extreme.limits.clone(),
+        };
+        let extremes = self.extremes.iter();
+        WorkspaceReport {
+            poses: self.sample.accepted(),
+            drawn: self.sample.drawn,
+            acceptance_rate: self.sample.acceptance_rate(),
+            unreachable: self.sample.unreachable.len(),
+            seed: self.sample.plan.seed,
+            extremes: extremes
+                .map(|(name, extreme)| ((*name).to_owned(), extreme.as_ref().map(outermost)))
+                .collect(),
+        }
     }
 }
 
@@ -301,7 +298,7 @@ fn workspace(args: &WorkspaceArgs) -> Result<Outcome, Failure> {
     Ok(Outcome::new(
         "robot-workspace",
         projection.text(&robot),
-        projection.json(),
+        projection.report(),
     )
     .with_inputs(inputs)
     .with_warnings(warnings))
@@ -312,7 +309,7 @@ fn compliance(args: &ComplianceArgs) -> Result<Outcome, Failure> {
     if args.shown.is_some() {
         model.robot.clone_from(&args.shown);
     }
-    let chosen = resolve(&model, None)?;
+    let chosen = model.resolve()?;
     let robot = &chosen.robot;
     let mut pose = match &args.pose {
         Some(name) => robot.pose(&PoseId::new(name))?.clone(),
@@ -359,10 +356,9 @@ fn compliance(args: &ComplianceArgs) -> Result<Outcome, Failure> {
         Predictor::with(robot, &physics.mechanism, &joints, theory, &chosen.factors)?;
     predictor.place(&pose)?;
     let compliance = physics.with_base(&predictor.compliance(), predictor.model());
-    let text = format!("{}{}", physics_text(physics), compliance_text(&compliance));
-    let mut data = compliance_json(&compliance, predictor.model());
-    data["physics"] = physics_json(physics);
-    Ok(Outcome::new("robot-compliance", text, data)
+    let report = ComplianceReport::new(&compliance, predictor.model(), physics);
+    let text = format!("{}{}", physics_text(physics), report.text());
+    Ok(Outcome::new("robot-compliance", text, report)
         .with_inputs(Inputs::default().with_model(&chosen))
         .with_warnings(warnings))
 }

@@ -1,5 +1,6 @@
 //! `stiffbench significance`.
 
+use crate::analysis::{Inputs, fixed_physics};
 use crate::fit::{Scope, significance};
 use crate::report::{significance_json, significance_with_sequence};
 use crate::robot::ModelParameter;
@@ -8,15 +9,12 @@ use crate::test_point::PoseId;
 
 use super::args::SignificanceArgs;
 use super::failure::{CliError, Failure};
-use super::fit::fixed_physics;
-use super::inputs::Inputs;
 use super::model::physics_text;
 use super::outcome::Outcome;
-use super::resolve::resolve;
 
 /// Which constant matters where.
 pub(super) fn run(args: &SignificanceArgs) -> Result<Outcome, Failure> {
-    let chosen = resolve(&args.model, None)?;
+    let chosen = args.model.resolve()?;
     let pose = match (&args.pose, chosen.robot.poses.first()) {
         (Some(pose), _) => PoseId::new(pose),
         (None, Some(first)) => first.id.clone(),
@@ -34,7 +32,7 @@ pub(super) fn run(args: &SignificanceArgs) -> Result<Outcome, Failure> {
     } else {
         Scope::All
     };
-    let mechanism = chosen.robot.mechanism(Some(&chosen.mechanism))?;
+    let mechanism = chosen.mechanism()?;
     let physics = fixed_physics(&chosen, Method::Regression);
     let further = args.parameters.iter();
     let further = further.map(|name| ModelParameter::find(&chosen.robot, mechanism, name));

@@ -3,28 +3,25 @@
 use std::fs;
 use std::path::Path;
 
-use serde_json::json;
-
 use crate::bench::{Jack, NoiseModel, NoiseShape, VirtualBench};
 use crate::physics::{Effect, Place};
 use crate::procedure::Procedure;
 use crate::quantity::METRES_PER_MICROMETRE;
 use crate::readings::{InstrumentRecord, Instruments, ReadingTable, SessionHeader, write_readings};
+use crate::report::SimulationReport;
 use crate::robot::{FittingFactors, ModelParameter};
 
 use super::args::{NoiseWord, SimulateArgs};
 use super::failure::{CliError, Failure};
 use super::figure_files::write;
-use super::hash::sha256;
-use super::inputs::Inputs;
-use super::model::{effects_text, physics_json, physics_text};
+use super::model::{effects_text, physics_text};
 use super::outcome::Outcome;
 use super::procedure::choose_procedure;
-use super::resolve::{ResolvedModel, resolve};
+use crate::analysis::{Inputs, ResolvedModel, sha256};
 
 /// A session folder from a virtual bench.
 pub(super) fn run(args: &SimulateArgs) -> Result<Outcome, Failure> {
-    let chosen = resolve(&args.model, None)?;
+    let chosen = args.model.resolve()?;
     let truth = true_factors(args, &chosen)?;
     let (mut procedure, mut warnings) = choose_procedure(&args.procedure)?;
     let poses = procedure.poses.get_or_insert_with(|| {
@@ -72,19 +69,19 @@ pub(super) fn run(args: &SimulateArgs) -> Result<Outcome, Failure> {
         minutes,
         args.out.display()
     );
-    let data = json!({
-        "folder": args.out,
-        "readings": table.readings.len(),
-        "seed": args.seed,
-        "procedure": procedure.name,
-        "minutes": minutes.round(),
-        "mechanism": chosen.mechanism,
-        "factors": truth,
-        "physics": physics_json(&chosen.physics),
-        "noise": noise,
-    });
+    let report = SimulationReport {
+        folder: args.out.clone(),
+        readings: table.readings.len(),
+        seed: args.seed,
+        procedure: procedure.name.clone(),
+        minutes: minutes.round(),
+        mechanism: chosen.mechanism.clone(),
+        factors: truth,
+        physics: chosen.physics.effects.iter().map(Effect::to_json).collect(),
+        noise,
+    };
     warnings.extend(chosen.warnings.iter().cloned());
-    Ok(Outcome::new("simulate", text, data)
+    Ok(Outcome::new("simulate", text, report)
         .with_inputs(Inputs::default().with_model(&chosen))
         .with_warnings(warnings))
 }

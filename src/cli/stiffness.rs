@@ -1,18 +1,20 @@
 //! `stiffbench stiffness`.
 
+use crate::analysis::{Inputs, OpenSettings, Session, doubts_about_stiffness};
 use crate::report::stiffness_text;
 use crate::stiffness::Branches;
 
 use super::args::{BranchChoice, Global, StiffnessArgs};
-use super::data::load_session;
 use super::failure::Failure;
-use super::inputs::Inputs;
 use super::outcome::Outcome;
-use super::plausible;
 
 /// Readings to stiffness.
 pub(super) fn run(args: &StiffnessArgs, global: &Global) -> Result<Outcome, Failure> {
-    let session = load_session(&args.data, &args.log, global)?;
+    let options = OpenSettings {
+        gauge_log: args.log.options()?,
+        ..global.open_settings()
+    };
+    let session = Session::open(&args.data, &options)?;
     let branches = match args.branches {
         BranchChoice::Loading => Branches::LoadingOnly,
         BranchChoice::Both => Branches::Both,
@@ -21,7 +23,7 @@ pub(super) fn run(args: &StiffnessArgs, global: &Global) -> Result<Outcome, Fail
     let flagged = table.cells.iter().any(|cell| !cell.flags.is_empty());
     let inputs = Inputs::default().with_session(&session);
     let mut warnings = session.warnings;
-    warnings.extend(plausible::of_stiffness(&table));
+    warnings.extend(doubts_about_stiffness(&table));
     let excluded = &session.table.excluded;
     let left_out = excluded.superseded.len() + excluded.rejected.len();
     if left_out > 0 {
@@ -29,11 +31,9 @@ pub(super) fn run(args: &StiffnessArgs, global: &Global) -> Result<Outcome, Fail
             "{left_out} reading(s) superseded or rejected do not count"
         ));
     }
-    let data = serde_json::to_value(&table).unwrap_or_default();
-    Ok(
-        Outcome::new("stiffness", stiffness_text(&table, args.budget), data)
-            .with_inputs(inputs)
-            .with_warnings(warnings)
-            .with_strict_exit(u8::from(flagged)),
-    )
+    let text = stiffness_text(&table, args.budget);
+    Ok(Outcome::new("stiffness", text, table)
+        .with_inputs(inputs)
+        .with_warnings(warnings)
+        .with_strict_exit(u8::from(flagged)))
 }

@@ -9,20 +9,24 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Duration;
 
 use clap::{Args, Subcommand};
-use serde_json::{Value, json};
 
+use crate::analysis::read_bytes;
 use crate::clock::Clock;
 use crate::instrument::trace::{
     Pace, Replay, Trace, TraceSink, TraceWriter, What, escaped, events_of,
 };
 use crate::instrument::{GaugeEvent, Gauges};
+use crate::report::{
+    ChannelValue, RecordReport, ReplayReport, TimedPacket, TimedValue, TraceEntry, TraceReport,
+    TraceValues,
+};
 
-use super::args::Global;
+use super::args::{Global, seconds};
 use super::descriptions::find_description;
 use super::failure::{CliError, Failure};
 use super::gauge::{Gauge, PortArgs};
 use super::instrument_args::ProtocolsArgs;
-use super::instrument_read::{line, sample_json, seconds};
+use super::instrument_read::line;
 use super::moved::MovedArgs;
 use super::outcome::{Outcome, print, print_error};
 
@@ -181,8 +185,13 @@ fn record(args: &RecordArgs, global: &Global) -> Result<Outcome, Failure> {
         "{values} values and {rejected} packets that are none in {}\n",
         args.out.display()
     );
-    let data = json!({ "file": args.out, "values": values, "rejected": rejected, "complete": !failed.load(Ordering::Relaxed) });
-    Ok(Outcome::new("trace-record", text, data).with_warnings(warnings))
+    let report = RecordReport {
+        file: args.out.clone(),
+        values,
+        rejected,
+        complete: !failed.load(Ordering::Relaxed),
+    };
+    Ok(Outcome::new("trace-record", text, report).with_warnings(warnings))
 }
 
 /// A file that was not there before.
@@ -209,10 +218,7 @@ fn show_value(line: &str, global: &Global) {
 
 /// A trace, and what is to be said of its state.
 fn read(file: &Path) -> Result<(Trace, Vec<String>), Failure> {
-    let bytes = std::fs::read(file).map_err(|source| CliError::Read {
-        path: file.to_owned(),
-        source,
-    })?;
+    let bytes = read_bytes(file)?;
     let name = file.to_string_lossy();
     let trace = Trace::parse(&bytes, &name)?;
     let mut warnings: Vec<String> = trace
@@ -253,16 +259,28 @@ fn show(file: &Path) -> Result<Outcome, Failure> {
     for entry in &trace.entries {
         let (kind, what) = words(&entry.what);
         let _ = writeln!(text, "{:12.6}  {kind:<8} {what}", entry.at_s);
-        entries.push(json!({ "t_s": entry.at_s, "kind": kind, "what": what }));
+        entries.push(TraceEntry {
+            t_s: entry.at_s,
+            kind,
+            what,
+        });
     }
     let (received, sent) = byte_counts(&trace);
     let _ = writeln!(text, "{received} bytes received, {sent} sent");
-    let data = json!({
-        "instrument": header.instrument, "channel": channel, "unit": header.unit, "port": header.port, "line": header.line,
-        "started": header.started, "speed": header.speed.unwrap_or(1.0), "complete": trace.complete,
-        "bytes_received": received, "bytes_sent": sent, "entries": entries,
-    });
-    Ok(Outcome::new("trace", text, data).with_warnings(warnings))
+    let report = TraceReport {
+        instrument: header.instrument.clone(),
+        channel,
+        unit: header.unit.clone(),
+        port: header.port.clone(),
+        line: header.line.clone(),
+        started: header.started.clone(),
+        speed: header.speed.unwrap_or(1.0),
+        complete: trace.complete,
+        bytes_received: received,
+        bytes_sent: sent,
+        entries,
+    };
+    Ok(Outcome::new("trace", text, report).with_warnings(warnings))
 }
 
 fn words(what: &What) -> (&'static str, String) {
@@ -321,13 +339,13 @@ fn decode(args: &DecodeArgs) -> Result<Outcome, Failure> {
         &args.protocols,
     )?;
     let mut text = String::new();
-    let (mut samples, mut rejected): (Vec<Value>, Vec<Value>) = (Vec::new(), Vec::new());
+    let (mut samples, mut rejected) = (Vec::new(), Vec::new());
     for (_, event) in &events {
         // Writing to a string cannot fail.
         match event {
             GaugeEvent::Sample { sample, .. } => {
                 let _ = writeln!(text, "{}", line(sample));
-                samples.push(sample_json(sample));
+                samples.push(TimedValue::from(sample));
             }
             GaugeEvent::Rejected {
                 rejected: packet, ..
@@ -337,9 +355,7 @@ fn decode(args: &DecodeArgs) -> Result<Outcome, Failure> {
                     "{:10.3} s  no value: {} ({})",
                     packet.at_s, packet.raw, packet.reason
                 );
-                rejected.push(
-                    json!({ "t_s": packet.at_s, "raw": packet.raw, "reason": packet.reason }),
-                );
+                rejected.push(TimedPacket::from(packet));
             }
             _ => {}
         }
@@ -350,8 +366,8 @@ fn decode(args: &DecodeArgs) -> Result<Outcome, Failure> {
         samples.len(),
         rejected.len()
     );
-    let data = json!({ "samples": samples, "rejected": rejected });
-    Ok(Outcome::new("trace-decode", text, data).with_warnings(warnings))
+    let report = TraceValues { samples, rejected };
+    Ok(Outcome::new("trace-decode", text, report).with_warnings(warnings))
 }
 
 fn replay(args: &ReplayArgs, global: &Global) -> Result<Outcome, Failure> {
@@ -372,16 +388,17 @@ fn replay(args: &ReplayArgs, global: &Global) -> Result<Outcome, Failure> {
         match replay.next(Duration::from_secs(1)) {
             Some(GaugeEvent::Sample { channel, sample }) => {
                 show_value(&format!("{channel:<12} {}", line(&sample)), global);
-                let mut object = sample_json(&sample);
-                object["channel"] = json!(channel);
-                samples.push(object);
+                samples.push(ChannelValue {
+                    value: (&sample).into(),
+                    channel,
+                });
             }
             Some(GaugeEvent::Ended) => break,
             _ => {}
         }
     }
     let text = format!("{} values\n", samples.len());
-    Ok(Outcome::new("trace-replay", text, json!({ "samples": samples })).with_warnings(warnings))
+    Ok(Outcome::new("trace-replay", text, ReplayReport { samples }).with_warnings(warnings))
 }
 
 fn pace(text: &str) -> Result<Speed, String> {

@@ -2,124 +2,233 @@
 
 use std::fmt::Write;
 
-use serde_json::{Value, json};
+use schemars::JsonSchema;
+use serde::Serialize;
 
 use crate::quantity::NEWTON_PER_METRE_PER_NEWTON_PER_MICROMETRE as N_PER_UM;
+use crate::reported::Reported;
 use crate::stiffness::{
-    Agreement, Comparison, DECISION_RULE, NotCompared, format_value_uncertainty,
+    Agreement, CellChange, Comparison, DECISION_RULE, NotCompared, format_value_uncertainty,
 };
+use crate::test_point::{Direction, PoseId};
 
 use super::text::{TextTable, significant};
 
-/// Differences cell by cell, and the verdict with its rule.
-#[must_use]
-pub fn comparison_text(comparison: &Comparison, a: &str, b: &str) -> String {
-    let mut rows = TextTable::new(&[
-        "pose",
-        "direction",
-        "K of A, N/um",
-        "K of B, N/um",
-        "B - A, N/um",
-        "U",
-        "dof",
-        "(B - A)/U",
-        "differs",
-    ]);
-    for change in &comparison.changes {
-        let rounded = format_value_uncertainty(
-            change.change_n_per_m / N_PER_UM,
-            change.expanded_n_per_m / N_PER_UM,
-        );
-        let (difference, uncertainty) = rounded.map_or_else(
-            || {
-                (
-                    significant(change.change_n_per_m / N_PER_UM, 3),
-                    "-".to_owned(),
-                )
-            },
-            |rounded| (rounded.value, rounded.uncertainty),
-        );
-        rows.row([
-            change.cell.pose.to_string(),
-            change.cell.direction.to_string(),
-            significant(change.a_n_per_m / N_PER_UM, 5),
-            significant(change.b_n_per_m / N_PER_UM, 5),
-            difference,
-            uncertainty,
-            if change.dof.is_finite() {
-                significant(change.dof, 2)
-            } else {
-                "inf".to_owned()
-            },
-            format!("{:.2}", change.en_ratio),
-            if change.differs { "yes" } else { "" }.to_owned(),
-        ]);
-    }
-    let mut text = format!(
-        "A is {a}\nB is {b}\n\n{}\nU is the expanded uncertainty of the difference for 95 %.\n",
-        rows.text()
-    );
-    for (cell, reason) in &comparison.not_compared {
-        let _ = writeln!(text, "not compared: {cell}: {}", reason_words(*reason));
-    }
-    if let Some(overall) = &comparison.overall {
-        let _ = writeln!(
-            text,
-            "\nAll cells together: chi-squared {:.2} with {} degrees of freedom, {}.",
-            overall.chi_squared,
-            overall.dof,
-            probability(overall.p)
-        );
-    }
-    let verdict = match comparison.agreement {
-        Agreement::Agrees => "The sessions agree.",
-        Agreement::Differs => "The sessions differ.",
-        Agreement::NothingToCompare => "There is nothing to compare.",
-    };
-    let _ = writeln!(text, "{verdict} Rule: {DECISION_RULE}");
-    text
+/// Unit of every stiffness.
+const UNIT: &str = "N/um";
+
+/// The comparison of two sessions, A and B.
+#[derive(Debug, Clone, Serialize, JsonSchema)]
+pub struct ComparisonReport {
+    /// The cells that both have.
+    pub cells: Vec<CellDifference>,
+    /// The others.
+    pub not_compared: Vec<CellNotCompared>,
+    /// All cells together; `null` without cells.
+    pub overall: Option<OverallDifference>,
+    /// Whether the sessions agree.
+    pub verdict: ComparisonVerdict,
+    /// The rule behind the verdict.
+    pub rule: &'static str,
+    /// Whether the robot files of the sessions differ.
+    pub two_robots: bool,
 }
 
-/// The same for programs.
-#[must_use]
-pub fn comparison_json(comparison: &Comparison) -> Value {
-    let cells: Vec<Value> = comparison
-        .changes
-        .iter()
-        .map(|change| {
-            json!({
-                "pose": change.cell.pose,
-                "direction": change.cell.direction,
-                "a": { "value": change.a_n_per_m / N_PER_UM, "unit": "N/um" },
-                "b": { "value": change.b_n_per_m / N_PER_UM, "unit": "N/um" },
-                "difference": {
-                    "value": change.change_n_per_m / N_PER_UM,
-                    "unit": "N/um",
-                    "u": change.standard_uncertainty_n_per_m / N_PER_UM,
-                    "U": change.expanded_n_per_m / N_PER_UM,
-                    "dof": change.dof.is_finite().then_some(change.dof),
-                },
-                "en_ratio": change.en_ratio,
-                "differs": change.differs,
-            })
-        })
-        .collect();
-    let not_compared: Vec<Value> = comparison
-        .not_compared
-        .iter()
-        .map(|(cell, reason)| json!({ "pose": cell.pose, "direction": cell.direction, "reason": reason_words(*reason) }))
-        .collect();
-    json!({
-        "cells": cells,
-        "not_compared": not_compared,
-        "overall": comparison.overall.as_ref().map(|o| json!({ "chi2": o.chi_squared, "dof": o.dof, "p": o.p })),
-        "verdict": match comparison.agreement {
-            Agreement::Agrees => "agrees",
-            Agreement::Differs => "differs",
-            Agreement::NothingToCompare => "nothing-to-compare",
-        },
-        "rule": DECISION_RULE,
-    })
+/// The stiffness of one cell in two sessions.
+#[derive(Debug, Clone, Serialize, JsonSchema)]
+pub struct CellDifference {
+    /// The pose.
+    pub pose: PoseId,
+    /// The direction.
+    pub direction: Direction,
+    /// Stiffness in A.
+    pub a: Reported,
+    /// Stiffness in B.
+    pub b: Reported,
+    /// B minus A.
+    pub difference: Difference,
+    /// The difference over its expanded uncertainty.
+    pub en_ratio: f64,
+    /// Whether that is beyond 1.
+    pub differs: bool,
+}
+
+/// A difference with its uncertainty.
+#[derive(Debug, Clone, Serialize, JsonSchema)]
+pub struct Difference {
+    /// The difference in `unit`.
+    pub value: f64,
+    /// Unit of all three.
+    pub unit: &'static str,
+    /// Standard uncertainty.
+    pub u: f64,
+    /// Expanded uncertainty for 95 %.
+    #[serde(rename = "U")]
+    pub expanded: f64,
+    /// Effective degrees of freedom; `null` where they have no limit.
+    pub dof: Option<f64>,
+}
+
+/// A cell that cannot be compared.
+#[derive(Debug, Clone, Serialize, JsonSchema)]
+pub struct CellNotCompared {
+    /// The pose.
+    pub pose: PoseId,
+    /// The direction.
+    pub direction: Direction,
+    /// Why.
+    pub reason: &'static str,
+}
+
+/// The test of all cells together.
+#[derive(Debug, Clone, Serialize, JsonSchema)]
+pub struct OverallDifference {
+    /// Chi-squared.
+    pub chi2: f64,
+    /// Its degrees of freedom.
+    pub dof: usize,
+    /// Chance of as much or more if nothing differs.
+    pub p: f64,
+}
+
+/// Whether two sessions agree.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum ComparisonVerdict {
+    /// No cell differs, nor all together.
+    Agrees,
+    /// They differ.
+    Differs,
+    /// They have no cell in common.
+    NothingToCompare,
+}
+
+impl ComparisonReport {
+    /// The comparison for a report.
+    #[must_use]
+    pub fn new(comparison: &Comparison, two_robots: bool) -> Self {
+        let left_out = comparison.not_compared.iter();
+        Self {
+            cells: comparison.changes.iter().map(CellDifference::of).collect(),
+            not_compared: left_out
+                .map(|(cell, reason)| CellNotCompared {
+                    pose: cell.pose.clone(),
+                    direction: cell.direction,
+                    reason: reason_words(*reason),
+                })
+                .collect(),
+            overall: comparison
+                .overall
+                .as_ref()
+                .map(|overall| OverallDifference {
+                    chi2: overall.chi_squared,
+                    dof: overall.dof,
+                    p: overall.p,
+                }),
+            verdict: match comparison.agreement {
+                Agreement::Agrees => ComparisonVerdict::Agrees,
+                Agreement::Differs => ComparisonVerdict::Differs,
+                Agreement::NothingToCompare => ComparisonVerdict::NothingToCompare,
+            },
+            rule: DECISION_RULE,
+            two_robots,
+        }
+    }
+
+    /// Differences cell by cell, and the verdict with its rule.
+    ///
+    /// # Arguments
+    /// - `a`, `b`: what the sessions are called.
+    #[must_use]
+    pub fn text(&self, a: &str, b: &str) -> String {
+        let mut rows = TextTable::new(&[
+            "pose",
+            "direction",
+            "K of A, N/um",
+            "K of B, N/um",
+            "B - A, N/um",
+            "U",
+            "dof",
+            "(B - A)/U",
+            "differs",
+        ]);
+        for cell in &self.cells {
+            rows.row(cell.row());
+        }
+        let mut text = format!(
+            "A is {a}\nB is {b}\n\n{}\nU is the expanded uncertainty of the difference for 95 %.\n",
+            rows.text()
+        );
+        for left_out in &self.not_compared {
+            let CellNotCompared {
+                pose,
+                direction,
+                reason,
+            } = left_out;
+            let _ = writeln!(text, "not compared: {pose} {direction}: {reason}");
+        }
+        if let Some(overall) = &self.overall {
+            let _ = writeln!(
+                text,
+                "\nAll cells together: chi-squared {:.2} with {} degrees of freedom, {}.",
+                overall.chi2,
+                overall.dof,
+                probability(overall.p)
+            );
+        }
+        let verdict = match self.verdict {
+            ComparisonVerdict::Agrees => "The sessions agree.",
+            ComparisonVerdict::Differs => "The sessions differ.",
+            ComparisonVerdict::NothingToCompare => "There is nothing to compare.",
+        };
+        let _ = writeln!(text, "{verdict} Rule: {}", self.rule);
+        text
+    }
+}
+
+impl CellDifference {
+    fn of(change: &CellChange) -> Self {
+        Self {
+            pose: change.cell.pose.clone(),
+            direction: change.cell.direction,
+            a: Reported::exact(change.a_n_per_m / N_PER_UM, UNIT),
+            b: Reported::exact(change.b_n_per_m / N_PER_UM, UNIT),
+            difference: Difference {
+                value: change.change_n_per_m / N_PER_UM,
+                unit: UNIT,
+                u: change.standard_uncertainty_n_per_m / N_PER_UM,
+                expanded: change.expanded_n_per_m / N_PER_UM,
+                dof: change.dof.is_finite().then_some(change.dof),
+            },
+            en_ratio: change.en_ratio,
+            differs: change.differs,
+        }
+    }
+
+    fn row(&self) -> [String; 9] {
+        let Difference {
+            value,
+            expanded,
+            dof,
+            ..
+        } = self.difference;
+        let (difference, uncertainty) = match format_value_uncertainty(value, expanded) {
+            Some(rounded) => (rounded.value, rounded.uncertainty),
+            None => (significant(value, 3), "-".to_owned()),
+        };
+        let stiffness = |reported: &Reported| significant(reported.value.unwrap_or(f64::NAN), 5);
+        [
+            self.pose.to_string(),
+            self.direction.to_string(),
+            stiffness(&self.a),
+            stiffness(&self.b),
+            difference,
+            uncertainty,
+            dof.map_or_else(|| "inf".to_owned(), |dof| significant(dof, 2)),
+            format!("{:.2}", self.en_ratio),
+            if self.differs { "yes" } else { "" }.to_owned(),
+        ]
+    }
 }
 
 /// A probability in words; one that would print as zero is said to be small.

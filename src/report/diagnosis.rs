@@ -13,9 +13,10 @@ mod words;
 
 use serde_json::{Map, Value, json};
 
+use crate::analysis::DiagnosisReport;
 use crate::mismatch::{
-    BaselineParameter, CriticalValues, Diagnosis, FactorShift, Finding, Impossible, Located,
-    Location, NextMeasurement, Observations, Quality, ReadingTrace, Trace,
+    CriticalValues, FactorShift, Finding, Impossible, Location, NextMeasurement, Quality,
+    ReadingTrace,
 };
 use crate::physics::{Law, Sign};
 use crate::quantity::METRES_PER_MICROMETRE;
@@ -26,48 +27,14 @@ pub(super) use answer::Answer;
 pub use appendix::diagnosis_appendix;
 use limits_json::{detection_limits_json, levels_json};
 use noise::noise_json;
-pub use noise::{EarlierSession, NoiseOrigin};
 pub use page::diagnosis_page;
 use where_json::{components_json, location_json, strata_json, where_json};
 pub(super) use words::{listed, short_phrase};
 
-/// A diagnosis with everything that is told beside it.
-#[derive(Debug, Clone, Copy)]
-pub struct DiagnosisReport<'a> {
-    /// What the user called the data.
-    pub data: &'a str,
-    /// Name of the robot.
-    pub robot: &'a str,
-    /// Name of the mechanism.
-    pub mechanism: &'a str,
-    /// Name of the factor set that the search started from.
-    pub factors: &'a str,
-    /// The diagnosis.
-    pub diagnosis: &'a Diagnosis,
-    /// Its limits.
-    pub limits: &'a CriticalValues,
-    /// Factors of the baseline, their values as logarithms.
-    pub parameters: &'a [BaselineParameter],
-    /// The readings.
-    pub observations: &'a Observations,
-    /// Where the model without effects fails, and what carries it.
-    pub located: &'a Located,
-    /// What the models say of every reading.
-    pub trace: &'a Trace,
-    /// Plans that would separate what is open.
-    pub next: &'a [NextMeasurement],
-    /// Laws that the search left out.
-    pub without: &'a [Law],
-    /// Where the noise comes from.
-    pub noise_origin: &'a NoiseOrigin,
-    /// Seed of the limits' draws.
-    pub seed: u64,
-}
-
 /// The JSON contract's `data` of a diagnosis.
 #[must_use]
-pub fn diagnosis_json(report: &DiagnosisReport<'_>) -> Value {
-    let diagnosis = report.diagnosis;
+pub fn diagnosis_json(report: &DiagnosisReport) -> Value {
+    let diagnosis = &report.diagnosis;
     json!({
         "verdict": diagnosis.verdict.name(),
         "lacking": diagnosis.lacking,
@@ -88,12 +55,12 @@ pub fn diagnosis_json(report: &DiagnosisReport<'_>) -> Value {
         "next_measurement": report.next.iter().map(next_json).collect::<Vec<_>>(),
         "detection_limits": detection_limits_json(report),
         "noise": noise_json(report),
-        "levels": levels_json(report.limits),
+        "levels": levels_json(&report.limits),
         "robot": report.robot,
         "mechanism": report.mechanism,
         "start_factors": report.factors,
         "readings": report.observations.len(),
-        "without": names(report.without),
+        "without": names(&report.without),
         "seed": report.seed,
         "version": env!("CARGO_PKG_VERSION"),
     })
@@ -188,7 +155,7 @@ fn finding_json(finding: &Finding) -> Value {
 }
 
 fn quality_json(
-    report: &DiagnosisReport<'_>,
+    report: &DiagnosisReport,
     quality: &Quality,
     residuals: impl Fn(&ReadingTrace) -> [f64; 2],
 ) -> Value {
@@ -234,12 +201,12 @@ impl FactorStatus {
     }
 }
 
-impl<'a> DiagnosisReport<'a> {
+impl DiagnosisReport {
     /// The factors with what became of them.
-    fn factor_shifts(&self) -> impl Iterator<Item = (&'a FactorShift, FactorStatus)> {
+    fn factor_shifts(&self) -> impl Iterator<Item = (&FactorShift, FactorStatus)> {
         /// As far from its bound as a factor may stand to count as on it, in logarithms.
         const ON_BOUND: f64 = 1e-6;
-        let parameters = self.parameters;
+        let parameters = &self.parameters;
         self.diagnosis.factors.iter().map(move |factor| {
             let at_bound = parameters
                 .iter()
@@ -258,7 +225,7 @@ impl<'a> DiagnosisReport<'a> {
     }
 
     /// Laws refused for an impossible value; a law that was found there with a possible one is none of them.
-    pub(super) fn impossible(&self) -> impl Iterator<Item = &'a Impossible> {
+    pub(super) fn impossible(&self) -> impl Iterator<Item = &Impossible> {
         let findings = &self.diagnosis.findings;
         self.diagnosis.impossible.iter().filter(move |one| {
             findings

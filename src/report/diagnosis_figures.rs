@@ -13,11 +13,12 @@ use crate::plot::{
 };
 use crate::search::constants::DISTINGUISHABLE;
 
-use super::diagnosis::{Answer, DiagnosisReport, factor_value, listed, short_phrase};
+use super::diagnosis::{Answer, factor_value, listed, short_phrase};
+use crate::analysis::DiagnosisReport;
 
 /// All figures of a diagnosis with the names of their files; those that compare with a finding only where there is one.
 #[must_use]
-pub fn diagnosis_figures(report: &DiagnosisReport<'_>) -> Vec<(String, Figure)> {
+pub fn diagnosis_figures(report: &DiagnosisReport) -> Vec<(String, Figure)> {
     /// What was done to the residuals of a figure.
     const WITHIN_RUNS: &str =
         " Zero and slope of each run, as the final model finds them, are taken off.";
@@ -27,7 +28,7 @@ pub fn diagnosis_figures(report: &DiagnosisReport<'_>) -> Vec<(String, Figure)> 
         figure.caption.push_str(note);
         figure
     };
-    let diagnosis = report.diagnosis;
+    let diagnosis = &report.diagnosis;
     let mut figures = vec![(
         "mismatch_map".to_owned(),
         noted(
@@ -66,7 +67,7 @@ pub fn diagnosis_figures(report: &DiagnosisReport<'_>) -> Vec<(String, Figure)> 
             } else {
                 Vec::new()
             };
-            let figure = evidence_bars(&evidence(answer, &impossible, report.limits));
+            let figure = evidence_bars(&evidence(answer, &impossible, &report.limits));
             figures.push((numbered("evidence_bars", place), figure));
         }
         figures.push((
@@ -105,7 +106,7 @@ fn found(effects: &[Effect]) -> String {
     listed(&names, "and")
 }
 
-fn before_after(report: &DiagnosisReport<'_>, found: &str) -> ResidualsBeforeAfter {
+fn before_after(report: &DiagnosisReport, found: &str) -> ResidualsBeforeAfter {
     let readings = &report.trace.readings;
     // Lines of the file stand in the order of the session.
     let mut order: Vec<usize> = (0..readings.len()).collect();
@@ -174,7 +175,7 @@ fn evidence(
     }
 }
 
-fn shift(report: &DiagnosisReport<'_>, found: &str) -> FactorShift {
+fn shift(report: &DiagnosisReport, found: &str) -> FactorShift {
     // Springs have another unit, and their axis another scale.
     let factors = report.diagnosis.factors.iter();
     let factors = factors.filter(|factor| factor.spring_rad_per_nm.is_none());
@@ -195,8 +196,8 @@ fn shift(report: &DiagnosisReport<'_>, found: &str) -> FactorShift {
     }
 }
 
-fn held_out(report: &DiagnosisReport<'_>, found: &str) -> HeldOutError {
-    let diagnosis = report.diagnosis;
+fn held_out(report: &DiagnosisReport, found: &str) -> HeldOutError {
+    let diagnosis = &report.diagnosis;
     let pairs = diagnosis
         .before
         .held_out
@@ -219,7 +220,7 @@ fn held_out(report: &DiagnosisReport<'_>, found: &str) -> HeldOutError {
     }
 }
 
-fn limits(report: &DiagnosisReport<'_>) -> DetectionLimits {
+fn limits(report: &DiagnosisReport) -> DetectionLimits {
     let limits = report.diagnosis.detection_limits.iter();
     DetectionLimits {
         limits: limits

@@ -1,42 +1,57 @@
 //! Results as text tables, JSON and inputs of figures.
 //!
-//! Each result has one function for people and one for programs, side by side, so that the two cannot drift apart.
+//! A result is a struct: JSON is its fields, its schema is in [`schemas()`], and text tables are printed from it. Fits, significance and
+//! diagnoses still have a function for people and one for programs side by side.
 
 mod compare;
+mod design;
 mod diagnosis;
 mod diagnosis_figures;
 mod figures;
 mod fit;
+mod instrument;
 mod map;
 pub mod paper;
 mod robot;
+mod schemas;
+mod session;
 mod significance;
+mod simulation;
 mod specimen;
 mod stiffness;
 mod text;
 
-pub use compare::{comparison_json, comparison_text};
-pub use diagnosis::{
-    DiagnosisReport, EarlierSession, NoiseOrigin, diagnosis_appendix, diagnosis_json,
-    diagnosis_page,
+pub use compare::{
+    CellDifference, CellNotCompared, ComparisonReport, ComparisonVerdict, Difference,
+    OverallDifference,
 };
+pub use design::{DesignSummary, LawAtPlace, LawDetection, NearLaw, UnseenLaw, design_text};
+pub use diagnosis::{diagnosis_appendix, diagnosis_json, diagnosis_page};
 pub use diagnosis_figures::diagnosis_figures;
 pub use figures::{
     FitFigures, correlation_figure, fit_figures, load_displacement_figure, residuals_figure,
     robot_figure, workspace_figure,
 };
 pub use fit::{fit_json, fit_text, paper_steps_json, paper_steps_text};
+pub use instrument::*;
 #[cfg(feature = "parquet")]
 pub use map::points_parquet;
 pub use map::{
-    Field, MapReport, MeshPoints, ShiftCause, ShiftReport, mesh_of, points_csv, sensitivity_json,
-    sensitivity_text, vtu,
+    DirectionMap, ExtremeStiffness, FailedPose, Field, FittedStiffness, JointDerivatives,
+    LoadAtEnd, MapAnswers, MapReport, MapResult, MapSummary, MechanismMap, MechanismShift,
+    MechanismWeight, MeshPoints, RefinedExtreme, RefinedPose, SampledStiffness, SectionDerivatives,
+    Sensitivities, SensitivityReport, ShiftCause, ShiftReport, ShiftStatistics, ShiftSummary,
+    StiffnessQuantile, StiffnessRegion, WorstPose, mesh_of, points_csv, sensitivity_text, vtu,
 };
-pub use paper::{PaperCell, PaperReport, paper_report};
+pub use paper::{ComparedCell, PaperCell, PaperReport, paper_report};
 pub use robot::{
-    compliance_json, compliance_text, mobility_json, mobility_text, robot_json, robot_text,
+    CheckedPose, ComplianceReport, MechanismRank, MechanismReport, MobilityReport, OutermostPoint,
+    PoseReport, RobotCheck, RobotReport, VariableReport, WorkspaceReport,
 };
+pub use schemas::schemas;
+pub use session::*;
 pub use significance::{significance_json, significance_with_sequence};
+pub use simulation::*;
 pub use specimen::{SpecimenReport, specimen_json, specimen_text};
 pub use stiffness::stiffness_text;
 pub use text::{TextTable, significant};

@@ -6,6 +6,8 @@ mod models;
 
 use std::fmt::Write;
 
+use schemars::JsonSchema;
+use serde::Serialize;
 use serde_json::{Value, json};
 
 use crate::fit::{
@@ -282,7 +284,7 @@ impl PaperReport {
     /// The same for programs.
     #[must_use]
     pub fn json(&self) -> Value {
-        let cells: Vec<Value> = self.cells.iter().map(cell_json).collect();
+        let cells: Vec<ComparedCell> = self.cells.iter().map(Into::into).collect();
         json!({
             "cells": cells,
             "stated_worst_percent": self.stated_worst_percent,
@@ -292,19 +294,43 @@ impl PaperReport {
     }
 }
 
-/// A cell for programs.
-pub(super) fn cell_json(cell: &PaperCell) -> Value {
-    json!({
-        "table": cell.table,
-        "row": cell.row,
-        "place": cell.place,
-        "quantity": cell.quantity,
-        "paper": cell.paper,
-        "ours": cell.ours.ok(),
-        "ratio": cell.ratio(),
-        "reproduced": cell.is_reproduced(),
-        "reason": cell.ours.err().or(cell.remark),
-    })
+/// A printed cell beside ours, for programs.
+#[derive(Debug, Clone, Serialize, JsonSchema)]
+pub struct ComparedCell {
+    /// Roman number of the table.
+    pub table: &'static str,
+    /// Row: model or chain.
+    pub row: String,
+    /// Column.
+    pub place: String,
+    /// What it is, with its unit.
+    pub quantity: String,
+    /// What the paper prints.
+    pub paper: f64,
+    /// Ours; `null` if there is none.
+    pub ours: Option<f64>,
+    /// Ours over the paper's.
+    pub ratio: Option<f64>,
+    /// Whether it is reproduced.
+    pub reproduced: bool,
+    /// Why there is none of ours, or a remark.
+    pub reason: Option<&'static str>,
+}
+
+impl From<&PaperCell> for ComparedCell {
+    fn from(cell: &PaperCell) -> Self {
+        Self {
+            table: cell.table,
+            row: cell.row.clone(),
+            place: cell.place.clone(),
+            quantity: cell.quantity.clone(),
+            paper: cell.paper,
+            ours: cell.ours.ok(),
+            ratio: cell.ratio(),
+            reproduced: cell.is_reproduced(),
+            reason: cell.ours.err().or(cell.remark),
+        }
+    }
 }
 
 /// A count as a count, anything else with five digits.

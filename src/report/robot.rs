@@ -2,215 +2,373 @@
 
 use std::fmt::Write;
 
-use serde_json::{Value, json};
+use indexmap::IndexMap;
+use schemars::JsonSchema;
+use serde::Serialize;
+use serde_json::Value;
 
-use crate::robot::{ChainMobility, MechanismModel, Mobility, Robot};
+use crate::physics::{ActingPhysics, Effect};
+use crate::robot::{ChainMobility, FittingFactors, MechanismModel, Mobility, Robot};
 use crate::structure::Compliance6;
+use crate::test_point::PoseId;
 
 use super::text::{TextTable, significant};
 
 /// What a robot file says, counted.
-#[must_use]
-pub fn robot_text(robot: &Robot) -> String {
-    let mut text = format!(
-        "{} bodies, {} joints, {} nodes, {} elements, {} sections, end node {}, supports {}.\n\n",
-        robot.bodies.len(),
-        robot.joints.len(),
-        robot.nodes.len(),
-        robot.members.len(),
-        robot.sections.len(),
-        robot.nodes[robot.end].name,
-        robot
-            .supports
-            .iter()
-            .map(|&node| robot.nodes[node].name.to_string())
-            .collect::<Vec<_>>()
-            .join(", ")
-    );
-    let mut rows = TextTable::new(&["mechanism", "chains", "elements", "joints"]);
-    for mechanism in robot.mechanisms.values() {
-        rows.row([
-            mechanism.name.clone(),
-            mechanism.chains.join(" "),
-            mechanism.members.len().to_string(),
-            mechanism.joints(robot).len().to_string(),
-        ]);
+#[derive(Debug, Clone, Serialize, JsonSchema)]
+pub struct RobotReport {
+    /// Name of the robot.
+    pub name: String,
+    /// Number of bodies.
+    pub bodies: usize,
+    /// Number of joints.
+    pub joints: usize,
+    /// Number of nodes.
+    pub nodes: usize,
+    /// Number of elements.
+    pub elements: usize,
+    /// The end node.
+    pub end: String,
+    /// The supported nodes.
+    pub supports: Vec<String>,
+    /// The mechanisms.
+    pub mechanisms: Vec<MechanismReport>,
+    /// The joint variables.
+    pub variables: Vec<VariableReport>,
+    /// The named poses.
+    pub poses: Vec<PoseReport>,
+    /// The factor sets by name.
+    pub factors: IndexMap<String, FittingFactors>,
+    #[serde(skip)]
+    sections: usize,
+}
+
+/// A mechanism of a robot.
+#[derive(Debug, Clone, Serialize, JsonSchema)]
+pub struct MechanismReport {
+    /// Its name.
+    pub name: String,
+    /// Its chains.
+    pub chains: Vec<String>,
+    /// Names of its elements.
+    pub elements: Vec<String>,
+    /// Names of its joints.
+    pub joints: Vec<String>,
+}
+
+/// A joint variable with its limits.
+#[derive(Debug, Clone, Serialize, JsonSchema)]
+pub struct VariableReport {
+    /// Its name.
+    pub name: String,
+    /// Lower limit, degrees.
+    pub min_deg: f64,
+    /// Upper limit, degrees.
+    pub max_deg: f64,
+    /// Nominal value, degrees.
+    pub nominal_deg: f64,
+}
+
+/// A named pose.
+#[derive(Debug, Clone, Serialize, JsonSchema)]
+pub struct PoseReport {
+    /// Its name.
+    pub name: PoseId,
+    /// Values of the variables in their order, degrees.
+    pub angles_deg: Vec<f64>,
+}
+
+impl RobotReport {
+    /// Counts what is in a robot.
+    #[must_use]
+    pub fn new(robot: &Robot) -> Self {
+        let mechanisms = robot.mechanisms.values().map(|mechanism| MechanismReport {
+            name: mechanism.name.clone(),
+            chains: mechanism.chains.clone(),
+            elements: mechanism
+                .members
+                .iter()
+                .map(|&member| robot.members[member].name.clone())
+                .collect(),
+            joints: mechanism
+                .joints(robot)
+                .iter()
+                .map(|&joint| robot.joints[joint].name.clone())
+                .collect(),
+        });
+        let variables = robot.variables.iter().map(|variable| VariableReport {
+            name: variable.name.clone(),
+            min_deg: variable.min_deg,
+            max_deg: variable.max_deg,
+            nominal_deg: variable.nominal_deg,
+        });
+        let poses = robot.poses.iter().map(|named| PoseReport {
+            name: named.id.clone(),
+            angles_deg: named.pose.angles_deg.clone(),
+        });
+        let node = |&node: &usize| robot.nodes[node].name.to_string();
+        Self {
+            name: robot.name.clone(),
+            bodies: robot.bodies.len(),
+            joints: robot.joints.len(),
+            nodes: robot.nodes.len(),
+            elements: robot.members.len(),
+            end: node(&robot.end),
+            supports: robot.supports.iter().map(node).collect(),
+            mechanisms: mechanisms.collect(),
+            variables: variables.collect(),
+            poses: poses.collect(),
+            factors: robot.factors.clone(),
+            sections: robot.sections.len(),
+        }
     }
-    text.push_str(&rows.text());
-    let mut rows = TextTable::new(&["variable", "smallest, deg", "largest, deg", "nominal, deg"]);
-    for variable in &robot.variables {
-        rows.row([
-            variable.name.clone(),
-            variable.min_deg.to_string(),
-            variable.max_deg.to_string(),
-            variable.nominal_deg.to_string(),
-        ]);
-    }
-    let _ = write!(text, "\n{}", rows.text());
-    let heads: Vec<&str> = std::iter::once("pose")
-        .chain(robot.variables.iter().map(|v| v.name.as_str()))
-        .collect();
-    let mut rows = TextTable::new(&heads);
-    for named in &robot.poses {
-        rows.row(
-            std::iter::once(named.id.to_string())
-                .chain(named.pose.angles_deg.iter().map(f64::to_string)),
+
+    /// The same for people.
+    #[must_use]
+    pub fn text(&self) -> String {
+        let mut text = format!(
+            "{} bodies, {} joints, {} nodes, {} elements, {} sections, end node {}, supports {}.\n\n",
+            self.bodies,
+            self.joints,
+            self.nodes,
+            self.elements,
+            self.sections,
+            self.end,
+            self.supports.join(", ")
         );
+        let mut rows = TextTable::new(&["mechanism", "chains", "elements", "joints"]);
+        for mechanism in &self.mechanisms {
+            rows.row([
+                mechanism.name.clone(),
+                mechanism.chains.join(" "),
+                mechanism.elements.len().to_string(),
+                mechanism.joints.len().to_string(),
+            ]);
+        }
+        text.push_str(&rows.text());
+        let mut rows =
+            TextTable::new(&["variable", "smallest, deg", "largest, deg", "nominal, deg"]);
+        for variable in &self.variables {
+            rows.row([
+                variable.name.clone(),
+                variable.min_deg.to_string(),
+                variable.max_deg.to_string(),
+                variable.nominal_deg.to_string(),
+            ]);
+        }
+        let _ = write!(text, "\n{}", rows.text());
+        let names = self.variables.iter().map(|variable| variable.name.as_str());
+        let heads: Vec<&str> = std::iter::once("pose").chain(names).collect();
+        let mut rows = TextTable::new(&heads);
+        for pose in &self.poses {
+            let angles = pose.angles_deg.iter().map(f64::to_string);
+            rows.row(std::iter::once(pose.name.to_string()).chain(angles));
+        }
+        let _ = write!(text, "\n{}", rows.text());
+        let sets = self.factors.keys().cloned().collect::<Vec<_>>().join(", ");
+        let sets = if sets.is_empty() { "none" } else { &sets };
+        let _ = writeln!(text, "\nFactor sets: {sets}.");
+        text
     }
-    let _ = write!(text, "\n{}", rows.text());
-    let sets = robot.factors.keys().cloned().collect::<Vec<_>>().join(", ");
-    let _ = writeln!(
-        text,
-        "\nFactor sets: {}.",
-        if sets.is_empty() { "none" } else { &sets }
-    );
-    text
 }
 
-/// The same for programs.
-#[must_use]
-pub fn robot_json(robot: &Robot) -> Value {
-    let names = |nodes: &[usize]| {
-        nodes
-            .iter()
-            .map(|&node| robot.nodes[node].name.to_string())
-            .collect::<Vec<_>>()
-    };
-    let mechanisms: Vec<Value> = robot
-        .mechanisms
-        .values()
-        .map(|mechanism| {
-            json!({
-                "name": mechanism.name,
-                "chains": mechanism.chains,
-                "elements": mechanism.members.iter().map(|&m| &robot.members[m].name).collect::<Vec<_>>(),
-                "joints": mechanism.joints(robot).iter().map(|&j| &robot.joints[j].name).collect::<Vec<_>>(),
-            })
-        })
-        .collect();
-    let variables: Vec<Value> = robot
-        .variables
-        .iter()
-        .map(|v| json!({ "name": v.name, "min_deg": v.min_deg, "max_deg": v.max_deg, "nominal_deg": v.nominal_deg }))
-        .collect();
-    let poses: Vec<Value> = robot
-        .poses
-        .iter()
-        .map(|named| json!({ "name": named.id, "angles_deg": named.pose.angles_deg }))
-        .collect();
-    json!({
-        "name": robot.name,
-        "bodies": robot.bodies.len(),
-        "joints": robot.joints.len(),
-        "nodes": robot.nodes.len(),
-        "elements": robot.members.len(),
-        "end": robot.nodes[robot.end].name.to_string(),
-        "supports": names(&robot.supports),
-        "mechanisms": mechanisms,
-        "variables": variables,
-        "poses": poses,
-        "factors": robot.factors,
-    })
+/// The freedoms of a robot: counted by formula, and by the rank of its loops.
+#[derive(Debug, Clone, Serialize, JsonSchema)]
+pub struct MobilityReport {
+    /// Count of each chain by the paper's eqs. (2) to (5).
+    pub chains: Vec<ChainMobility>,
+    /// Their sum, eq. (1); `null` without chains.
+    pub total: Option<i64>,
+    /// The rank of each mechanism.
+    pub mechanisms: Vec<MechanismRank>,
 }
 
-/// Count by formula beside count by rank.
-#[must_use]
-pub fn mobility_text(chains: &[ChainMobility], mechanisms: &[(String, Mobility)]) -> String {
-    let mut rows = TextTable::new(&["chain", "n", "g", "mu", "nu", "lambda", "equations", "F"]);
-    for chain in chains {
-        rows.row([
-            chain.chain.clone(),
-            chain.components.to_string(),
-            chain.joints.to_string(),
-            chain.overconstraints.to_string(),
-            chain.redundant_constraints.to_string(),
-            chain.general_constraints.to_string(),
-            if chain.host {
-                "(2) and (3)"
-            } else {
-                "(4) and (5)"
-            }
-            .to_owned(),
-            chain.freedoms.to_string(),
-        ]);
+/// The rank of the conditions that the loops of a mechanism close.
+#[derive(Debug, Clone, Serialize, JsonSchema)]
+pub struct MechanismRank {
+    /// Name of the mechanism.
+    pub mechanism: String,
+    /// Its rank.
+    pub rank_check: Mobility,
+}
+
+impl MobilityReport {
+    /// Both counts.
+    #[must_use]
+    pub fn new(chains: Vec<ChainMobility>, mechanisms: Vec<MechanismRank>) -> Self {
+        let total = chains.iter().map(|chain| chain.freedoms).sum();
+        Self {
+            total: (!chains.is_empty()).then_some(total),
+            chains,
+            mechanisms,
+        }
     }
-    let mut text = match total(chains) {
+
+    /// Count by formula beside count by rank.
+    #[must_use]
+    pub fn text(&self) -> String {
+        let mut rows = TextTable::new(&["chain", "n", "g", "mu", "nu", "lambda", "equations", "F"]);
+        for chain in &self.chains {
+            rows.row([
+                chain.chain.clone(),
+                chain.components.to_string(),
+                chain.joints.to_string(),
+                chain.overconstraints.to_string(),
+                chain.redundant_constraints.to_string(),
+                chain.general_constraints.to_string(),
+                if chain.host {
+                    "(2) and (3)"
+                } else {
+                    "(4) and (5)"
+                }
+                .to_owned(),
+                chain.freedoms.to_string(),
+            ]);
+        }
+        let mut text = match self.total {
         Some(total) => format!("{}\nTotal by eq. (1): F = {total}.\n\n", rows.text()),
         None => "No body of the robot file names its `chain`, so eqs. (1) to (5) have nothing to count.\n\n".to_owned(),
     };
-    let mut rows = TextTable::new(&[
-        "mechanism",
-        "joints",
-        "loops",
-        "rank of 6 x loops conditions",
-        "freedoms",
-    ]);
-    for (name, mobility) in mechanisms {
-        rows.row([
-            name.clone(),
-            mobility.joints.to_string(),
-            mobility.loops.to_string(),
-            mobility.rank.to_string(),
-            mobility.freedoms.to_string(),
+        let mut rows = TextTable::new(&[
+            "mechanism",
+            "joints",
+            "loops",
+            "rank of 6 x loops conditions",
+            "freedoms",
         ]);
+        for MechanismRank {
+            mechanism,
+            rank_check: mobility,
+        } in &self.mechanisms
+        {
+            rows.row([
+                mechanism.clone(),
+                mobility.joints.to_string(),
+                mobility.loops.to_string(),
+                mobility.rank.to_string(),
+                mobility.freedoms.to_string(),
+            ]);
+        }
+        text.push_str(&rows.text());
+        text.push_str("\nThe second table counts nothing: it is the rank of the conditions that the loops close, in the first pose of the robot.\n");
+        text
     }
-    text.push_str(&rows.text());
-    text.push_str("\nThe second table counts nothing: it is the rank of the conditions that the loops close, in the first pose of the robot.\n");
-    text
-}
-
-/// Eq. (1); `None` without chains.
-fn total(chains: &[ChainMobility]) -> Option<i64> {
-    (!chains.is_empty()).then(|| chains.iter().map(|chain| chain.freedoms).sum())
-}
-
-/// The same for programs.
-#[must_use]
-pub fn mobility_json(chains: &[ChainMobility], mechanisms: &[(String, Mobility)]) -> Value {
-    json!({
-        "chains": chains,
-        "total": total(chains),
-        "mechanisms": mechanisms.iter().map(|(name, mobility)| json!({ "mechanism": name, "rank_check": mobility })).collect::<Vec<_>>(),
-    })
 }
 
 /// Rows and columns of a compliance.
 const DISPLACEMENTS: [&str; 6] = ["ux", "uy", "uz", "rx", "ry", "rz"];
 const LOADS: [&str; 6] = ["Fx", "Fy", "Fz", "Mx", "My", "Mz"];
 
-/// The end compliance and the stiffness along each axis.
-#[must_use]
-pub fn compliance_text(compliance: &Compliance6) -> String {
-    let heads: Vec<&str> = std::iter::once("").chain(LOADS).collect();
-    let mut rows = TextTable::new(&heads);
-    for (name, row) in DISPLACEMENTS.iter().zip(&compliance.0) {
-        rows.row(
-            std::iter::once((*name).to_owned())
-                .chain(row.iter().map(|entry| format!("{entry:.6e}"))),
-        );
-    }
-    let stiffness = [0, 1, 2].map(|i| significant(1e-6 / compliance.direct(i), 5));
-    format!(
-        "{}\nSI: m/N, rad/N, m/(N*m), rad/(N*m). Stiffness along x, y, z: {} N/um.\n",
-        rows.text(),
-        stiffness.join(", ")
-    )
+/// The end compliance of a robot in a pose.
+#[derive(Debug, Clone, Serialize, JsonSchema)]
+pub struct ComplianceReport {
+    /// Displacements and rotations of the end per force and moment, SI.
+    pub compliance: [[f64; 6]; 6],
+    /// What the rows are.
+    pub rows: [&'static str; 6],
+    /// What the columns are.
+    pub columns: [&'static str; 6],
+    /// The units.
+    pub unit: &'static str,
+    /// Positions of the nodes, m.
+    pub nodes: IndexMap<String, [f64; 3]>,
+    /// Effects beside the beams.
+    pub physics: Vec<Value>,
 }
 
-/// The same for programs, with the nodes.
-#[must_use]
-pub fn compliance_json(compliance: &Compliance6, model: &MechanismModel<'_>) -> Value {
-    let nodes: serde_json::Map<String, Value> = model
-        .structure()
-        .nodes
-        .iter()
-        .map(|node| (node.name.to_string(), json!(node.position_m)))
-        .collect();
-    json!({
-        "compliance": compliance.0,
-        "rows": DISPLACEMENTS,
-        "columns": LOADS,
-        "unit": "SI: m/N, rad/N, m/(N*m), rad/(N*m)",
-        "nodes": nodes,
-    })
+impl ComplianceReport {
+    /// A compliance with the nodes of the model behind it.
+    #[must_use]
+    pub fn new(
+        compliance: &Compliance6,
+        model: &MechanismModel<'_>,
+        physics: &ActingPhysics,
+    ) -> Self {
+        let nodes = model.structure().nodes.iter();
+        Self {
+            compliance: compliance.0,
+            rows: DISPLACEMENTS,
+            columns: LOADS,
+            unit: "SI: m/N, rad/N, m/(N*m), rad/(N*m)",
+            nodes: nodes
+                .map(|node| (node.name.to_string(), node.position_m))
+                .collect(),
+            physics: physics.effects.iter().map(Effect::to_json).collect(),
+        }
+    }
+
+    /// The end compliance and the stiffness along each axis.
+    #[must_use]
+    pub fn text(&self) -> String {
+        let heads: Vec<&str> = std::iter::once("").chain(self.columns).collect();
+        let mut rows = TextTable::new(&heads);
+        for (name, row) in self.rows.iter().zip(&self.compliance) {
+            rows.row(
+                std::iter::once((*name).to_owned())
+                    .chain(row.iter().map(|entry| format!("{entry:.6e}"))),
+            );
+        }
+        let stiffness = [0, 1, 2].map(|i| significant(1e-6 / self.compliance[i][i], 5));
+        format!(
+            "{}\n{}. Stiffness along x, y, z: {} N/um.\n",
+            rows.text(),
+            self.unit,
+            stiffness.join(", ")
+        )
+    }
+}
+
+/// Every mechanism tried in every named pose.
+#[derive(Debug, Clone, Serialize, JsonSchema)]
+pub struct RobotCheck {
+    /// Name of the robot.
+    pub name: String,
+    /// What could be solved.
+    pub checked: Vec<CheckedPose>,
+    /// What is wrong, in words.
+    pub findings: Vec<String>,
+}
+
+/// A mechanism in a pose.
+#[derive(Debug, Clone, Serialize, JsonSchema)]
+pub struct CheckedPose {
+    /// Name of the mechanism.
+    pub mechanism: String,
+    /// Name of the pose.
+    pub pose: String,
+    /// Stiffness of the end along x, y and z, N/µm.
+    #[serde(rename = "stiffness_N_per_um")]
+    pub stiffness_n_per_um: [f64; 3],
+}
+
+/// Random poses within the limits, and the outermost points.
+#[derive(Debug, Clone, Serialize, JsonSchema)]
+pub struct WorkspaceReport {
+    /// Poses within the limits.
+    pub poses: usize,
+    /// Poses drawn.
+    pub drawn: usize,
+    /// The one over the other; `null` without draws.
+    pub acceptance_rate: Option<f64>,
+    /// Poses within the limits that cannot be reached.
+    pub unreachable: usize,
+    /// Seed of the poses.
+    pub seed: u64,
+    /// The outermost points by name; `null` for one that was not found.
+    pub extremes: IndexMap<String, Option<OutermostPoint>>,
+}
+
+/// An outermost point of the workspace.
+#[derive(Debug, Clone, Serialize, JsonSchema)]
+pub struct OutermostPoint {
+    /// Position of the end, m.
+    pub position_m: [f64; 3],
+    /// Its distance from the axis of the base, m.
+    pub reach_m: f64,
+    /// Its height, m.
+    pub height_m: f64,
+    /// The pose, degrees.
+    pub angles_deg: Vec<f64>,
+    /// The limits that hold it.
+    pub limits: Vec<String>,
 }

@@ -58,7 +58,7 @@ impl fmt::Display for Channel {
 }
 
 /// Something a gauge says about a value besides the value.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize, schemars::JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum Mark {
     /// The gauge was not asked: a foot switch, a DATA key, or a stream that was left on.

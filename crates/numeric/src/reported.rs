@@ -7,7 +7,7 @@ use crate::statistics::Estimate;
 /// A number as it goes to JSON: value, unit, and what is known of its uncertainty.
 ///
 /// A value that is not finite becomes `null` with the reason beside it, so that JSON never holds NaN or infinity.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, schemars::JsonSchema)]
 pub struct Reported {
     /// The value in `unit`; `null` if there is none.
     pub value: Option<f64>,

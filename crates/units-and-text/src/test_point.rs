@@ -9,7 +9,7 @@ use serde::{Deserialize, Serialize};
 /// Name of a pose, as in the robot or procedure file.
 ///
 /// Cloning is cheap: a table of a million readings holds each name once.
-#[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord, Hash)]
+#[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord, Hash, schemars::JsonSchema)]
 pub struct PoseId(Arc<str>);
 
 impl PoseId {

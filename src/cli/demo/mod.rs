@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 use clap::Args;
 use serde_json::json;
 
-use crate::fit::{FitOptions, FitProblem, MeasuredStiffness, fit_cells};
+use crate::analysis::{Data, FitData, FitSettings, ModelChoice, Session};
 use crate::report::{
     fit_figures, fit_json, fit_text, load_displacement_figure, paper_report, robot_figure,
     stiffness_text,
@@ -16,11 +16,9 @@ use crate::robot::Predictor;
 use crate::stiffness::{Branches, Method};
 use crate::test_point::PoseId;
 
-use super::args::{Global, LogArgs, ModelArgs};
-use super::data::{Data, load_session};
+use super::args::Global;
 use super::failure::{CliError, Failure};
 use super::figure_files::{write, write_figure};
-use super::fit::prepare;
 use super::outcome::Outcome;
 use super::plot::residuals;
 use super::progress::progress;
@@ -44,35 +42,23 @@ pub(super) fn run(args: &DemoArgs, global: &Global) -> Result<Outcome, Failure> 
     let folder = out.join("session");
     measure::measure(&folder, global)?;
     let bar = progress(global, "analysing", 6);
-    let session = load_session(&folder, &LogArgs::default(), global)?;
+    let session = Session::open(&folder, &global.open_settings())?;
     let readings = session.table.readings.len();
     let table = session.stiffness(Branches::LoadingOnly)?;
-    let model = ModelArgs {
+    let model = ModelChoice {
         robot: Some("hp-robot".to_owned()),
-        ..ModelArgs::default()
+        ..ModelChoice::default()
     };
-    let prepared = prepare(
-        Data::Readings(Box::new(session)),
-        &model,
-        Method::Regression,
-    )?;
+    let data = Data::Readings(Box::new(session));
+    let prepared = FitData::new(data, &model, Method::Regression)?;
     bar.inc(1);
 
-    let robot = &prepared.chosen.robot;
-    let mechanism = robot.mechanism(Some(&prepared.chosen.mechanism))?;
-    let options = FitOptions {
-        train: Some(TRAIN.map(PoseId::new).to_vec()),
-        ..FitOptions::default()
+    let robot = &prepared.model.robot;
+    let settings = FitSettings {
+        train: Some(TRAIN.map(str::to_owned).to_vec()),
+        ..FitSettings::default()
     };
-    let measured = MeasuredStiffness::from_table(&table, Method::Regression);
-    let problem = FitProblem {
-        robot,
-        mechanism,
-        measured: &measured,
-        start: &prepared.chosen.factors,
-        physics: None,
-    };
-    let outcome = fit_cells(&problem, &options)?;
+    let outcome = prepared.fit(&settings, &|| ())?;
     bar.inc(1);
     let paper = paper_report(robot)?;
     bar.inc(1);
@@ -91,7 +77,7 @@ pub(super) fn run(args: &DemoArgs, global: &Global) -> Result<Outcome, Failure> 
         "load-displacement",
         &load_displacement_figure(&[("demo session", &table)]),
     )?;
-    let figures = fit_figures(&outcome, Some(&table), options.choice.range);
+    let figures = fit_figures(&outcome, Some(&table), settings.choice.range);
     figure("stiffness", &figures.comparison)?;
     figure("factors", &figures.factors)?;
     if let Some(correlation) = &figures.correlation {
@@ -104,7 +90,7 @@ pub(super) fn run(args: &DemoArgs, global: &Global) -> Result<Outcome, Failure> 
         &workspace_projection(robot, 30_000, 0)?.figure(),
     )?;
     bar.inc(1);
-    let mut predictor = Predictor::new(robot, mechanism, &outcome.factors)?;
+    let mut predictor = Predictor::new(robot, prepared.model.mechanism()?, &outcome.factors)?;
     predictor.place(robot.pose(&PoseId::new("P1"))?)?;
     figure(
         "robot",

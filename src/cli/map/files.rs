@@ -3,14 +3,15 @@
 use std::path::{Path, PathBuf};
 
 use rayon::prelude::*;
-use serde_json::{Value, json};
+use serde::Serialize;
+use serde_json::json;
 
+use crate::analysis::Inputs;
 use crate::cli::failure::Failure;
 use crate::cli::figure_files::{write, write_figure};
-use crate::cli::inputs::Inputs;
 use crate::cli::outcome::envelope;
 use crate::plot::Figure;
-use crate::report::{MapReport, mesh_of, points_csv};
+use crate::report::{MapReport, MapSummary, mesh_of, points_csv};
 
 use super::job::wrong;
 
@@ -28,7 +29,7 @@ pub(super) fn write_all(
     folder: &Path,
     report: &MapReport<'_>,
     wanted: &WantedFigures,
-    (text, data, inputs): (&str, &Value, &Inputs),
+    (text, data, inputs): (&str, &MapSummary, &Inputs),
 ) -> Result<Vec<PathBuf>, Failure> {
     let mut written = write_text(folder, text, data, inputs)?;
     // One after the other: the points of all mechanisms at once would need as much memory again as the maps.
@@ -97,12 +98,12 @@ pub(super) fn write_figures(
 pub(super) fn write_text(
     folder: &Path,
     text: &str,
-    data: &Value,
+    data: &impl Serialize,
     inputs: &Inputs,
 ) -> Result<Vec<PathBuf>, Failure> {
     let mut object = envelope("map", true);
     object["inputs"] = json!(inputs);
-    object["data"] = data.clone();
+    object["data"] = json!(data);
     let files = [
         ("map.txt".to_owned(), format!("{}{text}", inputs.text())),
         ("map.json".to_owned(), format!("{object:#}\n")),

@@ -1,11 +1,11 @@
 //! Factors with their covariance, from what `stiffbench fit --json` printed.
 
-use std::fs;
+use crate::analysis::read_text;
 use std::path::Path;
 
 use serde_json::Value;
 
-use crate::cli::failure::{CliError, Failure};
+use crate::cli::failure::Failure;
 use crate::distribution::ParameterCovariance;
 use crate::robot::{FittingFactors, ModelParameter};
 
@@ -22,10 +22,7 @@ pub(super) struct Fitted {
 
 /// Reads a fit.
 pub(super) fn read_fit(path: &Path) -> Result<Fitted, Failure> {
-    let text = fs::read_to_string(path).map_err(|source| CliError::Read {
-        path: path.to_owned(),
-        source,
-    })?;
+    let text = read_text(path)?;
     let refuse = |problem: String| {
         wrong(
             &format!("--fit {}", path.display()),

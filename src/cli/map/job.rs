@@ -2,8 +2,8 @@
 
 use serde::{Deserialize, Serialize};
 
+use crate::analysis::Inputs;
 use crate::cli::failure::{CliError, Failure};
-use crate::cli::inputs::Inputs;
 use crate::distribution::{
     MapColumn, MapModel, MechanismStudy, ParameterCovariance, PosePlan, PoseSet, Sampling, Shard,
     StiffnessMap, StudyPoses,

@@ -11,13 +11,12 @@ mod shard;
 
 use std::path::Path;
 
-use serde_json::json;
-
 use crate::distribution::{PoseSet, Shard, StiffnessMap, StudyPoses};
 use crate::robot::Robot;
 
 use super::failure::Failure;
 use super::outcome::Outcome;
+use crate::report::ShardReport;
 
 pub(super) use args::MapArgs;
 
@@ -66,7 +65,7 @@ fn finish(
     let poses = StudyPoses::new(poses, job.sampling);
     let report = job.report(robot, &physics, &poses, maps)?;
     let inputs = job.inputs(robot);
-    let (text, data) = (report.text(), report.json());
+    let (text, data) = (report.text(), report.summary());
     let written = match out {
         Some(folder) => write_all(folder, &report, figures, (&text, &data, &inputs))?,
         None => Vec::new(),
@@ -95,11 +94,11 @@ fn one_shard(job: &MapJob, share: Shard, folder: &Path) -> Result<Outcome, Failu
         maps.len(),
         folder.display()
     );
-    let data = json!({
-        "shard": format!("{}/{}", share.index + 1, share.count),
-        "file": path,
-        "poses": poses.len(),
-        "of": poses.whole,
-    });
-    Ok(Outcome::new("map-shard", text, data).with_inputs(job.inputs(&robot)))
+    let report = ShardReport {
+        shard: format!("{}/{}", share.index + 1, share.count),
+        file: path,
+        poses: poses.len(),
+        of: poses.whole,
+    };
+    Ok(Outcome::new("map-shard", text, report).with_inputs(job.inputs(&robot)))
 }

@@ -1,8 +1,8 @@
 //! From the arguments to a study.
 
+use crate::analysis::ResolvedModel;
 use crate::cli::args::ModelArgs;
 use crate::cli::failure::Failure;
-use crate::cli::resolve::{ResolvedModel, resolve};
 use crate::distribution::{MapColumn, variables_beside_the_plane};
 use crate::physics::{ActingPhysics, Effect, EffectError, PlaceKind};
 use crate::robot::{Mechanism, Robot};
@@ -91,7 +91,7 @@ fn choose_without_effects(
     bare: &ModelArgs,
     added: &[String],
 ) -> Result<(ResolvedModel, Vec<Effect>), Failure> {
-    let chosen = resolve(bare, None)?;
+    let chosen = bare.resolve()?;
     let mut effects = chosen.physics.effects.clone();
     for text in added {
         effects.push(text.parse()?);

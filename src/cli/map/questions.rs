@@ -2,14 +2,15 @@
 
 use std::path::Path;
 
-use serde_json::{Value, json};
-
 use crate::cli::failure::Failure;
 use crate::cli::outcome::Outcome;
 use crate::distribution::{PoseSet, Shard, ShiftMap, StiffnessMap, StudyPoses, design_sensitivity};
 use crate::physics::ActingPhysics;
 use crate::plot::Figure;
-use crate::report::{MapReport, ShiftCause, ShiftReport, sensitivity_json, sensitivity_text};
+use crate::report::{
+    MapAnswers, MapReport, Sensitivities, SensitivityReport, ShiftCause, ShiftReport, ShiftSummary,
+    sensitivity_text,
+};
 use crate::robot::{JointModel, Masses, MechanismModel, Robot, Theory};
 
 use super::args::Asked;
@@ -40,14 +41,11 @@ pub(super) fn run(job: &MapJob, asked: &Asked, out: Option<&Path>) -> Result<Out
             load: load.0,
             limit_m: asked.limit.map(|limit| limit * MM),
         };
-        answer.take(
-            "load",
-            &ShiftReport {
-                about: &about,
-                cause,
-                maps,
-            },
-        );
+        answer.data.load = Some(answer.take(&ShiftReport {
+            about: &about,
+            cause,
+            maps,
+        }));
     }
     if asked.sag {
         let masses = masses(job, &robot, &physics, &poses.set)?;
@@ -55,14 +53,11 @@ pub(super) fn run(job: &MapJob, asked: &Asked, out: Option<&Path>) -> Result<Out
             ShiftMap::under_weight(model, &poses.set)
         })?;
         let cause = ShiftCause::Weight(masses);
-        answer.take(
-            "sag",
-            &ShiftReport {
-                about: &about,
-                cause,
-                maps,
-            },
-        );
+        answer.data.sag = Some(answer.take(&ShiftReport {
+            about: &about,
+            cause,
+            maps,
+        }));
     }
     if asked.sensitivity {
         design(job, (&robot, &physics), &poses.set, &mut answer)?;
@@ -87,22 +82,22 @@ pub(super) fn run(job: &MapJob, asked: &Asked, out: Option<&Path>) -> Result<Out
 #[derive(Default)]
 struct Answer {
     text: String,
-    data: Value,
+    data: MapAnswers,
     figures: Vec<(String, Figure)>,
 }
 
 impl Answer {
-    fn add(&mut self, key: &str, text: &str, data: Value) {
+    fn add(&mut self, text: &str) {
         if !self.text.is_empty() {
             self.text.push('\n');
         }
         self.text.push_str(text);
-        self.data[key] = data;
     }
 
-    fn take(&mut self, key: &str, report: &ShiftReport<'_>) {
-        self.add(key, &report.text(), report.json());
+    fn take(&mut self, report: &ShiftReport<'_>) -> ShiftSummary {
+        self.add(&report.text());
         self.figures.extend(report.figures());
+        report.summary()
     }
 }
 
@@ -162,7 +157,7 @@ fn design(
             if let Some(found) = design_sensitivity(&model, &map, poses, axis)? {
                 text.push_str(&sensitivity_text(name, &found));
                 text.push('\n');
-                sensitivities.push(sensitivity_json(name, &found));
+                sensitivities.push(SensitivityReport::new(name, &found));
             }
         }
     }
@@ -174,6 +169,7 @@ fn design(
         )
         .into());
     }
-    answer.add("design", &text, json!({ "sensitivities": sensitivities }));
+    answer.add(&text);
+    answer.data.design = Some(Sensitivities { sensitivities });
     Ok(())
 }

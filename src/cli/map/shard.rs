@@ -4,6 +4,7 @@
 //! each, little-endian. The last four bytes are the checksum (CRC-32C) of all before. A file appears under its name only when it is
 //! whole.
 
+use crate::analysis::{AnalysisError, ReadError};
 use std::fs::{self, File};
 use std::io::Write;
 use std::path::{Path, PathBuf};
@@ -166,14 +167,11 @@ fn bytes(job: &MapJob, poses: &PoseSet, maps: &[StiffnessMap]) -> Result<Vec<u8>
 /// [`ShardError::Damaged`] for anything but a whole one.
 pub(super) fn read(path: &Path) -> Result<ShardFile, Failure> {
     let bytes = fs::read(path).map_err(|source| match source.kind() {
-        std::io::ErrorKind::NotFound => CliError::NotFound {
+        std::io::ErrorKind::NotFound => AnalysisError::NotFound {
             path: path.to_owned(),
             help: "shard files are written by stiffbench map --shard K/N --out FOLDER".to_owned(),
         },
-        _ => CliError::Read {
-            path: path.to_owned(),
-            source,
-        },
+        _ => ReadError::of(path)(source).into(),
     })?;
     let damaged = |problem: &str| ShardError::Damaged {
         path: path.to_owned(),

@@ -4,17 +4,16 @@ use std::io::IsTerminal;
 use std::path::Path;
 
 use jiff::{Timestamp, tz::TimeZone};
-use serde_json::json;
 
+use crate::analysis::{AnalysisError, sha256};
 use crate::cli::args::Global;
 use crate::cli::failure::{CliError, Failure};
-use crate::cli::hash::sha256;
 use crate::cli::outcome::{Outcome as Printed, print_error};
 use crate::cli::procedure::choose_procedure;
-use crate::cli::resolve::resolve;
 use crate::cli::screen::Screen;
 use crate::clock::Clock;
 use crate::readings::{InstrumentRecord, Instruments, SessionHeader};
+use crate::report::{RunReport, SessionOutcome};
 use crate::session::{
     Answers, Bench, Event, Journal, JournalFile, KeptAwake, Machine, Operator, Outcome, Resumed,
     SessionFolder, SessionPlan, SessionState, Settings, Started, Warning, host, lag_s, read_folder,
@@ -57,7 +56,7 @@ pub(super) fn run(
     global: &Global,
     other: Option<Box<dyn Operator>>,
 ) -> Result<Printed, Failure> {
-    let robot = resolve(&args.model, None)?;
+    let robot = args.model.resolve()?;
     let (mut procedure, mut warnings) = choose_procedure(&args.procedure)?;
     warnings.extend(robot.warnings.iter().cloned());
     // The poses are frozen with the procedure.
@@ -297,25 +296,26 @@ fn operator(args: &BenchArgs, global: &Global) -> Box<dyn Operator> {
 /// How it went.
 fn report(folder: &Path, outcome: Outcome, state: &SessionState, planned: usize) -> Printed {
     let (accepted, skipped) = (state.taken.len(), state.skipped.len());
-    let (word, next, exit) = match outcome {
-        Outcome::Complete => ("complete", "stiffness", 0),
-        Outcome::Partial => ("partial", "session resume", INTERRUPTED),
-        Outcome::Aborted => ("aborted", "session resume", INTERRUPTED),
+    let (next, exit) = match outcome {
+        Outcome::Complete => ("stiffness", 0),
+        Outcome::Partial | Outcome::Aborted => ("session resume", INTERRUPTED),
     };
+    let outcome = SessionOutcome::from(outcome);
+    let word = outcome.words();
     let text = format!(
         "{}: {word}, {accepted} of {planned} readings, {skipped} skipped\nNext: stiffbench {next} {}\n",
         folder.display(),
         folder.display()
     );
-    let data = json!({
-        "folder": folder,
-        "outcome": word,
-        "planned": planned,
-        "accepted": accepted,
-        "skipped": skipped,
-        "superseded": state.readings.len() - accepted,
-    });
-    Printed::new("session-run", text, data).with_exit(exit)
+    let report = RunReport {
+        folder: folder.to_owned(),
+        outcome,
+        planned,
+        accepted,
+        skipped,
+        superseded: state.readings.len() - accepted,
+    };
+    Printed::new("session-run", text, report).with_exit(exit)
 }
 
 /// The records name the descriptions that the gauges are read by.
@@ -330,11 +330,11 @@ fn name_models(instruments: &mut Instruments, chosen: &[ChosenGauge]) {
 }
 
 /// Warns of overdue calibration, or refuses under `--strict`.
-fn overdue(instruments: &Instruments, global: &Global) -> Result<Vec<String>, CliError> {
+fn overdue(instruments: &Instruments, global: &Global) -> Result<Vec<String>, AnalysisError> {
     let today = Timestamp::now().to_zoned(TimeZone::UTC).date();
     let warnings = calibration_warnings(instruments, today);
     if global.strict && !warnings.is_empty() {
-        return Err(CliError::CalibrationOverdue {
+        return Err(AnalysisError::CalibrationOverdue {
             instruments: warnings.join("; "),
         });
     }

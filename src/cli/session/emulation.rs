@@ -2,10 +2,10 @@
 
 use std::path::Path;
 
+use crate::analysis::ResolvedModel;
 use crate::cli::args::ModelArgs;
 use crate::cli::failure::{CliError, Failure};
 use crate::cli::model::effects_text;
-use crate::cli::resolve::{ResolvedModel, resolve};
 use crate::clock::Clock;
 use crate::physics::ActingPhysics;
 use crate::procedure::Procedure;
@@ -127,7 +127,7 @@ pub(super) fn emulate_again(
         .displacement_instrument
         .take()
         .or(model_of(&header.instruments.displacement));
-    emulate(args, &resolve(&model, None)?, &plan.procedure, clock)
+    emulate(args, &model.resolve()?, &plan.procedure, clock)
 }
 
 /// The mark of readings that nobody measures; `None` at a real bench.

@@ -1,5 +1,6 @@
 //! The gauges that a session is measured with, from arguments, bindings, and what the session knows of them.
 
+use crate::analysis::AnalysisError;
 use std::fs::File;
 use std::io::BufWriter;
 use std::path::Path;
@@ -48,7 +49,7 @@ pub(super) fn choose_gauges(
 ) -> Result<(Vec<ChosenGauge>, Vec<String>), Failure> {
     // The usual file may be absent; one that was named may not.
     if !args.bindings.exists() && args.bindings != Path::new(BINDINGS_FILE) {
-        return Err(CliError::NotFound {
+        return Err(AnalysisError::NotFound {
             path: args.bindings.clone(),
             help: "stiffbench ports --wait --bind force makes a bindings file".to_owned(),
         }

@@ -4,14 +4,15 @@ use std::fmt::Write;
 use std::path::Path;
 
 use jiff::{Timestamp, tz::TimeZone};
-use serde_json::{Value, json};
+use serde_json::json;
 
+use crate::analysis::Inputs;
 use crate::cli::failure::Failure;
-use crate::cli::inputs::Inputs;
 use crate::cli::outcome::Outcome;
 use crate::instrument::Channel;
 use crate::procedure::Pace;
-use crate::session::{Event, JournalEnd, Record, SessionState, ZeroMoment, read_folder};
+use crate::report::{NextReading, SessionOutcome, StatusReport};
+use crate::session::{Event, JournalEnd, SessionState, ZeroMoment, read_folder};
 
 use super::prepare::{calibration_warnings, plan_of};
 
@@ -21,12 +22,11 @@ pub(super) fn status(folder: &Path) -> Result<Outcome, Failure> {
     let (plan, header, _) = plan_of(&read)?;
     let state = SessionState::fold(&read.journal.records);
     let ended = state.ended.as_ref();
-    let outcome = match ended {
-        Some(ended) => json!(ended.outcome),
-        // No event says that it ended: it runs, or it was cut off.
-        None => json!("running-or-crashed"),
-    };
-    let word = outcome.as_str().unwrap_or_default().replace('-', " ");
+    // Where no event says that it ended, it runs, or it was cut off.
+    let outcome = ended.map_or(SessionOutcome::RunningOrCrashed, |ended| {
+        ended.outcome.into()
+    });
+    let word = outcome.words();
     let open = plan.next_open(&state, 0);
     let left_s = plan.seconds_left(&state, &Pace::default());
     let superseded = state.readings.len() - state.taken.len();
@@ -59,23 +59,23 @@ pub(super) fn status(folder: &Path) -> Result<Outcome, Failure> {
     let today = Timestamp::now().to_zoned(TimeZone::UTC).date();
     let mut warnings = calibration_warnings(&header.instruments, today);
     warnings.extend(end_warning(&read.journal.end));
-    let data = json!({
-        "folder": folder,
-        "session": header.id,
-        "outcome": outcome,
-        "planned": plan.len(),
-        "accepted": state.taken.len(),
-        "skipped": state.skipped.len(),
-        "superseded": superseded,
-        "minutes_left": (left_s / 60.0).round(),
-        "next": open.map(|(cell, index)| json!({
-            "pose": plan.cells[cell].pose,
-            "direction": plan.cells[cell].direction,
-            "target_N": plan.cells[cell].readings[index].target_n,
-            "repeat": plan.cells[cell].readings[index].repeat,
-        })),
-    });
-    Ok(Outcome::new("session-status", text, data)
+    let report = StatusReport {
+        folder: folder.to_owned(),
+        session: header.id.clone(),
+        outcome,
+        planned: plan.len(),
+        accepted: state.taken.len(),
+        skipped: state.skipped.len(),
+        superseded,
+        minutes_left: (left_s / 60.0).round(),
+        next: open.map(|(cell, index)| NextReading {
+            pose: plan.cells[cell].pose.clone(),
+            direction: plan.cells[cell].direction,
+            target_n: plan.cells[cell].readings[index].target_n,
+            repeat: plan.cells[cell].readings[index].repeat,
+        }),
+    };
+    Ok(Outcome::new("session-status", text, report)
         .with_inputs(Inputs::default().with_folder(folder, &header))
         .with_warnings(warnings))
 }
@@ -108,14 +108,9 @@ pub(super) fn log(folder: &Path) -> Result<Outcome, Failure> {
             told(&record.event)
         );
     }
-    let events: Vec<Value> = records.iter().map(event_json).collect();
     let warnings = end_warning(&read.journal.end).into_iter().collect();
-    let outcome = Outcome::new("session-log", text, json!({ "events": events }));
+    let outcome = Outcome::new("session-log", text, json!({ "events": records }));
     Ok(outcome.with_warnings(warnings))
-}
-
-fn event_json(record: &Record) -> Value {
-    serde_json::to_value(record).unwrap_or(Value::Null)
 }
 
 /// An event in words.

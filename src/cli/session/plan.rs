@@ -2,14 +2,12 @@
 
 use std::fmt::Write;
 
-use serde_json::{Value, json};
-
+use crate::analysis::Inputs;
 use crate::cli::failure::Failure;
-use crate::cli::inputs::Inputs;
 use crate::cli::outcome::Outcome;
 use crate::cli::procedure::choose_procedure;
-use crate::cli::resolve::resolve;
 use crate::procedure::{Pace, PlannedReading};
+use crate::report::PlanReport;
 use crate::session::{PROMPTS, PlannedCell, SessionPlan, SessionState};
 use crate::test_point::PoseId;
 
@@ -26,7 +24,7 @@ const FILES: [(&str, &str); 6] = [
 ];
 
 pub(super) fn run(args: &PlanArgs) -> Result<Outcome, Failure> {
-    let chosen = resolve(&args.model, None)?;
+    let chosen = args.model.resolve()?;
     let (procedure, mut warnings) = choose_procedure(&args.procedure)?;
     let poses: Vec<PoseId> = chosen
         .robot
@@ -58,16 +56,10 @@ pub(super) fn run(args: &PlanArgs) -> Result<Outcome, Failure> {
     for (name, what) in FILES {
         let _ = writeln!(text, "  {name:<18} {what}");
     }
-    let data = json!({
-        "procedure": procedure.name,
-        "readings": plan.len(),
-        "minutes": (seconds / 60.0).round(),
-        "cells": plan.cells.iter().map(cell_json).collect::<Vec<_>>(),
-        "prompts": PROMPTS.iter().map(|(name, form)| json!({"id": name, "answer": form})).collect::<Vec<_>>(),
-        "files": FILES.iter().map(|(name, _)| *name).collect::<Vec<_>>(),
-    });
+    let files = FILES.iter().map(|(name, _)| *name).collect();
+    let report = PlanReport::new(&plan, seconds, files);
     warnings.extend(chosen.warnings.iter().cloned());
-    Ok(Outcome::new("session-plan", text, data)
+    Ok(Outcome::new("session-plan", text, report)
         .with_inputs(Inputs::default().with_model(&chosen))
         .with_warnings(warnings))
 }
@@ -125,22 +117,4 @@ fn describe(text: &mut String, place: usize, cell: &PlannedCell, plan: &SessionP
         before = Some(reading);
     }
     let _ = writeln!(text, "{line}\n  zero check under the preload");
-}
-
-fn cell_json(cell: &PlannedCell) -> Value {
-    let readings = cell.readings.iter().map(|reading| {
-        json!({
-            "step": reading.step,
-            "target_N": reading.target_n,
-            "branch": reading.branch,
-            "repeat": reading.repeat,
-            "hold_s": reading.extra_hold_s,
-            "zero_before": reading.zero_before,
-        })
-    });
-    json!({
-        "pose": cell.pose,
-        "direction": cell.direction,
-        "readings": readings.collect::<Vec<_>>(),
-    })
 }

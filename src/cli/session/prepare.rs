@@ -1,12 +1,11 @@
 //! From arguments or a session folder to plan, header, settings and answers.
 
-use std::fs;
 use std::path::Path;
 
 use jiff::civil::Date;
 
-use crate::cli::failure::{CliError, Failure};
-use crate::cli::hash::sha256;
+use crate::analysis::{read_text, sha256};
+use crate::cli::failure::Failure;
 use crate::procedure::Procedure;
 use crate::readings::{InstrumentRecord, Instruments, SessionHeader};
 use crate::session::{Answers, ReadFolder, SessionPlan};
@@ -21,14 +20,6 @@ pub(super) fn plan_of(read: &ReadFolder) -> Result<(SessionPlan, SessionHeader, 
     let procedure = Procedure::from_record(&record)?;
     let hash = sha256(procedure.to_toml());
     Ok((SessionPlan::new(&procedure, &[]), header, hash))
-}
-
-/// Text of a file that a user named.
-pub(super) fn read_text(path: &Path) -> Result<String, CliError> {
-    fs::read_to_string(path).map_err(|source| CliError::Read {
-        path: path.to_owned(),
-        source,
-    })
 }
 
 /// Instrument records from a file, and what a user should know of it.

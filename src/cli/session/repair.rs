@@ -4,13 +4,12 @@ use std::fs;
 use std::path::Path;
 
 use jiff::Timestamp;
-use serde_json::json;
 
-use crate::cli::failure::{CliError, Failure};
-use crate::cli::inputs::Inputs;
-use crate::cli::integrity::{compare_with_journal, shortened};
+use crate::analysis::{Inputs, ReadError, TableCheck, compare_with_journal, shortened};
+use crate::cli::failure::Failure;
 use crate::cli::outcome::Outcome;
 use crate::readings::{ReadOptions, ReadingsError, SessionHeader, read_readings};
+use crate::report::{JournalReport, VerifiedJournal, VerifyReport};
 use crate::session::{JournalEnd, ReadFolder, ReadJournal, SessionState, read_folder, recover};
 
 use super::prepare::plan_of;
@@ -28,8 +27,11 @@ pub(super) fn verify(folder: &Path) -> Result<Outcome, Failure> {
             "{}: not protected: there is no journal that the readings could be compared with\n",
             folder.display()
         );
-        let data = json!({ "whole": true, "table": { "state": "not-protected" } });
-        return Ok(Outcome::new("session-verify", text, data));
+        let report = VerifyReport {
+            journal: VerifiedJournal::None { whole: true },
+            table: TableCheck::NotProtected,
+        };
+        return Ok(Outcome::new("session-verify", text, report));
     }
     let read = read_folder(folder)?;
     let state = SessionState::fold(&read.journal.records);
@@ -52,8 +54,10 @@ pub(super) fn verify(folder: &Path) -> Result<Outcome, Failure> {
         state.readings.len(),
         file.display()
     );
-    let mut data = report(&read.journal, &state, exit);
-    data["table"] = table;
+    let data = VerifyReport {
+        journal: VerifiedJournal::Read(report(&read.journal, &state, exit)),
+        table,
+    };
     let mut outcome = Outcome::new("session-verify", text, data).with_exit(exit);
     // Of a damaged journal not even the header may be left.
     if let Ok((_, header, _)) = plan_of(&read) {
@@ -67,32 +71,30 @@ fn verify_table(
     folder: &Path,
     file: &Path,
     read: &ReadFolder,
-) -> Result<(serde_json::Value, String, u8), Failure> {
+) -> Result<(TableCheck, String, u8), Failure> {
     if !file.is_file() {
         let found = "it is not there; it can be written anew from the journal".to_owned();
-        return Ok((json!({ "state": "missing" }), found, PART));
+        return Ok((TableCheck::Missing, found, PART));
     }
     let header = SessionHeader::from_toml(&read.header_name, &read.header)?.header;
-    let open = fs::File::open(file).map_err(|source| CliError::Read {
-        path: file.to_owned(),
-        source,
-    })?;
+    let open = fs::File::open(file).map_err(ReadError::of(file))?;
     let name = file.display().to_string();
     let table = match read_readings(&name, open, &ReadOptions::default()) {
         // A session that has just begun.
         Err(ReadingsError::Empty { .. }) => {
-            return Ok((json!({ "state": "empty" }), "no reading yet".to_owned(), 0));
+            return Ok((TableCheck::Empty, "no reading yet".to_owned(), 0));
         }
         Err(error) => {
             let found = format!("it cannot be read: {error}");
-            let data = json!({ "state": "unreadable", "reason": error.to_string() });
+            let reason = error.to_string();
+            let data = TableCheck::Unreadable { reason };
             return Ok((data, found, PART));
         }
         Ok(table) => table,
     };
-    let protection = compare_with_journal(folder, &table, Some(&header))?;
-    let changes = protection.changes(file);
-    let json = protection.json(file);
+    let check = compare_with_journal(folder, &table, Some(&header))?;
+    let changes = check.changes(file);
+    let json = check.report(file);
     Ok(if changes.is_empty() {
         (json, "every number is that of the journal".to_owned(), 0)
     } else {
@@ -147,18 +149,18 @@ fn finding(journal: &ReadJournal) -> (String, u8) {
     }
 }
 
-fn report(journal: &ReadJournal, state: &SessionState, exit: u8) -> serde_json::Value {
+fn report(journal: &ReadJournal, state: &SessionState, exit: u8) -> JournalReport {
     let lines = match &journal.end {
         JournalEnd::Damaged { lines, .. } => *lines,
         _ => 0,
     };
     let (found, _) = finding(journal);
-    json!({
-        "whole": exit == 0,
-        "events": journal.records.len(),
-        "readings": state.readings.len(),
-        "accepted": state.taken.len(),
-        "lost_lines": lines,
-        "finding": found,
-    })
+    JournalReport {
+        whole: exit == 0,
+        events: journal.records.len(),
+        readings: state.readings.len(),
+        accepted: state.taken.len(),
+        lost_lines: lines,
+        finding: found,
+    }
 }

@@ -8,13 +8,14 @@ use crate::report::{TextTable, significant};
 use crate::search::constants::{LAW_LEVEL, NULL_SAMPLES, UNEXPLAINED_LEVEL};
 
 use super::noise::noise_text;
+use super::parameter_interval;
 use super::words::{listed, paragraph, um};
-use super::{DiagnosisReport, parameter_interval};
+use crate::analysis::DiagnosisReport;
 
 /// The technical appendix of the verdict page: all tables.
 #[must_use]
-pub fn diagnosis_appendix(report: &DiagnosisReport<'_>) -> String {
-    let diagnosis = report.diagnosis;
+pub fn diagnosis_appendix(report: &DiagnosisReport) -> String {
+    let diagnosis = &report.diagnosis;
     let mut text = "APPENDIX: THE NUMBERS\n".to_owned();
     text.push_str(&provenance(report));
     text.push_str(&noise_text(report));
@@ -47,7 +48,7 @@ fn named(law: Law, place: &Place) -> String {
     format!("{} at {place}", law.row)
 }
 
-fn provenance(report: &DiagnosisReport<'_>) -> String {
+fn provenance(report: &DiagnosisReport) -> String {
     let without: Vec<String> = report
         .without
         .iter()
@@ -58,7 +59,7 @@ fn provenance(report: &DiagnosisReport<'_>) -> String {
     } else {
         format!("without {}", listed(&without, "and"))
     };
-    let observations = report.observations;
+    let observations = &report.observations;
     let sentence = format!(
         "stiffbench {}; data {}; robot {}, mechanism {}, factors from {}; {} readings in {} runs of {} cells; {without}; seed {}.",
         env!("CARGO_PKG_VERSION"),
@@ -177,7 +178,7 @@ fn candidates(findings: &[Finding]) -> String {
     rows.text()
 }
 
-fn strata(report: &DiagnosisReport<'_>) -> String {
+fn strata(report: &DiagnosisReport) -> String {
     let mut rows = TextTable::new(&[
         "contrast",
         "stratum",
@@ -243,7 +244,7 @@ fn spot(spot: &Spot) -> String {
 }
 
 /// Parts of the structure that would carry the misfit.
-fn suspects(report: &DiagnosisReport<'_>) -> String {
+fn suspects(report: &DiagnosisReport) -> String {
     /// Parts that are told.
     const PARTS: usize = 8;
     let mut text = String::new();
@@ -280,7 +281,7 @@ fn suspects(report: &DiagnosisReport<'_>) -> String {
     text
 }
 
-fn quality(report: &DiagnosisReport<'_>) -> String {
+fn quality(report: &DiagnosisReport) -> String {
     let (before, after) = (&report.diagnosis.before, &report.diagnosis.after);
     let mut text = format!(
         "\nReduced chi-squared {:.3} before, {:.3} after. Error in each pose left out of the fit:\n",
@@ -298,8 +299,8 @@ fn quality(report: &DiagnosisReport<'_>) -> String {
     text
 }
 
-fn limits(report: &DiagnosisReport<'_>) -> String {
-    let limits = report.limits;
+fn limits(report: &DiagnosisReport) -> String {
+    let limits = &report.limits;
     let mut text = String::from("\n");
     let sentence = format!(
         "Limits. Noise alone passes for a law in {} % of sessions and for structure left over in {} %, from {NULL_SAMPLES} draws with seed {}. The \

@@ -7,10 +7,11 @@ use crate::physics::{Law, ParameterSpec, Place};
 use crate::search::constants::{LAW_LEVEL, NULL_SAMPLES, UNEXPLAINED_LEVEL};
 
 use super::testable::untestable;
-use super::{DiagnosisReport, finite, um};
+use super::{finite, um};
+use crate::analysis::DiagnosisReport;
 
 /// Size of each law and place that these readings would have shown, or the reason why there is none.
-pub(super) fn detection_limits_json(report: &DiagnosisReport<'_>) -> Vec<Value> {
+pub(super) fn detection_limits_json(report: &DiagnosisReport) -> Vec<Value> {
     let entry = |law: Law, place: Option<&Place>| {
         json!({
             "physics": law.name,

@@ -2,47 +2,24 @@
 
 use serde_json::{Value, json};
 
-use crate::mismatch::{EarlierNoise, ReadingNoise};
+use crate::analysis::{DiagnosisReport, EarlierSession, NoiseOrigin};
+use crate::mismatch::ReadingNoise;
 use crate::quantity::METRES_PER_MICROMETRE;
 use crate::report::{TextTable, significant};
 
 use super::words::{paragraph, um};
-use super::{DiagnosisReport, finite, is_known};
-
-/// Where the noise of a diagnosis comes from.
-#[derive(Debug, Clone, PartialEq)]
-pub enum NoiseOrigin {
-    /// The readings.
-    Readings,
-    /// The readings, but for that of single ones, which the records of the instruments give.
-    Records,
-    /// The readings, together with those of earlier sessions on the same bench.
-    EarlierSessions(Vec<EarlierSession>),
-}
-
-/// What an earlier session tells of the noise.
-#[derive(Debug, Clone, PartialEq)]
-pub struct EarlierSession {
-    /// What the user calls it.
-    pub name: String,
-    /// How it scattered.
-    pub noise: EarlierNoise,
-    /// Chance that two sessions with the same noise differ as much as this one and that of the diagnosis.
-    pub chance: f64,
-    /// Whether it counts; one that scatters otherwise does not.
-    pub used: bool,
-}
+use super::{finite, is_known};
 
 /// The standard deviations of the noise, and where they come from.
-pub(super) fn noise_json(report: &DiagnosisReport<'_>) -> Value {
-    let diagnosis = report.diagnosis;
+pub(super) fn noise_json(report: &DiagnosisReport) -> Value {
+    let diagnosis = &report.diagnosis;
     let mut object = deviations_json(&diagnosis.noise, diagnosis.noise_dof);
-    object["source"] = json!(match report.noise_origin {
+    object["source"] = json!(match &report.noise_origin {
         NoiseOrigin::Readings => "estimated",
         NoiseOrigin::Records => "records",
         NoiseOrigin::EarlierSessions(_) => "earlier-sessions",
     });
-    if let NoiseOrigin::EarlierSessions(sessions) = report.noise_origin {
+    if let NoiseOrigin::EarlierSessions(sessions) = &report.noise_origin {
         object["earlier"] = sessions.iter().map(earlier_json).collect();
     }
     object["floor_rms_um"] = super::um(report.noise_floor_m());
@@ -75,14 +52,14 @@ fn deviations_json(noise: &ReadingNoise, dof: [f64; 3]) -> Value {
 }
 
 /// The standard deviations of the noise; where earlier sessions tell them too, a table of what each told.
-pub(super) fn noise_text(report: &DiagnosisReport<'_>) -> String {
-    match report.noise_origin {
+pub(super) fn noise_text(report: &DiagnosisReport) -> String {
+    match &report.noise_origin {
         NoiseOrigin::EarlierSessions(sessions) => noise_table(report, sessions),
         NoiseOrigin::Readings | NoiseOrigin::Records => noise_sentence(report),
     }
 }
 
-fn noise_sentence(report: &DiagnosisReport<'_>) -> String {
+fn noise_sentence(report: &DiagnosisReport) -> String {
     let noise = &report.diagnosis.noise;
     let [reading, zero, slope] = report.diagnosis.noise_dof.map(|dof| {
         if is_known(dof) {
@@ -100,7 +77,7 @@ fn noise_sentence(report: &DiagnosisReport<'_>) -> String {
     paragraph(&sentence, "", "")
 }
 
-fn noise_table(report: &DiagnosisReport<'_>, sessions: &[EarlierSession]) -> String {
+fn noise_table(report: &DiagnosisReport, sessions: &[EarlierSession]) -> String {
     let mut rows = TextTable::new(&[
         "noise told by",
         "reading, um",
@@ -135,7 +112,7 @@ fn noise_table(report: &DiagnosisReport<'_>, sessions: &[EarlierSession]) -> Str
             if told.used { "yes" } else { "no" },
         );
     }
-    let diagnosis = report.diagnosis;
+    let diagnosis = &report.diagnosis;
     row("together", &diagnosis.noise, diagnosis.noise_dof, "", "");
     let head = "Noise, standard deviations with their degrees of freedom (dof): of earlier sessions, and of those that count together with this one. \
                 p same: chance that two sessions with the same noise differ as much as the earlier one and this.";

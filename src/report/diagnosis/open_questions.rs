@@ -6,16 +6,16 @@ use crate::mismatch::NextMeasurement;
 use crate::physics::{Law, title};
 use crate::test_point::Branch;
 
-use super::DiagnosisReport;
 use super::page::{capital, head};
 use super::testable::{Untestable, untestable};
 use super::words::{impossible, listed, paragraph};
+use crate::analysis::DiagnosisReport;
 
 /// Places that one sentence names; the appendix has all.
 const PLACES: usize = 8;
 
 /// What could not be tested: laws that fail for one reason at the same places share a paragraph.
-pub(super) fn not_tested(report: &DiagnosisReport<'_>) -> String {
+pub(super) fn not_tested(report: &DiagnosisReport) -> String {
     let all = untestable(report);
     let readings = &report.observations.readings;
     let loading_only = readings.iter().all(|r| r.branch == Branch::Loading);
@@ -72,7 +72,7 @@ pub(super) fn not_tested(report: &DiagnosisReport<'_>) -> String {
 }
 
 /// Laws that would serve only with an impossible value.
-pub(super) fn rejected(report: &DiagnosisReport<'_>) -> String {
+pub(super) fn rejected(report: &DiagnosisReport) -> String {
     let refused: Vec<_> = report.impossible().collect();
     if refused.is_empty() {
         return String::new();
@@ -97,13 +97,13 @@ pub(super) fn rejected(report: &DiagnosisReport<'_>) -> String {
 }
 
 /// Plans that would separate what is open, each with all that it separates.
-pub(super) fn next(report: &DiagnosisReport<'_>) -> String {
+pub(super) fn next(report: &DiagnosisReport) -> String {
     if report.next.is_empty() {
         return String::new();
     }
     let mut text = head("What to measure next");
     let mut told: Vec<&NextMeasurement> = Vec::new();
-    for plan in report.next {
+    for plan in &report.next {
         if told.iter().any(|other| same_advice(other, plan)) {
             continue;
         }

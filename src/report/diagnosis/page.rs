@@ -10,7 +10,8 @@ use super::answer::{Answer, phrase_of};
 use super::open_questions::{next, not_tested, rejected};
 use super::tables::{errors, factors, upper_limits};
 use super::words::{likelier, listed, location, one_in, paragraph, phrase, printed, strength, um};
-use super::{DiagnosisReport, least_law_p, parameter_interval};
+use super::{least_law_p, parameter_interval};
+use crate::analysis::DiagnosisReport;
 
 /// Parts of the structure that look alike and are named beside the first.
 const ALIKE: usize = 3;
@@ -23,8 +24,8 @@ const PATTERNS: usize = 3;
 
 /// The verdict page.
 #[must_use]
-pub fn diagnosis_page(report: &DiagnosisReport<'_>) -> String {
-    let diagnosis = report.diagnosis;
+pub fn diagnosis_page(report: &DiagnosisReport) -> String {
+    let diagnosis = &report.diagnosis;
     let answers = Answer::all(&diagnosis.findings);
     let decided = diagnosis.verdict != Verdict::InsufficientData;
     let mut text = paragraph(&headline(report, &answers), "", "");
@@ -97,8 +98,8 @@ fn size(finding: &Finding) -> String {
     )
 }
 
-fn headline(report: &DiagnosisReport<'_>, answers: &[Answer<'_>]) -> String {
-    let diagnosis = report.diagnosis;
+fn headline(report: &DiagnosisReport, answers: &[Answer<'_>]) -> String {
+    let diagnosis = &report.diagnosis;
     let sized = |answer: &Answer<'_>| match answer {
         Answer::Single(one) => format!("{} ({})", phrase_of(one), size(one)),
         Answer::OneOf(_) => answer.open_question(),
@@ -141,7 +142,7 @@ pub(super) fn head(title: &str) -> String {
     format!("{}\n", title.to_uppercase())
 }
 
-fn lacking(report: &DiagnosisReport<'_>, answers: &[Answer<'_>]) -> String {
+fn lacking(report: &DiagnosisReport, answers: &[Answer<'_>]) -> String {
     let lacking = &report.diagnosis.lacking;
     if lacking.is_empty() {
         return String::new();
@@ -241,7 +242,7 @@ pub(super) fn capital(text: &str) -> String {
     })
 }
 
-fn sure(report: &DiagnosisReport<'_>, answers: &[Answer<'_>]) -> String {
+fn sure(report: &DiagnosisReport, answers: &[Answer<'_>]) -> String {
     if answers.is_empty() {
         return String::new();
     }
@@ -260,7 +261,7 @@ fn sure(report: &DiagnosisReport<'_>, answers: &[Answer<'_>]) -> String {
             likelier(best.log_bayes),
             best.log_bayes,
             strength(best.log_bayes),
-            one_in(best.p_family, least_law_p(report.limits, best.effect.law)),
+            one_in(best.p_family, least_law_p(&report.limits, best.effect.law)),
             best.standard_errors
         );
         text.push_str(&paragraph(&sentence, "- ", "  "));
@@ -305,7 +306,7 @@ fn else_(answers: &[Answer<'_>]) -> String {
     text
 }
 
-fn where_(report: &DiagnosisReport<'_>) -> String {
+fn where_(report: &DiagnosisReport) -> String {
     let locations = report.located.locations();
     if locations.is_empty() {
         return String::new();

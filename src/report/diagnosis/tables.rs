@@ -6,10 +6,11 @@ use crate::report::{TextTable, significant};
 
 use super::page::head;
 use super::words::{paragraph, um};
-use super::{DiagnosisReport, FactorStatus, factor_value};
+use super::{FactorStatus, factor_value};
+use crate::analysis::DiagnosisReport;
 
 /// The factors, and how they move back once what was missing is there.
-pub(super) fn factors(report: &DiagnosisReport<'_>) -> String {
+pub(super) fn factors(report: &DiagnosisReport) -> String {
     let found = !report.diagnosis.findings.is_empty();
     let mut text = head(if found {
         "How the fitted factors move back"
@@ -68,8 +69,8 @@ pub(super) fn factors(report: &DiagnosisReport<'_>) -> String {
 }
 
 /// How far the model misses the readings, without and with what was found.
-pub(super) fn errors(report: &DiagnosisReport<'_>) -> String {
-    let diagnosis = report.diagnosis;
+pub(super) fn errors(report: &DiagnosisReport) -> String {
+    let diagnosis = &report.diagnosis;
     let found = !diagnosis.findings.is_empty();
     let mut text = head("How far the model misses the readings");
     let shown = |rms_m: f64| {

@@ -3,7 +3,7 @@
 use crate::mismatch::DetectionLimit;
 use crate::physics::{Law, Needs, Place};
 
-use super::DiagnosisReport;
+use crate::analysis::DiagnosisReport;
 
 /// A law that these readings cannot show, at a place or at all.
 #[derive(Debug, Clone, PartialEq)]
@@ -21,7 +21,7 @@ pub(super) struct Untestable<'a> {
 }
 
 /// Everything that could not be tested: single places first, then laws as a whole.
-pub(super) fn untestable<'a>(report: &DiagnosisReport<'a>) -> Vec<Untestable<'a>> {
+pub(super) fn untestable(report: &DiagnosisReport) -> Vec<Untestable<'_>> {
     let limits = &report.diagnosis.detection_limits;
     let places = limits
         .iter()
@@ -69,7 +69,7 @@ pub(super) fn untestable<'a>(report: &DiagnosisReport<'a>) -> Vec<Untestable<'a>
 }
 
 /// Why a law cannot be seen at all in these readings.
-fn altogether(report: &DiagnosisReport<'_>, law: Law) -> (&'static str, Option<&'static str>) {
+fn altogether(report: &DiagnosisReport, law: Law) -> (&'static str, Option<&'static str>) {
     let recorded = report.observations.recorded;
     match law.search.needs {
         Needs::Hold if !recorded.hold => (

@@ -4,10 +4,11 @@ use serde_json::{Value, json};
 
 use crate::mismatch::{ExplainedShare, Location, Spot, StratumTest};
 
-use super::{DiagnosisReport, finite, um};
+use super::{finite, um};
+use crate::analysis::DiagnosisReport;
 
 /// Strata that noise does not explain, with where they sit.
-pub(super) fn where_json(report: &DiagnosisReport<'_>) -> Value {
+pub(super) fn where_json(report: &DiagnosisReport) -> Value {
     let locations = report.located.locations();
     json!(locations.iter().map(location_json).collect::<Vec<_>>())
 }
@@ -24,7 +25,7 @@ pub(super) fn location_json(location: &Location) -> Value {
 }
 
 /// All tests of strata, and what could not be tested.
-pub(super) fn strata_json(report: &DiagnosisReport<'_>) -> Value {
+pub(super) fn strata_json(report: &DiagnosisReport) -> Value {
     let tests = report.located.tests.iter().map(test_json);
     let untested = report.located.untested.iter().map(|one| {
         json!({ "contrast": one.contrast.name(), "stratum": one.contrast.stratum().name(), "reason": one.why })
@@ -59,7 +60,7 @@ fn spot_json(spot: &Spot) -> Value {
 }
 
 /// Which parts of the structure carry the misfit.
-pub(super) fn components_json(report: &DiagnosisReport<'_>) -> Value {
+pub(super) fn components_json(report: &DiagnosisReport) -> Value {
     let all = |one: &[ExplainedShare]| one.iter().map(share_json).collect::<Vec<_>>();
     json!({
         "slopes": all(&report.located.slope_components),

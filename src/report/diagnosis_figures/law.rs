@@ -1,9 +1,9 @@
 //! What the readings show of a found law, and its curve, over what drives it.
 
+use crate::analysis::DiagnosisReport;
 use crate::mismatch::{EffectTrace, ReadingTrace};
 use crate::physics::{Curve, Driving, Law, Place};
 use crate::plot::{Bar, CurveShape, DrivingQuantity, FoundLaw, LawCurve, LawPanel, LawPoint};
-use crate::report::DiagnosisReport;
 use crate::report::diagnosis::short_phrase;
 use crate::test_point::{Branch, Cell};
 
@@ -26,7 +26,7 @@ struct Seen<'a> {
 }
 
 /// The figure's input for one effect.
-pub(super) fn law(report: &DiagnosisReport<'_>, effect: &EffectTrace) -> FoundLaw {
+pub(super) fn law(report: &DiagnosisReport, effect: &EffectTrace) -> FoundLaw {
     let driving = driving(report, effect.effect.law);
     let seen = seen(report, effect, driving);
     let panels = if let Some(heading) = effect.effect.law.figure.pooled {
@@ -56,7 +56,7 @@ pub(super) fn law(report: &DiagnosisReport<'_>, effect: &EffectTrace) -> FoundLa
 }
 
 /// What drives a law, as far as it was recorded.
-fn driving(report: &DiagnosisReport<'_>, law: Law) -> DrivingQuantity {
+fn driving(report: &DiagnosisReport, law: Law) -> DrivingQuantity {
     let recorded = report.observations.recorded;
     match law.figure.driving {
         Driving::Displacement => DrivingQuantity::Displacement,
@@ -69,7 +69,7 @@ fn driving(report: &DiagnosisReport<'_>, law: Law) -> DrivingQuantity {
 
 /// The readings that show a law.
 fn seen<'a>(
-    report: &'a DiagnosisReport<'_>,
+    report: &'a DiagnosisReport,
     effect: &'a EffectTrace,
     driving: DrivingQuantity,
 ) -> Vec<Seen<'a>> {

@@ -2,9 +2,9 @@
 
 use std::cmp::Ordering;
 
+use crate::analysis::DiagnosisReport;
 use crate::mismatch::ReadingTrace;
 use crate::plot::{MapLoadStep, MapValue, MismatchMap, ResidualMeasure, RunSummary};
-use crate::report::DiagnosisReport;
 use crate::test_point::{Branch, Cell};
 
 /// Which residuals are drawn.
@@ -30,7 +30,7 @@ impl Model {
 ///
 /// Load steps are judged within their runs, so that the scatter of zeros and slopes does not hide the shape of a curve; slopes of runs
 /// stand beside them.
-pub(super) fn map(report: &DiagnosisReport<'_>, model: Model) -> MismatchMap {
+pub(super) fn map(report: &DiagnosisReport, model: Model) -> MismatchMap {
     let readings = &report.trace.readings;
     let slope_sd = report.diagnosis.noise.run_slope_sd;
     let mut cells: Vec<Cell> = Vec::new();

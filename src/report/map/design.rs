@@ -2,11 +2,14 @@
 
 use std::fmt::Write;
 
-use serde_json::{Value, json};
+use indexmap::IndexMap;
+use schemars::JsonSchema;
+use serde::Serialize;
 
 use crate::distribution::{DesignSensitivity, JointSensitivity};
 use crate::quantity::NEWTON_PER_METRE_PER_NEWTON_PER_MICROMETRE as N_PER_UM;
 use crate::report::text::{TextTable, significant};
+use crate::reported::Reported;
 use crate::structure::Property;
 
 const AXES: [&str; 3] = ["x", "y", "z"];
@@ -87,31 +90,81 @@ fn joints_text(found: &DesignSensitivity) -> String {
     text
 }
 
-/// Sensitivities for programs.
-#[must_use]
-pub fn sensitivity_json(mechanism: &str, found: &DesignSensitivity) -> Value {
-    let four = |values: &[f64; 4]| {
-        let pairs = Property::ALL.into_iter().zip(values);
-        pairs
-            .map(|(p, v)| (p.name().to_owned(), json!(v)))
-            .collect::<serde_json::Map<_, _>>()
-    };
-    let value = |n_per_m: f64| json!({ "value": n_per_m / N_PER_UM, "unit": "N/um" });
-    json!({
-        "mechanism": mechanism,
-        "direction": AXES[found.axis],
-        "smallest": value(found.smallest_n_per_m),
-        "mean": value(found.mean_n_per_m),
-        "poses_of_mean": found.poses_of_mean,
-        "sections": found.sections.iter().map(|section| json!({
-            "section": section.section,
-            "dln_smallest_dln": four(&section.smallest),
-            "dln_mean_dln": four(&section.mean),
-        })).collect::<Vec<_>>(),
-        "joints": found.joints.iter().map(|joint| json!({
-            "joint": joint.joint,
-            "dln_smallest_dc": { "value": joint.smallest, "unit": "N*m/rad" },
-            "dln_mean_dc": { "value": joint.mean, "unit": "N*m/rad" },
-        })).collect::<Vec<_>>(),
-    })
+/// What moves the stiffness of a mechanism along an axis.
+#[derive(Debug, Clone, Serialize, JsonSchema)]
+pub struct SensitivityReport {
+    /// Name of the mechanism.
+    pub mechanism: String,
+    /// The axis.
+    pub direction: &'static str,
+    /// The least stiffness.
+    pub smallest: Reported,
+    /// The mean stiffness.
+    pub mean: Reported,
+    /// Poses of the mean.
+    pub poses_of_mean: usize,
+    /// Derivatives by the sections.
+    pub sections: Vec<SectionDerivatives>,
+    /// Derivatives by the compliances of the joints.
+    pub joints: Vec<JointDerivatives>,
+}
+
+/// Logarithmic derivatives of the stiffness by the constants of a section.
+#[derive(Debug, Clone, Serialize, JsonSchema)]
+pub struct SectionDerivatives {
+    /// Name of the section.
+    pub section: String,
+    /// Of the least stiffness, by constant.
+    pub dln_smallest_dln: IndexMap<&'static str, f64>,
+    /// Of the mean stiffness, by constant.
+    pub dln_mean_dln: IndexMap<&'static str, f64>,
+}
+
+/// Derivatives of the logarithm of the stiffness by the compliance of a joint.
+#[derive(Debug, Clone, Serialize, JsonSchema)]
+pub struct JointDerivatives {
+    /// Name of the joint.
+    pub joint: String,
+    /// Of the least stiffness.
+    pub dln_smallest_dc: Reported,
+    /// Of the mean stiffness.
+    pub dln_mean_dc: Reported,
+}
+
+impl SensitivityReport {
+    /// The sensitivities of a mechanism.
+    #[must_use]
+    pub fn new(mechanism: &str, found: &DesignSensitivity) -> Self {
+        let by_constant = |values: &[f64; 4]| {
+            let names = Property::ALL.iter().map(|property| property.name());
+            names.zip(values.iter().copied()).collect()
+        };
+        let stiffness = |n_per_m: f64| Reported::exact(n_per_m / N_PER_UM, "N/um");
+        let slope = |value: f64| Reported::exact(value, "N*m/rad");
+        Self {
+            mechanism: mechanism.to_owned(),
+            direction: AXES[found.axis],
+            smallest: stiffness(found.smallest_n_per_m),
+            mean: stiffness(found.mean_n_per_m),
+            poses_of_mean: found.poses_of_mean,
+            sections: found
+                .sections
+                .iter()
+                .map(|section| SectionDerivatives {
+                    section: section.section.clone(),
+                    dln_smallest_dln: by_constant(&section.smallest),
+                    dln_mean_dln: by_constant(&section.mean),
+                })
+                .collect(),
+            joints: found
+                .joints
+                .iter()
+                .map(|joint| JointDerivatives {
+                    joint: joint.joint.clone(),
+                    dln_smallest_dc: slope(joint.smallest),
+                    dln_mean_dc: slope(joint.mean),
+                })
+                .collect(),
+        }
+    }
 }

@@ -1,143 +1,374 @@
 //! Maps for programs.
 
-use serde_json::{Map, Value, json};
+use indexmap::IndexMap;
+use schemars::JsonSchema;
+use serde::Serialize;
 
-use crate::distribution::{ColumnStudy, MapColumn, MechanismStudy, RefinedStiffness, Region};
+use crate::distribution::{
+    ColumnStudy, FitUncertainty, MapColumn, MechanismStudy, RefinedStiffness, Region,
+};
 use crate::quantity::NEWTON_PER_METRE_PER_NEWTON_PER_MICROMETRE as N_PER_UM;
-use crate::report::paper::cell_json;
+use crate::report::paper::ComparedCell;
 use crate::reported::Reported;
 
-use super::MapReport;
+use super::{MapReport, SensitivityReport, ShiftSummary};
 
 /// Unit of every stiffness.
 const UNIT: &str = "N/um";
 
+/// What `map` gives: the maps, or the answers to what it is asked instead.
+#[derive(Debug, Clone, Serialize, JsonSchema)]
+#[serde(untagged)]
+pub enum MapResult {
+    /// The maps.
+    Maps(Box<MapSummary>),
+    /// The answers.
+    Answers(Box<MapAnswers>),
+}
+
+/// Answers beside the stiffness; each is there if it was asked for.
+#[derive(Debug, Clone, Default, Serialize, JsonSchema)]
+#[schemars(deny_unknown_fields)]
+pub struct MapAnswers {
+    /// What a load at the end does.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub load: Option<ShiftSummary>,
+    /// What the own weight does.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub sag: Option<ShiftSummary>,
+    /// What moves the stiffness.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub design: Option<Sensitivities>,
+}
+
+/// What moves the stiffness.
+#[derive(Debug, Clone, Default, Serialize, JsonSchema)]
+pub struct Sensitivities {
+    /// One entry a mechanism and axis.
+    pub sensitivities: Vec<SensitivityReport>,
+}
+
+/// The stiffness of some mechanisms over the same poses.
+#[derive(Debug, Clone, Serialize, JsonSchema)]
+pub struct MapSummary {
+    /// Name of the robot.
+    pub robot: String,
+    /// Name of the factors.
+    pub factors: String,
+    /// How the poses were chosen: `monte-carlo`, `low-discrepancy` or `grid`.
+    #[schemars(with = "String")]
+    pub sampling: crate::distribution::Sampling,
+    /// Seed of the poses.
+    pub seed: u64,
+    /// Number of poses.
+    pub poses: usize,
+    /// Number of points that were drawn for them.
+    pub points: u64,
+    /// Names of the variables that vary.
+    pub varied: Vec<String>,
+    /// Load at which laws that are not linear are taken, N.
+    #[serde(rename = "at_load_N")]
+    pub at_load_n: Option<f64>,
+    /// One entry a mechanism.
+    pub mechanisms: Vec<MechanismMap>,
+    /// The paper's tables beside the maps; empty for other robots.
+    pub paper: Vec<ComparedCell>,
+}
+
+/// The stiffness of a mechanism.
+#[derive(Debug, Clone, Serialize, JsonSchema)]
+pub struct MechanismMap {
+    /// Name of the mechanism.
+    pub mechanism: String,
+    /// Effects beside its beams, in words.
+    pub physics: Vec<String>,
+    /// How it was computed, in words.
+    pub method: Vec<String>,
+    /// Poses that could be solved.
+    pub poses: usize,
+    /// The others.
+    pub failed: Vec<FailedPose>,
+    /// One entry a direction.
+    pub stiffness: Vec<DirectionMap>,
+}
+
+/// A pose that could not be solved.
+#[derive(Debug, Clone, Serialize, JsonSchema)]
+pub struct FailedPose {
+    /// Number of the point.
+    pub id: u64,
+    /// Why.
+    pub reason: String,
+}
+
+/// The stiffness along one direction.
+#[derive(Debug, Clone, Serialize, JsonSchema)]
+pub struct DirectionMap {
+    /// Name of the direction.
+    pub along: String,
+    /// The direction, of length 1; `null` for a principal one.
+    pub unit_vector: Option<[f64; 3]>,
+    /// Place of a principal stiffness in its order; `null` for a direction.
+    pub principal: Option<u8>,
+    /// Where the stiffness is least.
+    pub smallest: ExtremeStiffness,
+    /// Where it is greatest.
+    pub largest: ExtremeStiffness,
+    /// Greatest less least of the samples.
+    pub difference: Reported,
+    /// Mean over the poses.
+    pub mean: Reported,
+    /// Standard deviation over the poses.
+    pub standard_deviation: Option<Reported>,
+    /// Quantiles over the poses.
+    pub quantiles: Vec<StiffnessQuantile>,
+    /// 95 % bound of the share of poses beyond the extremes of the samples.
+    pub share_beyond_extremes_95: Option<f64>,
+    /// What the uncertainty of fitted factors does; `null` without it.
+    pub fit_uncertainty: Option<FittedStiffness>,
+    /// Where the stiffness is low, middling and high.
+    pub regions: Vec<StiffnessRegion>,
+}
+
+/// An extreme stiffness.
+#[derive(Debug, Clone, Serialize, JsonSchema)]
+pub struct ExtremeStiffness {
+    /// Among the samples.
+    pub sampled: SampledStiffness,
+    /// Found by a search from there.
+    pub refined: RefinedExtreme,
+}
+
+/// The stiffness in a sampled pose.
+#[derive(Debug, Clone, Serialize, JsonSchema)]
+pub struct SampledStiffness {
+    /// The stiffness.
+    pub value: Reported,
+    /// Number of the point.
+    pub id: u64,
+    /// Position of the end, m.
+    pub end_m: [f64; 3],
+    /// The pose, degrees by variable.
+    pub angles_deg: IndexMap<String, f64>,
+}
+
+/// The stiffness at the end of a search; only `value`, with the reason, where it failed.
+#[derive(Debug, Clone, Serialize, JsonSchema)]
+pub struct RefinedExtreme {
+    /// The stiffness.
+    pub value: Reported,
+    /// Where and how.
+    #[serde(flatten)]
+    pub found: Option<RefinedPose>,
+}
+
+/// Where a search ended.
+#[derive(Debug, Clone, Serialize, JsonSchema)]
+pub struct RefinedPose {
+    /// Position of the end, m.
+    pub end_m: [f64; 3],
+    /// The pose, degrees by variable.
+    pub angles_deg: IndexMap<String, f64>,
+    /// The limits that hold it.
+    pub limits: Vec<String>,
+    /// Slope of the stiffness along the limits, share per degree.
+    pub slope_per_deg: f64,
+}
+
+/// A quantile of the stiffness.
+#[derive(Debug, Clone, Serialize, JsonSchema)]
+pub struct StiffnessQuantile {
+    /// Share of the poses below it.
+    pub share: f64,
+    /// The stiffness.
+    pub stiffness: Reported,
+}
+
+/// Stiffness with the uncertainty of fitted factors.
+#[derive(Debug, Clone, Serialize, JsonSchema)]
+pub struct FittedStiffness {
+    /// The least.
+    pub smallest: Reported,
+    /// The greatest.
+    pub largest: Reported,
+    /// The mean.
+    pub mean: Reported,
+}
+
+/// A region of the workspace by its stiffness.
+#[derive(Debug, Clone, Serialize, JsonSchema)]
+pub struct StiffnessRegion {
+    /// `low`, `middle` or `high`.
+    #[schemars(with = "String")]
+    pub level: crate::distribution::Level,
+    /// Stiffness between which it lies.
+    pub between: [Reported; 2],
+    /// Its share of the poses.
+    pub share_of_poses: f64,
+    /// Its share of the area in the (z, y) plane.
+    pub share_of_area: Option<f64>,
+    /// Its centre (z, y), m.
+    pub centre_zy_m: Option<[f64; 2]>,
+    /// Its least and greatest reach, m.
+    pub reach_m: Option<[f64; 2]>,
+    /// Its least and greatest height, m.
+    pub height_m: Option<[f64; 2]>,
+    /// Least and greatest angle of each variable that varies, degrees.
+    pub angles_deg: IndexMap<String, [f64; 2]>,
+    /// The outermost points that lie in it.
+    pub holds: Vec<&'static str>,
+}
+
 impl MapReport<'_> {
-    /// The JSON contract's `data` of a map.
+    /// The maps for programs.
     #[must_use]
-    pub fn json(&self) -> Value {
+    pub fn summary(&self) -> MapSummary {
         let set = &self.poses.set;
-        let names: Vec<&str> = set
-            .free
-            .iter()
-            .map(|&variable| self.robot.variables[variable].name.as_str())
-            .collect();
-        json!({
-            "robot": self.robot.name,
-            "factors": self.factors_name,
-            "sampling": self.poses.sampling,
-            "seed": self.seed,
-            "poses": set.len(),
-            "points": set.drawn,
-            "varied": names,
-            "at_load_N": self.at_load_n,
-            "mechanisms": self
-                .mechanisms
-                .iter()
+        let mechanisms = self.mechanisms.iter();
+        MapSummary {
+            robot: self.robot.name.clone(),
+            factors: self.factors_name.clone(),
+            sampling: self.poses.sampling,
+            seed: self.seed,
+            poses: set.len(),
+            points: set.drawn,
+            varied: set.free.iter().map(|&free| self.variable(free)).collect(),
+            at_load_n: self.at_load_n,
+            mechanisms: mechanisms
                 .map(|(effects, study)| self.mechanism(effects, study))
-                .collect::<Vec<_>>(),
-            "paper": self.paper_cells().iter().map(cell_json).collect::<Vec<_>>(),
-        })
+                .collect(),
+            paper: self.paper_cells().iter().map(Into::into).collect(),
+        }
     }
 
-    fn mechanism(&self, effects: &[String], study: &MechanismStudy) -> Value {
+    fn variable(&self, index: usize) -> String {
+        self.robot.variables[index].name.clone()
+    }
+
+    fn mechanism(&self, effects: &[String], study: &MechanismStudy) -> MechanismMap {
         let columns = study.columns.iter();
-        let failed = study.map.failed.iter().map(|(place, reason)| {
-            json!({ "id": self.poses.set.ids[*place as usize], "reason": reason })
-        });
-        json!({
-            "mechanism": study.map.mechanism,
-            "physics": effects,
-            "method": study.method,
-            "poses": study.map.len(),
-            "failed": failed.collect::<Vec<_>>(),
-            "stiffness": columns.map(|found| self.column(study, found)).collect::<Vec<_>>(),
-        })
+        MechanismMap {
+            mechanism: study.map.mechanism.clone(),
+            physics: effects.to_vec(),
+            method: study.method.clone(),
+            poses: study.map.len(),
+            failed: self.failed(&study.map.failed),
+            stiffness: columns.map(|found| self.column(study, found)).collect(),
+        }
     }
 
-    fn column(&self, study: &MechanismStudy, found: &ColumnStudy) -> Value {
+    /// Poses without an answer, by their place among the poses.
+    pub(super) fn failed(&self, failed: &[(u32, String)]) -> Vec<FailedPose> {
+        let of = |(place, reason): &(u32, String)| FailedPose {
+            id: self.poses.set.ids[*place as usize],
+            reason: reason.clone(),
+        };
+        failed.iter().map(of).collect()
+    }
+
+    fn column(&self, study: &MechanismStudy, found: &ColumnStudy) -> DirectionMap {
         let statistics = &found.statistics;
         let sampled = [statistics.smallest, statistics.largest];
         let extreme = |i: usize| {
             let row = sampled[i].row;
             let place = study.map.places[row] as usize;
-            json!({
-                "sampled": {
-                    "value": exact(sampled[i].stiffness_n_per_m),
-                    "id": self.poses.set.ids[place],
-                    "end_m": study.map.end_m(row),
-                    "angles_deg": self.angles(&self.poses.set.pose(place).angles_deg),
+            ExtremeStiffness {
+                sampled: SampledStiffness {
+                    value: exact(sampled[i].stiffness_n_per_m),
+                    id: self.poses.set.ids[place],
+                    end_m: study.map.end_m(row),
+                    angles_deg: self.angles(&self.poses.set.pose(place).angles_deg),
                 },
-                "refined": match &found.refined[i] {
-                    Ok(refined) => self.refined(refined),
-                    Err(reason) => json!({ "value": Reported::missing(UNIT, reason.clone()) }),
-                },
-            })
+                refined: self.refined(found.refined[i].as_ref()),
+            }
         };
         let quantiles = statistics.quantiles.iter().map(|quantile| {
             let value = quantile.stiffness_n_per_m / N_PER_UM;
-            let reported = quantile.interval_95.map_or_else(
-                || Reported::exact(value, UNIT),
-                |interval| Reported::with_interval(value, interval.map(|end| end / N_PER_UM), UNIT),
-            );
-            json!({ "share": quantile.share, "stiffness": reported })
+            let interval = quantile
+                .interval_95
+                .map(|ends| ends.map(|end| end / N_PER_UM));
+            StiffnessQuantile {
+                share: quantile.share,
+                stiffness: interval.map_or_else(
+                    || Reported::exact(value, UNIT),
+                    |interval| Reported::with_interval(value, interval, UNIT),
+                ),
+            }
         });
-        json!({
-            "along": found.column.name(),
-            "unit_vector": found.column.unit(),
-            "principal": match &found.column {
+        DirectionMap {
+            along: found.column.name().to_string(),
+            unit_vector: found.column.unit(),
+            principal: match &found.column {
                 MapColumn::Principal(order) => Some(*order),
                 MapColumn::Direction { .. } => None,
             },
-            "smallest": extreme(0),
-            "largest": extreme(1),
-            "difference": exact(sampled[1].stiffness_n_per_m - sampled[0].stiffness_n_per_m),
-            "mean": Reported::from_estimate(&statistics.mean, N_PER_UM, UNIT),
-            "standard_deviation": statistics.standard_deviation_n_per_m.map(exact),
-            "quantiles": quantiles.collect::<Vec<_>>(),
-            "share_beyond_extremes_95": statistics.share_beyond_95,
-            "fit_uncertainty": found.fit.map(|fit| json!({
-                "smallest": Reported::from_estimate(&fit.smallest, N_PER_UM, UNIT),
-                "largest": Reported::from_estimate(&fit.largest, N_PER_UM, UNIT),
-                "mean": Reported::from_estimate(&fit.mean, N_PER_UM, UNIT),
-            })),
-            "regions": found.regions.iter().map(|region| self.region(region)).collect::<Vec<_>>(),
-        })
+            smallest: extreme(0),
+            largest: extreme(1),
+            difference: exact(sampled[1].stiffness_n_per_m - sampled[0].stiffness_n_per_m),
+            mean: Reported::from_estimate(&statistics.mean, N_PER_UM, UNIT),
+            standard_deviation: statistics.standard_deviation_n_per_m.map(exact),
+            quantiles: quantiles.collect(),
+            share_beyond_extremes_95: statistics.share_beyond_95,
+            fit_uncertainty: found.fit.as_ref().map(Into::into),
+            regions: found
+                .regions
+                .iter()
+                .map(|region| self.region(region))
+                .collect(),
+        }
     }
 
-    fn angles(&self, angles_deg: &[f64]) -> Map<String, Value> {
+    fn angles(&self, angles_deg: &[f64]) -> IndexMap<String, f64> {
         let variables = self.robot.variables.iter().zip(angles_deg);
         variables
-            .map(|(variable, angle)| (variable.name.clone(), json!(angle)))
+            .map(|(variable, angle)| (variable.name.clone(), *angle))
             .collect()
     }
 
-    fn refined(&self, refined: &RefinedStiffness) -> Value {
-        json!({
-            "value": exact(refined.stiffness_n_per_m),
-            "end_m": refined.end_m,
-            "angles_deg": self.angles(&refined.pose.angles_deg),
-            "limits": refined.limits,
-            "slope_per_deg": refined.slope_per_deg,
-        })
+    fn refined(&self, refined: Result<&RefinedStiffness, &String>) -> RefinedExtreme {
+        match refined {
+            Ok(refined) => RefinedExtreme {
+                value: exact(refined.stiffness_n_per_m),
+                found: Some(RefinedPose {
+                    end_m: refined.end_m,
+                    angles_deg: self.angles(&refined.pose.angles_deg),
+                    limits: refined.limits.clone(),
+                    slope_per_deg: refined.slope_per_deg,
+                }),
+            },
+            Err(reason) => RefinedExtreme {
+                value: Reported::missing(UNIT, reason.clone()),
+                found: None,
+            },
+        }
     }
 
-    fn region(&self, region: &Region) -> Value {
+    fn region(&self, region: &Region) -> StiffnessRegion {
         let free = self.poses.set.free.iter().zip(&region.angles_deg);
-        let angles: Map<String, Value> = free
-            .map(|(&variable, range)| (self.robot.variables[variable].name.clone(), json!(range)))
-            .collect();
-        json!({
-            "level": region.level,
-            "between": region.between_n_per_m.map(exact),
-            "share_of_poses": region.share_of_poses,
-            "share_of_area": region.share_of_area,
-            "centre_zy_m": region.centre_m,
-            "reach_m": region.extent_m.map(|[reach, _]| reach),
-            "height_m": region.extent_m.map(|[_, height]| height),
-            "angles_deg": angles,
-            "holds": region.holds.iter().map(|extreme| extreme.word()).collect::<Vec<_>>(),
-        })
+        StiffnessRegion {
+            level: region.level,
+            between: region.between_n_per_m.map(exact),
+            share_of_poses: region.share_of_poses,
+            share_of_area: region.share_of_area,
+            centre_zy_m: region.centre_m,
+            reach_m: region.extent_m.map(|[reach, _]| reach),
+            height_m: region.extent_m.map(|[_, height]| height),
+            angles_deg: free
+                .map(|(&variable, range)| (self.variable(variable), *range))
+                .collect(),
+            holds: region.holds.iter().map(|extreme| extreme.word()).collect(),
+        }
+    }
+}
+
+impl From<&FitUncertainty> for FittedStiffness {
+    fn from(fit: &FitUncertainty) -> Self {
+        let reported = |estimate| Reported::from_estimate(estimate, N_PER_UM, UNIT);
+        Self {
+            smallest: reported(&fit.smallest),
+            largest: reported(&fit.largest),
+            mean: reported(&fit.mean),
+        }
     }
 }
 

@@ -16,11 +16,19 @@ use crate::robot::Robot;
 
 use super::paper::PaperCell;
 
-pub use design::{sensitivity_json, sensitivity_text};
+pub use design::{JointDerivatives, SectionDerivatives, SensitivityReport, sensitivity_text};
+pub use json::{
+    DirectionMap, ExtremeStiffness, FailedPose, FittedStiffness, MapAnswers, MapResult, MapSummary,
+    MechanismMap, RefinedExtreme, RefinedPose, SampledStiffness, Sensitivities, StiffnessQuantile,
+    StiffnessRegion,
+};
 #[cfg(feature = "parquet")]
 pub use parquet::points_parquet;
 pub use points::{mesh_of, points_csv};
-pub use shifts::{ShiftCause, ShiftReport};
+pub use shifts::{
+    LoadAtEnd, MechanismShift, MechanismWeight, ShiftCause, ShiftReport, ShiftStatistics,
+    ShiftSummary, WorstPose,
+};
 pub use vtu::{Field, MeshPoints, vtu};
 
 /// Maps of some mechanisms of a robot over the same poses.

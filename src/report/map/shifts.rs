@@ -2,7 +2,9 @@
 
 use std::fmt::Write;
 
-use serde_json::{Map, Value, json};
+use indexmap::IndexMap;
+use schemars::JsonSchema;
+use serde::Serialize;
 
 use crate::distribution::{ShiftMap, Spread, largest_load};
 use crate::plot::{
@@ -10,10 +12,12 @@ use crate::plot::{
 };
 use crate::quantity::METRES_PER_MICROMETRE;
 use crate::report::text::{TextTable, significant};
+use crate::reported::Reported;
 use crate::robot::{Masses, Robot};
 
 use super::MapReport;
 use super::figures::reach_and_height;
+use super::json::FailedPose;
 
 /// Significant digits of printed values.
 const DIGITS: usize = 4;
@@ -42,6 +46,96 @@ pub struct ShiftReport<'a> {
     pub cause: ShiftCause,
     /// One a mechanism.
     pub maps: Vec<ShiftMap>,
+}
+
+/// Displacements of the end over the workspace, for programs.
+#[derive(Debug, Clone, Serialize, JsonSchema)]
+pub struct ShiftSummary {
+    /// Name of the robot.
+    pub robot: String,
+    /// Name of the factors.
+    pub factors: String,
+    /// Number of poses.
+    pub poses: usize,
+    /// One entry a mechanism.
+    pub mechanisms: Vec<MechanismShift>,
+    /// The load; absent for the own weight.
+    #[serde(flatten)]
+    pub load: Option<LoadAtEnd>,
+}
+
+/// A load at the end.
+#[derive(Debug, Clone, Serialize, JsonSchema)]
+pub struct LoadAtEnd {
+    /// Force along x, y and z, N.
+    #[serde(rename = "force_N")]
+    pub force_n: [f64; 3],
+    /// Moment about x, y and z, N·m.
+    #[serde(rename = "moment_Nm")]
+    pub moment_nm: [f64; 3],
+    /// How far the end may move, mm; `null` if the largest load is not wanted.
+    pub limit_mm: Option<f64>,
+}
+
+/// Displacements of the end of a mechanism.
+#[derive(Debug, Clone, Serialize, JsonSchema)]
+pub struct MechanismShift {
+    /// Name of the mechanism.
+    pub mechanism: String,
+    /// Poses that could be solved.
+    pub poses: usize,
+    /// The others.
+    pub failed: Vec<FailedPose>,
+    /// Its weight, if that is the load.
+    #[serde(flatten)]
+    pub weight: Option<MechanismWeight>,
+    /// Statistics over the poses by quantity: `displacement`, `displacement_x`, `displacement_y`, `displacement_z`, `rotation` and, with a
+    /// limit, `largest_load`.
+    #[serde(flatten)]
+    pub quantities: IndexMap<&'static str, ShiftStatistics>,
+}
+
+/// The weight of a mechanism.
+#[derive(Debug, Clone, Serialize, JsonSchema)]
+pub struct MechanismWeight {
+    /// Its mass, kg.
+    pub mass_kg: f64,
+    /// Sections whose mass is not known.
+    pub sections_without_mass: Vec<String>,
+}
+
+/// A quantity over the poses.
+#[derive(Debug, Clone, Serialize, JsonSchema)]
+#[serde(untagged)]
+pub enum ShiftStatistics {
+    /// No pose has it.
+    Missing(Reported),
+    /// Some poses have it.
+    Found {
+        /// Unit of the values.
+        unit: &'static str,
+        /// The least.
+        least: f64,
+        /// The greatest.
+        greatest: f64,
+        /// The mean.
+        mean: f64,
+        /// Quantiles by their share.
+        quantiles: IndexMap<&'static str, f64>,
+        /// The pose that a user should look at.
+        worst: WorstPose,
+    },
+}
+
+/// A pose with its end.
+#[derive(Debug, Clone, Serialize, JsonSchema)]
+pub struct WorstPose {
+    /// Number of the point.
+    pub id: u64,
+    /// Position of the end, m.
+    pub end_m: [f64; 3],
+    /// The pose, degrees.
+    pub angles_deg: Vec<f64>,
 }
 
 /// A quantity of every pose.
@@ -197,64 +291,70 @@ impl ShiftReport<'_> {
             .join(" ")
     }
 
-    /// The JSON contract's `data`.
+    /// The displacements for programs.
     #[must_use]
-    pub fn json(&self) -> Value {
-        let mechanisms: Vec<Value> = self
-            .maps
-            .iter()
-            .enumerate()
-            .map(|(index, map)| self.mechanism_json(index, map))
-            .collect();
-        let mut data = json!({
-            "robot": self.about.robot.name,
-            "factors": self.about.factors_name,
-            "poses": self.about.poses.set.len(),
-            "mechanisms": mechanisms,
-        });
-        if let ShiftCause::Load { load, limit_m } = &self.cause {
-            data["force_N"] = json!(load[..3]);
-            data["moment_Nm"] = json!(load[3..]);
-            data["limit_mm"] = json!(limit_m.map(|limit| limit * 1e3));
-        }
-        data
-    }
-
-    fn mechanism_json(&self, index: usize, map: &ShiftMap) -> Value {
-        let mut object = Map::new();
-        object.insert("mechanism".to_owned(), json!(map.mechanism));
-        object.insert("poses".to_owned(), json!(map.shifts.len()));
-        let failed = map.failed.iter().map(|(place, reason)| json!({ "id": self.about.poses.set.ids[*place as usize], "reason": reason }));
-        object.insert("failed".to_owned(), failed.collect());
-        if let ShiftCause::Weight(masses) = &self.cause
-            && let Some((masses, sum_kg)) = masses.get(index)
-        {
-            object.insert("mass_kg".to_owned(), json!(sum_kg));
-            object.insert("sections_without_mass".to_owned(), json!(masses.unweighed));
-        }
-        for quantity in self.quantities(map) {
-            let value = match Spread::of(&quantity.values) {
-                None => json!({ "value": null, "unit": quantity.unit, "reason": "no pose has it" }),
-                Some(spread) => {
-                    let row = worst(&quantity, &spread);
-                    let place = map.places[row] as usize;
-                    json!({
-                        "unit": quantity.unit,
-                        "least": spread.least.0,
-                        "greatest": spread.greatest.0,
-                        "mean": spread.mean,
-                        "quantiles": { "0.05": spread.quantiles[0], "0.5": spread.quantiles[1], "0.95": spread.quantiles[2] },
-                        "worst": {
-                            "id": self.about.poses.set.ids[place],
-                            "end_m": map.ends_m[row],
-                            "angles_deg": self.about.poses.set.pose(place).angles_deg,
-                        },
+    pub fn summary(&self) -> ShiftSummary {
+        let maps = self.maps.iter().enumerate();
+        ShiftSummary {
+            robot: self.about.robot.name.clone(),
+            factors: self.about.factors_name.clone(),
+            poses: self.about.poses.set.len(),
+            mechanisms: maps
+                .map(|(index, map)| self.mechanism(index, map))
+                .collect(),
+            load: match self.cause {
+                ShiftCause::Load { load, limit_m } => {
+                    let [fx, fy, fz, mx, my, mz] = load;
+                    Some(LoadAtEnd {
+                        force_n: [fx, fy, fz],
+                        moment_nm: [mx, my, mz],
+                        limit_mm: limit_m.map(|limit| limit * 1e3),
                     })
                 }
-            };
-            object.insert(quantity.key.to_owned(), value);
+                ShiftCause::Weight(_) => None,
+            },
         }
-        Value::Object(object)
+    }
+
+    fn mechanism(&self, index: usize, map: &ShiftMap) -> MechanismShift {
+        let weight = match &self.cause {
+            ShiftCause::Weight(masses) => masses.get(index),
+            ShiftCause::Load { .. } => None,
+        };
+        let quantities = self.quantities(map).into_iter();
+        MechanismShift {
+            mechanism: map.mechanism.clone(),
+            poses: map.shifts.len(),
+            failed: self.about.failed(&map.failed),
+            weight: weight.map(|(masses, sum_kg)| MechanismWeight {
+                mass_kg: *sum_kg,
+                sections_without_mass: masses.unweighed.clone(),
+            }),
+            quantities: quantities
+                .map(|quantity| (quantity.key, self.shift_statistics(map, &quantity)))
+                .collect(),
+        }
+    }
+
+    fn shift_statistics(&self, map: &ShiftMap, quantity: &Quantity) -> ShiftStatistics {
+        let Some(spread) = Spread::of(&quantity.values) else {
+            return ShiftStatistics::Missing(Reported::missing(quantity.unit, "no pose has it"));
+        };
+        let row = worst(quantity, &spread);
+        let place = map.places[row] as usize;
+        let shares = ["0.05", "0.5", "0.95"];
+        ShiftStatistics::Found {
+            unit: quantity.unit,
+            least: spread.least.0,
+            greatest: spread.greatest.0,
+            mean: spread.mean,
+            quantiles: shares.into_iter().zip(spread.quantiles).collect(),
+            worst: WorstPose {
+                id: self.about.poses.set.ids[place],
+                end_m: map.ends_m[row],
+                angles_deg: self.about.poses.set.pose(place).angles_deg.clone(),
+            },
+        }
     }
 
     /// Displacement over the workspace, of each mechanism and of all with one scale, by file name.

@@ -15,7 +15,7 @@ use super::model::Pose;
 const RANK_TOLERANCE: f64 = 1e-9;
 
 /// The paper's count for one chain (a row of Table I).
-#[derive(Debug, Clone, PartialEq, Eq, serde::Serialize)]
+#[derive(Debug, Clone, PartialEq, Eq, serde::Serialize, schemars::JsonSchema)]
 pub struct ChainMobility {
     /// The chain.
     pub chain: String,
@@ -36,7 +36,7 @@ pub struct ChainMobility {
 }
 
 /// Mobility of a mechanism from the rank of its closure conditions.
-#[derive(Debug, Clone, PartialEq, Eq, serde::Serialize)]
+#[derive(Debug, Clone, PartialEq, Eq, serde::Serialize, schemars::JsonSchema)]
 pub struct Mobility {
     /// Joints.
     pub joints: usize,

@@ -178,7 +178,7 @@ impl TryFrom<String> for ModelParameter {
 }
 
 /// Values of the parameters of a model; those not listed are one for factors and zero for springs.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, schemars::JsonSchema)]
 pub struct FittingFactors {
     /// Of beams, order A, Iy, Iz, J.
     pub beam: [f64; 4],

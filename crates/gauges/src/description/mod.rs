@@ -147,7 +147,7 @@ impl InstrumentDescription {
 }
 
 /// Settings of a serial line.
-#[derive(Debug, Clone, PartialEq, Eq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, schemars::JsonSchema)]
 pub struct LineSettings {
     /// Bits per second.
     pub baud: u32,
@@ -206,7 +206,7 @@ pub enum Flow {
 }
 
 /// Levels of the modem lines while the port is open, and the wait after opening.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, schemars::JsonSchema)]
 pub struct ModemLines {
     /// DTR; left to the system if `None`.
     pub dtr: Option<bool>,
@@ -217,7 +217,7 @@ pub struct ModemLines {
 }
 
 /// Times and counts.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, schemars::JsonSchema)]
 pub struct Timing {
     /// A reply that takes longer does not come, s.
     pub reply_deadline_s: f64,
@@ -236,7 +236,7 @@ pub struct Timing {
 }
 
 /// What the sign of a value means.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, schemars::JsonSchema)]
 pub struct Sign {
     /// How a push arrives.
     pub compression: SignMeaning,
@@ -245,7 +245,7 @@ pub struct Sign {
 }
 
 /// What a gauge can measure.
-#[derive(Debug, Clone, Default, PartialEq, Serialize)]
+#[derive(Debug, Clone, Default, PartialEq, Serialize, schemars::JsonSchema)]
 pub struct Physical {
     /// Largest value for which it is built, N or m.
     pub capacity_si: Option<f64>,

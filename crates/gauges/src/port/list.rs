@@ -7,7 +7,7 @@ use super::error::PortError;
 use super::identity::UsbIdentity;
 
 /// One serial port.
-#[derive(Debug, Clone, PartialEq, Eq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, schemars::JsonSchema)]
 pub struct PortInfo {
     /// Path by which the system names it now.
     pub path: String,

@@ -16,7 +16,7 @@ use super::scatter::PooledScatter;
 use stiffbench_numeric::statistics::{Estimate, welch_satterthwaite};
 
 /// What an uncertainty comes from.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, schemars::JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum Source {
     /// Scatter of the readings.
@@ -50,7 +50,7 @@ impl fmt::Display for Source {
 }
 
 /// Whether a component comes from observed scatter or from other knowledge (GUM 2.3.2, 2.3.3).
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, schemars::JsonSchema)]
 pub enum EvaluationType {
     /// From the scatter of these readings.
     A,
@@ -59,7 +59,7 @@ pub enum EvaluationType {
 }
 
 /// Shape of the distribution assumed for a component.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, schemars::JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum Distribution {
     /// Normal.
@@ -69,7 +69,7 @@ pub enum Distribution {
 }
 
 /// Whether and why a row counts.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, schemars::JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum Standing {
     /// Part of the combined uncertainty.

@@ -7,7 +7,7 @@ use stiffbench_numeric::statistics::{mean, standard_deviation};
 use stiffbench_units_and_text::test_point::{Branch, Cell};
 
 /// Which branches a stiffness is worked out from.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, schemars::JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum Branches {
     /// Growing load only. The default: unloading carries the width of any friction loop with it.

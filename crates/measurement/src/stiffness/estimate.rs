@@ -33,7 +33,7 @@ impl fmt::Display for Method {
 }
 
 /// Which scatter the type A uncertainty rests on.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, schemars::JsonSchema)]
 #[serde(rename_all = "kebab-case", tag = "from")]
 pub enum ScatterBasis {
     /// Scatter between runs; it holds whatever the readings of a run share.

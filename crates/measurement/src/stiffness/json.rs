@@ -1,5 +1,8 @@
 //! The form in which a stiffness table goes to JSON: units of files and print, `null` with a reason for what is missing.
 
+use std::borrow::Cow;
+
+use schemars::{JsonSchema, Schema, SchemaGenerator};
 use serde::{Serialize, Serializer};
 
 use super::budget::{Budget, BudgetRow, Distribution, EvaluationType, Source, Standing};
@@ -15,7 +18,7 @@ use stiffbench_units_and_text::quantity::{
 };
 use stiffbench_units_and_text::test_point::{Branch, Direction};
 
-#[derive(Serialize)]
+#[derive(Serialize, JsonSchema)]
 struct TableForm<'a> {
     branches: Branches,
     cells: Vec<CellForm<'a>>,
@@ -24,7 +27,7 @@ struct TableForm<'a> {
     left_out: LeftOutForm<'a>,
 }
 
-#[derive(Serialize)]
+#[derive(Serialize, JsonSchema)]
 struct PooledForm {
     mean_um: f64,
     displacement_um: f64,
@@ -33,14 +36,14 @@ struct PooledForm {
     dof: f64,
 }
 
-#[derive(Serialize)]
+#[derive(Serialize, JsonSchema)]
 struct SkippedForm<'a> {
     pose: &'a str,
     direction: Direction,
     reason: String,
 }
 
-#[derive(Serialize)]
+#[derive(Serialize, JsonSchema)]
 struct LeftOutForm<'a> {
     superseded: usize,
     rejected: usize,
@@ -49,7 +52,7 @@ struct LeftOutForm<'a> {
     not_finite_seq: &'a [u32],
 }
 
-#[derive(Serialize)]
+#[derive(Serialize, JsonSchema)]
 struct CellForm<'a> {
     pose: &'a str,
     direction: Direction,
@@ -66,7 +69,7 @@ struct CellForm<'a> {
     flags: Vec<FlagForm>,
 }
 
-#[derive(Serialize)]
+#[derive(Serialize, JsonSchema)]
 struct LoadForm {
     branch: Branch,
     #[serde(rename = "target_N")]
@@ -80,7 +83,7 @@ struct LoadForm {
     sd_force_n: Option<f64>,
 }
 
-#[derive(Serialize)]
+#[derive(Serialize, JsonSchema)]
 struct UncertaintyForm {
     basis: ScatterBasis,
     #[serde(rename = "type_a_N_per_um")]
@@ -94,7 +97,7 @@ struct UncertaintyForm {
     budget: Vec<RowForm>,
 }
 
-#[derive(Serialize)]
+#[derive(Serialize, JsonSchema)]
 struct RowForm {
     source: Source,
     #[serde(rename = "type")]
@@ -112,7 +115,7 @@ struct RowForm {
     note: &'static str,
 }
 
-#[derive(Serialize)]
+#[derive(Serialize, JsonSchema)]
 struct FlagForm {
     rule: &'static str,
     message: String,
@@ -146,6 +149,16 @@ impl Serialize for StiffnessTable {
             },
         }
         .serialize(serializer)
+    }
+}
+
+impl JsonSchema for StiffnessTable {
+    fn schema_name() -> Cow<'static, str> {
+        "StiffnessTable".into()
+    }
+
+    fn json_schema(generator: &mut SchemaGenerator) -> Schema {
+        TableForm::json_schema(generator)
     }
 }
 

@@ -6,14 +6,14 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 
 use serde_json::json;
 
+use stiffbench::analysis::{ModelChoice, ResolvedModel, resolve};
 use stiffbench::bench::EmulatedSetup;
-use stiffbench::cli::args::{Global, ModelArgs};
+use stiffbench::cli::args::Global;
 use stiffbench::cli::emulated::Emulation;
 use stiffbench::cli::failure::{CliError, Failure};
 use stiffbench::cli::instrument_args::ProtocolsArgs;
 use stiffbench::cli::outcome::Outcome;
 use stiffbench::cli::progress::progress;
-use stiffbench::cli::resolve::{ResolvedModel, resolve};
 use stiffbench::clock::Clock;
 use stiffbench::instrument::emulator::{FaultScript, ScriptedFault};
 use stiffbench::procedure::{Procedure, Settle};
@@ -205,11 +205,11 @@ pub(crate) fn run(args: &FaultsArgs, global: &Global) -> Result<Outcome, Failure
         .into_iter()
         .filter_map(|at| self::phases().nth(at))
         .collect();
-    let model = ModelArgs {
+    let choice = ModelChoice {
         robot: Some("hp-robot".to_owned()),
-        ..ModelArgs::default()
+        ..ModelChoice::default()
     };
-    let chosen = resolve(&model, None)?;
+    let chosen = resolve(&choice, None)?;
     let trials: Vec<Trial> = cases
         .iter()
         .flat_map(|&case| phases.iter().map(move |&phase| Trial { case, phase }))

@@ -5,9 +5,9 @@ use clap::Args;
 use stiffbench::report::paper_report;
 use stiffbench::robot::Robot;
 
+use stiffbench::analysis::robot_source;
 use stiffbench::cli::failure::Failure;
 use stiffbench::cli::outcome::Outcome;
-use stiffbench::cli::resolve::robot_source;
 
 /// Arguments of `paper`.
 #[derive(Debug, Args)]

@@ -1,8 +1,9 @@
 //! `stiffbench-validate prove`.
 
 use std::fs;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::time::Instant;
+use stiffbench::analysis::{Inputs, ReadError, laws, robot_source, usual_plan};
 
 use serde_json::{Map, Value, json};
 
@@ -24,14 +25,10 @@ use stiffbench::source_text::SourceText;
 use super::error::ValidationError;
 use super::prove_args::{ProveArgs, ProvePart, SetChoice};
 use stiffbench::cli::args::Global;
-use stiffbench::cli::design;
-use stiffbench::cli::failure::{CliError, Failure};
+use stiffbench::cli::failure::Failure;
 use stiffbench::cli::figure_files::{write, write_figure};
-use stiffbench::cli::inputs::Inputs;
-use stiffbench::cli::model::laws;
 use stiffbench::cli::outcome::Outcome;
 use stiffbench::cli::progress::{progress, step_on};
-use stiffbench::cli::resolve::robot_source;
 
 /// Stiffness of the paper's bench and fitted model, and displacements of its finite elements.
 const TABLE_VI: &str = include_str!("../../../../data/paper/experiment-table-vi.csv");
@@ -267,12 +264,7 @@ fn errors(args: &ProveArgs, global: &Global, done: &mut Done) -> Result<(), Fail
     let bar = progress(global, "standard errors", ERROR_MECHANISMS.len() as u64);
     let mut plans = Vec::new();
     for mechanism in ERROR_MECHANISMS {
-        plans.push(design::usual_plan(
-            &robot,
-            mechanism,
-            "load-unload",
-            args.seed,
-        )?);
+        plans.push(usual_plan(&robot, mechanism, "load-unload", args.seed)?);
         bar.inc(1);
     }
     bar.finish_and_clear();
@@ -335,13 +327,11 @@ fn session_texts(folder: &Path, id: &str) -> Result<SessionTexts, Failure> {
 
 /// A file of the proof's data.
 fn read(path: &Path) -> Result<String, Failure> {
-    let path_buf = || PathBuf::from(path);
     fs::read_to_string(path).map_err(|source| match source.kind() {
-        std::io::ErrorKind::NotFound => ValidationError::ProofData { path: path_buf() }.into(),
-        _ => CliError::Read {
-            path: path_buf(),
-            source,
+        std::io::ErrorKind::NotFound => ValidationError::ProofData {
+            path: path.to_owned(),
         }
         .into(),
+        _ => ReadError::of(path)(source).into(),
     })
 }

@@ -1,15 +1,14 @@
 //! `stiffbench-validate recordings`.
 
 use std::fmt::Write;
-use std::fs;
 use std::path::{Path, PathBuf};
 
 use clap::Args;
 use serde_json::json;
 
+use stiffbench::analysis::{ReadError, read_text, sha256};
 use stiffbench::cli::args::Global;
 use stiffbench::cli::failure::{CliError, Failure};
-use stiffbench::cli::hash::sha256;
 use stiffbench::cli::outcome::Outcome;
 use stiffbench::cli::progress::progress;
 use stiffbench::specimen::read_specimen;
@@ -86,17 +85,14 @@ fn texts(
     recording: &Recording,
     folder: &Path,
     warnings: &mut Vec<String>,
-) -> Result<Option<Vec<String>>, CliError> {
+) -> Result<Option<Vec<String>>, ReadError> {
     let mut texts = Vec::new();
     for file in &recording.files {
         let path = folder.join(&file.path);
         if !path.is_file() {
             return Ok(None);
         }
-        let text = fs::read_to_string(&path).map_err(|source| CliError::Read {
-            path: path.clone(),
-            source,
-        })?;
+        let text = read_text(&path)?;
         if sha256(&text) != file.sha256 {
             warnings.push(format!(
                 "{} is not the file that the answer was worked out for: its SHA-256 differs",

@@ -13,9 +13,8 @@ use stiffbench::instrument::port::{Patience, PortIdentity};
 use stiffbench::instrument::{Channel, GaugeEvent, Gauges, InstrumentDescription};
 
 use super::counter::Counter;
-use stiffbench::cli::args::Global;
+use stiffbench::cli::args::{Global, seconds};
 use stiffbench::cli::failure::Failure;
-use stiffbench::cli::instrument_read::seconds;
 use stiffbench::cli::outcome::Outcome;
 use stiffbench::cli::progress::progress;
 

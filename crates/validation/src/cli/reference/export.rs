@@ -8,13 +8,10 @@ use serde_json::json;
 
 use super::args::ExportArgs;
 use crate::reference::{LoadCase, PoseModel, ReferenceModel, SolidMember, SolidModel};
-use stiffbench::cli::args::ModelArgs;
+use stiffbench::analysis::{Inputs, ModelChoice, ReadError, ResolvedModel, resolve, sha256};
 use stiffbench::cli::failure::{CliError, Failure};
 use stiffbench::cli::figure_files::write;
-use stiffbench::cli::hash::sha256;
-use stiffbench::cli::inputs::Inputs;
 use stiffbench::cli::outcome::Outcome;
-use stiffbench::cli::resolve::{ResolvedModel, resolve};
 use stiffbench::report::{TextTable, significant};
 use stiffbench::robot::{JointModel, MechanismModel, Theory};
 use stiffbench::test_point::{Direction, PoseId};
@@ -24,15 +21,13 @@ use super::MODEL_FILE;
 /// Writes the robot in its poses as solids, with the cases of load.
 pub(crate) fn export(args: &ExportArgs) -> Result<Outcome, Failure> {
     check_export(args)?;
-    let chosen = resolve(
-        &ModelArgs {
-            robot: Some(args.robot.clone()),
-            mechanism: args.mechanism.clone(),
-            factors: Some(args.factors.clone()),
-            ..ModelArgs::default()
-        },
-        None,
-    )?;
+    let choice = ModelChoice {
+        robot: Some(args.robot.clone()),
+        mechanism: args.mechanism.clone(),
+        factors: Some(args.factors.clone()),
+        ..ModelChoice::default()
+    };
+    let chosen = resolve(&choice, None)?;
     let poses = match (args.pose.as_slice(), chosen.robot.poses.first()) {
         ([], Some(first)) => vec![first.id.clone()],
         ([], None) => {
@@ -114,10 +109,7 @@ fn empty_model(chosen: &ResolvedModel, args: &ExportArgs) -> Result<ReferenceMod
     let path = Path::new(&chosen.source.name);
     // Read again from wherever the program is run.
     let robot = if path.is_file() {
-        path.canonicalize().map_err(|source| CliError::Read {
-            path: path.to_owned(),
-            source,
-        })?
+        path.canonicalize().map_err(ReadError::of(path))?
     } else {
         path.to_owned()
     };

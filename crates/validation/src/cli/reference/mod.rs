@@ -12,16 +12,15 @@ use std::time::Instant;
 
 use crate::reference::ReferenceRecord;
 use crate::report::reference_report;
+use stiffbench::analysis::{AnalysisError, ReadError, robot_source, sha256};
 use stiffbench::fit::CellModel;
 use stiffbench::robot::{FittingFactors, Robot};
 use stiffbench::test_point::{Cell, Direction, PoseId};
 
 use args::{ReferenceCommand, ReferenceCompareArgs};
 use stiffbench::cli::args::Global;
-use stiffbench::cli::failure::{CliError, Failure};
-use stiffbench::cli::hash::sha256;
+use stiffbench::cli::failure::Failure;
 use stiffbench::cli::outcome::Outcome;
-use stiffbench::cli::resolve::robot_source;
 
 /// What was recorded with CalculiX, for machines without it.
 const RECORDED: &str = include_str!("../../../../../data/reference/hp-robot-P1/reference.json");
@@ -42,18 +41,15 @@ pub(crate) fn run(args: &ReferenceArgs, global: &Global) -> Result<Outcome, Fail
     }
 }
 
-fn read(path: &Path) -> Result<String, CliError> {
+fn read(path: &Path) -> Result<String, AnalysisError> {
     fs::read_to_string(path).map_err(|source| {
         if source.kind() == std::io::ErrorKind::NotFound {
-            return CliError::NotFound {
+            return AnalysisError::NotFound {
                 path: path.to_owned(),
                 help: "stiffbench-validate reference export writes a model, stiffbench-validate reference run its results".to_owned(),
             };
         }
-        CliError::Read {
-            path: path.to_owned(),
-            source,
-        }
+        ReadError::of(path)(source).into()
     })
 }
 

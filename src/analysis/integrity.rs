@@ -1,21 +1,21 @@
 //! A session's table and header beside its journal.
 
-use std::fs;
 use std::path::Path;
 
-use serde_json::{Value, json};
+use serde::Serialize;
 
 use crate::readings::{ReadingTable, SessionHeader};
 use crate::session::{Difference, Integrity, SessionState, integrity, read_journal};
 
-use super::failure::{CliError, Failure};
+use super::error::AnalysisError;
+use super::files::read_bytes;
 
 /// Differences that an error lists; the others are counted.
 const LISTED: usize = 8;
 
-/// What became of the comparison.
+/// How a table of readings compares with the journal of its session.
 #[derive(Debug)]
-pub(super) enum Protection {
+pub enum JournalCheck {
     /// No journal stands beside the table.
     None,
     /// Compared.
@@ -28,19 +28,22 @@ pub(super) enum Protection {
 }
 
 /// Compares a table of readings and its header with the journal in their folder.
-pub(super) fn compare_with_journal(
+///
+/// # Errors
+/// For a journal that cannot be read.
+pub fn compare_with_journal(
     folder: &Path,
     table: &ReadingTable,
     header: Option<&SessionHeader>,
-) -> Result<Protection, Failure> {
+) -> Result<JournalCheck, AnalysisError> {
     let path = folder.join("journal.jsonl");
     if !path.is_file() {
-        return Ok(Protection::None);
+        return Ok(JournalCheck::None);
     }
-    let bytes = fs::read(&path).map_err(|source| CliError::Read { path, source })?;
+    let bytes = read_bytes(&path)?;
     let journal = read_journal(&bytes);
     let state = SessionState::fold(&journal.records);
-    Ok(Protection::Compared {
+    Ok(JournalCheck::Compared {
         table: integrity(&journal, table)?,
         header: header.map_or_else(Vec::new, |header| header_changes(&state, header)),
     })
@@ -76,25 +79,27 @@ fn header_changes(state: &SessionState, header: &SessionHeader) -> Vec<Differenc
     changed.collect()
 }
 
-impl Protection {
+impl JournalCheck {
     /// Refuses changed numbers unless they are to be trusted; says what else was changed.
-    pub(super) fn judge(
+    ///
+    /// # Errors
+    /// [`AnalysisError::Changed`].
+    pub fn judge(
         &self,
         file: &Path,
         trust: bool,
         warnings: &mut Vec<String>,
-    ) -> Result<(), Failure> {
+    ) -> Result<(), AnalysisError> {
         let Self::Compared { table, header } = self else {
             return Ok(());
         };
         let changes = self.changes(file);
         if !changes.is_empty() {
             if !trust {
-                return Err(CliError::Changed {
+                return Err(AnalysisError::Changed {
                     path: file.to_owned(),
                     changes: shortened(&changes),
-                }
-                .into());
+                });
             }
             warnings.push(format!(
                 "--trust-csv: {} differs from the journal in {} value(s), and the table was used",
@@ -103,12 +108,8 @@ impl Protection {
             ));
         }
         if !table.marks.is_empty() {
-            let marks: Vec<String> = table
-                .marks
-                .iter()
-                .map(|mark| in_words(file, mark))
-                .collect();
-            warnings.push(format!("marked after the session: {}", shortened(&marks)));
+            let marks = shortened(&marks(file, table));
+            warnings.push(format!("marked after the session: {marks}"));
         }
         if !table.behind.is_empty() {
             warnings.push(format!(
@@ -126,7 +127,8 @@ impl Protection {
     }
 
     /// What was changed, in words.
-    pub(super) fn changes(&self, file: &Path) -> Vec<String> {
+    #[must_use]
+    pub fn changes(&self, file: &Path) -> Vec<String> {
         match self {
             Self::None => Vec::new(),
             Self::Compared { table, header } => {
@@ -142,32 +144,66 @@ impl Protection {
         }
     }
 
-    /// For JSON.
-    pub(super) fn json(&self, file: &Path) -> Value {
-        match self {
-            Self::None => json!({ "state": "not-protected" }),
-            Self::Compared { table, .. } => {
-                let changes = self.changes(file);
-                let state = if changes.is_empty() {
-                    "as-recorded"
-                } else {
-                    "changed"
-                };
-                let marks: Vec<String> = table
-                    .marks
-                    .iter()
-                    .map(|mark| in_words(file, mark))
-                    .collect();
-                json!({
-                    "state": state,
-                    "changed": changes,
-                    "marked": marks,
-                    "not_in_journal": table.unknown,
-                    "not_in_table": table.behind,
-                })
-            }
+    /// The comparison for programs.
+    #[must_use]
+    pub fn report(&self, file: &Path) -> TableCheck {
+        let Self::Compared { table, .. } = self else {
+            return TableCheck::NotProtected;
+        };
+        let differences = Differences {
+            changed: self.changes(file),
+            marked: marks(file, table),
+            not_in_journal: table.unknown.clone(),
+            not_in_table: table.behind.clone(),
+        };
+        if differences.changed.is_empty() {
+            TableCheck::AsRecorded(differences)
+        } else {
+            TableCheck::Changed(differences)
         }
     }
+}
+
+/// The table of readings of a session beside its journal.
+#[derive(Debug, Clone, Serialize, schemars::JsonSchema)]
+#[serde(tag = "state", rename_all = "kebab-case")]
+pub enum TableCheck {
+    /// There is no journal that it could be compared with.
+    NotProtected,
+    /// Every number is that of the journal.
+    AsRecorded(Differences),
+    /// Some numbers are not those of the journal.
+    Changed(Differences),
+    /// There is no table.
+    Missing,
+    /// It has no reading yet.
+    Empty,
+    /// It cannot be read.
+    Unreadable {
+        /// Why.
+        reason: String,
+    },
+}
+
+/// How a table differs from its journal.
+#[derive(Debug, Clone, Serialize, schemars::JsonSchema)]
+pub struct Differences {
+    /// Changed numbers, in words.
+    pub changed: Vec<String>,
+    /// Changed marks such as a status or a comment, in words.
+    pub marked: Vec<String>,
+    /// Readings (`seq`) that the journal does not have.
+    pub not_in_journal: Vec<u32>,
+    /// Readings (`seq`) that the table does not have.
+    pub not_in_table: Vec<u32>,
+}
+
+fn marks(file: &Path, table: &Integrity) -> Vec<String> {
+    table
+        .marks
+        .iter()
+        .map(|mark| in_words(file, mark))
+        .collect()
 }
 
 fn in_words(file: &Path, difference: &Difference) -> String {
@@ -196,7 +232,8 @@ fn in_words(file: &Path, difference: &Difference) -> String {
 }
 
 /// The first of a list, and how many more.
-pub(super) fn shortened(list: &[String]) -> String {
+#[must_use]
+pub fn shortened(list: &[String]) -> String {
     let shown = list.iter().take(LISTED).cloned().collect::<Vec<_>>();
     match list.len().saturating_sub(LISTED) {
         0 => shown.join("; "),

@@ -1,23 +1,39 @@
-//! From what the user names to robot, mechanism, factors and physics.
+//! From names and files to robot, mechanism, factors and physics.
 
-use std::fs;
 use std::path::{Path, PathBuf};
 
-use crate::physics::ActingPhysics;
+use crate::mismatch::MismatchError;
+use crate::nearest::nearest;
+use crate::physics::{ActingPhysics, Effect, Law, ModelFile};
 use crate::readings::check_poses;
-use crate::robot::{FittingFactors, Robot};
+use crate::robot::{FittingFactors, Mechanism, Robot, RobotError};
 use crate::shipped::{shipped_robot, shipped_robots};
 use crate::source_text::SourceText;
 use crate::test_point::PoseId;
 use crate::toml_text::{TomlError, read_types};
 
-use super::args::ModelArgs;
 use super::data::Session;
-use super::failure::{CliError, Failure};
+use super::error::AnalysisError;
+use super::files::read_text;
 use super::hash::sha256;
-use super::model::{effects, named_model};
 
-/// The robot the user or the session names, with its text's hash.
+/// Which robot, mechanism and factors, and which physics beside them. What is not chosen comes from the model file, then from the
+/// session, then from the defaults: the robot `hp-robot`, its last mechanism, its factors `m_fsd` or else `unit`.
+#[derive(Debug, Clone, Default)]
+pub struct ModelChoice {
+    /// Name of a shipped robot, or a robot file.
+    pub robot: Option<String>,
+    /// Name of a mechanism of the robot.
+    pub mechanism: Option<String>,
+    /// Name of a factor set of the robot, or a TOML file with tables `beam` and `link`.
+    pub factors: Option<String>,
+    /// File of a model with found physics, as a diagnosis writes it.
+    pub model: Option<PathBuf>,
+    /// Effects beside the beams, in addition to those of the model file.
+    pub effects: Vec<Effect>,
+}
+
+/// A robot with one mechanism, factors and physics.
 #[derive(Debug)]
 pub struct ResolvedModel {
     /// The robot.
@@ -36,37 +52,43 @@ pub struct ResolvedModel {
     pub warnings: Vec<String>,
 }
 
+impl ResolvedModel {
+    /// The mechanism.
+    ///
+    /// # Errors
+    /// If the robot was changed and lacks it.
+    pub fn mechanism(&self) -> Result<&Mechanism, RobotError> {
+        self.robot.mechanism(Some(&self.mechanism))
+    }
+}
+
 /// Text of a robot file or of a shipped robot; a file that another file names stands beside that one.
 ///
 /// # Errors
 /// For a name that is neither a file nor a shipped robot, or a file that cannot be read.
-pub fn robot_source(name: &str, named_by: Option<&Path>) -> Result<SourceText, Failure> {
+pub fn robot_source(name: &str, named_by: Option<&Path>) -> Result<SourceText, AnalysisError> {
     let path = named_by.map_or_else(|| PathBuf::from(name), |file| file.with_file_name(name));
     if path.is_file() {
-        let text = fs::read_to_string(&path).map_err(|source| CliError::Read {
-            path: path.clone(),
-            source,
-        })?;
+        let text = read_text(&path)?;
         return Ok(SourceText::new(path.display().to_string(), text));
     }
     shipped_robot(name).ok_or_else(|| {
         if let Some(file) = named_by {
             let (file, robot) = (file.to_owned(), name.to_owned());
-            return CliError::NamedRobot { file, robot }.into();
+            return AnalysisError::NamedRobot { file, robot };
         }
         let shipped = shipped_robots().collect::<Vec<_>>().join(", ");
-        CliError::Argument {
+        AnalysisError::Argument {
             argument: format!("--robot {name}"),
             problem: "there is no such file and no shipped robot of that name".to_owned(),
             help: Some(format!("shipped robots are {shipped}")),
         }
-        .into()
     })
 }
 
 /// Readings say nothing about the robot they come from.
-pub(super) fn no_robot() -> CliError {
-    CliError::NoRobot {
+pub(super) fn no_robot() -> AnalysisError {
+    AnalysisError::NoRobot {
         help: format!(
             "add --robot FILE, or --robot with a shipped name: {}",
             shipped_robots().collect::<Vec<_>>().join(", ")
@@ -78,25 +100,27 @@ pub(super) fn no_robot() -> CliError {
 ///
 /// # Errors
 /// For a robot, mechanism, factor set, model or effect that is not there or cannot be read.
-pub fn resolve(args: &ModelArgs, session: Option<&mut Session>) -> Result<ResolvedModel, Failure> {
-    let header = session.as_ref().and_then(|session| session.header.clone());
+pub fn resolve(
+    choice: &ModelChoice,
+    session: Option<&Session>,
+) -> Result<ResolvedModel, AnalysisError> {
+    let header = session.and_then(|session| session.header.clone());
     let header = header.unwrap_or_default();
-    let folder = session.as_ref().map(|session| session.folder.clone());
-    let folder = folder.unwrap_or_default();
-    let named = named_model(args)?;
+    let folder = session.map_or(Path::new(""), |session| &session.folder);
+    let named = named_model(choice.model.as_deref())?;
     let model = named.as_ref().map(|named| &named.model);
     let from_model = model.and_then(|model| model.robot.as_ref());
-    let source = match (&args.robot, from_model, &header.robot) {
+    let source = match (&choice.robot, from_model, &header.robot) {
         (Some(name), ..) => robot_source(name, None)?,
         (None, Some(name), _) => {
             robot_source(name, named.as_ref().map(|named| named.path.as_path()))?
         }
         (None, None, Some(name)) => robot_source(name, Some(&folder.join("session.toml")))?,
-        (None, None, None) if session.is_some() => return Err(no_robot().into()),
+        (None, None, None) if session.is_some() => return Err(no_robot()),
         (None, None, None) => robot_source("hp-robot", None)?,
     };
     let robot = Robot::parse(&source)?;
-    let mechanism = args.mechanism.as_ref();
+    let mechanism = choice.mechanism.as_ref();
     let mechanism = mechanism.or(model.and_then(|model| model.mechanism.as_ref()));
     let mechanism = mechanism.or(header.mechanism.as_ref()).map(String::as_str);
     let mechanism = robot.mechanism(mechanism)?;
@@ -106,17 +130,19 @@ pub fn resolve(args: &ModelArgs, session: Option<&mut Session>) -> Result<Resolv
             named.model.factors.clone()?,
         ))
     });
-    let (factors_name, factors) = match (&args.factors, from_model, &header.factors) {
+    let (factors_name, factors) = match (&choice.factors, from_model, &header.factors) {
         (Some(name), ..) => (name.clone(), factor_set(&robot, name, Path::new(""))?),
         (None, Some(factors), _) => factors,
-        (None, None, Some(name)) => (name.clone(), factor_set(&robot, name, &folder)?),
+        (None, None, Some(name)) => (name.clone(), factor_set(&robot, name, folder)?),
         (None, None, None) => {
             let (name, factors) = robot.default_factors();
             (name.to_owned(), factors)
         }
     };
     robot.check_parameters(&factors)?;
-    let physics = ActingPhysics::new(&robot, mechanism, effects(model, args)?)?;
+    let mut effects = model.map_or_else(Vec::new, ModelFile::acting);
+    effects.extend(choice.effects.iter().cloned());
+    let physics = ActingPhysics::new(&robot, mechanism, effects)?;
     let sha256 = sha256(&source.text);
     let mut warnings = robot.warnings.clone();
     let other = named
@@ -124,14 +150,13 @@ pub fn resolve(args: &ModelArgs, session: Option<&mut Session>) -> Result<Resolv
         .and_then(|named| named.other_robot(Path::new(&source.name), &sha256));
     warnings.extend(other);
     if let Some(session) = session {
-        session.warnings.extend(warnings.iter().cloned());
         let other_file = header.robot_sha256.is_some_and(|hash| hash != sha256);
-        if other_file && args.robot.is_none() && named.is_none() {
+        if other_file && choice.robot.is_none() && named.is_none() {
             let robot = source.name.clone();
-            return Err(CliError::OtherRobot { robot }.into());
+            return Err(AnalysisError::OtherRobot { robot });
         }
         if other_file {
-            session.warnings.push(format!(
+            warnings.push(format!(
                 "{} is not the robot file of the session (its SHA-256 differs); it was named and is used",
                 source.name
             ));
@@ -151,26 +176,86 @@ pub fn resolve(args: &ModelArgs, session: Option<&mut Session>) -> Result<Resolv
 }
 
 /// A factor set by name, or from a TOML file with tables `beam` and `link` in `folder`.
-fn factor_set(robot: &Robot, name: &str, folder: &Path) -> Result<FittingFactors, Failure> {
+fn factor_set(robot: &Robot, name: &str, folder: &Path) -> Result<FittingFactors, AnalysisError> {
     let path = folder.join(name);
     let is_file_name = path.is_file() || path.extension().is_some_and(|end| end == "toml");
     if robot.factors.contains_key(name) || !is_file_name {
         return Ok(robot.factor_set(name)?);
     }
-    let text = fs::read_to_string(&path).map_err(|source| CliError::Read {
-        path: path.clone(),
-        source,
-    })?;
+    let text = read_text(&path)?;
     let entry: crate::robot::file::FactorsEntry = read_types(&SourceText::new(name, text))
-        .map_err(|TomlError(error)| CliError::Factors {
+        .map_err(|TomlError(error)| AnalysisError::Factors {
             file: error.place(),
             problem: error.problem.to_string(),
         })?;
     let factors = entry.values();
     let checked = robot.check_parameters(&factors);
-    checked.map_err(|error| CliError::Factors {
+    checked.map_err(|error| AnalysisError::Factors {
         file: name.to_owned(),
         problem: error.to_string(),
     })?;
     Ok(factors)
+}
+
+/// A model file with its place.
+struct NamedModel {
+    /// Where it stands.
+    path: PathBuf,
+    /// What is in it.
+    model: ModelFile,
+}
+
+/// Reads a model file, if one is named.
+fn named_model(path: Option<&Path>) -> Result<Option<NamedModel>, AnalysisError> {
+    let Some(path) = path else { return Ok(None) };
+    let source = SourceText::new(path.display().to_string(), read_text(path)?);
+    Ok(Some(NamedModel {
+        path: path.to_owned(),
+        model: ModelFile::parse(&source)?,
+    }))
+}
+
+impl NamedModel {
+    /// Warns of a robot file that is not the one of the model.
+    fn other_robot(&self, file: &Path, sha256: &str) -> Option<String> {
+        let expected = self.model.robot_sha256.as_ref()?;
+        (expected != sha256).then(|| {
+            format!(
+                "{} is not the robot file that {} was made with: its SHA-256 differs",
+                file.display(),
+                self.path.display()
+            )
+        })
+    }
+}
+
+/// Laws by name; a name may stand for two, as `thermal-drift` does.
+///
+/// # Errors
+/// For a name that is no law's.
+pub fn laws(names: &[String]) -> Result<Vec<Law>, MismatchError> {
+    let mut laws = Vec::new();
+    for name in names {
+        let before = laws.len();
+        laws.extend(Law::named(name));
+        if laws.len() == before {
+            return Err(unknown_law(name));
+        }
+    }
+    laws.sort_unstable();
+    laws.dedup();
+    Ok(laws)
+}
+
+fn unknown_law(name: &str) -> MismatchError {
+    let mut known: Vec<&str> = Law::ALL.iter().map(|law| law.name).collect();
+    known.dedup();
+    let list = known.join(", ");
+    MismatchError::UnknownLaw {
+        name: name.to_owned(),
+        known: match nearest(name, known) {
+            Some(near) => format!("{list}; did you mean {near}?"),
+            None => list,
+        },
+    }
 }

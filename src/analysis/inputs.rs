@@ -1,6 +1,5 @@
 //! What a result was made of: data, robot, mechanism and factors, with their hashes. It stands before every result.
 
-use std::fs;
 use std::path::Path;
 
 use serde::Serialize;
@@ -10,8 +9,9 @@ use crate::readings::SessionHeader;
 use crate::robot::{FittingFactors, Robot};
 
 use super::data::Session;
+use super::files::read_bytes;
 use super::hash::sha256;
-use super::resolve::ResolvedModel;
+use super::model::ResolvedModel;
 
 /// Digits of a hash in text; JSON has them all.
 const SHORT_HASH: usize = 12;
@@ -45,7 +45,8 @@ struct DataInput {
 
 impl Inputs {
     /// Readings.
-    pub(super) fn with_session(mut self, session: &Session) -> Self {
+    #[must_use]
+    pub fn with_session(mut self, session: &Session) -> Self {
         self.data.push(DataInput {
             name: session.name.clone(),
             sha256: session.sha256.clone(),
@@ -55,8 +56,9 @@ impl Inputs {
     }
 
     /// A session folder: its table, if there is one yet, and what its header says of the model.
-    pub(super) fn with_folder(mut self, folder: &Path, header: &SessionHeader) -> Self {
-        if let Ok(table) = fs::read(folder.join("readings.csv")) {
+    #[must_use]
+    pub fn with_folder(mut self, folder: &Path, header: &SessionHeader) -> Self {
+        if let Ok(table) = read_bytes(&folder.join("readings.csv")) {
             self.data.push(DataInput {
                 name: folder.display().to_string(),
                 sha256: sha256(table),
@@ -74,7 +76,8 @@ impl Inputs {
     }
 
     /// Stiffness values, by name and text.
-    pub(super) fn with_list(mut self, name: &str, sha256: &str) -> Self {
+    #[must_use]
+    pub fn with_list(mut self, name: &str, sha256: &str) -> Self {
         self.data.push(DataInput {
             name: name.to_owned(),
             sha256: sha256.to_owned(),
@@ -92,7 +95,8 @@ impl Inputs {
     }
 
     /// A robot and the text of its file.
-    pub(super) fn with_robot(mut self, robot: &Robot, text: &str) -> Self {
+    #[must_use]
+    pub fn with_robot(mut self, robot: &Robot, text: &str) -> Self {
         self.robot = Some(NamedInput {
             name: robot.name.clone(),
             sha256: sha256(text),
@@ -101,7 +105,8 @@ impl Inputs {
     }
 
     /// Factors, by the name of their set.
-    pub(super) fn with_factors(mut self, name: &str, factors: &FittingFactors) -> Self {
+    #[must_use]
+    pub fn with_factors(mut self, name: &str, factors: &FittingFactors) -> Self {
         self.factors = Some(NamedInput {
             name: name.to_owned(),
             sha256: sha256(factors.to_toml()),
@@ -110,13 +115,20 @@ impl Inputs {
     }
 
     /// A mechanism of the robot.
-    pub(super) fn with_mechanism(mut self, name: &str) -> Self {
+    #[must_use]
+    pub fn with_mechanism(mut self, name: &str) -> Self {
         self.mechanisms.push(name.to_owned());
         self
     }
 
+    /// What the user called the first data; empty without data.
+    pub(super) fn data_name(&self) -> &str {
+        self.data.first().map_or("", |data| &data.name)
+    }
+
     /// The lines before a result, with a blank one behind them; empty without inputs.
-    pub(super) fn text(&self) -> String {
+    #[must_use]
+    pub fn text(&self) -> String {
         let lines = self.lines();
         if lines.is_empty() {
             return String::new();
@@ -125,7 +137,8 @@ impl Inputs {
     }
 
     /// The figure with its inputs before the caption.
-    pub(super) fn on(&self, figure: &Figure) -> Figure {
+    #[must_use]
+    pub fn on(&self, figure: &Figure) -> Figure {
         let lines = self.lines().into_iter();
         let mut words: Vec<String> = lines.map(|line| line + ".").collect();
         words.extend((!figure.caption.is_empty()).then(|| figure.caption.clone()));

@@ -23,7 +23,8 @@ const FAR_OUTSIDE: f64 = 10.0;
 const BAD_FIT_PERCENT: f64 = 10.0;
 
 /// Doubts about readings that were taken for force and displacement.
-pub(super) fn of_stiffness(table: &StiffnessTable) -> Vec<String> {
+#[must_use]
+pub fn doubts_about_stiffness(table: &StiffnessTable) -> Vec<String> {
     let mut odd = Vec::new();
     let mut values: Vec<f64> = table
         .cells
@@ -82,7 +83,8 @@ pub(super) fn of_stiffness(table: &StiffnessTable) -> Vec<String> {
 }
 
 /// Doubts about a model that was fitted.
-pub(super) fn of_fit(outcome: &FitOutcome) -> Vec<String> {
+#[must_use]
+pub fn doubts_about_fit(outcome: &FitOutcome) -> Vec<String> {
     let mut odd = Vec::new();
     let agreement = outcome.agreement.as_ref();
     let agreement = agreement.and_then(|agreement| agreement.reduced_chi_squared);

@@ -1,0 +1,52 @@
+//! Diagnoses a simulated session of a robot with play in one joint: the verdict names the joint and the size of the play.
+
+use std::error::Error;
+use std::fmt::Write;
+
+use stiffbench::analysis::{
+    DiagnoseSettings, ModelChoice, Session, diagnose, named_procedure, resolve,
+};
+use stiffbench::bench::{Jack, NoiseModel, VirtualBench};
+
+/// Play of 30 µrad in joint A3.
+const PLAY: &str = "joint-backlash@A3:play=30urad,seat_moment=9N*m";
+
+#[expect(clippy::print_stdout, reason = "an example prints its result")]
+fn main() -> Result<(), Box<dyn Error>> {
+    print!("{}", report()?);
+    Ok(())
+}
+
+/// What the example prints.
+pub(crate) fn report() -> Result<String, Box<dyn Error>> {
+    let mut choice = ModelChoice {
+        robot: Some("hp-robot".to_owned()),
+        mechanism: Some("A".to_owned()),
+        ..ModelChoice::default()
+    };
+    let beams = resolve(&choice, None)?;
+    choice.effects = vec![PLAY.parse()?];
+    let truth = resolve(&choice, None)?;
+
+    // Readings as they would come from a bench, with noise.
+    let (mut procedure, _) = named_procedure("load-unload")?;
+    procedure.poses = Some(
+        truth
+            .robot
+            .poses
+            .iter()
+            .map(|pose| pose.id.clone())
+            .collect(),
+    );
+    let (noise, jack) = (NoiseModel::default(), Jack::default());
+    let bench = VirtualBench::new(&truth.robot, &truth.physics, &truth.factors, noise, jack)?;
+    let session = Session::from_table("simulated", bench.run(&procedure, "simulated", 5)?)?;
+
+    // The search knows the beams only.
+    let report = diagnose(&session, &beams, DiagnoseSettings::default(), &|| ())?;
+    let mut text = format!("verdict: {}\n", report.diagnosis.verdict.name());
+    for finding in &report.diagnosis.findings {
+        writeln!(text, "{}", finding.effect)?;
+    }
+    Ok(text)
+}

@@ -1,0 +1,342 @@
+//! Sessions, files of readings and lists of stiffness values, by the names that a user gives them.
+
+use std::path::{Path, PathBuf};
+
+use jiff::civil::Date;
+
+use crate::fit::{MeasuredStiffness, is_stiffness_list, read_stiffness_list};
+use crate::nearest::nearest;
+use crate::readings::{
+    GaugeLogOptions, InstrumentRecord, ReadOptions, ReadingTable, SessionHeader, read_gauge_log,
+    read_readings, write_readings,
+};
+use crate::stiffness::{
+    Branches, GaugeTerms, Gauges, Method, StiffnessOptions, StiffnessTable, stiffness_table,
+};
+
+use super::error::AnalysisError;
+use super::files::{first_line, read_bytes, read_text};
+use super::hash::sha256;
+use super::integrity::compare_with_journal;
+
+/// Stiffness lists that come with the program.
+const SHIPPED_LISTS: [(&str, &str); 3] = [
+    (
+        "paper-experiment",
+        include_str!("../../data/paper/experiment.csv"),
+    ),
+    (
+        "paper-reference",
+        include_str!("../../data/paper/reference.csv"),
+    ),
+    (
+        "calculix-reference",
+        include_str!("../../data/reference/hp-robot-P1/reference.csv"),
+    ),
+];
+
+/// How data are opened.
+#[derive(Debug, Clone, Default)]
+pub struct OpenSettings {
+    /// Use a `readings.csv` that differs from the journal beside it; the session then has a warning.
+    pub trust_csv: bool,
+    /// Whether the gauges must be calibrated.
+    pub calibration: CalibrationCheck,
+    /// The file is a gauge's own log, which names neither pose nor direction.
+    pub gauge_log: Option<GaugeLogOptions>,
+}
+
+/// What is done about a gauge whose calibration is overdue.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum CalibrationCheck {
+    /// Nothing.
+    #[default]
+    None,
+    /// The session has a warning if it is overdue on this day.
+    Warn(Date),
+    /// The session is not opened if it is overdue on this day.
+    Refuse(Date),
+}
+
+/// Readings with the session they belong to.
+#[derive(Debug, Clone)]
+pub struct Session {
+    /// What the user called it.
+    pub name: String,
+    /// SHA-256 of the readings file, in hexadecimal.
+    pub sha256: String,
+    /// The readings.
+    pub table: ReadingTable,
+    /// `session.toml` beside them, if there is one.
+    pub header: Option<SessionHeader>,
+    /// Folder of `session.toml`.
+    pub folder: PathBuf,
+    /// What was assumed, and what a user should know.
+    pub warnings: Vec<String>,
+}
+
+/// Data to fit.
+#[derive(Debug)]
+pub enum Data {
+    /// Readings.
+    Readings(Box<Session>),
+    /// Stiffness values without readings.
+    Stiffness {
+        /// What the user called them.
+        name: String,
+        /// SHA-256 of their text, in hexadecimal.
+        sha256: String,
+        /// The values.
+        measured: MeasuredStiffness,
+    },
+}
+
+impl Data {
+    /// Opens a session folder, a readings file, a list of stiffness values or a shipped list
+    /// (`paper-experiment`, `paper-reference`, `calculix-reference`).
+    ///
+    /// # Errors
+    /// For data that are not there, cannot be read or are not what they should be.
+    pub fn open(path: &Path, options: &OpenSettings) -> Result<Self, AnalysisError> {
+        if let Some((name, text)) = shipped_list(path) {
+            return Ok(Self::Stiffness {
+                name: name.to_owned(),
+                sha256: sha256(text),
+                measured: read_stiffness_list(name, text)?,
+            });
+        }
+        if path.is_file() && is_stiffness_list(&first_line(path)?) {
+            let name = path.display().to_string();
+            let text = read_text(path)?;
+            return Ok(Self::Stiffness {
+                measured: read_stiffness_list(&name, &text)?,
+                sha256: sha256(&text),
+                name,
+            });
+        }
+        Ok(Self::Readings(Box::new(Session::open(path, options)?)))
+    }
+
+    /// The stiffness values, or those to which the readings reduce: loading branches, regression.
+    ///
+    /// # Errors
+    /// For a session whose record of a gauge cannot be.
+    pub fn measured(self) -> Result<MeasuredStiffness, AnalysisError> {
+        Ok(match self {
+            Self::Stiffness { measured, .. } => measured,
+            Self::Readings(session) => {
+                let table = session.stiffness(Branches::LoadingOnly)?;
+                MeasuredStiffness::from_table(&table, Method::Regression)
+            }
+        })
+    }
+}
+
+/// A list that comes with the program; a file of that name goes first.
+fn shipped_list(path: &Path) -> Option<(&'static str, &'static str)> {
+    SHIPPED_LISTS
+        .into_iter()
+        .find(|(name, _)| !path.exists() && path.as_os_str() == *name)
+}
+
+/// Whether data of this name came with the program, with the paper's robot as theirs.
+pub(super) fn is_shipped_list(name: &str) -> bool {
+    shipped_list(Path::new(name)).is_some()
+}
+
+/// The file with the readings of a session folder, or the file itself.
+fn readings_file(path: &Path) -> Result<PathBuf, AnalysisError> {
+    if path.is_dir() {
+        let file = path.join("readings.csv");
+        if file.is_file() {
+            return Ok(file);
+        }
+        let path = path.to_owned();
+        return Err(AnalysisError::NoSession { path });
+    }
+    if path.exists() {
+        return Ok(path.to_owned());
+    }
+    let shipped = SHIPPED_LISTS.map(|(name, _)| name);
+    let help = match nearest(&path.to_string_lossy(), shipped) {
+        Some(near) => format!("did you mean {near}, which comes with the program?"),
+        None => "name a session folder or a readings file; paths start in the folder you are in"
+            .to_owned(),
+    };
+    Err(AnalysisError::NotFound {
+        path: path.to_owned(),
+        help,
+    })
+}
+
+/// `session.toml` in a folder, if there is one.
+fn session_header(
+    folder: &Path,
+    warnings: &mut Vec<String>,
+) -> Result<Option<SessionHeader>, AnalysisError> {
+    let path = folder.join("session.toml");
+    if !path.is_file() {
+        return Ok(None);
+    }
+    let text = read_text(&path)?;
+    let name = path.display().to_string();
+    let read = SessionHeader::from_toml(&name, &text)?;
+    warnings.extend(read.unknown_keys.iter().map(|key| key.warning(&name)));
+    Ok(Some(read.header))
+}
+
+impl Session {
+    /// Opens a session folder, a readings file, or a gauge's own log.
+    ///
+    /// # Errors
+    /// For data that are not there or cannot be read, a list of stiffness values, a table that differs from its journal, and an
+    /// overdue calibration, as the options have it.
+    pub fn open(path: &Path, options: &OpenSettings) -> Result<Self, AnalysisError> {
+        // Displacements without repeats, which also can be a list, may be readings that lack the column.
+        let is_list = path.is_file() && first_line(path)?.contains("stiffness_N_per_um");
+        if shipped_list(path).is_some() || is_list {
+            return Err(AnalysisError::NeedsReadings {
+                data: path.display().to_string(),
+                needs: "this subcommand",
+            });
+        }
+        let file = readings_file(path)?;
+        let folder = file.parent().map(Path::to_owned).unwrap_or_default();
+        let name = file.display().to_string();
+        let bytes = read_bytes(&file)?;
+        let table = match &options.gauge_log {
+            Some(log) => read_gauge_log(&name, bytes.as_slice(), log)?,
+            None => read_readings(&name, bytes.as_slice(), &ReadOptions::default())?,
+        };
+        let mut warnings: Vec<String> = table
+            .assumptions
+            .iter()
+            .map(|assumption| format!("assumed: {assumption}"))
+            .collect();
+        warnings.extend(table.notes.iter().map(ToString::to_string));
+        let header = session_header(&folder, &mut warnings)?;
+        if file.file_name().is_some_and(|name| name == "readings.csv")
+            && options.gauge_log.is_none()
+        {
+            let check = compare_with_journal(&folder, &table, header.as_ref())?;
+            check.judge(&file, options.trust_csv, &mut warnings)?;
+        }
+        let mut session = Self {
+            name: path.display().to_string(),
+            sha256: sha256(&bytes),
+            table,
+            header,
+            folder,
+            warnings,
+        };
+        let read_off = session.gauges()?;
+        session.warnings.extend(read_off.read_off());
+        session.check_calibration(options.calibration)?;
+        Ok(session)
+    }
+
+    /// A session of readings from memory, for example simulated ones, without `session.toml`.
+    ///
+    /// # Errors
+    /// For readings that no file could hold.
+    pub fn from_table(name: &str, table: ReadingTable) -> Result<Self, AnalysisError> {
+        let mut bytes = Vec::new();
+        write_readings(&table, &mut bytes)?;
+        Ok(Self {
+            name: name.to_owned(),
+            sha256: sha256(&bytes),
+            table,
+            header: None,
+            folder: PathBuf::new(),
+            warnings: Vec::new(),
+        })
+    }
+
+    /// Its identifier, else the last part of its name: not a path, so that it is called the same wherever it lies.
+    #[must_use]
+    pub fn short_name(&self) -> String {
+        let id = self.header.as_ref().and_then(|header| header.id.clone());
+        id.or_else(|| {
+            let file_name = Path::new(&self.name).file_name()?;
+            Some(file_name.to_string_lossy().into_owned())
+        })
+        .unwrap_or_else(|| self.name.clone())
+    }
+
+    /// The gauges' resolution and calibration, as far as the session states them; a resolution that it does not is that of its readings.
+    ///
+    /// # Errors
+    /// For a resolution, uncertainty or coverage factor that cannot be.
+    pub fn gauges(&self) -> Result<Gauges, AnalysisError> {
+        let instruments = self.header.as_ref().map(|header| &header.instruments);
+        let terms = |record: Option<&InstrumentRecord>| match record {
+            Some(record) => {
+                GaugeTerms::new(record.resolution, record.expanded_uncertainty, record.k)
+            }
+            None => Ok(GaugeTerms::not_stated()),
+        };
+        let stated = Gauges {
+            force: terms(instruments.and_then(|i| i.force.as_ref()))?,
+            displacement: terms(instruments.and_then(|i| i.displacement.as_ref()))?,
+        };
+        Ok(stated.with_steps_of(&self.table.readings))
+    }
+
+    /// How the readings came about if nobody measured them.
+    #[must_use]
+    pub fn origin(&self) -> Option<String> {
+        let header = self
+            .header
+            .as_ref()
+            .and_then(|header| header.origin.clone());
+        self.table.origin.clone().or(header)
+    }
+
+    /// Stiffness of every pose and direction, with its uncertainty.
+    ///
+    /// # Errors
+    /// As [`Session::gauges`].
+    pub fn stiffness(&self, branches: Branches) -> Result<StiffnessTable, AnalysisError> {
+        Ok(stiffness_table(
+            &self.table.readings,
+            &self.gauges()?,
+            StiffnessOptions { branches },
+        ))
+    }
+
+    /// Warns of an overdue calibration, or refuses it.
+    fn check_calibration(&mut self, check: CalibrationCheck) -> Result<(), AnalysisError> {
+        let (CalibrationCheck::Warn(today) | CalibrationCheck::Refuse(today)) = check else {
+            return Ok(());
+        };
+        let instruments = self.header.as_ref().map(|header| &header.instruments);
+        let records = instruments.map(|i| {
+            [
+                ("force gauge", &i.force),
+                ("displacement gauge", &i.displacement),
+            ]
+        });
+        let overdue: Vec<String> = records
+            .into_iter()
+            .flatten()
+            .filter_map(|(what, record)| record.as_ref().map(|record| (what, record)))
+            .filter(|(_, record)| record.calibration_overdue(today) == Some(true))
+            .map(|(what, record)| {
+                format!(
+                    "{what} (due {})",
+                    record.due.map_or_else(String::new, |due| due.to_string())
+                )
+            })
+            .collect();
+        if overdue.is_empty() {
+            return Ok(());
+        }
+        let instruments = overdue.join(", ");
+        if matches!(check, CalibrationCheck::Refuse(_)) {
+            return Err(AnalysisError::CalibrationOverdue { instruments });
+        }
+        self.warnings
+            .push(format!("calibration overdue: {instruments}"));
+        Ok(())
+    }
+}

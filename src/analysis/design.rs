@@ -1,0 +1,180 @@
+//! What to measure: before a session what a procedure can show, after one what separates the laws that it left open.
+
+use crate::mismatch::{
+    DesignBench, DesignReport, Diagnosis, GaugeSteps, NextMeasurement, Observations,
+    ProposedMeasurement, RobotBaseline, USUAL_NOISE, Verdict, design_of_plan, next_measurements,
+    poses_at_hand,
+};
+use crate::parameters::ParameterChoice;
+use crate::procedure::{Pace, Procedure};
+use crate::readings::SessionHeader;
+use crate::robot::{Mechanism, Pose, Robot};
+use crate::test_point::PoseId;
+
+use super::error::AnalysisError;
+use super::model::ResolvedModel;
+use super::procedure::named_procedure;
+
+/// Steps of the gauges of a bench of which nothing is known yet: a dial gauge of 10 µm, a force gauge of a tenth of a newton.
+const USUAL_STEPS: GaugeSteps = GaugeSteps {
+    force_n: Some(0.1),
+    displacement_m: Some(1e-5),
+};
+
+/// What a procedure would show on a bench of which nothing is known yet: with the usual noise and a dial gauge of 10 µm.
+///
+/// # Arguments
+/// - `model`: robot and mechanism; the procedure's poses, else all that are named and can be measured.
+/// - `parameters`: which parameters of the model are free.
+/// - `seed`: of the simulated noise.
+///
+/// # Errors
+/// For poses that the robot does not have, or a procedure that shows nothing.
+pub fn design(
+    model: &ResolvedModel,
+    procedure: Procedure,
+    parameters: &ParameterChoice,
+    seed: u64,
+) -> Result<DesignReport, AnalysisError> {
+    let mechanism = model.mechanism()?;
+    let measured = procedure.poses.clone().unwrap_or_default();
+    let poses = poses_at_hand(&model.robot, mechanism, &model.factors, &measured);
+    let baseline = baseline(model, mechanism, &poses, parameters)?;
+    let procedure = Procedure {
+        poses: Some(procedure.poses.unwrap_or_else(|| poses.clone())),
+        ..procedure
+    };
+    usual_bench(&baseline, &poses, &procedure, seed)
+}
+
+fn usual_bench(
+    baseline: &RobotBaseline<'_>,
+    poses: &[PoseId],
+    procedure: &Procedure,
+    seed: u64,
+) -> Result<DesignReport, AnalysisError> {
+    let bench = DesignBench {
+        baseline,
+        poses,
+        parameters: None,
+        noise: USUAL_NOISE,
+        steps: USUAL_STEPS,
+        pace: Pace::default(),
+    };
+    Ok(design_of_plan(&bench, procedure, None, seed)?)
+}
+
+/// What a shipped procedure can show on a mechanism in its named poses, on a bench of which nothing is known yet.
+///
+/// # Errors
+/// For a mechanism or procedure that is not there, or a plan that shows nothing.
+pub fn usual_plan(
+    robot: &Robot,
+    mechanism: &str,
+    procedure: &str,
+    seed: u64,
+) -> Result<DesignReport, AnalysisError> {
+    let (procedure, _) = named_procedure(procedure)?;
+    let poses: Vec<PoseId> = robot.poses.iter().map(|named| named.id.clone()).collect();
+    let placed: Vec<Pose> = robot.poses.iter().map(|named| named.pose.clone()).collect();
+    let (_, factors) = robot.default_factors();
+    let mechanism = robot.mechanism(Some(mechanism))?;
+    let baseline = RobotBaseline::new(
+        robot,
+        mechanism,
+        factors,
+        placed,
+        &ParameterChoice::default(),
+    )?;
+    let procedure = Procedure {
+        poses: Some(poses.clone()),
+        ..procedure
+    };
+    usual_bench(&baseline, &poses, &procedure, seed)
+}
+
+/// Measurements proposed, and the procedures to be written beside them: file name and text.
+type Proposals = (Vec<NextMeasurement>, Vec<(String, String)>);
+
+/// Plans that separate what a diagnosis left open, with the procedures to be written beside it.
+pub(super) fn proposals(
+    model: &ResolvedModel,
+    header: Option<&SessionHeader>,
+    done: &Observations,
+    diagnosis: &Diagnosis,
+    parameters: &ParameterChoice,
+) -> Result<Proposals, AnalysisError> {
+    let open = diagnosis
+        .findings
+        .iter()
+        .any(|f| f.alternative_group.is_some());
+    if !open && diagnosis.verdict != Verdict::Unknown {
+        return Ok((Vec::new(), Vec::new()));
+    }
+    let mechanism = model.mechanism()?;
+    let poses = poses_at_hand(&model.robot, mechanism, &model.factors, &done.poses);
+    let baseline = baseline(model, mechanism, &poses, parameters)?;
+    let bench = DesignBench {
+        baseline: &baseline,
+        poses: &poses,
+        parameters: Some(&diagnosis.parameters),
+        noise: diagnosis.noise,
+        steps: done.steps,
+        pace: Pace::default(),
+    };
+    let record = header.and_then(|header| header.procedure.as_ref());
+    let base = record
+        .and_then(|record| Procedure::from_record(record).ok())
+        .unwrap_or_default();
+    let all = next_measurements(&bench, done, diagnosis, &base)?;
+    let mut files = Vec::new();
+    let next = all
+        .iter()
+        .map(|proposal| next_measurement(proposal, &mut files))
+        .collect();
+    Ok((next, files))
+}
+
+/// A proposal, its procedure among the files; the same procedure is written once.
+fn next_measurement(
+    proposal: &ProposedMeasurement,
+    files: &mut Vec<(String, String)>,
+) -> NextMeasurement {
+    let file = proposal.procedure.as_ref().map(|procedure| {
+        let text = procedure.to_toml();
+        if let Some((name, _)) = files.iter().find(|(_, written)| *written == text) {
+            return name.clone();
+        }
+        let name = format!("next-{}.toml", files.len() + 1);
+        files.push((name.clone(), text));
+        name
+    });
+    NextMeasurement {
+        plan: proposal.plan.clone(),
+        separates: proposal.separates.clone(),
+        expected_log_lr: proposal.expected_log_lr,
+        minutes: proposal.minutes,
+        file,
+    }
+}
+
+/// The beam model of a resolved model in these poses.
+pub(super) fn baseline<'a>(
+    model: &'a ResolvedModel,
+    mechanism: &Mechanism,
+    poses: &[PoseId],
+    parameters: &ParameterChoice,
+) -> Result<RobotBaseline<'a>, AnalysisError> {
+    let placed = poses
+        .iter()
+        .map(|pose| model.robot.pose(pose).cloned())
+        .collect::<Result<Vec<Pose>, _>>()?;
+    let factors = model.factors.clone();
+    Ok(RobotBaseline::new(
+        &model.robot,
+        mechanism,
+        factors,
+        placed,
+        parameters,
+    )?)
+}

@@ -1,0 +1,205 @@
+//! Diagnoses: what the model leaves out.
+
+use crate::mismatch::{
+    Baseline, BaselineParameter, CriticalValues, Diagnosis, EstimatedNoise, KnownNoise, Located,
+    NextMeasurement, Observations, RobotBaseline, SearchOptions, Trace, diagnose_and_locate,
+    given_noise, trace,
+};
+use crate::parameters::ParameterChoice;
+use crate::physics::Law;
+use crate::robot::FittingFactors;
+
+use super::data::Session;
+use super::design::{baseline, proposals};
+use super::earlier::{EarlierSession, MeasuredNoise, pooled_noise};
+use super::error::AnalysisError;
+use super::model::ResolvedModel;
+
+/// The scatter of the readings may exceed what the records state by this much before there is a warning.
+const RECORD_TOO_GOOD: f64 = 1.5;
+
+/// How a diagnosis searches.
+#[derive(Debug, Default)]
+pub struct DiagnoseSettings {
+    /// Which parameters of the model are free beside every candidate.
+    pub parameters: ParameterChoice,
+    /// Laws that the search leaves out.
+    pub without: Vec<Law>,
+    /// Seed of the simulated noise from which the critical values come.
+    pub seed: u64,
+    /// Where the noise of single readings comes from.
+    pub noise: NoiseSource,
+}
+
+/// Where the noise of single readings comes from.
+#[derive(Debug, Default)]
+pub enum NoiseSource {
+    /// The readings.
+    #[default]
+    Readings,
+    /// The records of the instruments: step of the displacement gauge and spread when settled.
+    Records,
+    /// The readings, together with those of earlier sessions on the same bench, each as [`noise_of`](super::noise_of) has it.
+    EarlierSessions(Vec<MeasuredNoise>),
+}
+
+/// Where the noise of a diagnosis came from.
+#[derive(Debug, Clone, PartialEq)]
+pub enum NoiseOrigin {
+    /// The readings.
+    Readings,
+    /// The readings, but for that of single ones, which the records of the instruments give.
+    Records,
+    /// The readings, together with those of earlier sessions on the same bench.
+    EarlierSessions(Vec<EarlierSession>),
+}
+
+/// A diagnosis with everything that is reported beside it.
+#[derive(Debug, Clone)]
+pub struct DiagnosisReport {
+    /// What the data are called.
+    pub data: String,
+    /// Name of the robot.
+    pub robot: String,
+    /// Name of the mechanism.
+    pub mechanism: String,
+    /// Name of the factor set that the search started from.
+    pub factors: String,
+    /// The diagnosis.
+    pub diagnosis: Diagnosis,
+    /// Its critical values.
+    pub limits: CriticalValues,
+    /// Factors of the baseline, their values as logarithms.
+    pub parameters: Vec<BaselineParameter>,
+    /// The factors with what was found.
+    pub fitted_factors: FittingFactors,
+    /// The readings.
+    pub observations: Observations,
+    /// Where the model without effects fails, and what carries it.
+    pub located: Located,
+    /// What the models say of every reading.
+    pub trace: Trace,
+    /// Plans that would separate what is open.
+    pub next: Vec<NextMeasurement>,
+    /// The procedures of these plans: file name and text (TOML).
+    pub procedures: Vec<(String, String)>,
+    /// Laws that the search left out.
+    pub without: Vec<Law>,
+    /// Where the noise comes from.
+    pub noise_origin: NoiseOrigin,
+    /// Seed of the simulated noise.
+    pub seed: u64,
+    /// What a user should know, beside the warnings of session and model.
+    pub warnings: Vec<String>,
+}
+
+/// Finds what a model leaves out of the readings of a session.
+///
+/// # Arguments
+/// - `model`: without physics beside the beams: known physics is found again, and what is missing beside it too.
+/// - `step`: called after each of three steps: read, search, judge.
+///
+/// # Errors
+/// For a model with physics, records without the step of the gauge, an earlier session that is this one, and readings that no search
+/// can begin with.
+pub fn diagnose(
+    session: &Session,
+    model: &ResolvedModel,
+    options: DiagnoseSettings,
+    step: &dyn Fn(),
+) -> Result<DiagnosisReport, AnalysisError> {
+    refuse_known_physics(model)?;
+    let observations = Observations::new(&session.table, session.header.as_ref());
+    let parameters = &options.parameters;
+    let baseline = baseline(model, model.mechanism()?, &observations.poses, parameters)?;
+    step();
+    let mut warnings = Vec::new();
+    let mut search = SearchOptions {
+        noise: KnownNoise::Nothing,
+        seed: options.seed,
+        without: options.without,
+    };
+    let (known, noise_origin) = match options.noise {
+        NoiseSource::Readings => (KnownNoise::Nothing, NoiseOrigin::Readings),
+        NoiseSource::Records => {
+            let noise = recorded_noise(&baseline, &observations, session, &mut warnings)?;
+            (KnownNoise::Given(noise), NoiseOrigin::Records)
+        }
+        NoiseSource::EarlierSessions(others) => {
+            let own = (&baseline as &dyn Baseline, &observations, &search);
+            let (known, sessions) = pooled_noise(session, own, others, &mut warnings)?;
+            (known, NoiseOrigin::EarlierSessions(sessions))
+        }
+    };
+    search.noise = known;
+    let (diagnosis, limits, located) = diagnose_and_locate(&baseline, &observations, &search)?;
+    step();
+    let trace = trace(&baseline, &observations, &diagnosis)?;
+    let header = session.header.as_ref();
+    let (next, procedures) = proposals(model, header, &observations, &diagnosis, parameters)?;
+    step();
+    Ok(DiagnosisReport {
+        data: session.short_name(),
+        robot: model.robot.name.clone(),
+        mechanism: model.mechanism.clone(),
+        factors: model.factors_name.clone(),
+        fitted_factors: baseline.factors(&diagnosis.parameters),
+        diagnosis,
+        limits,
+        parameters: baseline.parameters().to_vec(),
+        observations,
+        located,
+        trace,
+        next,
+        procedures,
+        without: search.without,
+        noise_origin,
+        seed: search.seed,
+        warnings,
+    })
+}
+
+/// The search begins with the beams alone; physics that is known already would be found again, or hidden.
+fn refuse_known_physics(model: &ResolvedModel) -> Result<(), AnalysisError> {
+    if model.physics.effects.is_empty() {
+        return Ok(());
+    }
+    Err(AnalysisError::Argument {
+        argument: "--model and --effect".to_owned(),
+        problem: "diagnose searches from the beams alone, without physics that is known already"
+            .to_owned(),
+        help: Some(
+            "leave them out: known physics is found again, and what is missing beside it too"
+                .to_owned(),
+        ),
+    })
+}
+
+/// The noise, its part of single readings from the records of the instruments.
+fn recorded_noise(
+    baseline: &RobotBaseline<'_>,
+    observations: &Observations,
+    session: &Session,
+    warnings: &mut Vec<String>,
+) -> Result<EstimatedNoise, AnalysisError> {
+    let Some(step_m) = observations.steps.displacement_m else {
+        return Err(AnalysisError::NoResolution {
+            data: session.name.clone(),
+        });
+    };
+    let header = session.header.as_ref();
+    let procedure = header.and_then(|header| header.procedure.as_ref());
+    let spread_m = procedure.and_then(|procedure| procedure.settle.spread_m);
+    // A step, and a spread within which readings count as settled, are widths: anything within is as likely.
+    let sd_m = step_m.hypot(spread_m.unwrap_or(0.0)) / 12f64.sqrt();
+    let given = given_noise(baseline, observations, sd_m)?;
+    if given.seen_sd_m > RECORD_TOO_GOOD * sd_m {
+        warnings.push(format!(
+            "single readings scatter with {:.2} um, the records of the instruments allow {:.2} um: scatter that the records do not know of \
+             is taken for missing physics; --noise estimated does not do that",
+            given.seen_sd_m * 1e6,
+            sd_m * 1e6
+        ));
+    }
+    Ok(given.noise)
+}

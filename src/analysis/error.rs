@@ -1,0 +1,193 @@
+//! What can be wrong with files, models and options before a result.
+
+use std::path::PathBuf;
+
+use crate::fit::{FitError, StiffnessListError};
+use crate::mismatch::MismatchError;
+use crate::physics::{EffectError, ModelFileError};
+use crate::procedure::ProcedureError;
+use crate::readings::{ReadingsError, SessionFileError};
+use crate::robot::RobotError;
+use crate::stiffness::StiffnessError;
+
+use super::files::ReadError;
+
+/// Errors of the way from files to results.
+#[derive(Debug, thiserror::Error, miette::Diagnostic)]
+pub enum AnalysisError {
+    /// Neither a file nor a folder nor a shipped name.
+    #[error("{path}: there is no such file or folder")]
+    #[diagnostic(code(stiffbench::input::not_found))]
+    NotFound {
+        /// What the user named.
+        path: PathBuf,
+        /// What could be meant.
+        #[help]
+        help: String,
+    },
+    /// A folder that is no session.
+    #[error("{path} holds no readings.csv")]
+    #[diagnostic(
+        code(stiffbench::input::no_session),
+        help(
+            "a session is a folder with readings.csv in it; a readings file may also be named itself"
+        )
+    )]
+    NoSession {
+        /// The folder.
+        path: PathBuf,
+    },
+    /// A table that no longer holds what the journal holds.
+    #[error("{path} was changed after the session: {changes}")]
+    #[diagnostic(
+        code(stiffbench::input::changed),
+        help(
+            "stiffbench session recover FOLDER --out NEW writes the table anew from the journal; --trust-csv uses it as it is, and every result \
+             says so"
+        )
+    )]
+    Changed {
+        /// The table.
+        path: PathBuf,
+        /// What was changed.
+        changes: String,
+    },
+    /// Data that need a model, and no robot is named.
+    #[error("no robot: neither --robot nor a session.toml beside the data names one")]
+    #[diagnostic(code(stiffbench::usage::no_robot))]
+    NoRobot {
+        /// What to add.
+        #[help]
+        help: String,
+    },
+    /// A robot file that is not the session's.
+    #[error("{robot} is not the robot file the session was measured with: its SHA-256 differs")]
+    #[diagnostic(
+        code(stiffbench::robot::other_file),
+        help("put the file of the session back, or name the robot that is meant with --robot")
+    )]
+    OtherRobot {
+        /// The file.
+        robot: String,
+    },
+    /// A session or model that names a robot which is not there.
+    #[error(
+        "{file} names the robot {robot}, and there is no such file beside it and no shipped robot of that name"
+    )]
+    #[diagnostic(
+        code(stiffbench::session_file::robot),
+        help("put the robot file beside it, or name another with --robot")
+    )]
+    NamedRobot {
+        /// The session's header, or the model.
+        file: PathBuf,
+        /// The robot as it stands there.
+        robot: String,
+    },
+    /// A factor file that is not one.
+    #[error("{file} is no factor set: {problem}")]
+    #[diagnostic(
+        code(stiffbench::robot::factor_file),
+        help(
+            "write two tables: beam = {{ A = 1.0, Iy = 1.0, Iz = 1.0, J = 1.0 }} and the same for link"
+        )
+    )]
+    Factors {
+        /// The file.
+        file: String,
+        /// What is wrong with it.
+        problem: String,
+    },
+    /// Data without readings where readings are needed.
+    #[error("{data} holds stiffness values, not readings: {needs} needs readings")]
+    #[diagnostic(
+        code(stiffbench::usage::needs_readings),
+        help("give a session folder or a readings file")
+    )]
+    NeedsReadings {
+        /// The data.
+        data: String,
+        /// What needs readings.
+        needs: &'static str,
+    },
+    /// Records that do not say what the noise of a reading is.
+    #[error(
+        "{data}: --noise records needs the step of the displacement gauge, and no record states it"
+    )]
+    #[diagnostic(
+        code(stiffbench::session_file::no_resolution),
+        help(
+            "put resolution_um under [instruments.displacement] of session.toml, or take the noise from the readings (--noise estimated)"
+        )
+    )]
+    NoResolution {
+        /// The data.
+        data: String,
+    },
+    /// Overdue calibration under --strict.
+    #[error("calibration overdue: {instruments}")]
+    #[diagnostic(
+        code(stiffbench::calibration::overdue),
+        help("have the gauge calibrated, or leave out --strict and accept a warning")
+    )]
+    CalibrationOverdue {
+        /// Which gauges, since when.
+        instruments: String,
+    },
+    /// An option with a value that cannot be. It bears the name of the command line.
+    #[error("{argument}: {problem}")]
+    #[diagnostic(code(stiffbench::usage::argument))]
+    Argument {
+        /// The option and its value.
+        argument: String,
+        /// What is wrong with it.
+        problem: String,
+        /// What to write instead.
+        #[help]
+        help: Option<String>,
+    },
+    /// A file that cannot be read.
+    #[error(transparent)]
+    #[diagnostic(transparent)]
+    Read(#[from] ReadError),
+    /// A table of readings.
+    #[error(transparent)]
+    #[diagnostic(transparent)]
+    Readings(#[from] ReadingsError),
+    /// A `session.toml`.
+    #[error(transparent)]
+    #[diagnostic(transparent)]
+    SessionFile(#[from] SessionFileError),
+    /// A list of stiffness values.
+    #[error(transparent)]
+    #[diagnostic(transparent)]
+    StiffnessList(#[from] StiffnessListError),
+    /// A record of a gauge.
+    #[error(transparent)]
+    #[diagnostic(transparent)]
+    Gauges(#[from] StiffnessError),
+    /// A robot, mechanism or pose.
+    #[error(transparent)]
+    #[diagnostic(transparent)]
+    Robot(#[from] RobotError),
+    /// A model file.
+    #[error(transparent)]
+    #[diagnostic(transparent)]
+    ModelFile(#[from] ModelFileError),
+    /// An effect beside the beams.
+    #[error(transparent)]
+    #[diagnostic(transparent)]
+    Effect(#[from] EffectError),
+    /// A procedure.
+    #[error(transparent)]
+    #[diagnostic(transparent)]
+    Procedure(#[from] ProcedureError),
+    /// A fit.
+    #[error(transparent)]
+    #[diagnostic(transparent)]
+    Fit(#[from] FitError),
+    /// A diagnosis.
+    #[error(transparent)]
+    #[diagnostic(transparent)]
+    Mismatch(#[from] MismatchError),
+}

@@ -1,0 +1,345 @@
+//! Fits of the model's factors to data.
+
+use crate::fit::{
+    FitOptions, FitOutcome, FitProblem, FixedPhysics, MeasuredStiffness, MonteCarloSettings,
+    PaperFit, PaperOptions, PaperSource, bootstrap_cells, find_lower_minimum, fit_cells,
+    follow_paper,
+};
+use crate::least_squares::{BootstrapSettings, SearchSettings, SigmaMode};
+use crate::nearest::nearest;
+use crate::parameters::ParameterChoice;
+use crate::robot::{FittingFactors, RobotError};
+use crate::stiffness::{Branches, Method, StiffnessTable};
+use crate::test_point::PoseId;
+
+use super::data::{Data, Session, is_shipped_list};
+use super::error::AnalysisError;
+use super::inputs::Inputs;
+use super::model::{ModelChoice, ResolvedModel, no_robot, resolve};
+use super::plausible::doubts_about_stiffness;
+
+/// Data ready to be fitted.
+#[derive(Debug)]
+pub struct FitData {
+    /// Robot, mechanism, factors.
+    pub model: ResolvedModel,
+    /// Stiffness of the cells (a cell is a pose and a direction).
+    pub measured: MeasuredStiffness,
+    /// What acts beside the beams.
+    pub physics: Option<FixedPhysics>,
+    /// The readings behind it with their stiffness, if there are any.
+    pub session: Option<(Box<Session>, StiffnessTable)>,
+    /// What a user should know of the data and the model.
+    pub warnings: Vec<String>,
+    /// Data, robot, mechanism and factors.
+    pub inputs: Inputs,
+}
+
+/// How factors are fitted by least squares.
+#[derive(Debug, Clone, Default)]
+pub struct FitSettings {
+    /// Names of the poses to fit; the others are held out. `None`: all, judged by leaving each out in turn.
+    pub train: Option<Vec<String>>,
+    /// Which parameters may move, and how far.
+    pub choice: ParameterChoice,
+    /// Where the standard deviation of the residuals comes from; `None`: from the data's uncertainties if they have any.
+    pub sigma: Option<SigmaMode>,
+    /// Replicates of the bootstrap over runs, which needs readings; 0: none.
+    pub bootstrap: usize,
+    /// Look for a lower minimum with a particle swarm and a simplex.
+    pub global_search: bool,
+    /// Seed of everything random.
+    pub seed: u64,
+}
+
+/// How factors are fitted by the nine steps of the paper.
+#[derive(Debug, Clone, Default)]
+pub struct PaperFitSettings {
+    /// Names of the poses to fit; `None`: all.
+    pub train: Option<Vec<String>>,
+    /// Weights of the training poses in their order; `None`: equal ones.
+    pub weights: Option<Vec<f64>>,
+    /// Reference stiffness of the single-source steps; `None`: the robot's factors `s_fsd`, else `unit`, are given.
+    pub reference: Option<MeasuredStiffness>,
+    /// Seed of the Monte Carlo trials.
+    pub seed: u64,
+}
+
+impl FitData {
+    /// Resolves the model of data and reduces readings to stiffness: loading branches, by `method`.
+    ///
+    /// # Errors
+    /// For a model that [`resolve`] refuses, values without a named robot, and poses that the robot does not have.
+    pub fn new(data: Data, choice: &ModelChoice, method: Method) -> Result<Self, AnalysisError> {
+        match data {
+            Data::Stiffness {
+                measured,
+                name,
+                sha256,
+            } => Self::of_values(measured, (&name, &sha256), choice, method),
+            Data::Readings(session) => Self::of_readings(session, choice, method),
+        }
+    }
+
+    fn of_values(
+        measured: MeasuredStiffness,
+        (name, sha256): (&str, &str),
+        choice: &ModelChoice,
+        method: Method,
+    ) -> Result<Self, AnalysisError> {
+        if choice.robot.is_none() && choice.model.is_none() && !is_shipped_list(name) {
+            return Err(no_robot());
+        }
+        let model = resolve(choice, None)?;
+        for cell in &measured.cells {
+            model.robot.pose(&cell.cell.pose)?;
+        }
+        let mut warnings = vec![format!(
+            "{name} holds stiffness values without readings: what only readings show cannot be tested"
+        )];
+        let physics = fixed_physics(&model, method);
+        if physics.is_some() {
+            warnings.push("without readings the loads behind the stiffness values are not known: laws that are not linear act as under the paper's, 10 to 70 N".to_owned());
+        }
+        Ok(Self {
+            inputs: Inputs::default().with_list(name, sha256).with_model(&model),
+            model,
+            measured,
+            physics,
+            session: None,
+            warnings,
+        })
+    }
+
+    fn of_readings(
+        session: Box<Session>,
+        choice: &ModelChoice,
+        method: Method,
+    ) -> Result<Self, AnalysisError> {
+        let model = resolve(choice, Some(&session))?;
+        let table = session.stiffness(Branches::LoadingOnly)?;
+        let measured = MeasuredStiffness::from_table(&table, method);
+        let mut warnings = session.warnings.clone();
+        warnings.extend(model.warnings.iter().cloned());
+        warnings.extend(
+            measured
+                .unusable
+                .iter()
+                .map(|(cell, reason)| format!("{cell} takes no part in the fit: {reason}")),
+        );
+        warnings.extend(doubts_about_stiffness(&table));
+        let flags: usize = table.cells.iter().map(|cell| cell.flags.len()).sum();
+        if flags > 0 {
+            warnings.push(format!("{flags} flag(s) on the readings; `stiffbench stiffness` prints them. Nothing was removed."));
+        }
+        let physics = fixed_physics(&model, method)
+            .map(|physics| physics.under(&session.table, session.header.as_ref()));
+        Ok(Self {
+            inputs: Inputs::default().with_session(&session).with_model(&model),
+            model,
+            measured,
+            physics,
+            session: Some((session, table)),
+            warnings,
+        })
+    }
+
+    /// The problem of a fit to all cells.
+    ///
+    /// # Errors
+    /// If the robot was changed and lacks the mechanism.
+    pub fn problem(&self) -> Result<FitProblem<'_>, RobotError> {
+        Ok(FitProblem {
+            robot: &self.model.robot,
+            mechanism: self.model.mechanism()?,
+            measured: &self.measured,
+            start: &self.model.factors,
+            physics: self.physics.as_ref(),
+        })
+    }
+
+    /// Fits the factors to all training cells at once by least squares.
+    ///
+    /// # Arguments
+    /// - `refitted`: called after each replicate of the bootstrap.
+    ///
+    /// # Errors
+    /// For training poses that the data do not have, data without what the settings need, and a fit that is impossible.
+    pub fn fit(
+        &self,
+        settings: &FitSettings,
+        refitted: &(dyn Fn() + Sync),
+    ) -> Result<FitOutcome, AnalysisError> {
+        let problem = self.problem()?;
+        let train = self.training(settings.train.as_deref())?;
+        if settings.sigma == Some(SigmaMode::Known) && !self.measured.has_uncertainties() {
+            return Err(AnalysisError::Argument {
+                argument: "--sigma known".to_owned(),
+                problem: "the data state no uncertainty of the stiffnesses".to_owned(),
+                help: Some(
+                    "give readings with repeats or a column u_N_per_um, or use --sigma estimated"
+                        .to_owned(),
+                ),
+            });
+        }
+        let options = FitOptions {
+            train,
+            choice: settings.choice.clone(),
+            sigma: settings.sigma,
+        };
+        let mut outcome = fit_cells(&problem, &options)?;
+        let in_training = |pose: &PoseId| {
+            let train = options.train.as_ref();
+            train.is_none_or(|train| train.contains(pose))
+        };
+        let training = self.measured.select(|cell| in_training(&cell.pose));
+        let trained = FitProblem {
+            measured: &training,
+            ..problem
+        };
+        if settings.bootstrap > 0 {
+            self.bootstrap(&trained, settings, &mut outcome, refitted)?;
+        }
+        if settings.global_search {
+            let search = SearchSettings {
+                seed: settings.seed,
+                ..SearchSettings::default()
+            };
+            let lower = find_lower_minimum(&trained, &options.choice, &search)?;
+            outcome.warnings.push(match lower {
+                Some(factors) => format!(
+                    "a better fit exists: {}",
+                    factors.to_toml().replace('\n', " ")
+                ),
+                None => "swarm and simplex found no better fit within the bounds".to_owned(),
+            });
+        }
+        Ok(outcome)
+    }
+
+    /// Adds the bootstrap intervals to a fit.
+    fn bootstrap(
+        &self,
+        trained: &FitProblem<'_>,
+        settings: &FitSettings,
+        outcome: &mut FitOutcome,
+        refitted: &(dyn Fn() + Sync),
+    ) -> Result<(), AnalysisError> {
+        let Some((_, table)) = &self.session else {
+            return Err(AnalysisError::NeedsReadings {
+                data: self.inputs.data_name().to_owned(),
+                needs: "--bootstrap",
+            });
+        };
+        let bootstrap = BootstrapSettings {
+            replicates: settings.bootstrap,
+            seed: settings.seed,
+        };
+        let (fitted, choice) = (&outcome.factors, &settings.choice);
+        let found = bootstrap_cells(trained, fitted, table, choice, &bootstrap, refitted)?;
+        for (estimate, interval) in outcome.estimates.iter_mut().zip(found.intervals_95) {
+            let holds = |[lower, upper]: &[f64; 2]| (*lower..=*upper).contains(&estimate.value);
+            estimate.bootstrap_interval_95 = interval.filter(holds);
+            if let Some([lower, upper]) = interval.filter(|interval| !holds(interval)) {
+                outcome.warnings.push(format!(
+                    "{}: refits to runs drawn again lie from {lower:.4} to {upper:.4}, which does not hold the estimate {:.4}: no bootstrap interval is given",
+                    estimate.name, estimate.value
+                ));
+            }
+        }
+        if found.failed > 0 {
+            outcome.warnings.push(format!(
+                "{} of {} refits of the bootstrap failed; its intervals are optimistic",
+                found.failed, settings.bootstrap
+            ));
+        }
+        Ok(())
+    }
+
+    /// Fits the factors by the nine steps of the paper.
+    ///
+    /// # Errors
+    /// For training poses that the data do not have, weights that do not match them, and a fit that is impossible.
+    pub fn fit_as_paper(&self, settings: &PaperFitSettings) -> Result<PaperFit, AnalysisError> {
+        let poses = self.training(settings.train.as_deref())?;
+        let poses = poses.unwrap_or_else(|| {
+            let mut poses: Vec<PoseId> = Vec::new();
+            for cell in &self.measured.cells {
+                if !poses.contains(&cell.cell.pose) {
+                    poses.push(cell.cell.pose.clone());
+                }
+            }
+            poses
+        });
+        let weights = settings.weights.clone();
+        let weights = weights.unwrap_or_else(|| vec![1.0; poses.len()]);
+        if weights.len() != poses.len() {
+            return Err(AnalysisError::Argument {
+                argument: "--weights".to_owned(),
+                problem: format!(
+                    "{} weights for {} training poses",
+                    weights.len(),
+                    poses.len()
+                ),
+                help: Some("give one weight a pose, in the order of --train".to_owned()),
+            });
+        }
+        let source = match (&settings.reference, self.model.robot.factors.get("s_fsd")) {
+            (Some(reference), _) => PaperSource::Reference(reference.clone()),
+            (None, Some(factors)) => PaperSource::Given("s_fsd".to_owned(), factors.clone()),
+            (None, None) => PaperSource::Given("unit".to_owned(), FittingFactors::UNIT),
+        };
+        let options = PaperOptions {
+            poses: poses.into_iter().zip(weights).collect(),
+            source,
+            trials: MonteCarloSettings {
+                seed: settings.seed,
+                ..MonteCarloSettings::default()
+            },
+        };
+        Ok(follow_paper(
+            &self.model.robot,
+            self.model.mechanism()?,
+            &self.measured,
+            self.physics.as_ref(),
+            &options,
+        )?)
+    }
+
+    /// The training poses, each of which the data must have.
+    fn training(&self, names: Option<&[String]>) -> Result<Option<Vec<PoseId>>, AnalysisError> {
+        let Some(names) = names else { return Ok(None) };
+        let measured = self.measured.cells.iter().map(|cell| &cell.cell);
+        let unusable = self.measured.unusable.iter().map(|(cell, _)| cell);
+        let mut known: Vec<&str> = Vec::new();
+        for cell in measured.chain(unusable) {
+            if !known.contains(&cell.pose.as_str()) {
+                known.push(cell.pose.as_str());
+            }
+        }
+        let wrong = |name: &str, problem: String, help| AnalysisError::Argument {
+            argument: format!("--train {name}"),
+            problem,
+            help,
+        };
+        for (place, name) in names.iter().enumerate() {
+            if !known.contains(&name.as_str()) {
+                let problem = format!("the data have no such pose; they have {}", known.join(", "));
+                let help = nearest(name, known.iter().copied());
+                let help = help.map(|near| format!("did you mean {near}?"));
+                return Err(wrong(name, problem, help));
+            }
+            if names[..place].contains(name) {
+                return Err(wrong(name, "it is named twice".to_owned(), None));
+            }
+        }
+        Ok(Some(names.iter().map(|name| PoseId::new(name)).collect()))
+    }
+}
+
+/// The physics beside the beams for a fit or prediction by `method`, if there is any.
+#[must_use]
+pub fn fixed_physics(model: &ResolvedModel, method: Method) -> Option<FixedPhysics> {
+    let acting = Some(&model.physics).filter(|acting| !acting.effects.is_empty())?;
+    Some(FixedPhysics::new(acting.clone(), method))
+}

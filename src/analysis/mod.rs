@@ -1,0 +1,47 @@
+//! From files to results: opens sessions, resolves models, fits and diagnoses. The commands of the program call the same functions.
+//!
+//! ```no_run
+//! use std::path::Path;
+//! use stiffbench::analysis::{
+//!     Data, DiagnoseSettings, FitData, FitSettings, ModelChoice, OpenSettings, Session, diagnose, resolve,
+//! };
+//! use stiffbench::stiffness::{Branches, Method};
+//!
+//! # fn main() -> Result<(), stiffbench::analysis::AnalysisError> {
+//! let session = Session::open(Path::new("my-session"), &OpenSettings::default())?;
+//! let table = session.stiffness(Branches::LoadingOnly)?;
+//! let model = resolve(&ModelChoice::default(), Some(&session))?;
+//! let diagnosis = diagnose(&session, &model, DiagnoseSettings::default(), &|| ())?;
+//! let data = FitData::new(Data::Readings(Box::new(session)), &ModelChoice::default(), Method::Regression)?;
+//! let fit = data.fit(&FitSettings::default(), &|| ())?;
+//! # Ok(())
+//! # }
+//! ```
+
+mod data;
+mod design;
+mod diagnose;
+mod earlier;
+mod error;
+mod files;
+mod fit;
+mod hash;
+mod inputs;
+mod integrity;
+mod model;
+mod plausible;
+mod procedure;
+
+pub use data::{CalibrationCheck, Data, OpenSettings, Session};
+pub use design::{design, usual_plan};
+pub use diagnose::{DiagnoseSettings, DiagnosisReport, NoiseOrigin, NoiseSource, diagnose};
+pub use earlier::{EarlierSession, MeasuredNoise, noise_of};
+pub use error::AnalysisError;
+pub use files::{ReadError, read_bytes, read_text};
+pub use fit::{FitData, FitSettings, PaperFitSettings, fixed_physics};
+pub use hash::sha256;
+pub use inputs::Inputs;
+pub use integrity::{Differences, JournalCheck, TableCheck, compare_with_journal, shortened};
+pub use model::{ModelChoice, ResolvedModel, laws, resolve, robot_source};
+pub use plausible::{doubts_about_fit, doubts_about_stiffness};
+pub use procedure::named_procedure;

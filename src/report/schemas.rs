@@ -1,0 +1,56 @@
+//! The JSON schemas of results.
+
+use schemars::generate::SchemaSettings;
+use schemars::{JsonSchema, Schema};
+
+use crate::stiffness::StiffnessTable;
+
+use super::{
+    BindingReport, ComparisonReport, ComplianceReport, DecodeReport, DesignSummary,
+    EmulationReport, FigureReport, InstrumentList, InstrumentReport, InstrumentSummary,
+    JournalReport, MapResult, MobilityReport, PlanReport, PortList, ReadReport, RecordReport,
+    ReplayReport, RobotCheck, RobotReport, RunReport, ShardReport, SimulationReport, StatusReport,
+    TraceReport, TraceValues, VerifyReport, WorkspaceReport,
+};
+
+/// The schema of `data` of each kind of result, as far as the result is a struct.
+#[must_use]
+pub fn schemas() -> Vec<(&'static str, Schema)> {
+    vec![
+        ("compare", of::<ComparisonReport>()),
+        ("design", of::<DesignSummary>()),
+        ("emulate", of::<EmulationReport>()),
+        ("instrument", of::<InstrumentReport>()),
+        ("instrument-check", of::<InstrumentSummary>()),
+        ("instrument-decode", of::<DecodeReport>()),
+        ("instrument-list", of::<InstrumentList>()),
+        ("instrument-read", of::<ReadReport>()),
+        ("map", of::<MapResult>()),
+        ("map-shard", of::<ShardReport>()),
+        ("plot", of::<FigureReport>()),
+        ("port-binding", of::<BindingReport>()),
+        ("ports", of::<PortList>()),
+        ("robot", of::<RobotReport>()),
+        ("robot-check", of::<RobotCheck>()),
+        ("robot-compliance", of::<ComplianceReport>()),
+        ("robot-mobility", of::<MobilityReport>()),
+        ("robot-workspace", of::<WorkspaceReport>()),
+        ("session-plan", of::<PlanReport>()),
+        ("session-recover", of::<JournalReport>()),
+        ("session-run", of::<RunReport>()),
+        ("session-status", of::<StatusReport>()),
+        ("session-verify", of::<VerifyReport>()),
+        ("simulate", of::<SimulationReport>()),
+        ("stiffness", of::<StiffnessTable>()),
+        ("trace", of::<TraceReport>()),
+        ("trace-decode", of::<TraceValues>()),
+        ("trace-record", of::<RecordReport>()),
+        ("trace-replay", of::<ReplayReport>()),
+    ]
+}
+
+/// The schema of what a type is written as.
+fn of<T: JsonSchema>() -> Schema {
+    let settings = SchemaSettings::draft2020_12().for_serialize();
+    settings.into_generator().into_root_schema_for::<T>()
+}

@@ -1,0 +1,231 @@
+//! Guided sessions for programs: plan, progress, integrity.
+
+use std::path::PathBuf;
+
+use schemars::JsonSchema;
+use serde::Serialize;
+
+use crate::session::{Outcome, PROMPTS, PlannedCell, SessionPlan};
+use crate::test_point::{Branch, Direction, PoseId};
+
+/// What a session will ask for.
+#[derive(Debug, Clone, Serialize, JsonSchema)]
+pub struct PlanReport {
+    /// Name of the procedure.
+    pub procedure: String,
+    /// Number of readings.
+    pub readings: usize,
+    /// Minutes that it takes.
+    pub minutes: f64,
+    /// The poses and directions in their order.
+    pub cells: Vec<PlannedCellReport>,
+    /// The questions that can come.
+    pub prompts: Vec<PromptReport>,
+    /// The files that a session makes.
+    pub files: Vec<&'static str>,
+}
+
+/// A pose and direction with its readings.
+#[derive(Debug, Clone, Serialize, JsonSchema)]
+pub struct PlannedCellReport {
+    /// The pose.
+    pub pose: PoseId,
+    /// The direction.
+    pub direction: Direction,
+    /// The readings in their order.
+    pub readings: Vec<PlannedReadingReport>,
+}
+
+/// A reading to be made.
+#[derive(Debug, Clone, Serialize, JsonSchema)]
+pub struct PlannedReadingReport {
+    /// Place in the load sequence, from 0.
+    pub step: u32,
+    /// The load to set, N.
+    #[serde(rename = "target_N")]
+    pub target_n: f64,
+    /// Loading or unloading.
+    pub branch: Branch,
+    /// Application of the sequence, from 1.
+    pub repeat: u32,
+    /// Seconds under the load of an extra reading.
+    pub hold_s: Option<f64>,
+    /// Whether the gauge is zeroed before.
+    pub zero_before: bool,
+}
+
+/// A question of a session.
+#[derive(Debug, Clone, Serialize, JsonSchema)]
+pub struct PromptReport {
+    /// Its identifier.
+    pub id: &'static str,
+    /// The form of its answer.
+    pub answer: &'static str,
+}
+
+impl PlanReport {
+    /// The plan of a session that takes so many seconds and makes these files.
+    #[must_use]
+    pub fn new(plan: &SessionPlan, seconds: f64, files: Vec<&'static str>) -> Self {
+        let prompts = PROMPTS.iter();
+        Self {
+            procedure: plan.procedure.name.clone(),
+            readings: plan.len(),
+            minutes: (seconds / 60.0).round(),
+            cells: plan.cells.iter().map(Into::into).collect(),
+            prompts: prompts
+                .map(|(id, answer)| PromptReport { id, answer })
+                .collect(),
+            files,
+        }
+    }
+}
+
+impl From<&PlannedCell> for PlannedCellReport {
+    fn from(cell: &PlannedCell) -> Self {
+        let readings = cell.readings.iter().map(|reading| PlannedReadingReport {
+            step: reading.step,
+            target_n: reading.target_n,
+            branch: reading.branch,
+            repeat: reading.repeat,
+            hold_s: reading.extra_hold_s,
+            zero_before: reading.zero_before,
+        });
+        Self {
+            pose: cell.pose.clone(),
+            direction: cell.direction,
+            readings: readings.collect(),
+        }
+    }
+}
+
+/// How a session ended, or that it has not.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum SessionOutcome {
+    /// Every planned reading was taken or skipped.
+    Complete,
+    /// Stopped at a safe point; it can be resumed.
+    Partial,
+    /// Stopped at once; it can be resumed.
+    Aborted,
+    /// No event says that it ended.
+    RunningOrCrashed,
+}
+
+impl From<Outcome> for SessionOutcome {
+    fn from(outcome: Outcome) -> Self {
+        match outcome {
+            Outcome::Complete => Self::Complete,
+            Outcome::Partial => Self::Partial,
+            Outcome::Aborted => Self::Aborted,
+        }
+    }
+}
+
+impl SessionOutcome {
+    /// In words.
+    #[must_use]
+    pub fn words(self) -> &'static str {
+        match self {
+            Self::Complete => "complete",
+            Self::Partial => "partial",
+            Self::Aborted => "aborted",
+            Self::RunningOrCrashed => "running or crashed",
+        }
+    }
+}
+
+/// Where a session stands.
+#[derive(Debug, Clone, Serialize, JsonSchema)]
+pub struct StatusReport {
+    /// Its folder.
+    pub folder: PathBuf,
+    /// Its identifier.
+    pub session: Option<String>,
+    /// How it ended.
+    pub outcome: SessionOutcome,
+    /// Readings planned.
+    pub planned: usize,
+    /// Readings that count.
+    pub accepted: usize,
+    /// Readings that were left out.
+    pub skipped: usize,
+    /// Readings that were replaced by others.
+    pub superseded: usize,
+    /// Minutes that the rest takes.
+    pub minutes_left: f64,
+    /// The next reading; `null` if there is none.
+    pub next: Option<NextReading>,
+}
+
+/// The reading that comes next.
+#[derive(Debug, Clone, Serialize, JsonSchema)]
+pub struct NextReading {
+    /// The pose.
+    pub pose: PoseId,
+    /// The direction.
+    pub direction: Direction,
+    /// The load to set, N.
+    #[serde(rename = "target_N")]
+    pub target_n: f64,
+    /// Application of the sequence, from 1.
+    pub repeat: u32,
+}
+
+/// What a run of a session came to.
+#[derive(Debug, Clone, Serialize, JsonSchema)]
+pub struct RunReport {
+    /// Its folder.
+    pub folder: PathBuf,
+    /// How it ended.
+    pub outcome: SessionOutcome,
+    /// Readings planned.
+    pub planned: usize,
+    /// Readings that count.
+    pub accepted: usize,
+    /// Readings that were left out.
+    pub skipped: usize,
+    /// Readings that were replaced by others.
+    pub superseded: usize,
+}
+
+/// The journal of a session, as far as it can be read.
+#[derive(Debug, Clone, Serialize, JsonSchema)]
+pub struct JournalReport {
+    /// Whether journal and table are whole.
+    pub whole: bool,
+    /// Number of events.
+    pub events: usize,
+    /// Number of readings.
+    pub readings: usize,
+    /// Number of readings that count.
+    pub accepted: usize,
+    /// Number of lines that are lost.
+    pub lost_lines: usize,
+    /// What is wrong with the journal, in words.
+    pub finding: String,
+}
+
+/// A session checked against its journal.
+#[derive(Debug, Clone, Serialize, JsonSchema)]
+pub struct VerifyReport {
+    /// Whether journal and table are whole, and the journal; only `whole` where there is no journal.
+    #[serde(flatten)]
+    pub journal: VerifiedJournal,
+    /// The table of readings.
+    pub table: crate::analysis::TableCheck,
+}
+
+/// The journal of a session that is checked.
+#[derive(Debug, Clone, Serialize, JsonSchema)]
+#[serde(untagged)]
+pub enum VerifiedJournal {
+    /// There is one.
+    Read(JournalReport),
+    /// There is none.
+    None {
+        /// Nothing contradicts the table.
+        whole: bool,
+    },
+}
