@@ -5,9 +5,7 @@ use stiffbench_units_and_text::test_point::Direction;
 
 use super::changes::LinearisedModel;
 use super::observations::Observations;
-
-/// A joint whose release would add more than this many times the compliance of the structure lies in no closed loop.
-const OPEN: f64 = 1e4;
+use crate::search::constants::{AFTER_A_JUMP, OPEN_LOOP};
 
 /// A law at a place.
 #[derive(Debug, Clone, PartialEq)]
@@ -268,7 +266,7 @@ fn joint_scale(
     if !(share.is_finite() && share > 0.0) {
         return None;
     }
-    let is_open = lever * lever > OPEN * compliance * stiffness.abs();
+    let is_open = lever * lever > OPEN_LOOP * compliance * stiffness.abs();
     Some(PlaceScale {
         compliance: 1.0 / share,
         moment_nm,
@@ -317,9 +315,6 @@ fn direction_scale(
         ..*session
     })
 }
-
-/// Readings that must follow a jump: with fewer it is an outlier.
-const AFTER_A_JUMP: usize = 2;
 
 /// Runs, from each step on at which something may have happened.
 fn runs(observations: &Observations) -> impl Iterator<Item = Place> + '_ {

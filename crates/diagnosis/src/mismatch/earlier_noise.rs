@@ -7,12 +7,7 @@ use stiffbench_numeric::statistics::f_upper_tail;
 
 use super::diagnosis::{Diagnosis, Verdict};
 use super::noise::ReadingNoise;
-
-/// Fewer degrees of freedom tell nothing of a variance.
-const FEWEST: f64 = 3.0;
-
-/// Sessions with a smaller chance to have the same noise are not pooled.
-const LEAST_CHANCE: f64 = 0.01;
+use crate::search::constants::{FEWEST_DOF, LEAST_CHANCE_OF_SAME_NOISE};
 
 /// The variances of earlier sessions, reading, zero and slope of a run, with their degrees of freedom; none where nothing is known.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -34,7 +29,7 @@ impl EarlierNoise {
     pub fn new(noise: &ReadingNoise, dof: [f64; 3]) -> Self {
         Self {
             variances: variances(noise),
-            dof: dof.map(|dof| if dof < FEWEST { 0.0 } else { dof }),
+            dof: dof.map(|dof| if dof < FEWEST_DOF { 0.0 } else { dof }),
         }
     }
 
@@ -88,7 +83,7 @@ impl EarlierNoise {
     /// Whether a session scatters as this one does, as far as the two can tell.
     #[must_use]
     pub fn is_like(&self, other: &Self) -> bool {
-        self.chance_of_the_same(other) >= LEAST_CHANCE
+        self.chance_of_the_same(other) >= LEAST_CHANCE_OF_SAME_NOISE
     }
 
     /// Minus twice the logarithm of the likelihood of a noise: each variance that was found is a multiple of a chi-squared one.

@@ -21,14 +21,11 @@ use super::observations::Observations;
 use super::problem::DiagnosisProblem;
 use super::search::SearchOptions;
 use crate::search::WhiteSpace;
-use crate::search::constants::STRONG_EVIDENCE;
+use crate::search::constants::{ABSORBED, STRONG_EVIDENCE};
 use crate::search::{distinguishable, log_bayes, norm};
 
 /// Sessions that share their products.
 const TOGETHER: usize = 64;
-
-/// Shorter vectors are all absorbed by the fit.
-const ABSORBED: f64 = 1e-6;
 
 /// All that is searched on one bench, ready for sessions whose noise is known.
 #[derive(Debug)]

@@ -15,11 +15,8 @@ use super::ranked::Ranked;
 use super::refit::{Model, Refit, WarmStart};
 use super::state::State;
 use crate::search::WhiteSpace;
-use crate::search::constants::HOPELESS;
+use crate::search::constants::{HOPELESS, INVISIBLE_MEMBER};
 use crate::search::{Evidence, dot};
-
-/// Squared length, in standard errors, below which the readings say nothing of a member: it may as well be loose.
-const INVISIBLE: f64 = 1e-6;
 
 impl DiagnosisProblem<'_> {
     /// What loose members would change in readings of the baseline, for the limits; the factors fitted again, exactly.
@@ -38,7 +35,7 @@ impl DiagnosisProblem<'_> {
                 saturation: 0.0,
                 held: None,
             };
-            (square > INVISIBLE).then(|| WhiteCandidate {
+            (square > INVISIBLE_MEMBER).then(|| WhiteCandidate {
                 candidate: Candidate {
                     law: change.effect.law,
                     place: change.effect.place.clone(),
@@ -168,7 +165,7 @@ impl DiagnosisProblem<'_> {
         }
         let place = fitted.model.effects.len() - 1;
         let (white, whole) = self.effect_vector(&mut predictor, &fitted.model, place, space)?;
-        if dot(&white, &white) <= INVISIBLE {
+        if dot(&white, &white) <= INVISIBLE_MEMBER {
             return Ok(None);
         }
         Ok(Some(Ranked {

@@ -13,7 +13,7 @@ use super::observations::{Observations, ObservedCell};
 use super::profiles::profiles;
 use super::stratum::Stratum;
 use crate::search::WhiteSpace;
-use crate::search::constants::ABSORBED_PATTERN;
+use crate::search::constants::{ABSORBED_PATTERN, ENOUGH_FOR_A_RHYTHM, FREQUENCIES};
 use crate::search::{Batched, ScoreEngine, dot};
 
 /// The readings a pattern acts on.
@@ -139,12 +139,6 @@ fn in_readings(observations: &Observations, compliance: &[f64]) -> Vec<InReading
     out.extend(order_patterns(observations));
     out
 }
-
-/// Readings in a run from which on a rhythm in their order is looked for.
-const ENOUGH_FOR_A_RHYTHM: usize = 32;
-
-/// Most frequencies that are looked for.
-const FREQUENCIES: usize = 200;
 
 /// Sines and cosines of the place in the run: something that repeats itself with the readings.
 fn order_patterns(observations: &Observations) -> Vec<InReadings> {

@@ -7,12 +7,7 @@ use rand_distr::{Distribution, StandardNormal};
 use super::noise::NoiseCovariance;
 use super::observations::Observations;
 use crate::search::DrawResiduals;
-
-/// Share of the variance of a reading from which on the step of the gauge is what scatters.
-const COARSE: f64 = 0.5;
-
-/// A gauge that is finer in itself than this share of its step rounds every reading of a place alike.
-const FINEST: f64 = 0.05;
+use crate::search::constants::{COARSE, FINEST};
 
 /// Noise of a coarse gauge at the places where it stood.
 #[derive(Debug)]

@@ -14,18 +14,8 @@ use super::ranked::{Ranked, same};
 use super::search::{Chosen, Found, UnexplainedStructure};
 use super::state::State;
 use super::stratum::Stratum;
-use crate::search::constants::UNEXPLAINED_LEVEL;
+use crate::search::constants::{ENOUGH_OF_A_LINE, IDENTIFIED, RIVALS, UNEXPLAINED_LEVEL};
 use crate::search::{distinguishable, dot};
-
-/// Readings of a single line from which on what it leaves out is found together with what it could be: a drift of six standard errors in
-/// 95 % (`crates/diagnosis/tests/mismatch_specimens.rs`).
-const ENOUGH_OF_A_LINE: usize = 18;
-
-/// Rivals that are printed.
-const RIVALS: usize = 8;
-
-/// A factor whose interval spans more than this share of what was allowed beforehand is not identified by the data.
-const IDENTIFIED: f64 = 0.5;
 
 impl DiagnosisProblem<'_> {
     /// What a search found, as it is to be said.
