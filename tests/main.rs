@@ -18,3 +18,4 @@ mod session_crash;
 mod session_terminal;
 mod shipped;
 mod support;
+mod words;

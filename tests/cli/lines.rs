@@ -57,7 +57,7 @@ fn absent_busy_silent_and_wrong_are_told_apart() {
         20,
         "stiffbench::port::absent",
     );
-    assert_says(&error, &["gauge is not there", "stiffbench ports"]);
+    assert_says(&error, &["gauge does not exist", "stiffbench ports"]);
     desk.write("file", "");
     let error = desk.refusal(
         "instrument read mark10-series5 --port file",

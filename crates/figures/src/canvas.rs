@@ -1,8 +1,8 @@
 //! Drawing in pixels through the SVG backend of plotters.
 //!
 //! Decision. Only the backend of plotters is used, not its charts: those place labels by guessed text sizes and offer no legend
-//! outside the data. The backend knows whole numbers only, so everything is drawn in tenths of a pixel and the head of the file
-//! says so in its `viewBox`.
+//! outside the data. The backend takes whole numbers only, so everything is drawn in tenths of a pixel and the head of the file
+//! states it in its `viewBox`.
 
 use plotters::backend::{DrawingBackend, SVGBackend};
 use plotters::style::text_anchor::{HPos, Pos, VPos};

@@ -15,7 +15,7 @@ pub(super) const BAR_PX: f64 = 15.0;
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct ColourScale {
     pub(super) axis: Axis,
-    /// Least and greatest value that are told apart.
+    /// Least and greatest value that are distinguished.
     pub(super) range: [f64; 2],
     /// Part of it that the bar beside the panels shows.
     shown: [f64; 2],

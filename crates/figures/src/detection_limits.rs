@@ -32,7 +32,7 @@ pub struct DetectionLimit {
     pub law: String,
     /// Place, for example `A3`; empty for a law that has only one.
     pub place: String,
-    /// Largest change of a reading, m; `None` if the data cannot tell the effect at this place.
+    /// Largest change of a reading, m; `None` if the data cannot show the effect at this place.
     pub end_effect_m: Option<f64>,
 }
 
@@ -75,7 +75,7 @@ pub fn detection_limits(input: &DetectionLimits) -> Figure {
         ));
     }
     push_points(&mut panel, &rows);
-    // Where a row without points says so: in the middle of the axis.
+    // Where the note of a row without points is placed: in the middle of the axis.
     let middle = range.map_or(1.0, |[low, high]| (low * high).sqrt());
     panel.notes = rows
         .iter()
@@ -92,7 +92,7 @@ pub fn detection_limits(input: &DetectionLimits) -> Figure {
     }
 }
 
-/// Laws from the smallest effect to the largest; those that cannot be told anywhere come last.
+/// Laws from the smallest effect to the largest; those that cannot be determined anywhere come last.
 fn rows(input: &DetectionLimits) -> Vec<Row<'_>> {
     let mut rows: Vec<Row<'_>> = Vec::new();
     for limit in &input.limits {

@@ -1,4 +1,4 @@
-//! How strongly the data speak for each candidate physics.
+//! Evidence of the data for each candidate physics.
 
 use super::caption::{counted, if_any, joined};
 use super::figure::{Axis, Figure, Marks, Note, Panel, Placement, Polygon, Series, Style};
@@ -27,7 +27,7 @@ const HATCH_PX: f64 = 6.0;
 pub struct EvidenceBars {
     /// The candidates in any order.
     pub candidates: Vec<EvidenceCandidate>,
-    /// Difference of logarithms within which candidates that look alike are not told apart; those that look different are within less.
+    /// Difference of logarithms within which candidates that look alike are indistinguishable; those that look different are within less.
     pub alike_within: f64,
 }
 
@@ -90,7 +90,7 @@ impl Look {
     }
 }
 
-/// Where those that look alike are not told apart.
+/// Where those that look alike are indistinguishable.
 #[derive(Debug, Clone, Copy, PartialEq)]
 struct Band {
     best: f64,
@@ -103,7 +103,7 @@ impl Band {
     }
 }
 
-/// The figure: a bar for each candidate, the best at the top; in the pale band below the best those that look alike are not told apart.
+/// The figure: a bar for each candidate, the best at the top; in the pale band below the best those that look alike are indistinguishable.
 #[must_use]
 pub fn evidence_bars(input: &EvidenceBars) -> Figure {
     let mut candidates: Vec<&EvidenceCandidate> = input
@@ -167,7 +167,10 @@ fn panel(candidates: &[&EvidenceCandidate], band: Band) -> Panel {
     );
     if !candidates.is_empty() {
         panel.series.push(Series::labelled(
-            format!("within {} of the best: not told apart if alike", band.width),
+            format!(
+                "within {} of the best: indistinguishable if alike",
+                band.width
+            ),
             Style::new(Colour::FAINT, Marker::Square),
             Marks::Polygons(vec![Polygon {
                 corners: rectangle(
@@ -397,7 +400,7 @@ mod tests {
     #[test]
     fn the_band_reaches_five_below_the_best_possible_candidate() {
         let figure = evidence_bars(&input());
-        let band = bars(&figure, "within 5 of the best: not told apart if alike");
+        let band = bars(&figure, "within 5 of the best: indistinguishable if alike");
         let ends: Vec<f64> = band[0].corners.iter().map(|corner| corner[0]).collect();
         assert_eq!(ends, [36.0, 41.0, 41.0, 36.0]);
         assert_eq!(bars(&figure, "named")[0].corners[1], [41.0, 1.0 - HALF_BAR]);
@@ -446,7 +449,7 @@ mod tests {
             candidates: vec![candidate("creep", -2.5, Standing::Rival)],
             alike_within: 5.0,
         });
-        let band = bars(&figure, "within 5 of the best: not told apart if alike");
+        let band = bars(&figure, "within 5 of the best: indistinguishable if alike");
         assert_eq!(band[0].corners[0][0], -5.0);
         assert_eq!(band[0].corners[1][0], 0.0);
     }

@@ -37,7 +37,7 @@ pub enum FactorFate {
     Tied,
     /// Fitted, and ended at one of its bounds.
     AtBound,
-    /// The data do not tell it.
+    /// The data do not determine it.
     NotIdentified,
 }
 
@@ -63,7 +63,7 @@ impl FactorFate {
             Self::Fixed => ("held", Colour::GREY, Marker::Square),
             Self::Tied => ("tied to another", qualitative(2), Marker::Diamond),
             Self::AtBound => ("fitted, at its bound", qualitative(4), Marker::Triangle),
-            Self::NotIdentified => ("not told by the data", Colour::BLACK, Marker::Cross),
+            Self::NotIdentified => ("not determined by the data", Colour::BLACK, Marker::Cross),
         };
         (label, Style::new(colour, marker).marker_size(3.4))
     }
@@ -128,7 +128,7 @@ pub fn factor_intervals(input: &FactorIntervals) -> Figure {
         Some("Bars: 95 % intervals of the fitted factors.".to_owned()),
         if_any(
             apart,
-            "Where several bars stand beside each other, each of them is possible, and nothing between them.".to_owned(),
+            "Several bars beside each other are separate parts of one interval; values between them are excluded.".to_owned(),
         ),
         if_any(
             without,

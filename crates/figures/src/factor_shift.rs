@@ -33,7 +33,7 @@ pub struct ShiftedFactor {
 pub struct FactorValue {
     /// Value, dimensionless.
     pub value: f64,
-    /// 95 % interval; `None` for a factor that was held or that the data do not tell.
+    /// 95 % interval; `None` for a factor that was held or that the data do not determine.
     pub ci95: Option<[f64; 2]>,
 }
 

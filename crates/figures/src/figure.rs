@@ -1,4 +1,4 @@
-//! What a figure is made of: panels with axes, and marks in them. Nothing here knows of robots or of pixels on paper.
+//! What a figure is made of: panels with axes, and marks in them. Nothing here depends on robots or on pixels on paper.
 
 use super::palette::{Colour, Marker};
 
@@ -10,7 +10,7 @@ use super::palette::{Colour, Marker};
 pub struct Figure {
     /// One line of what is shown.
     pub title: String,
-    /// What the marks mean: what a bar is, how many readings stand behind a point. Wrapped to the width of the figure.
+    /// What the marks mean: what a bar is, how many readings a point has. Wrapped to the width of the figure.
     pub caption: String,
     /// Panels beside each other; the grid is filled row by row.
     pub columns: usize,
@@ -65,7 +65,7 @@ impl Figure {
     /// The figure as SVG 1.1 text; the same figure gives the same bytes.
     ///
     /// Points that cannot be placed (no finite value, not positive on a logarithmic axis, or outside a range that was fixed) are
-    /// counted, and the caption says so.
+    /// counted, and the caption states this.
     #[must_use]
     pub fn to_svg(&self) -> String {
         super::render::svg(self)

@@ -1,11 +1,11 @@
 //! Results drawn as figures: SVG text, and PNG from the same SVG. No files are touched here.
 //!
 //! Every figure of the program is a [`Figure`]: panels with axes, series of marks in them, a legend above the panels that can
-//! never lie on data, and a caption below that says what the bars are and how many readings stand behind a point. Each file of this
+//! never lie on data, and a caption below that states what the bars are and how many readings a point has. Each file of this
 //! module after the general ones is one figure: a plain struct of numbers in SI units, and a function that makes it a [`Figure`].
 //!
 //! Invariants. The same input gives the same bytes. A flagged reading is drawn hollow, never left out, and what cannot be placed on
-//! the axes is counted in the caption. Two sessions differ in shape and in colour; all colours are told apart in grey or have numbers
+//! the axes is counted in the caption. Two sessions differ in shape and in colour; all colours are distinguished in grey or have numbers
 //! beside them. Texts are measured with the font that is embedded for PNG.
 
 mod before_after;
@@ -89,7 +89,7 @@ pub enum PlotError {
         help("give the text of an .svg file as this program writes it")
     )]
     Svg {
-        /// What the parser says.
+        /// The error of the parser.
         source: resvg::usvg::Error,
     },
     /// The image would have no pixels, or too many.
@@ -110,7 +110,7 @@ pub enum PlotError {
     #[error("the image could not be encoded as PNG: {reason}")]
     #[diagnostic(code(stiffbench::plot::png))]
     Png {
-        /// What the encoder says.
+        /// The error of the encoder.
         reason: String,
     },
 }

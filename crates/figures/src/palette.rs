@@ -1,4 +1,4 @@
-//! Colours and markers: told apart by people who see colours differently, and in grey.
+//! Colours and markers that are distinguishable with colour blindness and in grey.
 
 /// A colour with its opacity.
 #[derive(Debug, Clone, Copy, PartialEq)]

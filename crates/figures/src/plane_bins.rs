@@ -12,7 +12,7 @@ const FEWEST_OF_A_PLANE: usize = 4;
 /// Neighbours with points, of eight, among which an empty bin is a gap that chance left; one less will do where two of them face each
 /// other across it, which is how a straight border is notched.
 const FEWEST_AROUND_A_GAP: usize = 6;
-/// A plane fitted to points on (nearly) a line tells nothing across it: least ratio of the two spreads.
+/// A plane fitted to points on (nearly) a line carries no information across it: least ratio of the two spreads.
 const LEAST_SPREAD_RATIO: f64 = 1e-3;
 
 /// Square bins over the part of a plane where there are points.

@@ -299,7 +299,7 @@ const fn outline(marker: Marker, marker_px: f64) -> Style {
     }
 }
 
-/// What the legend says of the points.
+/// The legend of the points.
 pub(super) fn point_legend(maps: &[PlaneMap]) -> Vec<LegendEntry> {
     let entry = |place: usize, label: &str| LegendEntry {
         label: label.to_owned(),

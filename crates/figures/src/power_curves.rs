@@ -40,7 +40,7 @@ pub struct PowerAtSize {
     pub detected: Rate,
     /// Share of trials in which it was found under its right name; `None` where there is no right name.
     pub named: Option<Rate>,
-    /// Share, 0 to 1, that an observer who knows the noise finds under its right name; `None` where it was not worked out.
+    /// Share, 0 to 1, that an observer with known noise finds under its right name; `None` where it was not computed.
     pub ideal: Option<f64>,
     /// Share of named effects whose size lies in its 95 % interval; `None` where none was named or it has no size.
     pub covered: Option<Rate>,
@@ -144,7 +144,7 @@ fn panel(law: &LawPower, shown: [f64; 2]) -> Panel {
     let ideal: Vec<[f64; 2]> = ideal.collect();
     if !ideal.is_empty() {
         panel.series.push(Series::labelled(
-            "right names of an observer who knows the noise",
+            "right names with known noise",
             Style::new(qualitative(4), Marker::Square)
                 .stroke(0.8)
                 .dashed(),
@@ -191,7 +191,7 @@ fn caption(input: &PowerCurves) -> String {
     let empty = input.laws.iter().filter(|law| law.sizes.is_empty()).count();
     joined([
         Some(format!(
-            "Bars: 95 % binomial intervals of {} trials a point, for intervals of those named; the points of a size stand a little apart.",
+            "Bars: 95 % binomial intervals of {} trials a point, for intervals of those named; the points of one size are drawn a little apart.",
             count_range(sizes().map(|size| size.trials))
         )),
         if_any(

@@ -1,7 +1,7 @@
 //! Every figure comes out: the SVG is the same twice, becomes a PNG, stays small enough for a report, and no text touches another or
 //! leaves the sheet, as resvg measures it with the embedded font.
 //!
-//! The figures are written to `target/figures-check/` as SVG and PNG, to be looked at. The robot, its poses and its workspace are
+//! The figures are written to `target/figures-check/` as SVG and PNG, to be checked. The robot, its poses and its workspace are
 //! the shipped ones; measured stiffness is Table VI; readings, residuals and correlations are made up with seeded noise.
 
 use rand::{RngExt, SeedableRng};

@@ -1,7 +1,7 @@
 //! Figures of the stiffness distribution (the paper's Figs. 11 to 28): each comes out, and shows what the paper describes.
 //!
 //! Poses are drawn with the waist and the fourth axis held, as the paper's plane of (z, y) has it. The figures are written to
-//! `target/figures-check/`, to be looked at.
+//! `target/figures-check/`, to be checked.
 
 use stiffbench_beams::robot::{Keep, Pose, PoseSweep, Robot};
 use stiffbench_diagnosis::distribution::{WorkspacePlan, WorkspaceSample};

@@ -1,4 +1,4 @@
-//! The figures of `diagnose` and `prove`, checked as in `figures.rs` and written to `target/figures-check/`, to be looked at.
+//! The figures of `diagnose` and `prove`, checked as in `figures.rs` and written to `target/figures-check/`, to be checked.
 //!
 //! All numbers are made up with seeded noise: a dead zone at one joint over a stiff bench, as large as a shop would meet it, and the
 //! crowded cases that must stay readable.

@@ -1,4 +1,4 @@
-//! How packets are told apart in a stream of bytes.
+//! How packets are distinguished in a stream of bytes.
 //!
 //! Works byte by byte, so that what comes out does not depend on how the bytes were cut. Bytes that belong to no packet come out too.
 
@@ -6,7 +6,7 @@ use std::fmt;
 
 use super::registers;
 
-/// How the packets of a gauge are told apart.
+/// How the packets of a gauge are distinguished.
 #[derive(Debug, Clone)]
 pub(super) struct Framing {
     pub(super) kind: FramingKind,
@@ -133,7 +133,7 @@ impl Waiting {
     }
 }
 
-/// Tells packets apart.
+/// Separates packets.
 #[derive(Debug, Clone)]
 pub(super) struct Framer {
     framing: FramingKind,
@@ -160,7 +160,7 @@ impl Framer {
         self.in_step = true;
     }
 
-    /// Takes one byte; `fits` says of bytes of full length whether they are a packet.
+    /// Takes one byte; `fits` decides whether bytes of full length are a packet.
     pub(super) fn push(
         &mut self,
         byte: u8,
@@ -337,7 +337,7 @@ impl Framer {
 enum Head {
     /// No packet.
     None,
-    /// Too few bytes to tell.
+    /// Too few bytes to decide.
     Short,
     /// A packet of this length.
     Length(usize),

@@ -6,7 +6,7 @@ use super::sample::{Channel, Rejected, Sample};
 
 /// The two gauges of a bench.
 ///
-/// Implementations: the live engine, a replayed trace, mock devices of tests. None blocks longer than it is told to.
+/// Implementations: the live engine, a replayed trace, mock devices of tests. None blocks longer than its timeout.
 pub trait Gauges {
     /// The next thing that happened on either gauge, in order of arrival; `None` if nothing did for `wait` of real time.
     fn next(&mut self, wait: Duration) -> Option<GaugeEvent>;
@@ -50,7 +50,7 @@ pub enum GaugeEvent {
         channel: Channel,
         /// What it was asked for.
         ask: Ask,
-        /// What it said (empty for an acknowledgement without words), or why there is no answer and what the operator can do instead.
+        /// Its reply (empty for an acknowledgement without text), or why there is no answer and what the operator can do instead.
         answer: Result<Box<str>, Box<str>>,
     },
     /// The line went down or came back.
@@ -92,7 +92,7 @@ pub enum LinkState {
     },
     /// The port is gone: cable pulled, adapter reset, machine suspended.
     Lost {
-        /// What the system said.
+        /// The error of the operating system.
         reason: Box<str>,
     },
     /// Looking for the gauge by its identity; the n-th try.

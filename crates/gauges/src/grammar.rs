@@ -1,6 +1,6 @@
 //! Anchored patterns of packets: ordered fields that together cover a whole packet, or do not match.
 //!
-//! A number is never looked for inside a packet. Fields are tried in order, longer before shorter; a dead end goes back to the field before.
+//! A number is never searched for inside a packet. Fields are tried in order, longer before shorter; a dead end goes back to the field before.
 //! What was tried in vain at one place is remembered, so the time is at most the product of fields, bytes and alternatives.
 
 use super::description::{ReplyMeaning, Trouble};
@@ -12,7 +12,7 @@ use super::sample::Mark;
 /// All packets of a gauge.
 #[derive(Debug, Clone, Default)]
 pub(super) struct Grammar {
-    /// Packets that say that something is wrong: pattern, what, and words.
+    /// Packets that report an error: pattern, what, and words.
     pub(super) errors: Vec<ErrorPacket>,
     /// Packets that answer a command.
     pub(super) replies: Vec<ReplyPacket>,
@@ -20,7 +20,7 @@ pub(super) struct Grammar {
     pub(super) values: Vec<ValuePacket>,
 }
 
-/// A packet that says that something is wrong.
+/// A packet that reports an error.
 #[derive(Debug, Clone)]
 pub(super) struct ErrorPacket {
     pub(super) pattern: Pattern,
@@ -59,7 +59,7 @@ pub(super) enum Field {
     Any { set: CharacterSet, count: Count },
     /// Texts for plus and for minus, the longest first.
     Sign(Vec<(Vec<u8>, bool)>),
-    /// A digit, at most this, that says how many decimals the next number has.
+    /// A digit, at most this, that gives how many decimals the next number has.
     Point { most: u8 },
     /// A decimal number.
     Number(NumberShape),
@@ -70,7 +70,7 @@ pub(super) enum Field {
         codes: Vec<(Vec<u8>, UnitWord)>,
         others: Option<(CharacterSet, Count)>,
     },
-    /// A digit, at most this, that says which unit of the gauge's list it is.
+    /// A digit, at most this, that gives which unit of the gauge's list it is.
     UnitPlace { most: u8 },
     /// One of several texts, the longest first.
     Choice(Vec<(Vec<u8>, ChoiceWord)>),
@@ -83,7 +83,7 @@ pub(super) struct Count {
     pub(super) most: usize,
 }
 
-/// What the text of a unit says.
+/// The meaning of the text of a unit.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(super) enum UnitWord {
     /// The unit.
@@ -92,7 +92,7 @@ pub(super) enum UnitWord {
     Refuse(String),
 }
 
-/// What one of several texts says.
+/// The meaning of one of several texts.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(super) enum ChoiceWord {
     /// Nothing against the value.

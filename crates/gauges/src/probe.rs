@@ -14,27 +14,27 @@ use super::port::{OpenPort, Patience, PortError, PortSettings, open};
 /// How long is listened before anything is sent, s: a gauge that sends by itself does so at least every second.
 const LISTEN_S: f64 = 1.2;
 
-/// How well a description fits what a port says.
+/// How well a description fits what a port sends.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Finding {
     /// Name of the description.
     pub instrument: String,
-    /// Points: 3 for each value that a pattern covers, up to three; 2 for an answer to who it is; 1 less for each packet that no pattern
+    /// Points: 3 for each value that a pattern covers, up to three; 2 for an answer to its identity; 1 less for each packet that no pattern
     /// covers, up to three.
     pub points: i32,
     /// What came, as text.
     pub evidence: String,
-    /// What it said when it was asked who it is.
+    /// Its reply to the identity request.
     pub identity: Option<String>,
     /// Speed at which it spoke, bit/s, where that is not the description's.
     pub other_baud: Option<u32>,
 }
 
-/// Tries descriptions on a port; those that something speaks for, the best first.
+/// Tries descriptions on a port; those with any evidence, the best first.
 ///
 /// For each setting of the line the port is opened and listened to. Only if nothing comes, each description's request for a value is sent, and
-/// its question for identity if a value came; commands that set, step or toggle are never sent. It ends as soon as one says who it is. Where
-/// nothing speaks for any, the other speeds that the descriptions name are tried in the same way.
+/// its question for identity if a value came; commands that set, step or toggle are never sent. It ends as soon as one identifies itself. Where
+/// there is evidence for none, the other speeds that the descriptions name are tried in the same way.
 ///
 /// # Errors
 /// [`PortError`] if the port cannot be opened, or is lost.
@@ -77,7 +77,7 @@ fn attempts(
     attempts
 }
 
-/// What speaks for descriptions at some of their speeds.
+/// Evidence for descriptions at some of their speeds.
 fn try_speeds(
     path: &str,
     descriptions: &[InstrumentDescription],
@@ -111,7 +111,7 @@ pub fn clear_match(findings: &[Finding]) -> Option<&Finding> {
     }
 }
 
-/// Whether one has said who it is: then nothing more is sent that is meant for others.
+/// Whether one has identified itself: then nothing more is sent that is meant for others.
 fn is_settled(findings: &[Finding]) -> bool {
     findings.iter().any(|finding| finding.identity.is_some())
 }

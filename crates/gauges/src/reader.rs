@@ -52,7 +52,7 @@ impl Reader {
         }
     }
 
-    /// What the gauge said when it was asked who it is.
+    /// The reply of the gauge to the identity request.
     #[must_use]
     pub fn identity(&self) -> Option<&str> {
         self.driver.identity()

@@ -29,7 +29,7 @@ pub(super) fn is_intact(packet: &[u8]) -> bool {
     }
 }
 
-/// Why a gauge refused a request, if this intact packet says so.
+/// Why a gauge refused a request, if this intact packet reports it.
 pub(super) fn exception(packet: &[u8]) -> Option<String> {
     let [_, function, code, ..] = packet else {
         return None;

@@ -57,7 +57,7 @@ impl fmt::Display for Channel {
     }
 }
 
-/// Something a gauge says about a value besides the value.
+/// Something that a gauge reports about a value besides the value.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize, schemars::JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum Mark {
@@ -65,7 +65,7 @@ pub enum Mark {
     Unrequested,
     /// The battery is low.
     LowBattery,
-    /// The gauge says that the value still moves.
+    /// The gauge reports that the value still moves.
     Unstable,
     /// Below the lower limit set at the gauge.
     BelowLimit,

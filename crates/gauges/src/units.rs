@@ -9,7 +9,7 @@ use super::description::UnitSource;
 pub(super) struct Units {
     /// Where it comes from.
     pub(super) source: UnitSource,
-    /// The unit of a gauge that knows only one.
+    /// The unit of a gauge that has only one.
     pub(super) fixed: Option<String>,
     /// What stands on the wire and the unit it means, in the order of the file: the first of a unit is what an emulated gauge sends.
     pub(super) codes: Vec<(String, String)>,

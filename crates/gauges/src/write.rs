@@ -8,7 +8,7 @@ use super::number::{MOST_DIGITS, NumberShape};
 use super::registers::{Registers, modbus_crc};
 use super::sample::Mark;
 
-/// What a packet is to say.
+/// What a packet has to express.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Said<'a> {
     /// The number, in the unit.
@@ -19,13 +19,13 @@ pub(super) struct Said<'a> {
     pub(super) unit: &'a str,
     /// Its place in the list that the gauge gives.
     pub(super) unit_place: u8,
-    /// What else there is to say.
+    /// Further content.
     pub(super) state: State,
     /// Bytes for the first field that leaves them open, in place of what has no meaning.
     pub(super) list: Option<&'a [u8]>,
 }
 
-/// What a packet can say beside a number.
+/// What a packet can express beside a number.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[cfg_attr(
     not(feature = "emulator"),
@@ -47,7 +47,7 @@ pub(super) enum State {
 }
 
 impl State {
-    /// Whether words for the operator speak of this.
+    /// Whether the operator's texts mention this.
     pub(super) fn is_told_by(self, words: &str) -> bool {
         let telling: &[&str] = match self {
             Self::Running => &[],
@@ -121,7 +121,7 @@ impl Pattern {
         Some(packet)
     }
 
-    /// The value of the next number from a field on: nothing is said of a quantity that is not the gauge's own.
+    /// The value of the next number from a field on: a quantity other than the gauge's own is left out.
     fn value_at(&self, place: usize, said: &Said<'_>) -> f64 {
         let mut rest = self.fields[place..].iter();
         let next = rest.find(|field| matches!(field, Field::Number(_) | Field::Integer(_)));
@@ -132,7 +132,7 @@ impl Pattern {
     }
 }
 
-/// The text of a choice: what tells the state if something does, else the shortest that says nothing against the value.
+/// The text of a choice: the text of the state if there is one, else the shortest that does not contradict the value.
 fn chosen(texts: &[(Vec<u8>, ChoiceWord)], state: State) -> Option<&[u8]> {
     let tells = |word: &ChoiceWord| match word {
         ChoiceWord::Refuse(why) => state.is_told_by(why),
@@ -157,7 +157,7 @@ fn fitted<'a>(bytes: &'a [u8], set: &CharacterSet, count: Count) -> Option<&'a [
 }
 
 impl CharacterSet {
-    /// A character of the set, the one that says least.
+    /// A character of the set, the most neutral one.
     fn filling(&self) -> Option<u8> {
         let usual = b" 0".iter().copied();
         usual.chain(0..128).find(|byte| self.contains(*byte))

@@ -1,4 +1,4 @@
-//! Decoding held against emulated gauges: all shipped ones from their descriptions, and those that are written by hand from the makers' manuals,
+//! Decoding compared with emulated gauges: all shipped ones from their descriptions, and those that are written by hand from the makers' manuals,
 //! which share no code with the decoder.
 
 use std::sync::{Arc, Mutex};
@@ -138,7 +138,7 @@ impl Pair {
             let samples = self.samples();
             let told = format!("{}, {doing}: {value} as {samples:?}", self.name);
             let sample = samples.last().expect(&told);
-            // A float says nothing of the display behind it.
+            // A float carries no information of the display behind it.
             let step_si = match self.name {
                 "hp-modbus" => 0.1,
                 _ => sample.resolution_si,
@@ -229,7 +229,7 @@ fn every_command_is_answered_as_its_description_says() {
     }
 }
 
-/// Gauges whose description says what they send when they are overloaded, or what when their tool is off.
+/// Gauges whose description states what they send when they are overloaded, or what when their tool is off.
 const SAYS_OVERLOAD: [&str; 3] = ["imada-ds2", "sylvac-opto-rs", "magnescale-lt20a"];
 const SAYS_TOOL_OFF: [&str; 5] = [
     "aikoh-rx",

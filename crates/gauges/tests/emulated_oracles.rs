@@ -1,4 +1,4 @@
-//! Gauges emulated from descriptions held against those written by hand from what the makers print: the same bytes, or a difference that is listed
+//! Gauges emulated from descriptions compared with those written by hand from what the makers print: the same bytes, or a difference that is listed
 //! here with its reason.
 
 use std::sync::Arc;
@@ -14,7 +14,7 @@ type Difference = (&'static str, &'static [u8], &'static str, &'static str);
 
 /// All differences in answers to commands.
 const ANSWERS: [Difference; 7] = [
-    // A description says which words mean trouble, not what else there is to tell: of identity and mode it gives no example.
+    // A description states which words mean trouble, not what else there is to tell: of identity and mode it gives no example.
     (
         "mark10-series5",
         b"RS\r",
@@ -49,7 +49,7 @@ const ANSWERS: [Difference; 7] = [
 
 /// All differences of gauges in trouble: gauge, trouble, how the answer of the hand-written one begins, and that of the described one.
 const TROUBLES: [(&str, Trouble, &str, &str); 3] = [
-    // The maker says nothing of overrange; `ERR3` is a choice, and no overload to the description.
+    // The maker carries no information of overrange; `ERR3` is a choice, and no overload to the description.
     ("mahr-dk-u1", Trouble::Overload, "ERR3\r", "+57.500 mm\r"),
     // The description has no capacity: 50 mm is usual, the range of this one ends where its register does.
     (

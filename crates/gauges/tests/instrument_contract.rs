@@ -1,4 +1,4 @@
-//! Every shipped instrument against traffic whose meaning was worked out by hand: whole, cut at every byte, merged, garbled, behind noise, with
+//! Every shipped instrument against traffic whose meaning was computed by hand: whole, cut at every byte, merged, garbled, behind noise, with
 //! silence; and any bytes at all.
 
 use std::collections::BTreeMap;
@@ -13,7 +13,7 @@ use stiffbench_test_files::shipped_instruments;
 use crate::support::shipped_instrument;
 use stiffbench_units_and_text::quantity::Kind;
 
-/// What every instrument's traffic shows, or says why it cannot.
+/// What every instrument's traffic shows, or states why it cannot.
 const CLASSES: [&str; 9] = [
     "good",
     "error",

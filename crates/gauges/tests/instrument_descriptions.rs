@@ -364,7 +364,7 @@ fn what_a_description_leaves_open_is_asked_for() {
     doubted("  { unit = { others = [1, 6] } },\n", "", "carries no unit");
     // What could say something must not be passed over.
     let state = "{ choice = { good = [\"ST\"], note = { US = \"unstable\" }, refuse = { OL = \"overload: unload the gauge\" } } }";
-    doubted(state, "{ any = { count = [2] } }", "passes over letters");
+    doubted(state, "{ any = { count = [2] } }", "skips letters");
     doubted(
         "{ sign = { plus = [\"+\"], minus = [\"-\"] } }",
         "{ any = { count = [1], of = \"+-\" } }",

@@ -3,7 +3,7 @@
 //! - [`readings`]: what was measured, as stored. Acquisition ends by writing a session folder, analysis begins by reading one.
 //! - [`specimen`]: force against displacement of anything, without a robot.
 //! - [`procedure`]: which loads are applied where and in which order, as data.
-//! - [`stiffness`]: readings to measured stiffness. Knows no model.
+//! - [`stiffness`]: readings to measured stiffness. Contains no model.
 
 pub mod procedure;
 pub mod readings;

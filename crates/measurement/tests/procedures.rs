@@ -190,7 +190,7 @@ fn values_that_cannot_be_read_are_shown_in_place() {
     for (text, word) in [
         ("name = \"x\"", "no `schema`"),
         ("schema = \"stiffbench/session/1\"", "stiffbench/session/1"),
-        ("schema = \"stiffbench/procedure/9\"", "knows up to"),
+        ("schema = \"stiffbench/procedure/9\"", "supports up to"),
     ] {
         let error = Procedure::parse(&SourceText::new("f", text)).unwrap_err();
         assert!(

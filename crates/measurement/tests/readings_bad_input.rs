@@ -230,7 +230,7 @@ fn one_repeat_is_said() {
     let notes: Vec<String> = table.notes.iter().map(ToString::to_string).collect();
     assert_eq!(
         notes,
-        ["P1 x has one repeat: the scatter between repeats cannot be told"]
+        ["P1 x has one repeat: the scatter between repeats is unknown"]
     );
 }
 

@@ -131,7 +131,7 @@ fn table() -> impl Strategy<Value = ReadingTable> {
                 target_n: loads.0,
                 force_n: loads.1,
                 displacement_m: loads.2,
-                // Where no reading has a time but `utc` is there, times are worked out from that.
+                // Where no reading has a time but `utc` is there, times are computed from that.
                 time_s: times.0.or(text.as_ref().map(|_| 0.0)),
                 hold_s: times.1,
                 temperature_deg_c: times.2,
@@ -208,7 +208,7 @@ fn nearly_a_table() -> impl Strategy<Value = Vec<u8>> {
     proptest::collection::vec(piece, 0..12).prop_map(|pieces| pieces.concat())
 }
 
-/// Parsed, or an error that says where; only what concerns no line has none.
+/// Parsed, or an error that states where; only what concerns no line has none.
 fn assert_answered(result: Result<ReadingTable, ReadingsError>) {
     match result {
         Ok(table) => assert!(!table.readings.is_empty()),

@@ -1,13 +1,13 @@
 //! Estimates with uncertainty, and the few distributions and robust statistics the analysis needs.
 //!
-//! Leaf module: it knows numbers, not experiments.
+//! Leaf module: it handles numbers, not experiments.
 
 use statrs::distribution::{Beta, ChiSquared, ContinuousCDF, FisherSnedecor, Normal, StudentsT};
 
 /// A value with its standard uncertainty and the degrees of freedom behind it.
 ///
 /// The unit is that of the field that holds the estimate. Degrees of freedom may be infinite (an uncertainty that is known) or
-/// zero (none could be worked out, `standard_uncertainty` is then NaN).
+/// zero (none could be computed, `standard_uncertainty` is then NaN).
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Estimate {
     /// The best value.
@@ -19,7 +19,7 @@ pub struct Estimate {
 }
 
 impl Estimate {
-    /// An estimate whose uncertainty could not be worked out.
+    /// An estimate whose uncertainty could not be computed.
     #[must_use]
     pub fn without_uncertainty(value: f64) -> Self {
         Self {

@@ -21,11 +21,11 @@ pub const PROMPTS: [(&str, &str); 21] = [
     ("temperature", "a number, degC"),
     (
         "setup",
-        "true: pose and gauges stand; setup.P1.x for one of them",
+        "true: pose and gauges are set up; setup.P1.x for one of them",
     ),
     (
         "other-gauge",
-        "true: go on with a gauge of another identity",
+        "true: continue with a gauge of another identity",
     ),
     (
         "sign-check",
@@ -87,7 +87,7 @@ pub const PROMPTS: [(&str, &str); 21] = [
 pub struct Answers {
     /// The answers.
     pub by_name: BTreeMap<String, Answer>,
-    /// Whether nobody is there to be asked: a question without an answer ends the session.
+    /// Whether no operator can be asked: a question without an answer ends the session.
     pub no_input: bool,
 }
 
@@ -121,7 +121,7 @@ pub enum AnswersError {
         help: String,
     },
     /// Not `NAME=VALUE`.
-    #[error("`{text}` is no answer: NAME=VALUE is expected")]
+    #[error("`{text}` is not an answer: write NAME=VALUE")]
     #[diagnostic(
         code(stiffbench::session::answer_form),
         help("for example --answer sign-check=minus or --answer setup=true")

@@ -14,7 +14,7 @@ const COARSE: i64 = 5;
 /// Logarithm of the odds against chance beyond which it is none: 1 in 160 000.
 const ODDS: f64 = 12.0;
 
-/// A change at the rate of the one before, to within this share, says nothing of steps: a drive of constant speed leaves equal ones.
+/// A change at the rate of the one before, to within this share, carries no information on steps: a drive of constant speed leaves equal ones.
 const SAME_RATE: f64 = 0.2;
 
 /// Values of a gauge, as counts of the last digit sent. On the way a drive leaves a pattern of its own, in which some digits are rare; where it
@@ -34,7 +34,7 @@ pub(super) struct FewDigits {
     pub(super) since_s: f64,
     /// The last digits that came.
     pub(super) digits: String,
-    /// How many different values tell.
+    /// How many different values are needed.
     pub(super) values: usize,
     /// The step that all of them lie multiples of apart, in steps of the last digit.
     pub(super) step: i64,
@@ -51,7 +51,7 @@ impl LastDigits {
         remember(&mut self.all, REMEMBERED_ALL, at_s, counts_of(value, digit));
     }
 
-    /// What is said against chance, over the longest stretch up to now that says anything; `now` and its digit belong to it.
+    /// Evidence against chance, over the longest informative stretch up to now; `now` and its digit belong to it.
     pub(super) fn few(&self, now: f64, digit: f64) -> Option<FewDigits> {
         let latest = counts_of(now, digit)?;
         self.few_at_rest(latest).or_else(|| self.coarse(latest))

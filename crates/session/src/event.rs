@@ -13,13 +13,13 @@ pub enum Event {
     Started(Started),
     /// The session was taken up again by another process.
     Resumed(Resumed),
-    /// A gauge said who it is.
+    /// A gauge reported its identity.
     Instrument(InstrumentSeen),
     /// Which way a gauge counts.
     SignCheck(SignChecked),
     /// The operator confirmed a pose and direction.
     PoseSet(PoseSet),
-    /// The gauges were zeroed, or the zero was looked at.
+    /// The gauges were zeroed, or the zero was checked.
     Zero(Zeroed),
     /// A reading was taken.
     Reading(Box<TakenReading>),
@@ -68,7 +68,7 @@ pub struct Started {
     /// Mechanism of the robot.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub mechanism: Option<String>,
-    /// How the readings come about if nobody measures them.
+    /// The origin of readings that are not measured.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub origin: Option<String>,
 }
@@ -91,7 +91,7 @@ pub struct Resumed {
 pub struct InstrumentSeen {
     /// Which gauge.
     pub channel: Channel,
-    /// What it said it is; empty if it does not tell.
+    /// The identity that it reported; empty if none.
     pub identity: String,
     /// The port it was found on; empty where that is not known.
     pub port: String,
@@ -153,15 +153,15 @@ pub struct Zeroed {
     pub flag: String,
 }
 
-/// When a zero was set or looked at.
+/// When a zero was set or checked.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum ZeroMoment {
     /// Set, before the readings on it.
     Before,
-    /// Looked at, after the readings on it.
+    /// Checked, after the readings on it.
     After,
-    /// Looked at after an interruption, and kept.
+    /// Checked after an interruption, and kept.
     Kept,
 }
 
@@ -209,7 +209,7 @@ pub struct TakenReading {
     pub approached_from_n: f64,
     /// By how much the force went past the target on the way, N.
     pub overshoot_n: f64,
-    /// Temperature last told, °C.
+    /// Last temperature entered, °C.
     pub temperature_deg_c: Option<f64>,
     /// Rule that flagged it and what the operator decided; empty for most.
     pub flag: String,

@@ -19,7 +19,7 @@ const STALE_PERIODS: f64 = 3.0;
 /// Time for which a trouble that comes again and again is shown after each time, s.
 const TROUBLE_STAYS_S: f64 = 1.5;
 
-/// A trouble that has not been there for so long is said again, s.
+/// A trouble that was absent for so long is reported again, s.
 const SAID_AGAIN_S: f64 = 10.0;
 
 /// Two steps of the last digit that differ by less than this share are the same.
@@ -41,7 +41,7 @@ const LEAST_OF_A_REST: usize = 5;
 const LEAST_RESTS: u32 = 3;
 const CLEAR_RESTS: u32 = 2;
 
-/// What a window of samples says.
+/// Summary of a window of samples.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Window {
     /// Number of samples.
@@ -181,7 +181,7 @@ impl Feed {
         self.blocked.is_some() && self.rejects
     }
 
-    /// Whether a reason was said already and is still there.
+    /// Whether a reason was reported already and still holds.
     pub(super) fn is_said(&self, reason: &str, now_s: f64) -> bool {
         let refused = self.refused.as_ref();
         refused.is_some_and(|(said, at_s)| said.contains(reason) && now_s - at_s < SAID_AGAIN_S)
@@ -226,7 +226,7 @@ impl Feed {
         self.extremes = None;
     }
 
-    /// What came before does not tell of what comes now: the gauge was zeroed, or was away.
+    /// Earlier values do not apply to later ones: the gauge was zeroed, or was away.
     pub(super) fn begin_history(&mut self) {
         self.history.clear();
         self.changes.clear();
@@ -390,7 +390,7 @@ impl Feed {
         self.extremes
     }
 
-    /// What the samples from `from_s` on say; `None` below three.
+    /// Summary of the samples from `from_s` on; `None` below three.
     pub(super) fn window(&self, from_s: f64) -> Option<Window> {
         let first = self.kept.partition_point(|(at_s, _)| *at_s < from_s);
         let n = self.kept.len() - first;

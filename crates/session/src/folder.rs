@@ -38,7 +38,7 @@ pub enum FolderError {
     #[diagnostic(
         code(stiffbench::output::exists),
         help(
-            "a session is never written over: choose another name, or go on with this one by stiffbench session resume"
+            "a session is never overwritten: choose another name, or continue this one by stiffbench session resume"
         )
     )]
     Exists {
@@ -46,7 +46,7 @@ pub enum FolderError {
         path: PathBuf,
     },
     /// No session there.
-    #[error("{path} is no session folder: it has no {file}")]
+    #[error("{path} is not a session folder: it has no {file}")]
     #[diagnostic(
         code(stiffbench::session::no_session),
         help(
@@ -102,7 +102,7 @@ pub enum FolderError {
     System {
         /// The file or folder.
         path: PathBuf,
-        /// What the system says.
+        /// The error of the operating system.
         source: io::Error,
     },
 }
@@ -318,7 +318,7 @@ pub fn recover(from: &Path, to: &Path, now: Timestamp) -> Result<ReadJournal, Fo
     Ok(read.journal)
 }
 
-/// `readings.csv`, live: a row behind each reading, written anew when one is superseded. It can be rebuilt from the journal at any time.
+/// `readings.csv`, live: a row behind each reading, rewritten when one is superseded. It can be rebuilt from the journal at any time.
 #[derive(Debug, Clone)]
 pub struct TableFile {
     path: PathBuf,
@@ -436,7 +436,7 @@ fn lock(folder: &Path, now: Timestamp) -> Result<File, FolderError> {
     Ok(file)
 }
 
-/// Name of the machine, as far as the system tells.
+/// Name of the machine, as far as the system reports it.
 #[must_use]
 pub fn host() -> String {
     let told = ["HOSTNAME", "COMPUTERNAME"]

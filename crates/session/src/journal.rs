@@ -82,13 +82,13 @@ pub enum Damage {
     Checksum {
         /// As written.
         found: u32,
-        /// As worked out.
+        /// As computed.
         made: u32,
     },
     /// The checksum is right, but the event cannot be read: a newer program wrote it.
     #[error("it is whole but not understood ({what}): a newer version may have written it")]
     NotUnderstood {
-        /// What the reader says.
+        /// The error of the reader.
         what: String,
     },
     /// A record is missing, or stands here twice.
@@ -226,7 +226,7 @@ pub enum JournalError {
     #[error("an event cannot be written to the journal: {what}")]
     #[diagnostic(code(stiffbench::session::not_writable))]
     NotWritable {
-        /// What the writer says.
+        /// The error of the writer.
         what: String,
     },
     /// The file took no more.
@@ -238,7 +238,7 @@ pub enum JournalError {
         )
     )]
     Write {
-        /// What the system says.
+        /// The error of the operating system.
         source: io::Error,
     },
     /// An earlier record could not be written, so nothing may follow it.
@@ -255,7 +255,7 @@ pub trait Store: Write {
     /// Returns once everything written so far is on the disk.
     ///
     /// # Errors
-    /// What the system says.
+    /// The error of the operating system.
     fn sync(&mut self) -> io::Result<()>;
 }
 

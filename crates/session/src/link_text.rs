@@ -15,8 +15,6 @@ pub(super) fn link_text(state: &LinkState) -> String {
         }
         LinkState::Reconnecting { attempt } => format!("looking for it again, try {attempt}"),
         LinkState::WrongDevice { reason } => format!("something else answers: {reason}"),
-        LinkState::GivenUp => {
-            "not found again; plug it in and press p to look once more".to_owned()
-        }
+        LinkState::GivenUp => "not found; plug it in and press p to search again".to_owned(),
     }
 }

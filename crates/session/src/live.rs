@@ -1,4 +1,4 @@
-//! What a cell has given so far, worked out after every reading.
+//! What a cell has given so far, computed after every reading.
 
 use stiffbench_measurement::readings::Reading;
 use stiffbench_measurement::stiffness::{
@@ -10,7 +10,7 @@ use stiffbench_units_and_text::test_point::Cell;
 use super::state::SessionState;
 use super::view::{CellReading, CellView, RepeatSpread, StiffnessSoFar};
 
-/// What the cell has given so far; outliers are judged against the scatter of all cells.
+/// What the cell has given so far; outliers are tested against the scatter of all cells.
 pub(super) fn cell_view(state: &SessionState, cell: &Cell, gauges: &Gauges) -> CellView {
     let readings = state.table_readings();
     let table = stiffness_table(&readings, gauges, StiffnessOptions::default());

@@ -10,7 +10,7 @@ use serde::{Deserialize, Serialize};
 
 use super::view::View;
 
-/// Whoever stands at the bench. No method waits longer than it is told to.
+/// The operator at the bench. No method waits longer than its timeout.
 pub trait Operator {
     /// Shows where the session stands; called several times a second, so an implementation draws what has changed.
     fn show(&mut self, view: &View);

@@ -22,7 +22,7 @@ const LONGEST_WAIT: Duration = Duration::from_millis(20);
 /// Real time between two views.
 const BETWEEN_VIEWS: Duration = Duration::from_millis(50);
 
-/// Gauge events that are taken before the operator is looked at again.
+/// Gauge events that are processed before the operator's input is read again.
 const EVENTS_AT_ONCE: usize = 200;
 
 /// Real time that the loop may lose before it counts as a gap, s.
@@ -41,8 +41,8 @@ pub enum RunError {
     #[error(transparent)]
     #[diagnostic(transparent)]
     Journal(#[from] JournalError),
-    /// A question that nobody is there to answer.
-    #[error("nobody is there to answer: {text}")]
+    /// A question that no operator can answer.
+    #[error("no operator can answer: {text}")]
     #[diagnostic(code(stiffbench::input_needed))]
     NeedsInput {
         /// The question.
@@ -132,7 +132,7 @@ impl<S: Store> Session<'_, '_, S> {
         }
     }
 
-    /// Feeds the machine, and does what it says until it says nothing more.
+    /// Feeds the machine and performs its actions until there are no more.
     fn input(&mut self, input: Input) -> Result<(), RunError> {
         let mut next = Some(input);
         while let Some(input) = next.take() {
@@ -152,7 +152,7 @@ impl<S: Store> Session<'_, '_, S> {
         Ok(())
     }
 
-    /// Does what the machine says, in order; the answer to a question that is known beforehand comes back.
+    /// Performs the actions of the machine, in order; the answer to a question that is known beforehand comes back.
     fn act(&mut self, actions: Vec<Action>) -> Result<Option<OperatorEvent>, RunError> {
         let mut answer = None;
         for action in actions {
@@ -231,7 +231,7 @@ impl<S: Store> Session<'_, '_, S> {
         Ok(Some(OperatorEvent::Answer { id, answer }))
     }
 
-    /// Ends the session as partial, since nobody answers.
+    /// Ends the session as partial, since no answer comes.
     fn needs_input(&mut self, prompt: &Prompt, problem: &str) -> RunError {
         if let Err(error) = self.stop(&format!("no answer to {}", prompt.id)) {
             return error;
@@ -254,27 +254,27 @@ impl<S: Store> Session<'_, '_, S> {
         self.act(actions).map(|_| ())
     }
 
-    /// With nobody there, a pause would last for ever, and so would a load that does not come or a gauge that stays away.
+    /// Without an operator, a pause would last for ever, and so would a load that does not come or a gauge that stays away.
     fn refuse_to_wait(&mut self) -> Result<(), RunError> {
         if !self.bench.answers.no_input {
             return Ok(());
         }
         let waited_s = self.bench.clock.now_s() - self.moved_on_s;
         if waited_s > self.machine.longest_wait_s() {
-            self.stop("nothing has moved on with nobody there")?;
+            self.stop("no progress without an operator")?;
             return Err(RunError::NeedsInput {
                 text: format!("nothing has moved on for {waited_s:.0} s"),
-                help: "look at the load and the gauges; stiffbench session resume goes on"
+                help: "check the load and the gauges; continue by stiffbench session resume"
                     .to_owned(),
             });
         }
         if !self.machine.is_paused() {
             return Ok(());
         }
-        self.stop("paused with nobody there")?;
+        self.stop("paused without an operator")?;
         Err(RunError::NeedsInput {
             text: "the session is paused".to_owned(),
-            help: "stiffbench session resume without --no-input goes on".to_owned(),
+            help: "continue by stiffbench session resume without --no-input".to_owned(),
         })
     }
 
@@ -313,7 +313,7 @@ impl<S: Store> Session<'_, '_, S> {
     }
 }
 
-/// What the clocks say of the time between two turns of the loop: `passed_s` of session time, `utc_s` of UTC.
+/// The time between two turns of the loop by both clocks: `passed_s` of session time, `utc_s` of UTC.
 fn lost_time(passed_s: f64, utc_s: f64, speed: f64) -> Vec<Event> {
     let mut lost = Vec::new();
     if passed_s / speed > GAP_S {

@@ -13,7 +13,7 @@ use super::event::{
 };
 use super::journal::Record;
 
-/// The flag of readings whose zero nobody has looked at since.
+/// The flag of readings whose zero has not been checked since.
 const ZERO_NOT_CONFIRMED: &str = "the zero was not looked at again";
 
 /// A reading with what became of it.
@@ -29,7 +29,7 @@ pub struct KeptReading {
     pub superseded: Option<String>,
     /// What was found out about it later.
     pub flags: Vec<String>,
-    /// Whether the zero it stands on was looked at again.
+    /// Whether the zero it stands on was checked again.
     pub zero_confirmed: bool,
 }
 
@@ -69,7 +69,7 @@ pub struct SessionState {
     pub zero: Option<CurrentZero>,
     /// How many zeros each scope of each cell has had.
     pub zeros: BTreeMap<(usize, String), u32>,
-    /// Temperature last told, °C.
+    /// Last temperature entered, °C.
     pub temperature_deg_c: Option<f64>,
     /// Notes, with their times, s.
     pub notes: Vec<(f64, Noted)>,
@@ -77,12 +77,12 @@ pub struct SessionState {
     pub resumed: Vec<f64>,
     /// How it ended; `None` while it runs and after a crash.
     pub ended: Option<Ended>,
-    /// Whether the zero is to be looked at again: resumed, or a gauge was away, and no zero set or confirmed since.
+    /// Whether the zero is to be checked again: resumed, or a gauge was away, and no zero set or confirmed since.
     pub unconfirmed: bool,
 }
 
 impl KeptReading {
-    /// All that speaks against it; empty for most.
+    /// All checks that it fails; empty for most.
     #[must_use]
     pub fn flag(&self) -> String {
         let unconfirmed = !self.zero_confirmed && self.superseded.is_none();

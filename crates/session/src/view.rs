@@ -36,7 +36,7 @@ pub struct View {
     pub prompt: Option<Prompt>,
     /// Why nothing is taken at the moment: paused, a line that is down, a gauge in a wrong mode.
     pub held_up: Vec<String>,
-    /// What has been said, latest last; the last hundred lines.
+    /// The messages, latest last; at most a hundred lines.
     pub messages: Vec<Message>,
     /// What stays true for the whole session, such as an overdue calibration.
     pub warnings: Vec<String>,
@@ -56,7 +56,7 @@ pub enum Task {
         /// The direction.
         direction: Direction,
     },
-    /// Push by hand, by some `force_n` or more, along the direction; the sign says which way.
+    /// Push by hand, by some `force_n` or more, along the direction; the sign states which way.
     PushByHand {
         /// The direction.
         direction: Direction,
@@ -300,7 +300,7 @@ pub struct Progress {
     pub left_s: f64,
 }
 
-/// A line that was said.
+/// A message line.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Message {
     /// The line.

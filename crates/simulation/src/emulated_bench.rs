@@ -69,7 +69,7 @@ struct Inner {
     poses: Vec<(PoseId, PoseMechanics)>,
     procedure: Procedure,
     setup: EmulatedSetup,
-    /// Cells that have been worked out.
+    /// Cells that have been computed.
     cells: BTreeMap<(usize, usize), Cell>,
     pose: usize,
     direction: usize,
@@ -250,7 +250,7 @@ impl EmulatedBench {
 }
 
 impl Inner {
-    /// The cell that is set up, worked out when it is first needed.
+    /// The cell that is set up, computed when it is first needed.
     fn cell(&mut self) -> &Cell {
         let Self {
             laws,

@@ -87,7 +87,7 @@ impl<P: Diagnostic> PlacedError<P> {
         self
     }
 
-    /// The same place with its problem told otherwise.
+    /// The same place with its problem stated differently.
     #[must_use]
     pub fn map<Q: Diagnostic>(self, told: impl FnOnce(P) -> Q) -> PlacedError<Q> {
         let problem = told(*self.problem);

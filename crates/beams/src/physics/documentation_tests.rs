@@ -1,4 +1,4 @@
-//! docs/physics.md says what the program does.
+//! docs/physics.md states what the program does.
 
 use stiffbench_units_and_text::source_text::SourceText;
 

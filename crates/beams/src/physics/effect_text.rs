@@ -8,7 +8,7 @@
 //! ```
 //!
 //! A place may be left out where there is only one of its kind. Every parameter of the law is given once, with its unit; the unit of
-//! a drift's rate tells its two laws apart. A unit that begins with a digit stands behind a space: `q=7e-5 1/N`.
+//! a drift's rate distinguishes its two laws. A unit that begins with a digit stands behind a space: `q=7e-5 1/N`.
 //! `docs/physics.md` lists laws, places and units.
 
 use std::fmt::Write as _;
@@ -39,7 +39,7 @@ pub enum EffectProblem {
         expected: &'static str,
     },
     /// A place that is none for the law.
-    #[error("`{place}` is no place for {law}: it must be {expected}")]
+    #[error("`{place}` is not a place for {law}: it must be {expected}")]
     Place {
         /// The law.
         law: Law,
@@ -49,7 +49,7 @@ pub enum EffectProblem {
         expected: &'static str,
     },
     /// A parameter without an equals sign.
-    #[error("`{text}` is no parameter: a name, an equals sign and a value are needed")]
+    #[error("`{text}` is not a parameter: write NAME=VALUE")]
     NotAParameter {
         /// The text.
         text: String,
@@ -113,7 +113,7 @@ impl EffectProblem {
                 let example = law.place_kind.example();
                 Some(format!("for example {law}{example}"))
             }
-            // Few and short: all of them say more than the nearest.
+            // Few and short: the whole list is more helpful than the nearest.
             Self::UnknownParameter { law, .. } => {
                 let known: Vec<&str> = law.parameters.iter().map(|p| p.name).collect();
                 Some(if known.is_empty() {
@@ -137,7 +137,7 @@ impl EffectProblem {
 
 /// An effect in writing that cannot be read.
 #[derive(Debug, Clone, PartialEq, thiserror::Error, miette::Diagnostic)]
-#[error("`{text}` is no effect: {problem}")]
+#[error("`{text}` is not an effect: {problem}")]
 #[diagnostic(code(stiffbench::usage::effect))]
 pub struct NotAnEffect {
     /// The text.
@@ -200,7 +200,7 @@ fn read(text: &str) -> Result<Effect, EffectProblem> {
     with_parameters(&laws, place, &given)
 }
 
-/// The laws of a name: one, or those that the unit of a parameter tells apart.
+/// The laws of a name: one, or those distinguished by the unit of a parameter.
 pub(super) fn laws_named(name: &str) -> Result<Vec<Law>, EffectProblem> {
     let laws: Vec<Law> = Law::named(name).collect();
     if laws.is_empty() {

@@ -1,4 +1,4 @@
-//! What a law is: everything the program knows about one physical effect, in one value.
+//! What a law is: all properties of one physical effect, in one value.
 
 use std::cmp::Ordering;
 use std::fmt;
@@ -11,10 +11,10 @@ use super::parameter::ParameterSpec;
 use super::place::{Place, PlaceKind};
 use super::search::Search;
 
-/// Everything the program knows about a law; each has a file of its own in `laws`.
+/// All properties of a law; each has a file of its own in `laws`.
 #[derive(Debug)]
 pub struct LawDefinition {
-    /// Name in files. Two laws may share one, if the unit of a parameter tells them apart.
+    /// Name in files. Two laws may share one, if the unit of a parameter distinguishes them.
     pub name: &'static str,
     /// Name in tables, of this law alone.
     pub row: &'static str,
@@ -28,7 +28,7 @@ pub struct LawDefinition {
     pub contains: &'static [&'static str],
     /// What it does to a run.
     pub action: Action,
-    /// How it is looked for.
+    /// How it is searched for.
     pub search: Search,
     /// How a figure shows it.
     pub figure: LawFigure,
@@ -117,7 +117,7 @@ impl Law {
     /// Every law, in the order of the library.
     pub const ALL: &'static [Self] = LAWS;
 
-    /// The laws of a name: one, or those that the unit of a parameter tells apart.
+    /// The laws of a name: one, or those distinguished by the unit of a parameter.
     pub fn named(name: &str) -> impl Iterator<Item = Self> {
         Self::ALL
             .iter()

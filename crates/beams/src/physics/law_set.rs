@@ -23,7 +23,7 @@ pub struct LoadPoint {
     pub since_zero_s: f64,
     /// Temperature since the gauge was zeroed, K.
     pub warming_k: f64,
-    /// Where the gauge stood, from its own reading, m; `None` where it stands where the prediction says.
+    /// Where the gauge stood, from its own reading, m; `None` if it is as predicted.
     pub position_m: Option<f64>,
     /// Whether no load was asked for: the force gauge hangs free.
     pub is_unloaded: bool,
@@ -252,7 +252,7 @@ impl LawSet {
     /// Displacements of a run whose joints stand where the run before left them, m; as [`LawSet::displacements_m`] otherwise.
     ///
     /// # Arguments
-    /// - `twists`: as the run before in the same pose left them; begun anew if they are of another number of joints.
+    /// - `twists`: as the run before in the same pose left them; restarted if they are of another number of joints.
     pub fn go_on_m(
         &self,
         pose: &PoseMechanics,

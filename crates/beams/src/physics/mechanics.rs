@@ -262,7 +262,7 @@ impl<'a> Mechanics<'a> {
         Ok(())
     }
 
-    /// What is known of pose number `pose`.
+    /// The record of pose number `pose`.
     #[must_use]
     pub fn pose(&self, pose: usize) -> &PoseMechanics {
         &self.poses[pose].mechanics

@@ -37,7 +37,7 @@ impl Sign {
     }
 }
 
-/// Values that an engineer would believe, and why no others.
+/// Values that an engineer would accept, and why no others.
 #[derive(Debug, Clone, Copy)]
 pub struct PlausibleRange {
     /// Smallest and largest value at a place, SI; of a parameter fitted as a ratio, of that ratio.

@@ -1,4 +1,4 @@
-//! How a law is looked for in readings: the scales of a place, and the shapes that a law can take there.
+//! How a law is searched for in readings: the scales of a place, and the shapes that a law can take there.
 
 /// What the loads of a session make of a place.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
@@ -27,7 +27,7 @@ pub struct PlaceScale {
 /// A share of the compliance of the structure that makes an effect clearly visible and still small, 1.
 pub const VISIBLE_SHARE: f64 = 0.01;
 
-/// Compliance of a joint times the stiffness of its loop beyond which it is a pin: no reading tells more from it.
+/// Compliance of a joint times the stiffness of its loop beyond which it is a pin: beyond it readings carry no information.
 const PIN: f64 = 12.0;
 
 /// A joint, base or stand that gives this many times as much as the whole structure is the softest that is plausible.
@@ -85,7 +85,7 @@ impl PlaceScale {
     }
 }
 
-/// One shape of a law: values at which its effect is worked out, and how far its size may be scaled from there.
+/// One shape of a law: values at which its effect is computed, and how far its size may be scaled from there.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Shape {
     /// Values of the parameters.
@@ -137,7 +137,7 @@ pub struct Search {
     pub phase: Option<usize>,
     /// Whether a joint turns at least as far under this law as under any other: where it cannot be seen, none can.
     pub is_freest: bool,
-    /// Whether it can be looked for in a table of force and displacement without a robot.
+    /// Whether it can be searched for in a table of force and displacement without a robot.
     pub without_robot: bool,
     /// What the law needs to be recorded.
     pub needs: Needs,

@@ -304,7 +304,7 @@ impl LawSet {
             let driving = first_nm - between * b;
             let a = first_law.twist_rad(driving, own(first), before_a);
             let gives = first_law.slope_rad_per_nm(driving, own(first), before_a) * between;
-            // a + gives (b - b') for the twist b' that is looked for.
+            // a + gives (b - b') for the twist b' that is searched for.
             let next = second_law.twist_rad(
                 second_nm - back * (a + gives * b),
                 own(second) - back * gives,

@@ -104,7 +104,7 @@ impl Solver {
 
     /// The same of some hinges only; levers and stiffness of the others are zero.
     ///
-    /// What is worked out has the same bytes, whichever others are.
+    /// Each result has the same bytes, whichever others are computed.
     pub fn twist_influence_of(
         &mut self,
         rigid: &Structure,

@@ -1,6 +1,6 @@
 //! Three-dimensional beam finite elements: small structures of straight two-node members, solved exactly.
 //!
-//! Knows nodes, elements, supports, hinges and loads; has never heard of robots, poses or fitting factors. A [`Structure`] is
+//! Contains nodes, elements, supports, hinges and loads; does not depend on robots, poses or fitting factors. A [`Structure`] is
 //! described once and may be moved and re-rated in place; a [`Solver`] holds all that depends on its topology alone
 //! (numbering, sparsity, symbolic factorisation) and every buffer, so that solving the next pose allocates nothing. `reduction` gives
 //! the compliance of the end and its derivatives, and nothing else, for several poses in SIMD registers, a hundred times faster.

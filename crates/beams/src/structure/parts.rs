@@ -176,7 +176,7 @@ pub enum StructureError {
         /// Its stiffness over that of the middle element, in the strain where it is largest.
         ratio: f64,
     },
-    /// An element whose nodes coincide, or whose local axes cannot be told.
+    /// An element whose nodes coincide, or whose local axes cannot be determined.
     #[error("element {element} between nodes {first} and {second} has no length or no plane")]
     #[diagnostic(
         code(stiffbench::structure::element),

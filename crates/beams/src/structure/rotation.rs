@@ -16,7 +16,7 @@ pub struct LocalAxes {
 impl LocalAxes {
     /// Axes of an element along `span_m` whose local y is as near to `toward_y` as a right angle to x allows; also its length, m.
     ///
-    /// Returns `None` if the element has no length or `toward_y` is parallel to it: then no axes can be told.
+    /// Returns `None` if the element has no length or `toward_y` is parallel to it: then the axes are undefined.
     #[must_use]
     pub fn along(span_m: [f64; 3], toward_y: [f64; 3]) -> Option<(Self, f64)> {
         let length_m = norm(span_m);

@@ -79,7 +79,7 @@ impl Solver {
         Ok(Self::of(Arc::new(Topology::new(structure)?)))
     }
 
-    /// Another solver of structures connected like those of this one; it knows no structure yet.
+    /// Another solver of structures connected like those of this one; it holds no structure yet.
     #[must_use]
     pub fn another(&self) -> Self {
         Self::of(Arc::clone(&self.topology))
@@ -243,7 +243,7 @@ impl Solver {
     fn pivot_shares(&self) -> impl Iterator<Item = f64> {
         use faer::sparse::linalg::cholesky::SymbolicCholeskyRaw;
         let SymbolicCholeskyRaw::Simplicial(symbolic) = self.topology.symbolic.raw() else {
-            unreachable!("the topology asks for a simplicial factorisation");
+            unreachable!("the topology requires a simplicial factorisation");
         };
         let starts = &symbolic.col_ptr()[..self.topology.equation_count];
         starts

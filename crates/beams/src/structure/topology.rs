@@ -238,7 +238,7 @@ pub(super) fn held_freedoms(structure: &Structure) -> Vec<[bool; 6]> {
             *flag |= support_holds;
         }
     }
-    // A node that no element or load touches has nothing to say: its freedoms are left out, not reported as loose.
+    // A node without element and load does not matter: its freedoms are left out, not reported as loose.
     let mut used = vec![false; structure.nodes.len()];
     for attachment in structure.elements.iter().flat_map(|e| &e.ends) {
         used[attachment.node] = true;

@@ -19,7 +19,7 @@ pub enum DecoderError {
         choices: String,
     },
     /// A unit that the gauge cannot have.
-    #[error("{instrument} measures {quantity}, and {unit:?} is no unit of it that can be")]
+    #[error("{instrument} measures {quantity}, and {unit:?} is not a known unit of it")]
     #[diagnostic(
         code(stiffbench::instrument::unit_unknown),
         help("name one of {choices}")

@@ -1,7 +1,7 @@
 //! From bytes to samples, by the description of the gauge.
 //!
 //! Pure: bytes and their times in, samples, replies and rejected bytes out. Error packets are tried first; a packet counts only if a pattern
-//! covers all of it, and a number is never looked for inside a line. What must not be used (peak mode, hold, overload, a unit of another
+//! covers all of it, and a number is never searched for inside a line. What must not be used (peak mode, hold, overload, a unit of another
 //! quantity, more digits than the gauge has) is rejected with the reason. Nothing is dropped silently.
 
 mod error;
@@ -147,7 +147,7 @@ impl Decoder {
             out.extend(decoded);
             return;
         }
-        // Noise before a packet is told from the packet where the packet begins with a mark.
+        // Noise before a packet is separated from the packet where the packet begins with a mark.
         let noise = bytes
             .iter()
             .take_while(|byte| !matches!(byte, 0x20..=0x7e))
@@ -171,7 +171,7 @@ impl Decoder {
         out.push(rejected(bytes, piece.at_s, reason));
     }
 
-    /// What a packet says, if a pattern covers it. Without its beginning only patterns that begin with a mark count.
+    /// The content of a packet, if a pattern matches it. Without its beginning only patterns that begin with a mark count.
     fn known_packet(&mut self, bytes: &[u8], at_s: f64, whole: bool) -> Option<Vec<Decoded>> {
         if let Some(error) = self.error(bytes, at_s, whole) {
             return Some(vec![error]);
@@ -193,7 +193,7 @@ impl Decoder {
         .then(|| vec![self.text(bytes, at_s)])
     }
 
-    /// A packet that says that something is wrong.
+    /// A packet that reports an error.
     fn error(&mut self, bytes: &[u8], at_s: f64, whole: bool) -> Option<Decoded> {
         let (meaning, text) = self.error_words(bytes, whole)?;
         let refused_command =

@@ -1,11 +1,11 @@
-//! From the fields of a packet that matched to what they say.
+//! Decodes the fields of a matched packet.
 
 use crate::grammar::{ChoiceWord, Field, Matched, UnitWord};
 use crate::sample::{Channel, Mark};
 
 use super::reply::raw_text;
 
-/// What the fields of a packet say.
+/// The decoded fields of a packet.
 #[derive(Debug, Clone, Default)]
 pub(super) struct PacketValues {
     /// The numbers, in order.
@@ -57,7 +57,7 @@ impl PacketNumber {
     }
 }
 
-/// What the fields of a packet say.
+/// The decoded fields of a packet.
 pub(super) fn packet_values(fields: &[Matched<'_>]) -> PacketValues {
     let mut values = PacketValues::default();
     let (mut negative, mut point_digit) = (false, None);

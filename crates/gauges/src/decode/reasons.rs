@@ -77,7 +77,7 @@ fn seven_bit_even() -> String {
 
 /// Whether text with an even parity bit was read as 8 bits: with the top bit the number of ones is even in every byte.
 ///
-/// Of bytes drawn at random one in 2^n passes, so fewer than four tell nothing.
+/// Of bytes drawn at random one in 2^n passes, so fewer than four carry no information.
 pub(super) fn is_seven_bit_even(bytes: &[u8]) -> bool {
     let text = |byte: &u8| matches!(byte & 0x7F, 0x20..=0x7E | b'\r' | b'\n' | b'\t' | 2 | 3);
     bytes.len() >= 4

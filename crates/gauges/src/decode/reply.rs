@@ -18,13 +18,13 @@ pub enum Decoded {
 pub struct Reply {
     /// The packet as it came; bytes that are not printable ASCII as `\xNN`.
     pub raw: Box<str>,
-    /// What it says.
+    /// Its content.
     pub meaning: Meaning,
     /// When its last byte arrived, s.
     pub at_s: f64,
 }
 
-/// What an answer says.
+/// The content of an answer.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum Meaning {
     /// Done.

@@ -172,7 +172,7 @@ impl Decoder {
             PacketUnit::Known(unit) => return Ok(unit.clone()),
             PacketUnit::Unknown(text) => {
                 return Err(format!(
-                    "wrong unit: `{text}` is no unit of {kind} that this gauge sends; set the unit at the gauge"
+                    "wrong unit: `{text}` is not a unit of {kind} that this gauge sends; set the unit at the gauge"
                 ));
             }
             PacketUnit::Place(place) => {
@@ -186,14 +186,14 @@ impl Decoder {
             (UnitSource::Fixed, ..) => units.fixed.as_ref(),
             (UnitSource::Query, Some(told), Some(configured)) if told != configured => {
                 return Err(format!(
-                    "wrong unit: the gauge says {told}, and {configured} was configured; set the unit at the gauge"
+                    "wrong unit: the gauge reports {told}, but {configured} is configured; set the unit at the gauge"
                 ));
             }
             (UnitSource::Query, Some(told), _) => Some(told),
             (_, _, configured) => configured.as_ref(),
         };
         unit.cloned().ok_or_else(|| {
-            "the packet carries no unit, and none is configured: let the gauge send it, or name the unit".to_owned()
+            "the packet carries no unit, and none is configured: make the gauge send it, or configure the unit".to_owned()
         })
     }
 
@@ -202,7 +202,7 @@ impl Decoder {
         let units = &self.description.units;
         match (units.named_by(code), &self.configured) {
             (None, _) => Err(format!(
-                "wrong unit: the gauge shows the unit with the code {code}, which is none of {}; set the unit at the gauge",
+                "wrong unit: the gauge reports unit code {code}, expected one of {}; set the unit at the gauge",
                 self.description.channel
             )),
             (Some(unit), Some(configured)) if unit != configured => Err(format!(
@@ -232,7 +232,7 @@ impl Decoder {
         }
         let factor = kind.si_factor(&unit).ok_or_else(|| {
             format!(
-                "wrong unit: `{unit}` is no unit of {}",
+                "wrong unit: `{unit}` is not a unit of {}",
                 self.description.channel
             )
         })?;

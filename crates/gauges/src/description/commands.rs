@@ -82,7 +82,7 @@ pub enum Expect {
     Nothing,
     /// A value.
     Value,
-    /// Text: who it is, its unit, its mode.
+    /// Text: identity, unit or mode.
     Text,
     /// That it was done, or refused.
     Acknowledgement,

@@ -26,12 +26,12 @@ impl InstrumentDescription {
             doubts.extend(loose.filter_map(|(field, entry)| {
                 let passed_over = passed_over(pattern, field, entry)?;
                 Some(format!(
-                    "{name}.fields[{field}]: `any` passes over {passed_over}; if it can say something (sign, mode, overload), name what is known by a choice, or leave it out of `of`"
+                    "{name}.fields[{field}]: `any` skips {passed_over}; if these bytes carry a sign, a mode or an overload, describe them by a choice, or leave them out of `of`"
                 ))
             }));
             if self.units.source == UnitSource::Packet && !has_unit(pattern) {
                 doubts.push(format!(
-                    "{name} carries no unit, and unit.from is \"packet\": a unit that is switched at the gauge is then not seen; let the gauge send it, or say how many decimals each unit has (physical.decimals)"
+                    "{name} carries no unit, and unit.from is \"packet\": a unit switched at the gauge is then not detected; make the gauge send it, or give the decimals of each unit (physical.decimals)"
                 ));
             }
             doubts.extend(self.mistaken(&name, pattern));
@@ -39,7 +39,7 @@ impl InstrumentDescription {
         doubts
     }
 
-    /// What it does not say.
+    /// What it leaves open.
     fn gaps(&self) -> Vec<String> {
         let mut gaps = Vec::new();
         let physical = &self.physical;
@@ -153,7 +153,7 @@ impl InstrumentDescription {
                 "a packet of {name}, `{packet}`, is taken for the answer to a command: a [[reply]] covers it too"
             )),
             _ => Some(format!(
-                "a packet of {name}, `{packet}`, is no packet by [framing]"
+                "a packet of {name}, `{packet}`, is not a packet by [framing]"
             )),
         }
     }

@@ -23,7 +23,7 @@ pub(super) enum FieldEntry {
     Any(AnyField),
     /// The sign of the number behind it.
     Sign(SignField),
-    /// A digit that says how many decimals the number behind it has.
+    /// A digit that gives how many decimals the number behind it has.
     Point(PointField),
     /// The number, in decimal digits.
     Number(NumberField),
@@ -57,7 +57,7 @@ pub(super) struct SignField {
     pub(super) minus: Vec<String>,
 }
 
-/// A digit that says how many decimals the number behind it has.
+/// A digit that gives how many decimals the number behind it has.
 #[derive(Debug, Clone, Deserialize, JsonSchema)]
 pub(super) struct PointField {
     /// Largest digit that may stand there.
@@ -147,7 +147,7 @@ pub(super) enum PointPlace {
     /// None or one stands among the digits.
     #[default]
     Optional,
-    /// None is sent: `decimals`, or a point field before the number, says where it is.
+    /// None is sent: `decimals`, or a point field before the number, states where it is.
     None,
 }
 
@@ -165,7 +165,7 @@ pub(super) enum BlankPlace {
 /// The unit of the number before it.
 #[derive(Debug, Clone, Default, Deserialize, JsonSchema)]
 pub(super) struct UnitField {
-    /// Texts that say that the value is none, and why.
+    /// Texts that state that the value is none, and why.
     #[serde(default)]
     pub(super) refuse: Words,
     /// Characters of a unit that is not among the codes: how many, or [least, most]; such packets are recognised and refused.

@@ -78,7 +78,7 @@ pub(super) fn value_pattern(
         }
     }
     if numbers[0] != 1 || numbers[1] > 1 {
-        let expected = "one number of the gauge's own quantity (and one of the other at most, with measures and unit); what else stands in the packet is passed over by any";
+        let expected = "one number of the gauge's own quantity (and one of the other at most, with measures and unit); skip everything else in the packet by `any`";
         let found = format!("fields with {} numbers", numbers[0] + numbers[1]);
         return Err(value(within(path, "fields"), found, expected));
     }
@@ -219,7 +219,7 @@ fn other_quantity(
         }
         (measures, unit) => {
             let found = format!("measures {measures:?}, unit {unit:?}");
-            let expected = "both `measures` (the other quantity) and its `unit`, or none of them";
+            let expected = "both `measures` (the other quantity) and its `unit`, or neither";
             Err(value(path.to_vec(), found, expected))
         }
     }

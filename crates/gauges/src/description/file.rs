@@ -46,7 +46,7 @@ pub(super) struct DescriptionFile {
     pub(super) channel: Channel,
     /// How far the description can be trusted.
     pub(super) status: Status,
-    /// Known in part only; the user is told.
+    /// Known in part only; the user is informed.
     #[serde(default)]
     pub(super) experimental: bool,
     /// Where the facts were read.
@@ -66,7 +66,7 @@ pub(super) struct DescriptionFile {
     /// What is sent to it.
     #[serde(default)]
     pub(super) commands: CommandsEntry,
-    /// How packets are told apart.
+    /// How packets are distinguished.
     pub(super) framing: FramingEntry,
     /// What the sign means.
     pub(super) sign: SignEntry,
@@ -77,7 +77,7 @@ pub(super) struct DescriptionFile {
     pub(super) physical: PhysicalEntry,
     /// Packets that carry a value, in the order in which they are tried.
     pub(super) value: Vec<ValueEntry>,
-    /// Packets that say that something is wrong; tried before all others.
+    /// Packets that report an error; tried before all others.
     #[serde(default)]
     pub(super) error: Vec<ErrorEntry>,
     /// Packets that answer a command.
@@ -143,7 +143,7 @@ pub(super) struct TimingEntry {
     pub(super) most_per_s: Option<f64>,
     /// Values to leave out after the port was opened, a wake or a change of unit; 1.
     pub(super) discard_after_open: Option<u32>,
-    /// Silence that the operator is told of, s; 3.
+    /// Silence that is reported to the operator, s; 3.
     pub(super) silent_after_s: Option<f64>,
 }
 
@@ -201,7 +201,7 @@ pub(super) struct CommandEntry {
     pub(super) refuse: Words,
 }
 
-/// How packets are told apart: one of these tables.
+/// How packets are distinguished: one of these tables.
 #[derive(Debug, Clone, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub(super) enum FramingEntry {
@@ -325,7 +325,7 @@ pub(super) struct ValueEntry {
     pub(super) registers: Option<RegistersEntry>,
 }
 
-/// A packet that says that something is wrong.
+/// A packet that reports an error.
 #[derive(Debug, Clone, Deserialize, JsonSchema)]
 pub(super) struct ErrorEntry {
     /// What is wrong.

@@ -1,7 +1,7 @@
 //! Instrument descriptions: one file for each model of gauge, schema `stiffbench/instrument/1`.
 //!
-//! A description says how the gauge is spoken to, how its packets are told apart and what their fields mean. It holds what makers and
-//! public programs say about the gauge, quirks included; what nobody says is not filled in.
+//! A description states the commands of the gauge, how its packets are distinguished and what their fields mean. It holds what makers and
+//! public programs state about the gauge, quirks included; unstated values are not filled in.
 
 mod commands;
 mod compile;
@@ -99,7 +99,7 @@ impl InstrumentDescription {
         self.framing.idle_s
     }
 
-    /// Whether the gauge sends values unasked: by itself, or once it was told to.
+    /// Whether the gauge sends values unasked: by itself, or after a command.
     #[must_use]
     pub fn streams(&self) -> bool {
         self.command(Role::StreamStart).is_some() || self.command(Role::Read).is_none()
@@ -139,7 +139,7 @@ impl InstrumentDescription {
         self.units.source
     }
 
-    /// How packets are told apart, in words.
+    /// How packets are distinguished, in words.
     #[must_use]
     pub fn framing_text(&self) -> String {
         self.framing.to_string()
@@ -231,7 +231,7 @@ pub struct Timing {
     pub most_per_s: f64,
     /// Values to leave out after the port was opened, a wake or a change of unit.
     pub discard_after_open: u32,
-    /// Silence that the operator is told of, s.
+    /// Silence that is reported to the operator, s.
     pub silent_after_s: f64,
 }
 

@@ -96,7 +96,7 @@ fn value_packet(
             Err(conflict(at.to_vec(), "registers", "framing", why))
         }
         (None, FramingKind::Modbus { .. }) => {
-            let why = "where in the reply does the value stand";
+            let why = "where is the value in the reply";
             Err(missing(at.to_vec(), "registers", why))
         }
         (None, _) => value_pattern(&entry.fields, at, context).map(ValuePacket::Text),

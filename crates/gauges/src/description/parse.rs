@@ -84,7 +84,7 @@ impl InstrumentDescription {
     }
 }
 
-/// Another schema explains every other problem of a text, so it is told first.
+/// Another schema explains every other problem of a text, so it is reported first.
 fn schema_problem(source: &SourceText, read: Option<&str>) -> Option<DescriptionError> {
     let span = source.toml_span(&[Step::Key("schema")]);
     let written = || {

@@ -79,7 +79,7 @@ impl DescriptionProblem {
                     .to_owned()
             }
             Self::Schema { known, .. } => {
-                format!("write schema = \"{known}\", or take the version of this program that knows the other")
+                format!("write schema = \"{known}\", or use the version of this program that supports the other")
             }
             Self::Value { key, expected, .. } => format!("give `{key}` {expected}"),
             Self::Missing { key, .. } => format!("add `{key}`"),

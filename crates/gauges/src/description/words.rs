@@ -37,7 +37,7 @@ pub enum SignMeaning {
     Positive,
     /// As a negative value.
     Negative,
-    /// No source says: the operator pushes by hand and the sign is seen.
+    /// No source states it: the operator pushes by hand and the sign is observed.
     Ask,
 }
 
@@ -49,13 +49,13 @@ pub enum UnitSource {
     Packet,
     /// The gauge is asked; until it has answered, the configured unit holds.
     Query,
-    /// Nothing tells: it is configured.
+    /// Not in the packet: it is configured.
     Configuration,
-    /// The gauge knows only one.
+    /// The gauge has only one.
     Fixed,
 }
 
-/// What an error packet says.
+/// The meaning of an error packet.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum Trouble {
@@ -89,7 +89,7 @@ impl fmt::Display for Trouble {
     }
 }
 
-/// What a packet that answers a command says.
+/// The content of a packet that answers a command.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum ReplyMeaning {

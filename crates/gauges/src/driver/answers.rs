@@ -118,7 +118,7 @@ impl Driver {
                     self.note(
                         now,
                         deeds,
-                        &format!("the gauge said {} without being asked", reply.raw),
+                        &format!("the gauge sent {} without a request", reply.raw),
                     );
                 }
                 return;
@@ -151,7 +151,7 @@ impl Driver {
         let Some(ask) = job.ask else {
             match said {
                 Ok(text) if !text.is_empty() => {
-                    self.note(now, deeds, &format!("the gauge says {text}"));
+                    self.note(now, deeds, &format!("the gauge reports {text}"));
                 }
                 Ok(_) => {}
                 Err(why) => self.note(
@@ -181,7 +181,7 @@ impl Driver {
         }
     }
 
-    /// Whether the gauge is the one that was expected, by what it says it is.
+    /// Whether the gauge is the one that was expected, by the identity that it reports.
     pub(super) fn is_expected(&mut self, said: Option<&String>, deeds: &mut Vec<Deed>) -> bool {
         let found: Option<Box<str>> = said.map(|text| text.trim().into());
         let same = match (&self.manner.expected, &found) {

@@ -50,7 +50,7 @@ impl Job {
         jobs
     }
 
-    /// What is sent after opening, before the first value: stop what a former session left on, stay awake, say who you are, in which unit and
+    /// What is sent after opening, before the first value: stop what a former session left on, stay awake, report identity, unit and
     /// mode.
     ///
     /// Only commands that set or read: a command that toggles would start what it should stop.
@@ -109,18 +109,18 @@ pub(super) enum Standing {
 pub(super) fn unanswered(ask: Ask) -> &'static str {
     match ask {
         Ask::Zero => "the gauge does not confirm its zero; set it to zero at the gauge",
-        Ask::Identity => "the gauge does not say who it is; compare its serial number by eye",
-        Ask::State => "the gauge does not tell its unit and mode; compare them at its display",
+        Ask::Identity => "the gauge did not identify itself; compare its serial number by eye",
+        Ask::State => "the gauge did not report its unit and mode; compare them at its display",
     }
 }
 
-/// What is said where the gauge has no command for a question.
+/// The text where the gauge has no command for a question.
 pub(super) fn no_command(ask: Ask) -> &'static str {
     match ask {
         Ask::Zero => "this gauge cannot be set to zero over its line; press its zero key",
-        Ask::Identity => "this gauge has no command that tells who it is",
+        Ask::Identity => "this gauge has no identification command",
         Ask::State => {
-            "this gauge has no command that tells its unit and mode; compare them at its display"
+            "this gauge has no command for its unit and mode; compare them at its display"
         }
     }
 }

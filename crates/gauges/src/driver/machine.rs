@@ -13,7 +13,7 @@ const LONGEST_DRAIN_S: f64 = 3.0;
 /// Pause between two tries at a gauge that has fallen silent, s: from the first to the last; it doubles.
 pub(super) const SILENT_PAUSE_S: [f64; 2] = [0.5, 4.0];
 
-/// The talk with one gauge.
+/// The exchange with one gauge.
 #[derive(Debug)]
 pub struct Driver {
     pub(super) description: Arc<InstrumentDescription>,
@@ -93,7 +93,7 @@ impl Driver {
         }
     }
 
-    /// What the gauge said when it was asked who it is.
+    /// The reply of the gauge to the identity request.
     #[must_use]
     pub fn identity(&self) -> Option<&str> {
         self.identity.as_deref()
@@ -165,7 +165,7 @@ impl Driver {
         phase_s.min(idle_s).min(silence_s)
     }
 
-    /// When what is under way is over, real seconds: the same sums that [`Driver::wake`] judges by.
+    /// When what is under way is over, real seconds: the same sums that [`Driver::wake`] uses.
     fn phase_due_s(&self) -> f64 {
         let timing = self.description.timing();
         match &self.phase {
@@ -186,7 +186,7 @@ impl Driver {
             .map_or(since_s, |last| last.real_s.max(since_s))
     }
 
-    /// Somebody wants to know something of the gauge, or its zero set.
+    /// A request to the gauge: a question, or setting its zero.
     pub fn ask(&mut self, ask: Ask, deeds: &mut Vec<Deed>) {
         let jobs = Job::of_ask(&self.description, ask);
         if jobs.is_empty() {
@@ -216,7 +216,7 @@ impl Driver {
         }
     }
 
-    /// Tells the decoder that nothing came for long enough to end a packet.
+    /// Informs the decoder that nothing came for long enough to end a packet.
     fn close_packet(&mut self, now: Moment, deeds: &mut Vec<Deed>) {
         let Some(last) = self.last_byte else { return };
         if self.idle_told || now.real_s < last.real_s + self.description.idle_gap_s() {

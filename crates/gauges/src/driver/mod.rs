@@ -1,6 +1,6 @@
-//! The talk with one gauge: what is sent when, which reply belongs to it, and what is done when none comes. No port and no clock.
+//! The exchange with one gauge: what is sent when, which reply belongs to it, and what is done when none comes. No port and no clock.
 //!
-//! A [`Driver`] is told what arrived and when, and answers with [`Deed`]s. The blocking reader, the live engine and unit tests all drive the same
+//! A [`Driver`] receives what arrived and when, and answers with [`Deed`]s. The blocking reader, the live engine and unit tests all drive the same
 //! machine, so that deadlines, drains and retries are tested without waiting. It never pairs a reply with a request by order alone once
 //! something went wrong: after a reply that did not come the line is drained until it is quiet, and the next value counts only if no second
 //! one follows it.
@@ -26,14 +26,14 @@ pub struct Moment {
     pub at_s: f64,
 }
 
-/// How a gauge is talked with.
+/// How a gauge is operated.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Manner {
     /// How its values are had.
     pub acquisition: Acquisition,
-    /// It is told not to switch off by itself, where it can be told.
+    /// Whether it gets the command to stay on, where it has one.
     pub keep_awake: bool,
-    /// What it answered to who it is when it was last here, if that is known: another answer is another gauge.
+    /// The identity that it reported last, if known: another identity is another gauge.
     pub expected: Option<Box<str>>,
 }
 
@@ -58,10 +58,10 @@ const ENOUGH_PER_S: f64 = 20.0;
 pub enum Acquisition {
     /// One request, one value.
     Poll {
-        /// Most requests a second; fewer where the description says so.
+        /// Most requests a second; fewer where the description requires it.
         most_per_s: f64,
     },
-    /// Told once to send, it goes on sending.
+    /// After one start command it keeps sending.
     Stream,
     /// It sends by itself and takes no command.
     Listen,
@@ -97,7 +97,7 @@ impl Acquisition {
     }
 }
 
-/// What is to be done, in this order.
+/// What has to be done, in this order.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Deed {
     /// To write these bytes to the port, in one piece.
@@ -107,7 +107,7 @@ pub enum Deed {
         /// The bytes.
         bytes: Vec<u8>,
     },
-    /// To tell this.
+    /// Report this event.
     Tell(GaugeEvent),
     /// To note in the trace that the last `count` values are not used.
     Unused {
@@ -116,7 +116,7 @@ pub enum Deed {
         /// Why.
         reason: &'static str,
     },
-    /// To note in the trace that the decoder begins anew.
+    /// To note in the trace that the decoder restarts.
     Reset,
     /// To close the port: another instrument answers.
     Refuse {

@@ -39,7 +39,7 @@ impl Driver {
         }
         deeds.push(Deed::Reset);
         if !is_quiet {
-            self.note(now, deeds, "the gauge goes on sending and cannot be stopped over the line: stop it at the gauge, or have it read as a stream");
+            self.note(now, deeds, "the gauge keeps sending and cannot be stopped over the line: stop it at the gauge, or read it as a stream");
         }
         if let Some(job) = again {
             self.send(job, now, deeds);
@@ -117,7 +117,7 @@ impl Driver {
         }
     }
 
-    /// A value came later than it is waited for; that a gauge does so always is said.
+    /// A value came later than it is waited for; a gauge that is always late is reported.
     pub(super) fn came_late(&mut self, now: Moment, deeds: &mut Vec<Deed>) {
         self.late += 1;
         if self.late.is_multiple_of(LATE_IN_A_ROW) {
@@ -161,7 +161,7 @@ impl Driver {
             (self.next_poll_s + self.interval_s).max(now.real_s + self.interval_s / 2.0);
         let mut job = Job::own(Role::Read);
         if self.standing == Standing::Silent {
-            // One try at a time, without a word: that it is silent has been said.
+            // One try at a time, without a message: its silence has been reported.
             job.tries = self.description.timing().retries;
         }
         self.send(job, now, deeds);
@@ -219,7 +219,11 @@ impl Driver {
             self.next_poll_s = now.real_s;
             if self.restarts < self.description.timing().retries {
                 self.restarts += 1;
-                self.note(now, deeds, "the stream is silent: told again to send");
+                self.note(
+                    now,
+                    deeds,
+                    "the stream is silent: the start command is sent again",
+                );
             }
             self.jobs.push_back(Job::own(Role::StreamStart));
         }

@@ -83,7 +83,7 @@ impl Talk {
         talk
     }
 
-    /// A polled gauge that has said who it is.
+    /// A polled gauge that has identified itself.
     fn polled() -> Self {
         let mut talk = Self::with(GAUGE, Manner::glance(POLL));
         talk.hears("trial 7\r");
@@ -328,7 +328,7 @@ fn another_identity_is_refused_before_any_value() {
         "{reason}"
     );
     assert_eq!(talk.values(), [0.0; 0]);
-    // One that is silent is asked again, and no value is asked for before it has said who it is.
+    // One that is silent is asked again, and no value is asked for before it has identified itself.
     let mut talk = Talk::with(GAUGE, expecting);
     talk.wait(20.0);
     assert!(
@@ -431,7 +431,7 @@ fn a_gauge_of_another_language_is_told_once_and_a_value_makes_it_right() {
     assert_eq!(talk.values(), [0.0; 0]);
     talk.hears("+2 N\r");
     assert!(matches!(talk.links()[..], [_, LinkState::Connected { .. }]));
-    // What is no value later on says nothing about who is there.
+    // What is no value later on does not identify the gauge.
     for _ in 0..20 {
         talk.wait(0.2);
         talk.hears("+1.5 mm\r");

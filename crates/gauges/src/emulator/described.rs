@@ -1,6 +1,6 @@
 //! The protocol of a gauge, from its description: the fields that read its packets, written backwards.
 //!
-//! It knows what the description says and no more. Where its maker's gauge does otherwise, the description is wrong, and this gauge shares the
+//! It behaves as described and no more. Where the real gauge differs, the description is wrong, and this gauge shares the
 //! mistake: it rehearses a session, and proves nothing about decoding.
 
 use crate::description::{Command, Expect, InstrumentDescription, ReplyMeaning, Role, Trouble};
@@ -16,14 +16,14 @@ use super::wire::{Packets, Stream};
 /// Longest command that is waited for.
 const LONGEST_COMMAND: usize = 256;
 
-/// Values a second of a stream, unless the description says that there are fewer.
+/// Values a second of a stream, unless the description states that there are fewer.
 const USUAL_STREAM_PER_S: f64 = 10.0;
 
 /// Bytes of a Modbus request to read, and the code by which one for other registers is refused.
 const MODBUS_REQUEST: usize = 8;
 const MODBUS_ILLEGAL_ADDRESS: u8 = 2;
 
-/// What a gauge says as its description has it.
+/// The behaviour of a gauge according to its description.
 pub(super) struct Protocol {
     description: InstrumentDescription,
     /// Bytes of a command that is not complete.
@@ -76,13 +76,13 @@ impl Protocol {
         self.stream.next_due_s().or(unasked)
     }
 
-    /// A packet with what the display shows, or what says that there is no value.
+    /// A packet with what the display shows, or a packet without a value.
     pub(super) fn value(&self, meter: &mut Meter) -> Option<Vec<u8>> {
         let value_si = meter.displayed_si();
         self.packet(meter, value_si)
     }
 
-    /// A packet with a value, or what says that there is none: of every state of the gauge that can be told, the worst is told.
+    /// A packet with a value, or with the worst of the states that can be reported.
     fn packet(&self, meter: &Meter, value_si: f64) -> Option<Vec<u8>> {
         let shown = meter.rounded(value_si);
         let running = self.written(meter, shown, State::Running);
@@ -273,7 +273,7 @@ impl Protocol {
         }
     }
 
-    /// A packet that says that something is wrong, if the gauge has one.
+    /// A packet that reports an error, if the gauge has one.
     fn trouble(&self, trouble: Trouble, meter: &Meter) -> Option<Vec<u8>> {
         let mut errors = self.description.grammar.errors.iter();
         let said = Self::said(meter);
@@ -352,7 +352,7 @@ impl Protocol {
     }
 }
 
-/// What there is to tell beside the value, the worst first.
+/// States to report beside the value, the worst first.
 fn states(meter: &Meter, value_si: f64) -> impl Iterator<Item = State> + use<> {
     let states = [
         (meter.tool_off, State::ToolOff),

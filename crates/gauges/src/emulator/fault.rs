@@ -36,7 +36,7 @@ pub enum LineFault {
     Garbage(Option<Vec<u8>>),
     /// A NUL byte comes before a packet.
     NulBefore,
-    /// What the host says comes back to it.
+    /// What the host sends comes back to it.
     Echo,
     /// A packet comes late.
     LateReply {

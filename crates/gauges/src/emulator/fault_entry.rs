@@ -100,7 +100,7 @@ impl Entry {
             "unit" => Fault::Gauge(Panel::Unit(self.unit.clone().ok_or_else(|| {
                 let help = "unit = \"lbF\"".to_owned();
                 (
-                    "which unit is set at the panel is not said".to_owned(),
+                    "the unit that is set at the panel is missing".to_owned(),
                     help,
                 )
             })?)),
@@ -155,7 +155,7 @@ impl Entry {
         let when = given.next().unwrap_or(When::Now);
         if given.next().is_some() {
             return Err((
-                "it is to begin at more than one moment".to_owned(),
+                "it has more than one start time".to_owned(),
                 "give one of at_s, packet, reading, phase; two faults can be two entries"
                     .to_owned(),
             ));
@@ -163,7 +163,7 @@ impl Entry {
         Ok(when)
     }
 
-    /// A fault of a line hits one packet unless told otherwise, one that is a state of a gauge lasts, and a cable is out for two seconds.
+    /// A fault of a line hits one packet unless stated otherwise, one that is a state of a gauge lasts, and a cable is out for two seconds.
     fn lasts(&self, fault: &Fault) -> Result<Lasts, Problem> {
         if self.for_s.is_some() && self.for_packets.is_some() {
             return Err((
@@ -191,7 +191,7 @@ impl Entry {
         ] {
             if value.is_some_and(|value| !(value.is_finite() && value >= 0.0)) {
                 return Err((
-                    format!("{key} is no time"),
+                    format!("{key} is not a time"),
                     format!("write {key} = 2.5, in seconds"),
                 ));
             }
@@ -225,7 +225,7 @@ impl Entry {
             if given && !fits {
                 return Err((
                     format!("{key} means nothing for {}", self.what),
-                    format!("leave {key} out; docs/fault-script.md says where it belongs"),
+                    format!("leave {key} out; docs/fault-script.md lists its use"),
                 ));
             }
         }

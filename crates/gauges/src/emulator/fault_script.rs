@@ -73,7 +73,7 @@ pub enum FaultScriptError {
     #[error("{file}, line {line}: {problem}")]
     #[diagnostic(
         code(stiffbench::input::fault_script),
-        help("docs/fault-script.md lists what a fault script may say")
+        help("docs/fault-script.md lists the keys of a fault script")
     )]
     File {
         /// The file.
@@ -151,7 +151,7 @@ impl FaultScript {
         })
     }
 
-    /// Reads one fault in one line, `GAUGE WHAT [KEY=VALUE ...]`, as it is typed at a running bench; it begins at once unless it says when.
+    /// Reads one fault in one line, `GAUGE WHAT [KEY=VALUE ...]`, as it is typed at a running bench; it begins at once unless it has a start time.
     ///
     /// # Errors
     /// As [`FaultScript::parse`].
@@ -222,10 +222,10 @@ mod tests {
     fn what_cannot_be_is_refused_with_its_place() {
         for (entries, part) in [
             ("[[fault]]\nwhat = \"garbbage\"\n", "no fault garbbage"),
-            ("[[fault]]\nwhat = \"unit\"\n", "which unit"),
+            ("[[fault]]\nwhat = \"unit\"\n", "the unit"),
             (
                 "[[fault]]\nwhat = \"nul\"\npacket = 1\nreading = 1\n",
-                "more than one moment",
+                "more than one start time",
             ),
             ("[[fault]]\nwhat = \"nul\"\npacket = 0\n", "from 1"),
             (
@@ -238,7 +238,7 @@ mod tests {
             ),
             (
                 "[[fault]]\nwhat = \"nul\"\nfor_s = -1\n",
-                "for_s is no time",
+                "for_s is not a time",
             ),
             (
                 "[[fault]]\nwhat = \"garbage\"\nbytes = \"xy\"\n",

@@ -7,7 +7,7 @@ use super::meter::{Meter, Range};
 use super::truth::SharedTruth;
 use super::wire::Packets;
 
-/// What somebody does at the gauge itself, or what happens to it.
+/// An operator action at the gauge itself, or an event on it.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Panel {
     /// Sets the zero here.
@@ -32,7 +32,7 @@ pub enum Panel {
     ToolOff(bool),
 }
 
-/// A gauge that cannot do what it is told.
+/// A gauge that cannot follow a command.
 #[derive(Debug, thiserror::Error, miette::Diagnostic)]
 pub enum EmulatorError {
     /// A unit that the gauge does not have.
@@ -48,7 +48,7 @@ pub enum EmulatorError {
     },
 }
 
-/// A gauge in software, at the level of bytes: a pure state machine that is told the time.
+/// A gauge in software, at the level of bytes: a pure state machine that receives the time.
 pub struct EmulatedGauge {
     name: String,
     meter: Meter,
@@ -64,7 +64,7 @@ impl std::fmt::Debug for EmulatedGauge {
 }
 
 impl EmulatedGauge {
-    /// A gauge that does what a description says, as it is after switching on.
+    /// A gauge that behaves as described, in its state after switching on.
     #[must_use]
     pub fn described(description: &InstrumentDescription, truth: SharedTruth) -> Self {
         Self {
@@ -120,7 +120,7 @@ impl EmulatedGauge {
         self.protocol.next_due_s()
     }
 
-    /// Somebody does something at the gauge; what it sends because of that.
+    /// An operator action at the gauge; returns what it sends as a result.
     ///
     /// # Errors
     /// [`EmulatorError::Unit`] for a unit that it does not have.

@@ -41,7 +41,7 @@ pub enum HostError {
     PseudoTerminal {
         /// Which gauge.
         channel: Channel,
-        /// What the system says.
+        /// The error of the operating system.
         source: serialport::Error,
     },
     /// No link.
@@ -53,7 +53,7 @@ pub enum HostError {
     Link {
         /// The link.
         link: PathBuf,
-        /// What the system says.
+        /// The error of the operating system.
         source: std::io::Error,
     },
     /// A thread that does not start.
@@ -62,7 +62,7 @@ pub enum HostError {
     Thread {
         /// Which gauge.
         channel: Channel,
-        /// What the system says.
+        /// The error of the operating system.
         source: std::io::Error,
     },
 }
@@ -129,7 +129,7 @@ impl PtyHost {
         }
     }
 
-    /// Somebody does something at a gauge; nothing if it is not hosted.
+    /// An operator action at a gauge; nothing if it is not hosted.
     ///
     /// # Errors
     /// As [`Line::press`].

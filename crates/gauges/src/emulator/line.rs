@@ -8,7 +8,7 @@ use super::gauge::{EmulatedGauge, EmulatorError, Panel};
 /// What a serial line hands on as garbage: bytes of no packet of any gauge, among them some with the top bit set.
 const GARBAGE: [u8; 6] = [0xff, 0x00, 0x7e, 0x81, 0x23, 0xfe];
 
-/// A gauge behind a line that can fail: pure, as the gauge is. Without faults it hands on what the gauge says.
+/// A gauge behind a line that can fail: pure, as the gauge is. Without faults it hands on what the gauge sends.
 #[derive(Debug)]
 pub struct Line {
     gauge: EmulatedGauge,
@@ -73,7 +73,7 @@ impl Line {
         self.faults.retain(|ongoing| ongoing.fault != *fault);
     }
 
-    /// Somebody does something at the gauge.
+    /// An operator action at the gauge.
     ///
     /// # Errors
     /// As [`EmulatedGauge::press`].

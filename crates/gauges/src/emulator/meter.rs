@@ -28,10 +28,10 @@ pub(super) struct Range {
     pub(super) plus_as_truth: bool,
 }
 
-/// A gauge shows overload above this share of its capacity, as the makers say.
+/// A gauge shows overload above this share of its capacity, according to the makers.
 const OVERLOAD_SHARE: f64 = 1.1;
 
-/// What a gauge that is told to be overloaded stands at, as a share of its capacity.
+/// Value of a gauge that is set to be overloaded, as a share of its capacity.
 const FORCED_OVERLOAD_SHARE: f64 = 1.15;
 
 /// The state of a measuring part.
@@ -45,9 +45,9 @@ pub(super) struct Meter {
     zero_si: f64,
     unit: usize,
     inverted: bool,
-    /// Value that the display keeps, own sign; a hold that the protocol knows of.
+    /// Value that the display keeps, own sign; a hold that the protocol has.
     held_si: Option<f64>,
-    /// Value at which the gauge hangs, own sign; it knows nothing of it.
+    /// Value at which the gauge hangs, own sign; invisible to the gauge.
     frozen_si: Option<f64>,
     forced_overload: bool,
     /// Largest and smallest value since the peaks were cleared, own sign.
@@ -76,7 +76,7 @@ impl Meter {
         }
     }
 
-    /// The value now, own sign, N or m, whatever mode and hold say.
+    /// The value now, own sign, N or m, in any mode and hold.
     pub(super) fn live_si(&mut self) -> f64 {
         if let Some(frozen_si) = self.frozen_si {
             return frozen_si;

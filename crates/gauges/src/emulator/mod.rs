@@ -1,10 +1,10 @@
-//! Emulated gauges: devices that speak bytes, on the lines and with the faults of real ones.
+//! Emulated gauges: devices that send bytes, on the lines and with the faults of real ones.
 //!
 //! From the inside out: [`EmulatedGauge`] is a pure state machine of bytes and time, on a truth that it is given ([`GaugeTruth`]). Practice
 //! sessions, `stiffbench demo` and tests open them through the same code that opens a real port.
 //!
 //! A gauge is emulated from its description: the fields that read its packets, written backwards. Four makers' gauges are written by hand in the
-//! tests of this crate, without its framing, decoding and emulation, so that one can be held against the other.
+//! tests of this crate, without its framing, decoding and emulation, so that one can be compared with the other.
 
 mod described;
 mod fault;

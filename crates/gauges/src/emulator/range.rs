@@ -5,17 +5,17 @@ use crate::description::{InstrumentDescription, SignMeaning};
 
 use super::meter::{Range, Unit};
 
-/// Capacities of gauges whose description says none, N and m.
+/// Capacities of gauges whose description has none, N and m.
 const USUAL_CAPACITY_SI: [f64; 2] = [500.0, 0.05];
 
-/// Steps of the last digit of gauges whose description says none, N and m.
+/// Steps of the last digit of gauges whose description has none, N and m.
 const USUAL_STEP_SI: [f64; 2] = [0.1, 1e-6];
 
 /// Most decimals of a unit.
 const MOST_DECIMALS: u8 = 6;
 
 impl Range {
-    /// What a description says, and what is usual where it says nothing.
+    /// The values of a description, and usual values where it has none.
     pub(super) fn described(description: &InstrumentDescription) -> Self {
         let mut units = description.units.all();
         let first = first_unit(description.channel);
@@ -33,7 +33,7 @@ impl Range {
             units: units.collect(),
             capacity_si: capacity_si.unwrap_or(USUAL_CAPACITY_SI[place]),
             plus_as_truth: match (description.channel, description.sign.compression) {
-                // Most force gauges of which nobody says it have compression plus.
+                // Most force gauges without a stated sign have compression plus.
                 (Channel::Force, SignMeaning::Positive | SignMeaning::Ask) => false,
                 (Channel::Force, SignMeaning::Negative) => true,
                 (Channel::Displacement, meaning) => meaning != SignMeaning::Negative,

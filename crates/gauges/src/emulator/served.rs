@@ -21,10 +21,10 @@ use super::line::{Line, Until};
 /// Longest wait for bytes before the host looks for faults and its own end again.
 const LONGEST_WAIT: Duration = Duration::from_millis(20);
 
-/// How long a line that nobody has opened is left alone.
+/// How long a line that is not open is left alone.
 const NOBODY_THERE: Duration = Duration::from_millis(10);
 
-/// After how many such waits it is looked whether somebody left a lock behind; a program that closes a port and opens it again is faster.
+/// After how many such waits it is checked whether a lock was left behind; a program that closes a port and opens it again is faster.
 const WAITS_BEFORE_LOOKING: u32 = 10;
 
 /// Speed written into a pseudo-terminal; it has none.
@@ -99,7 +99,7 @@ impl Shared {
         self.line.now_s() < *lock(&self.suspended_until_s)
     }
 
-    /// Waits for bytes, at most until something is due, and hands on both ways; whether somebody has the line open.
+    /// Waits for bytes, at most until something is due, and forwards both ways; returns whether a program has the line open.
     fn serve_once(&self, place: usize, terminal: &mut TTYPort) -> bool {
         let due_s = lock(&self.slots[place]).line.next_due_s();
         let wait = due_s.map_or(LONGEST_WAIT, |due_s| {
@@ -140,7 +140,7 @@ impl Shared {
         somebody
     }
 
-    /// Whether nobody has the line open and yet nobody can open it: a program that was killed left its lock on the terminal. The adapter of a
+    /// Whether no program has the line open and yet none can open it: a program that was killed left its lock on the terminal. The adapter of a
     /// real line would not know of that; a new terminal does not either.
     fn is_left_locked(&self, place: usize, terminal: &mut TTYPort) -> bool {
         if self.links.is_none() {

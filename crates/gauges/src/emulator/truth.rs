@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 /// Where the true value comes from.
 ///
-/// The gauge knows neither robots nor time beyond its own: it asks what acts on it now.
+/// The gauge depends neither on robots nor on time beyond its own: it asks what acts on it now.
 pub trait GaugeTruth: Send + Sync {
     /// What acts on the gauge now. Force, N: positive in tension, negative in compression. Displacement, m: positive as the gauge counts.
     fn value_si(&self) -> f64;

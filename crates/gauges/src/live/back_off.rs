@@ -1,13 +1,13 @@
-//! How long a lost gauge is looked for.
+//! How long a lost gauge is searched for.
 
-/// How long a lost gauge is looked for, and how often, in real seconds.
+/// How long a lost gauge is searched for, and how often, in real seconds.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Persistence {
     /// Pause before the first try, s; each further one is twice as long.
     pub first_s: f64,
     /// Longest pause, s.
     pub longest_s: f64,
-    /// Tries before the gauge is given up until somebody asks for it.
+    /// Tries before the gauge is given up until the operator asks for it.
     pub tries: u32,
 }
 

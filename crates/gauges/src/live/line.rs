@@ -37,7 +37,7 @@ pub(super) struct Line {
     patience: Patience,
     persistence: Persistence,
     asked: UnboundedReceiver<Ask>,
-    /// The last trouble that was told.
+    /// The last trouble that was reported.
     trouble: String,
     out: Out,
 }
@@ -51,7 +51,7 @@ struct Out {
 
 /// Why a line is not served any more.
 enum Ending {
-    /// Nobody listens.
+    /// No receiver is left.
     Stopped,
     /// The port is gone.
     Lost(PortError),
@@ -88,7 +88,7 @@ impl Line {
         }
     }
 
-    /// Serves the line until nobody listens any more.
+    /// Serves the line until no receiver is left.
     pub(super) async fn serve(mut self) {
         let mut attempt = 0;
         loop {
@@ -107,11 +107,11 @@ impl Line {
         }
     }
 
-    /// Tells why the line is not served; while it is looked for, each reason once.
+    /// Reports why the line is not served; while it is searched for, each reason once.
     fn tell_trouble(&mut self, ending: Ending, attempt: u32) {
         let (text, is_wrong) = match ending {
             Ending::Stopped => return,
-            // That it is not there yet has been said.
+            // Its absence has been reported.
             Ending::Lost(PortError::Absent { .. }) if attempt > 0 => return,
             Ending::Lost(error) => (
                 reason(&error),
@@ -131,7 +131,7 @@ impl Line {
         }
     }
 
-    /// Waits before the next try; questions meanwhile are answered with what is known. `false` if nobody listens any more.
+    /// Waits before the next try; questions meanwhile are answered with what is known. `false` if no receiver is left.
     async fn pause(&mut self, attempt: &mut u32) -> bool {
         let Some(pause_s) = self.persistence.pause_s(*attempt) else {
             self.link(LinkState::GivenUp);

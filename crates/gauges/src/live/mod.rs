@@ -1,7 +1,7 @@
 //! The gauges of a bench over serial lines, both at once.
 //!
 //! One thread with one event loop serves all lines: it sleeps until a byte comes, a deadline is over or somebody asks. Every byte is stamped
-//! when it arrives. A lost line is looked for again by its identity, with a pause that grows up to a bound, and whoever answers has to be
+//! when it arrives. A lost line is searched for again by its identity, with a pause that grows up to a bound, and the gauge that answers has to be
 //! the gauge that was there before. What happened waits in a queue of bounded length.
 
 mod back_off;
@@ -33,7 +33,7 @@ pub use back_off::Persistence;
 
 /// One gauge of a live bench.
 pub struct LiveGauge {
-    /// How it speaks.
+    /// Its description.
     pub description: InstrumentDescription,
     /// Unit, where it does not send one.
     pub unit: Option<String>,
@@ -41,7 +41,7 @@ pub struct LiveGauge {
     pub port: PortIdentity,
     /// How its values are had.
     pub acquisition: Acquisition,
-    /// What it said when it was asked who it is, if that is known: another answer is another gauge.
+    /// The identity that it reported, if known: another identity is another gauge.
     pub identity: Option<String>,
     /// Where its bytes are recorded.
     pub trace: Option<Box<dyn Sink>>,
@@ -68,7 +68,7 @@ pub enum LiveError {
         help("too many files may be open; close other programs")
     )]
     EventLoop {
-        /// What it said.
+        /// Its content.
         source: std::io::Error,
     },
 }

@@ -1,4 +1,4 @@
-//! What happened on the lines, until somebody takes it.
+//! Events of the lines, until they are read.
 
 use std::collections::VecDeque;
 use std::sync::{Condvar, Mutex, MutexGuard, PoisonError};
@@ -11,7 +11,7 @@ const LONGEST: usize = 65_536;
 
 /// A queue of bounded length between the lines and the session.
 ///
-/// If nobody takes for minutes, the oldest values make room; how many is told with the next event that is taken.
+/// If they are not read for minutes, the oldest values are dropped; the next event that is read states how many.
 #[derive(Debug, Default)]
 pub(super) struct Queue {
     state: Mutex<State>,
@@ -50,7 +50,7 @@ impl Queue {
         {
             return Some(GaugeEvent::Note {
                 channel: *channel,
-                text: format!("{lost} values were not taken in time and are lost to the session; the trace has them").into(),
+                text: format!("{lost} values were not processed in time; the session lost them, the trace has them").into(),
                 at_s: sample.at_s,
             });
         }

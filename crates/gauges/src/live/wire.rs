@@ -8,7 +8,7 @@ use tokio_serial::SerialStream;
 
 use crate::port::{OpenPort, PortError};
 
-/// Zero bytes from a line that says it has some: the end of it, unless it is one of a few that adapters give while they wake up.
+/// Zero bytes from a line that reports some: the end of it, unless it is one of a few that adapters give while they wake up.
 const ZERO_READS: u32 = 5;
 /// Pause after such a read.
 const ZERO_PAUSE: Duration = Duration::from_millis(10);

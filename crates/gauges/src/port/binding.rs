@@ -38,7 +38,7 @@ pub struct Binding {
     /// Speed that the gauge is set to, bit/s, where it is not the description's.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub baud: Option<u32>,
-    /// What the gauge said when it was asked who it is; another answer is another gauge.
+    /// The identity that the gauge reported; another identity is another gauge.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub identity: Option<String>,
     /// Path of the port, where it is no USB adapter, and as a reminder where it is one.
@@ -69,7 +69,7 @@ pub enum BindingError {
     #[diagnostic(
         code(stiffbench::bindings::syntax),
         help(
-            "stiffbench ports --wait writes a new one; docs/bindings-file.md shows what it looks like"
+            "stiffbench ports --wait writes a new one; docs/bindings-file.md describes the format"
         )
     )]
     Syntax {
@@ -87,7 +87,7 @@ pub enum BindingError {
     Schema {
         /// The file.
         file: String,
-        /// What it says it is.
+        /// Its content.
         found: String,
     },
     /// A gauge without a port.
@@ -109,7 +109,7 @@ pub enum BindingError {
     #[diagnostic(
         code(stiffbench::bindings::same_port),
         help(
-            "each gauge needs a port of its own; bind one of them anew with stiffbench ports --wait"
+            "each gauge needs a port of its own; bind one of them again with stiffbench ports --wait"
         )
     )]
     SamePort {
@@ -171,7 +171,7 @@ impl Bindings {
         }
     }
 
-    /// The same with another gauge on a channel. A gauge of the other channel that had its port is unbound, and that is said.
+    /// The same with another gauge on a channel. A gauge of the other channel that had its port is unbound, and that is reported.
     #[must_use]
     pub fn with(mut self, channel: Channel, binding: Binding) -> (Self, Option<String>) {
         BINDINGS_SCHEMA.clone_into(&mut self.schema);

@@ -8,7 +8,7 @@ use super::holder::Holder;
 #[derive(Debug, thiserror::Error, Diagnostic)]
 pub enum PortError {
     /// There is no such port.
-    #[error("port {port} is not there{}", .near.as_ref().map_or_else(String::new, |near| format!("; the ports that are: {near}")))]
+    #[error("port {port} does not exist{}", .near.as_ref().map_or_else(String::new, |near| format!("; the ports that are: {near}")))]
     #[diagnostic(
         code(stiffbench::port::absent),
         help(
@@ -26,7 +26,7 @@ pub enum PortError {
     #[diagnostic(
         code(stiffbench::port::not_allowed),
         help(
-            "put the user into that group (sudo usermod -aG {group} $USER) and log in anew: the group counts from the next login on"
+            "put the user into that group (sudo usermod -aG {group} $USER) and log in again: the group applies from the next login on"
         )
     )]
     NotAllowed {
@@ -41,7 +41,7 @@ pub enum PortError {
     Busy {
         /// Path.
         port: String,
-        /// Who has it open, where the system tells.
+        /// Who has it open, where the system reports it.
         holders: Vec<Holder>,
         /// How long was waited for it, s.
         waited_s: f64,
@@ -62,7 +62,7 @@ pub enum PortError {
         help: String,
     },
     /// The path leads to something that is no serial line.
-    #[error("{port} is no serial port: {problem}")]
+    #[error("{port} is not a serial port: {problem}")]
     #[diagnostic(
         code(stiffbench::port::no_line),
         help("stiffbench ports lists the serial ports of this machine")
@@ -98,7 +98,7 @@ pub enum PortError {
         port: String,
         /// The line settings.
         settings: String,
-        /// What the system said.
+        /// The error of the operating system.
         problem: String,
     },
     /// The port was open and is gone.
@@ -110,7 +110,7 @@ pub enum PortError {
     Lost {
         /// Path.
         port: String,
-        /// What the system said.
+        /// The error of the operating system.
         problem: String,
     },
     /// The gauge does not answer.
@@ -129,7 +129,7 @@ pub enum PortError {
     },
 }
 
-/// What can be told apart by the system's answer to opening, before more is known.
+/// What the system's answer to opening distinguishes, before more is known.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Refusal {
     Absent,

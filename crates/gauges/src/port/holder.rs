@@ -1,4 +1,4 @@
-//! Who has a port open, where the system tells.
+//! Who has a port open, where the system reports it.
 
 use std::fmt::Write;
 use std::path::Path;
@@ -32,7 +32,7 @@ impl Holder {
 
 /// Who has `port` open, by the open files of all processes that this user may look into.
 ///
-/// `proc` is the folder of the processes (`/proc` on Linux); where there is none, nobody is found.
+/// `proc` is the folder of the processes (`/proc` on Linux); where there is none, no process is found.
 pub(super) fn holders(proc: &Path, port: &Path) -> Vec<Holder> {
     let Ok(device) = port.canonicalize() else {
         return Vec::new();

@@ -1,4 +1,4 @@
-//! Which port is meant, by what stays when cables are pulled and machines are started anew.
+//! Which port is meant, by what stays when cables are pulled and machines are restarted.
 
 use std::fmt;
 
@@ -7,7 +7,7 @@ use serde::{Deserialize, Serialize};
 use super::error::PortError;
 use super::list::PortInfo;
 
-/// What a USB adapter says of itself, and where it is plugged in.
+/// The USB descriptors of an adapter, and where it is plugged in.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize, schemars::JsonSchema)]
 pub struct UsbIdentity {
     /// Vendor, four hexadecimal digits.
@@ -82,7 +82,7 @@ impl PortIdentity {
 
     /// The port that is meant among those there are.
     ///
-    /// The serial number decides where it is unique. Without one, or where two adapters share one, only the socket can tell them apart: another
+    /// The serial number decides where it is unique. Without one, or where two adapters share one, only the socket can distinguish them: another
     /// adapter of the same kind in another socket is never taken.
     ///
     /// # Errors
@@ -114,7 +114,7 @@ impl PortIdentity {
         }
         match same_serial.as_slice() {
             [(port, other)] if usb.serial.is_some() => Ok(found(port, moved(usb, other))),
-            // Nothing to tell a second adapter by: only where the listing knows no sockets at all.
+            // No means to identify a second adapter: only where the listing knows no sockets at all.
             [(port, other)] if usb.location.is_none() && other.location.is_none() => {
                 Ok(found(port, None))
             }
@@ -125,7 +125,7 @@ impl PortIdentity {
             _ => Err(PortError::WrongDevice {
                 port: self.to_string(),
                 problem: mistaken(&alike),
-                help: "plug the gauge into the socket it was in, or bind it anew with stiffbench ports --wait".to_owned(),
+                help: "plug the gauge into its former socket, or bind it again with stiffbench ports --wait".to_owned(),
             }),
         }
     }
@@ -151,7 +151,7 @@ fn mistaken(alike: &[(&PortInfo, &UsbIdentity)]) -> String {
         .map(|(port, other)| format!("{other} ({})", port.path))
         .collect();
     format!(
-        "this adapter is not there, but others of its kind are, and they are not taken for it: {}",
+        "this adapter is absent; others of its kind are present and not used in its place: {}",
         there.join(", ")
     )
 }

@@ -19,7 +19,7 @@ pub struct PortInfo {
     pub usb: Option<UsbIdentity>,
     /// What the adapter calls itself.
     pub label: Option<String>,
-    /// How long the adapter holds short packets, ms, where its driver tells.
+    /// How long the adapter holds short packets, ms, where its driver reports it.
     pub latency_ms: Option<u32>,
 }
 
@@ -58,7 +58,7 @@ impl PortInfo {
 /// The serial ports of this machine, ordered by path. None is opened.
 ///
 /// # Errors
-/// [`PortError::NoLine`] if the system does not tell.
+/// [`PortError::NoLine`] if the system does not report it.
 pub fn list_ports() -> Result<Vec<PortInfo>, PortError> {
     #[cfg(target_os = "linux")]
     let mut ports = super::sysfs::list(

@@ -56,7 +56,7 @@ impl Default for Patience {
 }
 
 impl Patience {
-    /// Not to wait for a busy port, as when many ports are looked at.
+    /// Not to wait for a busy port, as when many ports are checked.
     #[must_use]
     pub fn without_waiting() -> Self {
         Self {
@@ -68,7 +68,7 @@ impl Patience {
 
 /// Opens the port at `path`, makes all settings, waits for it to settle and clears what came before.
 ///
-/// `note` is told what the operator should know while it goes on: that a busy port is waited for, that a setting was not taken. Blocks as long as
+/// `note` receives what the operator should know while it goes on: that a busy port is waited for, that a setting was not taken. Blocks as long as
 /// `patience` and the settle time allow.
 ///
 /// # Errors
@@ -102,7 +102,7 @@ pub fn open(
     }
 }
 
-/// What can be said of a path without opening it.
+/// What is known of a path without opening it.
 fn look_at(path: &str) -> Result<(), PortError> {
     // Names like COM3 are no files.
     if cfg!(windows) {
@@ -156,7 +156,7 @@ fn open_by_deadline(
     let (report, reported) = mpsc::channel();
     let builder = settings.builder(path);
     thread::spawn(move || {
-        // If nobody waits any more, the port goes out of scope here and is closed.
+        // If no receiver waits, the port goes out of scope here and is closed.
         let _ = report.send(builder.open_native());
     });
     reported
@@ -217,7 +217,7 @@ fn set_modem_lines(port: &mut NativePort, settings: &PortSettings) -> Vec<String
         .collect()
 }
 
-/// Settings that read back differently: adapters that cannot do a speed or seven bits do not always say so.
+/// Settings that read back differently: adapters that cannot do a speed or seven bits do not always report it.
 fn not_taken(port: &NativePort, settings: &PortSettings) -> Option<String> {
     let mut differences = Vec::new();
     if let Ok(baud) = port.baud_rate()
@@ -320,7 +320,7 @@ fn group_of(_: &Path, _: &Path) -> String {
     COMMON_GROUP.to_owned()
 }
 
-/// Name of a group in the text of a list of groups; `None` for root, which nobody should join, and where it is not listed.
+/// Name of a group in the text of a list of groups; `None` for root, which no user should join, and where it is not listed.
 #[cfg_attr(not(unix), expect(dead_code, reason = "groups are of Unix"))]
 fn group_name(text: &str, gid: u32) -> Option<String> {
     let of_line = |line: &str| {

@@ -70,7 +70,7 @@ impl PortSettings {
         self
     }
 
-    /// What the serial library is told. The port is opened exclusively; modem lines are set after opening, both at once.
+    /// Settings passed to the serial library. The port is opened exclusively; modem lines are set after opening, both at once.
     #[must_use]
     pub fn builder(&self, path: &str) -> SerialPortBuilder {
         serialport::new(path, self.baud)

@@ -1,6 +1,6 @@
 //! The serial ports of Linux, from what the kernel shows under `/sys/class/tty` and udev under `/dev/serial`.
 //!
-//! Read by hand because it is more than the serial library tells without a system library: the interface of an adapter with several ports,
+//! Read by hand because it is more than the serial library reports without a system library: the interface of an adapter with several ports,
 //! adapters without a known location, and no panic where the folder is missing (containers).
 
 use std::collections::BTreeMap;

@@ -6,7 +6,7 @@ use crate::{InstrumentDescription, Role};
 
 use super::{Entry, Trace, What};
 
-/// What a trace says, with the time of each event, s: the samples that the live run gave, and all else that came.
+/// The content of a trace, with the time of each event, s: the samples that the live run gave, and all else that came.
 ///
 /// # Errors
 /// [`DecoderError`] if the description needs a unit and neither `unit` nor the trace names it.
@@ -21,7 +21,7 @@ pub fn events_of(
         description,
         decoder: fresh.clone(),
         fresh,
-        // Silence is judged in real seconds.
+        // Silence is measured in real seconds.
         idle_s: description.idle_gap_s() * trace.header.speed.unwrap_or(1.0),
         last_byte_s: None,
         asked: None,
@@ -124,7 +124,7 @@ impl Replayed<'_> {
                     },
                     None => GaugeEvent::Note {
                         channel,
-                        text: format!("the gauge says {}", reply.raw).into(),
+                        text: format!("the gauge reports {}", reply.raw).into(),
                         at_s,
                     },
                 },

@@ -1,7 +1,7 @@
 //! Recorded traces: every byte of a line, both directions, with its time (docs/trace-file.md, schema `stiffbench/trace/1`).
 //!
-//! A trace is text that a person can read and a program can trust: each line tells how many bytes it holds, so that a cut or damaged one is
-//! known. What the driver decided (values not used, the decoder begun anew) stands in it too, so that a replay gives the samples of the
+//! A trace is text that a person can read and a program can trust: each line states how many bytes it holds, so that a cut or damaged one is
+//! known. What the driver decided (values not used, the decoder restarted) stands in it too, so that a replay gives the samples of the
 //! live run.
 
 mod decode;
@@ -25,7 +25,7 @@ use super::sample::Channel;
 /// Schema of a trace, its first line behind `# `.
 pub const TRACE_SCHEMA: &str = "stiffbench/trace/1";
 
-/// What is known of a trace as a whole.
+/// Known properties of a trace as a whole.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Header {
     /// Name of the instrument description.
@@ -45,7 +45,7 @@ pub struct Header {
 }
 
 impl Header {
-    /// What is known, by its keys, in the order of the file; a speed of 1 is not said.
+    /// What is known, by its keys, in the order of the file; a speed of 1 is omitted.
     #[must_use]
     pub fn fields(&self) -> Vec<(&'static str, String)> {
         let speed = self.speed.filter(|speed| *speed != 1.0);
@@ -93,7 +93,7 @@ pub enum What {
         /// Why.
         reason: String,
     },
-    /// The decoder began anew: the line was drained.
+    /// The decoder restarted: the line was drained.
     Reset,
     /// The line went down or came back.
     Link(LinkState),

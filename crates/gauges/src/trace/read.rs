@@ -11,7 +11,7 @@ use super::{Entry, Header, TRACE_SCHEMA, What, role_of};
 /// A trace that was read.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Trace {
-    /// What is known of it as a whole.
+    /// Known properties of it as a whole.
     pub header: Header,
     /// Its lines, in order of time.
     pub entries: Vec<Entry>,
@@ -33,8 +33,8 @@ pub struct Damage {
 /// What is no trace.
 #[derive(Debug, thiserror::Error, Diagnostic)]
 pub enum TraceError {
-    /// The first line says something else.
-    #[error("{file} is no trace: its first line is not # {TRACE_SCHEMA}")]
+    /// The first line is another.
+    #[error("{file} is not a trace: its first line is not # {TRACE_SCHEMA}")]
     #[diagnostic(
         code(stiffbench::trace::schema),
         help(
@@ -54,7 +54,7 @@ pub enum TraceError {
     Newer {
         /// The file.
         file: String,
-        /// What it says it is.
+        /// Its content.
         found: String,
     },
 }
@@ -159,9 +159,11 @@ impl Header {
 
 fn entry(line: &str) -> Result<Entry, String> {
     let (time, rest) = word(line);
-    let at_s: f64 = time.parse().map_err(|_| format!("{time:?} is no time"))?;
+    let at_s: f64 = time
+        .parse()
+        .map_err(|_| format!("{time:?} is not a time"))?;
     if !at_s.is_finite() {
-        return Err(format!("{time:?} is no time"));
+        return Err(format!("{time:?} is not a time"));
     }
     let (mark, rest) = word(rest);
     let what = match mark {
@@ -174,7 +176,7 @@ fn entry(line: &str) -> Result<Entry, String> {
             }
         }
         "-" => event(rest)?,
-        _ => return Err(format!("{mark:?} is none of <, > and -")),
+        _ => return Err(format!("{mark:?} must be <, > or -")),
     };
     Ok(Entry { at_s, what })
 }
@@ -184,8 +186,8 @@ fn counted(text: &str) -> Result<Vec<u8>, String> {
     let (count, rest) = word(text);
     let count: usize = count
         .parse()
-        .map_err(|_| format!("{count:?} is no count of bytes"))?;
-    let bytes = unescaped(rest).ok_or_else(|| "it holds an escape that is none".to_owned())?;
+        .map_err(|_| format!("{count:?} is not a count of bytes"))?;
+    let bytes = unescaped(rest).ok_or_else(|| "it holds an invalid escape".to_owned())?;
     if bytes.len() == count {
         Ok(bytes)
     } else {
@@ -203,7 +205,7 @@ fn event(text: &str) -> Result<What, String> {
             let (count, reason) = word(rest);
             let count = count
                 .parse()
-                .map_err(|_| format!("{count:?} is no count of values"))?;
+                .map_err(|_| format!("{count:?} is not a count of values"))?;
             Ok(What::Unused {
                 count,
                 reason: reason.to_owned(),
@@ -214,8 +216,8 @@ fn event(text: &str) -> Result<What, String> {
         "end" => Ok(What::End),
         "link" => link(rest)
             .map(What::Link)
-            .ok_or_else(|| format!("{rest:?} is no state of a line")),
-        _ => Err(format!("{kind:?} is no event of a trace")),
+            .ok_or_else(|| format!("{rest:?} is not a state of a line")),
+        _ => Err(format!("{kind:?} is not an event of a trace")),
     }
 }
 

@@ -80,7 +80,7 @@ impl Sink for TraceSink {
     fn take(&mut self, entry: Entry) {
         self.last_s = entry.at_s;
         if let Some(entries) = &self.entries {
-            // A writer that failed has said so.
+            // A writer that failed has reported it.
             let _ = entries.send(entry);
         }
     }

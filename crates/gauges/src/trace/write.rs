@@ -18,7 +18,7 @@ impl<W: Write> TraceWriter<W> {
     /// Writes the header.
     ///
     /// # Errors
-    /// What `to` says.
+    /// The content of `to`.
     pub fn begin(mut to: W, header: &Header) -> io::Result<Self> {
         let mut text = format!("# {TRACE_SCHEMA}\n");
         for (key, value) in header.fields() {
@@ -33,7 +33,7 @@ impl<W: Write> TraceWriter<W> {
     /// Writes one entry.
     ///
     /// # Errors
-    /// What the file says.
+    /// The content of the file.
     pub fn write(&mut self, entry: &Entry) -> io::Result<()> {
         self.to.write_all(line(entry).as_bytes())
     }
@@ -41,7 +41,7 @@ impl<W: Write> TraceWriter<W> {
     /// Hands everything to the file; what makes it durable is up to the file.
     ///
     /// # Errors
-    /// What the file says.
+    /// The content of the file.
     pub fn flush(&mut self) -> io::Result<()> {
         self.to.flush()
     }

@@ -103,7 +103,7 @@ fn a_gauge_that_is_not_there_is_looked_for_a_bounded_number_of_times() {
         panic!("{events:#?}")
     };
     assert!(
-        reason.contains("is not there") && reason.contains("stiffbench ports"),
+        reason.contains("does not exist") && reason.contains("stiffbench ports"),
         "{reason}"
     );
     assert_eq!(
@@ -111,7 +111,7 @@ fn a_gauge_that_is_not_there_is_looked_for_a_bounded_number_of_times() {
         None,
         "it is left alone"
     );
-    // Asked for, it is looked for again.
+    // Asked for, it is searched for again.
     let _device = Device::counting(&desk.name("force"), "trial 1", "N");
     gauges.ask(Channel::Force, Ask::Zero);
     let events = until(&mut gauges, is_sample);

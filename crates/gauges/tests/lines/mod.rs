@@ -24,7 +24,7 @@ const LONG: Duration = Duration::from_secs(20);
 
 const POLL: Acquisition = Acquisition::Poll { most_per_s: 500.0 };
 
-/// A gauge that is asked for each value and says who it is.
+/// A gauge that is asked for each value and identifies itself.
 const GAUGE: &str = r#"
 schema = "stiffbench/instrument/1"
 name = "trial"
@@ -98,7 +98,7 @@ fn start_by(clock: Clock, gauges: Vec<LiveGauge>) -> LiveGauges {
 }
 
 impl Device {
-    /// A device that says who it is and counts: the n-th value is n, in `unit`.
+    /// A device that identifies itself and counts: the n-th value is n, in `unit`.
     pub(crate) fn counting(name: &Path, identity: &'static str, unit: &'static str) -> Self {
         let mut count = 0;
         Self::at(name, move |command| {
@@ -170,7 +170,7 @@ fn is_sample(event: &GaugeEvent) -> bool {
     matches!(event, GaugeEvent::Sample { .. })
 }
 
-/// A trace in memory, to be looked at while it is written.
+/// A trace in memory, to be checked while it is written.
 #[derive(Clone, Default)]
 struct Memory(std::sync::Arc<std::sync::Mutex<Vec<stiffbench_gauges::trace::Entry>>>);
 

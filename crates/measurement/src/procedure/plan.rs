@@ -69,7 +69,7 @@ impl Default for Settle {
 }
 
 impl Default for Procedure {
-    /// What a procedure file without any key but `schema` says: five sweeps of 0, -10, … -70 N in x, y, z, zeroed before each run.
+    /// The procedure of a file with the key `schema` only: five sweeps of 0, -10, … -70 N in x, y, z, zeroed before each run.
     fn default() -> Self {
         Self {
             name: "unnamed".to_owned(),
@@ -92,7 +92,7 @@ impl Default for Procedure {
 }
 
 impl Procedure {
-    /// The plan behind a record; what the record does not say takes its default.
+    /// The plan behind a record; missing keys take their defaults.
     ///
     /// Two defaults depend on other keys: the gauge zero lasts for the cell if each load is repeated before the next, else for the run, and
     /// the preload is 1 N in the sense of the first load.

@@ -94,7 +94,7 @@ pub enum ProcedureProblem {
     #[diagnostic(
         code(stiffbench::procedure::holds),
         help(
-            "holds count from the moment the load was reached: list growing times above zero, for example [60, 120]"
+            "holds count from the time the load was reached: list increasing times above zero, for example [60, 120]"
         )
     )]
     Holds {

@@ -57,7 +57,9 @@ fn comment(key: &str) -> &'static str {
         "branches" => "with \"unloading\" the loads are taken off in the same steps",
         "repeats" => "applications of the sequence (sweep) or of each load (at-load)",
         "repeat_order" => "\"sweep\" or \"at-load\"",
-        "load_order" => "\"ascending\" (as listed) or \"shuffled\" (each run anew, with the seed)",
+        "load_order" => {
+            "\"ascending\" (as listed) or \"shuffled\" (anew for each run, with the seed)"
+        }
         "seed" => "of a shuffled order",
         "zero" => {
             "the gauge is zeroed once per pose and direction (\"cell\") or before each \"run\""

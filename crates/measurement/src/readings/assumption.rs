@@ -7,7 +7,7 @@ use super::number::DecimalSign;
 use super::rows::Delimiter;
 use stiffbench_units_and_text::test_point::Cell;
 
-/// Something the file does not say and the reader decided.
+/// Something that the file leaves open and the reader decided.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Assumption {
     /// A UTF-8 byte order mark was taken off.
@@ -25,7 +25,7 @@ pub enum Assumption {
     Delimiter(Delimiter),
     /// Numbers have a decimal comma.
     DecimalComma {
-        /// First line with one; 0 if the caller said so.
+        /// First line with one; 0 if the caller stated it.
         line: u32,
     },
     /// A column has another unit than the one it is written in.
@@ -62,7 +62,7 @@ pub enum Assumption {
     SortedBySequence,
     /// Sequence numbers occur more than once, so the rows were numbered in the order of the file.
     SequenceNotUsed,
-    /// Times were worked out from UTC, from the first reading on.
+    /// Times were computed from UTC, from the first reading on.
     TimeFromUtc,
     /// A row repeats an earlier one of its run word for word; without a `step` column both are taken as readings.
     RepeatedRow {
@@ -108,7 +108,7 @@ impl fmt::Display for Assumption {
             }
             Self::TargetsAreMultiples { load_step_n, off_grid } => write!(
                 f,
-                "target loads are the multiples of {load_step_n} N next to the forces; {off_grid} readings are near none and have their own force for a target"
+                "target loads are the multiples of {load_step_n} N next to the forces; {off_grid} readings are near no multiple; their force is their target"
             ),
             Self::TargetsAreForces => f.write_str(
                 "the forces have no common load step, so each reading has its own force for a target",
@@ -118,7 +118,7 @@ impl fmt::Display for Assumption {
             }
             Self::LoadGoesUpAgain { runs } => write!(
                 f,
-                "in {runs} runs the load goes up again after it went down: if the loads came in shuffled order, say so in a column `branch`"
+                "in {runs} runs the load goes up again after it went down: if the loads were shuffled, add a column `branch`"
             ),
             Self::SortedBySequence => f.write_str("rows were put in the order of `seq`"),
             Self::SequenceNotUsed => {
@@ -145,7 +145,7 @@ fn default_of(column: Column) -> &'static str {
         Column::Seq => "readings are numbered in the order of the file",
         Column::Branch => "loads that do not go down are loading",
         Column::Step => "a reading's step is its place within its run",
-        Column::Target => "the target load is worked out from the force",
+        Column::Target => "the target load is derived from the force",
         Column::Attempt => "every reading is the first attempt",
         Column::Status => "every reading is accepted",
         Column::Run => "each pose, direction and repeat is a run of its own",
@@ -191,7 +191,7 @@ impl Assumption {
 pub enum Note {
     /// A column that means nothing here; its values are not in the table.
     UnusedColumn(String),
-    /// A cell measured once, so that the scatter between repeats cannot be told.
+    /// A cell measured once, so that the scatter between repeats cannot be determined.
     OneRepeat(Cell),
     /// A cell without a force other than zero, which has no stiffness.
     NoLoad(Cell),
@@ -221,7 +221,7 @@ impl fmt::Display for Note {
             Self::UnusedColumn(name) => write!(f, "column `{name}` is not used"),
             Self::OneRepeat(cell) => write!(
                 f,
-                "{cell} has one repeat: the scatter between repeats cannot be told"
+                "{cell} has one repeat: the scatter between repeats is unknown"
             ),
             Self::NoLoad(cell) => write!(
                 f,

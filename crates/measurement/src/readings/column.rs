@@ -56,7 +56,7 @@ pub enum Column {
     Flag,
     /// Free text.
     Note,
-    /// How the reading came about if nobody measured it: simulated or emulated, with what acted.
+    /// How the reading came about if it was not measured: simulated or emulated, with what acted.
     Origin,
 }
 
@@ -177,7 +177,7 @@ impl fmt::Display for Column {
     }
 }
 
-/// What a name in a header says.
+/// The meaning of a name in a header.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) enum Named<'a> {
     /// A column, and how its numbers become SI.
@@ -190,7 +190,7 @@ pub(super) enum Named<'a> {
     Unknown,
 }
 
-/// What a header name says: `force_N`, `Force [N]`, `load (lbf)`, `disp_mm`, `zero_id`. Capitals and blanks around it do not count.
+/// The meaning of a header name: `force_N`, `Force [N]`, `load (lbf)`, `disp_mm`, `zero_id`. Capitals and blanks around it do not count.
 pub(super) fn understand(name: &str) -> Named<'_> {
     let name = name.trim();
     let lower = name.to_lowercase();

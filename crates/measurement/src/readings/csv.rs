@@ -1,4 +1,4 @@
-//! Reads `readings.csv`, and tables that say less or say it differently.
+//! Reads `readings.csv`, and tables with fewer or other columns.
 
 use std::io::Read;
 
@@ -13,7 +13,7 @@ use super::rows::Delimiter;
 use super::table::ReadingTable;
 use super::text_table::TextTable;
 
-/// What the caller knows about a file; what is not said is found out from the file.
+/// What the caller knows about a file; the rest is found from the file.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct ReadOptions {
     /// The sign between fields.

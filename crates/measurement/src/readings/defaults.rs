@@ -1,4 +1,4 @@
-//! What a table that says less leaves open: branch, step, target, time.
+//! What a smaller table leaves open: branch, step, target, time.
 
 use super::assumption::Assumption;
 use super::column::Column;
@@ -16,7 +16,7 @@ use stiffbench_units_and_text::test_point::Branch;
 /// from both.
 const REVERSAL_SHARE: f64 = 0.05;
 
-/// Load steps that are looked for, N, coarsest first.
+/// Load steps that are searched for, N, coarsest first.
 const LOAD_STEPS_N: [f64; 10] = [1000.0, 500.0, 200.0, 100.0, 50.0, 20.0, 10.0, 5.0, 2.0, 1.0];
 
 /// A force belongs to a multiple of the load step when it is within this share of a step of it.
@@ -32,7 +32,7 @@ const ZERO_SHARE: f64 = 0.05;
 /// This share of the forces must belong to a multiple; the rest may be slips of the hand.
 const ON_GRID_SHARE: f64 = 0.95;
 
-/// Puts readings in order, fills what their file left open, and says what was assumed.
+/// Puts readings in order, fills what their file left open, and states what was assumed.
 ///
 /// # Errors
 /// A required value that is missing in part of a column, a reading that occurs twice, or a `utc` that is no time.

@@ -4,10 +4,10 @@ use std::io::{self, BufRead, BufReader, Cursor, Read};
 
 use encoding_rs_io::DecodeReaderBytesBuilder;
 
-/// The stretch of text in which line ends are looked at.
+/// The stretch of text in which line ends are checked.
 const CHUNK_BYTES: u64 = 64 * 1024;
 
-/// How the text was encoded, as its first bytes tell.
+/// How the text was encoded, by its first bytes.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Encoding {
     /// No mark: UTF-8, or at least its ASCII part.

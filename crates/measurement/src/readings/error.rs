@@ -19,7 +19,7 @@ pub enum ReadingsError {
         file: String,
         /// Last complete line, from 1; 0 if there was none.
         line: u32,
-        /// What the input said.
+        /// The error of the input.
         #[source]
         error: std::io::Error,
     },
@@ -234,7 +234,7 @@ pub enum ReadingsError {
     #[diagnostic(
         code(stiffbench::readings::duplicate_reading),
         help(
-            "mark one of them `superseded` under `status`, or tell them apart by `attempt` or `hold_s`"
+            "mark one of them `superseded` under `status`, or distinguish them by `attempt` or `hold_s`"
         )
     )]
     DuplicateReading {
@@ -285,7 +285,7 @@ pub enum ReadingsError {
     },
     /// A gauge's own log where a table of readings was expected.
     #[error(
-        "{file}, line {line}: this is the log of a force gauge, which does not say pose, direction and repeat"
+        "{file}, line {line}: this is the log of a force gauge, which lacks pose, direction and repeat"
     )]
     #[diagnostic(
         code(stiffbench::readings::gauge_log),
@@ -330,7 +330,7 @@ pub enum ReadingsError {
         help("see the cause; what was flushed before is complete")
     )]
     Write {
-        /// What the output said.
+        /// The error of the output.
         #[source]
         error: csv::Error,
     },

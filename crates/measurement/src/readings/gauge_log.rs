@@ -27,7 +27,7 @@ pub enum LoadSign {
     Negative,
 }
 
-/// What a gauge's log does not say.
+/// What a gauge log leaves open.
 #[derive(Debug, Clone, PartialEq)]
 pub struct GaugeLogOptions {
     /// The pose held.
@@ -38,7 +38,7 @@ pub struct GaugeLogOptions {
     pub repeat: u32,
     /// The sense of the load; gauges disagree about the sign of a push.
     pub sign: LoadSign,
-    /// Delimiter (a tab unless told otherwise) and decimal sign.
+    /// Delimiter (a tab unless stated otherwise) and decimal sign.
     pub text: ReadOptions,
 }
 

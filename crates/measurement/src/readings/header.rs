@@ -180,7 +180,7 @@ impl Header {
     }
 }
 
-/// Looks for the column names of a gauge's log here and in the next lines, so that its user is told what it is.
+/// Looks for the column names of a gauge's log here and in the next lines, so that its user learns what it is.
 ///
 /// # Errors
 /// [`ReadingsError::GaugeLog`] if they are there.

@@ -107,7 +107,7 @@ pub(super) fn refuse_duplicates(table: &ReadingTable) -> Result<(), ReadingsErro
     })
 }
 
-/// Without steps a row that occurs twice cannot be told from two readings that agree; both are kept, and it is said.
+/// Without steps a row that occurs twice cannot be distinguished from two readings that agree; both are kept and reported.
 pub(super) fn note_repeated_rows(table: &mut ReadingTable) {
     let order = |a: &Reading, b: &Reading| {
         let time = |reading: &Reading| reading.time_s.unwrap_or(f64::NEG_INFINITY);

@@ -13,7 +13,7 @@ use stiffbench_units_and_text::toml_text::{TomlProblem, UnknownKey};
 /// The schema that is written, and the newest that is read.
 pub const SESSION_SCHEMA: &str = "stiffbench/session/1";
 
-/// What is known of a session besides its readings. Everything may be absent: readers take short files, and say what they miss.
+/// Known properties of a session besides its readings. Everything may be absent: readers accept short files and list what is missing.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct SessionHeader {
     /// Session id.
@@ -26,7 +26,7 @@ pub struct SessionHeader {
     pub mechanism: Option<String>,
     /// Set of fitting factors the analysis starts from.
     pub factors: Option<String>,
-    /// How the readings came about if nobody measured them: simulated or emulated, with what acted.
+    /// How the readings came about if they were not measured: simulated or emulated, with what acted.
     pub origin: Option<String>,
     /// Who measured.
     pub operator: Option<String>,
@@ -72,7 +72,7 @@ pub struct Instruments {
     pub displacement: Option<InstrumentRecord>,
 }
 
-/// What is known of a gauge. Quantities are in N for a force gauge and in m for a dial gauge.
+/// Known properties of a gauge. Quantities are in N for a force gauge and in m for a dial gauge.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct InstrumentRecord {
     /// Name of its description, or free text.

@@ -117,9 +117,9 @@ impl RunNumbers {
 pub struct ReadingTable {
     /// Where the readings come from, as the caller named it.
     pub source: String,
-    /// The session they belong to, if they say so.
+    /// The session they belong to, if known.
     pub session: Option<String>,
-    /// How the readings came about if nobody measured them.
+    /// How the readings came about if they were not measured.
     pub origin: Option<String>,
     /// All readings, those that do not count included.
     pub readings: Vec<Reading>,
@@ -129,7 +129,7 @@ pub struct ReadingTable {
     pub zeros: Vec<RunKey>,
     /// The columns that hold at least one value, in written order.
     pub columns: Vec<Column>,
-    /// What was decided that the file does not say.
+    /// What the reader decided where the file leaves it open.
     pub assumptions: Vec<Assumption>,
     /// What does not count.
     pub excluded: Excluded,

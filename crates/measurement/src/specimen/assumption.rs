@@ -4,7 +4,7 @@ use std::fmt;
 
 use crate::readings::Assumption;
 
-/// Something the file does not say and the reader decided.
+/// Something that the file leaves open and the reader decided.
 #[derive(Debug, Clone, PartialEq)]
 pub enum SpecimenAssumption {
     /// How the text was understood: encoding, delimiter, decimal sign.
@@ -49,7 +49,7 @@ pub enum SpecimenAssumption {
         /// The first line with an earlier time than the one before.
         line: u32,
     },
-    /// Branches were told from the path of the load (or of the displacement, if the force answers).
+    /// Branches were derived from the path of the load (or of the displacement, if the force answers).
     BranchesFromPath {
         /// Share of a run's range by which the path had to come back.
         turn_share: f64,
@@ -70,7 +70,7 @@ impl fmt::Display for SpecimenAssumption {
         match self {
             Self::Text(assumption) => assumption.fmt(f),
             Self::ConstantLoad => f.write_str("no force column: the load is the same throughout"),
-            Self::UnitFromName { column, unit } => write!(f, "column `{column}` is in {unit}, as its name says"),
+            Self::UnitFromName { column, unit } => write!(f, "column `{column}` is in {unit}, by its name"),
             Self::TemperatureInCelsius => f.write_str("temperatures without a unit are °C"),
             Self::OneConfiguration => f.write_str("all readings are of one specimen"),
             Self::OneRunEach => f.write_str("all readings of a specimen are one run, with one zero"),
@@ -90,13 +90,13 @@ impl fmt::Display for SpecimenAssumption {
             }
             Self::BranchesFromPath { turn_share, turns } => write!(
                 f,
-                "branches are told from the path: it turns {turns} times, a turn being a return by more than {} % of the run's range",
+                "branches are derived from the path: it turns {turns} times, a turn being a return by more than {} % of the run's range",
                 turn_share * 100.0
             ),
             Self::Shuffled { runs, line } => write!(
                 f,
                 "in {runs} runs, the first from line {line}, the path turns in more than a third of the readings: taken as loads in shuffled \
-                 order, all loading; a branch column would say otherwise"
+                 order, all loading; add a branch column to change this"
             ),
         }
     }

@@ -1,8 +1,8 @@
-//! Loading and unloading, told from the path of what was set.
+//! Loading and unloading, derived from the path of what was set.
 
 use stiffbench_units_and_text::test_point::Branch;
 
-/// What the path of one run tells.
+/// Branches and turns of the path of one run.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Path {
     /// A branch for each value.
@@ -75,7 +75,7 @@ fn turning_points(values: &[f64], turn_share: f64) -> Vec<usize> {
     let least = turn_share * (0.5 * high - 0.5 * low);
     let beyond = |from: f64, to: f64| (0.5 * to - 0.5 * from) > least;
     let mut turns = Vec::new();
-    // The highest and the lowest value since the last turn; their order tells the direction.
+    // The highest and the lowest value since the last turn; their order gives the direction.
     let (mut lowest, mut highest) = (0, 0);
     let mut rising = None;
     for (index, value) in values.iter().copied().enumerate() {

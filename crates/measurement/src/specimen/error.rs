@@ -16,9 +16,7 @@ pub enum SpecimenError {
     #[error("{file}: the file is empty, expected a header line with column names")]
     #[diagnostic(
         code(stiffbench::specimen::empty),
-        help(
-            "the first line names the columns; the options say which of them are force and displacement"
-        )
+        help("the first line names the columns; the options select force and displacement")
     )]
     Empty {
         /// The file, as the caller named it.
@@ -88,7 +86,7 @@ pub enum SpecimenError {
         /// The column.
         column: String,
     },
-    /// Nothing says what unit a column is in.
+    /// Nothing states what unit a column is in.
     #[error("{file}, line {line}: column `{column}` has no unit, expected one of {accepted}")]
     #[diagnostic(
         code(stiffbench::specimen::no_unit),
@@ -110,7 +108,7 @@ pub enum SpecimenError {
         accepted: &'static str,
     },
     /// A unit that is not one of its kind.
-    #[error("`{unit}` is no unit for --{option}, expected one of {accepted}")]
+    #[error("`{unit}` is not a unit for --{option}, expected one of {accepted}")]
     #[diagnostic(
         code(stiffbench::specimen::wrong_unit),
         help(

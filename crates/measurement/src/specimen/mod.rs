@@ -1,8 +1,8 @@
 //! A table of force against displacement, or of any two quantities, with no robot behind it.
 //!
-//! The reader takes what the caller names: which columns, in which units, what tells runs and specimens apart. It decides nothing about
+//! The reader takes what the caller names: which columns, in which units, what distinguishes runs and specimens. It decides nothing about
 //! a unit; what it does decide (branches from the path of the load, an order of readings) is listed with the table, as is every row it
-//! leaves out. What the numbers mean, and which law they follow, is for others to say.
+//! leaves out. What the numbers mean, and which law they follow, is decided elsewhere.
 
 mod assumption;
 mod branches;

@@ -1,4 +1,4 @@
-//! What the caller says about a table.
+//! What the caller states about a table.
 
 use serde::{Deserialize, Serialize};
 
@@ -6,7 +6,7 @@ use crate::readings::ReadOptions;
 
 /// Share of a run's range by which the path must come back before a turn counts.
 ///
-/// More than the scatter of any gauge that tells twenty load steps apart, less than the smallest step of a plan with ten of them.
+/// More than the scatter of any gauge that resolves twenty load steps, less than the smallest step of a plan with ten of them.
 pub const TURN_SHARE: f64 = 0.05;
 
 /// Which of the two quantities answers the other.
@@ -50,13 +50,13 @@ pub struct SpecimenOptions {
     /// Column with `loading` and `unloading`.
     #[serde(default)]
     pub branch_column: Option<String>,
-    /// Unit of the force, or `1` for numbers without one; else the end of the column's name tells.
+    /// Unit of the force, or `1` for numbers without one; else taken from the column name.
     #[serde(default)]
     pub force_unit: Option<String>,
-    /// Unit of the displacement, or `1`; else the end of the column's name tells.
+    /// Unit of the displacement, or `1`; else taken from the column name.
     #[serde(default)]
     pub displacement_unit: Option<String>,
-    /// Unit of time and hold; else the ends of the columns' names tell.
+    /// Unit of time and hold; else taken from the column name.
     #[serde(default)]
     pub time_unit: Option<String>,
     /// Unit of the temperature; else the end of the column's name, else °C.

@@ -6,7 +6,7 @@ use super::assumption::SpecimenAssumption;
 use super::row::Row;
 use super::table::SpecimenReading;
 
-/// Puts rows in the order of their numbers, or numbers them as they stand if the numbers cannot be used; says what was done.
+/// Puts rows in the order of their numbers, or numbers them as they stand if the numbers cannot be used; states what was done.
 ///
 /// Numbers may count through the whole table, or start again in each run.
 pub(super) fn put_in_order(rows: &mut [Row]) -> Option<SpecimenAssumption> {

@@ -166,7 +166,7 @@ fn scale(column: &Measured) -> Scale {
     column.scale
 }
 
-/// Tells branches run by run.
+/// Assigns branches run by run.
 ///
 /// A force counts from zero; a displacement, whose zero is arbitrary, from the first reading of the run.
 fn tell_branches(table: &mut SpecimenTable, turn_share: f64) {

@@ -202,7 +202,7 @@ impl<'a> RowReader<'a> {
     }
 }
 
-/// The field without blanks around it; `None` if it says that there is no value.
+/// The field without blanks around it; `None` if it states that there is no value.
 fn present<'r>(text: &'r TextTable<'_>, place: &Place) -> Option<&'r [u8]> {
     const ABSENT: [&str; 5] = ["", "NA", "N/A", "NaN", "null"];
     let field = text.field(place.index);

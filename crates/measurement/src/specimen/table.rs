@@ -64,11 +64,11 @@ pub struct SpecimenTable {
     pub runs: Vec<SpecimenRun>,
     /// The readings, in the order of measurement.
     pub readings: Vec<SpecimenReading>,
-    /// What the file does not say and was decided.
+    /// What the file leaves open and the reader decided.
     pub assumptions: Vec<SpecimenAssumption>,
     /// What was left out.
     pub excluded: Excluded,
-    /// Columns of the file that nobody asked for.
+    /// Columns of the file that are not part of the format.
     pub unused_columns: Vec<String>,
 }
 

@@ -105,7 +105,7 @@ pub struct BudgetRow {
     pub dof: f64,
     /// Share of the combined variance, %.
     pub share_percent: f64,
-    /// What else has to be said.
+    /// Further remarks.
     pub note: &'static str,
 }
 
@@ -124,7 +124,7 @@ impl Budget {
     }
 }
 
-/// What is known of the unloaded state before and after the loads.
+/// Known properties of the unloaded state before and after the loads.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) enum Return {
     /// No unloaded reading after the loads.

@@ -98,7 +98,7 @@ fn flag_loads(work: &mut CellWork, pooled: Option<&PooledScatter>, gauges: &Gaug
             work.flags.push(Flag::ZeroForce { target_n });
             continue;
         }
-        // From three repeats on a load knows its own scatter, the error of the zeros included.
+        // From three repeats on a load has its own scatter, the error of the zeros included.
         let own = load.displacement_m.sd.filter(|_| n >= FEWEST_RUNS);
         let dof = own.map_or(f64::INFINITY, |_| (n - 1) as f64);
         let t = student_t_quantile(0.975, dof).unwrap_or_default();

@@ -1,7 +1,7 @@
 //! The rows of an uncertainty budget, one function per source.
 //!
 //! How a certificate reaches a stiffness. U in newtons, common to all readings, can be an offset, a wrong scale or a curvature of
-//! the gauge; the certificate cannot say which. Counted is the worst of them.
+//! the gauge; the certificate cannot state which. Counted is the worst of them.
 //! - The slope: an offset goes into the free intercept, so what is left is the scale, all of U reached at the largest load used:
 //!   u(ln K) = (U/k) / F_max.
 //! - The mean of F/δ: an error of one size and sign at every load, which is an offset: u(K) = u Σ |∂K/∂F_l|. No other error
@@ -250,7 +250,7 @@ pub(super) fn zero_setting(bare: &BareStiffness, inputs: &BudgetInputs<'_>) -> B
         .map(|pooled| (pooled.displacement_sd_m, pooled.dof))
         .or(about_line);
     let Some((sd, dof)) = of_reading else {
-        return empty.noted("zero shared, and no scatter of readings to judge it by");
+        return empty.noted("zero shared, and no scatter of readings to estimate it from");
     };
     let step = inputs.gauges.displacement.resolution().unwrap_or(0.0);
     let of_zero = ((sd * sd + step * step / 12.0) / n_zeros as f64).sqrt();

@@ -6,7 +6,7 @@ use crate::readings::Reading;
 use stiffbench_numeric::statistics::{mean, standard_deviation};
 use stiffbench_units_and_text::test_point::{Branch, Cell};
 
-/// Which branches a stiffness is worked out from.
+/// Which branches a stiffness is computed from.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, schemars::JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum Branches {

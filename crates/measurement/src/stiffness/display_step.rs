@@ -1,4 +1,4 @@
-//! The step of a display that nobody stated, read off its readings.
+//! The step of a display that is unstated, read off its readings.
 
 use crate::readings::Reading;
 
@@ -6,13 +6,13 @@ use crate::readings::Reading;
 /// happens once in thirty times.
 const FEWEST: usize = 6;
 
-/// Readings written in full precision have steps too; one so small beside their range says nothing.
+/// Readings written in full precision have steps too; one so small beside their range carries no information.
 const SMALLEST_SHARE: f64 = 1e-5;
 
 /// Rounding of a number that was written in one unit and is kept in another, as a share of the range.
 const ROUNDING_SHARE: f64 = 1e-9;
 
-/// The largest step of which all readings are whole multiples, if there are readings enough to tell.
+/// The largest step of which all readings are whole multiples, if there are enough readings.
 pub(super) fn step_of(values: impl Iterator<Item = f64>) -> Option<f64> {
     let mut values: Vec<f64> = values.filter(|value| value.is_finite()).collect();
     values.sort_by(f64::total_cmp);

@@ -13,7 +13,7 @@ use super::run_slope::PooledRunSlope;
 use super::scatter::PooledScatter;
 use stiffbench_numeric::statistics::Estimate;
 
-/// How a stiffness was worked out of the readings.
+/// How a stiffness was computed of the readings.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Method {
@@ -63,7 +63,7 @@ impl fmt::Display for ScatterBasis {
             ),
             Self::Unavailable { n_runs } => write!(
                 f,
-                "repeatability unknown: {n_runs} run(s) here, and no cell with two to tell how runs differ"
+                "repeatability unknown: {n_runs} run(s) here, and no cell with two runs"
             ),
         }
     }
@@ -81,7 +81,7 @@ pub struct TypeA {
 /// Stiffness of one cell by one method.
 #[derive(Debug, Clone, PartialEq)]
 pub struct StiffnessEstimate {
-    /// How it was worked out.
+    /// How it was computed.
     pub method: Method,
     /// Value, combined standard uncertainty and effective degrees of freedom, N/m. Without a type A part there is no combined
     /// uncertainty, since the rest alone would be too small.
@@ -163,7 +163,7 @@ impl BareStiffness {
 ///
 /// Type A from runs: every run r pulls the mean by z_r = Σ_l (F - F̄ - k(δ - δ̄)) / (L n δ̄), k = F̄/δ̄, to first order, and
 /// u² = Σ z_r², each term enlarged by n/(n-1). With complete runs this is the jackknife over runs to first order. With fewer
-/// than three runs: what all cells together say.
+/// than three runs: the estimate from all cells.
 pub(super) fn paper_stiffness(
     curve: &LoadCurve,
     elsewhere: Option<&Elsewhere<'_>>,
@@ -220,7 +220,7 @@ fn positive_ratio(curve: &LoadCurve, load: usize) -> Result<f64, NoStiffness> {
     }
 }
 
-/// What all cells together say of how runs differ, for a cell that has too few.
+/// The estimate from all cells of how runs differ, for a cell that has too few.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Elsewhere<'a> {
     pub(super) run_slope: &'a PooledRunSlope,

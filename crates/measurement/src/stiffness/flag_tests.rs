@@ -1,4 +1,4 @@
-//! What the flags promise, held against simulated benches with a spoiled reading, a drift or none.
+//! Stated properties of the flags, compared with simulated benches with a spoiled reading, a drift or none.
 
 use super::*;
 use crate::readings::Reading;

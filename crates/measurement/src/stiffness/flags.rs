@@ -118,7 +118,7 @@ pub enum Flag {
         /// Slope over its standard uncertainty.
         ratio: f64,
     },
-    /// Fewer than three loads: curvature, dead zone and offset cannot be told from the slope.
+    /// Fewer than three loads: curvature, dead zone and offset cannot be distinguished from the slope.
     TooFewLoads {
         /// Distinct loads under force.
         n: usize,
@@ -221,7 +221,7 @@ impl fmt::Display for Flag {
             ),
             Self::TooFewLoads { n } => write!(
                 f,
-                "{n} load(s) under force (limit 3): an offset or curvature cannot be told from the slope"
+                "{n} load(s) under force (limit 3): an offset or curvature cannot be distinguished from the slope"
             ),
         }
     }
@@ -279,7 +279,7 @@ impl Flag {
             } => {
                 write!(
                     f,
-                    "unloaded again, the gauge stands {:+.2} um from where it began (mean of {n_runs} run(s)): ",
+                    "after unloading, the gauge shows {:+.2} um from its start (mean of {n_runs} run(s)): ",
                     um(*mean_m)
                 )?;
                 tested(f, test, &format!("{:.2} um", um(test.detectable)))

@@ -1,4 +1,4 @@
-//! What is known of the gauges: resolution and calibration.
+//! Known properties of the gauges: resolution and calibration.
 
 use miette::Diagnostic;
 use thiserror::Error;
@@ -44,7 +44,7 @@ impl GaugeTerms {
     /// # Arguments
     /// - `resolution`: smallest step of the display, at least zero.
     /// - `expanded_uncertainty`: U of the certificate, at least zero, common to all readings of this gauge.
-    /// - `coverage_factor`: k of `expanded_uncertainty`, above zero; without one 2 is taken and the budget says so.
+    /// - `coverage_factor`: k of `expanded_uncertainty`, above zero; without one 2 is taken and the budget states it.
     ///
     /// # Errors
     /// `StiffnessError::GaugeTerm` for a number that is not finite or out of these bounds.

@@ -226,7 +226,7 @@ fn load_form(load: &LoadMean) -> LoadForm {
     }
 }
 
-/// The stiffness in N/µm; where its uncertainty is missing the reason says what the readings lack.
+/// The stiffness in N/µm; where its uncertainty is missing the reason states what the readings lack.
 fn reported_stiffness(found: &Result<StiffnessEstimate, NoStiffness>) -> Reported {
     let estimate = match found {
         Ok(estimate) => estimate,

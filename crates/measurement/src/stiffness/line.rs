@@ -69,7 +69,7 @@ pub struct LineFit {
     pub slope_m_per_n: f64,
     /// Uncertainty of the slope, m/N, from the scatter of the runs; from three runs on.
     pub slope_by_runs: Option<TypeA>,
-    /// The same from two runs on: too few to be believed by themselves, one degree of freedom more for what all cells say together.
+    /// The same from two runs on: too few for an estimate of their own, but they add one degree of freedom to the estimate from all cells.
     pub(super) slope_by_any_runs: Option<TypeA>,
     /// Uncertainty of the slope, m/N, from the scatter of single readings about the line.
     pub slope_by_residuals: Option<TypeA>,
@@ -99,7 +99,7 @@ impl LineFit {
     /// A dead zone then leaves a trace in the slope (0.8 % for 20 µm at 50 N/mm over 0 to 70 N), none without them.
     ///
     /// With c the slope, F̄ and δ̄ the means over the readings of one zero, c = Σ(F - F̄)(δ - δ̄) / Σ(F - F̄)². Its variance is
-    /// worked out twice. From residuals e: s²/Σ(F - F̄)², with N - (zeros) - 1 degrees of freedom; this takes all readings for
+    /// computed twice. From residuals e: s²/Σ(F - F̄)², with N - (zeros) - 1 degrees of freedom; this takes all readings for
     /// independent. From runs: G/(G-1) Σ_runs (Σ (F - F̄) e)² / (Σ(F - F̄)²)² with G - 1; runs with zeros of their own and equal
     /// loads turn this into the variance of the mean of the run slopes.
     ///

@@ -1,6 +1,6 @@
 //! Readings far from their repeats.
 //!
-//! With five repeats a cell cannot judge itself: Grubbs' statistic never exceeds 1.789 and its 5 % limit is 1.715. So the
+//! With five repeats a cell cannot test itself: Grubbs' statistic never exceeds 1.789 and its 5 % limit is 1.715. So the
 //! standard deviation is pooled over all cells, and the limit is set for all readings of the table together.
 
 use super::checks::CellWork;
@@ -21,7 +21,7 @@ const ROUNDING: f64 = 1e-9;
 /// Flags outliers one by one and returns the scatter without them.
 ///
 /// A large outlier moves the line of its run and the mean of its load, and with them its neighbours. So per round only the
-/// farthest reading of each cell is flagged, the cell is worked out again without it, and the rest is judged anew.
+/// farthest reading of each cell is flagged, the cell is computed again without it, and the rest is tested again.
 pub(super) fn flag_outliers(works: &mut [CellWork], gauges: &Gauges) -> Option<PooledScatter> {
     let mut pooled = PooledScatter::over(works.iter().filter_map(|w| w.scatter.as_ref()))?;
     let deviations = |w: &CellWork| w.scatter.as_ref().map_or(0, |s| s.deviations.len());
@@ -76,7 +76,7 @@ fn flag_farthest(
     };
     let (run, index) = farthest.place;
     let point = &work.curve.runs[run].points[index];
-    // A reading that is off by x shows x times its variance share, judged in units of the root of that share.
+    // A reading that is off by x shows x times its variance share, in units of the root of that share.
     let error = sd_m / farthest.variance_share.sqrt();
     work.flags.push(Flag::Outlier {
         place: ReadingPlace {

@@ -23,7 +23,7 @@ pub struct PooledRunSlope {
     pub zero_variance_m2: Option<(f64, f64)>,
 }
 
-/// What a cell says about it.
+/// The contribution of a cell to it.
 #[derive(Debug, Clone, Copy)]
 struct CellRuns {
     runs: f64,

@@ -1,6 +1,6 @@
 //! How much readings of the same test point differ from repeat to repeat, pooled over all cells.
 //!
-//! Five repeats of one cell say little about their own spread, so cells lend it to each other. They cannot lend it as it is:
+//! Five repeats of one cell carry little information on their own spread, so cells lend it to each other. They cannot lend it as it is:
 //! on a soft direction the step and noise of the force gauge, times the compliance, are larger than everything else. The
 //! variance is therefore split into a part of the displacement gauge and a part of the force gauge, s² = a + b c².
 
@@ -116,7 +116,7 @@ fn split_variance(cells: &[(f64, f64, f64)], mean_variance: f64) -> (f64, f64) {
         if w == 0.0 {
             return fitted;
         }
-        // Cells of one compliance cannot tell the two apart; all is then given to the displacement.
+        // With cells of one compliance the two are indistinguishable; all is then attributed to the displacement.
         if determinant <= 1e-6 * w * wcc {
             return (ws / w, 0.0);
         }
@@ -209,7 +209,7 @@ struct Residual {
     share: f64,
 }
 
-/// Takes the mean of its load off each residual; loads with a single one say nothing. Second: number of loads met.
+/// Takes the mean of its load off each residual; loads with a single one carry no information. Second: number of loads met.
 fn from_load_means(residuals: &[Residual], n_loads: usize) -> (Vec<Deviation>, usize) {
     let mut sums = vec![(0.0, 0_usize); n_loads];
     for residual in residuals {

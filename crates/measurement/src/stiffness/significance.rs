@@ -61,14 +61,14 @@ pub(super) fn deviation_limit(dof: f64, n_tested: usize) -> Option<f64> {
 
 /// Grubbs' two-sided 5 % limit of the largest |deviation|/s among `n` values of one sample; `None` below three values.
 ///
-/// For n = 5 it is 1.715, while no sample of five can exceed (n - 1)/√n = 1.789: alone, five repeats say next to nothing.
+/// For n = 5 it is 1.715, while no sample of five can exceed (n - 1)/√n = 1.789: alone, five repeats carry next to no information.
 #[must_use]
 pub fn grubbs_limit(n: usize) -> Option<f64> {
     let count = n as f64;
     deviation_limit(count - 1.0, n).map(|limit| limit * ((count - 1.0) / count).sqrt())
 }
 
-/// What is looked for in a series.
+/// What is searched for in a series.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Contrast {
     /// Change of y per x.
@@ -136,9 +136,9 @@ impl Series {
 /// Tests every series for its effect, all together at 5 %.
 ///
 /// y varies by reading noise, known, and by what runs differ in besides, unknown and the same for all series: the excess
-/// variance τ². It is pooled over the series from what is left after the effects, weighted by how well each series knows it.
+/// variance τ². It is pooled over the series from what is left after the effects, weighted by the precision of each series.
 /// t has the pooled degrees of freedom; `noise_dof` if no series has any. `None` for a series that cannot show the effect or
-/// has no scatter to be judged against.
+/// has no scatter to be compared with.
 pub(super) fn test_family(
     series: &[Series],
     contrast: Contrast,

@@ -1,4 +1,4 @@
-//! What the uncertainties promise, held against simulated benches whose truth is known.
+//! Stated properties of the uncertainties, compared with simulated benches whose truth is known.
 
 use super::*;
 use crate::readings::Reading;

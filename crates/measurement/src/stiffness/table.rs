@@ -19,7 +19,7 @@ use crate::readings::Reading;
 use stiffbench_numeric::statistics::Estimate;
 use stiffbench_units_and_text::test_point::Cell;
 
-/// What the stiffness is worked out from.
+/// What the stiffness is computed from.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct StiffnessOptions {
     /// Branches that take part.

@@ -9,7 +9,7 @@
 //! vectorised along the wrong subscript, for three times the run time, and fused products in a function that was not inlined became
 //! calls of software. Price: a dependency, which the linear algebra has anyway, and that every function here must be inlined.
 //!
-//! Leaf module: knows nothing of structures or robots.
+//! Leaf module: independent of structures and robots.
 
 #![expect(
     clippy::inline_always,

@@ -36,7 +36,7 @@ impl Default for BootstrapSettings {
 /// Why a replicate has no result.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum ReplicateFailure<E = Infallible> {
-    /// The refit said so.
+    /// The refit reported it.
     Refit(E),
     /// The refit returned a value that is NaN or infinite.
     NotFinite {

@@ -1,4 +1,4 @@
-//! What a fit says about its parameters: standard errors, correlations, and which of them it cannot tell.
+//! What a fit yields about its parameters: standard errors, correlations, and which of them it cannot determine.
 
 use crate::statistics::student_t_quantile;
 
@@ -36,7 +36,7 @@ pub struct CovarianceSettings {
 
 impl Default for CovarianceSettings {
     /// An error of relative size δ in the entries moves a singular value by up to about δ times the largest (Weyl), so a smaller one
-    /// cannot be told from zero. Derivatives of a finite-element solution are good to about 1e-16 times the condition of the
+    /// cannot be distinguished from zero. Derivatives of a finite-element solution are good to about 1e-16 times the condition of the
     /// stiffness matrix (1e4 to 1e6 here), hence 1e-10. Formulas written out are better; whoever has them may pass less.
     fn default() -> Self {
         Self {
@@ -47,7 +47,7 @@ impl Default for CovarianceSettings {
     }
 }
 
-/// What is known of a parameter besides its value.
+/// Known properties of a parameter besides its value.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum ParameterStatus {
     /// Determined by the data.
@@ -56,7 +56,7 @@ pub enum ParameterStatus {
     Fixed,
     /// A multiple of another parameter.
     Tied,
-    /// Ended on a bound, which speaks, not the data; it has no standard error and the others are given for this value.
+    /// Ended on a bound, which determines it, not the data; it has no standard error and the others are given for this value.
     AtBound(Bound),
     /// Not determined by the data; the value is where the search happened to be.
     NotIdentified {
@@ -74,13 +74,13 @@ pub struct ParameterEstimate {
     pub value: f64,
     /// What is known of it.
     pub status: ParameterStatus,
-    /// Standard error; absent unless the data determine the parameter (`status` says why).
+    /// Standard error; absent unless the data determine the parameter (`status` states why).
     pub standard_error: Option<f64>,
     /// 95 % interval from Student's t (or the normal distribution), which takes the minimum for a parabola; not cut at bounds.
     pub interval_95: Option<[f64; 2]>,
 }
 
-/// Two parameters that the data can hardly tell apart.
+/// Two parameters that the data can hardly distinguish.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct StrongPair {
     /// Index of the one in the full vector.

@@ -162,9 +162,7 @@ pub enum LeastSquaresError {
     #[error("{clusters} clusters cannot show a spread between clusters")]
     #[diagnostic(
         code(stiffbench::least_squares::too_few_clusters),
-        help(
-            "at least 2 are needed, and with fewer than about 10 the interval comes out too short"
-        )
+        help("at least 2 are needed; with fewer than about 10 the interval is too short")
     )]
     TooFewClusters {
         /// Number of clusters.
@@ -176,7 +174,7 @@ pub enum LeastSquaresError {
     )]
     #[diagnostic(
         code(stiffbench::least_squares::too_few_replicates),
-        help("draw more replicates, or look at why the refits fail")
+        help("draw more replicates, or find out why the refits fail")
     )]
     TooFewReplicates {
         /// Replicates with a result.

@@ -1,4 +1,4 @@
-//! Which combinations of parameters the data cannot see, said in the parameters' own names.
+//! Combinations of parameters that the data do not determine, in terms of the parameters.
 
 use std::fmt;
 
@@ -55,7 +55,7 @@ impl fmt::Display for UnidentifiedDirection {
 /// A share of a null vector below this is rounding: the square root of the accuracy asked of the Jacobian, rounded up.
 const NEGLIGIBLE_SHARE: f64 = 1e-5;
 
-/// Brings null vectors to echelon form, so that separate degeneracies are told separately and not as an arbitrary mixture.
+/// Brings null vectors to echelon form, so that separate degeneracies are reported separately and not as an arbitrary mixture.
 ///
 /// Each vector is in scaled parameters (columns of unit length) and is overwritten; after this every vector has an entry 1 at a
 /// parameter where all others have 0, and entries that are rounding are 0.

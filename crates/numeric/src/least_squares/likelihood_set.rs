@@ -27,7 +27,7 @@ pub struct LikelihoodSetSettings {
     pub profile: ProfileSettings,
     /// A minimum within this of the lowest, in units of the residuals' variance, may belong to a set.
     pub near: f64,
-    /// Starts that a fold is looked for with at each end, beside the minima.
+    /// Starts that a fold is searched for with at each end, beside the minima.
     pub fold_starts: usize,
     /// Samples from which a limit is drawn; with none the F law is kept everywhere.
     pub draws: usize,
@@ -411,7 +411,7 @@ fn join(mut parts: Vec<[ProfileEnd; 2]>) -> Vec<[ProfileEnd; 2]> {
     let mut joined: Vec<[ProfileEnd; 2]> = Vec::new();
     for part in parts {
         match joined.last_mut() {
-            // Where an end between two parts was not found, nothing says that they are apart.
+            // Where an end between two parts was not found, nothing states that they are apart.
             Some([_, upper])
                 if part[0].value() <= upper.value()
                     || upper.closed().is_none()

@@ -53,7 +53,7 @@ impl LeastSquaresSettings {
     }
 }
 
-/// Which test said that the minimum is reached.
+/// Which test reported that the minimum is reached.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Convergence {
     /// The residuals are zero, or orthogonal to every column of the Jacobian that may still move.
@@ -76,7 +76,7 @@ pub enum Termination {
         /// The number allowed.
         max_evaluations: usize,
     },
-    /// No step of any length reduced the objective, though the derivatives promise that one would: they are wrong, or the start is
+    /// No step of any length reduced the objective, though the derivatives predict that one would: they are wrong, or the start is
     /// where the problem cannot be followed in 16 digits.
     Stalled,
     /// Every step, however short, led to where the model has no value.

@@ -1,6 +1,6 @@
 //! Fitting by least squares, and what the fitted numbers are worth.
 //!
-//! The general core knows residuals and parameters, nothing of robots:
+//! The general core handles residuals and parameters and is independent of robots:
 //!
 //! - [`Parameter`] and [`ParameterSet`]: what is free, fixed or tied, between which bounds;
 //! - [`ResidualFunction`]: the problem, weights included, and how its failures are named;

@@ -417,7 +417,7 @@ impl<'a> Walk<'a> {
         Ok(ProfileEnd::Closed { value: above.value })
     }
 
-    /// Refits the others with the parameter at `value`; the inner error says how that failed.
+    /// Refits the others with the parameter at `value`; the inner error states how that failed.
     pub(super) fn refit(
         &mut self,
         value: f64,

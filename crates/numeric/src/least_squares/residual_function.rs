@@ -17,10 +17,10 @@ pub trait ResidualFunction {
     /// # Arguments
     /// - `residuals`: to be filled, one for each residual.
     /// - `jacobian`: derivatives of the residuals; its columns arrive filled with zeros. Columns of parameters that
-    ///   cannot move are not there, so their derivatives need not be worked out.
+    ///   cannot move are not there, so their derivatives need not be computed.
     ///
     /// # Errors
-    /// `EvaluationFailure::Model` if there is no value here. Numbers that are not finite need not be looked for: the caller does.
+    /// `EvaluationFailure::Model` if there is no value here. Numbers that are not finite need not be searched for: the caller does.
     fn evaluate(
         &mut self,
         parameters: &[f64],
@@ -43,7 +43,7 @@ pub struct JacobianView<'a> {
 }
 
 impl<'a> JacobianView<'a> {
-    /// `data` holds the columns one after the other; `slots` says which of them belongs to a parameter.
+    /// `data` holds the columns one after the other; `slots` states which of them belongs to a parameter.
     pub(super) fn new(data: &'a mut [f64], rows: usize, slots: &'a [Option<usize>]) -> Self {
         Self { data, rows, slots }
     }
@@ -99,7 +99,7 @@ pub enum EvaluationFailure {
     /// Each residual is finite, but their squares or their products with the derivatives are not.
     #[error("the sum of squares overflows")]
     Overflow,
-    /// The model itself says that it has no value.
+    /// The model itself states that it has no value.
     #[error("the model has no value{}", residual.map(|index| format!(" at residual {index}")).unwrap_or_default())]
     Model {
         /// The residual at which that was noticed, if it was at one.

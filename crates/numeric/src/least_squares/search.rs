@@ -145,7 +145,7 @@ impl<'a> Search<'a> {
                 FIRST_RADIUS * size
             };
             let radius = self.radius.unwrap_or(first_radius);
-            // What the linear model promises without a radius is all there is to gain. A radius that shrank because the objective's own
+            // The decrease that the linear model predicts without a radius is all there is to gain. A radius that shrank because the objective's own
             // error hid what small steps gain must not hide that nothing is left.
             let mut step = self.solve(f64::INFINITY);
             if let Some(convergence) = self.convergence(&step) {
@@ -194,7 +194,7 @@ impl<'a> Search<'a> {
     /// Evaluates the target of a step: (accepted, next radius).
     fn try_step(&mut self, step: &Step, radius: f64) -> (bool, f64) {
         let shorter = 0.25 * radius.min(step.scaled_norm);
-        // Only after clipping at several bounds can a step promise nothing; a shorter one follows the gradient.
+        // Only after clipping at several bounds can a step predict no decrease; a shorter one follows the gradient.
         if step.predicted_reduction <= 0.0 {
             return (false, shorter);
         }
@@ -217,7 +217,7 @@ impl<'a> Search<'a> {
         judge(step, actual, radius)
     }
 
-    /// Whether the linear model at the trial point promises less than that at the current one: the size of the gradient in the
+    /// Whether the linear model at the trial point predicts less than that at the current one: the size of the gradient in the
     /// measure of the problem itself, which still has digits when the objective has none left.
     fn trial_promises_less(&mut self) -> bool {
         let mut held = self.held.clone();
@@ -285,7 +285,7 @@ impl<'a> Search<'a> {
 /// Moré's rule: accept what reduces at all, lengthen the radius where the linear model was good, shorten it where it was not.
 fn judge(step: &Step, actual: f64, radius: f64) -> (bool, f64) {
     let ratio = actual / step.predicted_reduction;
-    // ‖r‖ more than ten times as long says nothing of curvature any more.
+    // ‖r‖ more than ten times as long carries no information on curvature any more.
     let hopeless = actual <= -99.0;
     let next = if ratio <= 0.25 {
         let factor = if actual >= 0.0 {

@@ -2,7 +2,7 @@
 
 use super::singular_values::{SingularValues, dot, norm};
 
-/// The problem linearised at a point; matrices by columns, all slices over the free parameters unless said otherwise.
+/// The problem linearised at a point; matrices by columns, all slices over the free parameters unless stated otherwise.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct LinearModel<'a> {
     /// Residuals at the point, one for each residual.
@@ -30,7 +30,7 @@ impl LinearModel<'_> {
     }
 }
 
-/// What a step promises.
+/// Predicted decrease of a step.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Step {
     /// ‖D p‖.
@@ -102,7 +102,7 @@ impl Subproblem {
         self.promise(model, full)
     }
 
-    /// Fills `step` for the working parameters; tells whether the radius left it alone.
+    /// Fills `step` for the working parameters; returns whether the radius left it alone.
     fn solve_working(&mut self, model: &LinearModel<'_>, radius: f64) -> bool {
         let svd = &mut self.decomposition;
         svd.reshape(self.shifted.len(), self.working.len());

@@ -2,7 +2,7 @@
 //!
 //! The data of Lanczos1 are its model rounded to 14 digits: the certified residuals are of the size 1e-13 beside values of 2.5, and in
 //! `f64` both the model and the parameters are rounded to 1e-16 of themselves, so that only three digits of a residual are
-//! left whatever the solver does. With the parameters counted from the generating values b⁰, and f(b⁰) − y worked out once with 32
+//! left whatever the solver does. With the parameters counted from the generating values b⁰, and f(b⁰) − y computed once with 32
 //! digits, the residuals f(b⁰) − y + [f(b⁰ + β) − f(b⁰)] have all their digits again and the standard deviations can be checked.
 
 use stiffbench_numeric::least_squares::{EvaluationFailure, JacobianView, ResidualFunction};

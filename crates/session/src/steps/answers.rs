@@ -119,7 +119,7 @@ impl Machine {
         let known = self.state.instruments[channel.index()].as_ref();
         let known = known.map_or("", |known| known.identity.as_str());
         let text = format!(
-            "The {channel} gauge says it is \"{identity}\"; the session began with \"{known}\". Go on with this one?"
+            "The {channel} gauge identifies itself as \"{identity}\"; the session began with \"{known}\". Continue with this one?"
         );
         let mut prompt = Prompt::confirm("other-gauge", text);
         prompt.key = Some(channel.to_string());

@@ -8,7 +8,7 @@ use super::answers::Why;
 use super::plausibility::Doubt;
 use super::{Action, Applied, Machine};
 
-/// A doubt that may go by itself is asked about after this many dwells under the load without a gap.
+/// The operator is asked about a failed check that may pass by itself after this many dwells under the load without a gap.
 const PATIENT_DWELLS: f64 = 3.0;
 
 impl Machine {
@@ -101,7 +101,7 @@ impl Machine {
             Channel::Displacement => format!("{:.1} um", jumped.by * 1e6),
         };
         let text = format!(
-            "the {} gauge jumped by {by} while the other stood still: back to the preload, its zero is looked at",
+            "the {} gauge jumped by {by} while the other did not move: back to the preload to check its zero",
             jumped.channel
         );
         self.message(text, true, out);
@@ -112,7 +112,7 @@ impl Machine {
         true
     }
 
-    /// Whether a rule speaks against what would be kept now.
+    /// Whether the value that would be kept now fails a check.
     pub(super) fn is_doubted(&self, cell: usize, index: usize, rule: &str) -> bool {
         let taken = self.reading(cell, index);
         taken.is_none_or(|taken| self.doubts(&taken).iter().any(|doubt| doubt.rule == rule))
@@ -170,7 +170,7 @@ impl Machine {
             "something was wrong and is put right: settle again",
         );
         let skip = ("skip", "leave this reading out");
-        let flip = ("flip", "the gauge stands on the other side: turn its sign");
+        let flip = ("flip", "the gauge is on the other side: reverse its sign");
         let mut choices = vec![again, accept, skip];
         if doubt.rule == "displacement-sign" && !self.has_loaded_readings() {
             choices.push(flip);

@@ -28,7 +28,7 @@ impl Machine {
                         self.say(format!("the {channel} gauge is good again"), out);
                     }
                     if was_away && self.settings.lag_s.is_finite() {
-                        // Nobody saw what happened meanwhile.
+                        // Events in between were not observed.
                         self.left_band();
                     }
                     self.watch_load(channel);
@@ -52,12 +52,12 @@ impl Machine {
                 self.say(format!("{channel} gauge: {text}"), out);
             }
             GaugeEvent::Ended => {
-                self.end(Outcome::Partial, "the gauges have nothing more to say", out);
+                self.end(Outcome::Partial, "the gauges send no more values", out);
             }
         }
     }
 
-    /// Identity, unit and mode are asked for again; what was being done is worked out anew.
+    /// Identity, unit and mode are asked for again; what was being done is computed again.
     fn look_again(&mut self, channel: Channel, out: &mut Vec<Action>) {
         self.checked = false;
         self.unit_unsure[channel.index()] = true;
@@ -70,13 +70,13 @@ impl Machine {
         }
     }
 
-    /// Before the first reading nothing rests on the settings of a gauge: it may be set as it should be, and all is looked at again, a zero
+    /// Before the first reading nothing rests on the settings of a gauge: it may be set as it should be, and all is checked again, a zero
     /// that is set already with it.
     fn set_otherwise_before_the_first_reading(&mut self, channel: Channel, out: &mut Vec<Action>) {
         self.feeds[channel.index()].forget_settings();
         self.feeds[channel.index()].forget();
         self.message(
-            format!("the {channel} gauge changed its unit or its number of decimals: it is looked at again"),
+            format!("the {channel} gauge changed its unit or its number of decimals: it is checked again"),
             true,
             out,
         );
@@ -115,7 +115,7 @@ impl Machine {
         }
     }
 
-    /// A gauge that was away may have forgotten its zero, its unit and its mode: all of it is looked at again before the next reading.
+    /// A gauge that was away may have forgotten its zero, its unit and its mode: all of it is checked again before the next reading.
     fn gauge_was_away(&mut self, channel: Channel, out: &mut Vec<Action>) {
         self.unsure |= self.state.zero.is_some();
         self.compares = self.unsure;
@@ -158,7 +158,7 @@ impl Machine {
         }
     }
 
-    /// A gauge whose values are refused for its unit or mode is asked again from time to time: somebody may have set it right.
+    /// A gauge whose values are refused for its unit or mode is asked again from time to time: it may have been set correctly.
     pub(super) fn ask_state_of_refused(&mut self, out: &mut Vec<Action>) {
         if self.now_s - self.asked_state_s < STATE_AGAIN_S {
             return;
@@ -171,7 +171,7 @@ impl Machine {
         }
     }
 
-    /// Asks a gauge who it is and how it is set.
+    /// Asks a gauge its identity and how it is set.
     pub(super) fn ask_who(&mut self, channel: Channel, out: &mut Vec<Action>) {
         self.identities[channel.index()] = None;
         out.push(Action::Ask(channel, Ask::Identity));
@@ -186,7 +186,7 @@ impl Machine {
         for channel in Channel::ALL {
             let identity = self.identities[channel.index()].clone().unwrap_or_default();
             let known = self.state.instruments[channel.index()].as_ref();
-            // A gauge that has not answered yet says nothing either.
+            // A gauge that has not answered yet carries no information either.
             let said = !identity.is_empty() || self.feed(channel).is_good(self.now_s);
             let other = said
                 && known
@@ -215,7 +215,7 @@ impl Machine {
             };
             let changed = known != Some(&seen);
             if identity.is_empty() {
-                self.say(format!("the {channel} gauge does not say who it is"), out);
+                self.say(format!("the {channel} gauge does not identify itself"), out);
             }
             if changed {
                 self.record(Event::Instrument(seen), out);

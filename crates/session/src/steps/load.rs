@@ -38,7 +38,7 @@ pub(super) struct Loading {
     left: u32,
     /// Questions that have been asked once already.
     pub(super) asked: bool,
-    /// Doubts that the operator has accepted.
+    /// Failed checks that the operator has accepted.
     pub(super) accepted: Vec<&'static str>,
 }
 
@@ -52,7 +52,7 @@ impl Loading {
         self.left >= UNSTEADY
     }
 
-    /// The dwell begins anew.
+    /// The dwell restarts.
     pub(super) fn left_band(&mut self) {
         self.in_band_since_s = None;
     }
@@ -270,8 +270,8 @@ impl Machine {
             "changed",
             text,
             &[
-                ("again", "it is put right: look at the zero and load again"),
-                ("flag", "go on; all readings from now on are flagged"),
+                ("again", "it is fixed: check the zero and load again"),
+                ("flag", "continue; all readings from now on are flagged"),
             ],
         );
         self.ask(prompt, Why::Changed, out);
@@ -311,7 +311,7 @@ impl Machine {
         };
         let force_n = self.along(Channel::Force, window.mean);
         let (target_n, purpose) = (load.target_n, load.purpose);
-        // It is where it should be; what is waited for is the other gauge, whose gap began the dwell anew.
+        // It is where it should be; what is waited for is the other gauge, whose gap restarted the dwell.
         if (force_n - target_n).abs() <= load.tolerance_n {
             return;
         }
@@ -330,7 +330,7 @@ impl Machine {
             Purpose::Reading | Purpose::Again | Purpose::Preload if opposite => {
                 let prompt = Prompt::choice(
                     "force-sign",
-                    format!("The force is {force_n:.1} N where {target_n:.1} N is wanted."),
+                    format!("The force is {force_n:.1} N; the target is {target_n:.1} N."),
                     &[
                         ("flip", "the gauge counts the other way round"),
                         ("wait", "the load is applied the wrong way: wait"),

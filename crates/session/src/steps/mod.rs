@@ -1,7 +1,7 @@
 //! What happens next in a session: state and event to state and actions.
 //!
 //! Pure: no clock, no file, no port. What is to be kept goes out as [`Action::Record`] and counts once [`Machine::recorded`] hands it back,
-//! so a live session and the fold of its journal cannot differ. What is still open is worked out from that state before every step
+//! so a live session and the fold of its journal cannot differ. What is still open is computed from that state before every step
 //! ([`route`]), so redo, another cell, skips and resuming after a crash need no paths of their own.
 
 mod answers;
@@ -40,7 +40,7 @@ use signs::SignWatch;
 
 pub use settings::{Settings, lag_s};
 
-/// Time without a reading after which a session with nobody there gives up, s, and so many dwells more.
+/// Time without a reading after which a session without an operator gives up, s, and so many dwells more.
 const STUCK_S: f64 = 600.0;
 const STUCK_DWELLS: f64 = 20.0;
 
@@ -110,23 +110,23 @@ pub struct Machine {
     /// Who answers instead of the gauge of before, and may.
     other_accepted: [Option<String>; 2],
     checked: bool,
-    /// Whether the operator has said that the bench is ready.
+    /// Whether the operator has confirmed that the bench is ready.
     begun: bool,
     /// Whether the unit of a gauge that does not send it is to be asked for.
     unit_unsure: [bool; 2],
     /// When a gauge whose values are refused was last asked for its unit and mode, s.
     asked_state_s: f64,
-    /// Whether the zero has to be looked at before the next reading.
+    /// Whether the zero has to be checked before the next reading.
     unsure: bool,
     /// How far one gauge may be behind the other, s: longer once a look at the zero has shown that a jump was none.
     lag_s: f64,
-    /// Whether the zero is looked at because a gauge jumped.
+    /// Whether the zero is checked because a gauge jumped.
     jumped: bool,
     /// The gauge that is asked about because it stands still, and since when, s.
     stood_still: Option<(Channel, f64)>,
-    /// Since when the force gauge hangs free to be looked at, s.
+    /// Since when the force gauge hangs free to be checked, s.
     look_since_s: f64,
-    /// Drift of the displacement zero, while the force zero is still to be looked at, m.
+    /// Drift of the displacement zero, while the force zero is still to be checked, m.
     drift_m: Option<f64>,
     /// Whether the next load that is applied again is to be compared with its reading of before.
     compares: bool,
@@ -137,7 +137,7 @@ pub struct Machine {
     signs_checked: bool,
     /// Cell of the push by hand and how far the end gave way, m/N.
     pushed: Option<(usize, f64)>,
-    /// How long after it said so each gauge did not stand at its zero yet, the longest of all times, s.
+    /// How long each gauge was not at its zero after it confirmed it, the longest of all times, s.
     zero_takes_s: [f64; 2],
     mounted: Option<usize>,
     /// The step whose reading was taken under the load that is on.
@@ -157,7 +157,7 @@ pub struct Machine {
 }
 
 impl Machine {
-    /// A session that stands where its journal says.
+    /// A session in the state of its journal.
     #[must_use]
     pub fn new(plan: SessionPlan, settings: Settings, state: SessionState) -> Self {
         let lag_s = settings.lag_s;
@@ -216,7 +216,7 @@ impl Machine {
         }
     }
 
-    /// Where the session stands, as its journal says.
+    /// The state of the session according to its journal.
     #[must_use]
     pub fn state(&self) -> &SessionState {
         &self.state
@@ -228,7 +228,7 @@ impl Machine {
         self.over
     }
 
-    /// Takes in what happened at `now_s` of session time and says what is to be done.
+    /// Takes in what happened at `now_s` of session time and returns the actions to perform.
     pub fn input(&mut self, input: Input, now_s: f64) -> Vec<Action> {
         let mut out = Vec::new();
         self.now_s = self.now_s.max(now_s);
@@ -255,7 +255,7 @@ impl Machine {
         out
     }
 
-    /// How long a session with nobody there may go without a reading, s: far longer than any load, dwell and hold of its plan take.
+    /// How long a session without an operator may go without a reading, s: far longer than any load, dwell and hold of its plan take.
     #[must_use]
     pub fn longest_wait_s(&self) -> f64 {
         let readings = self.plan.cells.iter().flat_map(|cell| &cell.readings);
@@ -265,7 +265,7 @@ impl Machine {
         STUCK_S + STUCK_DWELLS * self.plan.procedure.settle.dwell_s + hold_s
     }
 
-    /// Whether the session waits for somebody to say that it goes on.
+    /// Whether the session waits for the operator to continue it.
     #[must_use]
     pub fn is_paused(&self) -> bool {
         self.paused.is_some()
@@ -345,7 +345,7 @@ impl Machine {
         Some(self.along(channel, last.value_si))
     }
 
-    /// What came before tells nothing of what comes now.
+    /// Earlier values do not apply to later ones.
     fn begin_histories(&mut self) {
         self.before = None;
         for feed in &mut self.feeds {
@@ -434,7 +434,7 @@ impl Machine {
         self.job = None;
     }
 
-    /// Everything on the way is dropped and worked out anew.
+    /// Everything on the way is dropped and computed again.
     fn reroute(&mut self) {
         self.queue.clear();
         self.job = None;
@@ -445,9 +445,9 @@ impl Machine {
 
     fn ask_ready(&mut self, out: &mut Vec<Action>) {
         let items = [
-            "the robot stands with its brakes on and nobody in its reach",
+            "the robot has its brakes on and its reach is clear of people",
             "jack and force gauge push at the end node, in line with the displacement gauge",
-            "the displacement gauge stands on something that the load does not move",
+            "the displacement gauge is mounted on something that the load does not move",
         ];
         let list = PromptKind::Checklist(items.map(str::to_owned).to_vec());
         self.ask(

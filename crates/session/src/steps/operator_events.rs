@@ -50,7 +50,7 @@ impl Machine {
         }
     }
 
-    /// Stops for a while, or goes on: the windows begin anew, and a line that was given up is looked for once more.
+    /// Stops for a while, or goes on: the windows restart, and a line that was given up is searched for once more.
     pub(super) fn pause(&mut self, out: &mut Vec<Action>) {
         if self.paused.take().is_some() {
             self.forget_windows();
@@ -69,7 +69,7 @@ impl Machine {
 
     fn capture_now(&mut self, out: &mut Vec<Action>) {
         let Some(Job::Read { cell, index }) = self.job else {
-            self.say("there is no reading to be taken now", out);
+            self.say("no reading can be taken now", out);
             return;
         };
         if self.is_ready(cell, index) {
@@ -78,7 +78,7 @@ impl Machine {
         }
         let good = self.feeds.iter().all(|feed| feed.is_good(self.now_s));
         if !good {
-            self.say("a gauge has no value that stands for now", out);
+            self.say("a gauge has no current value", out);
             return;
         }
         let in_band = self.load.as_ref().is_some_and(super::Loading::is_in_band);

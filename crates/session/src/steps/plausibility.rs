@@ -1,4 +1,4 @@
-//! What speaks against a reading: each gauge is held against the other, and the reading against what the cell has given before.
+//! Plausibility checks of a reading: each gauge is compared with the other, and the reading with earlier readings of the cell.
 
 use crate::event::TakenReading;
 use crate::feed::Feed;
@@ -7,7 +7,7 @@ use stiffbench_units_and_text::test_point::Branch;
 
 use super::Machine;
 
-/// Steps of the last digit by which a gauge must have moved before it can be said that it has not.
+/// Steps of the last digit by which a gauge must have moved before a missing motion can be reported.
 const STILL_DIGITS: f64 = 5.0;
 
 /// And the share of its value: less is creep, or friction in the joints.
@@ -32,10 +32,10 @@ const PART_OF_LAG: f64 = 0.5;
 /// doubles it, a unit key makes it 4.4, 9.8 or 25.4 times as much; play that closes may reach it once.
 const PROPORTION: f64 = 1.75;
 
-/// The same where only the push by hand tells the compliance.
+/// The same where only the push by hand gives the compliance.
 const PROPORTION_OF_PUSH: f64 = 3.0;
 
-/// Settling spreads below which a displacement is not told from its repeats.
+/// Settling spreads below which a displacement is indistinguishable from its repeats.
 const NEAR_SPREADS: f64 = 3.0;
 
 /// Scatter between repeats that is expected before it is known, as a share of the displacement; it counts as [`PRIOR_FREEDOM`] repeats.
@@ -73,7 +73,7 @@ pub(super) struct Doubt {
 }
 
 impl Machine {
-    /// What speaks against taking a reading silently.
+    /// Checks that a reading fails.
     pub(super) fn doubts(&self, taken: &TakenReading) -> Vec<Doubt> {
         let timed = self.settings.lag_s.is_finite().then(|| {
             [
@@ -93,7 +93,7 @@ impl Machine {
         timed.chain(rules).flatten().collect()
     }
 
-    /// About how far the end of a cell gives way, as far as its readings or the push by hand told, m/N; and how well that is known.
+    /// About how far the end of a cell gives way, from its readings or the push by hand, m/N; and how well that is known.
     pub(super) fn compliance_m_per_n(&self, cell: usize) -> Option<(f64, f64)> {
         let tolerance_n = self.plan.procedure.settle.force_tolerance_n;
         let preload_n = self.plan.procedure.preload_n;
@@ -265,7 +265,7 @@ impl Machine {
         let moved_m = taken.displacement_m - before_m;
         let (compliance, mut factor) = self.compliance_m_per_n(taken.cell)?;
         let mut expected_m = compliance * changed_n.abs();
-        // The same step of an earlier repeat tells more than the last reading.
+        // The same step of an earlier repeat carries more information than the last reading.
         if let Some(slope) = self.same_step_before(taken, before_n) {
             expected_m = slope * changed_n.abs();
             factor = PROPORTION;
@@ -403,7 +403,7 @@ impl Machine {
         Some(Doubt {
             rule,
             text: format!(
-                "The last digit of the {channel} gauge was only {} in {} different values; they lie {:.3} {unit} apart: resolution key, or digits that stand still?",
+                "The last digit of the {channel} gauge was only {} in {} different values; they are {:.3} {unit} apart: resolution key, or frozen digits?",
                 few.digits
                     .chars()
                     .map(String::from)

@@ -6,7 +6,7 @@ use stiffbench_gauges::Channel;
 use super::{Job, Machine};
 
 impl Machine {
-    /// What is to be done up to the next open reading, it included; the end if there is none.
+    /// What has to be done up to the next open reading, it included; the end if there is none.
     pub(super) fn route(&self) -> Vec<Job> {
         let mut jobs = Vec::new();
         if !self.checked {
@@ -75,7 +75,7 @@ impl Machine {
         }
     }
 
-    /// Whether there are readings on the zero in use that were taken since it was last looked at.
+    /// Whether there are readings on the zero in use that were taken since it was last checked.
     fn is_zero_unchecked(&self) -> bool {
         let Some(zero) = self.state.zero.as_ref() else {
             return false;
@@ -87,7 +87,7 @@ impl Machine {
         on_it.any(|kept| !kept.zero_confirmed)
     }
 
-    /// The displacement zero is looked at under the preload, the force zero hanging free.
+    /// The displacement zero is checked under the preload, the force zero hanging free.
     fn zero_check(&self) -> Vec<Job> {
         let preload = Job::Load {
             target_n: self.plan.procedure.preload_n,

@@ -6,7 +6,7 @@ use stiffbench_measurement::stiffness::Gauges as GaugeTerms;
 /// How far one gauge may be behind the other, s.
 const LAG_S: f64 = 0.1;
 
-/// How many times as fast as real a session may run for one gauge to be held against the other: lines and scheduler stay as they are.
+/// How many times as fast as real a session may run for one gauge to be compared with the other: lines and scheduler stay as they are.
 const FASTEST_JUDGED: f64 = 20.0;
 
 /// How far one gauge may be behind the other in a session that runs `speed` times as fast as real, s.
@@ -24,15 +24,15 @@ pub fn lag_s(speed: f64) -> f64 {
 pub struct Settings {
     /// Whether a reading is taken as soon as everything has settled; else a key takes it.
     pub auto_capture: bool,
-    /// What the force gauge sends under compression, if its description says so: 1 for a value above zero, -1 below.
+    /// What the force gauge sends under compression, if its description states it: 1 for a value above zero, -1 below.
     pub compression_sign: Option<f64>,
     /// Drift of the zero beyond which is asked, m.
     pub drift_limit_m: f64,
     /// Shortest time without a value after which a gauge counts as stale, s; longer for gauges that send seldom.
     pub least_stale_s: f64,
-    /// How far one gauge may be behind the other, s: conversion, filter, request. Without limit, neither is held against the other.
+    /// How far one gauge may be behind the other, s: conversion, filter, request. Without limit, neither is compared with the other.
     pub lag_s: f64,
-    /// The unit that was configured for a gauge that cannot tell its own: the operator compares it with the display.
+    /// The unit that was configured for a gauge that cannot report its own: the operator compares it with the display.
     pub units_by_eye: [Option<String>; 2],
     /// Resolution and calibration of the gauges.
     pub gauges: GaugeTerms,

@@ -1,4 +1,4 @@
-//! Which way the gauges count: a push by hand, and the operator says which way it went.
+//! Which way the gauges count: a push by hand, and the operator states which way it went.
 
 use crate::event::{Event, SignChecked};
 use crate::operator::Prompt;
@@ -19,7 +19,7 @@ const DIGITS: f64 = 3.0;
 /// Pushes of the needed size after which a displacement that does not move is remarked on.
 const NO_MOVE: f64 = 3.0;
 
-/// Time without a push that the gauges are looked at before it, s.
+/// Time without a push over which the gauges are observed before it, s.
 const BASE_S: f64 = 1.0;
 
 /// A push by hand, watched.
@@ -136,7 +136,7 @@ impl Machine {
         }
     }
 
-    /// The operator said which way the push went: `push` is 1 toward the positive end.
+    /// The operator's answer on the direction of the push: `push` is 1 toward the positive end.
     pub(super) fn way_told(&mut self, push: f64, way: [f64; 2], out: &mut Vec<Action>) {
         let described = self.settings.compression_sign;
         if described.is_some_and(|sign| sign != way[0]) {

@@ -1,4 +1,4 @@
-//! Looking at the zero again: whether it has moved, and what that means for the readings on it.
+//! Checking the zero again: whether it has moved, and what that means for the readings on it.
 
 use crate::event::{Event, Superseded, ZeroMoment};
 use crate::operator::Prompt;
@@ -13,7 +13,7 @@ const DRIFT_SHARE: f64 = 0.02;
 /// Share of the largest load that the force zero may have moved by: the error of a stiffness from it.
 const FORCE_DRIFT_SHARE: f64 = 0.005;
 
-/// Steps of the last digit below which a drift cannot be told.
+/// Steps of the last digit below which a drift cannot be determined.
 const DRIFT_DIGITS: f64 = 3.0;
 
 /// How often readings are taken once more for a zero that moved, before they are kept with a flag.
@@ -97,7 +97,7 @@ impl Machine {
         let text = moved.join(" and ");
         if goes_on {
             self.message(
-                format!("{text}: the readings since it was last looked at are flagged"),
+                format!("{text}: the readings since its last check are flagged"),
                 true,
                 out,
             );
@@ -155,7 +155,7 @@ impl Machine {
         (FORCE_DRIFT_SHARE * self.plan.largest_n()).max(DRIFT_DIGITS * digit_n)
     }
 
-    /// Whether the zero in use has to be looked at before the next reading.
+    /// Whether the zero in use has to be checked before the next reading.
     pub(super) fn zero_is_unsure(&self) -> bool {
         self.state.unconfirmed || self.unsure
     }

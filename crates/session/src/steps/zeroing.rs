@@ -85,7 +85,7 @@ impl Machine {
             return;
         }
         let digit = feed.last.as_ref().map_or(0.0, |last| last.resolution_si);
-        // A gauge may say yes at once and set its zero a second later.
+        // A gauge may acknowledge at once and set its zero a second later.
         let last = |share: f64| feed.window(self.now_s - share * settle.dwell_s);
         if by_gauge[channel.index()]
             && waited_s < LEVEL_DWELLS * settle.dwell_s
@@ -124,13 +124,12 @@ impl Machine {
         self.done();
     }
 
-    /// A gauge that says it was zeroed and shows something else holds its display, or its keys are locked.
+    /// A gauge that confirms its zero and shows another value holds its display, or its keys are locked.
     fn ask_zero_not_shown(&mut self, channel: Channel, out: &mut Vec<Action>) {
         let shown = self.feed(channel).last.as_ref();
         let shown = shown.map_or_else(String::new, |last| last.raw.trim().to_owned());
-        let text = format!(
-            "The {channel} gauge said that it was zeroed, and shows {shown}: hold, or locked?"
-        );
+        let text =
+            format!("The {channel} gauge confirmed its zero, but shows {shown}: hold, or locked?");
         let choices = [
             ("again", "it is put right: zero it again"),
             ("subtract", "it is right: take off what it shows"),
@@ -139,7 +138,7 @@ impl Machine {
         self.ask(prompt, Why::ZeroNotShown(channel), out);
     }
 
-    /// The operator said what to do with a zero that is not shown.
+    /// The operator's decision on a zero that is not displayed.
     pub(super) fn zero_not_shown(&mut self, channel: Channel, word: &str, out: &mut Vec<Action>) {
         if word == "again" {
             self.begin_zero(channel, out);
@@ -186,7 +185,7 @@ impl Machine {
         self.say(format!("zero {label} is set"), out);
     }
 
-    /// Keeps what the gauges show now, to tell a frozen one later.
+    /// Keeps what the gauges show now, to detect a frozen one later.
     pub(super) fn note_shown(&mut self) {
         let shown = |channel: Channel| Some(self.feed(channel).last.as_ref()?.value_si);
         let both = shown(Channel::Force).zip(shown(Channel::Displacement));

@@ -33,7 +33,7 @@ pub(super) struct CellKey {
     pub(super) number: u32,
 }
 
-/// A cell, worked out.
+/// A cell, computed.
 #[derive(Debug)]
 pub(super) struct Cell {
     key: CellKey,

@@ -14,7 +14,7 @@ pub enum TomlProblem {
     /// Not TOML, or not of the types of a format.
     #[error("{0}")]
     Syntax(String),
-    /// A text that does not say what it is.
+    /// A text without a schema.
     #[error("no `schema`, expected `{expected}`")]
     NoSchema {
         /// What was expected.
@@ -25,17 +25,17 @@ pub enum TomlProblem {
     OtherSchema {
         /// The key with its tables.
         key: String,
-        /// What it says.
+        /// Its content.
         found: String,
         /// What was expected.
         expected: &'static str,
     },
     /// A text that is newer than this program.
-    #[error("`{key}` is `{found}`, this program knows up to `{expected}`")]
+    #[error("`{key}` is `{found}`; this program supports up to `{expected}`")]
     NewerSchema {
         /// The key with its tables.
         key: String,
-        /// What it says.
+        /// Its content.
         found: String,
         /// The newest known.
         expected: &'static str,
@@ -100,8 +100,7 @@ impl TomlProblem {
             Self::Missing { key, .. } => format!("add `{key}`"),
             Self::Value { .. } => "correct the value, or leave the key out".to_owned(),
             Self::Unit { .. } => {
-                "the unit stands behind the last underscore of the key: range_N, resolution_um"
-                    .to_owned()
+                "the unit follows the last underscore of the key: range_N, resolution_um".to_owned()
             }
         }
     }

@@ -175,7 +175,7 @@ impl<'a> Table<'a> {
         Err(self.error(key.span(), problem))
     }
 
-    /// The keys that nobody asked for, each with the nearest of those that somebody asked for.
+    /// The keys that are not part of the format, each with the nearest of the known keys.
     #[must_use]
     pub fn unknown(&self) -> Vec<UnknownKey> {
         let asked = self.asked.borrow();

@@ -10,10 +10,10 @@ use crate::source_text::{PlacedError, SourceText};
 use super::problem::{TomlError, TomlProblem, UnknownKey};
 use super::{Document, Read, Step};
 
-/// What a text says, and the keys that belong to nothing in the format.
+/// The content of a text, and the keys that belong to nothing in the format.
 pub type Known<T> = (T, Vec<UnknownKey>);
 
-/// What a TOML text says in the types of a format, and the keys that belong to none of them.
+/// The content of a TOML text in the types of a format, and the keys that belong to none of them.
 ///
 /// # Errors
 /// What is wrong, in the words of TOML, in its place.
@@ -39,7 +39,7 @@ pub fn read_types<T: DeserializeOwned>(source: &SourceText) -> Read<T> {
     read_strict(source).map(|(read, _)| read)
 }
 
-/// What a text says, and the keys that were ignored, without a guess at what was meant.
+/// The content of a text, and the keys that were ignored, without a guess at what was meant.
 fn read_strict<T: DeserializeOwned>(source: &SourceText) -> Read<Known<T>> {
     let wrong = |error: &toml::de::Error| TomlError::of_reader(source, error);
     let deserializer = toml::Deserializer::parse(&source.text).map_err(|error| wrong(&error))?;
@@ -61,7 +61,7 @@ fn read_strict<T: DeserializeOwned>(source: &SourceText) -> Read<Known<T>> {
 }
 
 impl TomlError {
-    /// What the TOML reader says, in its place and in words that the author of a file knows.
+    /// The error of the TOML reader, with its place and in the terms of the format.
     pub(super) fn of_reader(source: &SourceText, error: &toml::de::Error) -> Self {
         let problem = TomlProblem::Syntax(in_words_of_toml(error.message()));
         let span = error.span().unwrap_or(0..0);
@@ -88,7 +88,7 @@ fn collect_steps<'a>(path: &'a serde_ignored::Path<'_>, steps: &mut Vec<Step<'a>
     }
 }
 
-/// A message of the reader in words that the author of a TOML file knows; a key or word that is not known with the one that is meant.
+/// A message of the reader in the terms of the format; an unknown key or word with the nearest known one.
 fn in_words_of_toml(message: &str) -> String {
     let message = match message.split_once("expected struct ") {
         Some((before, _)) => format!("{before}expected a table"),

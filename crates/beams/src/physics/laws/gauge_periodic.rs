@@ -46,7 +46,7 @@ pub(super) static LAW: LawDefinition = LawDefinition {
                     let [low, high] = [1.0 - NOMINAL_TOLERANCE, 1.0 + NOMINAL_TOLERANCE];
                     [SHORTEST_PERIOD_M * low, (longest_m(scale) * high).max(SHORTEST_PERIOD_M)]
                 },
-                reason: "from 50 um, below which it cannot be told from errors of reading, to most of the travel: less than a period is a curve",
+                reason: "from 50 um, below which it cannot be distinguished from reading errors, to most of the travel: less than a period is a curve",
             },
             typical: Typical {
                 value: |_| 2.5e-4,
@@ -63,7 +63,7 @@ pub(super) static LAW: LawDefinition = LawDefinition {
             sign: Sign::Either,
             plausible: PlausibleRange {
                 bounds: |_, _| [f64::NEG_INFINITY, f64::INFINITY],
-                reason: "any angle: where a wheel stands at the zero is chance",
+                reason: "any angle: the position of a wheel at the zero is random",
             },
             typical: Typical {
                 value: |_| 0.5,
@@ -114,7 +114,7 @@ pub(super) static LAW: LawDefinition = LawDefinition {
     }),
 };
 
-/// Shortest period that is looked for: shorter ones cannot be told from reading errors, which move with the reading.
+/// Shortest period that is searched for: shorter ones cannot be distinguished from reading errors, which move with the reading.
 pub const SHORTEST_PERIOD_M: f64 = 5e-5;
 
 /// Longest period of a wheel, a rack or a scale.

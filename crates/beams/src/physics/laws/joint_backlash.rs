@@ -109,7 +109,7 @@ fn shapes(scale: &PlaceScale) -> Vec<Shape> {
 #[derive(Debug)]
 struct Backlash;
 
-/// Twist of play behind a seat; all cases are worked out, so that loads can stand side by side.
+/// Twist of play behind a seat; all cases are computed, so that loads can be processed side by side.
 #[inline]
 fn twist([play, seat_moment]: [f64; 2], driving_nm: f64, k: f64) -> f64 {
     let beyond = driving_nm.abs() - seat_moment;

@@ -45,7 +45,7 @@ pub(super) const COMPLIANCE: ParameterSpec = ParameterSpec {
     plausible: PlausibleRange {
         bounds: |scale, _| scale.plausible_compliance(),
         reason: "up to ten times what the whole structure gives there: drives and bearings give up to nine tenths of what a heavy arm \
-                 gives; in a closed loop up to a pin, beyond which readings tell nothing",
+                 gives; in a closed loop up to a pin, beyond which readings carry no information",
     },
     typical: Typical {
         value: |_| 1e-12,

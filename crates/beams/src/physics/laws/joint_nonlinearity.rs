@@ -94,7 +94,7 @@ fn shapes(scale: &PlaceScale) -> Vec<Shape> {
 #[derive(Debug)]
 struct Nonlinearity;
 
-/// Twist of c τ + q τ|τ| with τ = T - k twist; all cases are worked out, so that loads can stand side by side.
+/// Twist of c τ + q τ|τ| with τ = T - k twist; all cases are computed, so that loads can be processed side by side.
 ///
 /// With q below zero the law has a largest twist, c²/(4|q|), at the moment c/(2|q|): beyond it the joint is at its stop.
 #[inline]

@@ -24,7 +24,7 @@ pub(super) static LAW: LawDefinition = LawDefinition {
         needs: Needs::Nothing,
         unseen_at_place: (
             "without it the readings would hardly change, or the factors take what changes",
-            "measure further poses, or look at both of its ends",
+            "measure further poses, or inspect both of its ends",
         ),
         unseen: (
             "no element can be missing without the mechanism falling apart",
@@ -44,7 +44,7 @@ pub(super) static LAW: LawDefinition = LawDefinition {
                 Place::Element(name) => name.clone(),
                 other => other.to_string(),
             };
-            format!("look at and tighten both ends of {element}, or take it off, and repeat the stiffest cell")
+            format!("inspect and tighten both ends of {element}, or remove it, and repeat the stiffest cell")
         },
         minutes: 30.0,
     }),

@@ -1,6 +1,6 @@
 //! A model with found physics in it, as a file: schema `stiffbench/model/1`.
 //!
-//! Robot, mechanism and factors say which beam model; every effect says which law acts where with which values. Only `schema` is
+//! Robot, mechanism and factors define the beam model; every effect names a law, its place and its values. Only `schema` is
 //! required: what is absent is taken from elsewhere. A key that is not known is an error, for a misspelt effect would be left out.
 
 mod error;
@@ -36,7 +36,7 @@ pub struct ModelFile {
     pub alternatives: Vec<FoundEffect>,
 }
 
-/// Where a model comes from; nothing is worked out from it.
+/// Where a model comes from; nothing is computed from it.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
 pub struct Provenance {
     /// Id of the session that was diagnosed.
@@ -52,9 +52,9 @@ pub struct Provenance {
 pub struct FoundEffect {
     /// The effect.
     pub effect: Effect,
-    /// What is known of its values, in the order of the law's parameters; may be shorter.
+    /// Known properties of its values, in the order of the law's parameters; may be shorter.
     pub uncertainties: Vec<ParameterUncertainty>,
-    /// Effects with one number exclude each other and are not told apart: one stands in `effects`, the others in `alternatives`.
+    /// Effects with one number exclude each other and are indistinguishable: one is in `effects`, the others in `alternatives`.
     pub alternative_group: Option<u32>,
 }
 

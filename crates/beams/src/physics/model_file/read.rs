@@ -210,7 +210,7 @@ fn parameters<'a>(table: &Table<'a>, law: Law) -> Read<Vec<Written<'a>>> {
     Ok(written)
 }
 
-/// What is known of a value, in SI.
+/// Known properties of a value, in SI.
 fn uncertainty(value: &Written<'_>, dimension: Dimension) -> Read<ParameterUncertainty> {
     let table = &value.table;
     let number = |key: &str| -> Read<Option<f64>> {
@@ -247,7 +247,7 @@ fn place(law: Law, value: &Value<'_>) -> Read<Place> {
     let table = value.table()?;
     let direction = |key: &str| direction(&table, key);
     let name = |key: &str| name(&table, key).map(str::to_owned);
-    // A place that can only be this: what the file says of it must agree.
+    // A place with one possible value: the file must agree with it.
     let fixed = |key: &'static str, expected: &'static str, there: Place| -> Read<Place> {
         table.only(&[key])?;
         let value = table.require(key)?;

@@ -70,7 +70,10 @@ fn what_is_written_is_the_form_of_the_documentation() {
         text.contains("\"rad\", u = 1e-5, dof = 40.0, ci95 = [0.0001, 0.00014] }"),
         "{text}"
     );
-    assert!(text.contains("# What follows does not act."), "{text}");
+    assert!(
+        text.contains("# The following alternatives are not applied."),
+        "{text}"
+    );
     assert!(
         !parse("schema = \"stiffbench/model/1\"")
             .unwrap()

@@ -39,7 +39,7 @@ impl ModelFile {
         }
         if !self.alternatives.is_empty() {
             text.push_str(
-                "\n# What follows does not act. The data do not tell it from the effect above with the same alternative_group:\n\
+                "\n# The following alternatives are not applied. The data do not distinguish them from the effect above with the same alternative_group:\n\
                  # to use one, exchange the two.\n",
             );
         }

@@ -1,4 +1,4 @@
-//! A beam as seen from a point far off: motion of one end against the other, and the force for it, both told at that point.
+//! A beam as seen from a point far off: motion of one end against the other, and the force for it, both referred to that point.
 //!
 //! At its middle a uniform beam gives way in six ways that do not mix, each with one compliance:
 //!

@@ -4,13 +4,13 @@
 //!
 //! 1. What hangs on the way from the ground to the end by one node carries nothing, and is left out.
 //! 2. Where every path from the ground to the end passes one node, the structure is cut in two: the compliance of the end is the
-//!    sum of both, each carried rigidly to the end. A part that stands as it stood in the poses before is not worked out again: in a
+//!    sum of both, each carried rigidly to the end. A part that stands as it stood in the poses before is not computed again: in a
 //!    robot, all that lies below the waist while the waist does not turn.
 //! 3. Within a part, elements in series become one by adding compliances, and elements side by side by adding stiffnesses. Both
-//!    are told at one point common to the part, so nothing but these sums is needed. Only nodes that then still have three
+//!    are referred to one point common to the part, so nothing but these sums is needed. Only nodes that then still have three
 //!    neighbours or more are eliminated, in order of least degree.
 //! 4. A part whose elements lie in one plane moves in that plane and across it without mixing: two problems of three freedoms a
-//!    node for one of six. Whether they do lie in it is looked at pose by pose; where not, the part is solved in space.
+//!    node for one of six. Whether they do lie in it is checked pose by pose; where not, the part is solved in space.
 //!
 //! 5. A joint that yields adds the compliance of its turn to what it is in series with. One that is in series with nothing that bends,
 //!    because several elements end on either side of it, is left to [`Solver`](super::Solver).

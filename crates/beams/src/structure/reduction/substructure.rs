@@ -34,7 +34,7 @@ pub struct PartMethod {
     pub eliminated_nodes: usize,
     /// Whether motion in its plane and across it are solved apart, in poses that leave it in its plane.
     pub planar: bool,
-    /// Floating-point operations of one pose that is not worked out before, a fused product counted as two.
+    /// Floating-point operations of one pose that is not computed before, a fused product counted as two.
     pub operations: u64,
 }
 
@@ -101,7 +101,7 @@ pub(super) struct YieldingHinge {
 pub(super) struct Substructure {
     /// The plane that all its pieces share, if they are to be solved in it.
     pub(super) plane: Option<usize>,
-    /// Node towards the end, at which its compliance is told.
+    /// Node towards the end, to which its compliance is referred.
     pub(super) far: usize,
     /// Its nodes, held ones included.
     pub(super) nodes: Vec<usize>,

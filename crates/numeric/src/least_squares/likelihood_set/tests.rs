@@ -5,7 +5,7 @@ use crate::least_squares::{
     CovarianceSettings, LeastSquaresSettings, Parameter, covariance, minima,
 };
 
-/// p² and c p measured, each with standard deviation σ: wells near the roots of the first, the second says which.
+/// p² and c p measured, each with standard deviation σ: wells near the roots of the first, the second states which.
 #[derive(Clone)]
 struct Square {
     measured: [f64; 2],
