@@ -50,15 +50,16 @@ fn search(criterion: &mut Criterion) {
     let nothing = session(Vec::new());
     let play = session(vec![play.parse().unwrap()]);
     let options = SearchOptions::default();
-    let (_, limits) = diagnose(&baseline, &nothing, &options, None).unwrap();
-    let (found, _) = diagnose(&baseline, &play, &options, Some(&limits)).unwrap();
+    let (_, critical) = diagnose(&baseline, &nothing, &options, None).unwrap();
+    let (found, _) = diagnose(&baseline, &play, &options, Some(&critical)).unwrap();
     assert_eq!(found.verdict, Verdict::Explained);
 
     let mut group = criterion.benchmark_group("diagnose");
     group.sample_size(10);
     for (name, observations) in [("nothing missing", &nothing), ("play in a joint", &play)] {
         group.bench_function(format!("{name}, the search alone"), |bencher| {
-            bencher.iter(|| black_box(diagnose(&baseline, observations, &options, Some(&limits))));
+            bencher
+                .iter(|| black_box(diagnose(&baseline, observations, &options, Some(&critical))));
         });
         group.bench_function(format!("{name}, with its limits"), |bencher| {
             bencher.iter(|| black_box(diagnose(&baseline, observations, &options, None)));
@@ -95,13 +96,20 @@ fn recorded(criterion: &mut Criterion) {
     )
     .unwrap();
     let options = SearchOptions::default();
-    let (found, limits) = diagnose(&baseline, &observations, &options, None).unwrap();
+    let (found, critical) = diagnose(&baseline, &observations, &options, None).unwrap();
     assert_eq!(found.verdict, Verdict::Explained);
 
     let mut group = criterion.benchmark_group("diagnose");
     group.sample_size(10);
     group.bench_function("recorded session, the search alone", |bencher| {
-        bencher.iter(|| black_box(diagnose(&baseline, &observations, &options, Some(&limits))));
+        bencher.iter(|| {
+            black_box(diagnose(
+                &baseline,
+                &observations,
+                &options,
+                Some(&critical),
+            ))
+        });
     });
     group.bench_function("recorded session, with its limits", |bencher| {
         bencher.iter(|| black_box(diagnose(&baseline, &observations, &options, None)));

@@ -17,7 +17,7 @@ use criterion::{Criterion, criterion_group, criterion_main};
 use rayon::prelude::*;
 
 use stiffbench::distribution::{
-    ColumnStatistics, MapColumn, MapModel, MechanismStudy, PosePlan, PoseSet, Sampling, Shard,
+    ColumnStatistics, MapColumn, MapModel, MechanismStudy, PosePlan, PoseSample, Sampling, Shard,
     StiffnessMap, StudyPoses, Surface, column_statistics,
 };
 use stiffbench::physics::ActingPhysics;
@@ -27,24 +27,24 @@ use stiffbench::shipped::shipped_robot;
 
 const POSES: usize = 50_000;
 
-fn draw(robot: &Robot) -> PoseSet {
+fn draw(robot: &Robot) -> PoseSample {
     let plan = PosePlan {
         sampling: Sampling::MonteCarlo,
         poses: POSES,
         seed: 0,
         held: vec!["theta1".to_owned(), "theta4".to_owned()],
     };
-    PoseSet::draw(robot, &plan, Shard::WHOLE).unwrap()
+    PoseSample::draw(robot, &plan, Shard::WHOLE).unwrap()
 }
 
-fn maps(models: &[MapModel], poses: &PoseSet, columns: &[MapColumn]) -> Vec<StiffnessMap> {
+fn maps(models: &[MapModel], poses: &PoseSample, columns: &[MapColumn]) -> Vec<StiffnessMap> {
     let maps = models
         .iter()
         .map(|model| StiffnessMap::over(model, poses, columns).unwrap());
     maps.collect()
 }
 
-fn statistics(maps: &[StiffnessMap], poses: &PoseSet) -> Vec<ColumnStatistics> {
+fn statistics(maps: &[StiffnessMap], poses: &PoseSample) -> Vec<ColumnStatistics> {
     let columns: Vec<(usize, usize)> = (0..maps.len())
         .flat_map(|map| (0..3).map(move |column| (map, column)))
         .collect();

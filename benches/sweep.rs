@@ -275,7 +275,7 @@ fn main() {
     let peak_gflops = peak.fold(0.0, f64::max);
     let [solve, place] = apart(&fastest, &few, seconds);
     let [solve_spatial, _] = apart(&spatial, &few, seconds);
-    // The waist stands, so what lies below it is worked out once: the last part is what each pose costs.
+    // The waist stands, so what lies below it is computed once: the last part is what each pose costs.
     let operations = |sweep: &PoseSweep| sweep.methods().last().unwrap().operations as f64;
     let share = |time: f64, sweep: &PoseSweep| operations(sweep) / time / 1e9 / peak_gflops;
 

@@ -4,7 +4,7 @@ use std::error::Error;
 use std::fmt::Write;
 
 use stiffbench::analysis::{
-    DiagnoseSettings, ModelChoice, Session, diagnose, named_procedure, resolve,
+    DiagnoseSettings, LoadedSession, ModelChoice, diagnose, named_procedure, resolve,
 };
 use stiffbench::bench::{Jack, NoiseModel, VirtualBench};
 
@@ -40,7 +40,7 @@ pub(crate) fn report() -> Result<String, Box<dyn Error>> {
     );
     let (noise, jack) = (NoiseModel::default(), Jack::default());
     let bench = VirtualBench::new(&truth.robot, &truth.physics, &truth.factors, noise, jack)?;
-    let session = Session::from_table("simulated", bench.run(&procedure, "simulated", 5)?)?;
+    let session = LoadedSession::from_table("simulated", bench.run(&procedure, "simulated", 5)?)?;
 
     // The search knows the beams only.
     let report = diagnose(&session, &beams, DiagnoseSettings::default(), &|| ())?;

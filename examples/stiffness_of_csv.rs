@@ -4,7 +4,7 @@ use std::error::Error;
 use std::fmt::Write;
 use std::path::Path;
 
-use stiffbench::analysis::{OpenSettings, Session};
+use stiffbench::analysis::{LoadedSession, OpenSettings};
 use stiffbench::stiffness::{Branches, Method};
 
 /// A simulated session that comes with the program.
@@ -21,7 +21,7 @@ fn main() -> Result<(), Box<dyn Error>> {
 
 /// What the example prints.
 pub(crate) fn report() -> Result<String, Box<dyn Error>> {
-    let session = Session::open(Path::new(READINGS), &OpenSettings::default())?;
+    let session = LoadedSession::open(Path::new(READINGS), &OpenSettings::default())?;
     let table = session.stiffness(Branches::LoadingOnly)?;
     let mut text = format!("{} readings\n", session.table.readings.len());
     for row in &table.cells {

@@ -10,7 +10,7 @@
 //! - `numeric`: [`vector`], [`statistics`], [`reported`], [`least_squares`]. Parameters, minima and what they are worth.
 //! - `gauges`: [`instrument`]. Bytes on a serial line to samples, and emulated gauges that send them. Has never heard of poses.
 //! - `measurement`: [`readings`], [`specimen`], [`procedure`], [`stiffness`]. What was measured, as stored, and the stiffness that follows.
-//!   Acquisition ends by writing a session folder, analysis begins by reading one. Nothing is dropped silently. Knows no model.
+//!   Acquisition ends by writing a session folder, analysis begins by reading one. Nothing is dropped silently. Contains no model.
 //! - `session`: [`session`]. What the operator does next, and the journal that loses nothing. Ends by writing a session folder.
 //! - `beams`: [`structure`], [`robot`], [`physics`]. Three-dimensional beams, a robot as beams in a pose, and the laws that beams leave out.
 //! - `simulation`: [`mod@bench`]. The virtual bench. The noise that makes data lives here, never the noise an analysis assumes.

@@ -14,10 +14,10 @@ const MAY_IMPORT: &[(&str, &str, &[&str])] = &[
     ("src", "report", &["EVERY CRATE", "shipped", "analysis"]),
     ("src", "cli", &["EVERY CRATE", "report", "shipped", "analysis"]),
     ("crates/numeric/src", "vector", &[]),
-    ("crates/numeric/src", "lanes", &[]),
+    ("crates/numeric/src", "simd", &[]),
     ("crates/numeric/src", "statistics", &[]),
     ("crates/numeric/src", "reported", &["statistics"]),
-    ("crates/numeric/src", "least_squares", &["statistics", "lanes"]),
+    ("crates/numeric/src", "least_squares", &["statistics", "simd"]),
     ("crates/units-and-text/src", "clock", &[]),
     ("crates/units-and-text/src", "nearest", &[]),
     ("crates/units-and-text/src", "source_text", &[]),
@@ -98,10 +98,10 @@ struct Source {
 
 impl Source {
     /// Whether this file is excepted from what only `cli` may do.
-    fn may(&self, deed: &str) -> bool {
+    fn may(&self, action: &str) -> bool {
         let path = self.path.to_string_lossy();
         let mut exceptions = EXCEPTIONS.iter();
-        exceptions.any(|(part, deeds)| path.contains(part) && deeds.contains(&deed))
+        exceptions.any(|(part, actions)| path.contains(part) && actions.contains(&action))
     }
 
     fn code(&self) -> impl Iterator<Item = (usize, &str)> {
@@ -323,12 +323,12 @@ fn only_cli_prints_reads_the_clock_and_opens_files() {
     let mut complaints = Vec::new();
     for source in sources().iter().filter(|source| prints_nothing(source)) {
         for (number, line) in source.code_without_tests() {
-            for deed in ONLY_CLI
+            for action in ONLY_CLI
                 .iter()
-                .filter(|deed| after(line, deed).next().is_some() && !source.may(deed))
+                .filter(|action| after(line, action).next().is_some() && !source.may(action))
             {
                 complaints.push(format!(
-                    "{}:{number}: only cli may use `{deed}`",
+                    "{}:{number}: only cli may use `{action}`",
                     source.path.display()
                 ));
             }

@@ -5,7 +5,7 @@
 use stiffbench_test_files::goldens::Goldens;
 
 #[test]
-fn every_command_gives_what_is_kept() {
+fn every_command_reproduces_its_golden() {
     Goldens {
         program: env!("CARGO_BIN_EXE_stiffbench"),
         name: "stiffbench",

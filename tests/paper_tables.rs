@@ -1,4 +1,4 @@
-//! The paper's Tables I and III to VI: what is worked out again equals the print as far as it should, and every other cell has a reason.
+//! The paper's Tables I and III to VI: what is computed again equals the print as far as it should, and every other cell has a reason.
 
 use stiffbench::report::{PaperCell, PaperReport, paper_report};
 use stiffbench::robot::Robot;

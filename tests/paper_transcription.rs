@@ -102,7 +102,7 @@ fn parts_of_ratio(
 }
 
 #[test]
-fn what_does_not_follow_is_what_the_errata_list() {
+fn values_that_do_not_follow_are_listed_in_the_errata() {
     let cells = cells();
     let mut wrong: BTreeSet<Place> = BTreeSet::new();
     let (mut ratios, mut differences) = (0, 0);

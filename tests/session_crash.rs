@@ -1,6 +1,6 @@
 //! The program killed at any moment of a session, and gone on with: no reading that it had confirmed is lost, none is there twice.
 //!
-//! `STIFFBENCH_KILLS` says how often it is killed; the default is short enough for every test run.
+//! `STIFFBENCH_KILLS` states how often it is killed; the default is short enough for every test run.
 
 #![cfg(unix)]
 use std::collections::BTreeMap;
@@ -18,7 +18,7 @@ use stiffbench::session::{JournalEnd, SessionState, read_folder};
 const PLAN: &str =
     "--procedure sweeps --poses P1,P2 --directions x --loads-n 0,-20,-40 --repeats 3";
 
-/// An emulated bench with nobody there.
+/// An emulated bench without an operator.
 const BENCH: &str = "--emulated --speed 20 --no-input --answer implausible=accept --answer frozen=accept --answer drift=keep";
 
 /// Longest that one go may take, s.

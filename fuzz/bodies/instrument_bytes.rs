@@ -1,7 +1,7 @@
 //! Any bytes from a gauge, whose description and whose cuts the first bytes choose: no panic, and the same samples however the bytes are cut.
 use std::sync::LazyLock;
 
-use stiffbench::instrument::{Decoded, Decoder, InstrumentDescription, Role};
+use stiffbench::instrument::{CommandRole, Decoded, Decoder, InstrumentDescription};
 use stiffbench::shipped::shipped_instruments;
 
 /// The shipped descriptions, read once.
@@ -14,7 +14,7 @@ static DESCRIPTIONS: LazyLock<Vec<InstrumentDescription>> = LazyLock::new(|| {
 /// What comes of bytes in pieces of one length, followed by silence.
 fn decode(
     description: &InstrumentDescription,
-    role: Role,
+    role: CommandRole,
     bytes: &[u8],
     length: usize,
 ) -> Vec<Decoded> {
@@ -35,7 +35,7 @@ pub(crate) fn run(bytes: &[u8]) {
         return;
     };
     let description = &DESCRIPTIONS[usize::from(*which) % DESCRIPTIONS.len()];
-    let role = Role::ALL[usize::from(*role) % Role::ALL.len()];
+    let role = CommandRole::ALL[usize::from(*role) % CommandRole::ALL.len()];
     let whole = decode(description, role, bytes, bytes.len().max(1));
     assert_eq!(
         decode(description, role, bytes, usize::from(*length).max(1)),

@@ -11,7 +11,7 @@ use crate::readings::{
     read_readings, write_readings,
 };
 use crate::stiffness::{
-    Branches, GaugeTerms, Gauges, Method, StiffnessOptions, StiffnessTable, stiffness_table,
+    Branches, GaugePair, GaugeTerms, Method, StiffnessOptions, StiffnessTable, stiffness_table,
 };
 
 use super::error::AnalysisError;
@@ -60,7 +60,7 @@ pub enum CalibrationCheck {
 
 /// Readings with the session they belong to.
 #[derive(Debug, Clone)]
-pub struct Session {
+pub struct LoadedSession {
     /// What the user called it.
     pub name: String,
     /// SHA-256 of the readings file, in hexadecimal.
@@ -79,7 +79,7 @@ pub struct Session {
 #[derive(Debug)]
 pub enum Data {
     /// Readings.
-    Readings(Box<Session>),
+    Readings(Box<LoadedSession>),
     /// Stiffness values without readings.
     Stiffness {
         /// What the user called them.
@@ -114,7 +114,9 @@ impl Data {
                 name,
             });
         }
-        Ok(Self::Readings(Box::new(Session::open(path, options)?)))
+        Ok(Self::Readings(Box::new(LoadedSession::open(
+            path, options,
+        )?)))
     }
 
     /// The stiffness values, or those to which the readings reduce: loading branches, regression.
@@ -185,7 +187,7 @@ fn session_header(
     Ok(Some(read.header))
 }
 
-impl Session {
+impl LoadedSession {
     /// Opens a session folder, a readings file, or a gauge's own log.
     ///
     /// # Errors
@@ -267,7 +269,7 @@ impl Session {
     ///
     /// # Errors
     /// For a resolution, uncertainty or coverage factor that cannot be.
-    pub fn gauges(&self) -> Result<Gauges, AnalysisError> {
+    pub fn gauges(&self) -> Result<GaugePair, AnalysisError> {
         let instruments = self.header.as_ref().map(|header| &header.instruments);
         let terms = |record: Option<&InstrumentRecord>| match record {
             Some(record) => {
@@ -275,14 +277,14 @@ impl Session {
             }
             None => Ok(GaugeTerms::not_stated()),
         };
-        let stated = Gauges {
+        let stated = GaugePair {
             force: terms(instruments.and_then(|i| i.force.as_ref()))?,
             displacement: terms(instruments.and_then(|i| i.displacement.as_ref()))?,
         };
         Ok(stated.with_steps_of(&self.table.readings))
     }
 
-    /// How the readings came about if nobody measured them.
+    /// How the readings came about if they were not measured.
     #[must_use]
     pub fn origin(&self) -> Option<String> {
         let header = self
@@ -295,7 +297,7 @@ impl Session {
     /// Stiffness of every pose and direction, with its uncertainty.
     ///
     /// # Errors
-    /// As [`Session::gauges`].
+    /// As [`LoadedSession::gauges`].
     pub fn stiffness(&self, branches: Branches) -> Result<StiffnessTable, AnalysisError> {
         Ok(stiffness_table(
             &self.table.readings,

@@ -1,15 +1,15 @@
 //! Diagnoses: what the model leaves out.
 
 use crate::mismatch::{
-    Baseline, BaselineParameter, CriticalValues, Diagnosis, EstimatedNoise, KnownNoise, Located,
-    NextMeasurement, Observations, RobotBaseline, SearchOptions, Trace, diagnose_and_locate,
-    given_noise, trace,
+    Baseline, BaselineParameter, Diagnosis, DiagnosisTrace, EstimatedNoise, KnownNoise,
+    LawCriticalValues, Located, NextMeasurement, Observations, RobotBaseline, SearchOptions,
+    diagnose_and_locate, given_noise, trace,
 };
 use crate::parameters::ParameterChoice;
 use crate::physics::Law;
 use crate::robot::FittingFactors;
 
-use super::data::Session;
+use super::data::LoadedSession;
 use super::design::{baseline, proposals};
 use super::earlier::{EarlierSession, MeasuredNoise, pooled_noise};
 use super::error::AnalysisError;
@@ -68,7 +68,7 @@ pub struct DiagnosisReport {
     /// The diagnosis.
     pub diagnosis: Diagnosis,
     /// Its critical values.
-    pub limits: CriticalValues,
+    pub critical: LawCriticalValues,
     /// Factors of the baseline, their values as logarithms.
     pub parameters: Vec<BaselineParameter>,
     /// The factors with what was found.
@@ -78,7 +78,7 @@ pub struct DiagnosisReport {
     /// Where the model without effects fails, and what carries it.
     pub located: Located,
     /// What the models say of every reading.
-    pub trace: Trace,
+    pub trace: DiagnosisTrace,
     /// Plans that would separate what is open.
     pub next: Vec<NextMeasurement>,
     /// The procedures of these plans: file name and text (TOML).
@@ -103,7 +103,7 @@ pub struct DiagnosisReport {
 /// For a model with physics, records without the step of the gauge, an earlier session that is this one, and readings that no search
 /// can begin with.
 pub fn diagnose(
-    session: &Session,
+    session: &LoadedSession,
     model: &ResolvedModel,
     options: DiagnoseSettings,
     step: &dyn Fn(),
@@ -132,7 +132,7 @@ pub fn diagnose(
         }
     };
     search.noise = known;
-    let (diagnosis, limits, located) = diagnose_and_locate(&baseline, &observations, &search)?;
+    let (diagnosis, critical, located) = diagnose_and_locate(&baseline, &observations, &search)?;
     step();
     let trace = trace(&baseline, &observations, &diagnosis)?;
     let header = session.header.as_ref();
@@ -145,7 +145,7 @@ pub fn diagnose(
         factors: model.factors_name.clone(),
         fitted_factors: baseline.factors(&diagnosis.parameters),
         diagnosis,
-        limits,
+        critical,
         parameters: baseline.parameters().to_vec(),
         observations,
         located,
@@ -179,7 +179,7 @@ fn refuse_known_physics(model: &ResolvedModel) -> Result<(), AnalysisError> {
 fn recorded_noise(
     baseline: &RobotBaseline<'_>,
     observations: &Observations,
-    session: &Session,
+    session: &LoadedSession,
     warnings: &mut Vec<String>,
 ) -> Result<EstimatedNoise, AnalysisError> {
     let Some(step_m) = observations.steps.displacement_m else {

@@ -7,7 +7,7 @@ use crate::parameters::ParameterChoice;
 use crate::physics::Law;
 use crate::readings::{InstrumentRecord, SessionHeader};
 
-use super::data::Session;
+use super::data::LoadedSession;
 use super::design::baseline;
 use super::error::AnalysisError;
 use super::model::ResolvedModel;
@@ -15,7 +15,7 @@ use super::model::ResolvedModel;
 /// An earlier session and how it scattered.
 #[derive(Debug)]
 pub struct MeasuredNoise {
-    session: Session,
+    session: LoadedSession,
     noise: EarlierNoise,
 }
 
@@ -40,7 +40,7 @@ pub struct EarlierSession {
 /// # Errors
 /// For readings that do not show how they scatter.
 pub fn noise_of(
-    mut session: Session,
+    mut session: LoadedSession,
     model: &ResolvedModel,
     parameters: &ParameterChoice,
     without: &[Law],
@@ -57,7 +57,7 @@ pub fn noise_of(
     let noise = EarlierNoise::of(&diagnosis).ok_or_else(|| AnalysisError::Argument {
         argument: format!("--earlier {}", session.name),
         problem: format!(
-            "its readings cannot tell how they scatter: {}",
+            "its readings do not determine their scatter: {}",
             diagnosis.lacking.join("; ")
         ),
         help: Some("leave it out, or name a session with repeats".to_owned()),
@@ -71,7 +71,7 @@ pub fn noise_of(
 /// # Arguments
 /// - `own`: how this session is searched, of whose noise nothing is known yet.
 pub(super) fn pooled_noise(
-    session: &Session,
+    session: &LoadedSession,
     (baseline, observations, search): (&dyn Baseline, &Observations, &SearchOptions),
     others: Vec<MeasuredNoise>,
     warnings: &mut Vec<String>,
@@ -127,13 +127,13 @@ pub(super) fn pooled_noise(
 }
 
 /// Whether two sessions are one.
-fn is_same(session: &Session, other: &Session) -> bool {
-    let id = |session: &Session| session.header.as_ref().and_then(|header| header.id.clone());
-    let place = |session: &Session| Path::new(&session.name).canonicalize().ok();
+fn is_same(session: &LoadedSession, other: &LoadedSession) -> bool {
+    let id = |session: &LoadedSession| session.header.as_ref().and_then(|header| header.id.clone());
+    let place = |session: &LoadedSession| Path::new(&session.name).canonicalize().ok();
     place(session) == place(other) || (id(session).is_some() && id(session) == id(other))
 }
 
-fn counted_twice(session: &Session) -> AnalysisError {
+fn counted_twice(session: &LoadedSession) -> AnalysisError {
     AnalysisError::Argument {
         argument: format!("--earlier {}", session.name),
         problem: "this session is there already: its scatter would count twice".to_owned(),

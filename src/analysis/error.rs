@@ -42,8 +42,8 @@ pub enum AnalysisError {
     #[diagnostic(
         code(stiffbench::input::changed),
         help(
-            "stiffbench session recover FOLDER --out NEW writes the table anew from the journal; --trust-csv uses it as it is, and every result \
-             says so"
+            "stiffbench session recover FOLDER --out NEW rebuilds the table from the journal; --trust-csv uses it as it is, and every result \
+             states it"
         )
     )]
     Changed {
@@ -85,7 +85,7 @@ pub enum AnalysisError {
         robot: String,
     },
     /// A factor file that is not one.
-    #[error("{file} is no factor set: {problem}")]
+    #[error("{file} is not a factor set: {problem}")]
     #[diagnostic(
         code(stiffbench::robot::factor_file),
         help(

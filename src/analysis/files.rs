@@ -14,7 +14,7 @@ use std::path::{Path, PathBuf};
 pub struct ReadError {
     /// The file.
     pub path: PathBuf,
-    /// What the system says.
+    /// The error of the operating system.
     pub source: std::io::Error,
 }
 

@@ -12,7 +12,7 @@ use crate::robot::{FittingFactors, RobotError};
 use crate::stiffness::{Branches, Method, StiffnessTable};
 use crate::test_point::PoseId;
 
-use super::data::{Data, Session, is_shipped_list};
+use super::data::{Data, LoadedSession, is_shipped_list};
 use super::error::AnalysisError;
 use super::inputs::Inputs;
 use super::model::{ModelChoice, ResolvedModel, no_robot, resolve};
@@ -28,7 +28,7 @@ pub struct FitData {
     /// What acts beside the beams.
     pub physics: Option<FixedPhysics>,
     /// The readings behind it with their stiffness, if there are any.
-    pub session: Option<(Box<Session>, StiffnessTable)>,
+    pub session: Option<(Box<LoadedSession>, StiffnessTable)>,
     /// What a user should know of the data and the model.
     pub warnings: Vec<String>,
     /// Data, robot, mechanism and factors.
@@ -38,7 +38,7 @@ pub struct FitData {
 /// How factors are fitted by least squares.
 #[derive(Debug, Clone, Default)]
 pub struct FitSettings {
-    /// Names of the poses to fit; the others are held out. `None`: all, judged by leaving each out in turn.
+    /// Names of the poses to fit; the others are held out. `None`: all, assessed by leaving each out in turn.
     pub train: Option<Vec<String>>,
     /// Which parameters may move, and how far.
     pub choice: ParameterChoice,
@@ -112,7 +112,7 @@ impl FitData {
     }
 
     fn of_readings(
-        session: Box<Session>,
+        session: Box<LoadedSession>,
         choice: &ModelChoice,
         method: Method,
     ) -> Result<Self, AnalysisError> {

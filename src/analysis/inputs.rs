@@ -8,7 +8,7 @@ use crate::plot::Figure;
 use crate::readings::SessionHeader;
 use crate::robot::{FittingFactors, Robot};
 
-use super::data::Session;
+use super::data::LoadedSession;
 use super::files::read_bytes;
 use super::hash::sha256;
 use super::model::ResolvedModel;
@@ -39,14 +39,14 @@ struct NamedInput {
 struct DataInput {
     name: String,
     sha256: String,
-    /// How the readings came about if nobody measured them.
+    /// How the readings came about if they were not measured.
     origin: Option<String>,
 }
 
 impl Inputs {
     /// Readings.
     #[must_use]
-    pub fn with_session(mut self, session: &Session) -> Self {
+    pub fn with_session(mut self, session: &LoadedSession) -> Self {
         self.data.push(DataInput {
             name: session.name.clone(),
             sha256: session.sha256.clone(),

@@ -80,7 +80,7 @@ fn header_changes(state: &SessionState, header: &SessionHeader) -> Vec<Differenc
 }
 
 impl JournalCheck {
-    /// Refuses changed numbers unless they are to be trusted; says what else was changed.
+    /// Refuses changed numbers unless they are to be trusted; states what else was changed.
     ///
     /// # Errors
     /// [`AnalysisError::Changed`].
@@ -119,7 +119,7 @@ impl JournalCheck {
         }
         if !table.unknown.is_empty() {
             warnings.push(format!(
-                "{} reading(s) stand in no whole line of the damaged journal and are not protected",
+                "{} reading(s) are in no complete line of the damaged journal and are not protected",
                 table.unknown.len()
             ));
         }

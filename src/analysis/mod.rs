@@ -3,12 +3,12 @@
 //! ```no_run
 //! use std::path::Path;
 //! use stiffbench::analysis::{
-//!     Data, DiagnoseSettings, FitData, FitSettings, ModelChoice, OpenSettings, Session, diagnose, resolve,
+//!     Data, DiagnoseSettings, FitData, FitSettings, ModelChoice, OpenSettings, LoadedSession, diagnose, resolve,
 //! };
 //! use stiffbench::stiffness::{Branches, Method};
 //!
 //! # fn main() -> Result<(), stiffbench::analysis::AnalysisError> {
-//! let session = Session::open(Path::new("my-session"), &OpenSettings::default())?;
+//! let session = LoadedSession::open(Path::new("my-session"), &OpenSettings::default())?;
 //! let table = session.stiffness(Branches::LoadingOnly)?;
 //! let model = resolve(&ModelChoice::default(), Some(&session))?;
 //! let diagnosis = diagnose(&session, &model, DiagnoseSettings::default(), &|| ())?;
@@ -32,7 +32,7 @@ mod model;
 mod plausible;
 mod procedure;
 
-pub use data::{CalibrationCheck, Data, OpenSettings, Session};
+pub use data::{CalibrationCheck, Data, LoadedSession, OpenSettings};
 pub use design::{design, usual_plan};
 pub use diagnose::{DiagnoseSettings, DiagnosisReport, NoiseOrigin, NoiseSource, diagnose};
 pub use earlier::{EarlierSession, MeasuredNoise, noise_of};

@@ -12,7 +12,7 @@ use crate::source_text::SourceText;
 use crate::test_point::PoseId;
 use crate::toml_text::{TomlError, read_types};
 
-use super::data::Session;
+use super::data::LoadedSession;
 use super::error::AnalysisError;
 use super::files::read_text;
 use super::hash::sha256;
@@ -86,7 +86,7 @@ pub fn robot_source(name: &str, named_by: Option<&Path>) -> Result<SourceText, A
     })
 }
 
-/// Readings say nothing about the robot they come from.
+/// Readings carry no information about the robot they come from.
 pub(super) fn no_robot() -> AnalysisError {
     AnalysisError::NoRobot {
         help: format!(
@@ -102,7 +102,7 @@ pub(super) fn no_robot() -> AnalysisError {
 /// For a robot, mechanism, factor set, model or effect that is not there or cannot be read.
 pub fn resolve(
     choice: &ModelChoice,
-    session: Option<&Session>,
+    session: Option<&LoadedSession>,
 ) -> Result<ResolvedModel, AnalysisError> {
     let header = session.and_then(|session| session.header.clone());
     let header = header.unwrap_or_default();

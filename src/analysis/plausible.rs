@@ -54,7 +54,7 @@ pub fn doubts_about_stiffness(table: &StiffnessTable) -> Vec<String> {
         && let Some(p) = run_slope.evenness_p.filter(|p| *p < UNEVEN_P)
     {
         odd.push(format!(
-            "the scatter between runs is not the same in all cells (Bartlett's test, p = {p:.1e}); a fit takes it as the same, so that cells with more of it count too much: look for what is loose in them, or repeat them"
+            "the scatter between runs is not the same in all cells (Bartlett's test, p = {p:.1e}); a fit assumes that it is, so that cells with more scatter weigh too much: check them for loose parts, or repeat them"
         ));
     }
     let largest = |of: fn(&crate::stiffness::LoadMean) -> f64| -> Vec<f64> {
@@ -91,7 +91,7 @@ pub fn doubts_about_fit(outcome: &FitOutcome) -> Vec<String> {
     let times = agreement.map_or(0.0, f64::sqrt);
     if times > FAR_OUTSIDE {
         odd.push(format!(
-            "the residuals are {times:.0} times what the scatter explains: `stiffbench diagnose` with the readings says what the model leaves out"
+            "the residuals are {times:.0} times what the scatter explains: `stiffbench diagnose` with the readings shows what the model leaves out"
         ));
     }
     let error = outcome
@@ -99,7 +99,7 @@ pub fn doubts_about_fit(outcome: &FitOutcome) -> Vec<String> {
         .filter(|error| *error > BAD_FIT_PERCENT);
     if let Some(error) = error {
         odd.push(format!(
-            "the model misses a measured stiffness by {error:.0} %: `stiffbench diagnose` with the readings says what it leaves out"
+            "the model misses a measured stiffness by {error:.0} %: `stiffbench diagnose` with the readings shows what it leaves out"
         ));
     }
     odd

@@ -31,7 +31,7 @@ use super::trace::TraceArgs;
     version,
     about,
     max_term_width = 110,
-    after_help = "Examples:\n  stiffbench demo                                  the main job on shipped data\n  stiffbench stiffness my-session                  stiffness with error bars\n  stiffbench fit my-session --train P1,P3          factors, judged on the other poses\n  stiffbench diagnose my-session                   which physics the model leaves out\n  stiffbench robot compliance --pose P1            6 x 6 end compliance\n\nExit codes: 0 done; 1 findings under --strict; 2 usage; 3 a question has no answer under --no-input; 10 configuration, robot or session file invalid;\n11 input file invalid; 12 calibration overdue under --strict; 13 output exists; 14 output cannot be written; 20 instrument not found;\n21 instrument or session busy; 22 instrument lost; 23 instrument not permitted; 30 journal damaged or table changed; 31 nothing of a journal can be read;\n40 fit impossible; 41 factors not identifiable under --strict; 70 internal error; 130 interrupted, can be resumed."
+    after_help = "Examples:\n  stiffbench demo                                  the main job on shipped data\n  stiffbench stiffness my-session                  stiffness with error bars\n  stiffbench fit my-session --train P1,P3          factors, validated on the other poses\n  stiffbench diagnose my-session                   which physics the model leaves out\n  stiffbench robot compliance --pose P1            6 x 6 end compliance\n\nExit codes: 0 done; 1 findings under --strict; 2 usage; 3 a question has no answer under --no-input; 10 configuration, robot or session file invalid;\n11 input file invalid; 12 calibration overdue under --strict; 13 output exists; 14 output cannot be written; 20 instrument not found;\n21 instrument or session busy; 22 instrument lost; 23 instrument not permitted; 30 journal damaged or table changed; 31 nothing of a journal can be read;\n40 fit impossible; 41 factors not identifiable under --strict; 70 internal error; 130 interrupted, can be resumed."
 )]
 pub(super) struct Cli {
     /// What all subcommands share.
@@ -53,7 +53,7 @@ pub struct Global {
     /// Findings (flags, missing physics, factors that the data do not determine, overdue calibration) make the exit code other than 0
     #[arg(long, global = true)]
     pub strict: bool,
-    /// Use the readings.csv of a session folder though it differs from the journal; every result says so
+    /// Use the readings.csv of a session folder though it differs from the journal; every result states it
     #[arg(long, global = true)]
     pub trust_csv: bool,
     /// No notes and no progress on standard error
@@ -234,7 +234,7 @@ pub(super) enum BranchChoice {
 
 /// Way of fitting.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
-pub(super) enum Method {
+pub(super) enum MethodArg {
     /// All training cells at once, with intervals
     LeastSquares,
     /// The paper's nine steps
@@ -262,9 +262,9 @@ pub(super) struct FitArgs {
     #[command(flatten)]
     pub(super) model: ModelArgs,
     /// Way of fitting
-    #[arg(long, value_enum, default_value_t = Method::LeastSquares)]
-    pub(super) method: Method,
-    /// Poses to fit, comma-separated; the others are held out [default: all, judged by leaving each out in turn]
+    #[arg(long, value_enum, default_value_t = MethodArg::LeastSquares)]
+    pub(super) method: MethodArg,
+    /// Poses to fit, comma-separated; the others are held out [default: all, assessed by leaving each out in turn]
     #[arg(long, value_delimiter = ',')]
     pub(super) train: Option<Vec<String>>,
     /// Weights of the training poses in the paper's combination [default: equal]

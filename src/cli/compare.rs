@@ -4,10 +4,10 @@ use std::path::PathBuf;
 
 use clap::Args;
 
-use crate::analysis::{Inputs, Session};
+use crate::analysis::{Inputs, LoadedSession};
 use crate::readings::InstrumentRecord;
 use crate::report::{ComparisonReport, load_displacement_figure};
-use crate::stiffness::{Agreement, Branches, SameGauges, compare};
+use crate::stiffness::{Branches, SameGauges, StiffnessAgreement, compare};
 
 use super::args::Global;
 use super::failure::Failure;
@@ -31,8 +31,8 @@ pub(super) struct CompareArgs {
 pub(super) fn run(args: &CompareArgs, global: &Global) -> Result<Outcome, Failure> {
     let options = global.open_settings();
     let [a, b] = [
-        Session::open(&args.a, &options)?,
-        Session::open(&args.b, &options)?,
+        LoadedSession::open(&args.a, &options)?,
+        LoadedSession::open(&args.b, &options)?,
     ];
     let inputs = Inputs::default().with_session(&a).with_session(&b);
     let [table_a, table_b] = [
@@ -62,7 +62,7 @@ pub(super) fn run(args: &CompareArgs, global: &Global) -> Result<Outcome, Failur
                 .map(|path| format!("wrote {}", path.display())),
         );
     }
-    let differs = comparison.agreement == Agreement::Differs;
+    let differs = comparison.agreement == StiffnessAgreement::Differs;
     let robots = two_robots(&a, &b);
     let report = ComparisonReport::new(&comparison, robots.is_some());
     let mut text = report.text(&a.name, &b.name);
@@ -77,9 +77,10 @@ pub(super) fn run(args: &CompareArgs, global: &Global) -> Result<Outcome, Failur
 }
 
 /// Gauges are the same if both sessions name the same serial number.
-fn same_gauges(a: &Session, b: &Session) -> SameGauges {
+fn same_gauges(a: &LoadedSession, b: &LoadedSession) -> SameGauges {
     let serial =
-        |session: &Session, of: fn(&crate::readings::Instruments) -> Option<&InstrumentRecord>| {
+        |session: &LoadedSession,
+         of: fn(&crate::readings::Instruments) -> Option<&InstrumentRecord>| {
             session
                 .header
                 .as_ref()
@@ -112,8 +113,8 @@ fn gauge_note(same: SameGauges) -> String {
 }
 
 /// Words for sessions of two robots.
-fn two_robots(a: &Session, b: &Session) -> Option<String> {
-    let hash = |session: &Session| session.header.as_ref()?.robot_sha256.clone();
+fn two_robots(a: &LoadedSession, b: &LoadedSession) -> Option<String> {
+    let hash = |session: &LoadedSession| session.header.as_ref()?.robot_sha256.clone();
     let [of_a, of_b] = [hash(a)?, hash(b)?];
     (of_a != of_b).then(|| {
         format!(
@@ -124,7 +125,7 @@ fn two_robots(a: &Session, b: &Session) -> Option<String> {
 }
 
 /// What else the headers do not have in common.
-fn metadata_differences(a: &Session, b: &Session) -> Vec<String> {
+fn metadata_differences(a: &LoadedSession, b: &LoadedSession) -> Vec<String> {
     let (Some(a), Some(b)) = (&a.header, &b.header) else {
         return Vec::new();
     };

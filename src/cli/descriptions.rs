@@ -11,7 +11,7 @@ use super::failure::Failure;
 use super::instrument_args::ProtocolsArgs;
 
 /// A description with where it comes from and what a user should know of its file.
-pub(super) struct Found {
+pub(super) struct LocatedDescription {
     /// The description.
     pub(super) description: InstrumentDescription,
     /// The file; `None` for a shipped one.
@@ -23,7 +23,10 @@ pub(super) struct Found {
 }
 
 /// The description of a name, or of a file.
-pub(super) fn find_description(name: &str, protocols: &ProtocolsArgs) -> Result<Found, Failure> {
+pub(super) fn find_description(
+    name: &str,
+    protocols: &ProtocolsArgs,
+) -> Result<LocatedDescription, Failure> {
     let path = Path::new(name);
     if path
         .extension()
@@ -50,7 +53,7 @@ pub(super) fn find_description(name: &str, protocols: &ProtocolsArgs) -> Result<
 /// All descriptions, the user's own first; of those that cannot be used, why.
 pub(super) fn all_descriptions(
     protocols: &ProtocolsArgs,
-) -> Result<(Vec<Found>, Vec<String>), Failure> {
+) -> Result<(Vec<LocatedDescription>, Vec<String>), Failure> {
     let (mut found, mut problems) = (Vec::new(), Vec::new());
     for path in own_files(protocols)? {
         match read_description(&path) {
@@ -61,7 +64,7 @@ pub(super) fn all_descriptions(
     for shipped in shipped() {
         let hidden = found
             .iter()
-            .any(|own: &Found| own.description.name == shipped.description.name);
+            .any(|own: &LocatedDescription| own.description.name == shipped.description.name);
         if !hidden {
             found.push(shipped);
         }
@@ -70,11 +73,11 @@ pub(super) fn all_descriptions(
 }
 
 /// The shipped descriptions; that each of them can be read is tested.
-fn shipped() -> impl Iterator<Item = Found> {
+fn shipped() -> impl Iterator<Item = LocatedDescription> {
     shipped_instruments().iter().filter_map(|shipped| {
         let (description, warnings) =
             InstrumentDescription::parse(shipped.text, shipped.name).ok()?;
-        Some(Found {
+        Some(LocatedDescription {
             description,
             path: None,
             toml: shipped.text.to_owned(),
@@ -84,7 +87,7 @@ fn shipped() -> impl Iterator<Item = Found> {
 }
 
 /// The description in a file. Its name is that of the file, so that it is found by it.
-pub(super) fn read_description(path: &Path) -> Result<Found, Failure> {
+pub(super) fn read_description(path: &Path) -> Result<LocatedDescription, Failure> {
     let toml = read_text(path)?;
     let (description, mut warnings) =
         InstrumentDescription::parse(&toml, &path.display().to_string())?;
@@ -98,7 +101,7 @@ pub(super) fn read_description(path: &Path) -> Result<Found, Failure> {
             description.name
         ));
     }
-    Ok(Found {
+    Ok(LocatedDescription {
         description,
         path: Some(path.to_owned()),
         toml,

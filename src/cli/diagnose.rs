@@ -6,8 +6,8 @@ use std::path::{Path, PathBuf};
 use serde_json::{Value, json};
 
 use crate::analysis::{
-    DiagnoseSettings, DiagnosisReport, Inputs, NoiseSource, ResolvedModel, Session, diagnose, laws,
-    noise_of, sha256,
+    DiagnoseSettings, DiagnosisReport, Inputs, LoadedSession, NoiseSource, ResolvedModel, diagnose,
+    laws, noise_of, sha256,
 };
 use crate::mismatch::{Diagnosis, Verdict};
 use crate::physics::{Law, ModelFile};
@@ -39,14 +39,14 @@ pub(super) fn run(args: &DiagnoseArgs, global: &Global) -> Result<Outcome, Failu
         }
         return diagnose_specimen::run(args, &options, without);
     }
-    let session = Session::open(data(args)?, &global.open_settings())?;
+    let session = LoadedSession::open(data(args)?, &global.open_settings())?;
     of_session(args, &session, without, global)
         .map_err(|failure| failure.with_warnings(&session.warnings))
 }
 
 fn of_session(
     args: &DiagnoseArgs,
-    session: &Session,
+    session: &LoadedSession,
     without: Vec<Law>,
     global: &Global,
 ) -> Result<Outcome, Failure> {
@@ -109,7 +109,7 @@ fn of_session(
 /// The model with what was found in it, for a file in `folder`; where the readings cannot decide there is none to give back.
 fn model_file(
     report: &DiagnosisReport,
-    chosen: &ResolvedModel,
+    resolved: &ResolvedModel,
     folder: &Path,
 ) -> Result<Option<ModelFile>, CliError> {
     if report.diagnosis.verdict == Verdict::InsufficientData {
@@ -118,19 +118,19 @@ fn model_file(
     let mut model = report
         .diagnosis
         .model_file(Some(report.fitted_factors.clone()));
-    model.robot = Some(robot_seen_from(chosen, folder)?);
-    model.robot_sha256 = Some(sha256(&chosen.source.text));
-    model.mechanism = Some(chosen.mechanism.clone());
+    model.robot = Some(robot_seen_from(resolved, folder)?);
+    model.robot_sha256 = Some(sha256(&resolved.source.text));
+    model.mechanism = Some(resolved.mechanism.clone());
     model.provenance.session = Some(report.data.clone());
     model.provenance.software = Some(concat!("stiffbench ", env!("CARGO_PKG_VERSION")).to_owned());
     Ok(Some(model))
 }
 
 /// The robot as a file in `folder` names it: a shipped robot by its name, a file by its path from there.
-fn robot_seen_from(chosen: &ResolvedModel, folder: &Path) -> Result<String, CliError> {
-    let file = Path::new(&chosen.source.name);
+fn robot_seen_from(resolved: &ResolvedModel, folder: &Path) -> Result<String, CliError> {
+    let file = Path::new(&resolved.source.name);
     if !file.is_file() {
-        return Ok(chosen.source.name.clone());
+        return Ok(resolved.source.name.clone());
     }
     let whole = |path: &Path| {
         std::fs::create_dir_all(folder)
@@ -175,7 +175,7 @@ fn noise(args: &DiagnoseArgs, without: &[Law], global: &Global) -> Result<NoiseS
     let bar = progress(global, "scatter of earlier sessions", sessions);
     let mut earlier = Vec::new();
     for path in &args.earlier {
-        let session = Session::open(path, &global.open_settings())?;
+        let session = LoadedSession::open(path, &global.open_settings())?;
         let model = args.model.resolve_for(&session)?;
         earlier.push(noise_of(
             session,
@@ -252,7 +252,7 @@ fn strict_exit(diagnosis: &Diagnosis) -> u8 {
     }
 }
 
-/// The data of a diagnosis; clap asks for it unless a procedure is judged.
+/// The data of a diagnosis; clap asks for it unless a procedure is assessed.
 pub(super) fn data(args: &DiagnoseArgs) -> Result<&Path, CliError> {
     args.data.as_deref().ok_or_else(|| CliError::Argument {
         argument: "DATA".to_owned(),

@@ -14,7 +14,7 @@ use super::failure::Failure;
 use super::figure_files::write;
 use super::outcome::{Outcome, envelope};
 
-/// Reads the table and says what a straight line leaves out.
+/// Reads the table and states what a straight line leaves out.
 pub(super) fn run(
     args: &DiagnoseArgs,
     options: &SpecimenOptions,

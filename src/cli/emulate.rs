@@ -13,22 +13,22 @@ use crate::instrument::emulator::FaultScript;
 use crate::procedure::{PlannedReading, Procedure};
 use crate::quantity::METRES_PER_MICROMETRE;
 use crate::readings::RepeatOrder;
-use crate::report::{EmulationReport, GaugePair};
+use crate::report::{EmulationReport, SimulatedGauges};
 use crate::session::SessionPlan;
 use crate::source_text::SourceText;
 use crate::test_point::PoseId;
 
 use super::args::{Global, ModelArgs};
-use super::emulated::{Emulation, Hand};
+use super::emulated::{BenchOperator, Emulation};
 use super::failure::Failure;
 use super::instrument_args::ProtocolsArgs;
 use super::outcome::{Outcome, print_error, print_now};
-use super::procedure::{ProcedureArgs, choose_procedure};
+use super::procedure::{ProcedureArgs, resolve_procedure};
 
 /// Arguments of `instrument emulate`.
 #[derive(Debug, Args)]
 #[command(
-    after_help = "The jack follows the procedure by itself. One line a load says what acts on the gauges; `end` is the last.\n\nExamples:\n  stiffbench instrument emulate\n  stiffbench instrument emulate --force-instrument sauter-fh --displacement-instrument mahr-dk-u1 --link /tmp/bench --faults faults.toml\n  stiffbench instrument emulate --force-instrument my-gauge.toml            a gauge of your own, as its description has it"
+    after_help = "The jack follows the procedure by itself. One line per load gives the load on the gauges; `end` is the last.\n\nExamples:\n  stiffbench instrument emulate\n  stiffbench instrument emulate --force-instrument sauter-fh --displacement-instrument mahr-dk-u1 --link /tmp/bench --faults faults.toml\n  stiffbench instrument emulate --force-instrument my-gauge.toml            a gauge of your own, as its description has it"
 )]
 pub(super) struct EmulateArgs {
     /// Robot, mechanism and true factors.
@@ -57,7 +57,7 @@ pub(super) struct EmulateArgs {
     pub(super) noise_free: bool,
     /// Gauges that stand on the other side: a force along the axis is compression, the displacement counts along the negative axis
     #[arg(long, value_enum, value_delimiter = ',', value_name = "GAUGE")]
-    turned: Vec<GaugeWord>,
+    turned: Vec<BenchGauge>,
     /// Keep the ports open at the end, with the load off, until the process is stopped
     #[arg(long)]
     pub(super) stay: bool,
@@ -71,23 +71,23 @@ pub(super) struct EmulateArgs {
 
 /// A gauge of the bench.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
-enum GaugeWord {
+enum BenchGauge {
     /// The force gauge
     Force,
     /// The displacement gauge
     Displacement,
 }
 
-/// How often a jack that moves is looked at.
+/// How often a jack that moves is checked.
 const LOOK: Duration = Duration::from_millis(2);
 
 /// Hosts the bench and works through the procedure.
 pub(super) fn run(args: &EmulateArgs, global: &Global) -> Result<Outcome, Failure> {
-    let chosen = args.model.resolve()?;
-    let (procedure, mut warnings) = choose_procedure(&args.procedure)?;
-    warnings.extend(chosen.warnings.iter().cloned());
+    let resolved = args.model.resolve()?;
+    let (procedure, mut warnings) = resolve_procedure(&args.procedure)?;
+    warnings.extend(resolved.warnings.iter().cloned());
     let hand = Emulation {
-        chosen: &chosen,
+        resolved: &resolved,
         procedure: &procedure,
         force: &args.force_instrument,
         displacement: &args.displacement_instrument,
@@ -110,11 +110,11 @@ pub(super) fn run(args: &EmulateArgs, global: &Global) -> Result<Outcome, Failur
         displacement.display()
     );
     let report = EmulationReport {
-        ports: GaugePair {
+        ports: SimulatedGauges {
             force: force.clone(),
             displacement: displacement.clone(),
         },
-        instruments: GaugePair {
+        instruments: SimulatedGauges {
             force: args.force_instrument.clone(),
             displacement: args.displacement_instrument.clone(),
         },
@@ -124,7 +124,7 @@ pub(super) fn run(args: &EmulateArgs, global: &Global) -> Result<Outcome, Failur
     };
     let ready = Outcome::new("emulate", text, report).with_warnings(warnings);
     let ended = ready.print_before_the_end(global)?;
-    let named: Vec<PoseId> = chosen
+    let named: Vec<PoseId> = resolved
         .robot
         .poses
         .iter()
@@ -168,8 +168,8 @@ fn setup(args: &EmulateArgs) -> EmulatedSetup {
             default.noise
         },
         seed: args.seed,
-        force_turned: args.turned.contains(&GaugeWord::Force),
-        displacement_turned: args.turned.contains(&GaugeWord::Displacement),
+        force_turned: args.turned.contains(&BenchGauge::Force),
+        displacement_turned: args.turned.contains(&BenchGauge::Displacement),
         ..default
     }
 }
@@ -183,7 +183,7 @@ pub(super) fn fault_script(path: &Path) -> Result<FaultScript, Failure> {
 
 /// What an operator does at the jack, without a look at the gauges: the whole plan, once.
 struct Worker<'a> {
-    hand: &'a Hand,
+    hand: &'a BenchOperator,
     procedure: &'a Procedure,
     speed: f64,
     global: &'a Global,
@@ -198,7 +198,7 @@ impl Worker<'_> {
             for reading in &cell.readings {
                 self.load(reading)?;
                 let (force_n, displacement_m) = self.hand.truth();
-                self.say(&format!(
+                self.notify(&format!(
                     "{} {} run {} step {}: {force_n:.4} N  {:.4} um",
                     cell.pose,
                     cell.direction,
@@ -210,7 +210,7 @@ impl Worker<'_> {
         }
         self.hand.release();
         self.rest();
-        self.say("end");
+        self.notify("end");
         Ok(())
     }
 
@@ -256,7 +256,7 @@ impl Worker<'_> {
     }
 
     /// A line where text goes: standard output, or standard error beside JSON.
-    fn say(&self, line: &str) {
+    fn notify(&self, line: &str) {
         if self.global.json {
             print_error(line);
         } else {

@@ -9,7 +9,8 @@ use crate::bench::{EmulatedBench, EmulatedSetup};
 use crate::clock::Clock;
 use crate::instrument::Channel;
 use crate::instrument::emulator::{
-    EmulatedGauge, FaultScript, HostOptions, Line, Panel, PtyHost, ScriptedFault, SharedTruth,
+    EmulatedGauge, EmulatedLine, FaultScript, HostOptions, PanelAction, PtyHost, ScriptedFault,
+    SharedTruth,
 };
 use crate::procedure::Procedure;
 use crate::test_point::{Direction, PoseId};
@@ -25,7 +26,7 @@ const FASTEST_LINE: f64 = 10.0;
 /// What is emulated.
 pub struct Emulation<'a> {
     /// Robot, mechanism, true factors, physics.
-    pub chosen: &'a ResolvedModel,
+    pub resolved: &'a ResolvedModel,
     /// What is to be measured.
     pub procedure: &'a Procedure,
     /// Name of the force gauge.
@@ -45,7 +46,7 @@ pub struct Emulation<'a> {
 }
 
 /// The hand at an emulated bench; it may be used from any thread. The bench goes when it is dropped.
-pub struct Hand {
+pub struct BenchOperator {
     bench: EmulatedBench,
     host: PtyHost,
     /// Last, so that the links go before their folder.
@@ -57,11 +58,11 @@ impl Emulation<'_> {
     ///
     /// # Errors
     /// For a gauge that is not known or measures the other quantity, a procedure that the robot cannot follow, or no ports.
-    pub fn start(self) -> Result<Hand, Failure> {
+    pub fn start(self) -> Result<BenchOperator, Failure> {
         let bench = EmulatedBench::new(
-            &self.chosen.robot,
-            &self.chosen.physics,
-            &self.chosen.factors,
+            &self.resolved.robot,
+            &self.resolved.physics,
+            &self.resolved.factors,
             self.procedure,
             self.setup,
             self.session,
@@ -96,7 +97,7 @@ impl Emulation<'_> {
             links,
             faults: self.faults,
         };
-        Ok(Hand {
+        Ok(BenchOperator {
             bench,
             host: PtyHost::start(lines, options)?,
             _folder: own,
@@ -110,7 +111,7 @@ fn line(
     protocols: &ProtocolsArgs,
     channel: Channel,
     truth: SharedTruth,
-) -> Result<Line, Failure> {
+) -> Result<EmulatedLine, Failure> {
     let found = find_description(name, protocols)?;
     let description = &found.description;
     if description.channel != channel {
@@ -125,10 +126,13 @@ fn line(
         }
         .into());
     }
-    Ok(Line::new(EmulatedGauge::described(description, truth)))
+    Ok(EmulatedLine::new(EmulatedGauge::described(
+        description,
+        truth,
+    )))
 }
 
-impl Hand {
+impl BenchOperator {
     /// The port of a gauge, the same for as long as the bench is there.
     #[must_use]
     pub fn port(&self, channel: Channel) -> PathBuf {
@@ -173,16 +177,16 @@ impl Hand {
 
     /// Presses the zero key of a gauge.
     pub(super) fn zero(&self, channel: Channel) -> Result<(), Failure> {
-        self.press(channel, &Panel::Zero)
+        self.press(channel, &PanelAction::Zero)
     }
 
     /// Does something at a gauge.
-    pub(super) fn press(&self, channel: Channel, panel: &Panel) -> Result<(), Failure> {
+    pub(super) fn press(&self, channel: Channel, panel: &PanelAction) -> Result<(), Failure> {
         Ok(self.host.press(channel, panel)?)
     }
 
     /// Pushes on the force gauge and the robot behind it, firmly, along the axis or against it as the force that was asked for, until
-    /// [`Hand::let_go`].
+    /// [`BenchOperator::let_go`].
     pub fn push(&self, force_n: f64) {
         self.bench.push_by_hand(force_n);
     }

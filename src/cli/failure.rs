@@ -21,7 +21,7 @@ pub enum CliError {
     Write {
         /// The file.
         path: PathBuf,
-        /// What the system says.
+        /// The error of the operating system.
         source: std::io::Error,
     },
     /// A folder that exists already.
@@ -38,7 +38,9 @@ pub enum CliError {
     #[error("{folder}: the session is not complete")]
     #[diagnostic(
         code(stiffbench::session::incomplete),
-        help("stiffbench session log FOLDER says why; stiffbench session resume FOLDER goes on")
+        help(
+            "stiffbench session log FOLDER shows why; stiffbench session resume FOLDER continues"
+        )
     )]
     Incomplete {
         /// The session.

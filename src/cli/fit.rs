@@ -6,7 +6,7 @@ use crate::least_squares::SigmaMode;
 use crate::report::{fit_figures, fit_json, fit_text, paper_steps_json, paper_steps_text};
 use crate::stiffness::Method as StiffnessMethod;
 
-use super::args::{FitArgs, Global, Method, Sigma};
+use super::args::{FitArgs, Global, MethodArg, Sigma};
 use super::failure::{CliError, Failure};
 use super::figure_files::{write, write_figure};
 use super::outcome::Outcome;
@@ -15,18 +15,18 @@ use super::progress::progress;
 /// Fits and reports.
 pub(super) fn run(args: &FitArgs, global: &Global) -> Result<Outcome, Failure> {
     let method = match args.method {
-        Method::LeastSquares => StiffnessMethod::Regression,
-        Method::Paper => StiffnessMethod::PaperMean,
+        MethodArg::LeastSquares => StiffnessMethod::Regression,
+        MethodArg::Paper => StiffnessMethod::PaperMean,
     };
     refuse_what_the_method_ignores(args)?;
     let data = Data::open(&args.data, &global.open_settings())?;
     let prepared = FitData::new(data, &args.model.choice()?, method)?;
     let fitted = match args.method {
-        Method::LeastSquares => least_squares(args, &prepared, global).map(|outcome| {
+        MethodArg::LeastSquares => least_squares(args, &prepared, global).map(|outcome| {
             let (text, data) = (fit_text(&outcome), fit_json(&outcome));
             (outcome, text, data)
         }),
-        Method::Paper => paper(args, &prepared, global).map(|fit| {
+        MethodArg::Paper => paper(args, &prepared, global).map(|fit| {
             let text = paper_steps_text(&fit) + &fit_text(&fit.outcome);
             let mut data = fit_json(&fit.outcome);
             data["steps"] = paper_steps_json(&fit);
@@ -104,8 +104,8 @@ fn refuse_what_the_method_ignores(args: &FitArgs) -> Result<(), CliError> {
         ("--global-search", args.global_search),
     ];
     let (ignored, method): (&[(&str, bool)], _) = match args.method {
-        Method::LeastSquares => (&of_paper, "paper"),
-        Method::Paper => (&of_least_squares, "least-squares"),
+        MethodArg::LeastSquares => (&of_paper, "paper"),
+        MethodArg::Paper => (&of_least_squares, "least-squares"),
     };
     match ignored.iter().find(|(_, given)| *given) {
         None => Ok(()),

@@ -7,16 +7,16 @@ use std::sync::Arc;
 use clap::Args;
 
 use crate::clock::Clock;
-use crate::instrument::driver::{Acquisition, Manner};
+use crate::instrument::driver::{Acquisition, AcquisitionSettings};
 use crate::instrument::port::{
-    Binding, Bindings, OpenPort, Patience, PortIdentity, PortSettings, list_ports, open,
+    Binding, Bindings, OpenPort, PortIdentity, PortSettings, PortTimeouts, list_ports, open,
 };
 use crate::instrument::reader::Reader;
-use crate::instrument::trace::{Header, Sink};
-use crate::instrument::{Channel, Decoder, InstrumentDescription, Role};
+use crate::instrument::trace::{Sink, TraceHeader};
+use crate::instrument::{Channel, CommandRole, Decoder, InstrumentDescription};
 use crate::source_text::SourceText;
 
-use super::descriptions::{Found, find_description};
+use super::descriptions::{LocatedDescription, find_description};
 use super::failure::{CliError, Failure};
 use super::instrument_args::ProtocolsArgs;
 use super::outcome::print_error;
@@ -66,7 +66,7 @@ pub(super) fn read_bindings(path: &Path) -> Result<(Bindings, Vec<String>), Fail
 /// A gauge on an open port, ready to be read.
 pub(super) struct Gauge {
     pub(super) description: Arc<InstrumentDescription>,
-    pub(super) header: Header,
+    pub(super) header: TraceHeader,
     pub(super) warnings: Vec<String>,
     unit: Option<String>,
     acquisition: Acquisition,
@@ -77,7 +77,7 @@ pub(super) struct Gauge {
 impl Gauge {
     /// Finds and opens the port of an instrument. What goes on meanwhile is told on standard error.
     pub(super) fn open(instrument: &str, args: &PortArgs, quiet: bool) -> Result<Self, Failure> {
-        let Found {
+        let LocatedDescription {
             description,
             mut warnings,
             ..
@@ -111,9 +111,14 @@ impl Gauge {
                 print_error(&format!("note: {note}"));
             }
         };
-        let opened = open(&resolved.path, &settings, &Patience::default(), &mut note)?;
+        let opened = open(
+            &resolved.path,
+            &settings,
+            &PortTimeouts::default(),
+            &mut note,
+        )?;
         Ok(Self {
-            header: Header {
+            header: TraceHeader {
                 instrument: Some(description.name.clone()),
                 channel: Some(description.channel),
                 unit: unit.clone(),
@@ -138,15 +143,15 @@ impl Gauge {
         trace: Option<Box<dyn Sink>>,
     ) -> Result<Reader, Failure> {
         let decoder = Decoder::new(&self.description, self.unit.as_deref())?;
-        let manner = Manner {
+        let acquisition_settings = AcquisitionSettings {
             expected: self.expected,
-            ..Manner::glance(self.acquisition)
+            ..AcquisitionSettings::glance(self.acquisition)
         };
         Ok(Reader::new(
             self.open,
             self.description,
             decoder,
-            manner,
+            acquisition_settings,
             clock,
             trace,
         ))
@@ -159,7 +164,7 @@ fn check_permission(description: &InstrumentDescription, args: &PortArgs) -> Res
     }
     Err(CliError::Argument {
         argument: description.name.clone(),
-        problem: "nobody has verified this description at a gauge or in a manual".to_owned(),
+        problem: "this description was not verified with a gauge or a manual".to_owned(),
         help: Some(
             "compare its values with the display, and allow it with --allow-unverified".to_owned(),
         ),
@@ -170,7 +175,7 @@ fn acquisition(description: &InstrumentDescription, stream: bool) -> Result<Acqu
     if !stream {
         return Ok(Acquisition::surest(description));
     }
-    if description.command(Role::StreamStart).is_some() {
+    if description.command(CommandRole::StreamStart).is_some() {
         return Ok(Acquisition::Stream);
     }
     Err(CliError::Argument {

@@ -5,17 +5,20 @@ use std::fmt::Write;
 use std::io::Read;
 
 use crate::analysis::ReadError;
-use crate::instrument::description::{Command, SignMeaning, UnitSource, json_schema};
+use crate::instrument::description::{GaugeCommand, SignMeaning, UnitSource, json_schema};
 use crate::instrument::{
-    Decoded, Decoder, InstrumentDescription, Mark, Meaning, Rejected, Reply, Role, Sample, raw_text,
+    CommandRole, Decoded, Decoder, InstrumentDescription, Mark, Meaning, Rejected, Reply, Sample,
+    raw_text,
 };
 use crate::report::{
-    DecodeReport, DecodedValue, InstrumentList, InstrumentReport, InstrumentSummary,
-    RejectedPacket, TextTable,
+    AlignedTable, DecodeReport, DecodedValue, InstrumentList, InstrumentReport, InstrumentSummary,
+    RejectedPacket,
 };
 
 use super::args::Global;
-use super::descriptions::{Found, all_descriptions, find_description, read_description};
+use super::descriptions::{
+    LocatedDescription, all_descriptions, find_description, read_description,
+};
 #[cfg(unix)]
 use super::emulate;
 use super::failure::{CliError, Failure};
@@ -48,7 +51,7 @@ pub(super) fn run(args: &InstrumentArgs, global: &Global) -> Result<Outcome, Fai
 
 fn list(protocols: &ProtocolsArgs) -> Result<Outcome, Failure> {
     let (found, mut warnings) = all_descriptions(protocols)?;
-    let mut table = TextTable::new(&["name", "measures", "status", "what it is"]);
+    let mut table = AlignedTable::new(&["name", "measures", "status", "what it is"]);
     for one in &found {
         let description = &one.description;
         table.row([
@@ -80,11 +83,11 @@ fn status_text(description: &InstrumentDescription) -> String {
     }
 }
 
-fn summary(found: &Found) -> InstrumentSummary {
+fn summary(found: &LocatedDescription) -> InstrumentSummary {
     InstrumentSummary::new(&found.description, found.path.as_deref())
 }
 
-fn show(found: &Found, toml: bool) -> Outcome {
+fn show(found: &LocatedDescription, toml: bool) -> Outcome {
     let description = &found.description;
     let report = InstrumentReport::new(summary(found), description, &found.toml);
     let text = if toml {
@@ -95,8 +98,10 @@ fn show(found: &Found, toml: bool) -> Outcome {
     Outcome::new("instrument", text, report).with_warnings(found.warnings.clone())
 }
 
-fn commands(description: &InstrumentDescription) -> impl Iterator<Item = (Role, &Command)> {
-    let roles = Role::ALL.into_iter();
+fn commands(
+    description: &InstrumentDescription,
+) -> impl Iterator<Item = (CommandRole, &GaugeCommand)> {
+    let roles = CommandRole::ALL.into_iter();
     roles.filter_map(|role| Some((role, description.command(role)?)))
 }
 
@@ -119,7 +124,11 @@ fn description_text(description: &InstrumentDescription) -> String {
     line("push", sign_text(description.sign.compression));
     for (role, command) in commands(description) {
         line(
-            if role == Role::Read { "commands" } else { "" },
+            if role == CommandRole::Read {
+                "commands"
+            } else {
+                ""
+            },
             &format!("{role:<14}{}", raw_text(&command.bytes)),
         );
     }
@@ -153,12 +162,12 @@ fn sign_text(meaning: SignMeaning) -> &'static str {
     }
 }
 
-fn check(found: Found) -> Outcome {
+fn check(found: LocatedDescription) -> Outcome {
     let mut text = description_text(&found.description);
     text.push_str("\nno errors\n");
     let summary = summary(&found);
     let mut warnings = found.warnings;
-    warnings.extend(found.description.doubts());
+    warnings.extend(found.description.warnings());
     Outcome::new("instrument-check", text, summary)
         .with_strict_exit(u8::from(!warnings.is_empty()))
         .with_warnings(warnings)
@@ -234,7 +243,7 @@ fn decoded_outcome(
     Outcome::new("instrument-decode", text, report)
 }
 
-/// A sample in the unit that was asked for. Nobody asks a file, so that a value was not requested says nothing here.
+/// A sample in the unit that was asked for. Nobody asks a file, so that a value was not requested carries no information here.
 fn decoded_value(
     sample: &Sample,
     description: &InstrumentDescription,

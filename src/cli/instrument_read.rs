@@ -137,7 +137,7 @@ impl Taken {
 
     fn outcome(self, instrument: &str, identity: Option<&str>, seconds: f64) -> Outcome {
         let text = format!(
-            "{instrument}{}: {} values, {} packets that are none, in {seconds:.1} s\n",
+            "{instrument}{}: {} values, {} rejected packets, in {seconds:.1} s\n",
             identity.map_or_else(String::new, |identity| format!(" ({identity})")),
             self.samples.len(),
             self.rejected.len()

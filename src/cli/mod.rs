@@ -27,9 +27,9 @@ pub mod outcome;
 mod parameter_args;
 mod plot;
 mod ports;
-pub mod practice;
 mod procedure;
 pub mod progress;
+pub mod rehearsal;
 mod robot;
 mod robot_args;
 mod screen;
@@ -54,7 +54,7 @@ pub fn main(arguments: impl IntoIterator<Item = OsString>) -> ExitCode {
     let arguments: Vec<OsString> = arguments.into_iter().collect();
     // Of a command that has moved or is to come it is no option but an argument.
     let json = arguments.iter().any(|argument| argument == "--json");
-    let settled = match names::settle(&arguments, &command()) {
+    let settled = match names::replace_older_names(&arguments, &command()) {
         Ok(settled) => settled,
         Err(failure) => return failure.print(&only_json(json), &[]),
     };

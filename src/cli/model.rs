@@ -1,6 +1,6 @@
 //! The robot, mechanism, factors and physics that options name, and physics in words.
 
-use crate::analysis::{ModelChoice, ResolvedModel, Session, resolve};
+use crate::analysis::{LoadedSession, ModelChoice, ResolvedModel, resolve};
 use crate::physics::{ActingPhysics, Effect, NotAnEffect};
 
 use super::args::ModelArgs;
@@ -29,7 +29,7 @@ impl ModelArgs {
     }
 
     /// The model of a session.
-    pub(super) fn resolve_for(&self, session: &Session) -> Result<ResolvedModel, Failure> {
+    pub(super) fn resolve_for(&self, session: &LoadedSession) -> Result<ResolvedModel, Failure> {
         Ok(resolve(&self.choice()?, Some(session))?)
     }
 }

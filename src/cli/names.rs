@@ -1,7 +1,7 @@
 //! What older names of commands and options are now called, and names that are kept for commands to come.
 //!
 //! The one place where an older name is known: the words of the command line are put into today's names before clap sees them, and one
-//! line a name on standard error says so.
+//! line a name on standard error states it.
 
 use std::ffi::OsString;
 
@@ -171,7 +171,10 @@ pub(super) struct Settled {
 ///
 /// # Errors
 /// If the command is one to come.
-pub(super) fn settle(arguments: &[OsString], tree: &Command) -> Result<Settled, Failure> {
+pub(super) fn replace_older_names(
+    arguments: &[OsString],
+    tree: &Command,
+) -> Result<Settled, Failure> {
     let (mut words, at) = command_words(arguments, tree);
     let mut notes = Vec::new();
     if let Some(reserved) = longest(RESERVED, &words, |row| row.command) {

@@ -27,7 +27,7 @@ pub struct Outcome {
     pub(super) warnings: Vec<String>,
     /// Exit code under `--strict`; 0 otherwise.
     pub(super) strict_exit: u8,
-    /// Exit code in any case: what was printed is whole, and says that something is not.
+    /// Exit code in any case: what was printed is whole, and states that something is not.
     pub(super) exit: u8,
     /// Whether all this has been printed already.
     printed: bool,
@@ -190,7 +190,7 @@ pub fn print_usage(error: &clap::Error, arguments: &[OsString], program: &str) -
         object["error"] = json!({
             "code": "stiffbench::usage",
             "message": usage_message(error),
-            "help": usage_tip(error).unwrap_or_else(|| format!("{program} --help tells what there is, {program} SUBCOMMAND --help what it takes")),
+            "help": usage_tip(error).unwrap_or_else(|| format!("{program} --help lists the subcommands, {program} SUBCOMMAND --help its options")),
             "exit_code": 2,
         });
         object["warnings"] = json!([]);

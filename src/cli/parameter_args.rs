@@ -3,7 +3,7 @@
 use clap::Args;
 
 use crate::analysis::ResolvedModel;
-use crate::parameters::{ParameterChoice, ParameterRole};
+use crate::parameters::{FitRole, ParameterChoice};
 use crate::robot::ModelParameter;
 
 use super::failure::{CliError, Failure};
@@ -43,10 +43,10 @@ impl ParameterArgs {
         let find = |name: &str| ModelParameter::find(&chosen.robot, mechanism, name);
         let mut choice = ParameterChoice::default();
         for name in &self.free {
-            choice.set(&find(name)?, ParameterRole::Free);
+            choice.set(&find(name)?, FitRole::Free);
         }
         for name in &self.fix {
-            choice.set(&find(name)?, ParameterRole::Fixed);
+            choice.set(&find(name)?, FitRole::Fixed);
         }
         for tie in &self.tie {
             let Some((one, other)) = tie.split_once('=') else {
@@ -58,7 +58,7 @@ impl ParameterArgs {
                 }
                 .into());
             };
-            choice.set(&find(one)?, ParameterRole::TiedTo(find(other)?));
+            choice.set(&find(one)?, FitRole::TiedTo(find(other)?));
         }
         for bounds in &self.bounds {
             let wrong = |problem: &str| CliError::Argument {

@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 
-use crate::analysis::{AnalysisError, Data, FitData, FitSettings, Inputs, Session};
+use crate::analysis::{AnalysisError, Data, FitData, FitSettings, Inputs, LoadedSession};
 use crate::fit::FitOutcome;
 use crate::physics::{Effect, PlaceKind};
 use crate::plot::Figure;
@@ -51,7 +51,7 @@ pub(super) fn run(args: &PlotArgs, global: &Global) -> Result<Outcome, Failure> 
 }
 
 /// A figure with its name and what it shows.
-type Drawn = (&'static str, Figure, Inputs);
+type NamedFigure = (&'static str, Figure, Inputs);
 
 fn first_data(args: &PlotArgs) -> Result<&PathBuf, CliError> {
     args.data.first().ok_or_else(|| CliError::Argument {
@@ -61,12 +61,16 @@ fn first_data(args: &PlotArgs) -> Result<&PathBuf, CliError> {
     })
 }
 
-fn overlay(args: &PlotArgs, global: &Global, warnings: &mut Vec<String>) -> Result<Drawn, Failure> {
+fn overlay(
+    args: &PlotArgs,
+    global: &Global,
+    warnings: &mut Vec<String>,
+) -> Result<NamedFigure, Failure> {
     first_data(args)?;
     let mut sessions = Vec::new();
     let mut inputs = Inputs::default();
     for path in &args.data {
-        let session = Session::open(path, &global.open_settings())?;
+        let session = LoadedSession::open(path, &global.open_settings())?;
         warnings.extend(session.warnings.iter().cloned());
         inputs = inputs.with_session(&session);
         let table = session.stiffness(Branches::Both)?;
@@ -83,7 +87,11 @@ fn overlay(args: &PlotArgs, global: &Global, warnings: &mut Vec<String>) -> Resu
     ))
 }
 
-fn of_fit(args: &PlotArgs, global: &Global, warnings: &mut Vec<String>) -> Result<Drawn, Failure> {
+fn of_fit(
+    args: &PlotArgs,
+    global: &Global,
+    warnings: &mut Vec<String>,
+) -> Result<NamedFigure, Failure> {
     let path = first_data(args)?;
     let data = Data::open(path, &global.open_settings())?;
     if args.figure == FigureName::Residuals && matches!(data, Data::Stiffness { .. }) {
@@ -146,24 +154,27 @@ pub(super) fn residuals(prepared: &FitData, outcome: &FitOutcome) -> Result<Figu
     )?)
 }
 
-fn workspace(args: &PlotArgs) -> Result<Drawn, Failure> {
-    let chosen = args.model.resolve()?;
-    let figure = workspace_projection(&chosen.robot, args.samples, args.seed)?.figure();
-    let inputs = Inputs::default().with_robot(&chosen.robot, &chosen.source.text);
+fn workspace(args: &PlotArgs) -> Result<NamedFigure, Failure> {
+    let resolved = args.model.resolve()?;
+    let figure = workspace_projection(&resolved.robot, args.samples, args.seed)?.figure();
+    let inputs = Inputs::default().with_robot(&resolved.robot, &resolved.source.text);
     Ok(("workspace", figure, inputs))
 }
 
-fn robot(args: &PlotArgs, warnings: &mut Vec<String>) -> Result<Drawn, Failure> {
-    let chosen = args.model.resolve()?;
+fn robot(args: &PlotArgs, warnings: &mut Vec<String>) -> Result<NamedFigure, Failure> {
+    let resolved = args.model.resolve()?;
     let (name, pose) = match &args.pose {
-        Some(name) => (name.clone(), chosen.robot.pose(&PoseId::new(name))?.clone()),
-        None => match chosen.robot.poses.first() {
+        Some(name) => (
+            name.clone(),
+            resolved.robot.pose(&PoseId::new(name))?.clone(),
+        ),
+        None => match resolved.robot.poses.first() {
             Some(first) => (first.id.to_string(), first.pose.clone()),
-            None => ("nominal".to_owned(), chosen.robot.nominal_pose()),
+            None => ("nominal".to_owned(), resolved.robot.nominal_pose()),
         },
     };
-    let (robot, factors) = (&chosen.robot, &chosen.factors);
-    let physics = &chosen.physics;
+    let (robot, factors) = (&resolved.robot, &resolved.factors);
+    let physics = &resolved.physics;
     let at_rest = |effect: &&Effect| {
         let kind = effect.law.place_kind;
         !matches!(kind, PlaceKind::Joint | PlaceKind::Element)
@@ -180,5 +191,5 @@ fn robot(args: &PlotArgs, warnings: &mut Vec<String>) -> Result<Drawn, Failure> 
     )?;
     predictor.place(&pose)?;
     let figure = robot_figure(&mut predictor, &name, args.load);
-    Ok(("robot", figure, Inputs::default().with_model(&chosen)))
+    Ok(("robot", figure, Inputs::default().with_model(&resolved)))
 }

@@ -11,7 +11,7 @@ use crate::clock::Clock;
 use crate::instrument::port::{
     Binding, PortError, PortIdentity, PortInfo, list_ports, newly_plugged,
 };
-use crate::instrument::probe::{Finding, clear_match, probe};
+use crate::instrument::probe::{ProbeFinding, clear_match, probe};
 use crate::instrument::{Channel, InstrumentDescription};
 
 use super::args::{Global, seconds};
@@ -69,21 +69,21 @@ pub(super) fn run(args: &PortsArgs, global: &Global) -> Result<Outcome, Failure>
     }
     let descriptions = candidates(args)?;
     let found = ports.into_iter().map(|port| {
-        let result = (args.probe || args.wait).then(|| look(&port, &descriptions, global));
+        let result = (args.probe || args.wait).then(|| probe_port(&port, &descriptions, global));
         (port, result)
     });
-    let found: Vec<(PortInfo, Option<Look>)> = found.collect();
+    let found: Vec<(PortInfo, Option<ProbeResult>)> = found.collect();
     let text = text(&found);
-    let ports = found.into_iter().map(|(port, look)| PortReport {
+    let ports = found.into_iter().map(|(port, probe_port)| PortReport {
         port,
-        probe: look.map(probed),
+        probe: probe_port.map(probed),
     });
     let ports = ports.collect();
     Ok(Outcome::new("ports", text, PortList { ports }))
 }
 
 /// What probing a port gave.
-type Look = Result<Vec<Finding>, PortError>;
+type ProbeResult = Result<Vec<ProbeFinding>, PortError>;
 
 fn named_or_all(args: &PortsArgs) -> Result<Vec<PortInfo>, Failure> {
     let ports = list_ports()?;
@@ -147,7 +147,11 @@ fn candidates(args: &PortsArgs) -> Result<Vec<InstrumentDescription>, Failure> {
     Ok(found.into_iter().map(|found| found.description).collect())
 }
 
-fn look(port: &PortInfo, descriptions: &[InstrumentDescription], global: &Global) -> Look {
+fn probe_port(
+    port: &PortInfo,
+    descriptions: &[InstrumentDescription],
+    global: &Global,
+) -> ProbeResult {
     probe(port.stable_path(), descriptions, &mut |note| {
         if !global.quiet {
             print_error(&format!("note: {note}"));
@@ -165,7 +169,7 @@ fn bind(
     let [port] = ports else {
         return Err(not_one(ports).into());
     };
-    let findings = look(port, &candidates(args)?, global)?;
+    let findings = probe_port(port, &candidates(args)?, global)?;
     let matching = clear_match(&findings);
     let instrument = match (&args.instrument, matching) {
         (Some(name), _) => name.clone(),
@@ -206,7 +210,7 @@ fn binding_of(
     port: &PortInfo,
     instrument: String,
     unit: Option<String>,
-    found: Option<&Finding>,
+    found: Option<&ProbeFinding>,
 ) -> Binding {
     let (path, usb) = match PortIdentity::of_path(&port.path, std::slice::from_ref(port)) {
         PortIdentity::Usb(usb) => (port.stable_path().to_owned(), Some(usb)),
@@ -246,7 +250,7 @@ fn not_one(ports: &[PortInfo]) -> CliError {
     }
 }
 
-fn not_clear(port: &PortInfo, findings: &[Finding]) -> Failure {
+fn not_clear(port: &PortInfo, findings: &[ProbeFinding]) -> Failure {
     let candidates: Vec<&str> = findings
         .iter()
         .map(|finding| finding.instrument.as_str())
@@ -275,8 +279,8 @@ fn check_channel(description: &InstrumentDescription, bound: Channel) -> Result<
     })
 }
 
-fn probed(look: Look) -> ProbeReport {
-    let findings = match look {
+fn probed(probe_port: ProbeResult) -> ProbeReport {
+    let findings = match probe_port {
         Ok(findings) => findings,
         Err(error) => {
             let problem = error.to_string();
@@ -297,12 +301,12 @@ fn probed(look: Look) -> ProbeReport {
     }
 }
 
-fn text(ports: &[(PortInfo, Option<Look>)]) -> String {
+fn text(ports: &[(PortInfo, Option<ProbeResult>)]) -> String {
     if ports.is_empty() {
         return "no serial port; plug an adapter in, or name a port by its path\n".to_owned();
     }
     let mut text = String::new();
-    for (port, look) in ports {
+    for (port, probe_port) in ports {
         // Writing to a string cannot fail.
         let _ = writeln!(text, "{}", port.path);
         let usb = port.usb.as_ref().map(ToString::to_string);
@@ -316,7 +320,7 @@ fn text(ports: &[(PortInfo, Option<Look>)]) -> String {
                 1000 / latency_ms
             );
         }
-        match look {
+        match probe_port {
             Some(Ok(findings)) if findings.is_empty() => {
                 text.push_str("  nothing that is known answers\n");
             }

@@ -40,7 +40,7 @@ pub(super) struct ProcedureArgs {
 }
 
 /// The procedure that is meant, with the changes of the command line, and what a user should know of its file.
-pub(super) fn choose_procedure(args: &ProcedureArgs) -> Result<(Procedure, Vec<String>), Failure> {
+pub(super) fn resolve_procedure(args: &ProcedureArgs) -> Result<(Procedure, Vec<String>), Failure> {
     let name = args.procedure.as_deref().unwrap_or(DEFAULT_PROCEDURE);
     let (mut procedure, warnings) = named_procedure(name)?;
     if let Some(poses) = &args.poses {

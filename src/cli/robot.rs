@@ -4,8 +4,8 @@ use crate::distribution::{Extreme, RefinedExtreme, WorkspacePlan, WorkspaceSampl
 use crate::physics::ActingPhysics;
 use crate::plot::Figure;
 use crate::report::{
-    CheckedPose, ComplianceReport, MechanismRank, MobilityReport, OutermostPoint, RobotCheck,
-    RobotReport, TextTable, WorkspaceReport, workspace_figure,
+    AlignedTable, CheckedPose, ComplianceReport, MechanismRank, MobilityReport, OutermostPoint,
+    RobotCheck, RobotReport, WorkspaceReport, workspace_figure,
 };
 use crate::robot::{
     JointModel, Mechanism, Pose, Predictor, Robot, RobotError, Theory, chain_mobility, mobility,
@@ -76,7 +76,7 @@ fn check(robot: &Robot) -> Result<Outcome, Failure> {
         }
     }
     let (_, factors) = robot.default_factors();
-    let mut rows = TextTable::new(&["mechanism", "pose", "Kx, N/um", "Ky, N/um", "Kz, N/um"]);
+    let mut rows = AlignedTable::new(&["mechanism", "pose", "Kx, N/um", "Ky, N/um", "Kz, N/um"]);
     let mut checked = Vec::new();
     for mechanism in robot.mechanisms.values() {
         let mut predictor = Predictor::new(robot, mechanism, &factors)?;
@@ -138,7 +138,7 @@ fn show_mobility(robot: &Robot) -> Result<Outcome, Failure> {
 }
 
 /// Random poses and the outermost points.
-pub(super) struct WorkspaceProjection {
+pub(super) struct SampledWorkspace {
     sample: WorkspaceSample,
     extremes: Vec<(&'static str, Option<RefinedExtreme>)>,
     stated: Vec<(String, [f64; 2])>,
@@ -149,7 +149,7 @@ pub(super) fn workspace_projection(
     robot: &Robot,
     poses: usize,
     seed: u64,
-) -> Result<WorkspaceProjection, Failure> {
+) -> Result<SampledWorkspace, Failure> {
     project(
         robot,
         &WorkspacePlan {
@@ -160,7 +160,7 @@ pub(super) fn workspace_projection(
     )
 }
 
-fn project(robot: &Robot, plan: &WorkspacePlan) -> Result<WorkspaceProjection, Failure> {
+fn project(robot: &Robot, plan: &WorkspacePlan) -> Result<SampledWorkspace, Failure> {
     let mechanism = robot.mechanism(None)?;
     let sample = WorkspaceSample::draw(robot, mechanism, plan)?;
     let points = sample.points.iter();
@@ -176,14 +176,14 @@ fn project(robot: &Robot, plan: &WorkspacePlan) -> Result<WorkspaceProjection, F
         .iter()
         .filter_map(|named| Some((named.id.to_string(), named.stated_zy_m?)))
         .collect();
-    Ok(WorkspaceProjection {
+    Ok(SampledWorkspace {
         sample,
         extremes,
         stated,
     })
 }
 
-impl WorkspaceProjection {
+impl SampledWorkspace {
     /// The projection as a figure.
     pub(super) fn figure(&self) -> Figure {
         let points = self
@@ -207,7 +207,7 @@ impl WorkspaceProjection {
             .chain(angles)
             .chain(["held by"])
             .collect();
-        let mut rows = TextTable::new(&heads);
+        let mut rows = AlignedTable::new(&heads);
         for (name, extreme) in &self.extremes {
             let Some(extreme) = extreme else { continue };
             let head = [
@@ -236,7 +236,7 @@ impl WorkspaceProjection {
             rows.text()
         );
         if !self.stated.is_empty() {
-            let mut rows = TextTable::new(&["stated by the paper", "z, m", "y, m"]);
+            let mut rows = AlignedTable::new(&["stated by the paper", "z, m", "y, m"]);
             for (name, [z, y]) in &self.stated {
                 rows.row([name.clone(), z.to_string(), y.to_string()]);
             }
@@ -309,8 +309,8 @@ fn compliance(args: &ComplianceArgs) -> Result<Outcome, Failure> {
     if args.shown.is_some() {
         model.robot.clone_from(&args.shown);
     }
-    let chosen = model.resolve()?;
-    let robot = &chosen.robot;
+    let resolved = model.resolve()?;
+    let robot = &resolved.robot;
     let mut pose = match &args.pose {
         Some(name) => robot.pose(&PoseId::new(name))?.clone(),
         None => robot.nominal_pose(),
@@ -329,20 +329,20 @@ fn compliance(args: &ComplianceArgs) -> Result<Outcome, Failure> {
         };
         pose.angles_deg[robot.variable(name)?] = degrees;
     }
-    let mut warnings = chosen.warnings.clone();
+    let mut warnings = resolved.warnings.clone();
     for violation in robot.violated_limits(&pose) {
         warnings.push(format!(
             "the pose lies {:.3e} degrees beyond the limit {}",
             violation.excess_deg, violation.limit
         ));
     }
-    let physics = &chosen.physics;
+    let physics = &resolved.physics;
     let joints = if args.pinned {
         refuse_laws_of_free_joints(physics)?;
         JointModel::Pinned
     } else {
         let force_n = args.load.unwrap_or_default();
-        physics.joints_under(robot, &chosen.factors, &pose, force_n)?
+        physics.joints_under(robot, &resolved.factors, &pose, force_n)?
     };
     warnings.extend(physics.of_the_bench().map(|effect| {
         format!("{effect}: of the bench, not of the robot, and not in its compliance")
@@ -352,14 +352,19 @@ fn compliance(args: &ComplianceArgs) -> Result<Outcome, Failure> {
     } else {
         Theory::EulerBernoulli
     };
-    let mut predictor =
-        Predictor::with(robot, &physics.mechanism, &joints, theory, &chosen.factors)?;
+    let mut predictor = Predictor::with(
+        robot,
+        &physics.mechanism,
+        &joints,
+        theory,
+        &resolved.factors,
+    )?;
     predictor.place(&pose)?;
     let compliance = physics.with_base(&predictor.compliance(), predictor.model());
     let report = ComplianceReport::new(&compliance, predictor.model(), physics);
     let text = format!("{}{}", physics_text(physics), report.text());
     Ok(Outcome::new("robot-compliance", text, report)
-        .with_inputs(Inputs::default().with_model(&chosen))
+        .with_inputs(Inputs::default().with_model(&resolved))
         .with_warnings(warnings))
 }
 

@@ -14,14 +14,14 @@ use super::outcome::Outcome;
 
 /// Which constant matters where.
 pub(super) fn run(args: &SignificanceArgs) -> Result<Outcome, Failure> {
-    let chosen = args.model.resolve()?;
-    let pose = match (&args.pose, chosen.robot.poses.first()) {
+    let resolved = args.model.resolve()?;
+    let pose = match (&args.pose, resolved.robot.poses.first()) {
         (Some(pose), _) => PoseId::new(pose),
         (None, Some(first)) => first.id.clone(),
         (None, None) => {
             return Err(CliError::Argument {
                 argument: "--pose".to_owned(),
-                problem: format!("{} has no named pose", chosen.source.name),
+                problem: format!("{} has no named pose", resolved.source.name),
                 help: Some("add [poses.NAME] to the robot file".to_owned()),
             }
             .into());
@@ -32,28 +32,28 @@ pub(super) fn run(args: &SignificanceArgs) -> Result<Outcome, Failure> {
     } else {
         Scope::All
     };
-    let mechanism = chosen.mechanism()?;
-    let physics = fixed_physics(&chosen, Method::Regression);
+    let mechanism = resolved.mechanism()?;
+    let physics = fixed_physics(&resolved, Method::Regression);
     let further = args.parameters.iter();
-    let further = further.map(|name| ModelParameter::find(&chosen.robot, mechanism, name));
+    let further = further.map(|name| ModelParameter::find(&resolved.robot, mechanism, name));
     let further = further.collect::<Result<Vec<_>, _>>()?;
     let found = significance(
-        &chosen.robot,
+        &resolved.robot,
         mechanism,
         &pose,
-        &chosen.factors,
+        &resolved.factors,
         scope,
         physics.as_ref(),
         &further,
     )?;
     let text = format!(
         "Pose {pose}\n{}\n{}",
-        physics_text(&chosen.physics),
+        physics_text(&resolved.physics),
         significance_with_sequence(&found)
     );
     Ok(
         Outcome::new("significance", text, significance_json(&found))
-            .with_inputs(Inputs::default().with_model(&chosen))
-            .with_warnings(chosen.warnings.clone()),
+            .with_inputs(Inputs::default().with_model(&resolved))
+            .with_warnings(resolved.warnings.clone()),
     )
 }

@@ -16,27 +16,27 @@ use super::failure::{CliError, Failure};
 use super::figure_files::write;
 use super::model::{effects_text, physics_text};
 use super::outcome::Outcome;
-use super::procedure::choose_procedure;
+use super::procedure::resolve_procedure;
 use crate::analysis::{Inputs, ResolvedModel, sha256};
 
 /// A session folder from a virtual bench.
 pub(super) fn run(args: &SimulateArgs) -> Result<Outcome, Failure> {
-    let chosen = args.model.resolve()?;
-    let truth = true_factors(args, &chosen)?;
-    let (mut procedure, mut warnings) = choose_procedure(&args.procedure)?;
+    let resolved = args.model.resolve()?;
+    let truth = true_factors(args, &resolved)?;
+    let (mut procedure, mut warnings) = resolve_procedure(&args.procedure)?;
     let poses = procedure.poses.get_or_insert_with(|| {
-        let named = chosen.robot.poses.iter();
+        let named = resolved.robot.poses.iter();
         named.map(|named| named.id.clone()).collect()
     });
     let n_poses = poses.len();
     let noise = noise(args);
     let jack = Jack::default();
     let id = format!("simulated-{}", args.seed);
-    let mut table = VirtualBench::new(&chosen.robot, &chosen.physics, &truth, noise, jack)?
+    let mut table = VirtualBench::new(&resolved.robot, &resolved.physics, &truth, noise, jack)?
         .keeping_history(args.keep_history)
         .run(&procedure, &id, args.seed)?;
-    table.origin = Some(origin(args, &chosen));
-    let idle = chosen.physics.effects.iter();
+    table.origin = Some(origin(args, &resolved));
+    let idle = resolved.physics.effects.iter();
     warnings.extend(idle.filter(|e| !acts(e, &table)).map(|effect| {
         format!("{effect}: the procedure has no such reading, and the effect does not act")
     }));
@@ -44,15 +44,20 @@ pub(super) fn run(args: &SimulateArgs) -> Result<Outcome, Failure> {
     create_new(&args.out)?;
     let mut readings = Vec::new();
     write_readings(&table, &mut readings)?;
-    write(&args.out.join("robot.toml"), chosen.source.text.as_bytes())?;
+    write(
+        &args.out.join("robot.toml"),
+        resolved.source.text.as_bytes(),
+    )?;
     write(&args.out.join("readings.csv"), &readings)?;
     write(
         &args.out.join("session.toml"),
-        header(args, &chosen, &procedure, &id).to_toml().as_bytes(),
+        header(args, &resolved, &procedure, &id)
+            .to_toml()
+            .as_bytes(),
     )?;
     write(
         &args.out.join("simulation.toml"),
-        simulation_record(args, &chosen, &truth, &noise, &procedure).as_bytes(),
+        simulation_record(args, &resolved, &truth, &noise, &procedure).as_bytes(),
     )?;
     let minutes = procedure.minutes(&jack.pace, n_poses);
     let text = format!(
@@ -60,12 +65,12 @@ pub(super) fn run(args: &SimulateArgs) -> Result<Outcome, Failure> {
          session.toml, readings.csv, robot.toml and simulation.toml (true factors, physics and noise) written.\nNext: stiffbench fit {}\n",
         args.out.display(),
         table.readings.len(),
-        chosen.mechanism,
+        resolved.mechanism,
         n_poses,
         procedure.directions.len(),
         procedure.name,
         args.seed,
-        physics_text(&chosen.physics),
+        physics_text(&resolved.physics),
         minutes,
         args.out.display()
     );
@@ -75,21 +80,26 @@ pub(super) fn run(args: &SimulateArgs) -> Result<Outcome, Failure> {
         seed: args.seed,
         procedure: procedure.name.clone(),
         minutes: minutes.round(),
-        mechanism: chosen.mechanism.clone(),
+        mechanism: resolved.mechanism.clone(),
         factors: truth,
-        physics: chosen.physics.effects.iter().map(Effect::to_json).collect(),
+        physics: resolved
+            .physics
+            .effects
+            .iter()
+            .map(Effect::to_json)
+            .collect(),
         noise,
     };
-    warnings.extend(chosen.warnings.iter().cloned());
+    warnings.extend(resolved.warnings.iter().cloned());
     Ok(Outcome::new("simulate", text, report)
-        .with_inputs(Inputs::default().with_model(&chosen))
+        .with_inputs(Inputs::default().with_model(&resolved))
         .with_warnings(warnings))
 }
 
 /// The mark of readings that nobody measured.
-fn origin(args: &SimulateArgs, chosen: &ResolvedModel) -> String {
+fn origin(args: &SimulateArgs, resolved: &ResolvedModel) -> String {
     let noise = if args.noise_free { "no noise" } else { "noise" };
-    let physics = effects_text(&chosen.physics);
+    let physics = effects_text(&resolved.physics);
     format!("simulated; seed {}; {noise}; {physics}", args.seed)
 }
 
@@ -115,9 +125,9 @@ fn create_new(folder: &Path) -> Result<(), CliError> {
     })
 }
 
-fn true_factors(args: &SimulateArgs, chosen: &ResolvedModel) -> Result<FittingFactors, Failure> {
-    let (robot, mut truth) = (&chosen.robot, chosen.factors.clone());
-    let mechanism = robot.mechanism(Some(&chosen.mechanism))?;
+fn true_factors(args: &SimulateArgs, resolved: &ResolvedModel) -> Result<FittingFactors, Failure> {
+    let (robot, mut truth) = (&resolved.robot, resolved.factors.clone());
+    let mechanism = robot.mechanism(Some(&resolved.mechanism))?;
     for setting in &args.true_factor {
         let wrong = |problem: &str| CliError::Argument {
             argument: format!("--true-factor {setting}"),
@@ -157,7 +167,7 @@ fn noise(args: &SimulateArgs) -> NoiseModel {
 
 fn header(
     args: &SimulateArgs,
-    chosen: &ResolvedModel,
+    resolved: &ResolvedModel,
     procedure: &Procedure,
     id: &str,
 ) -> SessionHeader {
@@ -170,14 +180,14 @@ fn header(
     SessionHeader {
         id: Some(id.to_owned()),
         robot: Some("robot.toml".to_owned()),
-        robot_sha256: Some(sha256(&chosen.source.text)),
-        mechanism: Some(chosen.mechanism.clone()),
-        factors: chosen
+        robot_sha256: Some(sha256(&resolved.source.text)),
+        mechanism: Some(resolved.mechanism.clone()),
+        factors: resolved
             .robot
             .factors
-            .contains_key(&chosen.factors_name)
-            .then(|| chosen.factors_name.clone()),
-        origin: Some(origin(args, chosen)),
+            .contains_key(&resolved.factors_name)
+            .then(|| resolved.factors_name.clone()),
+        origin: Some(origin(args, resolved)),
         operator: Some("simulation".to_owned()),
         software: Some(concat!("stiffbench ", env!("CARGO_PKG_VERSION")).to_owned()),
         procedure: Some(procedure.to_record()),
@@ -214,7 +224,7 @@ fn acts(effect: &Effect, table: &ReadingTable) -> bool {
 /// What an analysis must not see: the truth.
 fn simulation_record(
     args: &SimulateArgs,
-    chosen: &ResolvedModel,
+    resolved: &ResolvedModel,
     truth: &FittingFactors,
     noise: &NoiseModel,
     procedure: &Procedure,
@@ -224,7 +234,7 @@ fn simulation_record(
         NoiseShape::Skewed => "skewed",
     };
     // As --effect takes them.
-    let effects: Vec<toml::Value> = chosen
+    let effects: Vec<toml::Value> = resolved
         .physics
         .effects
         .iter()

@@ -2,7 +2,7 @@
 
 use clap::{Args, ValueEnum};
 
-use crate::specimen::{Response, SpecimenOptions, TURN_SHARE};
+use crate::specimen::{ResponseVariable, SpecimenOptions, TURN_SHARE};
 
 /// Options of a table of force against displacement that has no robot.
 #[derive(Debug, Clone, Args)]
@@ -35,7 +35,7 @@ pub(super) struct SpecimenArgs {
     /// Column of the place in the order of measurement
     #[arg(long, value_name = "NAME", requires = "specimen")]
     pub(super) order_column: Option<String>,
-    /// Column with loading and unloading [default: told from the path of the load]
+    /// Column with loading and unloading [default: derived from the path of the load]
     #[arg(long, value_name = "NAME", requires = "specimen")]
     pub(super) branch_column: Option<String>,
     /// Unit of the force: N, mN, uN, nN, kN, gf, kgf, lbf, ozf, or 1 for numbers as they are [default: the end of the column's name]
@@ -88,8 +88,8 @@ impl SpecimenArgs {
             time_unit: self.time_unit.clone(),
             temperature_unit: self.temperature_unit.clone(),
             response: match self.response {
-                ResponseChoice::Displacement => Response::Displacement,
-                ResponseChoice::Force => Response::Force,
+                ResponseChoice::Displacement => ResponseVariable::Displacement,
+                ResponseChoice::Force => ResponseVariable::Force,
             },
             turn_share: Some(self.turn_share),
             ..SpecimenOptions::default()
@@ -103,19 +103,19 @@ mod tests {
     use clap::{CommandFactory, Parser};
 
     #[derive(Debug, Parser)]
-    struct Line {
+    struct SpecimenLine {
         #[command(flatten)]
         specimen: SpecimenArgs,
     }
 
     fn parse(words: &str) -> Result<SpecimenArgs, clap::Error> {
         let words = std::iter::once("test").chain(words.split_whitespace());
-        Ok(Line::try_parse_from(words)?.specimen)
+        Ok(SpecimenLine::try_parse_from(words)?.specimen)
     }
 
     #[test]
     fn the_arguments_hold_together() {
-        Line::command().debug_assert();
+        SpecimenLine::command().debug_assert();
     }
 
     #[test]
@@ -130,7 +130,7 @@ mod tests {
         assert_eq!(options.force_unit.as_deref(), Some("kN"));
         assert_eq!(options.displacement_column, "travel");
         assert_eq!(options.run_column, ["day", "sweep"]);
-        assert_eq!(options.response, Response::Force);
+        assert_eq!(options.response, ResponseVariable::Force);
         assert_eq!(options.turn_share, Some(TURN_SHARE));
         assert_eq!(options.order_column, None);
     }

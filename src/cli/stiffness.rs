@@ -1,6 +1,6 @@
 //! `stiffbench stiffness`.
 
-use crate::analysis::{Inputs, OpenSettings, Session, doubts_about_stiffness};
+use crate::analysis::{Inputs, LoadedSession, OpenSettings, doubts_about_stiffness};
 use crate::report::stiffness_text;
 use crate::stiffness::Branches;
 
@@ -14,7 +14,7 @@ pub(super) fn run(args: &StiffnessArgs, global: &Global) -> Result<Outcome, Fail
         gauge_log: args.log.options()?,
         ..global.open_settings()
     };
-    let session = Session::open(&args.data, &options)?;
+    let session = LoadedSession::open(&args.data, &options)?;
     let branches = match args.branches {
         BranchChoice::Loading => Branches::LoadingOnly,
         BranchChoice::Both => Branches::Both,

@@ -13,11 +13,11 @@ use clap::{Args, Subcommand};
 use crate::analysis::read_bytes;
 use crate::clock::Clock;
 use crate::instrument::trace::{
-    Pace, Replay, Trace, TraceSink, TraceWriter, What, escaped, events_of,
+    GaugeTrace, Replay, ReplayPace, TraceSink, TraceWriter, What, escaped, events_of,
 };
 use crate::instrument::{GaugeEvent, Gauges};
 use crate::report::{
-    ChannelValue, RecordReport, ReplayReport, TimedPacket, TimedValue, TraceEntry, TraceReport,
+    ChannelValue, RecordReport, ReplayReport, TimedPacket, TimedValue, TraceLine, TraceReport,
     TraceValues,
 };
 
@@ -52,7 +52,7 @@ enum TraceCommand {
         file: PathBuf,
     },
     /// The values in a trace, and the bytes that are none
-    Decode(DecodeArgs),
+    Decode(TraceDecodeArgs),
     /// Traces as live gauges, at any speed
     Replay(ReplayArgs),
     /// Moved to stiffbench-validate
@@ -79,7 +79,7 @@ struct RecordArgs {
 
 /// Which trace, and how its bytes are read.
 #[derive(Debug, Args)]
-struct DecodeArgs {
+struct TraceDecodeArgs {
     /// Trace
     file: PathBuf,
     /// Instrument description [default: the one the trace names]
@@ -155,9 +155,9 @@ fn record(args: &RecordArgs, global: &Global) -> Result<Outcome, Failure> {
             }
         })?;
     let failed = Arc::new(AtomicBool::new(false));
-    let told = Arc::clone(&failed);
+    let flag = Arc::clone(&failed);
     let sink = TraceSink::start(writer, move |error| {
-        told.store(true, Ordering::Relaxed);
+        flag.store(true, Ordering::Relaxed);
         print_error(&format!("the trace cannot be written any more: {error}"));
     });
     let clock = Clock::default();
@@ -182,7 +182,7 @@ fn record(args: &RecordArgs, global: &Global) -> Result<Outcome, Failure> {
     }
     drop(reader);
     let text = format!(
-        "{values} values and {rejected} packets that are none in {}\n",
+        "{values} values and {rejected} rejected packets in {}\n",
         args.out.display()
     );
     let report = RecordReport {
@@ -217,10 +217,10 @@ fn show_value(line: &str, global: &Global) {
 }
 
 /// A trace, and what is to be said of its state.
-fn read(file: &Path) -> Result<(Trace, Vec<String>), Failure> {
+fn read(file: &Path) -> Result<(GaugeTrace, Vec<String>), Failure> {
     let bytes = read_bytes(file)?;
     let name = file.to_string_lossy();
-    let trace = Trace::parse(&bytes, &name)?;
+    let trace = GaugeTrace::parse(&bytes, &name)?;
     let mut warnings: Vec<String> = trace
         .damage
         .iter()
@@ -259,7 +259,7 @@ fn show(file: &Path) -> Result<Outcome, Failure> {
     for entry in &trace.entries {
         let (kind, what) = words(&entry.what);
         let _ = writeln!(text, "{:12.6}  {kind:<8} {what}", entry.at_s);
-        entries.push(TraceEntry {
+        entries.push(TraceLine {
             t_s: entry.at_s,
             kind,
             what,
@@ -295,7 +295,7 @@ fn words(what: &What) -> (&'static str, String) {
     }
 }
 
-fn byte_counts(trace: &Trace) -> (usize, usize) {
+fn byte_counts(trace: &GaugeTrace) -> (usize, usize) {
     let mut counts = (0, 0);
     for entry in &trace.entries {
         match &entry.what {
@@ -310,7 +310,7 @@ fn byte_counts(trace: &Trace) -> (usize, usize) {
 /// Events with their times, s.
 type Events = Vec<(f64, GaugeEvent)>;
 
-/// What a trace says, by the description that it names or that is named.
+/// The events of a trace, by the description that it names or that is named.
 fn events(
     file: &Path,
     instrument: Option<&str>,
@@ -331,7 +331,7 @@ fn events(
     Ok((events_of(&trace, &found.description, unit)?, warnings))
 }
 
-fn decode(args: &DecodeArgs) -> Result<Outcome, Failure> {
+fn decode(args: &TraceDecodeArgs) -> Result<Outcome, Failure> {
     let (events, warnings) = events(
         &args.file,
         args.instrument.as_deref(),
@@ -362,7 +362,7 @@ fn decode(args: &DecodeArgs) -> Result<Outcome, Failure> {
     }
     let _ = writeln!(
         text,
-        "{} values, {} packets that are none",
+        "{} values, {} rejected packets",
         samples.len(),
         rejected.len()
     );
@@ -379,8 +379,8 @@ fn replay(args: &ReplayArgs, global: &Global) -> Result<Outcome, Failure> {
         warnings.extend(of_file);
     }
     let pace = match args.speed {
-        Speed::Times(times) => Pace::By(Clock::starting_at(0.0, times)),
-        Speed::Fastest => Pace::Fastest,
+        Speed::Times(times) => ReplayPace::By(Clock::starting_at(0.0, times)),
+        Speed::Fastest => ReplayPace::Fastest,
     };
     let mut replay = Replay::new(traces, pace);
     let mut samples = Vec::new();

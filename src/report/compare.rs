@@ -8,11 +8,12 @@ use serde::Serialize;
 use crate::quantity::NEWTON_PER_METRE_PER_NEWTON_PER_MICROMETRE as N_PER_UM;
 use crate::reported::Reported;
 use crate::stiffness::{
-    Agreement, CellChange, Comparison, DECISION_RULE, NotCompared, format_value_uncertainty,
+    CellChange, Comparison, DECISION_RULE, NotCompared, StiffnessAgreement,
+    format_value_uncertainty,
 };
 use crate::test_point::{Direction, PoseId};
 
-use super::text::{TextTable, significant};
+use super::text::{AlignedTable, significant};
 
 /// Unit of every stiffness.
 const UNIT: &str = "N/um";
@@ -46,7 +47,7 @@ pub struct CellDifference {
     /// Stiffness in B.
     pub b: Reported,
     /// B minus A.
-    pub difference: Difference,
+    pub difference: MeasuredDifference,
     /// The difference over its expanded uncertainty.
     pub en_ratio: f64,
     /// Whether that is beyond 1.
@@ -55,7 +56,7 @@ pub struct CellDifference {
 
 /// A difference with its uncertainty.
 #[derive(Debug, Clone, Serialize, JsonSchema)]
-pub struct Difference {
+pub struct MeasuredDifference {
     /// The difference in `unit`.
     pub value: f64,
     /// Unit of all three.
@@ -126,9 +127,9 @@ impl ComparisonReport {
                     p: overall.p,
                 }),
             verdict: match comparison.agreement {
-                Agreement::Agrees => ComparisonVerdict::Agrees,
-                Agreement::Differs => ComparisonVerdict::Differs,
-                Agreement::NothingToCompare => ComparisonVerdict::NothingToCompare,
+                StiffnessAgreement::Agrees => ComparisonVerdict::Agrees,
+                StiffnessAgreement::Differs => ComparisonVerdict::Differs,
+                StiffnessAgreement::NothingToCompare => ComparisonVerdict::NothingToCompare,
             },
             rule: DECISION_RULE,
             two_robots,
@@ -141,7 +142,7 @@ impl ComparisonReport {
     /// - `a`, `b`: what the sessions are called.
     #[must_use]
     pub fn text(&self, a: &str, b: &str) -> String {
-        let mut rows = TextTable::new(&[
+        let mut rows = AlignedTable::new(&[
             "pose",
             "direction",
             "K of A, N/um",
@@ -193,7 +194,7 @@ impl CellDifference {
             direction: change.cell.direction,
             a: Reported::exact(change.a_n_per_m / N_PER_UM, UNIT),
             b: Reported::exact(change.b_n_per_m / N_PER_UM, UNIT),
-            difference: Difference {
+            difference: MeasuredDifference {
                 value: change.change_n_per_m / N_PER_UM,
                 unit: UNIT,
                 u: change.standard_uncertainty_n_per_m / N_PER_UM,
@@ -206,7 +207,7 @@ impl CellDifference {
     }
 
     fn row(&self) -> [String; 9] {
-        let Difference {
+        let MeasuredDifference {
             value,
             expanded,
             dof,

@@ -9,7 +9,7 @@ use serde_json::Value;
 use crate::mismatch::{DesignReport, LawDesign, NearRival, Suspect};
 use crate::physics::{ParameterSpec, title};
 
-use super::text::TextTable;
+use super::text::AlignedTable;
 
 /// Rows of the printed tables.
 const ROWS: usize = 40;
@@ -25,7 +25,7 @@ pub struct DesignSummary {
     pub minutes: f64,
     /// Each law at each place.
     pub laws: Vec<LawDetection>,
-    /// Laws and places of which none can be told from the others at any plausible size.
+    /// Laws and places of which none can be distinguished from the others at any plausible size.
     pub inseparable: Vec<Vec<LawAtPlace>>,
     /// Laws and places that the readings do not show at any plausible size.
     pub unseen: Vec<UnseenLaw>,
@@ -144,11 +144,11 @@ pub fn design_text(report: &DesignReport) -> String {
         "Procedure {}: {} readings, about {:.0} minutes. What it would show, with a dial gauge of 10 um read to 6 um:\n\n",
         report.procedure, report.readings, report.minutes
     );
-    let mut table = TextTable::new(&[
+    let mut table = AlignedTable::new(&[
         "law and place",
         "found in 80 % from, um at the end",
-        "hardest to tell apart from",
-        "told apart from, um at the end",
+        "hardest to distinguish from",
+        "distinguished from, um at the end",
     ]);
     for law in report.laws.iter().take(ROWS) {
         let nearest = law.nearest.first();
@@ -176,7 +176,7 @@ pub fn design_text(report: &DesignReport) -> String {
         );
     }
     if !report.inseparable.is_empty() {
-        text.push_str("\nCannot be told apart at any plausible size:\n");
+        text.push_str("\nIndistinguishable at any plausible size:\n");
         for group in &report.inseparable {
             let names: Vec<String> = group.iter().map(ToString::to_string).collect();
             let _ = writeln!(text, "- {}", names.join(" = "));

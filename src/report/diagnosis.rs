@@ -6,30 +6,30 @@ mod limits_json;
 mod noise;
 mod open_questions;
 mod page;
+mod phrases;
 mod tables;
 mod testable;
 mod where_json;
-mod words;
 
 use serde_json::{Map, Value, json};
 
 use crate::analysis::DiagnosisReport;
 use crate::mismatch::{
-    CriticalValues, FactorShift, Finding, Impossible, Location, NextMeasurement, Quality,
+    FactorChange, Finding, Impossible, LawCriticalValues, Location, NextMeasurement, Quality,
     ReadingTrace,
 };
-use crate::physics::{Law, Sign};
+use crate::physics::{Law, SignConstraint};
 use crate::quantity::METRES_PER_MICROMETRE;
 use crate::search::constants::{LAW_LEVEL, NULL_SAMPLES};
 use crate::test_point::Direction;
 
-pub(super) use answer::Answer;
+pub(super) use answer::DiagnosisAnswer;
 pub use appendix::diagnosis_appendix;
 use limits_json::{detection_limits_json, levels_json};
 use noise::noise_json;
 pub use page::diagnosis_page;
+pub(super) use phrases::{listed, short_phrase};
 use where_json::{components_json, location_json, strata_json, where_json};
-pub(super) use words::{listed, short_phrase};
 
 /// The JSON contract's `data` of a diagnosis.
 #[must_use]
@@ -40,7 +40,7 @@ pub fn diagnosis_json(report: &DiagnosisReport) -> Value {
         "lacking": diagnosis.lacking,
         "where": where_json(report),
         "findings": diagnosis.findings.iter().map(finding_json).collect::<Vec<_>>(),
-        "left_over": left_over_json(&diagnosis.left_over),
+        "left_over": unexplained_json(&diagnosis.unexplained),
         "before": quality_json(report, &diagnosis.before, |reading| [reading.before_m, reading.before_within_run_m]),
         "after": quality_json(report, &diagnosis.after, |reading| [reading.after_m, reading.after_within_run_m]),
         "factors": report.factor_shifts().map(|(factor, status)| factor_json(factor, status)).collect::<Vec<_>>(),
@@ -49,13 +49,13 @@ pub fn diagnosis_json(report: &DiagnosisReport) -> Value {
         "impossible": report.impossible().map(|one| json!({
             "physics": one.law.name,
             "place": one.place.to_json(),
-            "gain": finite(one.gain),
-            "reason": words::impossible(one.law),
+            "gain": finite(one.delta_chi2),
+            "reason": phrases::impossible(one.law),
         })).collect::<Vec<_>>(),
         "next_measurement": report.next.iter().map(next_json).collect::<Vec<_>>(),
         "detection_limits": detection_limits_json(report),
         "noise": noise_json(report),
-        "levels": levels_json(&report.limits),
+        "levels": levels_json(&report.critical),
         "robot": report.robot,
         "mechanism": report.mechanism,
         "start_factors": report.factors,
@@ -83,7 +83,7 @@ fn names(laws: &[Law]) -> Vec<&'static str> {
     names
 }
 
-fn left_over_json(left: &Location) -> Value {
+fn unexplained_json(left: &Location) -> Value {
     let mut value = location_json(left);
     value["p"] = value["p_family"].take();
     if let Some(object) = value.as_object_mut() {
@@ -111,8 +111,8 @@ fn parameter_interval(finding: &Finding, place: usize) -> Option<[f64; 2]> {
     let [low, high] = finding.values.get(place)?.interval_95()?;
     let sign = finding.effect.law.parameters.get(place)?.sign;
     Some(match sign {
-        Sign::Positive | Sign::AboveZero => [low.max(0.0), high.max(0.0)],
-        Sign::Either => [low, high],
+        SignConstraint::Positive | SignConstraint::AboveZero => [low.max(0.0), high.max(0.0)],
+        SignConstraint::Either => [low, high],
     })
 }
 
@@ -184,13 +184,13 @@ fn quality_json(
 
 /// Whether the readings determine a factor.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum FactorStatus {
+enum Determination {
     Free,
     AtBound,
     NotIdentified,
 }
 
-impl FactorStatus {
+impl Determination {
     /// Word in files.
     fn word(self) -> &'static str {
         match self {
@@ -203,7 +203,7 @@ impl FactorStatus {
 
 impl DiagnosisReport {
     /// The factors with what became of them.
-    fn factor_shifts(&self) -> impl Iterator<Item = (&FactorShift, FactorStatus)> {
+    fn factor_shifts(&self) -> impl Iterator<Item = (&FactorChange, Determination)> {
         /// As far from its bound as a factor may stand to count as on it, in logarithms.
         const ON_BOUND: f64 = 1e-6;
         let parameters = &self.parameters;
@@ -216,9 +216,9 @@ impl DiagnosisReport {
                         || parameter.upper - factor.after.value < ON_BOUND
                 });
             let status = match (at_bound, factor.identified) {
-                (true, _) => FactorStatus::AtBound,
-                (false, true) => FactorStatus::Free,
-                (false, false) => FactorStatus::NotIdentified,
+                (true, _) => Determination::AtBound,
+                (false, true) => Determination::Free,
+                (false, false) => Determination::NotIdentified,
             };
             (factor, status)
         })
@@ -272,8 +272,8 @@ impl DiagnosisReport {
 
 /// Value of a parameter from its fitted one, with its interval.
 pub(super) fn factor_value(
-    factor: &FactorShift,
-    fitted: &crate::mismatch::Value,
+    factor: &FactorChange,
+    fitted: &crate::mismatch::EstimatedValue,
 ) -> (f64, Option<[f64; 2]>) {
     let value = |fitted: f64| match factor.spring_rad_per_nm {
         None => fitted.exp(),
@@ -283,13 +283,13 @@ pub(super) fn factor_value(
     (value(fitted.value), interval)
 }
 
-fn factor_json(factor: &FactorShift, status: FactorStatus) -> Value {
+fn factor_json(factor: &FactorChange, status: Determination) -> Value {
     let unit = if factor.spring_rad_per_nm.is_some() {
         "rad/(N*m)"
     } else {
         "1"
     };
-    let quantity = |fitted: &crate::mismatch::Value| {
+    let quantity = |fitted: &crate::mismatch::EstimatedValue| {
         let (value, interval) = factor_value(factor, fitted);
         let reason = "the data do not determine this factor";
         quantity_json(value, unit, interval, reason)
@@ -322,14 +322,14 @@ fn next_json(next: &NextMeasurement) -> Value {
 }
 
 /// The smallest chance that the draws of noise can show of a pattern.
-fn least_left_over_p() -> f64 {
+fn least_unexplained_p() -> f64 {
     1.0 / (NULL_SAMPLES as f64 + 1.0)
 }
 
 /// The smallest chance that the draws of noise can show of a law, its share of the level taken into account.
-fn least_law_p(limits: &CriticalValues, law: Law) -> f64 {
-    let level = limits.laws.levels.get(&(law, false)).copied();
-    least_left_over_p() * LAW_LEVEL / level.unwrap_or(LAW_LEVEL)
+fn least_law_p(critical: &LawCriticalValues, law: Law) -> f64 {
+    let level = critical.laws.levels.get(&(law, false)).copied();
+    least_unexplained_p() * LAW_LEVEL / level.unwrap_or(LAW_LEVEL)
 }
 
 /// Whether so many degrees of freedom stand for a standard deviation that was given.

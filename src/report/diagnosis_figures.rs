@@ -3,17 +3,17 @@
 mod law;
 mod map;
 
-use crate::mismatch::{CriticalValues, Finding, Impossible};
+use crate::mismatch::{Finding, Impossible, LawCriticalValues};
 use crate::physics::{Effect, title};
 use crate::plot::{
-    BeforeAfterPoint, DetectionLimit, DetectionLimits, EvidenceBars, EvidenceCandidate,
-    FactorShift, FactorValue, Figure, HeldOutError, HeldOutPose, ResidualsAgainst,
-    ResidualsBeforeAfter, ShiftedFactor, Standing, detection_limits, evidence_bars, factor_shift,
-    found_law, held_out_error, mismatch_map, residuals_before_after,
+    BeforeAfterPoint, CandidateDecision, DetectionLimitBar, DetectionLimits, EvidenceBars,
+    EvidenceCandidate, FactorShift, FactorValue, Figure, HeldOutError, HeldOutPose,
+    ResidualsAgainst, ResidualsBeforeAfter, ShiftedFactor, detection_limits, evidence_bars,
+    factor_shift, found_law, held_out_error, mismatch_map, residuals_before_after,
 };
 use crate::search::constants::DISTINGUISHABLE;
 
-use super::diagnosis::{Answer, factor_value, listed, short_phrase};
+use super::diagnosis::{DiagnosisAnswer, factor_value, listed, short_phrase};
 use crate::analysis::DiagnosisReport;
 
 /// All figures of a diagnosis with the names of their files; those that compare with a finding only where there is one.
@@ -32,7 +32,7 @@ pub fn diagnosis_figures(report: &DiagnosisReport) -> Vec<(String, Figure)> {
     let mut figures = vec![(
         "mismatch_map".to_owned(),
         noted(
-            mismatch_map(&map::map(report, map::Model::Before)),
+            mismatch_map(&map::map(report, map::DiagnosedModel::Before)),
             STEPS_WITHIN_RUNS,
         ),
     )];
@@ -42,7 +42,7 @@ pub fn diagnosis_figures(report: &DiagnosisReport) -> Vec<(String, Figure)> {
         figures.push((
             "mismatch_map_after".to_owned(),
             noted(
-                mismatch_map(&map::map(report, map::Model::After)),
+                mismatch_map(&map::map(report, map::DiagnosedModel::After)),
                 STEPS_WITHIN_RUNS,
             ),
         ));
@@ -60,14 +60,14 @@ pub fn diagnosis_figures(report: &DiagnosisReport) -> Vec<(String, Figure)> {
                 noted(found_law(&input), WITHIN_RUNS),
             ));
         }
-        for (place, answer) in Answer::all(&diagnosis.findings).iter().enumerate() {
-            // What is impossible was judged against the model without effects, as the first finding was.
+        for (place, answer) in DiagnosisAnswer::all(&diagnosis.findings).iter().enumerate() {
+            // What is impossible was assessed against the model without effects, as the first finding was.
             let impossible: Vec<&Impossible> = if place == 0 {
                 report.impossible().collect()
             } else {
                 Vec::new()
             };
-            let figure = evidence_bars(&evidence(answer, &impossible, &report.limits));
+            let figure = evidence_bars(&evidence(answer, &impossible, &report.critical));
             figures.push((numbered("evidence_bars", place), figure));
         }
         figures.push((
@@ -137,15 +137,15 @@ fn before_after(report: &DiagnosisReport, found: &str) -> ResidualsBeforeAfter {
 }
 
 fn evidence(
-    answer: &Answer<'_>,
+    answer: &DiagnosisAnswer<'_>,
     impossible: &[&Impossible],
-    limits: &CriticalValues,
+    limits: &LawCriticalValues,
 ) -> EvidenceBars {
     let members = answer.members();
     let named = members.iter().map(|finding| EvidenceCandidate {
         name: title(finding.effect.law, &finding.effect.place),
         log_bayes_factor: finding.log_bayes,
-        standing: Standing::Named,
+        standing: CandidateDecision::Named,
     });
     let rivals = members
         .first()
@@ -154,7 +154,7 @@ fn evidence(
         .map(|(best, rival)| EvidenceCandidate {
             name: title(rival.effect.law, &rival.effect.place),
             log_bayes_factor: best.log_bayes - rival.log_bayes_to_winner,
-            standing: Standing::Rival,
+            standing: CandidateDecision::Rival,
         })
         // What explains nothing is no rival to be drawn.
         .filter(|rival| rival.log_bayes_factor > 0.5);
@@ -163,8 +163,8 @@ fn evidence(
         EvidenceCandidate {
             name: title(one.law, &one.place),
             // What physics excludes has no Bayes factor: the best it could have had.
-            log_bayes_factor: 0.5 * (one.gain - limits.laws.of((one.law, false))),
-            standing: Standing::Impossible {
+            log_bayes_factor: 0.5 * (one.delta_chi2 - limits.laws.of((one.law, false))),
+            standing: CandidateDecision::Impossible {
                 reason: format!("{} < 0", parameter.map_or("size", |p| p.name)),
             },
         }
@@ -180,7 +180,7 @@ fn shift(report: &DiagnosisReport, found: &str) -> FactorShift {
     let factors = report.diagnosis.factors.iter();
     let factors = factors.filter(|factor| factor.spring_rad_per_nm.is_none());
     let factors = factors.map(|factor| {
-        let value = |fitted: &crate::mismatch::Value| {
+        let value = |fitted: &crate::mismatch::EstimatedValue| {
             let (value, ci95) = factor_value(factor, fitted);
             FactorValue { value, ci95 }
         };
@@ -224,7 +224,7 @@ fn limits(report: &DiagnosisReport) -> DetectionLimits {
     let limits = report.diagnosis.detection_limits.iter();
     DetectionLimits {
         limits: limits
-            .map(|limit| DetectionLimit {
+            .map(|limit| DetectionLimitBar {
                 law: limit.law.row.to_owned(),
                 place: limit.place.to_string(),
                 end_effect_m: limit.end_effect_m,

@@ -4,8 +4,8 @@ use std::collections::HashMap;
 
 use crate::fit::{CellModel, FactorStatus, FitError, FitOutcome, WeightBasis};
 use crate::plot::{
-    Bar, ComparedCell, Correlation, DrawnFactor, DrawnMember, DrawnNode, FactorFate,
-    FactorIntervals, Figure, FittedLine, LoadCurvePoints, LoadDisplacement, LoadPoint, NamedPoint,
+    Bar, ComparedCell, Correlation, DisplacementPoint, DrawnFactor, DrawnMember, DrawnNode,
+    FactorFate, FactorIntervals, Figure, FittedLine, LoadCurvePoints, LoadDisplacement, NamedPoint,
     ResidualMeasure, ResidualPoint, Residuals, RobotDrawing, SessionCurves, StiffnessComparison,
     WorkspaceProjection, correlation, factor_intervals, load_displacement, residuals, robot_pose,
     stiffness_comparison, workspace,
@@ -37,7 +37,7 @@ fn curve(cell: &CellStiffness) -> LoadCurvePoints {
         points: cell
             .loads
             .iter()
-            .map(|load| LoadPoint {
+            .map(|load| DisplacementPoint {
                 force_n: load.force_n.mean,
                 displacement_m: load.displacement_m.mean,
                 bar_m: load.displacement_m.sd,

@@ -14,7 +14,7 @@ use crate::quantity::NEWTON_PER_METRE_PER_NEWTON_PER_MICROMETRE as N_PER_UM;
 use crate::reported::Reported;
 
 use super::significance::{sequence_text, significance_json, significance_text};
-use super::text::{TextTable, interval, significant};
+use super::text::{AlignedTable, interval, significant};
 
 /// The JSON contract's `data` of a fit.
 #[must_use]
@@ -134,7 +134,7 @@ pub fn fit_text(outcome: &FitOutcome) -> String {
     if bootstrap {
         heads.insert(4, "95 %, runs drawn again");
     }
-    let mut rows = TextTable::new(&heads);
+    let mut rows = AlignedTable::new(&heads);
     for estimate in &outcome.estimates {
         let mut cells = vec![
             match estimate.parameter.unit() {
@@ -210,7 +210,7 @@ fn words(outcome: &FitOutcome) -> String {
                 if rho.abs() > 0.95 {
                     let _ = writeln!(
                         text,
-                        "{a} and {b} can hardly be told apart: correlation {rho:+.3}."
+                        "{a} and {b} can hardly be distinguished: correlation {rho:+.3}."
                     );
                 }
             }
@@ -291,7 +291,7 @@ fn cells_text(outcome: &FitOutcome) -> String {
     } else {
         "held out"
     });
-    let mut rows = TextTable::new(&heads);
+    let mut rows = AlignedTable::new(&heads);
     for cell in &outcome.cells {
         rows.row([
             cell.cell.pose.to_string(),
@@ -432,7 +432,7 @@ fn trials_text(fit: &MonteCarloFit) -> String {
         .filter(|step| step.pass == last)
         .map(|step| {
             format!(
-                "a_{} = {} (displacement {} at {:.2} % of the wanted one)",
+                "a_{} = {} (displacement {} at {:.2} % of the target)",
                 step.property.name(),
                 significant(step.value, 4),
                 step.direction,

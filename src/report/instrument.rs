@@ -8,10 +8,13 @@ use schemars::JsonSchema;
 use serde::Serialize;
 
 use crate::instrument::description::{
-    Command, Effect, Expect, LineSettings, ModemLines, Physical, Sign, Status, Timing, UnitSource,
+    CommandEffect, DescriptionStatus, Expect, GaugeCommand, LineSettings, ModemLines, Physical,
+    SignConvention, Timing, UnitSource,
 };
 use crate::instrument::port::{Binding, PortInfo};
-use crate::instrument::{Channel, InstrumentDescription, Mark, Rejected, Role, Sample, raw_text};
+use crate::instrument::{
+    Channel, CommandRole, InstrumentDescription, Mark, Rejected, Sample, raw_text,
+};
 
 /// The known gauges.
 #[derive(Debug, Clone, Serialize, JsonSchema)]
@@ -30,7 +33,7 @@ pub struct InstrumentSummary {
     /// What it measures.
     pub channel: Channel,
     /// Where the description comes from.
-    pub status: Status,
+    pub status: DescriptionStatus,
     /// Whether a part of it is tried only.
     pub experimental: bool,
     /// Whether it runs with `--allow-unverified` only.
@@ -60,7 +63,7 @@ pub struct InstrumentReport {
     /// The packets, in words.
     pub packets: Vec<String>,
     /// The sign of its values.
-    pub sign: Sign,
+    pub sign: SignConvention,
     /// Where the unit comes from.
     pub unit: UnitReport,
     /// Range and resolution.
@@ -92,7 +95,7 @@ pub struct CommandReport {
     /// What answers it.
     pub expects: Expect,
     /// What it does.
-    pub effect: Effect,
+    pub effect: CommandEffect,
 }
 
 impl InstrumentSummary {
@@ -125,7 +128,7 @@ impl InstrumentReport {
         toml: &str,
     ) -> Self {
         let choices = description.unit_choices().into_iter();
-        let commands = Role::ALL.into_iter().filter_map(|role| {
+        let commands = CommandRole::ALL.into_iter().filter_map(|role| {
             let command = description.command(role)?;
             Some((role.key(), CommandReport::from(command)))
         });
@@ -150,8 +153,8 @@ impl InstrumentReport {
     }
 }
 
-impl From<&Command> for CommandReport {
-    fn from(command: &Command) -> Self {
+impl From<&GaugeCommand> for CommandReport {
+    fn from(command: &GaugeCommand) -> Self {
         Self {
             bytes: raw_text(&command.bytes).into(),
             expects: command.expects,
@@ -290,12 +293,12 @@ pub struct TraceReport {
     /// Number of bytes to the gauge.
     pub bytes_sent: usize,
     /// What happened, in order.
-    pub entries: Vec<TraceEntry>,
+    pub entries: Vec<TraceLine>,
 }
 
 /// An entry of a trace.
 #[derive(Debug, Clone, Serialize, JsonSchema)]
-pub struct TraceEntry {
+pub struct TraceLine {
     /// When, s.
     pub t_s: f64,
     /// What kind of entry.
@@ -378,7 +381,7 @@ pub struct InstrumentMatch {
     pub points: i32,
     /// What came, as text.
     pub evidence: String,
-    /// What it says it is.
+    /// Its content.
     pub identity: Option<String>,
     /// Speed, bit/s, where it is not the description's.
     pub other_baud: Option<u32>,

@@ -22,7 +22,7 @@ mod stiffness;
 mod text;
 
 pub use compare::{
-    CellDifference, CellNotCompared, ComparisonReport, ComparisonVerdict, Difference,
+    CellDifference, CellNotCompared, ComparisonReport, ComparisonVerdict, MeasuredDifference,
     OverallDifference,
 };
 pub use design::{DesignSummary, LawAtPlace, LawDetection, NearLaw, UnseenLaw, design_text};
@@ -37,13 +37,13 @@ pub use instrument::*;
 #[cfg(feature = "parquet")]
 pub use map::points_parquet;
 pub use map::{
-    DirectionMap, ExtremeStiffness, FailedPose, Field, FittedStiffness, JointDerivatives,
-    LoadAtEnd, MapAnswers, MapReport, MapResult, MapSummary, MechanismMap, MechanismShift,
-    MechanismWeight, MeshPoints, RefinedExtreme, RefinedPose, SampledStiffness, SectionDerivatives,
+    DirectionMap, ExtremeStiffness, FailedPose, FittedStiffness, JointDerivatives, LoadAtEnd,
+    MapAnswers, MapReport, MapResult, MapSummary, MechanismMap, MechanismShift, MechanismWeight,
+    MeshField, MeshPoints, RefinedExtremeJson, RefinedPose, SampledStiffness, SectionDerivatives,
     Sensitivities, SensitivityReport, ShiftCause, ShiftReport, ShiftStatistics, ShiftSummary,
     StiffnessQuantile, StiffnessRegion, WorstPose, mesh_of, points_csv, sensitivity_text, vtu,
 };
-pub use paper::{ComparedCell, PaperCell, PaperReport, paper_report};
+pub use paper::{PaperCell, PaperCellSummary, PaperReport, paper_report};
 pub use robot::{
     CheckedPose, ComplianceReport, MechanismRank, MechanismReport, MobilityReport, OutermostPoint,
     PoseReport, RobotCheck, RobotReport, VariableReport, WorkspaceReport,
@@ -54,4 +54,4 @@ pub use significance::{significance_json, significance_with_sequence};
 pub use simulation::*;
 pub use specimen::{SpecimenReport, specimen_json, specimen_text};
 pub use stiffness::stiffness_text;
-pub use text::{TextTable, significant};
+pub use text::{AlignedTable, significant};

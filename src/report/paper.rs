@@ -17,9 +17,9 @@ use crate::fit::{
 use crate::robot::Robot;
 use crate::test_point::{Cell, Direction, PoseId};
 
-use models::Models;
+use models::PaperModels;
 
-use super::text::{TextTable, significant};
+use super::text::{AlignedTable, significant};
 
 /// The transcribed tables.
 const TABLES: &str = include_str!("../../data/paper/tables.csv");
@@ -115,7 +115,7 @@ pub fn printed_rows() -> Vec<Printed> {
 pub fn paper_report(robot: &Robot) -> Result<PaperReport, FitError> {
     let rows = printed_rows();
     let mechanism = robot.mechanism(None)?;
-    let models = Models::new(robot, mechanism)?;
+    let models = PaperModels::new(robot, mechanism)?;
     let cells = rows
         .iter()
         .filter_map(|row| models.cell(row, &rows))
@@ -215,13 +215,13 @@ impl PaperReport {
             let reproduced = have.iter().filter(|cell| cell.is_reproduced()).count();
             let _ = writeln!(
                 text,
-                "Table {table}. {title}\n{} printed cells, {} worked out here, {reproduced} of these within {:.0} % of the print.\n",
+                "Table {table}. {title}\n{} printed cells, {} computed here, {reproduced} of these within {:.0} % of the print.\n",
                 cells.len(),
                 have.len(),
                 100.0 * (REPRODUCED_WITHIN - 1.0)
             );
             let mut rows =
-                TextTable::new(&["row", "place", "quantity", "paper", "ours", "ours/paper"]);
+                AlignedTable::new(&["row", "place", "quantity", "paper", "ours", "ours/paper"]);
             for cell in &have {
                 rows.row([
                     cell.row.clone(),
@@ -257,7 +257,7 @@ impl PaperReport {
                 .map(|(error, cell)| format!("{error:.2} % ({cell})"))
                 .collect::<Vec<_>>()
         };
-        let mut rows = TextTable::new(&[
+        let mut rows = AlignedTable::new(&[
             "fit to the measured stiffness of P1 and P3, judged on P2 and P4",
             "largest error",
             "second",
@@ -284,7 +284,7 @@ impl PaperReport {
     /// The same for programs.
     #[must_use]
     pub fn json(&self) -> Value {
-        let cells: Vec<ComparedCell> = self.cells.iter().map(Into::into).collect();
+        let cells: Vec<PaperCellSummary> = self.cells.iter().map(Into::into).collect();
         json!({
             "cells": cells,
             "stated_worst_percent": self.stated_worst_percent,
@@ -296,7 +296,7 @@ impl PaperReport {
 
 /// A printed cell beside ours, for programs.
 #[derive(Debug, Clone, Serialize, JsonSchema)]
-pub struct ComparedCell {
+pub struct PaperCellSummary {
     /// Roman number of the table.
     pub table: &'static str,
     /// Row: model or chain.
@@ -317,7 +317,7 @@ pub struct ComparedCell {
     pub reason: Option<&'static str>,
 }
 
-impl From<&PaperCell> for ComparedCell {
+impl From<&PaperCell> for PaperCellSummary {
     fn from(cell: &PaperCell) -> Self {
         Self {
             table: cell.table,

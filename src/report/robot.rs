@@ -12,7 +12,7 @@ use crate::robot::{ChainMobility, FittingFactors, MechanismModel, Mobility, Robo
 use crate::structure::Compliance6;
 use crate::test_point::PoseId;
 
-use super::text::{TextTable, significant};
+use super::text::{AlignedTable, significant};
 
 /// What a robot file says, counted.
 #[derive(Debug, Clone, Serialize, JsonSchema)]
@@ -136,7 +136,7 @@ impl RobotReport {
             self.end,
             self.supports.join(", ")
         );
-        let mut rows = TextTable::new(&["mechanism", "chains", "elements", "joints"]);
+        let mut rows = AlignedTable::new(&["mechanism", "chains", "elements", "joints"]);
         for mechanism in &self.mechanisms {
             rows.row([
                 mechanism.name.clone(),
@@ -147,7 +147,7 @@ impl RobotReport {
         }
         text.push_str(&rows.text());
         let mut rows =
-            TextTable::new(&["variable", "smallest, deg", "largest, deg", "nominal, deg"]);
+            AlignedTable::new(&["variable", "smallest, deg", "largest, deg", "nominal, deg"]);
         for variable in &self.variables {
             rows.row([
                 variable.name.clone(),
@@ -159,7 +159,7 @@ impl RobotReport {
         let _ = write!(text, "\n{}", rows.text());
         let names = self.variables.iter().map(|variable| variable.name.as_str());
         let heads: Vec<&str> = std::iter::once("pose").chain(names).collect();
-        let mut rows = TextTable::new(&heads);
+        let mut rows = AlignedTable::new(&heads);
         for pose in &self.poses {
             let angles = pose.angles_deg.iter().map(f64::to_string);
             rows.row(std::iter::once(pose.name.to_string()).chain(angles));
@@ -207,7 +207,8 @@ impl MobilityReport {
     /// Count by formula beside count by rank.
     #[must_use]
     pub fn text(&self) -> String {
-        let mut rows = TextTable::new(&["chain", "n", "g", "mu", "nu", "lambda", "equations", "F"]);
+        let mut rows =
+            AlignedTable::new(&["chain", "n", "g", "mu", "nu", "lambda", "equations", "F"]);
         for chain in &self.chains {
             rows.row([
                 chain.chain.clone(),
@@ -229,7 +230,7 @@ impl MobilityReport {
         Some(total) => format!("{}\nTotal by eq. (1): F = {total}.\n\n", rows.text()),
         None => "No body of the robot file names its `chain`, so eqs. (1) to (5) have nothing to count.\n\n".to_owned(),
     };
-        let mut rows = TextTable::new(&[
+        let mut rows = AlignedTable::new(&[
             "mechanism",
             "joints",
             "loops",
@@ -301,7 +302,7 @@ impl ComplianceReport {
     #[must_use]
     pub fn text(&self) -> String {
         let heads: Vec<&str> = std::iter::once("").chain(self.columns).collect();
-        let mut rows = TextTable::new(&heads);
+        let mut rows = AlignedTable::new(&heads);
         for (name, row) in self.rows.iter().zip(&self.compliance) {
             rows.row(
                 std::iter::once((*name).to_owned())

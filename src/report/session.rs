@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use schemars::JsonSchema;
 use serde::Serialize;
 
-use crate::session::{Outcome, PROMPTS, PlannedCell, SessionPlan};
+use crate::session::{PROMPTS, SessionCell, SessionEnd, SessionPlan};
 use crate::test_point::{Branch, Direction, PoseId};
 
 /// What a session will ask for.
@@ -81,8 +81,8 @@ impl PlanReport {
     }
 }
 
-impl From<&PlannedCell> for PlannedCellReport {
-    fn from(cell: &PlannedCell) -> Self {
+impl From<&SessionCell> for PlannedCellReport {
+    fn from(cell: &SessionCell) -> Self {
         let readings = cell.readings.iter().map(|reading| PlannedReadingReport {
             step: reading.step,
             target_n: reading.target_n,
@@ -109,16 +109,16 @@ pub enum SessionOutcome {
     Partial,
     /// Stopped at once; it can be resumed.
     Aborted,
-    /// No event says that it ended.
+    /// No event states that it ended.
     RunningOrCrashed,
 }
 
-impl From<Outcome> for SessionOutcome {
-    fn from(outcome: Outcome) -> Self {
+impl From<SessionEnd> for SessionOutcome {
+    fn from(outcome: SessionEnd) -> Self {
         match outcome {
-            Outcome::Complete => Self::Complete,
-            Outcome::Partial => Self::Partial,
-            Outcome::Aborted => Self::Aborted,
+            SessionEnd::Complete => Self::Complete,
+            SessionEnd::Partial => Self::Partial,
+            SessionEnd::Aborted => Self::Aborted,
         }
     }
 }

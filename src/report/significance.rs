@@ -2,16 +2,16 @@
 
 use serde_json::{Value, json};
 
-use crate::fit::{Scope, SequenceStep, Significance};
+use crate::fit::{Scope, SectionSignificance, SequenceStep};
 use crate::structure::Property;
 use crate::test_point::Direction;
 
-use super::text::{TextTable, significant};
+use super::text::{AlignedTable, significant};
 
 /// Both readings of significance beside each other: what a hundredfold leaves, and the exact share.
 #[must_use]
-pub(super) fn significance_text(significance: &Significance) -> String {
-    let mut rows = TextTable::new(&[
+pub(super) fn significance_text(significance: &SectionSignificance) -> String {
+    let mut rows = AlignedTable::new(&[
         "constant",
         "x: % left",
         "y: % left",
@@ -60,11 +60,11 @@ pub(super) fn significance_text(significance: &Significance) -> String {
 }
 
 /// Single sections and springs; empty without any.
-fn further_text(significance: &Significance) -> String {
+fn further_text(significance: &SectionSignificance) -> String {
     if significance.further.is_empty() {
         return String::new();
     }
-    let mut rows = TextTable::new(&[
+    let mut rows = AlignedTable::new(&[
         "parameter",
         "value",
         "x: share, %",
@@ -104,7 +104,7 @@ pub(super) fn sequence_text(sequence: &[SequenceStep]) -> String {
 
 /// The same for programs.
 #[must_use]
-pub fn significance_json(significance: &Significance) -> Value {
+pub fn significance_json(significance: &SectionSignificance) -> Value {
     let by_direction = |values: [f64; 3]| -> Value {
         Value::Object(
             Direction::ALL
@@ -146,7 +146,7 @@ pub fn significance_json(significance: &Significance) -> Value {
 
 /// Table and sequence together.
 #[must_use]
-pub fn significance_with_sequence(significance: &Significance) -> String {
+pub fn significance_with_sequence(significance: &SectionSignificance) -> String {
     format!(
         "{}{}\nFitting sequence: {}.\n",
         significance_text(significance),

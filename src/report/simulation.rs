@@ -37,9 +37,9 @@ pub struct SimulationReport {
 #[derive(Debug, Clone, Serialize, JsonSchema)]
 pub struct EmulationReport {
     /// The ports.
-    pub ports: GaugePair<PathBuf>,
+    pub ports: SimulatedGauges<PathBuf>,
     /// Names of the instrument descriptions.
-    pub instruments: GaugePair<String>,
+    pub instruments: SimulatedGauges<String>,
     /// Name of the procedure.
     pub procedure: String,
     /// Seed of the noise.
@@ -50,7 +50,7 @@ pub struct EmulationReport {
 
 /// One thing of each gauge.
 #[derive(Debug, Clone, Serialize, JsonSchema)]
-pub struct GaugePair<T> {
+pub struct SimulatedGauges<T> {
     /// Of the force gauge.
     pub force: T,
     /// Of the displacement gauge.

@@ -6,9 +6,9 @@ use serde_json::{Value, json};
 
 use crate::mismatch::{Diagnosis, Finding, Quality, SpecimenScale, Verdict};
 use crate::physics::{Dimension, Law, ParameterSpec};
-use crate::specimen::{Scale, SpecimenTable};
+use crate::specimen::{ColumnScale, SpecimenTable};
 
-use super::text::TextTable;
+use super::text::AlignedTable;
 
 /// Chance below which something is left over: the level of the omnibus test.
 const LEFT_OVER: f64 = 0.01;
@@ -29,12 +29,13 @@ pub struct SpecimenReport<'a> {
 impl SpecimenReport<'_> {
     /// Unit of loads and of answers.
     fn units(&self) -> (&'static str, &'static str) {
-        let unit = |scale: Scale, si: &'static str| if scale == Scale::Si { si } else { "1" };
+        let unit =
+            |scale: ColumnScale, si: &'static str| if scale == ColumnScale::Si { si } else { "1" };
         let force = unit(self.table.force_scale, "N");
         let displacement = unit(self.table.displacement_scale, "m");
         match self.table.response {
-            crate::specimen::Response::Displacement => (force, displacement),
-            crate::specimen::Response::Force => (displacement, force),
+            crate::specimen::ResponseVariable::Displacement => (force, displacement),
+            crate::specimen::ResponseVariable::Force => (displacement, force),
         }
     }
 
@@ -80,7 +81,7 @@ pub fn specimen_json(report: &SpecimenReport<'_>) -> Value {
         "verdict": diagnosis.verdict.name(),
         "lacking": diagnosis.lacking,
         "findings": diagnosis.findings.iter().map(|finding| finding_json(report, finding)).collect::<Vec<_>>(),
-        "left_over": { "stratum": diagnosis.left_over.stratum.name(), "p": diagnosis.left_over.p_family },
+        "left_over": { "stratum": diagnosis.unexplained.stratum.name(), "p": diagnosis.unexplained.p_family },
         "before": quality(&diagnosis.before),
         "after": quality(&diagnosis.after),
         "slopes": diagnosis.factors.iter().map(|slope| json!({
@@ -153,7 +154,7 @@ pub fn specimen_text(report: &SpecimenReport<'_>) -> String {
             unit => format!(" {unit}"),
         };
         // Where something is left over, the noise was estimated from it too, and is no unit for it.
-        let in_noise = if diagnosis.left_over.p_family < LEFT_OVER {
+        let in_noise = if diagnosis.unexplained.p_family < LEFT_OVER {
             String::new()
         } else {
             format!(", {:.2} in units of the noise", quality.reduced_chi2.sqrt())
@@ -178,11 +179,11 @@ pub fn specimen_text(report: &SpecimenReport<'_>) -> String {
     let _ = writeln!(
         text,
         "What is left would be seen in {} of tables with noise alone (largest in {}).",
-        share_of_tables(diagnosis.left_over.p_family),
-        diagnosis.left_over.stratum.name()
+        share_of_tables(diagnosis.unexplained.p_family),
+        diagnosis.unexplained.stratum.name()
     );
     if report.scale.order_is_clock {
-        text.push_str("There is no time column: the order of the readings stands for the clock.\n");
+        text.push_str("There is no time column: the order of the readings is used as time.\n");
     }
     text
 }
@@ -209,7 +210,7 @@ fn headline(report: &SpecimenReport<'_>) -> String {
     match diagnosis.verdict {
         Verdict::Explained => format!("A straight line is not enough: {}.", titles()),
         Verdict::Ambiguous => format!(
-            "A straight line is not enough, and these cannot all be told apart: {}.",
+            "A straight line is not enough, and these cannot all be distinguished: {}.",
             titles()
         ),
         Verdict::Unknown if diagnosis.findings.is_empty() => {
@@ -227,7 +228,7 @@ fn headline(report: &SpecimenReport<'_>) -> String {
 }
 
 fn findings_table(report: &SpecimenReport<'_>) -> String {
-    let mut table = TextTable::new(&[
+    let mut table = AlignedTable::new(&[
         "law",
         "parameter",
         "value",

@@ -4,15 +4,15 @@ use std::fmt::Write;
 
 use crate::quantity::NEWTON_PER_METRE_PER_NEWTON_PER_MICROMETRE as N_PER_UM;
 use crate::stiffness::{
-    Method, NoStiffness, Standing, StiffnessEstimate, StiffnessTable, format_value_uncertainty,
+    Method, NoStiffness, RowUse, StiffnessEstimate, StiffnessTable, format_value_uncertainty,
 };
 
-use super::text::{TextTable, significant};
+use super::text::{AlignedTable, significant};
 
 /// The table, its flags and what was left out.
 #[must_use]
 pub fn stiffness_text(table: &StiffnessTable, with_budget: bool) -> String {
-    let mut rows = TextTable::new(&[
+    let mut rows = AlignedTable::new(&[
         "pose",
         "direction",
         "runs",
@@ -131,7 +131,7 @@ fn budgets(table: &StiffnessTable) -> String {
             "\nBudget of {} (K by regression, standard uncertainties):\n",
             cell.cell
         );
-        let mut rows = TextTable::new(&[
+        let mut rows = AlignedTable::new(&[
             "source",
             "type",
             "distribution",
@@ -150,10 +150,10 @@ fn budgets(table: &StiffnessTable) -> String {
                 format!("{:?}", row.evaluation),
                 format!("{:?}", row.distribution).to_lowercase(),
                 match row.standing {
-                    Standing::Counted => significant(row.contribution_n_per_m / N_PER_UM, 3),
-                    Standing::InRepeatability => "in repeatability".to_owned(),
-                    Standing::NotStated => "not stated".to_owned(),
-                    Standing::NoEffect => "no effect".to_owned(),
+                    RowUse::Counted => significant(row.contribution_n_per_m / N_PER_UM, 3),
+                    RowUse::InRepeatability => "in repeatability".to_owned(),
+                    RowUse::NotStated => "not stated".to_owned(),
+                    RowUse::NoEffect => "no effect".to_owned(),
                 },
                 dof,
                 format!("{:.1}", row.share_percent),

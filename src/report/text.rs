@@ -5,9 +5,9 @@ use comfy_table::{CellAlignment, Table};
 
 /// A table of text cells; the first column is left-aligned, the others right-aligned.
 #[derive(Debug)]
-pub struct TextTable(Table);
+pub struct AlignedTable(Table);
 
-impl TextTable {
+impl AlignedTable {
     /// A table with these column heads.
     #[must_use]
     pub fn new(heads: &[&str]) -> Self {
@@ -77,7 +77,7 @@ mod tests {
 
     #[test]
     fn a_table_is_markdown() {
-        let mut table = TextTable::new(&["pose", "K"]);
+        let mut table = AlignedTable::new(&["pose", "K"]);
         table.row(["P1".to_owned(), "0.5".to_owned()]);
         assert_eq!(
             table.text(),

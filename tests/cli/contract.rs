@@ -93,7 +93,7 @@ fn compliance_is_symmetric_and_its_nodes_are_named() {
     for i in 0..6 {
         assert!(c[i][i] > 0.0);
         for j in 0..6 {
-            // Forces and moments have different units: reciprocity is judged by the diagonal.
+            // Forces and moments have different units: reciprocity is decided by the diagonal.
             assert!(
                 (c[i][j] - c[j][i]).abs() < 1e-8 * (c[i][i] * c[j][j]).sqrt(),
                 "{i} {j}"
@@ -191,7 +191,7 @@ fn the_workspace_reaches_the_points_the_paper_states() {
 }
 
 #[test]
-fn a_session_agrees_with_itself_and_differs_from_another_truth() {
+fn a_session_agrees_with_itself_and_differs_from_another_model() {
     let desk = desk_with_session();
     let same = desk.data("compare session session");
     assert_eq!(same["verdict"], "agrees");
@@ -237,7 +237,7 @@ fn the_papers_procedure_takes_the_list_that_calculix_gave() {
 }
 
 #[test]
-fn a_command_that_has_moved_says_where() {
+fn a_moved_command_names_its_replacement() {
     let desk = desk();
     for command in [
         "prove --quick",

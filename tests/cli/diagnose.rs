@@ -122,7 +122,7 @@ fn friction_in_a_joint_is_named_with_its_size() {
 }
 
 #[test]
-fn nothing_missing_says_what_would_have_been_found() {
+fn nothing_missing_lists_the_detection_limits() {
     let desk = desk();
     let command = format!("diagnose {} --no-figures --out out", session(NOTHING));
     // One pose does not determine all factors: without a finding that is what --strict tells.
@@ -165,7 +165,7 @@ fn nothing_missing_says_what_would_have_been_found() {
 }
 
 #[test]
-fn two_effects_are_told_apart_and_law_by_law_left_out() {
+fn two_effects_are_distinguished_and_laws_can_be_left_out() {
     let desk = desk();
     let path = session(PLAY_AND_SETTING_IN);
     let data = desk.data(&format!("diagnose {path} --out a --no-figures"));
@@ -198,7 +198,7 @@ fn two_effects_are_told_apart_and_law_by_law_left_out() {
 }
 
 #[test]
-fn what_cannot_be_told_apart_is_named_as_a_set() {
+fn indistinguishable_effects_are_named_as_a_set() {
     let desk = desk();
     let command = format!("diagnose {} --no-figures --out out", session(LOOSE_MEMBER));
     let data = desk.data(&command);
@@ -220,7 +220,7 @@ fn what_cannot_be_told_apart_is_named_as_a_set() {
     let page = desk.read("out/verdict.txt");
     assert!(
         page.contains("\n\nThe model leaves out a loose element ")
-            && page.contains("these readings do not tell"),
+            && page.contains("these readings do not decide"),
         "{page}"
     );
 }
@@ -250,7 +250,7 @@ fn what_no_law_explains_is_called_unknown() {
 }
 
 #[test]
-fn a_bare_file_is_diagnosed_without_files_and_says_what_it_lacks() {
+fn a_bare_table_is_diagnosed_and_missing_columns_are_listed() {
     let desk = desk();
     desk.write("readings.csv", &five_columns(&["P1", "P2"], 1));
     let before = std::fs::read_dir(desk.folder.path()).unwrap().count();
@@ -302,7 +302,7 @@ fn noise_from_the_records_needs_a_record() {
 }
 
 #[test]
-fn earlier_sessions_tell_the_noise_too() {
+fn earlier_sessions_contribute_to_the_noise() {
     let desk = desk();
     let simulate = |name: &str, options: &str| {
         desk.run(&format!(

@@ -1,6 +1,6 @@
 //! What the program refuses: the code of the error, the exit code, and what it tells the user to do.
 
-use super::{Ran, assert_says, desk, desk_with_session, five_columns};
+use super::{Ran, assert_output_contains, desk, desk_with_session, five_columns};
 
 #[test]
 fn data_that_are_not_there() {
@@ -8,11 +8,11 @@ fn data_that_are_not_there() {
     desk.write("folder/notes.txt", "no session");
     desk.write("empty.csv", "");
     let error = desk.refusal("stiffness nowhere", 11, "stiffbench::input::not_found");
-    assert_says(&error, &["nowhere", "session folder"]);
+    assert_output_contains(&error, &["nowhere", "session folder"]);
     let error = desk.refusal("fit paper-experimint", 11, "stiffbench::input::not_found");
-    assert_says(&error, &["did you mean paper-experiment"]);
+    assert_output_contains(&error, &["did you mean paper-experiment"]);
     let error = desk.refusal("stiffness folder", 11, "stiffbench::input::no_session");
-    assert_says(&error, &["folder holds no readings.csv"]);
+    assert_output_contains(&error, &["folder holds no readings.csv"]);
     for subcommand in ["stiffness", "fit", "plot residuals", "compare empty.csv"] {
         desk.refusal(
             &format!("{subcommand} empty.csv"),
@@ -30,7 +30,7 @@ fn wrong_readings_are_named_by_file_line_and_column() {
         "pose,direction,repeat,force_N,displacement_um\nP1,x,1,-10,-5\nP1,x,1,-20,abc\n",
     );
     let error = desk.refusal("stiffness word.csv", 11, "stiffbench::readings::bad_value");
-    assert_says(
+    assert_output_contains(
         &error,
         &["word.csv", "line 3", "displacement_um", "abc", "number"],
     );
@@ -43,7 +43,7 @@ fn wrong_readings_are_named_by_file_line_and_column() {
         11,
         "stiffbench::readings::missing_column",
     );
-    assert_says(&error, &["column.csv", "line 1", "repeat"]);
+    assert_output_contains(&error, &["column.csv", "line 1", "repeat"]);
     desk.write(
         "direction.csv",
         "pose,direction,repeat,force_N,displacement_um\nP1,w,1,-10,-5\n",
@@ -53,7 +53,7 @@ fn wrong_readings_are_named_by_file_line_and_column() {
         11,
         "stiffbench::readings::bad_value",
     );
-    assert_says(&error, &["line 2", "direction", "`w`"]);
+    assert_output_contains(&error, &["line 2", "direction", "`w`"]);
 }
 
 #[test]
@@ -65,7 +65,7 @@ fn a_pose_that_the_robot_does_not_have_is_refused_with_the_nearest_name() {
         11,
         "stiffbench::readings::unknown_pose",
     );
-    assert_says(&error, &["typo.csv", "line 26", "`P2a`", "`P2` meant"]);
+    assert_output_contains(&error, &["typo.csv", "line 26", "`P2a`", "`P2` meant"]);
     desk.write(
         "list.csv",
         "pose,direction,stiffness_N_per_um\nP1,x,0.01\nP7,x,0.01\n",
@@ -75,7 +75,7 @@ fn a_pose_that_the_robot_does_not_have_is_refused_with_the_nearest_name() {
         10,
         "stiffbench::robot::unknown_name",
     );
-    assert_says(&error, &["`P7`", "P1, P2, P3, P4"]);
+    assert_output_contains(&error, &["`P7`", "P1, P2, P3, P4"]);
     // Stiffness needs no robot: any name will do.
     desk.run("stiffness typo.csv").succeeds();
 }
@@ -93,7 +93,7 @@ fn stiffness_values_where_readings_are_needed() {
         "fit paper-experiment --bootstrap 10",
     ] {
         let error = desk.refusal(arguments, 2, "stiffbench::usage::needs_readings");
-        assert_says(
+        assert_output_contains(
             &error,
             &["holds stiffness values, not readings", "session folder"],
         );
@@ -109,39 +109,39 @@ fn stiffness_values_where_readings_are_needed() {
     );
     desk.write("word.csv", "pose,direction,stiffness_N_per_um\nP1,x,soft\n");
     let error = desk.refusal("fit word.csv", 11, "stiffbench::fit::stiffness_list_value");
-    assert_says(&error, &["word.csv", "soft"]);
+    assert_output_contains(&error, &["word.csv", "soft"]);
 }
 
 #[test]
 fn names_that_do_not_exist() {
     let desk = desk();
     let unknown = "stiffbench::robot::unknown_name";
-    assert_says(
+    assert_output_contains(
         &desk.refusal("robot compliance --pose P9", 10, unknown),
         &["`P9`", "P1, P2, P3, P4"],
     );
-    assert_says(
+    assert_output_contains(
         &desk.refusal("robot compliance --mechanism Z", 10, unknown),
         &["`Z`", "A, B, C, D, E, F"],
     );
-    assert_says(
+    assert_output_contains(
         &desk.refusal("robot compliance --set theta9=3", 10, unknown),
         &["did you mean `theta"],
     );
-    assert_says(
+    assert_output_contains(
         &desk.refusal("robot workspace --vary thetaa", 10, unknown),
         &["theta1"],
     );
-    assert_says(
+    assert_output_contains(
         &desk.refusal("fit paper-experiment --factors nope", 10, unknown),
         &["m_fsd"],
     );
-    assert_says(
+    assert_output_contains(
         &desk.refusal("significance --pose P0", 10, unknown),
         &["P1"],
     );
-    assert_says(&desk.refusal("simulate s --poses P9", 10, unknown), &["P1"]);
-    assert_says(
+    assert_output_contains(&desk.refusal("simulate s --poses P9", 10, unknown), &["P1"]);
+    assert_output_contains(
         &desk.refusal(
             "fit paper-experiment --factors nope.toml",
             11,
@@ -150,11 +150,11 @@ fn names_that_do_not_exist() {
         &["nope.toml"],
     );
     let argument = "stiffbench::usage::argument";
-    assert_says(
+    assert_output_contains(
         &desk.refusal("robot show nope", 2, argument),
         &["hp-robot, hp-robot-host-dominant, serial-arm"],
     );
-    assert_says(
+    assert_output_contains(
         &desk.refusal(
             "fit paper-experiment --fix beam.Q",
             2,
@@ -233,7 +233,7 @@ fn arguments_without_meaning() {
             ["above zero", "beam.Iy=0.006"],
         ),
     ] {
-        assert_says(&desk.refusal(arguments, 2, argument), &words);
+        assert_output_contains(&desk.refusal(arguments, 2, argument), &words);
     }
     desk.refusal(
         "fit paper-experiment --tie link.A=beam.Q",
@@ -270,7 +270,7 @@ fn procedures_that_cannot_be_followed() {
         let code = format!("stiffbench::procedure::{code}");
         desk.refusal(&format!("simulate s {arguments}"), 10, &code);
     }
-    assert_says(
+    assert_output_contains(
         &desk.refusal(
             "simulate s --procedure sweps",
             2,
@@ -282,7 +282,7 @@ fn procedures_that_cannot_be_followed() {
         "wrong.toml",
         "schema = \"stiffbench/procedure/1\"\nrepeats = many\n",
     );
-    assert_says(
+    assert_output_contains(
         &desk.refusal(
             "simulate s --procedure wrong.toml",
             10,
@@ -312,7 +312,7 @@ fn arguments_that_do_not_parse() {
             desk.run(arguments).exits_with(2);
             continue;
         }
-        assert_says(&desk.refusal(arguments, 2, "stiffbench::usage"), &[word]);
+        assert_output_contains(&desk.refusal(arguments, 2, "stiffbench::usage"), &[word]);
     }
 }
 
@@ -325,7 +325,7 @@ fn fits_that_cannot_be() {
         40,
         "stiffbench::fit::too_few_cells",
     );
-    assert_says(&error, &["4 free factors", "3 cell(s)", "--fix"]);
+    assert_output_contains(&error, &["4 free factors", "3 cell(s)", "--fix"]);
     let fixed = "fit paper-experiment --fix beam.A,beam.Iy,beam.Iz,beam.J";
     desk.refusal(fixed, 40, "stiffbench::least_squares::no_free_parameter");
     desk.write(
@@ -337,7 +337,7 @@ fn fits_that_cannot_be() {
         40,
         "stiffbench::fit::missing_direction",
     );
-    assert_says(&error, &["P1", "z"]);
+    assert_output_contains(&error, &["P1", "z"]);
 }
 
 #[test]
@@ -399,7 +399,7 @@ fn parameters_that_cannot_be_fitted() {
         assert_ne!(ran.code, 0, "{command}");
         let error = ran.json()["error"].take();
         assert_eq!(error["code"], code, "{command}: {error}");
-        assert_says(&error, &[word]);
+        assert_output_contains(&error, &[word]);
     }
 }
 
@@ -412,12 +412,12 @@ fn files_of_robots_factors_and_sessions_that_are_wrong() {
         &robot.replacen("[poses.P1]", "[poses.P1]\ntheta22 = 3", 1),
     );
     let error = desk.refusal("robot show robot.toml", 10, "stiffbench::robot::file");
-    assert_says(
+    assert_output_contains(
         &error,
         &["robot.toml:", "theta22", "did you mean `theta2`?"],
     );
     desk.write("syntax.toml", "format = ");
-    assert_says(
+    assert_output_contains(
         &desk.refusal("robot check syntax.toml", 10, "stiffbench::robot::file"),
         &["syntax.toml:1:"],
     );
@@ -435,7 +435,7 @@ fn files_of_robots_factors_and_sessions_that_are_wrong() {
             10,
             "stiffbench::robot::factor_file",
         );
-        assert_says(&error, &["factors.toml", "two tables"]);
+        assert_output_contains(&error, &["factors.toml", "two tables"]);
     }
     desk.write("session/readings.csv", &five_columns(&["P1", "P2"], 2));
     desk.write(
@@ -453,7 +453,7 @@ fn files_of_robots_factors_and_sessions_that_are_wrong() {
     );
     desk.run("stiffness session").succeeds();
     let error = desk.refusal("fit session", 10, "stiffbench::session_file::robot");
-    assert_says(&error, &["gone.toml", "session.toml", "--robot"]);
+    assert_output_contains(&error, &["gone.toml", "session.toml", "--robot"]);
 }
 
 #[test]
@@ -465,7 +465,7 @@ fn a_session_is_never_written_over() {
         13,
         "stiffbench::output::exists",
     );
-    assert_says(&error, &["session exists already", "another name"]);
+    assert_output_contains(&error, &["session exists already", "another name"]);
     assert_eq!(desk.read("session/readings.csv"), before);
     desk.write("file", "");
     desk.refusal("demo --out file/demo", 14, "stiffbench::output::write");
@@ -562,6 +562,6 @@ fn data_without_a_robot_get_no_model() {
         "plot residuals bare.csv",
     ] {
         let error = desk.refusal(command, 2, "stiffbench::usage::no_robot");
-        assert_says(&error, &["--robot", "hp-robot", "serial-arm"]);
+        assert_output_contains(&error, &["--robot", "hp-robot", "serial-arm"]);
     }
 }

@@ -1,4 +1,4 @@
-//! Every result says what it was made of, marks readings that nobody measured, and doubts numbers that are hardly meant.
+//! Every result states what it was made of, marks readings that nobody measured, and doubts numbers that are hardly meant.
 
 use super::{desk, desk_with_session, five_columns};
 
@@ -111,12 +111,12 @@ fn two_robots_are_not_compared_without_a_word() {
 }
 
 #[test]
-fn numbers_that_are_hardly_meant_are_doubted() {
+fn implausible_numbers_are_questioned() {
     let desk = desk();
     let table = five_columns(&["P1", "P2"], 3);
     desk.write("good.csv", &table);
-    let doubts = |file: &str| desk.run(&format!("stiffness {file}")).succeeds().stderr;
-    let good = doubts("good.csv");
+    let warnings = |file: &str| desk.run(&format!("stiffness {file}")).succeeds().stderr;
+    let good = warnings("good.csv");
     for words in ["exchanged", "expected", "twice", "opposite"] {
         assert!(!good.contains(words), "{good}");
     }
@@ -124,12 +124,12 @@ fn numbers_that_are_hardly_meant_are_doubted() {
         "swapped.csv",
         &table.replace("force_N,displacement_um", "displacement_um,force_N"),
     );
-    assert!(doubts("swapped.csv").contains("are the two columns exchanged?"));
+    assert!(warnings("swapped.csv").contains("are the two columns exchanged?"));
     desk.write(
         "mm.csv",
         &table.replace("displacement_um", "displacement_mm"),
     );
-    assert!(doubts("mm.csv").contains("does the displacement have the unit"));
+    assert!(warnings("mm.csv").contains("does the displacement have the unit"));
     let turned: Vec<String> = table
         .lines()
         .map(|line| match line.rsplit_once(",-") {
@@ -138,11 +138,11 @@ fn numbers_that_are_hardly_meant_are_doubted() {
         })
         .collect();
     desk.write("turned.csv", &turned.join("\n"));
-    assert!(doubts("turned.csv").contains("opposite signs"));
+    assert!(warnings("turned.csv").contains("opposite signs"));
     let rows: Vec<&str> = table.lines().collect();
     let twice = [rows.as_slice(), &rows[1..9]].concat();
     desk.write("twice.csv", &twice.join("\n"));
-    assert!(doubts("twice.csv").contains("was part of the file pasted twice?"));
+    assert!(warnings("twice.csv").contains("was part of the file pasted twice?"));
 
     let fixture = concat!(env!("CARGO_MANIFEST_DIR"), "/fixtures/robots/scara.toml");
     let file = std::fs::read_to_string(fixture).unwrap();
@@ -161,7 +161,7 @@ fn numbers_that_are_hardly_meant_are_doubted() {
 }
 
 #[test]
-fn what_was_meant_is_said_to_programs_too_and_a_read_only_place_keeps_no_verdict_back() {
+fn corrections_are_in_json_and_a_read_only_folder_still_gives_a_verdict() {
     let desk = desk_with_session();
     let object = desk
         .run("stiffness session --budgets --json")

@@ -2,7 +2,7 @@
 
 use serde_json::{Value, json};
 
-use super::{Desk, Ran, assert_says, desk};
+use super::{Desk, Ran, assert_output_contains, desk};
 
 /// Decodes bytes on standard input.
 fn decode(desk: &Desk, arguments: &str, bytes: &[u8]) -> Ran {
@@ -60,26 +60,26 @@ fn bytes_become_samples_in_the_unit_that_is_named_and_the_sign_as_sent() {
 }
 
 #[test]
-fn a_name_a_unit_or_a_permission_that_is_wanting_is_told() {
+fn a_missing_name_unit_or_permission_is_reported() {
     let desk = desk();
     let error = desk.refusal(
         "instrument show mark10-series",
         2,
         "stiffbench::instrument::name",
     );
-    assert_says(&error, &["did you mean mark10-series5?"]);
+    assert_output_contains(&error, &["did you mean mark10-series5?"]);
     let error = desk.refusal(
         "instrument decode mitutoyo-01a",
         2,
         "stiffbench::instrument::unit_needed",
     );
-    assert_says(&error, &["mm, in"]);
+    assert_output_contains(&error, &["mm, in"]);
     let error = desk.refusal(
         "instrument decode sauter-fh --unit mm",
         2,
         "stiffbench::instrument::unit_unknown",
     );
-    assert_says(&error, &["kgf"]);
+    assert_output_contains(&error, &["kgf"]);
     let shown = desk
         .run("instrument show generic-ascii --toml")
         .succeeds()
@@ -91,7 +91,7 @@ fn a_name_a_unit_or_a_permission_that_is_wanting_is_told() {
         2,
         "stiffbench::instrument::unverified",
     );
-    assert_says(&error, &["--allow-unverified"]);
+    assert_output_contains(&error, &["--allow-unverified"]);
     let data = decoded(
         &desk,
         "recalled.toml --unit N --allow-unverified",
@@ -137,7 +137,7 @@ fn a_description_of_ones_own_is_checked_listed_and_used() {
         10,
         "stiffbench::instrument::description",
     );
-    assert_says(&error, &["broken.toml:", "`line.baud` is 9"]);
+    assert_output_contains(&error, &["broken.toml:", "`line.baud` is 9"]);
     let list = desk.run("instrument list --protocols own").succeeds();
     assert!(list.stderr.contains("left out: "), "{}", list.stderr);
 }

@@ -1,6 +1,6 @@
 //! Gauges on pseudo-terminals, as a user reads, finds, binds and records them.
 
-use super::{Desk, Ran, assert_says, desk};
+use super::{Desk, Ran, assert_output_contains, desk};
 
 #[path = "../../crates/gauges/tests/lines/device.rs"]
 mod device;
@@ -50,34 +50,34 @@ fn values_are_read_one_by_one() {
 }
 
 #[test]
-fn absent_busy_silent_and_wrong_are_told_apart() {
+fn absent_busy_silent_and_wrong_gauges_are_distinguished() {
     let desk = desk();
     let error = desk.refusal(
         "instrument read mark10-series5 --port gauge",
         20,
         "stiffbench::port::absent",
     );
-    assert_says(&error, &["gauge does not exist", "stiffbench ports"]);
+    assert_output_contains(&error, &["gauge does not exist", "stiffbench ports"]);
     desk.write("file", "");
     let error = desk.refusal(
         "instrument read mark10-series5 --port file",
         20,
         "stiffbench::port::no_line",
     );
-    assert_says(&error, &["it is a file"]);
+    assert_output_contains(&error, &["it is a file"]);
     let error = desk.refusal(
         "instrument read mark10-series5",
         2,
         "stiffbench::usage::argument",
     );
-    assert_says(&error, &["--port", "stiffbench ports --wait"]);
+    assert_output_contains(&error, &["--port", "stiffbench ports --wait"]);
     let _gauge = Device::at(&desk.path("gauge"), |_| Vec::new());
     let error = desk.refusal(
         "instrument read mark10-series5 --port gauge",
         20,
         "stiffbench::port::silent",
     );
-    assert_says(&error, &["nothing answers", "switch the gauge on"]);
+    assert_output_contains(&error, &["nothing answers", "switch the gauge on"]);
     desk.write("stiffbench-bench.toml", "schema = \"stiffbench/bindings/1\"\n[force]\ninstrument = \"mark10-series5\"\nidentity = \"1\"\npath = \"other\"\n");
     let _other = Device::at(&desk.path("other"), |_| vec![b"3791204\r\n".to_vec()]);
     let error = desk.refusal(
@@ -85,7 +85,7 @@ fn absent_busy_silent_and_wrong_are_told_apart() {
         20,
         "stiffbench::port::wrong_device",
     );
-    assert_says(&error, &["expected 1", "3791204"]);
+    assert_output_contains(&error, &["expected 1", "3791204"]);
 }
 
 #[test]
@@ -106,7 +106,7 @@ fn what_is_on_a_port_is_found_and_bound() {
         2,
         "stiffbench::usage::argument",
     );
-    assert_says(&error, &["is a force gauge"]);
+    assert_output_contains(&error, &["is a force gauge"]);
     desk.refusal("ports --wait --within 0.2", 20, "stiffbench::port::absent");
     assert!(desk.data("ports")["ports"].is_array());
 }
@@ -120,7 +120,7 @@ fn a_gauge_set_to_another_speed_is_found_and_read_at_it() {
         20,
         "stiffbench::port::silent",
     );
-    assert_says(&error, &["ports --probe --port", "other speeds"]);
+    assert_output_contains(&error, &["ports --probe --port", "other speeds"]);
     let data = desk.data("ports --probe --port gauge --instrument mark10-series5");
     assert_eq!(data["ports"][0]["instruments"][0]["other_baud"], 9600);
     let data = desk.data("ports --port gauge --bind force --instrument mark10-series5");

@@ -3,7 +3,7 @@
 use std::fs;
 use std::process::Stdio;
 
-use super::{Desk, assert_says, desk, desk_with_session};
+use super::{Desk, assert_output_contains, desk, desk_with_session};
 
 /// Every file of a folder with its bytes, by name.
 fn files(desk: &Desk, folder: &str) -> Vec<(String, Vec<u8>)> {
@@ -144,17 +144,17 @@ fn shards_that_do_not_fit_are_refused() {
         desk.refusal(arguments, 11, &format!("stiffbench::input::{code}"))
     };
     let error = refusal("map merge s/1-of-2.map-shard", "incomplete_shards");
-    assert_says(&error, &["50 of 100 poses", "all shards"]);
+    assert_output_contains(&error, &["50 of 100 poses", "all shards"]);
     let error = refusal(
         "map merge s/1-of-2.map-shard s/2-of-2.map-shard s/1-of-3.map-shard",
         "overlapping_shards",
     );
-    assert_says(&error, &["1-of-2", "1-of-3"]);
+    assert_output_contains(&error, &["1-of-2", "1-of-3"]);
     let error = refusal(
         "map merge s/1-of-2.map-shard other/2-of-2.map-shard",
         "foreign_shard",
     );
-    assert_says(&error, &["the seeds differ"]);
+    assert_output_contains(&error, &["the seeds differ"]);
     refusal(
         "map merge s/1-of-2.map-shard s/3-of-3.map-shard",
         "not_found",
@@ -212,7 +212,7 @@ fn found_physics_and_fits_go_into_the_map() {
         10,
         "stiffbench::distribution::no_load",
     );
-    assert_says(&error, &["joint-backlash", "--at-load"]);
+    assert_output_contains(&error, &["joint-backlash", "--at-load"]);
     let loose = desk.data(&format!(
         "map --mechanisms F --samples 50 {effect} --at-load 50"
     ));
@@ -234,7 +234,7 @@ fn found_physics_and_fits_go_into_the_map() {
         10,
         "stiffbench::distribution::axes_only",
     );
-    assert_says(&error, &["0,1,1"]);
+    assert_output_contains(&error, &["0,1,1"]);
     // A joint that only some mechanisms have.
     let some = desk
         .run("map --samples 20 --mechanisms A,F --effect joint-compliance@A4B:c=1urad/(N*m) --json")
@@ -288,7 +288,7 @@ fn found_physics_and_fits_go_into_the_map() {
 }
 
 #[test]
-fn what_cannot_be_asked_for() {
+fn requests_that_cannot_be_met_are_refused() {
     let desk = desk();
     for arguments in [
         "map --samples 0",
@@ -309,11 +309,11 @@ fn what_cannot_be_asked_for() {
         assert!(ran.stderr.contains("error:"), "{arguments}: {}", ran.stderr);
     }
     let code = "stiffbench::robot::unknown_name";
-    assert_says(
+    assert_output_contains(
         &desk.refusal("map --mechanisms G", 10, code),
         &["A, B, C, D, E, F"],
     );
-    assert_says(&desk.refusal("map --vary theta7", 10, code), &["theta"]);
+    assert_output_contains(&desk.refusal("map --vary theta7", 10, code), &["theta"]);
     desk.refusal("map --mechanisms A,A", 2, "stiffbench::usage::argument");
     desk.refusal("map --robot none.toml", 2, "stiffbench::usage::argument");
 }

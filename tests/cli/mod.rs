@@ -24,7 +24,7 @@ mod strict;
 
 use std::fmt::Write;
 
-use stiffbench_test_files::desk::{Desk, Ran, assert_says};
+use stiffbench_test_files::desk::{Desk, Ran, assert_output_contains};
 
 /// A folder of its own to run the program in.
 fn desk() -> Desk {

@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use clap::{Arg, Command};
 use stiffbench::cli::names::{RENAMED_COMMANDS, RENAMED_OPTIONS, RESERVED};
 
-use super::{assert_says, desk};
+use super::{assert_output_contains, desk};
 
 /// An option of several commands: its name, the forms of its value, and words of which one stands in every help text.
 type Common = (
@@ -253,7 +253,7 @@ const PAIRS: &[(&str, &str)] = &[
 const EMULATED: &str = "emulate --force mark10-series5 --displacement mitutoyo-01a --poses P1 --directions x --loads-n 0,-10 --repeats 1 --speed 100";
 
 #[test]
-fn older_names_do_the_same_and_say_what_they_are_called_now() {
+fn older_names_still_work_and_name_their_replacement() {
     let mut told = String::new();
     for (old, now) in PAIRS {
         let [old, now] = [old, now].map(|line| {
@@ -305,7 +305,7 @@ fn older_names_do_the_same_and_say_what_they_are_called_now() {
 }
 
 #[test]
-fn older_names_are_not_shown_and_quiet_says_nothing_of_them() {
+fn older_names_are_hidden_and_quiet_omits_their_note() {
     let options = options();
     for row in RENAMED_OPTIONS {
         let old = options.get(row.old.trim_start_matches('-'));
@@ -351,7 +351,7 @@ fn names_of_commands_to_come_are_refused_with_what_there_is_today() {
                 2,
                 "stiffbench::usage::planned",
             );
-            assert_says(
+            assert_output_contains(
                 &error,
                 &[row.command, "not built yet", row.purpose, row.today],
             );

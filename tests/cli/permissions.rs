@@ -67,7 +67,7 @@ fn a_folder_that_this_user_may_only_read_gets_no_session_and_loses_none() {
         allow(&path, if path.is_dir() { 0o555 } else { 0o444 });
     }
     allow(&session, 0o555);
-    // What only reads works; what writes says where it may not.
+    // What only reads works; what writes states where it may not.
     run_without_rights(&desk, "session status s").succeeds();
     run_without_rights(&desk, "session verify s").succeeds();
     let resume = format!("session resume s {EMULATED} --json");
@@ -80,7 +80,7 @@ fn a_folder_that_this_user_may_only_read_gets_no_session_and_loses_none() {
     assert_eq!(desk.read("s/journal.jsonl"), journal);
 }
 
-/// What a run says that has to fail.
+/// The output of a run that has to fail.
 fn run_without_rights_in_read_only(desk: &Desk, arguments: &str) -> serde_json::Value {
     let ran = run_without_rights(desk, arguments);
     assert_ne!(ran.code, 0, "{}{}", ran.stdout, ran.stderr);

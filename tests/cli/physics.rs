@@ -2,13 +2,13 @@
 
 use std::fs::File;
 
-use stiffbench::physics::{ActingPhysics, Effect, LoadPoint, Mechanics, RunLoads, Twists};
+use stiffbench::physics::{ActingPhysics, Effect, JointRotations, LoadPoint, Mechanics, RunLoads};
 use stiffbench::readings::{ReadOptions, Reading, read_readings};
 use stiffbench::robot::Robot;
 use stiffbench::shipped::shipped_robot;
 use stiffbench::test_point::PoseId;
 
-use super::{Desk, assert_says, desk};
+use super::{Desk, assert_output_contains, desk};
 
 /// One effect of every law, and what the clock's hundredths and the tenths of a hold leave open in its readings, m.
 const EFFECTS: [(&str, f64); 16] = [
@@ -73,7 +73,7 @@ fn predicted(mechanics: &Mechanics<'_>, physics: &ActingPhysics, run: &[&Reading
     let pose = mechanics.pose(pose.unwrap());
     physics
         .laws
-        .displacements_m(pose, &run, &mut Twists::default(), &mut out);
+        .displacements_m(pose, &run, &mut JointRotations::default(), &mut out);
     out
 }
 
@@ -103,7 +103,7 @@ fn a_simulation_without_noise_is_the_prediction_of_the_laws() {
                 .filter(|reading| reading.run as usize == run)
                 .collect();
             let expected = predicted(&mechanics, &physics, &readings);
-            // Drift before the first reading of a run is part of its zero, which the file does not tell.
+            // Drift before the first reading of a run is part of its zero, which the file does not report.
             let drifts = text.starts_with("thermal-drift");
             let zero = if drifts {
                 readings[0].displacement_m - expected[0]
@@ -316,7 +316,7 @@ fn models_and_effects_that_are_wrong_are_refused_in_words() {
     let desk = desk_with_model();
     let effect = |effect: &str, code: &str, exit: i32, words: &[&str]| {
         let error = desk.refusal(&format!("simulate s --effect {effect}"), exit, code);
-        assert_says(&error, words);
+        assert_output_contains(&error, words);
     };
     let usage = "stiffbench::usage::effect";
     effect(
@@ -355,14 +355,14 @@ fn models_and_effects_that_are_wrong_are_refused_in_words() {
     effect("slip@P9.z.2.5:jump=1um", unknown, 10, &["P9", "P4"]);
     let apart = "simulate s --mechanism A --effect loose-member@A3A4";
     let error = desk.refusal(apart, 10, "stiffbench::physics::falls_apart");
-    assert_says(&error, &["A3A4", "closed loop"]);
+    assert_output_contains(&error, &["A3A4", "closed loop"]);
     assert!(!desk.path("s").exists());
 
     let model = |change: (&str, &str), words: &[&str]| {
         desk.write("wrong.toml", &MODEL.replacen(change.0, change.1, 1));
         let code = "stiffbench::physics::model_file";
         let error = desk.refusal("fit session --model wrong.toml", 10, code);
-        assert_says(&error, words);
+        assert_output_contains(&error, words);
     };
     model(
         ("4e-6, unit = \"rad/(N*m)\"", "4e-6, unit = \"rad\""),
@@ -385,14 +385,14 @@ fn models_and_effects_that_are_wrong_are_refused_in_words() {
         10,
         "stiffbench::session_file::robot",
     );
-    assert_says(&error, &["wrong.toml", "arms/other.toml", "--robot"]);
+    assert_output_contains(&error, &["wrong.toml", "arms/other.toml", "--robot"]);
     desk.refusal(
         "fit session --model nowhere.toml",
         11,
         "stiffbench::input::read",
     );
     let pinned = "robot compliance --model model.toml --pinned";
-    assert_says(
+    assert_output_contains(
         &desk.refusal(pinned, 2, "stiffbench::usage::argument"),
         &["joint A4"],
     );

@@ -112,7 +112,7 @@ fn significance_and_demo() {
     both(
         &desk,
         "demo",
-        &["judged on P2 and P4", "Written:", "Next: stiffbench fit"],
+        &["validated on P2 and P4", "Written:", "Next: stiffbench fit"],
         "demo",
     );
 }
@@ -183,7 +183,7 @@ fn help_has_examples_and_exit_codes() {
 }
 
 #[test]
-fn the_smallest_readings_file_is_enough_and_what_was_assumed_is_said() {
+fn the_smallest_readings_file_suffices_and_assumptions_are_listed() {
     let desk = desk();
     desk.write("readings.csv", &five_columns(&["P1", "P2"], 3));
     let ran = desk.run("stiffness readings.csv").succeeds();

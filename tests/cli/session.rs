@@ -6,7 +6,7 @@ use super::desk;
 pub(super) const SHORT: &str =
     "--procedure sweeps --poses P1 --directions x --loads-n 0,-30 --repeats 2";
 
-/// An emulated bench with nobody there.
+/// An emulated bench without an operator.
 pub(super) const EMULATED: &str = "--emulated --speed 5 --no-input";
 
 #[test]

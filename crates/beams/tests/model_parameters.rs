@@ -1,6 +1,8 @@
 //! Factors of sections and springs of joints and base, as parameters of the model and as effects beside it.
 
-use stiffbench_beams::physics::{ActingPhysics, Effect, LoadPoint, Mechanics, RunLoads, Twists};
+use stiffbench_beams::physics::{
+    ActingPhysics, Effect, JointRotations, LoadPoint, Mechanics, RunLoads,
+};
 use stiffbench_beams::robot::{
     FittingFactors, Mechanism, ModelParameter, MultiPosePredictor, Predictor, Robot, RobotError,
     Theory,
@@ -154,7 +156,7 @@ fn a_law_in_a_joint_acts_upon_the_springs_of_the_others() {
             physics.laws.displacements_m(
                 mechanics.pose(0),
                 &run,
-                &mut Twists::default(),
+                &mut JointRotations::default(),
                 &mut moved,
             );
             moved

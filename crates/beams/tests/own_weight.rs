@@ -163,7 +163,7 @@ fn sag(robot: &Robot, pose: usize) -> [f64; 3] {
 
 /// Across the arm its weight bends by w L⁴ cos α/8EI and a tool by m g L³ cos α/3EI; both push along it.
 #[test]
-fn density_mass_per_length_and_a_tool_weigh_what_they_say() {
+fn density_mass_per_length_and_tool_give_the_stated_weight() {
     let (l, ei, ea): (f64, f64, f64) = (1.5, 210e9 * 5e-7, 210e9 * 1e-3);
     let alpha = 30_f64.to_radians();
     let g = GRAVITY_M_PER_S2;
@@ -275,7 +275,7 @@ fn weight_acts_against_the_vertical() {
 }
 
 #[test]
-fn a_robot_without_masses_weighs_nothing_and_says_of_what() {
+fn a_robot_without_masses_lists_the_massless_elements() {
     let robot = robot(ARM);
     let masses = Masses::of(&robot, robot.mechanism(None).unwrap());
     assert!(masses.is_empty());

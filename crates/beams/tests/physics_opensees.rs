@@ -5,7 +5,9 @@
 
 use std::collections::BTreeMap;
 
-use stiffbench_beams::physics::{ActingPhysics, Effect, LoadPoint, Mechanics, RunLoads, Twists};
+use stiffbench_beams::physics::{
+    ActingPhysics, Effect, JointRotations, LoadPoint, Mechanics, RunLoads,
+};
 use stiffbench_beams::robot::{FittingFactors, Predictor, Robot};
 use stiffbench_test_files::shipped_robot;
 use stiffbench_units_and_text::test_point::{Direction, PoseId};
@@ -57,7 +59,7 @@ fn displacements(
     let structure = mechanics.pose(0);
     physics
         .laws
-        .displacements_m(structure, &run, &mut Twists::default(), &mut out);
+        .displacements_m(structure, &run, &mut JointRotations::default(), &mut out);
     out
 }
 
@@ -75,7 +77,7 @@ fn series(row: &BTreeMap<String, String>, prefix: &str) -> Vec<f64> {
 }
 
 #[test]
-fn every_law_moves_the_end_as_opensees_says() {
+fn every_law_moves_the_end_as_in_opensees() {
     let path = stiffbench_test_files::repository().join("fixtures/opensees/laws.csv");
     let mut reader = csv::Reader::from_path(path).unwrap();
     let robots = [
@@ -129,7 +131,7 @@ fn every_law_moves_the_end_as_opensees_says() {
 
 /// A joint in no loop carries the moment of statics, whatever it does: lever and displacement in closed form.
 #[test]
-fn a_serial_arm_obeys_the_closed_forms() {
+fn a_serial_arm_agrees_with_closed_forms() {
     let arm = robot("serial-arm");
     let mechanism = arm.mechanism(None).unwrap();
     let pose = arm.pose(&"P2".into()).unwrap();

@@ -279,7 +279,7 @@ fn joints_that_yield() {
 }
 
 #[test]
-fn what_the_lanes_do_not_serve_is_solved_all_the_same() {
+fn poses_left_over_by_the_simd_lanes_are_solved() {
     let robot = robot("hp-robot");
     let mechanism = robot.mechanism(None).unwrap();
     let poses: Vec<Pose> = robot.poses.iter().map(|named| named.pose.clone()).collect();
@@ -314,7 +314,7 @@ fn what_the_lanes_do_not_serve_is_solved_all_the_same() {
 }
 
 #[test]
-fn it_says_how_each_part_is_solved() {
+fn the_summary_lists_how_each_substructure_is_solved() {
     let robot = robot("hp-robot");
     let said = |mechanism: &str, path: SolutionPath| -> Vec<String> {
         let mechanism = robot.mechanism(Some(mechanism)).unwrap();
@@ -340,7 +340,7 @@ fn it_says_how_each_part_is_solved() {
 }
 
 #[test]
-fn what_lies_below_the_waist_is_worked_out_once_while_the_waist_stands() {
+fn substructures_below_a_fixed_waist_are_solved_once() {
     let robot = robot("hp-robot");
     let sweep = PoseSweep::new(
         &robot,

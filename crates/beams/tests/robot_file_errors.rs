@@ -107,7 +107,7 @@ fn names_given_twice() {
 }
 
 #[test]
-fn what_needs_itself() {
+fn a_definition_that_needs_itself_is_an_error() {
     #[rustfmt::skip]
     all_refused(&[
         (r#"A = { on = "arm""#, r#"A = «{ on = "hand""#, "node `A` depends on itself: A needs hand needs A", ""),

@@ -15,11 +15,11 @@ use stiffbench_beams::robot::{FittingFactors, ModelParameter, Robot};
 use stiffbench_diagnosis::fit::{
     CellModel, FactorStatus, FitOptions, FitOutcome, FitProblem, MeasuredStiffness, fit_cells,
 };
-use stiffbench_diagnosis::parameters::{ParameterChoice, ParameterRole};
+use stiffbench_diagnosis::parameters::{FitRole, ParameterChoice};
 use stiffbench_measurement::procedure::Procedure;
 use stiffbench_measurement::readings::Reading;
 use stiffbench_measurement::stiffness::{
-    Gauges, Method, StiffnessOptions, StiffnessTable, stiffness_table,
+    GaugePair, Method, StiffnessOptions, StiffnessTable, stiffness_table,
 };
 use stiffbench_numeric::statistics::binomial_interval_95;
 use stiffbench_simulation::{Jack, NoiseModel, VirtualBench};
@@ -46,7 +46,7 @@ impl Kind {
     fn choice(self) -> ParameterChoice {
         let mut choice = ParameterChoice::default();
         if self.train.len() == 1 {
-            choice.set(&ModelParameter::CLASSES[0], ParameterRole::Fixed);
+            choice.set(&ModelParameter::CLASSES[0], FitRole::Fixed);
         }
         choice
     }
@@ -74,7 +74,7 @@ fn truth(start: &FittingFactors, kind: Kind, seed: u64) -> FittingFactors {
     let mut random = ChaCha8Rng::seed_from_u64(2_000_000 + seed);
     let mut factors = start.clone();
     for (factor, chosen) in factors.beam.iter_mut().zip(kind.choice().members) {
-        if chosen.role != ParameterRole::Free {
+        if chosen.role != FitRole::Free {
             continue;
         }
         let size: f64 = *[1.0, 1.4, 2.0].choose(&mut random).unwrap();
@@ -128,7 +128,11 @@ fn trial(robot: &Robot, kind: Kind, seed: u64) -> Trial {
     let (_, start) = robot.default_factors();
     let truth = truth(&start, kind, seed);
     let readings = readings(robot, &truth, kind, seed);
-    let table = stiffness_table(&readings, &Gauges::default(), StiffnessOptions::default());
+    let table = stiffness_table(
+        &readings,
+        &GaugePair::default(),
+        StiffnessOptions::default(),
+    );
     let measured = MeasuredStiffness::from_table(&table, Method::Regression);
     let problem = FitProblem {
         robot,
@@ -402,7 +406,7 @@ impl ByGrid<'_> {
     }
 }
 
-/// Factors without an interval and with one, of sessions of two poses, held against their chi-squared at the bounds.
+/// Factors without an interval and with one, of sessions of two poses, compared with their chi-squared at the bounds.
 fn intervals_against_a_grid(repeats: u32, sessions: &[u64]) -> [usize; 2] {
     let robot = hp_robot();
     let mechanism = robot.mechanism(Some("F")).unwrap();

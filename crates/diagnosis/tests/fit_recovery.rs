@@ -19,7 +19,7 @@ use stiffbench_diagnosis::fit::{
     PaperSource, fit_cells, follow_paper, read_stiffness_list,
 };
 use stiffbench_measurement::procedure::Procedure;
-use stiffbench_measurement::stiffness::{Gauges, Method, StiffnessOptions, stiffness_table};
+use stiffbench_measurement::stiffness::{GaugePair, Method, StiffnessOptions, stiffness_table};
 use stiffbench_simulation::{Jack, NoiseModel, VirtualBench};
 use stiffbench_test_files::shipped_robot;
 
@@ -49,7 +49,7 @@ fn simulate_and_fit(robot: &Robot, mechanism: &str, seed: u64) -> (FittingFactor
     let readings = bench.run(&Procedure::default(), "s", seed).unwrap();
     let table = stiffness_table(
         &readings.readings,
-        &Gauges::default(),
+        &GaugePair::default(),
         StiffnessOptions::default(),
     );
     let measured = MeasuredStiffness::from_table(&table, Method::Regression);
@@ -122,7 +122,7 @@ fn exact(robot: &Robot, factors: &FittingFactors) -> MeasuredStiffness {
     let readings = bench.run(&Procedure::default(), "exact", 3).unwrap();
     let table = stiffness_table(
         &readings.readings,
-        &Gauges::default(),
+        &GaugePair::default(),
         StiffnessOptions::default(),
     );
     MeasuredStiffness::from_table(&table, Method::PaperMean)

@@ -7,9 +7,9 @@ use stiffbench_beams::robot::{FittingFactors, ModelParameter, Robot};
 use stiffbench_diagnosis::fit::{
     FactorStatus, FitOptions, FitOutcome, FitProblem, FixedPhysics, MeasuredStiffness, fit_cells,
 };
-use stiffbench_diagnosis::parameters::{ParameterChoice, ParameterRole};
+use stiffbench_diagnosis::parameters::{FitRole, ParameterChoice};
 use stiffbench_measurement::procedure::Procedure;
-use stiffbench_measurement::stiffness::{Gauges, Method, StiffnessOptions, stiffness_table};
+use stiffbench_measurement::stiffness::{GaugePair, Method, StiffnessOptions, stiffness_table};
 use stiffbench_simulation::{Jack, NoiseModel, VirtualBench};
 use stiffbench_test_files::shipped_robot;
 
@@ -36,7 +36,7 @@ fn measured(robot: &Robot, noise: NoiseModel, seed: u64) -> MeasuredStiffness {
     let bench = VirtualBench::new(robot, &physics, &factors, noise, Jack::default()).unwrap();
     let readings = bench.run(&Procedure::default(), "s", seed).unwrap();
     let options = StiffnessOptions::default();
-    let table = stiffness_table(&readings.readings, &Gauges::default(), options);
+    let table = stiffness_table(&readings.readings, &GaugePair::default(), options);
     MeasuredStiffness::from_table(&table, Method::Regression)
 }
 
@@ -45,12 +45,12 @@ fn springs(robot: &Robot) -> ParameterChoice {
     let mechanism = robot.mechanism(None).unwrap();
     let mut choice = ParameterChoice::default();
     for factor in ModelParameter::BEAMS {
-        choice.set(&factor, ParameterRole::Fixed);
+        choice.set(&factor, FitRole::Fixed);
     }
     let joints = JOINTS.map(|(joint, _)| format!("joint.{joint}"));
     for name in joints.iter().map(String::as_str).chain(["base.x"]) {
         let parameter = ModelParameter::find(robot, mechanism, name).unwrap();
-        choice.set(&parameter, ParameterRole::Free);
+        choice.set(&parameter, FitRole::Free);
     }
     choice
 }
@@ -138,7 +138,7 @@ fn a_spring_that_is_not_there_is_near_zero() {
     let mut choice = springs(&robot);
     let mechanism = robot.mechanism(None).unwrap();
     let idle = ModelParameter::find(&robot, mechanism, "joint.S4").unwrap();
-    choice.set(&idle, ParameterRole::Free);
+    choice.set(&idle, FitRole::Free);
     let outcome = fit(&robot, &measured(&robot, NoiseModel::NONE, 1), choice, None);
     let estimate = outcome.estimate("joint.S4").unwrap();
     assert!(estimate.value < 1e-9, "{estimate:?}");
@@ -152,7 +152,7 @@ fn tied_springs_keep_their_ratio_and_bounds_hold() {
     let [s2, s3] =
         ["joint.S2", "joint.S3"].map(|name| ModelParameter::find(&robot, mechanism, name).unwrap());
     let mut choice = springs(&robot);
-    choice.set(&s3, ParameterRole::TiedTo(s2.clone()));
+    choice.set(&s3, FitRole::TiedTo(s2.clone()));
     let outcome = fit(&robot, &measured, choice, None);
     let [one, other] = ["joint.S2", "joint.S3"].map(|name| outcome.estimate(name).unwrap().clone());
     assert!((one.value / other.value - 1.0).abs() < 1e-12);
@@ -172,7 +172,7 @@ fn tied_springs_keep_their_ratio_and_bounds_hold() {
     );
     assert_eq!(estimate.bounds, Some([0.0, 1e-6]));
     let mut choice = springs(&robot);
-    choice.set(&s2, ParameterRole::TiedTo(ModelParameter::BEAMS[0].clone()));
+    choice.set(&s2, FitRole::TiedTo(ModelParameter::BEAMS[0].clone()));
     let (_, start) = robot.default_factors();
     let problem = FitProblem {
         robot: &robot,
@@ -204,15 +204,15 @@ fn a_single_section_is_found_again() {
     let readings = bench.run(&Procedure::default(), "s", 1).unwrap();
     let table = stiffness_table(
         &readings.readings,
-        &Gauges::default(),
+        &GaugePair::default(),
         StiffnessOptions::default(),
     );
     let measured = MeasuredStiffness::from_table(&table, Method::Regression);
     let mut choice = ParameterChoice::default();
     for factor in ModelParameter::BEAMS {
-        choice.set(&factor, ParameterRole::Fixed);
+        choice.set(&factor, FitRole::Fixed);
     }
-    choice.set(&parameter, ParameterRole::Free);
+    choice.set(&parameter, FitRole::Free);
     let outcome = fit(&robot, &measured, choice, None);
     let estimate = outcome.estimates.last().unwrap();
     assert_eq!(estimate.parameter, parameter);

@@ -3,7 +3,7 @@
 use stiffbench_beams::physics::ActingPhysics;
 use stiffbench_beams::robot::{FittingFactors, GRAVITY_M_PER_S2, Predictor, Robot};
 use stiffbench_diagnosis::distribution::{
-    MapColumn, MapModel, NoMap, PosePlan, PoseSet, Sampling, Shard, ShiftMap, StiffnessMap,
+    MapColumn, MapModel, NoMap, PosePlan, PoseSample, Sampling, Shard, ShiftMap, StiffnessMap,
     design_sensitivity, largest_load,
 };
 use stiffbench_test_files::shipped_robot;
@@ -67,17 +67,17 @@ fn acting(robot: &Robot, effects: &[&str]) -> ActingPhysics {
     ActingPhysics::new(robot, robot.mechanism(None).unwrap(), effects).unwrap()
 }
 
-fn poses(robot: &Robot, count: usize) -> PoseSet {
+fn poses(robot: &Robot, count: usize) -> PoseSample {
     let plan = PosePlan {
         sampling: Sampling::MonteCarlo,
         poses: count,
         seed: 5,
         held: Vec::new(),
     };
-    PoseSet::draw(robot, &plan, Shard::WHOLE).unwrap()
+    PoseSample::draw(robot, &plan, Shard::WHOLE).unwrap()
 }
 
-fn axis_map(model: &MapModel<'_>, poses: &PoseSet, axis: usize) -> StiffnessMap {
+fn axis_map(model: &MapModel<'_>, poses: &PoseSample, axis: usize) -> StiffnessMap {
     StiffnessMap::over(model, poses, &MapColumn::axes()[axis..=axis]).unwrap()
 }
 
@@ -87,7 +87,7 @@ fn least_and_mean(map: &StiffnessMap) -> [f64; 2] {
 }
 
 #[test]
-fn a_load_moves_the_end_as_the_solver_of_single_poses_says() {
+fn a_load_moves_the_end_as_the_single_pose_solver_predicts() {
     let robot = hp_robot();
     let physics = acting(&robot, &[]);
     let factors = robot.default_factors().1;

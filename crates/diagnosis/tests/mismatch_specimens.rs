@@ -82,7 +82,7 @@ fn a_dozen_readings_without_repeats_are_too_few() {
 }
 
 #[test]
-fn what_a_nameless_trend_would_explain_as_well_gets_no_name() {
+fn an_effect_that_a_trend_explains_as_well_is_not_named() {
     // A drift that swings back and forth is in no library; a slip where it turns would explain a part of it.
     let named = (0..8)
         .map(|seed| {

@@ -1,12 +1,12 @@
-//! Each law hidden in a session of a plain arm: found when it is there, not when it is not, and what cannot be decided is said so.
+//! Each law hidden in a session of a plain arm: found when it is there, not when it is not, and what cannot be decided is stated.
 //!
-//! The sessions are made by the toolkit's own laws on the forces of a plan; that the laws mean what they say is held against OpenSees
+//! The sessions are made by the toolkit's own laws on the forces of a plan; that the laws mean what they say is compared with OpenSees
 //! elsewhere. Sizes are 12 standard errors, where no true verdict is a matter of luck.
 
 use stiffbench_beams::physics::{ActingPhysics, Effect, Law, Place, laws};
 use stiffbench_beams::robot::{FittingFactors, Pose, Robot};
 use stiffbench_diagnosis::mismatch::{
-    Baseline, CriticalValues, Diagnosis, IdealSearch, Observations, ReadingNoise, RobotBaseline,
+    Baseline, Diagnosis, IdealSearch, LawCriticalValues, Observations, ReadingNoise, RobotBaseline,
     SearchOptions, Stratum, TrialNoise, Truth, Verdict, diagnose, scale_to, simulate,
     standard_errors, standard_errors_between,
 };
@@ -32,7 +32,7 @@ const NOISE: TrialNoise = TrialNoise {
 struct Arm {
     baseline: RobotBaseline<'static>,
     plan: Observations,
-    limits: CriticalValues,
+    critical: LawCriticalValues,
 }
 
 impl Arm {
@@ -75,11 +75,11 @@ impl Arm {
         )
         .unwrap();
         let null = simulate(&baseline, &plan, &truth(Vec::new()), 77).unwrap();
-        let (_, limits) = diagnose(&baseline, &null, &SearchOptions::default(), None).unwrap();
+        let (_, critical) = diagnose(&baseline, &null, &SearchOptions::default(), None).unwrap();
         Self {
             baseline,
             plan,
-            limits,
+            critical,
         }
     }
 
@@ -89,7 +89,7 @@ impl Arm {
             without,
             ..SearchOptions::default()
         };
-        diagnose(&self.baseline, &readings, &options, Some(&self.limits))
+        diagnose(&self.baseline, &readings, &options, Some(&self.critical))
             .unwrap()
             .0
     }
@@ -247,7 +247,7 @@ fn an_effect_whose_law_is_taken_out_is_called_unknown() {
         "{:?}",
         diagnosis.findings
     );
-    assert_eq!(diagnosis.left_over.stratum, Stratum::Rest);
+    assert_eq!(diagnosis.unexplained.stratum, Stratum::Rest);
 }
 
 #[test]
@@ -259,7 +259,7 @@ fn one_repeat_is_too_little() {
         &arm.baseline,
         &one,
         &SearchOptions::default(),
-        Some(&arm.limits),
+        Some(&arm.critical),
     )
     .unwrap();
     assert_eq!(diagnosis.verdict, Verdict::InsufficientData);
@@ -280,14 +280,14 @@ fn the_same_session_gives_the_same_diagnosis() {
 
 /// A member is loose or it is not: what it leaves of another effect is what they differ by, not what its best multiple would leave.
 #[test]
-fn a_loose_member_is_held_against_an_effect_with_the_size_it_has() {
+fn a_missing_member_is_compared_with_an_effect_of_its_size() {
     let arm = Arm::of("hp-robot", "load-unload");
     let (baseline, plan) = (&arm.baseline, &arm.plan);
     let length = |truth: &Truth| standard_errors(baseline, plan, truth).unwrap();
     let between = |truth: &Truth, rival: &Effect| {
         standard_errors_between(baseline, plan, truth, rival).unwrap()
     };
-    let loose = baseline.loose_effects();
+    let loose = baseline.missing_member_effects();
     assert!(!loose.is_empty());
     for member in &loose {
         let own = truth(vec![member.clone()]);
@@ -315,11 +315,11 @@ fn a_loose_member_is_held_against_an_effect_with_the_size_it_has() {
 
 /// The draws of the limits and the sessions of the observer are two ways to the same chances: over few vectors, and over all of them.
 #[test]
-fn an_observer_who_knows_the_noise_is_alarmed_at_the_level_of_the_laws() {
+fn with_known_noise_the_false_alarm_rate_is_the_level_of_the_laws() {
     let arm = Arm::new("load-unload");
     let null = simulate(&arm.baseline, &arm.plan, &truth(Vec::new()), 77).unwrap();
     let options = SearchOptions::default();
-    let ideal = IdealSearch::new(&arm.baseline, &null, &options, &arm.limits).unwrap();
+    let ideal = IdealSearch::new(&arm.baseline, &null, &options, &arm.critical).unwrap();
     let run = &arm.plan.runs[arm.plan.runs.len() / 2];
     let cell = &arm.plan.cells[run.cell];
     let slip = Place::Run {
@@ -338,7 +338,7 @@ fn an_observer_who_knows_the_noise_is_alarmed_at_the_level_of_the_laws() {
     let near = 4.0 * (LAW_LEVEL * (1.0 / 20_000.0 + 1.0 / 10_000.0)).sqrt();
     assert!((alarms - LAW_LEVEL).abs() < near, "{alarms}");
     // The slip itself passes its limit in 80 %; with what noise adds elsewhere and at the steps beside it a little more is found.
-    let limit = arm.limits.laws.of((laws::SLIP, false)).sqrt();
+    let limit = arm.critical.laws.of((laws::SLIP, false)).sqrt();
     let seen = found(limit + 0.84);
     assert!((0.79..0.86).contains(&seen), "{seen}");
     // The same seed gives the same sessions, whatever the number of threads.

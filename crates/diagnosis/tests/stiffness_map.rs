@@ -5,9 +5,9 @@ use proptest::prelude::*;
 use stiffbench_beams::physics::{ActingPhysics, Effect};
 use stiffbench_beams::robot::{FittingFactors, ModelParameter, Predictor, Robot, Theory};
 use stiffbench_diagnosis::distribution::{
-    ColumnStatistics, Extreme, Level, MapColumn, MapModel, MechanismStudy, NoMap,
-    ParameterCovariance, PosePlan, PoseSet, Sampling, Shard, StiffnessMap, StudyPoses,
-    WorkspacePlan, WorkspaceSample, column_statistics, variables_beside_the_plane,
+    ColumnStatistics, Extreme, FittedCovariance, Level, MapColumn, MapModel, MechanismStudy, NoMap,
+    PosePlan, PoseSample, Sampling, Shard, StiffnessMap, StudyPoses, WorkspacePlan,
+    WorkspaceSample, column_statistics, variables_beside_the_plane,
 };
 use stiffbench_test_files::shipped_robot;
 use stiffbench_units_and_text::source_text::SourceText;
@@ -31,8 +31,8 @@ fn plan(sampling: Sampling, poses: usize, seed: u64) -> PosePlan {
     }
 }
 
-fn draw(robot: &Robot, plan: &PosePlan) -> PoseSet {
-    PoseSet::draw(robot, plan, Shard::WHOLE).unwrap()
+fn draw(robot: &Robot, plan: &PosePlan) -> PoseSample {
+    PoseSample::draw(robot, plan, Shard::WHOLE).unwrap()
 }
 
 fn physics(robot: &Robot, mechanism: &str, effects: &[&str]) -> ActingPhysics {
@@ -52,10 +52,10 @@ fn all_columns() -> Vec<MapColumn> {
     columns
 }
 
-/// Largest relative difference of all columns to a compliance worked out pose by pose.
+/// Largest relative difference of all columns to a compliance computed pose by pose.
 fn largest_difference(
     map: &StiffnessMap,
-    poses: &PoseSet,
+    poses: &PoseSample,
     mut compliance: impl FnMut(usize) -> [[f64; 3]; 3],
 ) -> f64 {
     let mut largest = 0.0_f64;
@@ -293,7 +293,7 @@ proptest! {
         let whole = draw(&robot, &plan);
         let mut found: Vec<(u64, Vec<f64>)> = Vec::new();
         for index in 0..count {
-            let share = PoseSet::draw(&robot, &plan, Shard { index, count }).unwrap();
+            let share = PoseSample::draw(&robot, &plan, Shard { index, count }).unwrap();
             prop_assert_eq!((share.whole, share.drawn), (whole.whole, whole.drawn));
             for (place, &id) in share.ids.iter().enumerate() {
                 found.push((id, share.pose(place).angles_deg));
@@ -375,7 +375,7 @@ const NUMPY_QUANTILES: [f64; 5] = [
 const NUMPY_EXTREMES: [usize; 2] = [242, 996];
 
 #[test]
-fn rank_intervals_hold_the_quantile_as_often_as_they_say() {
+fn rank_intervals_have_their_stated_coverage() {
     // Evenly distributed values, whose quantiles are their shares; 400 samples, so that 95 % has a standard error of 1.1 %.
     let robot = robot();
     let poses = draw(&robot, &plan(Sampling::MonteCarlo, 300, 0));
@@ -408,7 +408,7 @@ fn rank_intervals_hold_the_quantile_as_often_as_they_say() {
 }
 
 #[test]
-fn the_mean_of_low_discrepancy_poses_is_as_uncertain_as_it_says() {
+fn the_stated_uncertainty_of_a_low_discrepancy_mean_holds() {
     // Means of 60 seeds about that of very many poses, in units of their own standard uncertainty: 15 degrees of freedom.
     let robot = robot();
     let physics = physics(&robot, "F", &[]);
@@ -566,13 +566,13 @@ fn fit_uncertainty_is_that_of_changed_factors() {
     let mut columns = MapColumn::axes();
     columns.extend(MapColumn::along("0,1,1", [0.0, 1.0, 1.0]));
     columns.extend(MapColumn::principal());
-    let study = |factors: &FittingFactors, covariance: Option<&ParameterCovariance>| {
+    let study = |factors: &FittingFactors, covariance: Option<&FittedCovariance>| {
         let model = MapModel::new(&robot, &physics, factors, None).unwrap();
         let map = StiffnessMap::over(&model, &poses.set, &columns).unwrap();
         MechanismStudy::of(&model, map, &poses, covariance).unwrap()
     };
     // ln A and ln Iy of the beams known to 3 and 5 %, correlated by -0.6: differences of both by one standard uncertainty make the truth.
-    let mut covariance = ParameterCovariance {
+    let mut covariance = FittedCovariance {
         parameters: ModelParameter::CLASSES.to_vec(),
         matrix: vec![vec![0.0; 8]; 8],
         dof: Some(7.0),
@@ -629,7 +629,7 @@ fn any_number_of_threads_gives_the_same_bytes() {
             );
             let model = MapModel::new(&robot, &physics, &factors(&robot), None).unwrap();
             let map = StiffnessMap::over(&model, &poses.set, &all_columns()).unwrap();
-            let mut covariance = ParameterCovariance {
+            let mut covariance = FittedCovariance {
                 parameters: ModelParameter::CLASSES.to_vec(),
                 matrix: vec![vec![0.0; 8]; 8],
                 dof: None,

@@ -4,9 +4,9 @@ use stiffbench_units_and_text::quantity::METRES_PER_MICROMETRE;
 use stiffbench_units_and_text::test_point::Direction;
 
 use super::caption::{counted, flagged_entry, hollow_sentence, if_any, joined};
-use super::figure::{Axis, Figure, Marks, Panel, Point, Series, Sharing, Style};
+use super::figure::{Axis, Figure, FigurePoint, Marks, Panel, Series, Sharing, Style};
 use super::palette::{Colour, Marker};
-use super::residuals::look;
+use super::residuals::mark_style;
 use super::ticks::signed;
 
 /// Readings of other directions over which a noise band goes on.
@@ -57,12 +57,12 @@ pub struct BeforeAfterPoint {
 
 /// One of the two rows of panels.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum Row {
+enum PanelRow {
     Before,
     After,
 }
 
-impl Row {
+impl PanelRow {
     fn residual_um(self, point: &BeforeAfterPoint) -> f64 {
         let residual_m = match self {
             Self::Before => point.before_m,
@@ -79,10 +79,12 @@ pub fn residuals_before_after(input: &ResidualsBeforeAfter) -> Figure {
         .into_iter()
         .filter(|direction| input.points.iter().any(|p| p.direction == *direction))
         .collect();
-    let panels = [Row::Before, Row::After].into_iter().flat_map(|row| {
-        let directions = &directions;
-        directions.iter().map(move |d| panel(input, row, *d))
-    });
+    let panels = [PanelRow::Before, PanelRow::After]
+        .into_iter()
+        .flat_map(|row| {
+            let directions = &directions;
+            directions.iter().map(move |d| panel(input, row, *d))
+        });
     let flagged = input.points.iter().filter(|point| point.flagged).count();
     Figure {
         columns: directions.len().max(1),
@@ -105,7 +107,7 @@ fn across(input: &ResidualsBeforeAfter, point: &BeforeAfterPoint) -> f64 {
     }
 }
 
-fn panel(input: &ResidualsBeforeAfter, row: Row, direction: Direction) -> Panel {
+fn panel(input: &ResidualsBeforeAfter, row: PanelRow, direction: Direction) -> Panel {
     let points: Vec<&BeforeAfterPoint> = input
         .points
         .iter()
@@ -120,8 +122,8 @@ fn panel(input: &ResidualsBeforeAfter, row: Row, direction: Direction) -> Panel 
         ResidualsAgainst::Order => Axis::linear("reading number", ""),
     };
     let y = match row {
-        Row::Before => "residual before",
-        Row::After => "residual after",
+        PanelRow::Before => "residual before",
+        PanelRow::After => "residual after",
     };
     let mut panel = Panel::new(format!("{direction}: {rms}"), x, Axis::linear(y, "µm"));
     for band in bands(input, &points) {
@@ -135,13 +137,13 @@ fn panel(input: &ResidualsBeforeAfter, row: Row, direction: Direction) -> Panel 
         Style::new(Colour::INK, Marker::Dot).stroke(1.0),
         Marks::LevelAt(0.0),
     ));
-    let drawn = points.iter().map(|point| Point {
+    let drawn = points.iter().map(|point| FigurePoint {
         hollow: point.flagged,
-        ..Point::new(across(input, point), row.residual_um(point))
+        ..FigurePoint::new(across(input, point), row.residual_um(point))
     });
     panel.series.push(Series::labelled(
         format!("{direction} ({})", direction.word()),
-        look(direction),
+        mark_style(direction),
         Marks::Points(drawn.collect()),
     ));
     panel
@@ -190,7 +192,7 @@ fn bands(input: &ResidualsBeforeAfter, points: &[&BeforeAfterPoint]) -> Vec<Vec<
 }
 
 /// Root of the mean square of the finite residuals that are not flagged, µm.
-fn rms_um<'a>(points: impl Iterator<Item = &'a BeforeAfterPoint>, row: Row) -> Option<f64> {
+fn rms_um<'a>(points: impl Iterator<Item = &'a BeforeAfterPoint>, row: PanelRow) -> Option<f64> {
     let (n, sum) = points
         .filter(|point| !point.flagged)
         .map(|point| row.residual_um(point))
@@ -215,8 +217,8 @@ fn caption(input: &ResidualsBeforeAfter, flagged: usize) -> String {
     let first = directions.next();
     let several = directions.any(|direction| Some(direction) != first);
     let all = |row| rms_um(input.points.iter(), row).map(three_digits);
-    let overall = all(Row::Before)
-        .zip(all(Row::After))
+    let overall = all(PanelRow::Before)
+        .zip(all(PanelRow::After))
         .map(|(before, after)| {
             format!("All directions together: rms {before}\u{a0}µm before, {after}\u{a0}µm after.")
         });
@@ -252,7 +254,7 @@ fn caption(input: &ResidualsBeforeAfter, flagged: usize) -> String {
 
 /// How many readings lie within one standard deviation, before and after.
 fn within(input: &ResidualsBeforeAfter) -> Option<String> {
-    let share = |row: Row| {
+    let share = |row: PanelRow| {
         let known: Vec<bool> = input
             .points
             .iter()
@@ -265,7 +267,7 @@ fn within(input: &ResidualsBeforeAfter) -> Option<String> {
         let inside = known.iter().filter(|inside| **inside).count();
         (!known.is_empty()).then(|| 100.0 * inside as f64 / known.len() as f64)
     };
-    let (before, after) = share(Row::Before).zip(share(Row::After))?;
+    let (before, after) = share(PanelRow::Before).zip(share(PanelRow::After))?;
     Some(format!(
         "Within one standard deviation of their own: {before:.0}\u{a0}% before, {after:.0}\u{a0}% after; normal noise alone leaves \
          {WITHIN_ONE_SD_PERCENT:.0}\u{a0}%."
@@ -312,7 +314,7 @@ mod tests {
         }
     }
 
-    fn drawn(panel: &Panel) -> &[Point] {
+    fn drawn(panel: &Panel) -> &[FigurePoint] {
         let Some(Marks::Points(points)) = panel.series.last().map(|series| &series.marks) else {
             panic!("points come last");
         };

@@ -1,6 +1,6 @@
 //! Sentences that captions share.
 
-use super::figure::{LegendEntry, Sample, Style};
+use super::figure::{LegendEntry, LegendMark, Style};
 use super::palette::{Colour, Marker};
 
 /// What the bar of a point reaches over.
@@ -80,7 +80,7 @@ pub(super) fn flagged_entry(count: usize) -> Vec<LegendEntry> {
     vec![LegendEntry {
         label: "flagged".to_owned(),
         style: Style::new(Colour::INK, Marker::Circle),
-        sample: Sample::HollowPoint,
+        sample: LegendMark::HollowPoint,
     }]
 }
 
@@ -89,7 +89,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_sentence_says_what_the_bar_is_and_n() {
+    fn the_caption_defines_the_bar_and_states_n() {
         assert_eq!(
             Bar::StandardDeviation
                 .sentence([5, 5])

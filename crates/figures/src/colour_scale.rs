@@ -1,6 +1,6 @@
 //! From values to the colours of areas, and the levels of contour lines between them.
 
-use super::figure::{Axis, Panel, Scale};
+use super::figure::{Axis, AxisScale, Panel};
 use super::palette::{Colour, diverging, lightening};
 use super::range::spread;
 use super::ticks::{Tick, ticks};
@@ -112,7 +112,7 @@ impl ColourScale {
 
     /// Whether values are spread by their logarithm.
     pub(super) fn is_logarithmic(&self) -> bool {
-        self.axis.scale == Scale::Log10
+        self.axis.scale == AxisScale::Log10
     }
 }
 

@@ -1,7 +1,9 @@
 //! Correlations of a fit as a coloured table with its numbers.
 
 use super::caption::{if_any, joined};
-use super::figure::{Axis, Figure, Marks, Note, Panel, Placement, Polygon, Series, Style};
+use super::figure::{
+    Axis, Figure, FigureNote, Marks, NotePlacement, Panel, Polygon, Series, Style,
+};
 use super::palette::{Colour, Marker, diverging};
 use super::ticks::signed;
 
@@ -42,12 +44,12 @@ pub fn correlation(input: &Correlation) -> Figure {
                 corners: square(column as f64, row as f64),
                 colour,
             });
-            notes.push(Note {
+            notes.push(FigureNote {
                 at: [column as f64, row as f64],
                 text: entry.map_or_else(|| "–".to_owned(), |entry| signed(entry, 2)),
                 colour: colour.readable_ink(),
                 size_px,
-                placement: Placement::Centred,
+                placement: NotePlacement::Centred,
             });
         }
     }

@@ -4,7 +4,9 @@ use stiffbench_units_and_text::quantity::METRES_PER_MICROMETRE;
 
 use super::before_after::three_digits;
 use super::caption::{counted, if_any, joined};
-use super::figure::{Axis, Figure, Marks, Note, Panel, Placement, Point, Series, Style};
+use super::figure::{
+    Axis, Figure, FigureNote, FigurePoint, Marks, NotePlacement, Panel, Series, Style,
+};
 use super::font;
 use super::palette::{Colour, Marker, qualitative};
 use super::text_room::{Reach, range_with_texts};
@@ -20,14 +22,14 @@ const TEXT_GAP_PX: f64 = 15.0;
 #[derive(Debug, Clone, PartialEq)]
 pub struct DetectionLimits {
     /// One entry for each law and place, in any order.
-    pub limits: Vec<DetectionLimit>,
+    pub limits: Vec<DetectionLimitBar>,
     /// Standard deviation of one reading, m, for comparison.
     pub reading_sd_m: Option<f64>,
 }
 
 /// The smallest effect of a law at a place that is found in 80 % of benches.
 #[derive(Debug, Clone, PartialEq)]
-pub struct DetectionLimit {
+pub struct DetectionLimitBar {
     /// Name of the law.
     pub law: String,
     /// Place, for example `A3`; empty for a law that has only one.
@@ -36,7 +38,7 @@ pub struct DetectionLimit {
     pub end_effect_m: Option<f64>,
 }
 
-impl DetectionLimit {
+impl DetectionLimitBar {
     /// Effect in µm, if it has a place on a logarithmic axis.
     fn effect_um(&self) -> Option<f64> {
         let effect = self.end_effect_m? / METRES_PER_MICROMETRE;
@@ -45,7 +47,7 @@ impl DetectionLimit {
 }
 
 /// A law with its places, the smallest effect first.
-struct Row<'a> {
+struct LawRow<'a> {
     law: &'a str,
     known: Vec<(f64, &'a str)>,
     unknown: usize,
@@ -93,12 +95,12 @@ pub fn detection_limits(input: &DetectionLimits) -> Figure {
 }
 
 /// Laws from the smallest effect to the largest; those that cannot be determined anywhere come last.
-fn rows(input: &DetectionLimits) -> Vec<Row<'_>> {
-    let mut rows: Vec<Row<'_>> = Vec::new();
+fn rows(input: &DetectionLimits) -> Vec<LawRow<'_>> {
+    let mut rows: Vec<LawRow<'_>> = Vec::new();
     for limit in &input.limits {
         let found = rows.iter().position(|row| row.law == limit.law);
         let place = found.unwrap_or_else(|| {
-            rows.push(Row {
+            rows.push(LawRow {
                 law: &limit.law,
                 known: Vec::new(),
                 unknown: 0,
@@ -113,7 +115,7 @@ fn rows(input: &DetectionLimits) -> Vec<Row<'_>> {
     for row in &mut rows {
         row.known.sort_by(|a, b| a.0.total_cmp(&b.0));
     }
-    let best = |row: &Row<'_>| {
+    let best = |row: &LawRow<'_>| {
         row.known
             .first()
             .map_or(f64::INFINITY, |(effect, _)| *effect)
@@ -122,11 +124,11 @@ fn rows(input: &DetectionLimits) -> Vec<Row<'_>> {
     rows
 }
 
-fn push_points(panel: &mut Panel, rows: &[Row<'_>]) {
+fn push_points(panel: &mut Panel, rows: &[LawRow<'_>]) {
     let mut spans = Vec::new();
     let [mut best, mut worst, mut between] = [Vec::new(), Vec::new(), Vec::new()];
     for (place, row) in rows.iter().enumerate() {
-        let at = |effect: f64| Point::new(effect, place as f64);
+        let at = |effect: f64| FigurePoint::new(effect, place as f64);
         let Some(((first, _), others)) = row.known.split_first() else {
             continue;
         };
@@ -168,7 +170,7 @@ fn push_points(panel: &mut Panel, rows: &[Row<'_>]) {
 }
 
 /// Texts to the left and to the right of a row's points.
-fn texts(row: &Row<'_>) -> Option<[(f64, String); 2]> {
+fn texts(row: &LawRow<'_>) -> Option<[(f64, String); 2]> {
     let with = |(effect, place): &(f64, &str)| {
         let number = three_digits(*effect);
         if place.is_empty() {
@@ -185,17 +187,17 @@ fn texts(row: &Row<'_>) -> Option<[(f64, String); 2]> {
     })
 }
 
-fn notes(place: f64, middle: f64, row: &Row<'_>) -> Vec<Note> {
-    let note = |effect: f64, text: String, side: f64| Note {
+fn notes(place: f64, middle: f64, row: &LawRow<'_>) -> Vec<FigureNote> {
+    let note = |effect: f64, text: String, side: f64| FigureNote {
         at: [effect, place],
         text,
         colour: Colour::INK,
         size_px: TEXT_PX,
-        placement: Placement::Toward([side, 0.0]),
+        placement: NotePlacement::Toward([side, 0.0]),
     };
     let Some([(first, left), (last, right)]) = texts(row) else {
         let mut untestable = note(middle, "not testable with these data".to_owned(), 1.0);
-        untestable.placement = Placement::Centred;
+        untestable.placement = NotePlacement::Centred;
         return vec![untestable];
     };
     [note(first, left, -1.0), note(last, right, 1.0)]
@@ -205,7 +207,7 @@ fn notes(place: f64, middle: f64, row: &Row<'_>) -> Vec<Note> {
 }
 
 /// Range in which all points and the names of their places lie.
-fn range(input: &DetectionLimits, rows: &[Row<'_>]) -> Option<[f64; 2]> {
+fn range(input: &DetectionLimits, rows: &[LawRow<'_>]) -> Option<[f64; 2]> {
     let mut reaches: Vec<Reach> = Vec::new();
     for [(first, left), (last, right)] in rows.iter().filter_map(texts) {
         let wide = |text: &str| {
@@ -237,7 +239,7 @@ fn range(input: &DetectionLimits, rows: &[Row<'_>]) -> Option<[f64; 2]> {
     Some(range_with_texts(&reaches, WIDTH_PX)?.map(|end| 10f64.powf(end)))
 }
 
-fn caption(rows: &[Row<'_>]) -> String {
+fn caption(rows: &[LawRow<'_>]) -> String {
     let unknown: usize = rows.iter().map(|row| row.unknown).sum();
     joined([
         Some(
@@ -262,8 +264,8 @@ mod tests {
     use super::*;
     use crate::png::parse;
 
-    fn limit(law: &str, place: &str, end_effect_m: Option<f64>) -> DetectionLimit {
-        DetectionLimit {
+    fn limit(law: &str, place: &str, end_effect_m: Option<f64>) -> DetectionLimitBar {
+        DetectionLimitBar {
             law: law.to_owned(),
             place: place.to_owned(),
             end_effect_m,
@@ -318,7 +320,7 @@ mod tests {
     }
 
     #[test]
-    fn what_cannot_be_told_is_counted() {
+    fn undecidable_places_are_counted() {
         let figure = detection_limits(&input());
         assert!(
             figure.caption.contains("3 combinations"),

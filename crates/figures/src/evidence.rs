@@ -1,7 +1,9 @@
 //! Evidence of the data for each candidate physics.
 
 use super::caption::{counted, if_any, joined};
-use super::figure::{Axis, Figure, Marks, Note, Panel, Placement, Polygon, Series, Style};
+use super::figure::{
+    Axis, Figure, FigureNote, Marks, NotePlacement, Panel, Polygon, Series, Style,
+};
 use super::font;
 use super::palette::{Colour, Marker, qualitative};
 use super::text_room::{Reach, range_with_texts};
@@ -39,12 +41,12 @@ pub struct EvidenceCandidate {
     /// Natural logarithm of its Bayes factor against the baseline.
     pub log_bayes_factor: f64,
     /// What was decided about it.
-    pub standing: Standing,
+    pub standing: CandidateDecision,
 }
 
 /// What was decided about a candidate.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub enum Standing {
+pub enum CandidateDecision {
     /// The diagnosis names it.
     Named,
     /// It was considered and is not named.
@@ -58,26 +60,28 @@ pub enum Standing {
 
 /// Looks of the bars.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum Look {
+enum BarLook {
     Named,
     NotApart,
     Rival,
     Impossible,
 }
 
-impl Look {
+impl BarLook {
     const FILLED: [Self; 3] = [Self::Named, Self::NotApart, Self::Rival];
 
-    fn of(candidate: &EvidenceCandidate, band: Band) -> Self {
+    fn of(candidate: &EvidenceCandidate, band: AlikeBand) -> Self {
         match &candidate.standing {
-            Standing::Named => Self::Named,
-            Standing::Rival if candidate.log_bayes_factor >= band.lowest() => Self::NotApart,
-            Standing::Rival => Self::Rival,
-            Standing::Impossible { .. } => Self::Impossible,
+            CandidateDecision::Named => Self::Named,
+            CandidateDecision::Rival if candidate.log_bayes_factor >= band.lowest() => {
+                Self::NotApart
+            }
+            CandidateDecision::Rival => Self::Rival,
+            CandidateDecision::Impossible { .. } => Self::Impossible,
         }
     }
 
-    fn label_and_colour(self, band: Band) -> (String, Colour) {
+    fn label_and_colour(self, band: AlikeBand) -> (String, Colour) {
         match self {
             Self::Named => ("named".to_owned(), qualitative(0)),
             Self::NotApart => (
@@ -92,12 +96,12 @@ impl Look {
 
 /// Where those that look alike are indistinguishable.
 #[derive(Debug, Clone, Copy, PartialEq)]
-struct Band {
+struct AlikeBand {
     best: f64,
     width: f64,
 }
 
-impl Band {
+impl AlikeBand {
     fn lowest(self) -> f64 {
         self.best - self.width
     }
@@ -114,17 +118,19 @@ pub fn evidence_bars(input: &EvidenceBars) -> Figure {
     let unknown = input.candidates.len() - candidates.len();
     candidates.sort_by(|a, b| b.log_bayes_factor.total_cmp(&a.log_bayes_factor));
     // What is named is always drawn; of the others the best fill the places that remain.
-    let named = candidates.iter().filter(|c| c.standing == Standing::Named);
+    let named = candidates
+        .iter()
+        .filter(|c| c.standing == CandidateDecision::Named);
     let mut places = MOST_BARS.saturating_sub(named.count());
     let all = candidates.len();
     candidates.retain(|candidate| {
-        let is_named = candidate.standing == Standing::Named;
+        let is_named = candidate.standing == CandidateDecision::Named;
         let stays = is_named || places > 0;
         places -= usize::from(stays && !is_named);
         stays
     });
     let left_out = all - candidates.len();
-    let band = Band {
+    let band = AlikeBand {
         best: best(&candidates),
         width: input.alike_within,
     };
@@ -143,12 +149,12 @@ pub fn evidence_bars(input: &EvidenceBars) -> Figure {
 fn best(candidates: &[&EvidenceCandidate]) -> f64 {
     candidates
         .iter()
-        .filter(|candidate| !matches!(candidate.standing, Standing::Impossible { .. }))
+        .filter(|candidate| !matches!(candidate.standing, CandidateDecision::Impossible { .. }))
         .map(|candidate| candidate.log_bayes_factor)
         .fold(0.0, f64::max)
 }
 
-fn panel(candidates: &[&EvidenceCandidate], band: Band) -> Panel {
+fn panel(candidates: &[&EvidenceCandidate], band: AlikeBand) -> Panel {
     let names = candidates.iter().map(|c| c.name.clone()).collect();
     let range = range(candidates, band);
     let mut panel = Panel::new(
@@ -181,7 +187,7 @@ fn panel(candidates: &[&EvidenceCandidate], band: Band) -> Panel {
             }]),
         ));
     }
-    for look in Look::FILLED {
+    for look in BarLook::FILLED {
         push_filled(&mut panel, candidates, band, look);
     }
     let units_per_px = (range[1] - range[0]) / WIDTH_PX;
@@ -193,23 +199,28 @@ fn panel(candidates: &[&EvidenceCandidate], band: Band) -> Panel {
     panel.notes = candidates
         .iter()
         .enumerate()
-        .map(|(place, candidate)| Note {
+        .map(|(place, candidate)| FigureNote {
             at: [candidate.log_bayes_factor.max(0.0), place as f64],
             text: text(candidate),
             colour: Colour::INK,
             size_px: TEXT_PX,
-            placement: Placement::Toward([1.0, 0.0]),
+            placement: NotePlacement::Toward([1.0, 0.0]),
         })
         .collect();
     panel
 }
 
-fn push_filled(panel: &mut Panel, candidates: &[&EvidenceCandidate], band: Band, look: Look) {
+fn push_filled(
+    panel: &mut Panel,
+    candidates: &[&EvidenceCandidate],
+    band: AlikeBand,
+    look: BarLook,
+) {
     let (label, colour) = look.label_and_colour(band);
     let bars: Vec<Polygon> = candidates
         .iter()
         .enumerate()
-        .filter(|(_, candidate)| Look::of(candidate, band) == look)
+        .filter(|(_, candidate)| BarLook::of(candidate, band) == look)
         .map(|(place, candidate)| Polygon {
             corners: bar(place, candidate),
             colour,
@@ -227,7 +238,7 @@ fn push_filled(panel: &mut Panel, candidates: &[&EvidenceCandidate], band: Band,
 fn push_hollow(panel: &mut Panel, candidates: &[&EvidenceCandidate], units_per_px: f64) {
     let mut lines = Vec::new();
     for (place, candidate) in candidates.iter().enumerate() {
-        if !matches!(candidate.standing, Standing::Impossible { .. }) {
+        if !matches!(candidate.standing, CandidateDecision::Impossible { .. }) {
             continue;
         }
         let corners = bar(place, candidate);
@@ -282,8 +293,8 @@ fn text(candidate: &EvidenceCandidate) -> String {
     let value = candidate.log_bayes_factor;
     let number = signed(value, usize::from(value.abs() < 99.95));
     match &candidate.standing {
-        Standing::Named | Standing::Rival => number,
-        Standing::Impossible { reason } => font::shortened(
+        CandidateDecision::Named | CandidateDecision::Rival => number,
+        CandidateDecision::Impossible { reason } => font::shortened(
             &format!("{number}, impossible: {reason}"),
             TEXT_PX,
             LONGEST_TEXT_PX,
@@ -292,7 +303,7 @@ fn text(candidate: &EvidenceCandidate) -> String {
 }
 
 /// Range in which all bars, their texts and the band lie.
-fn range(candidates: &[&EvidenceCandidate], band: Band) -> [f64; 2] {
+fn range(candidates: &[&EvidenceCandidate], band: AlikeBand) -> [f64; 2] {
     let mut reaches: Vec<Reach> = candidates
         .iter()
         .flat_map(|candidate| {
@@ -317,9 +328,11 @@ fn range(candidates: &[&EvidenceCandidate], band: Band) -> [f64; 2] {
 fn caption(candidates: &[&EvidenceCandidate], left_out: usize, unknown: usize) -> String {
     let impossible = candidates
         .iter()
-        .filter(|candidate| matches!(candidate.standing, Standing::Impossible { .. }))
+        .filter(|candidate| matches!(candidate.standing, CandidateDecision::Impossible { .. }))
         .count();
-    let is_named = candidates.iter().any(|c| c.standing == Standing::Named);
+    let is_named = candidates
+        .iter()
+        .any(|c| c.standing == CandidateDecision::Named);
     joined([
         Some(
             "Bar: logarithm of how much more probable the readings are with the candidate than without; the baseline stands at 0, \
@@ -357,7 +370,11 @@ mod tests {
     use super::*;
     use crate::png::parse;
 
-    fn candidate(name: &str, log_bayes_factor: f64, standing: Standing) -> EvidenceCandidate {
+    fn candidate(
+        name: &str,
+        log_bayes_factor: f64,
+        standing: CandidateDecision,
+    ) -> EvidenceCandidate {
         EvidenceCandidate {
             name: name.to_owned(),
             log_bayes_factor,
@@ -365,8 +382,8 @@ mod tests {
         }
     }
 
-    fn impossible() -> Standing {
-        Standing::Impossible {
+    fn impossible() -> CandidateDecision {
+        CandidateDecision::Impossible {
             reason: "play < 0".to_owned(),
         }
     }
@@ -374,12 +391,12 @@ mod tests {
     fn input() -> EvidenceBars {
         EvidenceBars {
             candidates: vec![
-                candidate("creep", -2.5, Standing::Rival),
-                candidate("joint-friction at A3", 39.0, Standing::Rival),
-                candidate("joint-backlash at A3", 41.0, Standing::Named),
+                candidate("creep", -2.5, CandidateDecision::Rival),
+                candidate("joint-friction at A3", 39.0, CandidateDecision::Rival),
+                candidate("joint-backlash at A3", 41.0, CandidateDecision::Named),
                 candidate("joint-backlash at B1", 60.0, impossible()),
-                candidate("slip", f64::NAN, Standing::Rival),
-                candidate("setting-in", 12.0, Standing::Rival),
+                candidate("slip", f64::NAN, CandidateDecision::Rival),
+                candidate("setting-in", 12.0, CandidateDecision::Rival),
             ],
             alike_within: 5.0,
         }
@@ -413,7 +430,7 @@ mod tests {
     }
 
     #[test]
-    fn impossible_candidates_are_hatched_and_say_so() {
+    fn impossible_candidates_are_hatched_and_labelled() {
         let figure = evidence_bars(&input());
         let texts: Vec<&str> = figure.panels[0]
             .notes
@@ -446,7 +463,7 @@ mod tests {
     #[test]
     fn without_a_better_candidate_the_baseline_is_the_best() {
         let figure = evidence_bars(&EvidenceBars {
-            candidates: vec![candidate("creep", -2.5, Standing::Rival)],
+            candidates: vec![candidate("creep", -2.5, CandidateDecision::Rival)],
             alike_within: 5.0,
         });
         let band = bars(&figure, "within 5 of the best: indistinguishable if alike");
@@ -457,9 +474,9 @@ mod tests {
     #[test]
     fn of_many_candidates_the_best_and_the_named_are_drawn() {
         let mut candidates: Vec<EvidenceCandidate> = (0..30)
-            .map(|i| candidate("rival", f64::from(i), Standing::Rival))
+            .map(|i| candidate("rival", f64::from(i), CandidateDecision::Rival))
             .collect();
-        candidates[0].standing = Standing::Named;
+        candidates[0].standing = CandidateDecision::Named;
         let figure = evidence_bars(&EvidenceBars {
             candidates,
             alike_within: 5.0,

@@ -1,7 +1,7 @@
 //! Fitting factors with their intervals and bounds.
 
 use super::caption::{if_any, joined};
-use super::figure::{Axis, Figure, Marks, Panel, Point, Polygon, Series, Style};
+use super::figure::{Axis, Figure, FigurePoint, Marks, Panel, Polygon, Series, Style};
 use super::palette::{Colour, Marker, qualitative};
 
 /// What the figure shows.
@@ -57,7 +57,7 @@ impl FactorFate {
         Self::NotIdentified,
     ];
 
-    fn look(self) -> (&'static str, Style) {
+    fn mark_style(self) -> (&'static str, Style) {
         let (label, colour, marker) = match self {
             Self::Free => ("fitted", qualitative(0), Marker::Circle),
             Self::Fixed => ("held", Colour::GREY, Marker::Square),
@@ -95,18 +95,18 @@ pub fn factor_intervals(input: &FactorIntervals) -> Figure {
         ));
     }
     for fate in FactorFate::ALL {
-        let points: Vec<Point> = input
+        let points: Vec<FigurePoint> = input
             .factors
             .iter()
             .enumerate()
             .filter(|(_, factor)| factor.fate == fate)
-            .map(|(place, factor)| Point {
+            .map(|(place, factor)| FigurePoint {
                 x_bar: factor.part_with_value(),
-                ..Point::new(factor.value, place as f64)
+                ..FigurePoint::new(factor.value, place as f64)
             })
             .collect();
         if !points.is_empty() {
-            let (label, style) = fate.look();
+            let (label, style) = fate.mark_style();
             let islands = other_parts(&input.factors, fate);
             if !islands.is_empty() {
                 panel
@@ -172,7 +172,7 @@ mod tests {
     use crate::png::parse;
 
     #[test]
-    fn every_fate_has_its_own_look_and_the_numbers_are_those_given() {
+    fn every_status_has_its_own_mark_and_the_given_numbers() {
         let factor = |name: &str, value, fate| DrawnFactor {
             name: name.to_owned(),
             value,

@@ -1,7 +1,7 @@
 //! Fitting factors without and with what was found.
 
 use super::caption::{counted, if_any, joined};
-use super::figure::{Axis, Figure, Marks, Panel, Point, Series, Style};
+use super::figure::{Axis, Figure, FigurePoint, Marks, Panel, Series, Style};
 use super::palette::{Colour, Marker, qualitative};
 use super::ticks::signed;
 
@@ -102,9 +102,9 @@ fn push_values(
     let points = input.factors.iter().enumerate().map(|(place, factor)| {
         let value = value_of(factor);
         let relative = |v: f64| v / factor.before.value;
-        Point {
+        FigurePoint {
             x_bar: value.ci95.map(|ends| ends.map(relative)),
-            ..Point::new(relative(value.value), place as f64 + aside)
+            ..FigurePoint::new(relative(value.value), place as f64 + aside)
         }
     });
     panel.series.push(Series::labelled(
@@ -174,7 +174,7 @@ mod tests {
                 held,
             ],
         });
-        let drawn: Vec<&Vec<Point>> = figure.panels[0]
+        let drawn: Vec<&Vec<FigurePoint>> = figure.panels[0]
             .series
             .iter()
             .filter_map(|series| match &series.marks {

@@ -102,7 +102,7 @@ pub struct Panel {
     /// Marks, the first at the bottom.
     pub series: Vec<Series>,
     /// Texts at points of the panel, over all marks.
-    pub notes: Vec<Note>,
+    pub notes: Vec<FigureNote>,
 }
 
 impl Panel {
@@ -127,7 +127,7 @@ pub struct Axis {
     /// Quantity and unit, for example `load (N)`.
     pub label: String,
     /// How values are spread.
-    pub scale: Scale,
+    pub scale: AxisScale,
     /// Fixed ends; `None` fits the data with a margin.
     pub range: Option<[f64; 2]>,
     /// Whether values grow to the left or downward.
@@ -146,7 +146,7 @@ impl Axis {
             } else {
                 format!("{quantity} ({unit})")
             },
-            scale: Scale::Linear,
+            scale: AxisScale::Linear,
             range: None,
             reversed: false,
             grid: true,
@@ -157,7 +157,7 @@ impl Axis {
     #[must_use]
     pub fn log10(quantity: &str, unit: &str) -> Self {
         Self {
-            scale: Scale::Log10,
+            scale: AxisScale::Log10,
             ..Self::linear(quantity, unit)
         }
     }
@@ -166,7 +166,7 @@ impl Axis {
     #[must_use]
     pub fn categories(quantity: &str, names: Vec<String>) -> Self {
         Self {
-            scale: Scale::Categories(names),
+            scale: AxisScale::Categories(names),
             grid: false,
             ..Self::linear(quantity, "")
         }
@@ -175,7 +175,7 @@ impl Axis {
 
 /// How values are spread along an axis.
 #[derive(Debug, Clone, PartialEq)]
-pub enum Scale {
+pub enum AxisScale {
     /// Evenly.
     Linear,
     /// Evenly in the logarithm.
@@ -277,7 +277,7 @@ impl Style {
 #[derive(Debug, Clone, PartialEq)]
 pub enum Marks {
     /// Points, with or without bars.
-    Points(Vec<Point>),
+    Points(Vec<FigurePoint>),
     /// A line through points.
     Line(Vec<[f64; 2]>),
     /// Lines between pairs of points.
@@ -298,7 +298,7 @@ pub enum Marks {
 
 /// A point with its bars.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Point {
+pub struct FigurePoint {
     /// Horizontal value.
     pub x: f64,
     /// Vertical value.
@@ -311,7 +311,7 @@ pub struct Point {
     pub hollow: bool,
 }
 
-impl Point {
+impl FigurePoint {
     /// A point without bars.
     #[must_use]
     pub fn new(x: f64, y: f64) -> Self {
@@ -336,7 +336,7 @@ pub struct Polygon {
 
 /// A text at a point.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Note {
+pub struct FigureNote {
     /// The point, in the units of the axes.
     pub at: [f64; 2],
     /// The text, one line.
@@ -346,12 +346,12 @@ pub struct Note {
     /// Height of the letters' em, px.
     pub size_px: f64,
     /// Where it stands.
-    pub placement: Placement,
+    pub placement: NotePlacement,
 }
 
 /// Where a note stands.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub enum Placement {
+pub enum NotePlacement {
     /// Centred on the point.
     Centred,
     /// Beside the point where it covers no point and no other note and as few lines as can be; left out if there is no such place.
@@ -369,12 +369,12 @@ pub struct LegendEntry {
     /// Look.
     pub style: Style,
     /// What is shown of it.
-    pub sample: Sample,
+    pub sample: LegendMark,
 }
 
 /// What a legend entry shows.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Sample {
+pub enum LegendMark {
     /// A point.
     Point,
     /// An outlined point.

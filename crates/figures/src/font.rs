@@ -243,7 +243,7 @@ mod tests {
     }
 
     #[test]
-    fn a_long_text_is_cut_and_says_so() {
+    fn a_long_text_is_cut_with_an_ellipsis() {
         assert_eq!(shortened("play < 0", 10.0, 100.0), "play < 0");
         let cut = shortened("softens and stiffens at once", 10.0, 80.0);
         assert!(cut.starts_with("softens") && cut.ends_with('…'), "{cut}");

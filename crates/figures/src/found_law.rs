@@ -4,7 +4,7 @@ use stiffbench_units_and_text::quantity::METRES_PER_MICROMETRE;
 use stiffbench_units_and_text::test_point::Branch;
 
 use super::caption::{Bar, counted, flagged_entry, hollow_sentence, if_any, joined};
-use super::figure::{Axis, Figure, Marks, Panel, Point, Series, Style};
+use super::figure::{Axis, Figure, FigurePoint, Marks, Panel, Series, Style};
 use super::palette::{Colour, Marker, qualitative};
 use super::residuals::time_unit;
 
@@ -252,7 +252,7 @@ fn panel(law: &LawPanel, across: &Across, has_unloading: bool) -> Panel {
         panel.series.push(curve_series(place, curve, across));
     }
     for (place, branch) in [Branch::Loading, Branch::Unloading].into_iter().enumerate() {
-        let points: Vec<Point> = law
+        let points: Vec<FigurePoint> = law
             .points
             .iter()
             .filter(|point| point.branch == branch)
@@ -297,22 +297,22 @@ fn curve_series(place: usize, curve: &LawCurve, across: &Across) -> Series {
     Series::labelled(curve.name.clone(), style, marks)
 }
 
-fn drawn(point: &LawPoint, across: &Across) -> Point {
+fn drawn(point: &LawPoint, across: &Across) -> FigurePoint {
     let y = point.residual_m / METRES_PER_MICROMETRE;
-    Point {
+    FigurePoint {
         y_bar: point.bar_m.map(|bar| {
             let half = bar / METRES_PER_MICROMETRE;
             [y - half, y + half]
         }),
         hollow: point.flagged,
-        ..Point::new(across.place(point.at), y)
+        ..FigurePoint::new(across.place(point.at), y)
     }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::figure::Scale;
+    use crate::figure::AxisScale;
     use crate::png::parse;
 
     fn law(heading: &str, size_m: f64, shape: CurveShape) -> LawPanel {
@@ -382,7 +382,7 @@ mod tests {
     }
 
     #[test]
-    fn branches_have_their_own_look_and_bars_their_own_length() {
+    fn branches_have_their_own_marks_and_bars_their_own_length() {
         let figure = found_law(&input(vec![law("P1 y", 20e-6, CurveShape::Loop)]));
         let [loading, unloading] = [&figure.panels[0].series[2], &figure.panels[0].series[3]];
         assert_eq!(unloading.label.as_deref(), Some("readings, unloading"));
@@ -444,7 +444,7 @@ mod tests {
         });
         assert_eq!(
             figure.panels[0].x.scale,
-            Scale::Categories(["2", "3", "4"].map(str::to_owned).to_vec())
+            AxisScale::Categories(["2", "3", "4"].map(str::to_owned).to_vec())
         );
     }
 

@@ -4,7 +4,9 @@ use stiffbench_units_and_text::test_point::PoseId;
 
 use super::before_after::three_digits;
 use super::caption::{count_range, joined};
-use super::figure::{Axis, Figure, Marks, Note, Panel, Placement, Point, Series, Style};
+use super::figure::{
+    Axis, Figure, FigureNote, FigurePoint, Marks, NotePlacement, Panel, Series, Style,
+};
 use super::palette::{Colour, Marker, qualitative};
 
 /// Errors that differ by more than this factor stand on a logarithmic axis: on an even one the small ones would touch zero.
@@ -127,19 +129,27 @@ fn push_points(panel: &mut Panel, input: &HeldOutError, after: bool) {
     // The two numbers of a pose stand on different sides, so that they cannot touch when the errors agree; and a little higher than
     // their points, because the noise floor lies below.
     let side = if after { 1.0 } else { -1.0 };
-    panel
-        .notes
-        .extend(places.iter().filter(|p| p[1].is_finite()).map(|p| Note {
-            at: *p,
-            text: three_digits(p[1]),
-            colour: Colour::INK,
-            size_px: 10.5,
-            placement: Placement::Toward([side, 0.4]),
-        }));
+    panel.notes.extend(
+        places
+            .iter()
+            .filter(|p| p[1].is_finite())
+            .map(|p| FigureNote {
+                at: *p,
+                text: three_digits(p[1]),
+                colour: Colour::INK,
+                size_px: 10.5,
+                placement: NotePlacement::Toward([side, 0.4]),
+            }),
+    );
     panel.series.push(Series::labelled(
         label,
         style,
-        Marks::Points(places.into_iter().map(|[x, y]| Point::new(x, y)).collect()),
+        Marks::Points(
+            places
+                .into_iter()
+                .map(|[x, y]| FigurePoint::new(x, y))
+                .collect(),
+        ),
     ));
 }
 
@@ -163,7 +173,7 @@ fn caption(input: &HeldOutError) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::figure::Scale;
+    use crate::figure::AxisScale;
     use crate::png::parse;
 
     fn pose(name: &str, before: f64, after: f64) -> HeldOutPose {
@@ -204,18 +214,18 @@ mod tests {
         let caption = figure.caption.replace('\u{a0}', " ");
         assert!(caption.contains("n = 120 readings a pose"), "{caption}");
         assert!(caption.contains("fell in 1 of 2 poses"));
-        assert_eq!(figure.panels[0].y.scale, Scale::Linear);
+        assert_eq!(figure.panels[0].y.scale, AxisScale::Linear);
         parse(&figure.to_svg()).unwrap();
     }
 
     #[test]
     fn very_different_errors_stand_on_a_logarithmic_axis() {
         let figure = held_out_error(&input(vec![pose("P1", 900.0, 6.0)]));
-        assert_eq!(figure.panels[0].y.scale, Scale::Log10);
+        assert_eq!(figure.panels[0].y.scale, AxisScale::Log10);
         let figure = held_out_error(&input(vec![pose("P1", 900.0, 0.0)]));
         assert_eq!(
             figure.panels[0].y.scale,
-            Scale::Linear,
+            AxisScale::Linear,
             "zero has no logarithm"
         );
     }

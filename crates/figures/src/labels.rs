@@ -1,7 +1,7 @@
 //! Texts at points of a panel, placed so that they cover neither points nor each other.
 
 use super::canvas::{Align, Canvas};
-use super::figure::{Marks, Note, Panel, Placement};
+use super::figure::{FigureNote, Marks, NotePlacement, Panel};
 use super::font;
 use super::layout::Frame;
 use super::marks::clipped;
@@ -28,26 +28,26 @@ const SIDES: [[f64; 2]; 8] = [
 const FEW_POINTS: usize = 400;
 
 /// A rectangle on the sheet: left, top, right, bottom.
-type Box = [f64; 4];
+type LabelBox = [f64; 4];
 
 /// Draws the notes of a panel: first those whose place is given, then the free ones around them.
 pub(super) fn draw(canvas: &mut Canvas<'_>, panel: &Panel, frame: &Frame) {
     let mut taken = points(panel, frame);
-    let (free, fixed): (Vec<&Note>, Vec<&Note>) = panel
+    let (free, fixed): (Vec<&FigureNote>, Vec<&FigureNote>) = panel
         .notes
         .iter()
-        .partition(|note| note.placement == Placement::Free);
+        .partition(|note| note.placement == NotePlacement::Free);
     let lines = lines(panel, frame);
     for note in fixed {
         let Some(at) = frame.place(note.at) else {
             continue;
         };
         let side = match note.placement {
-            Placement::Toward([right, up]) => [right, -up],
-            Placement::Centred | Placement::Free => [0.0, 0.0],
+            NotePlacement::Toward([right, up]) => [right, -up],
+            NotePlacement::Centred | NotePlacement::Free => [0.0, 0.0],
         };
         let spot = beside(at, note, side, GAP_PX);
-        if note.placement != Placement::Centred && crossings(ground(spot), &lines) > 0 {
+        if note.placement != NotePlacement::Centred && crossings(ground(spot), &lines) > 0 {
             lay_ground(canvas, spot);
         }
         write(canvas, note, spot);
@@ -68,12 +68,12 @@ pub(super) fn draw(canvas: &mut Canvas<'_>, panel: &Panel, frame: &Frame) {
 /// The place of a free note that covers no point and no text, and as few lines as can be.
 fn free_spot(
     at: [f64; 2],
-    note: &Note,
+    note: &FigureNote,
     frame: &Frame,
-    taken: &[Box],
+    taken: &[LabelBox],
     lines: &[[[f64; 2]; 2]],
-) -> Option<Box> {
-    let mut best: Option<(f64, Box)> = None;
+) -> Option<LabelBox> {
+    let mut best: Option<(f64, LabelBox)> = None;
     for gap_px in FREE_GAPS_PX {
         for side in SIDES {
             let spot = beside(at, note, side, gap_px);
@@ -90,7 +90,7 @@ fn free_spot(
 }
 
 /// How many lines run under a text.
-fn crossings([left, top, right, bottom]: Box, lines: &[[[f64; 2]; 2]]) -> usize {
+fn crossings([left, top, right, bottom]: LabelBox, lines: &[[[f64; 2]; 2]]) -> usize {
     let area = [left, top, right - left, bottom - top];
     lines
         .iter()
@@ -99,12 +99,12 @@ fn crossings([left, top, right, bottom]: Box, lines: &[[[f64; 2]; 2]]) -> usize 
 }
 
 /// What is paled under a text: it and the strokes that touch it.
-fn ground([left, top, right, bottom]: Box) -> Box {
+fn ground([left, top, right, bottom]: LabelBox) -> LabelBox {
     [left - 1.0, top - 2.0, right + 1.0, bottom + 2.0]
 }
 
 /// Pales what lies under a text, so that it can be read.
-fn lay_ground(canvas: &mut Canvas<'_>, spot: Box) {
+fn lay_ground(canvas: &mut Canvas<'_>, spot: LabelBox) {
     let [left, top, right, bottom] = ground(spot);
     canvas.rectangle(
         [left, top, right - left, bottom - top],
@@ -150,7 +150,7 @@ fn lines(panel: &Panel, frame: &Frame) -> Vec<[[f64; 2]; 2]> {
 }
 
 /// Boxes around the points of a panel.
-fn points(panel: &Panel, frame: &Frame) -> Vec<Box> {
+fn points(panel: &Panel, frame: &Frame) -> Vec<LabelBox> {
     panel
         .series
         .iter()
@@ -170,7 +170,7 @@ fn points(panel: &Panel, frame: &Frame) -> Vec<Box> {
 }
 
 /// Box of a note that stands on one side of a point.
-fn beside([x, y]: [f64; 2], note: &Note, side: [f64; 2], gap_px: f64) -> Box {
+fn beside([x, y]: [f64; 2], note: &FigureNote, side: [f64; 2], gap_px: f64) -> LabelBox {
     let half_width = 0.5 * font::width_px(&note.text, note.size_px);
     let half_height = 0.5 * font::CAPITAL_HEIGHT * note.size_px;
     let length = side[0].hypot(side[1]);
@@ -192,16 +192,16 @@ fn beside([x, y]: [f64; 2], note: &Note, side: [f64; 2], gap_px: f64) -> Box {
     ]
 }
 
-fn overlap(a: Box, b: Box) -> bool {
+fn overlap(a: LabelBox, b: LabelBox) -> bool {
     a[0] < b[2] + 1.0 && b[0] < a[2] + 1.0 && a[1] < b[3] + 1.0 && b[1] < a[3] + 1.0
 }
 
-fn within(frame: &Frame, spot: Box) -> bool {
+fn within(frame: &Frame, spot: LabelBox) -> bool {
     let [left, top, width, height] = frame.area;
     spot[0] >= left && spot[1] >= top && spot[2] <= left + width && spot[3] <= top + height
 }
 
-fn write(canvas: &mut Canvas<'_>, note: &Note, spot: Box) {
+fn write(canvas: &mut Canvas<'_>, note: &FigureNote, spot: LabelBox) {
     canvas.text(
         [0.5 * (spot[0] + spot[2]), spot[3]],
         &note.text,

@@ -1,6 +1,6 @@
 //! Where on the sheet everything stands.
 
-use super::figure::{Figure, LegendEntry, Marks, Panel, Sample, Scale, Sharing};
+use super::figure::{AxisScale, Figure, LegendEntry, LegendMark, Marks, Panel, Sharing};
 use super::font;
 use super::range::{Along, Ruler, ranges, unspread, with_equal_aspect};
 use super::ticks::{Tick, ticks};
@@ -29,15 +29,15 @@ const BETWEEN_PX: f64 = 12.0;
 #[derive(Debug)]
 pub(super) struct Layout {
     pub(super) size_px: [f64; 2],
-    pub(super) title: Vec<Line>,
+    pub(super) title: Vec<TextLine>,
     pub(super) legend: Vec<([f64; 2], LegendEntry)>,
     pub(super) frames: Vec<Frame>,
-    pub(super) caption: Vec<Line>,
+    pub(super) caption: Vec<TextLine>,
 }
 
 /// A line of text and where its baseline starts.
 #[derive(Debug)]
-pub(super) struct Line {
+pub(super) struct TextLine {
     pub(super) at: [f64; 2],
     pub(super) text: String,
 }
@@ -255,7 +255,7 @@ fn horizontal_ticks(panel: &Panel, range: [f64; 2], width_px: f64) -> (Vec<Tick>
             return (found, false);
         }
     }
-    if matches!(scale, Scale::Categories(_)) {
+    if matches!(scale, AxisScale::Categories(_)) {
         return (found, true);
     }
     // Two powers of ten side by side: the later text gives way, its tick stays.
@@ -308,12 +308,12 @@ fn heading_px(panel: &Panel) -> f64 {
 }
 
 /// Wrapped lines from `y` downward; `y` moves below them.
-fn lines(text: &str, size_px: f64, width_px: f64, y: &mut f64) -> Vec<Line> {
+fn lines(text: &str, size_px: f64, width_px: f64, y: &mut f64) -> Vec<TextLine> {
     font::wrap(text, size_px, width_px)
         .into_iter()
         .map(|text| {
             *y += size_px * LINE;
-            Line {
+            TextLine {
                 at: [BORDER_PX, *y - size_px * (LINE - 1.0)],
                 text,
             }
@@ -329,14 +329,14 @@ fn legend_entries(figure: &Figure) -> Vec<LegendEntry> {
             continue;
         };
         let sample = match &series.marks {
-            Marks::Points(_) => Sample::Point,
-            Marks::Band(_) | Marks::Polygons(_) => Sample::Area,
-            Marks::Arrows(_) => Sample::Arrow,
+            Marks::Points(_) => LegendMark::Point,
+            Marks::Band(_) | Marks::Polygons(_) => LegendMark::Area,
+            Marks::Arrows(_) => LegendMark::Arrow,
             Marks::Line(_)
             | Marks::Segments(_)
             | Marks::Steps(_)
             | Marks::LevelAt(_)
-            | Marks::UprightAt(_) => Sample::Line,
+            | Marks::UprightAt(_) => LegendMark::Line,
         };
         match entries.iter_mut().find(|entry| entry.label == *label) {
             None => entries.push(LegendEntry {
@@ -347,10 +347,10 @@ fn legend_entries(figure: &Figure) -> Vec<LegendEntry> {
             Some(entry)
                 if matches!(
                     (entry.sample, sample),
-                    (Sample::Point, Sample::Line) | (Sample::Line, Sample::Point)
+                    (LegendMark::Point, LegendMark::Line) | (LegendMark::Line, LegendMark::Point)
                 ) =>
             {
-                entry.sample = Sample::PointOnLine;
+                entry.sample = LegendMark::PointOnLine;
             }
             Some(_) => {}
         }

@@ -50,20 +50,21 @@ pub use before_after::{
 };
 pub use caption::Bar;
 pub use correlation::{Correlation, correlation};
-pub use detection_limits::{DetectionLimit, DetectionLimits, detection_limits};
-pub use evidence::{EvidenceBars, EvidenceCandidate, Standing, evidence_bars};
+pub use detection_limits::{DetectionLimitBar, DetectionLimits, detection_limits};
+pub use evidence::{CandidateDecision, EvidenceBars, EvidenceCandidate, evidence_bars};
 pub use factor_intervals::{DrawnFactor, FactorFate, FactorIntervals, factor_intervals};
 pub use factor_shift::{FactorShift, FactorValue, ShiftedFactor, factor_shift};
 pub use figure::{
-    Axis, Figure, LegendEntry, Marks, Note, Panel, Placement, Point, Polygon, Sample, Scale,
-    Series, Sharing, Style,
+    Axis, AxisScale, Figure, FigureNote, FigurePoint, LegendEntry, LegendMark, Marks,
+    NotePlacement, Panel, Polygon, Series, Sharing, Style,
 };
 pub use found_law::{
     CurveShape, DrivingQuantity, FoundLaw, LawCurve, LawPanel, LawPoint, found_law,
 };
 pub use held_out_error::{HeldOutError, HeldOutPose, held_out_error};
 pub use load_displacement::{
-    FittedLine, LoadCurvePoints, LoadDisplacement, LoadPoint, SessionCurves, load_displacement,
+    DisplacementPoint, FittedLine, LoadCurvePoints, LoadDisplacement, SessionCurves,
+    load_displacement,
 };
 pub use mismatch_map::{MapLoadStep, MapValue, MismatchMap, RunSummary, mismatch_map};
 pub use palette::{Colour, Marker, QUALITATIVE, diverging, lightening, qualitative, sequential};

@@ -4,7 +4,7 @@ use stiffbench_units_and_text::quantity::METRES_PER_MICROMETRE;
 use stiffbench_units_and_text::test_point::{Branch, Direction, PoseId};
 
 use super::caption::{Bar, flagged_entry, hollow_sentence, joined};
-use super::figure::{Axis, Figure, Marks, Panel, Point, Series, Sharing, Style};
+use super::figure::{Axis, Figure, FigurePoint, Marks, Panel, Series, Sharing, Style};
 
 /// What the figure shows: curves of one or more sessions.
 #[derive(Debug, Clone, PartialEq)]
@@ -32,14 +32,14 @@ pub struct LoadCurvePoints {
     /// The direction of load and displacement.
     pub direction: Direction,
     /// Points, one for each load and branch, or single readings.
-    pub points: Vec<LoadPoint>,
+    pub points: Vec<DisplacementPoint>,
     /// Straight line fitted to them.
     pub line: Option<FittedLine>,
 }
 
 /// Displacement under one load.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct LoadPoint {
+pub struct DisplacementPoint {
     /// Signed force, N.
     pub force_n: f64,
     /// Signed displacement, m.
@@ -123,7 +123,7 @@ fn caption(input: &LoadDisplacement, flagged: usize) -> String {
     ])
 }
 
-fn all_points(input: &LoadDisplacement) -> impl Iterator<Item = &LoadPoint> {
+fn all_points(input: &LoadDisplacement) -> impl Iterator<Item = &DisplacementPoint> {
     input
         .sessions
         .iter()
@@ -173,7 +173,7 @@ fn panel(
                 ));
             }
             for branch in [Branch::Loading, Branch::Unloading] {
-                let points: Vec<Point> = curve
+                let points: Vec<FigurePoint> = curve
                     .points
                     .iter()
                     .filter(|point| point.branch == branch)
@@ -207,20 +207,20 @@ fn panel(
     panel
 }
 
-fn drawn(point: &LoadPoint) -> Point {
+fn drawn(point: &DisplacementPoint) -> FigurePoint {
     let y = point.displacement_m / METRES_PER_MICROMETRE;
-    Point {
+    FigurePoint {
         y_bar: point.bar_m.map(|bar| {
             let half = bar / METRES_PER_MICROMETRE;
             [y - half, y + half]
         }),
         hollow: point.flagged,
-        ..Point::new(point.force_n, y)
+        ..FigurePoint::new(point.force_n, y)
     }
 }
 
 /// Ends of a fitted line: from the smallest to the largest load, zero included, so that the intercept is seen.
-fn line_ends(line: &FittedLine, points: &[LoadPoint]) -> Vec<[f64; 2]> {
+fn line_ends(line: &FittedLine, points: &[DisplacementPoint]) -> Vec<[f64; 2]> {
     let low = points.iter().map(|p| p.force_n).fold(0.0, f64::min);
     let high = points.iter().map(|p| p.force_n).fold(0.0, f64::max);
     [low, high]
@@ -241,7 +241,7 @@ mod tests {
             pose: pose.into(),
             direction,
             points: (0..8)
-                .map(|step| LoadPoint {
+                .map(|step| DisplacementPoint {
                     force_n: -10.0 * f64::from(step),
                     displacement_m: -10.0 * f64::from(step) * compliance_m_per_n,
                     bar_m: Some(2e-6),

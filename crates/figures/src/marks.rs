@@ -1,7 +1,7 @@
 //! Drawing the marks of a series in its frame.
 
 use super::canvas::{Canvas, Stroke};
-use super::figure::{Marks, Point, Style};
+use super::figure::{FigurePoint, Marks, Style};
 use super::layout::Frame;
 use super::palette::{Colour, Marker};
 
@@ -99,8 +99,8 @@ pub(super) fn draw_hollow(canvas: &mut Canvas<'_>, frame: &Frame, style: &Style,
 /// Points that lie in the plot area, with their places.
 fn placed<'a>(
     frame: &'a Frame,
-    points: &'a [Point],
-) -> impl Iterator<Item = (&'a Point, [f64; 2])> {
+    points: &'a [FigurePoint],
+) -> impl Iterator<Item = (&'a FigurePoint, [f64; 2])> {
     points
         .iter()
         .filter(|point| frame.holds([point.x, point.y]))
@@ -108,7 +108,7 @@ fn placed<'a>(
 }
 
 /// Bars of all points, then the filled points.
-fn draw_points(canvas: &mut Canvas<'_>, frame: &Frame, style: &Style, points: &[Point]) {
+fn draw_points(canvas: &mut Canvas<'_>, frame: &Frame, style: &Style, points: &[FigurePoint]) {
     let stroke = Stroke::new(style.colour, 1.0);
     for (point, [x, y]) in placed(frame, points) {
         if let Some(ends) = point.y_bar {

@@ -4,7 +4,9 @@ use stiffbench_units_and_text::quantity::METRES_PER_MICROMETRE;
 use stiffbench_units_and_text::test_point::{Branch, Cell};
 
 use super::caption::{count_range, if_any, joined};
-use super::figure::{Axis, Figure, Marks, Note, Panel, Placement, Scale, Series, Style};
+use super::figure::{
+    Axis, AxisScale, Figure, FigureNote, Marks, NotePlacement, Panel, Series, Style,
+};
 use super::font;
 use super::palette::{Colour, Marker, diverging};
 use super::residuals::ResidualMeasure;
@@ -217,8 +219,8 @@ fn table(
     mut panel: Panel,
 ) -> (Panel, bool) {
     let columns = match &panel.x.scale {
-        Scale::Categories(names) => names.len(),
-        Scale::Linear | Scale::Log10 => 0,
+        AxisScale::Categories(names) => names.len(),
+        AxisScale::Linear | AxisScale::Log10 => 0,
     };
     let value = |row: usize, column: usize| {
         entry(input.measure, values, row, column).map(|(value, _)| value)
@@ -263,12 +265,12 @@ fn push_branches(panel: &mut Panel, input: &MismatchMap, square_px: f64) {
         let end = start + pieces.len();
         let text = pieces[0].branch.to_string();
         if font::width_px(&text, BRANCH_PX) < square_px * pieces.len() as f64 {
-            panel.notes.push(Note {
+            panel.notes.push(FigureNote {
                 at: [0.5 * (start + end - 1) as f64, 0.0],
                 text,
                 colour: Colour::INK,
                 size_px: BRANCH_PX,
-                placement: Placement::Centred,
+                placement: NotePlacement::Centred,
             });
         }
         if end < input.load_steps.len() {
@@ -465,7 +467,7 @@ mod tests {
     }
 
     #[test]
-    fn groups_of_rows_are_parted_by_what_changes_less_often() {
+    fn rows_are_grouped_by_the_slower_factor() {
         let cells = input(ResidualMeasure::Micrometres).cells;
         assert_eq!(group_borders(&cells), [2]);
         assert_eq!(group_borders(&[]), [0_usize; 0]);

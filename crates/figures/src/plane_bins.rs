@@ -21,7 +21,7 @@ pub struct PlaneBins {
     origin_m: [f64; 2],
     side_m: f64,
     size: [usize; 2],
-    sums: Vec<Sums>,
+    sums: Vec<BinSums>,
     left_out: usize,
 }
 
@@ -42,7 +42,7 @@ pub struct PlaneBin {
 
 /// What a bin keeps of its points; coordinates count from the centre of the bin, in sides.
 #[derive(Debug, Clone, Copy, PartialEq)]
-struct Sums {
+struct BinSums {
     count: usize,
     /// Σa, Σb, Σa², Σab, Σb².
     places: [f64; 5],
@@ -51,7 +51,7 @@ struct Sums {
     range: [f64; 2],
 }
 
-impl Sums {
+impl BinSums {
     const EMPTY: Self = Self {
         count: 0,
         places: [0.0; 5],
@@ -142,7 +142,7 @@ impl PlaneBins {
             origin_m: first.map(|place| place as f64 * side_m),
             side_m,
             size,
-            sums: vec![Sums::EMPTY; size[0] * size[1]],
+            sums: vec![BinSums::EMPTY; size[0] * size[1]],
             left_out: points.count(),
         };
         for (at, value) in finite {
@@ -263,7 +263,7 @@ impl PlaneBins {
         facing(1, 0) || facing(0, 1)
     }
 
-    fn at(&self, column: i64, row: i64) -> Option<&Sums> {
+    fn at(&self, column: i64, row: i64) -> Option<&BinSums> {
         let [columns, rows] = self.size.map(|n| n as i64);
         if !(0..columns).contains(&column) || !(0..rows).contains(&row) {
             return None;

@@ -3,7 +3,8 @@
 use super::colour_scale::ColourScale;
 use super::contour::Grid;
 use super::figure::{
-    Axis, LegendEntry, Marks, Note, Panel, Placement, Point, Polygon, Sample, Series, Style,
+    Axis, FigureNote, FigurePoint, LegendEntry, LegendMark, Marks, NotePlacement, Panel, Polygon,
+    Series, Style,
 };
 use super::font;
 use super::palette::{Colour, Marker};
@@ -219,13 +220,13 @@ fn contour_lines(map: &PlaneMap, scale: &ColourScale) -> Vec<(Tick, Vec<[f64; 2]
     lines
 }
 
-fn number_on_line(level: &Tick, at: [f64; 2], colour: Colour) -> Note {
-    Note {
+fn number_on_line(level: &Tick, at: [f64; 2], colour: Colour) -> FigureNote {
+    FigureNote {
         at,
         text: level.text.clone(),
         colour,
         size_px: LEVEL_PX,
-        placement: Placement::Centred,
+        placement: NotePlacement::Centred,
     }
 }
 
@@ -304,7 +305,7 @@ pub(super) fn point_legend(maps: &[PlaneMap]) -> Vec<LegendEntry> {
     let entry = |place: usize, label: &str| LegendEntry {
         label: label.to_owned(),
         style: POINT_STYLES[place],
-        sample: Sample::HollowPoint,
+        sample: LegendMark::HollowPoint,
     };
     let mut legend = Vec::new();
     if maps.iter().any(|map| !map.extremes.is_empty()) {
@@ -320,9 +321,9 @@ pub(super) fn point_legend(maps: &[PlaneMap]) -> Vec<LegendEntry> {
 }
 
 fn push_points(panel: &mut Panel, map: &PlaneMap) {
-    let hollow = |[z, y]: [f64; 2]| Point {
+    let hollow = |[z, y]: [f64; 2]| FigurePoint {
         hollow: true,
-        ..Point::new(z, y)
+        ..FigurePoint::new(z, y)
     };
     let at = |value: Option<ValueAt>| value.map(|at| hollow(at.z_y_m)).into_iter().collect();
     let outermost = map
@@ -330,7 +331,7 @@ fn push_points(panel: &mut Panel, map: &PlaneMap) {
         .iter()
         .map(|point| hollow([point.z_m, point.y_m]));
     // The smaller circle last, so that both are seen where they coincide.
-    let points: [(usize, Vec<Point>); 3] = [
+    let points: [(usize, Vec<FigurePoint>); 3] = [
         (1, at(map.least)),
         (2, at(map.greatest)),
         (0, outermost.collect()),
@@ -346,12 +347,12 @@ fn push_points(panel: &mut Panel, map: &PlaneMap) {
         map.extremes.iter().map(|p| p.y_m).sum::<f64>() / count,
     ];
     for point in &map.extremes {
-        panel.notes.push(Note {
+        panel.notes.push(FigureNote {
             at: [point.z_m, point.y_m],
             text: point.name.clone(),
             colour: Colour::INK,
             size_px: NAME_PX,
-            placement: Placement::Toward(outward(point.z_m - z, point.y_m - y)),
+            placement: NotePlacement::Toward(outward(point.z_m - z, point.y_m - y)),
         });
     }
 }

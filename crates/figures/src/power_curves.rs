@@ -1,7 +1,7 @@
 //! How often an effect is found, and found under its right name, against its size.
 
 use super::caption::{count_range, counted, if_any, joined};
-use super::figure::{Axis, Figure, Marks, Panel, Point, Series, Sharing, Style};
+use super::figure::{Axis, Figure, FigurePoint, Marks, Panel, Series, Sharing, Style};
 use super::palette::{Colour, Marker, qualitative};
 
 /// Shares that are marked, percent.
@@ -155,14 +155,14 @@ fn panel(law: &LawPower, shown: [f64; 2]) -> Panel {
 }
 
 /// A share in percent, a little beside its size.
-fn point(size: &PowerAtSize, rate: &Rate, aside: f64) -> Point {
-    Point {
+fn point(size: &PowerAtSize, rate: &Rate, aside: f64) -> FigurePoint {
+    FigurePoint {
         y_bar: rate.ci95.map(|ends| ends.map(|end| 100.0 * end)),
-        ..Point::new(size.size_standard_errors + aside, 100.0 * rate.share)
+        ..FigurePoint::new(size.size_standard_errors + aside, 100.0 * rate.share)
     }
 }
 
-fn push_curve(panel: &mut Panel, label: &str, style: Style, points: Vec<Point>) {
+fn push_curve(panel: &mut Panel, label: &str, style: Style, points: Vec<FigurePoint>) {
     if points.is_empty() {
         return;
     }

@@ -1,6 +1,6 @@
 //! Ranges of axes, and the way from a value to a place on the sheet.
 
-use super::figure::{Axis, Figure, Marks, Panel, Scale, Sharing};
+use super::figure::{Axis, AxisScale, Figure, Marks, Panel, Sharing};
 
 /// Room between the outermost data and the end of an axis, as a share of the data's span.
 const MARGIN: f64 = 0.06;
@@ -29,20 +29,20 @@ impl Along {
 }
 
 /// Value on the axis as it is spread: its logarithm on a logarithmic axis; `None` if it has no place there.
-pub(super) fn spread(scale: &Scale, value: f64) -> Option<f64> {
+pub(super) fn spread(scale: &AxisScale, value: f64) -> Option<f64> {
     let spread = match scale {
-        Scale::Log10 if value > 0.0 => value.log10(),
-        Scale::Log10 => return None,
-        Scale::Linear | Scale::Categories(_) => value,
+        AxisScale::Log10 if value > 0.0 => value.log10(),
+        AxisScale::Log10 => return None,
+        AxisScale::Linear | AxisScale::Categories(_) => value,
     };
     spread.is_finite().then_some(spread)
 }
 
 /// Inverse of [`spread`].
-pub(super) fn unspread(scale: &Scale, place: f64) -> f64 {
+pub(super) fn unspread(scale: &AxisScale, place: f64) -> f64 {
     match scale {
-        Scale::Log10 => 10f64.powf(place),
-        Scale::Linear | Scale::Categories(_) => place,
+        AxisScale::Log10 => 10f64.powf(place),
+        AxisScale::Linear | AxisScale::Categories(_) => place,
     }
 }
 
@@ -82,8 +82,8 @@ fn fixed_range(axis: &Axis) -> Option<[f64; 2]> {
         return (low < high).then_some([low, high]);
     }
     match &axis.scale {
-        Scale::Categories(names) => Some([-0.5, names.len().max(1) as f64 - 0.5]),
-        Scale::Linear | Scale::Log10 => None,
+        AxisScale::Categories(names) => Some([-0.5, names.len().max(1) as f64 - 0.5]),
+        AxisScale::Linear | AxisScale::Log10 => None,
     }
 }
 
@@ -171,7 +171,7 @@ pub(super) fn with_equal_aspect(
 /// From values along one axis to places on the sheet.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Ruler {
-    scale: Scale,
+    scale: AxisScale,
     /// Spread values at the two ends.
     range: [f64; 2],
     /// Places of the two ends, px.
@@ -228,13 +228,18 @@ impl Ruler {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::figure::{Point, Series, Style};
+    use crate::figure::{FigurePoint, Series, Style};
 
     fn panel(points: &[[f64; 2]]) -> Panel {
         let mut panel = Panel::new("", Axis::linear("a", "m"), Axis::log10("b", "N"));
         panel.series.push(Series::new(
             Style::nth(0),
-            Marks::Points(points.iter().map(|[x, y]| Point::new(*x, *y)).collect()),
+            Marks::Points(
+                points
+                    .iter()
+                    .map(|[x, y]| FigurePoint::new(*x, *y))
+                    .collect(),
+            ),
         ));
         panel
     }

@@ -1,7 +1,7 @@
 //! From a figure and its layout to SVG.
 
 use super::canvas::{Align, Canvas, Stroke, sheet};
-use super::figure::{Figure, LegendEntry, Marks, Panel, Sample};
+use super::figure::{Figure, LegendEntry, LegendMark, Marks, Panel};
 use super::font;
 use super::labels;
 use super::layout::{
@@ -233,18 +233,18 @@ fn draw_legend_entry(canvas: &mut Canvas<'_>, [x, y]: [f64; 2], entry: &LegendEn
         dash_px: entry.style.dash_px,
     };
     match entry.sample {
-        Sample::Point => marks::draw_marker(canvas, centre, &entry.style, false),
-        Sample::HollowPoint => marks::draw_marker(canvas, centre, &entry.style, true),
-        Sample::Line => canvas.path(&ends, stroke),
-        Sample::PointOnLine => {
+        LegendMark::Point => marks::draw_marker(canvas, centre, &entry.style, false),
+        LegendMark::HollowPoint => marks::draw_marker(canvas, centre, &entry.style, true),
+        LegendMark::Line => canvas.path(&ends, stroke),
+        LegendMark::PointOnLine => {
             canvas.path(&ends, stroke);
             marks::draw_marker(canvas, centre, &entry.style, false);
         }
-        Sample::Area => {
+        LegendMark::Area => {
             let area = [x + 6.0, middle - 5.0, SAMPLE_PX - 12.0, 10.0];
             canvas.rectangle(area, entry.style.colour);
         }
-        Sample::Arrow => marks::draw_arrow(canvas, ends[0], ends[1], stroke),
+        LegendMark::Arrow => marks::draw_arrow(canvas, ends[0], ends[1], stroke),
     }
     canvas.text(
         [x + SAMPLE_PX + 6.0, y],

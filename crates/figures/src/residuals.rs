@@ -4,7 +4,7 @@ use stiffbench_units_and_text::quantity::METRES_PER_MICROMETRE;
 use stiffbench_units_and_text::test_point::{Cell, Direction, PoseId};
 
 use super::caption::{flagged_entry, hollow_sentence, if_any, joined};
-use super::figure::{Axis, Figure, Marks, Panel, Point, Series, Sharing, Style};
+use super::figure::{Axis, Figure, FigurePoint, Marks, Panel, Series, Sharing, Style};
 use super::palette::{Colour, Marker, qualitative};
 
 /// What the figure shows.
@@ -168,21 +168,21 @@ fn panel(
         Marks::LevelAt(0.0),
     ));
     for direction in Direction::ALL {
-        let points: Vec<Point> = input
+        let points: Vec<FigurePoint> = input
             .points
             .iter()
             .filter(|point| point.cell.direction == direction)
             .filter_map(|point| {
-                Some(Point {
+                Some(FigurePoint {
                     hollow: point.flagged,
-                    ..Point::new(x_of(point)?, measured(input.measure, point))
+                    ..FigurePoint::new(x_of(point)?, measured(input.measure, point))
                 })
             })
             .collect();
         if !points.is_empty() {
             panel.series.push(Series::labelled(
                 format!("{direction} ({})", direction.word()),
-                look(direction),
+                mark_style(direction),
                 Marks::Points(points),
             ));
         }
@@ -201,7 +201,7 @@ fn measured(measure: ResidualMeasure, point: &ResidualPoint) -> f64 {
 }
 
 /// Shape and colour of a direction.
-pub(super) fn look(direction: Direction) -> Style {
+pub(super) fn mark_style(direction: Direction) -> Style {
     let n = direction.index();
     let marker = [Marker::Circle, Marker::Square, Marker::Triangle][n];
     let colour = [qualitative(0), qualitative(1), qualitative(2)][n];
@@ -239,7 +239,7 @@ mod tests {
         }
     }
 
-    fn drawn(panel: &Panel) -> Vec<Point> {
+    fn drawn(panel: &Panel) -> Vec<FigurePoint> {
         panel
             .series
             .iter()

@@ -6,7 +6,8 @@ use stiffbench_units_and_text::quantity::METRES_PER_MICROMETRE;
 use super::bent_beam::bent_beam;
 use super::caption::joined;
 use super::figure::{
-    Axis, Figure, LegendEntry, Marks, Note, Panel, Placement, Point, Sample, Series, Style,
+    Axis, Figure, FigureNote, FigurePoint, LegendEntry, LegendMark, Marks, NotePlacement, Panel,
+    Series, Style,
 };
 use super::palette::{Colour, Marker, QUALITATIVE, qualitative};
 use super::ticks::{nearest_nice, signed};
@@ -88,7 +89,7 @@ pub fn robot_pose(input: &RobotDrawing) -> Figure {
         .iter()
         .filter_map(|member| deformed(input, member, magnification?))
         .collect();
-    let views = [View::SIDE, View::TOP];
+    let views = [AxisProjection::SIDE, AxisProjection::TOP];
     let mut ranges = views.map(|view| view.ranges(input, &shapes, size_m));
     let length = |[low, high]: [f64; 2]| high - low;
     let upward: f64 = ranges.iter().map(|[_, upward]| length(*upward)).sum();
@@ -119,13 +120,13 @@ pub fn robot_pose(input: &RobotDrawing) -> Figure {
 
 /// One projection: which global axis runs across and which upward.
 #[derive(Debug, Clone, Copy)]
-struct View {
+struct AxisProjection {
     title: &'static str,
     upward: usize,
     upward_name: &'static str,
 }
 
-impl View {
+impl AxisProjection {
     const SIDE: Self = Self {
         title: "from the side",
         upward: 1,
@@ -198,7 +199,7 @@ fn deformed(
 
 fn panel(
     input: &RobotDrawing,
-    view: View,
+    view: AxisProjection,
     [across, upward]: [[f64; 2]; 2],
     shapes: &[Vec<[f64; 3]>],
     magnification: Option<f64>,
@@ -242,13 +243,13 @@ fn load_style() -> Style {
     Style::new(Colour::BLACK, Marker::Dot).stroke(2.0)
 }
 
-fn push_supports(panel: &mut Panel, input: &RobotDrawing, view: View) {
+fn push_supports(panel: &mut Panel, input: &RobotDrawing, view: AxisProjection) {
     let points = input
         .supports
         .iter()
         .filter_map(|&node| input.nodes.get(node))
         .map(|node| view.project(node.position_m))
-        .map(|[z, up]| Point::new(z, up))
+        .map(|[z, up]| FigurePoint::new(z, up))
         .collect();
     panel.series.push(Series::new(
         Style::new(Colour::GREY, Marker::Ground).marker_size(5.0),
@@ -268,7 +269,7 @@ fn chains(input: &RobotDrawing) -> Vec<&str> {
 }
 
 /// Beams first, so that they do not hide the thinner links at shared nodes.
-fn push_members(panel: &mut Panel, input: &RobotDrawing, view: View) {
+fn push_members(panel: &mut Panel, input: &RobotDrawing, view: AxisProjection) {
     for (place, chain) in chains(input).into_iter().enumerate() {
         for is_link in [false, true] {
             let segments: Vec<[[f64; 2]; 2]> = input
@@ -295,7 +296,7 @@ fn push_members(panel: &mut Panel, input: &RobotDrawing, view: View) {
 }
 
 /// Nodes and their names; nodes that coincide in this view share one name tag.
-fn push_nodes(panel: &mut Panel, input: &RobotDrawing, view: View) {
+fn push_nodes(panel: &mut Panel, input: &RobotDrawing, view: AxisProjection) {
     let style = Style::new(Colour::INK, Marker::Circle).marker_size(2.4);
     let mut points = Vec::with_capacity(input.nodes.len());
     let mut tags: Vec<([f64; 2], String)> = Vec::new();
@@ -308,7 +309,7 @@ fn push_nodes(panel: &mut Panel, input: &RobotDrawing, view: View) {
         .map(|(_, node)| node);
     for node in end.into_iter().chain(others) {
         let at = view.project(node.position_m);
-        points.push(Point::new(at[0], at[1]));
+        points.push(FigurePoint::new(at[0], at[1]));
         let same = tags
             .iter_mut()
             .find(|(other, _)| (other[0] - at[0]).hypot(other[1] - at[1]) < 1e-6);
@@ -322,12 +323,12 @@ fn push_nodes(panel: &mut Panel, input: &RobotDrawing, view: View) {
     }
     panel.series.push(Series::new(style, Marks::Points(points)));
     for (at, text) in tags {
-        panel.notes.push(Note {
+        panel.notes.push(FigureNote {
             at,
             text,
             colour: Colour::INK,
             size_px: 10.0,
-            placement: Placement::Free,
+            placement: NotePlacement::Free,
         });
     }
 }
@@ -336,7 +337,7 @@ fn push_nodes(panel: &mut Panel, input: &RobotDrawing, view: View) {
 fn push_load(
     panel: &mut Panel,
     input: &RobotDrawing,
-    view: View,
+    view: AxisProjection,
     magnification: Option<f64>,
     size_m: f64,
 ) {
@@ -379,14 +380,14 @@ fn legend(input: &RobotDrawing, is_deformed: bool) -> Vec<LegendEntry> {
         legend.push(LegendEntry {
             label: "under load, magnified".to_owned(),
             style: deformed_style(),
-            sample: Sample::Line,
+            sample: LegendMark::Line,
         });
     }
     if !input.supports.is_empty() {
         legend.push(LegendEntry {
             label: "support".to_owned(),
             style: Style::new(Colour::GREY, Marker::Ground),
-            sample: Sample::Point,
+            sample: LegendMark::Point,
         });
     }
     legend

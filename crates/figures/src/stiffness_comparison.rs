@@ -4,7 +4,7 @@ use stiffbench_units_and_text::quantity::NEWTON_PER_METRE_PER_NEWTON_PER_MICROME
 use stiffbench_units_and_text::test_point::Cell;
 
 use super::caption::{count_range, flagged_entry, hollow_sentence, if_any, joined};
-use super::figure::{Axis, Figure, Marks, Panel, Point, Series, Sharing, Style};
+use super::figure::{Axis, Figure, FigurePoint, Marks, Panel, Series, Sharing, Style};
 use super::palette::{Colour, Marker, qualitative};
 
 /// What the figure shows.
@@ -109,7 +109,7 @@ fn stiffness_panel(input: &StiffnessComparison, names: &[String]) -> Panel {
         .cells
         .iter()
         .enumerate()
-        .map(|(place, cell)| Point::new(place as f64, per_um(cell.predicted_n_per_m)))
+        .map(|(place, cell)| FigurePoint::new(place as f64, per_um(cell.predicted_n_per_m)))
         .collect();
     panel.series.push(Series::labelled(
         input.prediction.clone(),
@@ -161,17 +161,17 @@ fn push_by_fate(
     value: impl Fn(&ComparedCell) -> (f64, Option<[f64; 2]>),
 ) {
     for held_out in [false, true] {
-        let points: Vec<Point> = input
+        let points: Vec<FigurePoint> = input
             .cells
             .iter()
             .enumerate()
             .filter(|(_, cell)| cell.held_out == held_out)
             .map(|(place, cell)| {
                 let (y, y_bar) = value(cell);
-                Point {
+                FigurePoint {
                     y_bar,
                     hollow: cell.flagged,
-                    ..Point::new(place as f64, y)
+                    ..FigurePoint::new(place as f64, y)
                 }
             })
             .collect();

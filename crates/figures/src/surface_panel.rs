@@ -7,7 +7,9 @@
 
 use super::colour_scale::ColourScale;
 use super::contour::Grid;
-use super::figure::{Axis, Marks, Note, Panel, Placement, Point, Polygon, Series, Style};
+use super::figure::{
+    Axis, FigureNote, FigurePoint, Marks, NotePlacement, Panel, Polygon, Series, Style,
+};
 use super::font;
 use super::palette::{Colour, Marker};
 use super::plane_bins::PlaneBins;
@@ -34,13 +36,13 @@ const MARGIN_PX: f64 = 12.0;
 
 /// The view: from shares of the three ranges to places in the panel, px.
 #[derive(Debug, Clone, Copy)]
-struct View {
+struct SurfaceView {
     z: [f64; 2],
     y: [f64; 2],
     values: [f64; 2],
 }
 
-impl View {
+impl SurfaceView {
     /// Place of a point given by shares of the ranges.
     fn project([z, y, value]: [f64; 3]) -> [f64; 2] {
         let (sin, cos) = TURN_DEG.to_radians().sin_cos();
@@ -66,7 +68,7 @@ pub(super) fn surface_panel(
     [z, y]: [[f64; 2]; 2],
     height_px: f64,
 ) -> Panel {
-    let view = View {
+    let view = SurfaceView {
         z,
         y,
         values: scale.range,
@@ -88,7 +90,7 @@ pub(super) fn surface_panel(
 }
 
 /// Facets between the centres of bins, the farthest first.
-fn facets(bins: &PlaneBins, view: &View, scale: &ColourScale) -> Vec<Polygon> {
+fn facets(bins: &PlaneBins, view: &SurfaceView, scale: &ColourScale) -> Vec<Polygon> {
     let grid = smooth_grid(bins);
     let [columns, rows] = grid.size;
     let [across, deep] = grid.size.map(|n| n.div_ceil(MOST_FACETS).max(1));
@@ -108,7 +110,7 @@ fn push_facet(
     drawn: &mut Vec<Polygon>,
     bins: &PlaneBins,
     grid: &Grid,
-    view: &View,
+    view: &SurfaceView,
     scale: &ColourScale,
     corners: [[usize; 2]; 4],
 ) {
@@ -130,7 +132,7 @@ fn push_facet(
         .iter()
         .map(|(at, value)| {
             let [z, y] = view.shares(*at);
-            View::project([z, y, scale.share(*value).clamp(0.0, 1.0)])
+            SurfaceView::project([z, y, scale.share(*value).clamp(0.0, 1.0)])
         })
         .collect();
     let colour = scale.colour(mean);
@@ -159,10 +161,10 @@ fn mesh(colour: Colour) -> Colour {
 }
 
 /// Floor and the two walls behind the surface with their grids, and the three axes with ticks and names.
-fn push_walls(panel: &mut Panel, view: &View, scale: &ColourScale) {
+fn push_walls(panel: &mut Panel, view: &SurfaceView, scale: &ColourScale) {
     let thin = Style::new(Colour::FAINT, Marker::Dot).stroke(0.8);
     let axis = Style::new(Colour::GREY, Marker::Dot).stroke(1.0);
-    let even = |range| ticks(&super::figure::Scale::Linear, range, 5);
+    let even = |range| ticks(&super::figure::AxisScale::Linear, range, 5);
     let share = |tick: &Tick, [low, high]: [f64; 2]| (tick.value - low) / (high - low);
     let mut grid: Vec<[[f64; 3]; 2]> = Vec::new();
     for tick in even(view.z) {
@@ -197,7 +199,12 @@ fn push_walls(panel: &mut Panel, view: &View, scale: &ColourScale) {
         [[0.0, 1.0, 1.0], [1.0, 1.0, 1.0]],
     ]);
     let flat = |lines: &[[[f64; 3]; 2]]| {
-        Marks::Segments(lines.iter().map(|line| line.map(View::project)).collect())
+        Marks::Segments(
+            lines
+                .iter()
+                .map(|line| line.map(SurfaceView::project))
+                .collect(),
+        )
     };
     panel.series.push(Series::new(thin, flat(&grid)));
     let edges = [
@@ -213,7 +220,7 @@ fn push_walls(panel: &mut Panel, view: &View, scale: &ColourScale) {
 
 /// The name of the upright axis above it; in two lines, the unit below, where one would leave the panel.
 fn push_value_name(panel: &mut Panel, label: &str) {
-    let [x, _] = View::project([0.0, 0.0, 1.0]);
+    let [x, _] = SurfaceView::project([0.0, 0.0, 1.0]);
     let [dx, dy] = [14.0, 22.0];
     let room = |dx: f64| x + dx + MARGIN_PX;
     let fits = 0.5 * font::width_px(label, NAME_PX) <= room(dx);
@@ -230,28 +237,28 @@ fn push_value_name(panel: &mut Panel, label: &str) {
 }
 
 fn push_tick(panel: &mut Panel, tick: &Tick, at: [f64; 3], toward: [f64; 2]) {
-    panel.notes.push(Note {
-        at: View::project(at),
+    panel.notes.push(FigureNote {
+        at: SurfaceView::project(at),
         text: tick.text.clone(),
         colour: Colour::INK,
         size_px: TICK_PX,
-        placement: Placement::Toward(toward),
+        placement: NotePlacement::Toward(toward),
     });
 }
 
 fn push_name(panel: &mut Panel, text: &str, at: [f64; 3], by_px: [f64; 2]) {
-    let [x, y] = View::project(at);
-    panel.notes.push(Note {
+    let [x, y] = SurfaceView::project(at);
+    panel.notes.push(FigureNote {
         at: [x + by_px[0], y + by_px[1]],
         text: text.to_owned(),
         colour: Colour::INK,
         size_px: NAME_PX,
-        placement: Placement::Centred,
+        placement: NotePlacement::Centred,
     });
 }
 
 /// The outermost points on the surface with their names, each with a line down to the floor.
-fn push_points(panel: &mut Panel, map: &PlaneMap, view: &View, scale: &ColourScale) {
+fn push_points(panel: &mut Panel, map: &PlaneMap, view: &SurfaceView, scale: &ColourScale) {
     let mut drops = Vec::new();
     let mut points = Vec::new();
     for point in &map.extremes {
@@ -259,18 +266,18 @@ fn push_points(panel: &mut Panel, map: &PlaneMap, view: &View, scale: &ColourSca
             continue;
         };
         let [z, y] = view.shares([point.z_m, point.y_m]);
-        let top = View::project([z, y, scale.share(value)]);
-        drops.push([View::project([z, y, 0.0]), top]);
-        points.push(Point {
+        let top = SurfaceView::project([z, y, scale.share(value)]);
+        drops.push([SurfaceView::project([z, y, 0.0]), top]);
+        points.push(FigurePoint {
             hollow: true,
-            ..Point::new(top[0], top[1])
+            ..FigurePoint::new(top[0], top[1])
         });
-        panel.notes.push(Note {
+        panel.notes.push(FigureNote {
             at: top,
             text: point.name.clone(),
             colour: Colour::INK,
             size_px: NAME_PX,
-            placement: Placement::Free,
+            placement: NotePlacement::Free,
         });
     }
     let drop = Style {
@@ -313,7 +320,7 @@ mod tests {
     fn a_facet_is_drawn_after_all_that_it_can_hide() {
         let bins = ridge();
         let scale = ColourScale::of("K", "N/mm", bins.filled().map(|bin| bin.mean));
-        let view = View {
+        let view = SurfaceView {
             z: [0.0, 1.0],
             y: [0.0, 1.0],
             values: scale.range,
@@ -377,7 +384,7 @@ mod tests {
     fn the_whole_box_fits_the_panel() {
         for corner in 0..8 {
             let at = [0, 1, 2].map(|i| f64::from(corner >> i & 1));
-            let [x, y] = View::project(at);
+            let [x, y] = SurfaceView::project(at);
             assert!((40.0..SURFACE_PX[0] - 30.0).contains(&x), "{at:?}: {x}");
             assert!((30.0..SURFACE_PX[1] - 20.0).contains(&y), "{at:?}: {y}");
         }

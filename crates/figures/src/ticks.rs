@@ -1,6 +1,6 @@
 //! Where an axis is marked, and how numbers are written there.
 
-use super::figure::Scale;
+use super::figure::AxisScale;
 
 /// A labelled mark of an axis.
 #[derive(Debug, Clone, PartialEq)]
@@ -12,12 +12,12 @@ pub(super) struct Tick {
 }
 
 /// Ticks of an axis that runs from `range[0]` to `range[1]` (values, not logarithms), about `wanted` of them labelled.
-pub(super) fn ticks(scale: &Scale, range: [f64; 2], wanted: usize) -> Vec<Tick> {
+pub(super) fn ticks(scale: &AxisScale, range: [f64; 2], wanted: usize) -> Vec<Tick> {
     match scale {
-        Scale::Linear => linear(range, wanted),
-        Scale::Log10 => logarithmic(range, wanted),
+        AxisScale::Linear => linear(range, wanted),
+        AxisScale::Log10 => logarithmic(range, wanted),
         // A place without a name is not marked.
-        Scale::Categories(names) => names
+        AxisScale::Categories(names) => names
             .iter()
             .enumerate()
             .filter(|(_, name)| !name.is_empty())
@@ -165,15 +165,15 @@ mod tests {
     #[test]
     fn steps_are_one_two_or_five() {
         assert_eq!(
-            texts(&ticks(&Scale::Linear, [-70.0, 0.0], 4)),
+            texts(&ticks(&AxisScale::Linear, [-70.0, 0.0], 4)),
             ["−60", "−40", "−20", "0"]
         );
         assert_eq!(
-            texts(&ticks(&Scale::Linear, [0.0, 1.0], 5)),
+            texts(&ticks(&AxisScale::Linear, [0.0, 1.0], 5)),
             ["0.0", "0.2", "0.4", "0.6", "0.8", "1.0"]
         );
         assert_eq!(
-            texts(&ticks(&Scale::Linear, [0.0, 3e-6], 3)),
+            texts(&ticks(&AxisScale::Linear, [0.0, 3e-6], 3)),
             ["0", "1·10⁻⁶", "2·10⁻⁶", "3·10⁻⁶"]
         );
     }
@@ -181,30 +181,30 @@ mod tests {
     #[test]
     fn logarithmic_axes_label_one_two_five_within_two_decades() {
         assert_eq!(
-            texts(&ticks(&Scale::Log10, [0.01, 0.5], 6)),
+            texts(&ticks(&AxisScale::Log10, [0.01, 0.5], 6)),
             ["0.01", "0.02", "0.05", "0.1", "0.2", "0.5"]
         );
         assert_eq!(
-            texts(&ticks(&Scale::Log10, [1.0, 1e4], 5)),
+            texts(&ticks(&AxisScale::Log10, [1.0, 1e4], 5)),
             ["1", "10", "100", "1000", "10000"]
         );
         assert_eq!(
-            texts(&ticks(&Scale::Log10, [0.8, 1.2], 4)),
+            texts(&ticks(&AxisScale::Log10, [0.8, 1.2], 4)),
             ["0.8", "0.9", "1.0", "1.1", "1.2"]
         );
     }
 
     #[test]
     fn impossible_ranges_have_no_ticks() {
-        assert!(ticks(&Scale::Linear, [1.0, 1.0], 5).is_empty());
-        assert!(ticks(&Scale::Linear, [f64::NAN, 1.0], 5).is_empty());
-        assert!(ticks(&Scale::Log10, [-1.0, 1.0], 5).is_empty());
+        assert!(ticks(&AxisScale::Linear, [1.0, 1.0], 5).is_empty());
+        assert!(ticks(&AxisScale::Linear, [f64::NAN, 1.0], 5).is_empty());
+        assert!(ticks(&AxisScale::Log10, [-1.0, 1.0], 5).is_empty());
     }
 
     #[test]
     fn a_place_without_a_name_has_no_tick() {
         let names = ["", "P1 x", ""].map(str::to_owned).to_vec();
-        let found = ticks(&Scale::Categories(names), [-0.5, 2.5], 3);
+        let found = ticks(&AxisScale::Categories(names), [-0.5, 2.5], 3);
         assert_eq!(found.len(), 1);
         assert_eq!(found[0].value, 1.0);
     }

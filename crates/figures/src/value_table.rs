@@ -1,6 +1,6 @@
 //! A coloured table of signed values, and the colour bar beside it.
 
-use super::figure::{Axis, Marks, Note, Panel, Placement, Polygon, Series, Style};
+use super::figure::{Axis, FigureNote, Marks, NotePlacement, Panel, Polygon, Series, Style};
 use super::font;
 use super::palette::{Colour, Marker, diverging};
 use super::range::{spread, unspread};
@@ -74,12 +74,12 @@ impl ValueTable<'_> {
                 None if *value < 0.0 => "−".to_owned(),
                 None => "+".to_owned(),
             };
-            panel.notes.push(Note {
+            panel.notes.push(FigureNote {
                 at: *at,
                 text,
                 colour: diverging(value / self.limit).readable_ink(),
                 size_px: fitting_px.unwrap_or(NUMBER_PX[0]),
-                placement: Placement::Centred,
+                placement: NotePlacement::Centred,
             });
         }
         fitting_px.is_some()

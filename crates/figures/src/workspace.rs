@@ -4,7 +4,8 @@ use std::collections::BTreeMap;
 
 use super::caption::{if_any, joined};
 use super::figure::{
-    Axis, Figure, LegendEntry, Marks, Note, Panel, Placement, Point, Polygon, Sample, Series, Style,
+    Axis, Figure, FigureNote, FigurePoint, LegendEntry, LegendMark, Marks, NotePlacement, Panel,
+    Polygon, Series, Style,
 };
 use super::font;
 use super::palette::{Colour, Marker, qualitative, sequential};
@@ -72,7 +73,10 @@ pub fn workspace(input: &WorkspaceProjection) -> Figure {
     panel.equal_aspect = true;
     let mut legend = Vec::new();
     if finite.len() <= SINGLE_POINTS {
-        let points = finite.iter().map(|[z, y]| Point::new(*z, *y)).collect();
+        let points = finite
+            .iter()
+            .map(|[z, y]| FigurePoint::new(*z, *y))
+            .collect();
         let style = Style::new(sequential(0.6), Marker::Dot).marker_size(2.4);
         panel.series.push(Series::labelled(
             "end point of a pose",
@@ -178,7 +182,12 @@ fn named(input: &WorkspaceProjection) -> impl Iterator<Item = &NamedPoint> {
 fn push_named(panel: &mut Panel, input: &WorkspaceProjection, finite: &[[f64; 2]]) {
     let centre = centre(finite);
     let marked = |points: &[NamedPoint]| {
-        Marks::Points(points.iter().map(|p| Point::new(p.z_m, p.y_m)).collect())
+        Marks::Points(
+            points
+                .iter()
+                .map(|p| FigurePoint::new(p.z_m, p.y_m))
+                .collect(),
+        )
     };
     if !input.stated.is_empty() {
         panel.series.push(Series::labelled(
@@ -196,12 +205,12 @@ fn push_named(panel: &mut Panel, input: &WorkspaceProjection, finite: &[[f64; 2]
     }
     // Names stand outside the cloud.
     for point in named(input) {
-        panel.notes.push(Note {
+        panel.notes.push(FigureNote {
             at: [point.z_m, point.y_m],
             text: point.name.clone(),
             colour: Colour::INK,
             size_px: NAME_PX,
-            placement: Placement::Toward([point.z_m - centre[0], point.y_m - centre[1]]),
+            placement: NotePlacement::Toward([point.z_m - centre[0], point.y_m - centre[1]]),
         });
     }
 }
@@ -235,7 +244,7 @@ fn density(points: &[[f64; 2]], width_m: f64) -> (Vec<Polygon>, Vec<LegendEntry>
         .map(|(class, &high)| LegendEntry {
             label: poses_between(tops.get(class + 1).map_or(1, |below| below + 1), high),
             style: Style::new(shade(class), Marker::Square),
-            sample: Sample::Area,
+            sample: LegendMark::Area,
         })
         .collect();
     (polygons, legend)

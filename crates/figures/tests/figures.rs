@@ -9,8 +9,8 @@ use rand_chacha::ChaCha8Rng;
 use stiffbench_beams::robot::{ElementClass, JointModel, Pose, Predictor, Robot, Theory};
 use stiffbench_beams::structure::Attachment;
 use stiffbench_figures::{
-    Bar, ComparedCell, Correlation, DrawnFactor, DrawnMember, DrawnNode, FactorFate,
-    FactorIntervals, FittedLine, LoadCurvePoints, LoadDisplacement, LoadPoint, NamedPoint,
+    Bar, ComparedCell, Correlation, DisplacementPoint, DrawnFactor, DrawnMember, DrawnNode,
+    FactorFate, FactorIntervals, FittedLine, LoadCurvePoints, LoadDisplacement, NamedPoint,
     ResidualMeasure, ResidualPoint, Residuals, RobotDrawing, SessionCurves, StiffnessComparison,
     WorkspaceProjection, correlation, factor_intervals, load_displacement, residuals, robot_pose,
     stiffness_comparison, workspace,
@@ -54,7 +54,7 @@ fn session(name: &str, seed: u64, softer: f64, unloading: bool) -> SessionCurves
                 } else {
                     0.0
                 };
-                LoadPoint {
+                DisplacementPoint {
                     force_n,
                     displacement_m: force_n * compliance - loop_m + sd_m * noise(random),
                     bar_m: Some(sd_m),
@@ -63,7 +63,7 @@ fn session(name: &str, seed: u64, softer: f64, unloading: bool) -> SessionCurves
                     flagged: place == 2 && direction == Direction::Y && step == 4,
                 }
             };
-            let mut points: Vec<LoadPoint> = (0..8)
+            let mut points: Vec<DisplacementPoint> = (0..8)
                 .map(|step| point(step, Branch::Loading, &mut random))
                 .collect();
             if unloading {

@@ -6,12 +6,12 @@
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 use stiffbench_figures::{
-    Bar, BeforeAfterPoint, CurveShape, DetectionLimit, DetectionLimits, DrivingQuantity,
-    EvidenceBars, EvidenceCandidate, FactorShift, FactorValue, FoundLaw, HeldOutError, HeldOutPose,
-    LawCurve, LawPanel, LawPoint, LawPower, MapLoadStep, MapValue, MismatchMap, PowerAtSize,
-    PowerCurves, Rate, ResidualMeasure, ResidualsAgainst, ResidualsBeforeAfter, RunSummary,
-    ShiftedFactor, Standing, detection_limits, evidence_bars, factor_shift, found_law,
-    held_out_error, mismatch_map, power_curves, residuals_before_after,
+    Bar, BeforeAfterPoint, CandidateDecision, CurveShape, DetectionLimitBar, DetectionLimits,
+    DrivingQuantity, EvidenceBars, EvidenceCandidate, FactorShift, FactorValue, FoundLaw,
+    HeldOutError, HeldOutPose, LawCurve, LawPanel, LawPoint, LawPower, MapLoadStep, MapValue,
+    MismatchMap, PowerAtSize, PowerCurves, Rate, ResidualMeasure, ResidualsAgainst,
+    ResidualsBeforeAfter, RunSummary, ShiftedFactor, detection_limits, evidence_bars, factor_shift,
+    found_law, held_out_error, mismatch_map, power_curves, residuals_before_after,
 };
 use stiffbench_units_and_text::test_point::{Branch, Cell, Direction};
 
@@ -178,7 +178,7 @@ fn readings(against: ResidualsAgainst) -> ResidualsBeforeAfter {
 }
 
 #[test]
-fn residuals_without_and_with_what_was_found() {
+fn residuals_before_and_after_the_found_effects() {
     let by_force = readings(ResidualsAgainst::Force);
     check("before-after", &residuals_before_after(&by_force));
     let by_order = readings(ResidualsAgainst::Order);
@@ -336,7 +336,7 @@ fn laws_of_every_driving_quantity() {
     check("found-law-steps", &found_law(&slip));
 }
 
-fn candidate(name: &str, log_bayes_factor: f64, standing: Standing) -> EvidenceCandidate {
+fn candidate(name: &str, log_bayes_factor: f64, standing: CandidateDecision) -> EvidenceCandidate {
     EvidenceCandidate {
         name: name.to_owned(),
         log_bayes_factor,
@@ -346,12 +346,12 @@ fn candidate(name: &str, log_bayes_factor: f64, standing: Standing) -> EvidenceC
 
 #[test]
 fn evidence_for_candidates() {
-    let impossible = |reason: &str| Standing::Impossible {
+    let impossible = |reason: &str| CandidateDecision::Impossible {
         reason: reason.to_owned(),
     };
     let few = vec![
-        candidate(FOUND, 41.3, Standing::Named),
-        candidate("joint-friction at A3", 39.6, Standing::Rival),
+        candidate(FOUND, 41.3, CandidateDecision::Named),
+        candidate("joint-friction at A3", 39.6, CandidateDecision::Rival),
         candidate(
             "joint-compliance at A5B",
             47.2,
@@ -360,13 +360,17 @@ fn evidence_for_candidates() {
         candidate(
             "force-gauge-nonlinearity at gauge force",
             28.9,
-            Standing::Rival,
+            CandidateDecision::Rival,
         ),
-        candidate("joint-nonlinearity at A3", 26.0, Standing::Rival),
-        candidate("load-misalignment of y toward z", 3.1, Standing::Rival),
-        candidate("creep", -1.8, Standing::Rival),
-        candidate("thermal-drift", -3.9, Standing::Rival),
-        candidate("slip", f64::NEG_INFINITY, Standing::Rival),
+        candidate("joint-nonlinearity at A3", 26.0, CandidateDecision::Rival),
+        candidate(
+            "load-misalignment of y toward z",
+            3.1,
+            CandidateDecision::Rival,
+        ),
+        candidate("creep", -1.8, CandidateDecision::Rival),
+        candidate("thermal-drift", -3.9, CandidateDecision::Rival),
+        candidate("slip", f64::NEG_INFINITY, CandidateDecision::Rival),
     ];
     check(
         "evidence",
@@ -379,9 +383,9 @@ fn evidence_for_candidates() {
         ["A3", "B1B2"].map(|place| {
             let value = 9800.0 / (1.0 + i as f64) - if place == "A3" { 0.0 } else { 1.4 };
             let standing = match (i, place) {
-                (0, "A3") => Standing::Named,
+                (0, "A3") => CandidateDecision::Named,
                 (3, _) => impossible("softens and stiffens at once, q beyond its bound"),
-                _ => Standing::Rival,
+                _ => CandidateDecision::Rival,
             };
             candidate(&format!("{physics} at {place}"), value, standing)
         })
@@ -394,7 +398,7 @@ fn evidence_for_candidates() {
     let nothing = PHYSICS
         .iter()
         .enumerate()
-        .map(|(i, physics)| candidate(physics, 0.4 - 0.35 * i as f64, Standing::Rival));
+        .map(|(i, physics)| candidate(physics, 0.4 - 0.35 * i as f64, CandidateDecision::Rival));
     let nothing = EvidenceBars {
         candidates: nothing.collect(),
         alike_within: 5.0,
@@ -473,7 +477,7 @@ fn power_of_the_search() {
 }
 
 #[test]
-fn factors_without_and_with_what_was_found() {
+fn factors_before_and_after_the_found_effects() {
     let value = |value: f64, half: Option<f64>| FactorValue {
         value,
         ci95: half.map(|half| [value / half, value * half]),
@@ -513,7 +517,7 @@ fn limits_of_detection() {
         for (k, place) in places.iter().enumerate() {
             let lost = physics.starts_with("joint") && k == 5 || *physics == "loose-member";
             let end_effect_um = 2.3 * (1.0 + i as f64 / 5.0) * 2.2f64.powi(k as i32);
-            limits.push(DetectionLimit {
+            limits.push(DetectionLimitBar {
                 law: (*physics).to_owned(),
                 place: (*place).to_owned(),
                 end_effect_m: (!lost).then_some(1e-6 * end_effect_um),

@@ -73,15 +73,15 @@ impl fmt::Display for Framing {
 
 /// Bytes with the time of the last.
 #[derive(Debug, Clone, PartialEq)]
-pub(super) struct Piece {
+pub(super) struct Fragment {
     pub(super) bytes: Vec<u8>,
     pub(super) at_s: f64,
-    pub(super) kind: PieceKind,
+    pub(super) kind: FragmentKind,
 }
 
 /// What bytes are.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum PieceKind {
+pub(super) enum FragmentKind {
     /// A packet with known beginning, without its end mark.
     Packet,
     /// A line whose beginning may be lost.
@@ -120,11 +120,11 @@ impl Waiting {
     }
 
     /// Takes the first `count` bytes out as a piece; the last `without` of them are left out of it.
-    fn take(&mut self, count: usize, without: usize, kind: PieceKind) -> Piece {
+    fn take(&mut self, count: usize, without: usize, kind: FragmentKind) -> Fragment {
         let mut bytes: Vec<u8> = self.bytes.drain(..count).collect();
         bytes.truncate(count - without);
         let at_s = self.times_s.drain(..count).next_back().unwrap_or_default();
-        Piece { bytes, at_s, kind }
+        Fragment { bytes, at_s, kind }
     }
 
     fn clear(&mut self) {
@@ -166,7 +166,7 @@ impl Framer {
         byte: u8,
         at_s: f64,
         fits: &dyn Fn(&[u8]) -> bool,
-        out: &mut Vec<Piece>,
+        out: &mut Vec<Fragment>,
     ) {
         self.waiting.push(byte, at_s);
         match &self.framing {
@@ -181,7 +181,7 @@ impl Framer {
             FramingKind::Idle { longest } => {
                 if self.waiting.len() > *longest {
                     let count = self.waiting.len();
-                    out.push(self.waiting.take(count, 0, PieceKind::TooLong));
+                    out.push(self.waiting.take(count, 0, FragmentKind::TooLong));
                     self.in_step = false;
                 }
             }
@@ -190,11 +190,11 @@ impl Framer {
     }
 
     /// Nothing came for the idle gap.
-    pub(super) fn idle(&mut self, fits: &dyn Fn(&[u8]) -> bool, out: &mut Vec<Piece>) {
+    pub(super) fn idle(&mut self, fits: &dyn Fn(&[u8]) -> bool, out: &mut Vec<Fragment>) {
         let count = self.waiting.len();
         match &self.framing {
             FramingKind::Line { .. } if count > 0 => {
-                out.push(self.waiting.take(count, 0, PieceKind::Cut));
+                out.push(self.waiting.take(count, 0, FragmentKind::Cut));
                 // The rest may still come, and would look like a packet.
                 self.in_step = false;
             }
@@ -208,9 +208,9 @@ impl Framer {
             FramingKind::Idle { .. } => {
                 if count > 0 {
                     let kind = if self.in_step {
-                        PieceKind::Packet
+                        FragmentKind::Packet
                     } else {
-                        PieceKind::TooLong
+                        FragmentKind::TooLong
                     };
                     out.push(self.waiting.take(count, 0, kind));
                 }
@@ -225,7 +225,7 @@ impl Framer {
     }
 
     /// A line is complete, a reply without end mark is, or there are more bytes than any line has.
-    fn line(&mut self, out: &mut Vec<Piece>) {
+    fn line(&mut self, out: &mut Vec<Fragment>) {
         let FramingKind::Line {
             ends,
             longest,
@@ -238,13 +238,13 @@ impl Framer {
         let longest = longest + ends.iter().map(Vec::len).max().unwrap_or_default();
         let bytes = &self.waiting.bytes;
         if self.in_step && bare.contains(bytes) {
-            out.push(self.waiting.take(count, 0, PieceKind::Packet));
+            out.push(self.waiting.take(count, 0, FragmentKind::Packet));
         } else if let Some(end) = ends.iter().find(|end| bytes.ends_with(end)) {
             let end = end.len();
             let kind = if self.in_step {
-                PieceKind::Packet
+                FragmentKind::Packet
             } else {
-                PieceKind::Tail
+                FragmentKind::Tail
             };
             let piece = self.waiting.take(count, end, kind);
             // Nothing between two end marks is no packet.
@@ -253,40 +253,40 @@ impl Framer {
             }
             self.in_step = true;
         } else if count > longest {
-            out.push(self.waiting.take(count, 0, PieceKind::TooLong));
+            out.push(self.waiting.take(count, 0, FragmentKind::TooLong));
             self.in_step = false;
         }
     }
 
     /// Packets of one length that came together; after a byte lost or too much there is no telling where the next begins.
-    fn burst(&mut self, length: usize, whole: bool, out: &mut Vec<Piece>) {
+    fn burst(&mut self, length: usize, whole: bool, out: &mut Vec<Fragment>) {
         let count = self.waiting.len();
         if whole && self.in_step {
             for _ in 0..count / length {
-                out.push(self.waiting.take(length, 0, PieceKind::Packet));
+                out.push(self.waiting.take(length, 0, FragmentKind::Packet));
             }
         } else {
-            out.push(self.waiting.take(count, 0, PieceKind::Uneven));
+            out.push(self.waiting.take(count, 0, FragmentKind::Uneven));
             self.in_step = false;
         }
     }
 
     /// Packets that are known by their beginning: slides by one byte until one fits.
-    fn scan(&mut self, fits: &dyn Fn(&[u8]) -> bool, at_rest: bool, out: &mut Vec<Piece>) {
+    fn scan(&mut self, fits: &dyn Fn(&[u8]) -> bool, at_rest: bool, out: &mut Vec<Fragment>) {
         while self.waiting.len() > 0 {
             match self.head() {
-                Head::Length(length)
+                PacketStart::Length(length)
                     if self.waiting.len() >= length && fits(&self.waiting.bytes[..length]) =>
                 {
                     self.flush_skipped(out);
-                    out.push(self.waiting.take(length, 0, PieceKind::Packet));
+                    out.push(self.waiting.take(length, 0, FragmentKind::Packet));
                     continue;
                 }
-                Head::Length(length) if self.waiting.len() < length && !at_rest => return,
-                Head::Short if !at_rest => return,
+                PacketStart::Length(length) if self.waiting.len() < length && !at_rest => return,
+                PacketStart::Short if !at_rest => return,
                 _ => {}
             }
-            let piece = self.waiting.take(1, 0, PieceKind::Skipped);
+            let piece = self.waiting.take(1, 0, FragmentKind::Skipped);
             self.skipped.push(piece.bytes[0], piece.at_s);
             if self.skipped.len() >= SKIPPED {
                 self.flush_skipped(out);
@@ -294,23 +294,23 @@ impl Framer {
         }
     }
 
-    fn flush_skipped(&mut self, out: &mut Vec<Piece>) {
+    fn flush_skipped(&mut self, out: &mut Vec<Fragment>) {
         let count = self.skipped.len();
         if count > 0 {
-            out.push(self.skipped.take(count, 0, PieceKind::Skipped));
+            out.push(self.skipped.take(count, 0, FragmentKind::Skipped));
         }
     }
 
     /// What the waiting bytes begin with.
-    fn head(&self) -> Head {
+    fn head(&self) -> PacketStart {
         let bytes = &self.waiting.bytes[..];
         match &self.framing {
             FramingKind::Start { mark, length } => {
                 let seen = bytes.len().min(mark.len());
                 match bytes[..seen] == mark[..seen] {
-                    true if seen == mark.len() => Head::Length(*length),
-                    true => Head::Short,
-                    false => Head::None,
+                    true if seen == mark.len() => PacketStart::Length(*length),
+                    true => PacketStart::Short,
+                    false => PacketStart::None,
                 }
             }
             FramingKind::Modbus {
@@ -318,23 +318,23 @@ impl Framer {
                 function,
                 data_bytes,
             } => match bytes {
-                [first, ..] if first != slave => Head::None,
-                [_] => Head::Short,
-                [_, second, ..] if *second == function | 0x80 => Head::Length(5),
-                [_, second, ..] if second != function => Head::None,
-                [_, _] => Head::Short,
+                [first, ..] if first != slave => PacketStart::None,
+                [_] => PacketStart::Short,
+                [_, second, ..] if *second == function | 0x80 => PacketStart::Length(5),
+                [_, second, ..] if second != function => PacketStart::None,
+                [_, _] => PacketStart::Short,
                 [_, _, count, ..] if usize::from(*count) == *data_bytes => {
-                    Head::Length(data_bytes + 5)
+                    PacketStart::Length(data_bytes + 5)
                 }
-                _ => Head::None,
+                _ => PacketStart::None,
             },
-            _ => Head::None,
+            _ => PacketStart::None,
         }
     }
 }
 
 /// What bytes begin with.
-enum Head {
+enum PacketStart {
     /// No packet.
     None,
     /// Too few bytes to decide.
@@ -353,7 +353,7 @@ mod tests {
     use super::*;
 
     /// The pieces of bytes, with a silence at each `None`.
-    fn pieces(kind: FramingKind, bytes: &[Option<u8>]) -> Vec<(PieceKind, String)> {
+    fn pieces(kind: FramingKind, bytes: &[Option<u8>]) -> Vec<(FragmentKind, String)> {
         let mut framer = Framer::new(&Framing { kind, idle_s: 0.1 });
         let mut out = Vec::new();
         let fits = |packet: &[u8]| packet.ends_with(b"!");
@@ -363,7 +363,7 @@ mod tests {
                 None => framer.idle(&fits, &mut out),
             }
         }
-        let text = |piece: Piece| (piece.kind, piece.bytes.escape_ascii().to_string());
+        let text = |piece: Fragment| (piece.kind, piece.bytes.escape_ascii().to_string());
         out.into_iter().map(text).collect()
     }
 
@@ -374,16 +374,16 @@ mod tests {
             .collect()
     }
 
-    fn expect(kind: FramingKind, text: &str, expected: &[(PieceKind, &str)]) {
+    fn expect(kind: FramingKind, text: &str, expected: &[(FragmentKind, &str)]) {
         let found = pieces(kind, &timed(text));
-        let found: Vec<(PieceKind, &str)> = found
+        let found: Vec<(FragmentKind, &str)> = found
             .iter()
             .map(|(kind, text)| (*kind, text.as_str()))
             .collect();
         assert_eq!(found, expected, "{text}");
     }
 
-    use PieceKind::{Cut, Packet, Skipped, Tail, TooLong, Uneven};
+    use FragmentKind::{Cut, Packet, Skipped, Tail, TooLong, Uneven};
 
     #[test]
     fn lines_end_where_their_mark_stands_and_are_in_step_from_there() {

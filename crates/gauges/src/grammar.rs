@@ -23,7 +23,7 @@ pub(super) struct Grammar {
 /// A packet that reports an error.
 #[derive(Debug, Clone)]
 pub(super) struct ErrorPacket {
-    pub(super) pattern: Pattern,
+    pub(super) pattern: FieldPattern,
     pub(super) meaning: Trouble,
     pub(super) text: String,
 }
@@ -31,7 +31,7 @@ pub(super) struct ErrorPacket {
 /// A packet that answers a command.
 #[derive(Debug, Clone)]
 pub(super) struct ReplyPacket {
-    pub(super) pattern: Pattern,
+    pub(super) pattern: FieldPattern,
     pub(super) meaning: ReplyMeaning,
 }
 
@@ -39,20 +39,20 @@ pub(super) struct ReplyPacket {
 #[derive(Debug, Clone)]
 pub(super) enum ValuePacket {
     /// In fields of text.
-    Text(Pattern),
+    Text(FieldPattern),
     /// In Modbus registers.
     Registers(Registers),
 }
 
 /// Fields in order.
 #[derive(Debug, Clone, Default)]
-pub(super) struct Pattern {
-    pub(super) fields: Vec<Field>,
+pub(super) struct FieldPattern {
+    pub(super) fields: Vec<PacketField>,
 }
 
 /// One field.
 #[derive(Debug, Clone)]
-pub(super) enum Field {
+pub(super) enum PacketField {
     /// These very bytes.
     Literal(Vec<u8>),
     /// Characters of a set, from least to most of them.
@@ -138,13 +138,13 @@ impl CharacterSet {
 /// A field of a packet that matched: which one, its bytes, and which alternative.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Matched<'a> {
-    pub(super) field: &'a Field,
+    pub(super) field: &'a PacketField,
     pub(super) bytes: &'a [u8],
     /// Place in the list of alternatives; its length for a unit that is not in the list.
     pub(super) alternative: usize,
 }
 
-impl Pattern {
+impl FieldPattern {
     /// The fields of a packet, or `None` if it is not covered exactly.
     pub(super) fn matches<'a>(&'a self, packet: &'a [u8]) -> Option<Vec<Matched<'a>>> {
         let mut attempt = Attempt {
@@ -162,9 +162,9 @@ impl Pattern {
         let blank = |text: &[u8]| text.iter().all(|byte| *byte == b' ');
         for field in &self.fields {
             match field {
-                Field::Literal(bytes) if !blank(bytes) => return true,
-                Field::Literal(_) => {}
-                Field::Sign(texts) => return !texts.iter().any(|(text, _)| blank(text)),
+                PacketField::Literal(bytes) if !blank(bytes) => return true,
+                PacketField::Literal(_) => {}
+                PacketField::Sign(texts) => return !texts.iter().any(|(text, _)| blank(text)),
                 _ => return false,
             }
         }
@@ -175,7 +175,7 @@ impl Pattern {
     pub(super) fn fixed_bytes(&self) -> Option<Vec<u8>> {
         let mut bytes = Vec::new();
         for field in &self.fields {
-            let Field::Literal(literal) = field else {
+            let PacketField::Literal(literal) = field else {
                 return None;
             };
             bytes.extend_from_slice(literal);
@@ -186,7 +186,7 @@ impl Pattern {
 
 /// A packet while it is tried.
 struct Attempt<'a> {
-    fields: &'a [Field],
+    fields: &'a [PacketField],
     packet: &'a [u8],
     /// By field and byte: tried in vain.
     dead: Vec<bool>,
@@ -221,7 +221,7 @@ impl Attempt<'_> {
     }
 }
 
-impl Field {
+impl PacketField {
     /// The lengths that this field can take at the start of `rest`, in order of preference, each with its alternative.
     fn ways(&self, rest: &[u8]) -> Vec<(usize, usize)> {
         match self {

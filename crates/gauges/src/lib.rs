@@ -32,8 +32,8 @@ mod write;
 
 pub use decode::{Decoded, Decoder, DecoderError, Meaning, Reply, raw_text};
 pub use description::{
-    Command, DescriptionError, Effect, Expect, Flow, InstrumentDescription, LineSettings,
-    ModemLines, Parity, Role, Status, Timing,
+    CommandEffect, CommandRole, DescriptionError, DescriptionStatus, Expect, Flow, GaugeCommand,
+    InstrumentDescription, LineSettings, ModemLines, Parity, Timing,
 };
 pub use gauges::{Ask, GaugeEvent, Gauges, LinkState};
 pub use registers::modbus_crc;

@@ -8,15 +8,15 @@ use serialport::{ClearBuffer, SerialPort};
 use stiffbench_units_and_text::clock::Clock;
 
 use super::decode::{Decoded, Decoder, Meaning};
-use super::description::{Effect, InstrumentDescription, LineSettings, Role};
-use super::port::{OpenPort, Patience, PortError, PortSettings, open};
+use super::description::{CommandEffect, CommandRole, InstrumentDescription, LineSettings};
+use super::port::{OpenPort, PortError, PortSettings, PortTimeouts, open};
 
 /// How long is listened before anything is sent, s: a gauge that sends by itself does so at least every second.
 const LISTEN_S: f64 = 1.2;
 
 /// How well a description fits what a port sends.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Finding {
+pub struct ProbeFinding {
     /// Name of the description.
     pub instrument: String,
     /// Points: 3 for each value that a pattern covers, up to three; 2 for an answer to its identity; 1 less for each packet that no pattern
@@ -42,7 +42,7 @@ pub fn probe(
     path: &str,
     descriptions: &[InstrumentDescription],
     note: &mut dyn FnMut(String),
-) -> Result<Vec<Finding>, PortError> {
+) -> Result<Vec<ProbeFinding>, PortError> {
     let mut findings = try_speeds(path, descriptions, usual_speed, note)?;
     if findings.is_empty() {
         findings = try_speeds(path, descriptions, other_speeds, note)?;
@@ -83,10 +83,10 @@ fn try_speeds(
     descriptions: &[InstrumentDescription],
     speeds: fn(&LineSettings) -> &[u32],
     note: &mut dyn FnMut(String),
-) -> Result<Vec<Finding>, PortError> {
+) -> Result<Vec<ProbeFinding>, PortError> {
     let mut findings = Vec::new();
     for (settings, alike) in attempts(descriptions, speeds) {
-        let opened = open(path, &settings, &Patience::without_waiting(), note)?;
+        let opened = open(path, &settings, &PortTimeouts::without_waiting(), note)?;
         let mut found = Probe::new(opened).try_all(&alike)?;
         for finding in &mut found {
             let named = alike.iter().find(|one| one.name == finding.instrument);
@@ -103,7 +103,7 @@ fn try_speeds(
 
 /// The finding that stands out, if one does: the only best one, by at least two values.
 #[must_use]
-pub fn clear_match(findings: &[Finding]) -> Option<&Finding> {
+pub fn clear_match(findings: &[ProbeFinding]) -> Option<&ProbeFinding> {
     match findings {
         [best, second, ..] if best.points <= second.points => None,
         [best, ..] if best.points >= 3 => Some(best),
@@ -112,7 +112,7 @@ pub fn clear_match(findings: &[Finding]) -> Option<&Finding> {
 }
 
 /// Whether one has identified itself: then nothing more is sent that is meant for others.
-fn is_settled(findings: &[Finding]) -> bool {
+fn is_settled(findings: &[ProbeFinding]) -> bool {
     findings.iter().any(|finding| finding.identity.is_some())
 }
 
@@ -132,14 +132,14 @@ impl Probe {
     fn try_all(
         &mut self,
         descriptions: &[&InstrumentDescription],
-    ) -> Result<Vec<Finding>, PortError> {
+    ) -> Result<Vec<ProbeFinding>, PortError> {
         let heard = self.listen(LISTEN_S, LISTEN_S)?;
         let mut findings = Vec::new();
         for description in descriptions {
             let finding = if heard.is_empty() {
                 self.ask(description)?
             } else {
-                judge(description, None, &heard)
+                assess(description, None, &heard)
             };
             findings.extend(finding.filter(|finding| finding.points > 0));
             if is_settled(&findings) {
@@ -149,15 +149,18 @@ impl Probe {
         Ok(findings)
     }
 
-    fn ask(&mut self, description: &InstrumentDescription) -> Result<Option<Finding>, PortError> {
-        let Some(heard) = self.reply(description, Role::Read)? else {
+    fn ask(
+        &mut self,
+        description: &InstrumentDescription,
+    ) -> Result<Option<ProbeFinding>, PortError> {
+        let Some(heard) = self.reply(description, CommandRole::Read)? else {
             return Ok(None);
         };
-        let Some(mut finding) = judge(description, Some(Role::Read), &heard) else {
+        let Some(mut finding) = assess(description, Some(CommandRole::Read), &heard) else {
             return Ok(None);
         };
         if finding.points > 0
-            && let Some(heard) = self.reply(description, Role::Identify)?
+            && let Some(heard) = self.reply(description, CommandRole::Identify)?
             && let Some(identity) = identity(description, &heard)
         {
             finding.points += 2;
@@ -170,11 +173,11 @@ impl Probe {
     fn reply(
         &mut self,
         description: &InstrumentDescription,
-        role: Role,
+        role: CommandRole,
     ) -> Result<Option<Vec<u8>>, PortError> {
         let Some(command) = description
             .command(role)
-            .filter(|command| command.effect == Effect::Reads)
+            .filter(|command| command.effect == CommandEffect::Reads)
         else {
             return Ok(None);
         };
@@ -223,7 +226,11 @@ impl Probe {
     }
 }
 
-fn decoded(description: &InstrumentDescription, asked: Option<Role>, heard: &[u8]) -> Vec<Decoded> {
+fn decoded(
+    description: &InstrumentDescription,
+    asked: Option<CommandRole>,
+    heard: &[u8],
+) -> Vec<Decoded> {
     let choices = description.unit_choices();
     let decoder = Decoder::new(description, None)
         .or_else(|_| Decoder::new(description, choices.first().copied()));
@@ -240,11 +247,11 @@ fn decoded(description: &InstrumentDescription, asked: Option<Role>, heard: &[u8
 }
 
 /// How well a description fits what was heard.
-fn judge(
+fn assess(
     description: &InstrumentDescription,
-    asked: Option<Role>,
+    asked: Option<CommandRole>,
     heard: &[u8],
-) -> Option<Finding> {
+) -> Option<ProbeFinding> {
     let decoded = decoded(description, asked, heard);
     let values: Vec<String> = decoded
         .iter()
@@ -258,7 +265,7 @@ fn judge(
         .filter(|item| matches!(item, Decoded::Rejected(_)))
         .count();
     let points = 3 * values.len().min(3) as i32 - wrong.min(3) as i32;
-    values.first().map(|first| Finding {
+    values.first().map(|first| ProbeFinding {
         instrument: description.name.clone(),
         points,
         evidence: first.clone(),
@@ -268,7 +275,7 @@ fn judge(
 }
 
 fn identity(description: &InstrumentDescription, heard: &[u8]) -> Option<String> {
-    decoded(description, Some(Role::Identify), heard)
+    decoded(description, Some(CommandRole::Identify), heard)
         .into_iter()
         .find_map(|item| match item {
             Decoded::Reply(reply) => match reply.meaning {
@@ -283,8 +290,8 @@ fn identity(description: &InstrumentDescription, heard: &[u8]) -> Option<String>
 mod tests {
     use super::*;
 
-    fn finding(instrument: &str, points: i32) -> Finding {
-        Finding {
+    fn finding(instrument: &str, points: i32) -> ProbeFinding {
+        ProbeFinding {
             instrument: instrument.to_owned(),
             points,
             evidence: String::new(),

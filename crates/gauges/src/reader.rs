@@ -10,10 +10,10 @@ use stiffbench_units_and_text::clock::Clock;
 
 use super::decode::Decoder;
 use super::description::InstrumentDescription;
-use super::driver::{Deed, Driver, Manner, Moment};
+use super::driver::{AcquisitionSettings, Driver, DriverAction, DriverTimestamp};
 use super::gauges::{Ask, GaugeEvent, LinkState};
 use super::port::{OpenPort, PortError};
-use super::trace::{Entry, Sink, What};
+use super::trace::{Sink, TraceEntry, What};
 
 /// One gauge on an open port, read by waiting for it. The same machine as in the live bench, without a second line and without reconnecting.
 pub struct Reader {
@@ -22,7 +22,7 @@ pub struct Reader {
     real: Clock,
     clock: Clock,
     trace: Option<Box<dyn Sink>>,
-    deeds: Vec<Deed>,
+    actions: Vec<DriverAction>,
 }
 
 impl Reader {
@@ -32,23 +32,23 @@ impl Reader {
         open: OpenPort,
         description: Arc<InstrumentDescription>,
         decoder: Decoder,
-        manner: Manner,
+        acquisition_settings: AcquisitionSettings,
         clock: Clock,
         trace: Option<Box<dyn Sink>>,
     ) -> Self {
         let real = Clock::default();
-        let now = Moment {
+        let now = DriverTimestamp {
             real_s: real.now_s(),
             at_s: clock.now_s(),
         };
-        let driver = Driver::new(description, decoder, manner, &open.path, now);
+        let driver = Driver::new(description, decoder, acquisition_settings, &open.path, now);
         Self {
             open,
             driver,
             real,
             clock,
             trace,
-            deeds: Vec::new(),
+            actions: Vec::new(),
         }
     }
 
@@ -60,7 +60,7 @@ impl Reader {
 
     /// Asks the gauge something; the answer comes as an event.
     pub fn ask(&mut self, ask: Ask) {
-        self.driver.ask(ask, &mut self.deeds);
+        self.driver.ask(ask, &mut self.actions);
     }
 
     /// What happens within `wait`: returns with the first events, or with none when the time is over.
@@ -72,7 +72,7 @@ impl Reader {
         let mut events = Vec::new();
         let mut buffer = [0; 4096];
         loop {
-            self.driver.wake(self.now(), &mut self.deeds);
+            self.driver.wake(self.now(), &mut self.actions);
             self.carry_out(&mut events)?;
             let left_s = until_s - self.real.now_s();
             if !events.is_empty() || left_s <= 0.0 {
@@ -87,7 +87,8 @@ impl Reader {
                 Ok(count) => {
                     let now = self.now();
                     self.record(now.at_s, What::Received(buffer[..count].to_vec()));
-                    self.driver.received(&buffer[..count], now, &mut self.deeds);
+                    self.driver
+                        .received(&buffer[..count], now, &mut self.actions);
                 }
                 Err(error)
                     if matches!(
@@ -101,18 +102,18 @@ impl Reader {
 
     fn carry_out(&mut self, events: &mut Vec<GaugeEvent>) -> Result<(), PortError> {
         let at_s = self.clock.now_s();
-        for deed in std::mem::take(&mut self.deeds) {
-            if let Some(what) = deed.traced() {
+        for action in std::mem::take(&mut self.actions) {
+            if let Some(what) = action.traced() {
                 self.record(at_s, what);
             }
-            match deed {
-                Deed::Send { bytes, .. } => {
+            match action {
+                DriverAction::Send { bytes, .. } => {
                     let written = self.open.port.write_all(&bytes);
                     written.map_err(|error| self.lost(&error.to_string()))?;
                 }
-                Deed::Tell(event) => events.push(event),
-                Deed::Unused { .. } | Deed::Reset => {}
-                Deed::Refuse { reason } => {
+                DriverAction::Tell(event) => events.push(event),
+                DriverAction::Unused { .. } | DriverAction::Reset => {}
+                DriverAction::Refuse { reason } => {
                     return Err(PortError::WrongDevice {
                         port: self.open.path.clone(),
                         problem: reason.to_string(),
@@ -124,8 +125,8 @@ impl Reader {
         Ok(())
     }
 
-    fn now(&self) -> Moment {
-        Moment {
+    fn now(&self) -> DriverTimestamp {
+        DriverTimestamp {
             real_s: self.real.now_s(),
             at_s: self.clock.now_s(),
         }
@@ -133,7 +134,7 @@ impl Reader {
 
     fn record(&mut self, at_s: f64, what: What) {
         if let Some(trace) = &mut self.trace {
-            trace.take(Entry { at_s, what });
+            trace.take(TraceEntry { at_s, what });
         }
     }
 

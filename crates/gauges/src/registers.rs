@@ -209,7 +209,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_no_number_or_not_there_is_said() {
+    fn absent_and_non_numeric_registers_are_reported() {
         let not_a_number = [1, 3, 4, 0x7F, 0xC0, 0, 0, 0, 0];
         assert!(
             registers(RegisterFormat::F32, false)

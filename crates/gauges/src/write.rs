@@ -2,7 +2,7 @@
 
 #[cfg(feature = "emulator")]
 use super::description::RegisterFormat;
-use super::grammar::{CharacterSet, ChoiceWord, Count, Field, Pattern, UnitWord};
+use super::grammar::{CharacterSet, ChoiceWord, Count, FieldPattern, PacketField, UnitWord};
 use super::number::{MOST_DIGITS, NumberShape};
 #[cfg(feature = "emulator")]
 use super::registers::{Registers, modbus_crc};
@@ -10,7 +10,7 @@ use super::sample::Mark;
 
 /// What a packet has to express.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Said<'a> {
+pub(super) struct PacketContent<'a> {
     /// The number, in the unit.
     pub(super) value: f64,
     /// Digits behind the point, where the packet leaves that open.
@@ -20,7 +20,7 @@ pub(super) struct Said<'a> {
     /// Its place in the list that the gauge gives.
     pub(super) unit_place: u8,
     /// Further content.
-    pub(super) state: State,
+    pub(super) state: WrittenState,
     /// Bytes for the first field that leaves them open, in place of what has no meaning.
     pub(super) list: Option<&'a [u8]>,
 }
@@ -31,7 +31,7 @@ pub(super) struct Said<'a> {
     not(feature = "emulator"),
     expect(dead_code, reason = "only an emulated gauge is in all of them")
 )]
-pub(super) enum State {
+pub(super) enum WrittenState {
     /// Nothing.
     Running,
     /// The peak is shown.
@@ -46,9 +46,9 @@ pub(super) enum State {
     ToolOff,
 }
 
-impl State {
+impl WrittenState {
     /// Whether the operator's texts mention this.
-    pub(super) fn is_told_by(self, words: &str) -> bool {
+    pub(super) fn is_reported_by(self, words: &str) -> bool {
         let telling: &[&str] = match self {
             Self::Running => &[],
             Self::Peak => &["peak", "maximum"],
@@ -62,81 +62,82 @@ impl State {
     }
 }
 
-impl Pattern {
+impl FieldPattern {
     /// A packet of this pattern; `None` if it has no room for the number or no word for the unit.
-    pub(super) fn write(&self, said: &Said<'_>) -> Option<Vec<u8>> {
+    pub(super) fn write(&self, said: &PacketContent<'_>) -> Option<Vec<u8>> {
         let mut packet = Vec::new();
         let mut decimals = said.decimals;
         let mut list = said.list;
         let has_sign = self
             .fields
             .iter()
-            .any(|field| matches!(field, Field::Sign(_)));
+            .any(|field| matches!(field, PacketField::Sign(_)));
         for (place, field) in self.fields.iter().enumerate() {
             let value = self.value_at(place, said);
             match field {
-                Field::Literal(bytes) => packet.extend_from_slice(bytes),
-                Field::Any { set, count } => {
+                PacketField::Literal(bytes) => packet.extend_from_slice(bytes),
+                PacketField::Any { set, count } => {
                     let bytes = list.take().and_then(|bytes| fitted(bytes, set, *count));
                     match bytes {
                         Some(bytes) => packet.extend_from_slice(bytes),
                         None => packet.extend(vec![set.filling()?; count.least]),
                     }
                 }
-                Field::Sign(texts) => {
+                PacketField::Sign(texts) => {
                     let negative = value < 0.0;
                     let (text, _) = texts.iter().find(|(_, minus)| *minus == negative)?;
                     packet.extend_from_slice(text);
                 }
-                Field::Point { most } => {
+                PacketField::Point { most } => {
                     decimals = decimals.min(*most);
                     packet.push(b'0' + decimals);
                 }
-                Field::Number(shape) if has_sign || value >= 0.0 => {
+                PacketField::Number(shape) if has_sign || value >= 0.0 => {
                     let before = place
                         .checked_sub(1)
                         .and_then(|before| self.fields.get(before));
-                    let has_point = matches!(before, Some(Field::Point { .. }));
+                    let has_point = matches!(before, Some(PacketField::Point { .. }));
                     let fixed = shape.most_points == 0 && !has_point;
                     let decimals = if fixed { shape.decimals } else { decimals };
                     packet.extend(shape.write(value.abs(), decimals, has_point)?);
                 }
-                Field::Number(_) => return None,
-                Field::Integer(shape) => {
+                PacketField::Number(_) => return None,
+                PacketField::Integer(shape) => {
                     let size = if has_sign { value.abs() } else { value };
                     packet.extend(shape.write(size)?);
                 }
-                Field::Unit { codes, .. } => {
+                PacketField::Unit { codes, .. } => {
                     let means =
                         |word: &UnitWord| matches!(word, UnitWord::Unit(unit) if unit == said.unit);
-                    let tells = |word: &UnitWord| matches!(word, UnitWord::Refuse(why) if said.state.is_told_by(why));
+                    let tells = |word: &UnitWord| matches!(word, UnitWord::Refuse(why) if said.state.is_reported_by(why));
                     let told = codes.iter().find(|(_, word)| tells(word));
                     let (code, _) = told.or_else(|| codes.iter().find(|(_, word)| means(word)))?;
                     packet.extend_from_slice(code);
                 }
-                Field::UnitPlace { most } => packet.push(b'0' + said.unit_place.min(*most)),
-                Field::Choice(texts) => packet.extend_from_slice(chosen(texts, said.state)?),
+                PacketField::UnitPlace { most } => packet.push(b'0' + said.unit_place.min(*most)),
+                PacketField::Choice(texts) => packet.extend_from_slice(chosen(texts, said.state)?),
             }
         }
         Some(packet)
     }
 
     /// The value of the next number from a field on: a quantity other than the gauge's own is left out.
-    fn value_at(&self, place: usize, said: &Said<'_>) -> f64 {
+    fn value_at(&self, place: usize, said: &PacketContent<'_>) -> f64 {
         let mut rest = self.fields[place..].iter();
-        let next = rest.find(|field| matches!(field, Field::Number(_) | Field::Integer(_)));
+        let next =
+            rest.find(|field| matches!(field, PacketField::Number(_) | PacketField::Integer(_)));
         match next {
-            Some(Field::Number(shape)) if shape.other.is_some() => 0.0,
+            Some(PacketField::Number(shape)) if shape.other.is_some() => 0.0,
             _ => said.value,
         }
     }
 }
 
 /// The text of a choice: the text of the state if there is one, else the shortest that does not contradict the value.
-fn chosen(texts: &[(Vec<u8>, ChoiceWord)], state: State) -> Option<&[u8]> {
+fn chosen(texts: &[(Vec<u8>, ChoiceWord)], state: WrittenState) -> Option<&[u8]> {
     let tells = |word: &ChoiceWord| match word {
-        ChoiceWord::Refuse(why) => state.is_told_by(why),
-        ChoiceWord::Note(mark) => *mark == Mark::LowBattery && state == State::LowBattery,
+        ChoiceWord::Refuse(why) => state.is_reported_by(why),
+        ChoiceWord::Note(mark) => *mark == Mark::LowBattery && state == WrittenState::LowBattery,
         ChoiceWord::Good => false,
     };
     let good = texts.iter().filter(|(_, word)| *word == ChoiceWord::Good);

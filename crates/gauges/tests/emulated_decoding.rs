@@ -4,9 +4,9 @@
 use std::sync::{Arc, Mutex};
 
 use stiffbench_gauges::description::{SignMeaning, UnitSource};
-use stiffbench_gauges::emulator::{EmulatedGauge, Panel};
+use stiffbench_gauges::emulator::{EmulatedGauge, PanelAction};
 use stiffbench_gauges::{
-    Channel, Decoded, Decoder, Expect, InstrumentDescription, Meaning, Role, Sample,
+    Channel, CommandRole, Decoded, Decoder, Expect, InstrumentDescription, Meaning, Sample,
 };
 use stiffbench_test_files::shipped_instruments;
 
@@ -76,7 +76,7 @@ impl Pair {
     }
 
     /// Does something at a described gauge.
-    fn press(&mut self, panel: &Panel) {
+    fn press(&mut self, panel: &PanelAction) {
         if let Source::Described(gauge) = &mut self.gauge {
             gauge.press(panel).unwrap();
         }
@@ -85,20 +85,20 @@ impl Pair {
     /// Sets the unit at the panel, and a decoder that knows of it; `false` if the gauge does not have it.
     fn set_unit(&mut self, unit: &str) -> bool {
         let is_set = match &mut self.gauge {
-            Source::Described(gauge) => gauge.press(&Panel::Unit(unit.into())).is_ok(),
+            Source::Described(gauge) => gauge.press(&PanelAction::Unit(unit.into())).is_ok(),
             Source::ByHand(oracle) => oracle.meter.set_unit(unit),
         };
         if is_set {
             self.decoder = decoder(&self.description, unit);
             if self.description.unit_source() == UnitSource::Query {
-                self.ask(Role::QueryUnit);
+                self.ask(CommandRole::QueryUnit);
             }
         }
         is_set
     }
 
     /// What the decoder makes of the answer to a command, or of what comes by itself.
-    fn ask(&mut self, role: Role) -> Vec<Decoded> {
+    fn ask(&mut self, role: CommandRole) -> Vec<Decoded> {
         let mut out = Vec::new();
         self.now_s += 1.0;
         let bytes = match (self.description.command(role), &mut self.gauge) {
@@ -118,7 +118,7 @@ impl Pair {
     }
 
     fn samples(&mut self) -> Vec<Sample> {
-        let decoded = self.ask(Role::Read).into_iter();
+        let decoded = self.ask(CommandRole::Read).into_iter();
         let samples = decoded.filter_map(|decoded| match decoded {
             Decoded::Sample(sample) => Some(sample),
             _ => None,
@@ -167,13 +167,13 @@ fn first_unit(description: &InstrumentDescription) -> &'static str {
 fn values_zeros_and_units_come_through_in_every_format() {
     for mut pair in Pair::all() {
         // A stream that begins has nothing to tell yet.
-        pair.ask(Role::Read);
+        pair.ask(CommandRole::Read);
         pair.values_come_from(0.0, "as it is switched on");
         let mut zero = 0.0;
-        if pair.description.command(Role::Zero).is_some() {
+        if pair.description.command(CommandRole::Zero).is_some() {
             zero = 12.0;
             pair.set(zero);
-            pair.ask(Role::Zero);
+            pair.ask(CommandRole::Zero);
             pair.values_come_from(zero, "zeroed");
             assert_eq!(pair.samples().last().unwrap().value_si, 0.0);
         }
@@ -187,8 +187,8 @@ fn values_zeros_and_units_come_through_in_every_format() {
         let is_fixed = pair.description.unit_source() == UnitSource::Fixed;
         let is_by_hand = matches!(pair.gauge, Source::ByHand(_));
         assert!(units > 0 || is_fixed || is_by_hand, "{}", pair.name);
-        if pair.description.command(Role::SetUnit).is_some() {
-            pair.ask(Role::SetUnit);
+        if pair.description.command(CommandRole::SetUnit).is_some() {
+            pair.ask(CommandRole::SetUnit);
             pair.decoder = decoder(&pair.description, first_unit(&pair.description));
             pair.values_come_from(zero, "set back to its first unit");
         }
@@ -196,9 +196,9 @@ fn values_zeros_and_units_come_through_in_every_format() {
 }
 
 #[test]
-fn every_command_is_answered_as_its_description_says() {
+fn every_command_is_answered_as_described() {
     for mut pair in Pair::all() {
-        for role in Role::ALL {
+        for role in CommandRole::ALL {
             let Some(expects) = pair
                 .description
                 .command(role)
@@ -244,8 +244,8 @@ fn an_overloaded_gauge_gives_no_value_or_one_beyond_all_loads() {
     for file in shipped_instruments() {
         let mut pair = Pair::described(file.name);
         pair.set(10.0);
-        pair.ask(Role::Read);
-        pair.press(&Panel::Overload(true));
+        pair.ask(CommandRole::Read);
+        pair.press(&PanelAction::Overload(true));
         let samples = pair.samples();
         if SAYS_OVERLOAD.contains(&pair.name) {
             assert!(samples.is_empty(), "{}: {samples:?}", pair.name);
@@ -257,17 +257,17 @@ fn an_overloaded_gauge_gives_no_value_or_one_beyond_all_loads() {
                 pair.name
             );
         }
-        pair.press(&Panel::Overload(false));
+        pair.press(&PanelAction::Overload(false));
         assert!(!pair.samples().is_empty(), "{}", pair.name);
     }
 }
 
 #[test]
-fn a_gauge_without_its_tool_says_so_or_goes_on() {
+fn a_gauge_without_its_probe_reports_it_or_keeps_sending() {
     for file in shipped_instruments() {
         let mut pair = Pair::described(file.name);
-        pair.ask(Role::Read);
-        pair.press(&Panel::ToolOff(true));
+        pair.ask(CommandRole::Read);
+        pair.press(&PanelAction::ToolOff(true));
         let says = SAYS_TOOL_OFF.contains(&pair.name);
         assert_eq!(pair.samples().is_empty(), says, "{}", pair.name);
     }
@@ -275,19 +275,19 @@ fn a_gauge_without_its_tool_says_so_or_goes_on() {
 
 /// A peak or a held value is told where the description has a word for it: in the packet or in the answer to the question for the mode.
 #[test]
-fn peaks_and_holds_are_told_where_there_is_a_word_for_them() {
+fn peaks_and_holds_are_reported_where_the_protocol_can() {
     for (name, panel) in [
-        ("mark10-series5", Panel::PeakMode(true)),
-        ("aikoh-rx", Panel::PeakMode(true)),
-        ("imada-ds2", Panel::PeakMode(true)),
-        ("heidenhain-nd28x", Panel::PeakMode(true)),
-        ("sylvac-opto-rs", Panel::PeakMode(true)),
-        ("cdi-logic", Panel::Hold(true)),
-        ("mark10-series5", Panel::LowBattery(true)),
+        ("mark10-series5", PanelAction::PeakMode(true)),
+        ("aikoh-rx", PanelAction::PeakMode(true)),
+        ("imada-ds2", PanelAction::PeakMode(true)),
+        ("heidenhain-nd28x", PanelAction::PeakMode(true)),
+        ("sylvac-opto-rs", PanelAction::PeakMode(true)),
+        ("cdi-logic", PanelAction::Hold(true)),
+        ("mark10-series5", PanelAction::LowBattery(true)),
     ] {
         let mut pair = Pair::described(name);
         pair.press(&panel);
-        pair.ask(Role::QueryMode);
+        pair.ask(CommandRole::QueryMode);
         assert!(pair.samples().is_empty(), "{name}");
     }
 }
@@ -296,7 +296,7 @@ fn peaks_and_holds_are_told_where_there_is_a_word_for_them() {
 #[test]
 fn a_running_value_runs_whatever_the_display_shows() {
     for (name, runs) in [("mark10-series5", true), ("sauter-fh", false)] {
-        for panel in [Panel::PeakMode(true), Panel::Hold(true)] {
+        for panel in [PanelAction::PeakMode(true), PanelAction::Hold(true)] {
             let mut pair = Pair::described(name);
             pair.set(-60.0);
             pair.press(&panel);

@@ -9,7 +9,7 @@ use std::time::{Duration, Instant};
 use serialport::TTYPort;
 use stiffbench_gauges::Channel;
 use stiffbench_gauges::emulator::{
-    EmulatedGauge, FaultScript, HostOptions, Line, Panel, PtyHost, ScriptedFault,
+    EmulatedGauge, EmulatedLine, FaultScript, HostOptions, PanelAction, PtyHost, ScriptedFault,
 };
 use tempfile::TempDir;
 
@@ -47,11 +47,11 @@ impl Bench {
     }
 }
 
-fn lines() -> Vec<Line> {
+fn lines() -> Vec<EmulatedLine> {
     let [force, displacement] = ["mark10-series5", "mitutoyo-01a"].map(shipped_instrument);
     vec![
-        Line::new(EmulatedGauge::described(&force, Arc::new(|| -12.3))),
-        Line::new(EmulatedGauge::described(
+        EmulatedLine::new(EmulatedGauge::described(&force, Arc::new(|| -12.3))),
+        EmulatedLine::new(EmulatedGauge::described(
             &displacement,
             Arc::new(|| 0.000_415),
         )),
@@ -220,14 +220,14 @@ fn scripted_faults_hit_the_packet_and_the_load_they_name() {
 }
 
 #[test]
-fn somebody_at_the_panel_changes_what_is_sent() {
+fn panel_actions_change_what_is_sent() {
     let bench = Bench::new("");
     let mut force = bench.open(Channel::Force);
     let press = |panel| bench.host.press(Channel::Force, &panel);
-    press(Panel::Unit("kN".into())).unwrap();
+    press(PanelAction::Unit("kN".into())).unwrap();
     assert_eq!(ask(&mut force, b"?C\r", b"\n"), "0.0123 kN\r\n");
-    assert!(press(Panel::Unit("mm".into())).is_err());
-    press(Panel::DataKey).unwrap();
+    assert!(press(PanelAction::Unit("mm".into())).is_err());
+    press(PanelAction::DataKey).unwrap();
     assert_eq!(read_until(&mut force, b"\n"), b"0.0123 kN\r\n");
 }
 

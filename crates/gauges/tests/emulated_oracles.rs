@@ -3,8 +3,8 @@
 
 use std::sync::Arc;
 
-use stiffbench_gauges::emulator::{EmulatedGauge, Panel};
-use stiffbench_gauges::{Channel, InstrumentDescription, Role};
+use stiffbench_gauges::emulator::{EmulatedGauge, PanelAction};
+use stiffbench_gauges::{Channel, CommandRole, InstrumentDescription};
 
 use crate::oracles::{ORACLES, Oracle, Trouble, oracle};
 use crate::support::shipped_instrument;
@@ -107,7 +107,7 @@ impl Twins {
     }
 
     /// What both answer to a command of the description.
-    fn same(&mut self, role: Role) -> Vec<u8> {
+    fn same(&mut self, role: CommandRole) -> Vec<u8> {
         let bytes = self.description.command(role).unwrap().bytes.clone();
         let sent = self.both(&bytes);
         self.assert_same(sent)
@@ -128,7 +128,7 @@ impl Twins {
     fn read_in_turn(&mut self) {
         for value in [0.0, 1.0, -1.0, -37.3, 70.0, 0.123, -0.04, 299.96] {
             self.set(value);
-            assert!(!self.same(Role::Read).is_empty(), "{}", self.name);
+            assert!(!self.same(CommandRole::Read).is_empty(), "{}", self.name);
         }
     }
 }
@@ -150,22 +150,22 @@ fn without_noughts(bytes: &[u8]) -> Vec<u8> {
 fn values_zeros_and_units_are_the_same_bytes() {
     for mut twins in Twins::all() {
         twins.read_in_turn();
-        if twins.description.command(Role::Zero).is_some() {
+        if twins.description.command(CommandRole::Zero).is_some() {
             twins.set(12.3);
-            twins.same(Role::Zero);
-            twins.same(Role::Read);
+            twins.same(CommandRole::Zero);
+            twins.same(CommandRole::Read);
             twins.read_in_turn();
         }
         for unit in ["kN", "kgF", "lbF", "ozF", "in", "inch", "mm"] {
             if !twins.oracle.meter.set_unit(unit) {
                 continue;
             }
-            let pressed = twins.described.press(&Panel::Unit(unit.into()));
+            let pressed = twins.described.press(&PanelAction::Unit(unit.into()));
             assert!(pressed.is_ok(), "{}: {unit}", twins.name);
             twins.read_in_turn();
         }
-        if twins.description.command(Role::SetUnit).is_some() {
-            twins.same(Role::SetUnit);
+        if twins.description.command(CommandRole::SetUnit).is_some() {
+            twins.same(CommandRole::SetUnit);
             twins.read_in_turn();
         }
     }
@@ -176,7 +176,7 @@ fn streams_are_the_same_bytes() {
     for name in ["mark10-series5", "mahr-dk-u1"] {
         let mut twins = Twins::of(name);
         twins.set(-37.3);
-        twins.same(Role::StreamStart);
+        twins.same(CommandRole::StreamStart);
         let mut packets = 0;
         for ms in 1..=2000 {
             let at_s = twins.now_s + f64::from(ms) / 1000.0;
@@ -185,7 +185,7 @@ fn streams_are_the_same_bytes() {
         }
         assert_eq!(packets, 20, "{name}");
         twins.now_s += 2.0;
-        twins.same(Role::StreamStop);
+        twins.same(CommandRole::StreamStop);
         let later_s = twins.now_s + 2.0;
         let sent = [twins.oracle.tick(later_s), twins.described.tick(later_s)];
         assert_eq!(twins.assert_same(sent), b"");
@@ -195,7 +195,7 @@ fn streams_are_the_same_bytes() {
 #[test]
 fn commands_are_answered_and_refused_with_the_same_bytes_but_for_those_listed() {
     for mut twins in Twins::all() {
-        let commands = Role::ALL.into_iter().filter_map(|role| {
+        let commands = CommandRole::ALL.into_iter().filter_map(|role| {
             let command = twins.description.command(role)?;
             Some(command.bytes.clone())
         });
@@ -235,23 +235,23 @@ fn half_a_request_is_forgotten_after_a_silence() {
             twins.both(&[0x01, 0x03, 0x00, 0x00]),
             [Vec::<u8>::new(), Vec::new()]
         );
-        assert!(!twins.same(Role::Read).is_empty(), "{name}");
+        assert!(!twins.same(CommandRole::Read).is_empty(), "{name}");
     }
 }
 
 #[test]
-fn trouble_is_told_with_the_same_bytes_but_for_those_listed() {
+fn trouble_is_reported_with_equal_bytes_but_for_listed_differences() {
     for mut twins in Twins::all() {
         for trouble in [Trouble::Overload, Trouble::ToolOff, Trouble::LowBattery] {
             let panel = |on| match trouble {
-                Trouble::Overload => Panel::Overload(on),
-                Trouble::ToolOff => Panel::ToolOff(on),
-                Trouble::LowBattery => Panel::LowBattery(on),
+                Trouble::Overload => PanelAction::Overload(on),
+                Trouble::ToolOff => PanelAction::ToolOff(on),
+                Trouble::LowBattery => PanelAction::LowBattery(on),
             };
             twins.set(5.0);
             twins.oracle.meter.trouble = Some(trouble);
             twins.described.press(&panel(true)).unwrap();
-            let read = twins.description.command(Role::Read).unwrap();
+            let read = twins.description.command(CommandRole::Read).unwrap();
             let sent = twins.both(&read.bytes.clone());
             let mut listed = TROUBLES.iter();
             match listed.find(|(name, what, ..)| (*name, *what) == (twins.name, trouble)) {
@@ -271,7 +271,10 @@ fn trouble_is_told_with_the_same_bytes_but_for_those_listed() {
     // The word that means a low battery is the same in the settings of a Mark-10.
     let mut twins = Twins::of("mark10-series5");
     twins.oracle.meter.trouble = Some(Trouble::LowBattery);
-    twins.described.press(&Panel::LowBattery(true)).unwrap();
+    twins
+        .described
+        .press(&PanelAction::LowBattery(true))
+        .unwrap();
     let [by_hand, described] = twins.both(b"LIST\r");
     assert!(by_hand.ends_with(b";B3\r\n") && described == b"B3\r\n");
 }
@@ -284,7 +287,7 @@ fn a_press_of_the_data_key_sends_the_same_bytes() {
             continue;
         }
         twins.set(-37.3);
-        let pressed = twins.described.press(&Panel::DataKey).unwrap();
+        let pressed = twins.described.press(&PanelAction::DataKey).unwrap();
         let sent = [twins.oracle.data_key(), pressed.concat()];
         assert!(!twins.assert_same(sent).is_empty());
     }

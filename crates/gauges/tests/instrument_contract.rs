@@ -6,7 +6,7 @@ use std::collections::BTreeMap;
 use proptest::prelude::*;
 use serde::Deserialize;
 use stiffbench_gauges::{
-    Decoded, Decoder, InstrumentDescription, Mark, Meaning, Role, Sample, Status,
+    CommandRole, Decoded, Decoder, DescriptionStatus, InstrumentDescription, Mark, Meaning, Sample,
 };
 use stiffbench_test_files::shipped_instruments;
 
@@ -263,7 +263,7 @@ fn every_class_of_traffic_is_there_or_argued_away() {
 }
 
 #[test]
-fn every_packet_means_what_was_worked_out_by_hand() {
+fn every_packet_decodes_to_the_value_worked_out_by_hand() {
     for gauge in Gauge::all() {
         for packet in &gauge.traffic.packet {
             let place = format!(
@@ -296,7 +296,7 @@ fn the_same_comes_out_however_bytes_are_cut() {
 }
 
 #[test]
-fn merged_packets_are_told_apart() {
+fn merged_packets_are_separated() {
     for gauge in Gauge::all() {
         let merged = gauge.decode(&[&gauge.merged()]);
         let alone: Vec<Decoded> = gauge
@@ -412,7 +412,7 @@ fn silence_is_nothing() {
         assert_eq!(gauge.decode(&[]), []);
         let mut decoder = gauge.decoder();
         let mut out = Vec::new();
-        for role in Role::ALL {
+        for role in CommandRole::ALL {
             decoder.asked(role);
             decoder.idle(1.0, &mut out);
         }
@@ -440,12 +440,12 @@ fn text_with_parity_read_as_eight_bits_is_recognised() {
 }
 
 #[test]
-fn values_that_nobody_asked_for_are_marked() {
+fn unrequested_values_are_marked() {
     for gauge in Gauge::all() {
         let packet = gauge.good().next().unwrap().bytes();
         let mut decoder = gauge.decoder();
         let mut out = Vec::new();
-        decoder.asked(Role::Read);
+        decoder.asked(CommandRole::Read);
         for _ in 0..2 {
             decoder.push(&packet, 0.0, &mut out);
             decoder.idle(0.0, &mut out);
@@ -454,7 +454,7 @@ fn values_that_nobody_asked_for_are_marked() {
             .iter()
             .map(|sample| sample.marks.contains(&Mark::Unrequested))
             .collect();
-        let by_itself = gauge.description.command(Role::Read).is_none();
+        let by_itself = gauge.description.command(CommandRole::Read).is_none();
         assert_eq!(unrequested, [false, !by_itself], "{}", gauge.name);
     }
 }
@@ -462,7 +462,12 @@ fn values_that_nobody_asked_for_are_marked() {
 #[test]
 fn no_shipped_description_is_from_memory() {
     for gauge in Gauge::all() {
-        assert_ne!(gauge.description.status, Status::Recalled, "{}", gauge.name);
+        assert_ne!(
+            gauge.description.status,
+            DescriptionStatus::Recalled,
+            "{}",
+            gauge.name
+        );
         assert!(!gauge.description.sources.is_empty(), "{}", gauge.name);
     }
 }

@@ -2,7 +2,7 @@
 
 use serde_json::Value;
 use stiffbench_gauges::description::json_schema;
-use stiffbench_gauges::{Decoded, Decoder, InstrumentDescription, Mark, Role};
+use stiffbench_gauges::{CommandRole, Decoded, Decoder, InstrumentDescription, Mark};
 use stiffbench_test_files::shipped_instruments;
 
 /// The example of the documentation.
@@ -71,15 +71,18 @@ fn shipped_descriptions_stand_under_their_names() {
 }
 
 #[test]
-fn the_example_of_the_documentation_decodes_what_it_says() {
+fn the_documented_example_decodes_as_documented() {
     let (description, warnings) = InstrumentDescription::parse(example(), "example").unwrap();
     assert!(warnings.is_empty(), "{warnings:?}");
-    assert_eq!(description.command(Role::Read).unwrap().bytes, b"?\r\n");
+    assert_eq!(
+        description.command(CommandRole::Read).unwrap().bytes,
+        b"?\r\n"
+    );
     let mut decoder = Decoder::new(&description, None).unwrap();
     let mut out = Vec::new();
-    decoder.asked(Role::Read);
+    decoder.asked(CommandRole::Read);
     decoder.push(b"ST,+0012.34,kgf\r\n", 0.0, &mut out);
-    decoder.asked(Role::Read);
+    decoder.asked(CommandRole::Read);
     decoder.push(
         b"US,-0012.34,kgf\r\nOL,+9999.99,kgf\r\nER\r\n",
         0.0,
@@ -242,7 +245,7 @@ const MISTAKES: [(&str, &str, &[&str]); 24] = [
 ];
 
 #[test]
-fn errors_say_where_what_and_what_to_do() {
+fn errors_state_place_cause_and_remedy() {
     for (find, replacement, words) in MISTAKES {
         let error =
             InstrumentDescription::parse(&with(find, replacement), "my-gauge.toml").unwrap_err();
@@ -316,7 +319,7 @@ fields = [
 #[test]
 fn integers_in_digits_and_in_bytes_are_values() {
     let (description, _) = InstrumentDescription::parse(LOW_FOUR_BITS, "desk-gauge").unwrap();
-    assert_eq!(description.doubts(), [""; 0]);
+    assert_eq!(description.warnings(), [""; 0]);
     let mut decoder = Decoder::new(&description, None).unwrap();
     let mut out = Vec::new();
     decoder.push(b"U\x01+00000U\x01-0271?U\x01+0G000", 0.0, &mut out);
@@ -345,14 +348,14 @@ fn integers_in_digits_and_in_bytes_are_values() {
 }
 
 #[test]
-fn what_a_description_leaves_open_is_asked_for() {
+fn open_values_of_a_description_are_required_from_the_user() {
     let (description, _) = InstrumentDescription::parse(example(), "example").unwrap();
-    assert_eq!(description.doubts(), [""; 0], "the example of the page");
+    assert_eq!(description.warnings(), [""; 0], "the example of the page");
     let doubted = |find: &str, replacement: &str, part: &str| {
         let (description, _) = InstrumentDescription::parse(&with(find, replacement), "f").unwrap();
-        let doubts = description.doubts();
-        let named = doubts.iter().any(|doubt| doubt.contains(part));
-        assert!(named, "{part} is not in {doubts:?}");
+        let warnings = description.warnings();
+        let named = warnings.iter().any(|doubt| doubt.contains(part));
+        assert!(named, "{part} is not in {warnings:?}");
     };
     doubted(
         ", refuse = { OL = \"overload: unload the gauge\" }",
@@ -385,7 +388,7 @@ fn what_a_description_leaves_open_is_asked_for() {
 }
 
 #[test]
-fn a_decimal_comma_is_told_from_garbage() {
+fn a_decimal_comma_is_distinguished_from_garbage() {
     let (description, _) = InstrumentDescription::parse(example(), "example").unwrap();
     let mut decoder = Decoder::new(&description, None).unwrap();
     let mut out = Vec::new();

@@ -101,7 +101,7 @@ fn readings_of_twelve_cells() {
 }
 
 #[test]
-fn the_example_of_the_documentation_plans_what_it_says() {
+fn the_documented_example_plans_as_documented() {
     let page = stiffbench_test_files::text("docs/procedure-file.md");
     let example = page.split("```toml\n").nth(1).unwrap();
     let example = example.split("```").next().unwrap();

@@ -4,7 +4,8 @@ use std::fmt::Write as _;
 
 use miette::Diagnostic;
 use stiffbench_measurement::readings::{
-    Assumption, Note, ReadOptions, ReadingTable, ReadingsError, check_poses, read_readings,
+    Assumption, AssumptionNote, ReadOptions, ReadingTable, ReadingsError, check_poses,
+    read_readings,
 };
 use stiffbench_units_and_text::test_point::{Branch, PoseId};
 
@@ -211,7 +212,7 @@ fn zero_force_is_a_reading() {
     let missed = read(&format!(
         "{FIVE},target_N\nP1,x,1,0,0,0\nP1,x,1,0,1,-10\nP1,x,2,-10,1,-10\n"
     ));
-    let expected = Note::ZeroForceAtTarget {
+    let expected = AssumptionNote::ZeroForceAtTarget {
         readings: 1,
         line: 3,
     };
@@ -335,7 +336,7 @@ fn what_does_not_count_is_listed() {
     assert!(
         table
             .notes
-            .contains(&Note::UnusedColumn("colour".to_owned()))
+            .contains(&AssumptionNote::UnusedColumn("colour".to_owned()))
     );
 }
 

@@ -2,8 +2,9 @@
 
 use proptest::prelude::*;
 use stiffbench_measurement::readings::{
-    Column, DecimalSign, Delimiter, GaugeLogOptions, LoadSign, ReadOptions, Reading, ReadingTable,
-    ReadingText, ReadingsError, RunNumbers, Status, read_gauge_log, read_readings, write_readings,
+    Column, DecimalSign, Delimiter, GaugeLogOptions, LoadSign, ReadOptions, Reading, ReadingStatus,
+    ReadingTable, ReadingText, ReadingsError, RunNumbers, read_gauge_log, read_readings,
+    write_readings,
 };
 use stiffbench_units_and_text::test_point::{Branch, Direction, PoseId};
 
@@ -71,7 +72,7 @@ fn label() -> impl Strategy<Value = Option<&'static str>> {
 }
 
 type Parts = (
-    (PoseId, Direction, Branch, Status),
+    (PoseId, Direction, Branch, ReadingStatus),
     (u32, u32, u32),
     (f64, f64, f64),
     (Option<f64>, Option<f64>, Option<f64>),
@@ -83,9 +84,9 @@ fn parts() -> impl Strategy<Value = Parts> {
     let direction = prop_oneof![Just(Direction::X), Just(Direction::Y), Just(Direction::Z)];
     let branch = prop_oneof![Just(Branch::Loading), Just(Branch::Unloading)];
     let status = prop_oneof![
-        Just(Status::Accepted),
-        Just(Status::Superseded),
-        Just(Status::Rejected)
+        Just(ReadingStatus::Accepted),
+        Just(ReadingStatus::Superseded),
+        Just(ReadingStatus::Rejected)
     ];
     (
         (pose(), direction, branch, status),

@@ -5,9 +5,9 @@ use std::fs;
 use jiff::civil::date;
 use miette::Diagnostic;
 use stiffbench_measurement::readings::{
-    Assumption, Column, Delimiter, GaugeLogOptions, LoadOrder, LoadSign, Note, ReadOptions,
-    ReadSession, ReadingTable, RepeatOrder, SessionFileError, SessionHeader, Status, ZeroScope,
-    read_gauge_log, read_readings, write_readings,
+    Assumption, AssumptionNote, Column, Delimiter, GaugeLogOptions, LoadOrder, LoadSign,
+    ReadOptions, ReadSession, ReadingStatus, ReadingTable, RepeatOrder, SessionFileError,
+    SessionHeader, ZeroScope, read_gauge_log, read_readings, write_readings,
 };
 use stiffbench_units_and_text::test_point::{Branch, Direction, PoseId};
 
@@ -75,7 +75,7 @@ fn three_spellings_of_the_same_readings() {
     assert!(
         other
             .notes
-            .contains(&Note::UnusedColumn("disp_sd_mm".to_owned()))
+            .contains(&AssumptionNote::UnusedColumn("disp_sd_mm".to_owned()))
     );
     assert_eq!(
         (other.excluded.comments, other.excluded.blank),
@@ -99,7 +99,7 @@ fn a_full_table_is_read_and_written_as_it_was() {
     assert_eq!(table.readings[4].line, 6 + 1);
     assert_eq!(table.excluded.rejected, [10]);
     let rejected = &table.readings[7];
-    assert_eq!(rejected.status, Status::Rejected);
+    assert_eq!(rejected.status, ReadingStatus::Rejected);
     assert_eq!(
         &*rejected.text.as_ref().unwrap().flag,
         "outlier: 0.7 mm off"

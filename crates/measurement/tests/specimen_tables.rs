@@ -7,8 +7,8 @@ use miette::Diagnostic;
 use proptest::prelude::*;
 use stiffbench_measurement::readings::{Assumption, Delimiter, ReadingsError};
 use stiffbench_measurement::specimen::{
-    Incomplete, Response, Scale, SpecimenAssumption, SpecimenError, SpecimenOptions, SpecimenTable,
-    read_specimen,
+    ColumnScale, Incomplete, ResponseVariable, SpecimenAssumption, SpecimenError, SpecimenOptions,
+    SpecimenTable, read_specimen,
 };
 use stiffbench_units_and_text::test_point::Branch;
 
@@ -51,7 +51,7 @@ fn a_plain_table_becomes_si() {
     let table = read("F_N,d_um,note\n0,0,a\n10,4,b\n20,8.5,c\n").unwrap();
     assert_eq!(
         (table.force_scale, table.displacement_scale),
-        (Scale::Si, Scale::Si)
+        (ColumnScale::Si, ColumnScale::Si)
     );
     assert_eq!(table.readings[2].displacement, 8.5e-6);
     assert_eq!(table.readings[2].line, 4);
@@ -111,7 +111,7 @@ fn units_given_come_before_those_in_names() {
     let table = read_with(rows, &with("1", "1")).unwrap();
     assert_eq!(
         (table.force_scale, table.displacement_scale),
-        (Scale::AsInFile, Scale::AsInFile)
+        (ColumnScale::AsInFile, ColumnScale::AsInFile)
     );
 }
 
@@ -315,7 +315,7 @@ fn branches_come_from_a_column_or_from_the_path() {
     assert_eq!(unloading(&read_with(rows, &named).unwrap()), [3, 5]);
     // The displacement is set: it turns where the force does not.
     let set = SpecimenOptions {
-        response: Response::Force,
+        response: ResponseVariable::Force,
         ..options()
     };
     let rows = "F_N,d_um\n0,5\n1,6\n2,7\n2,6\n2,5\n";
@@ -560,7 +560,7 @@ fn options_of_files_have_the_names_of_flags() {
     let options: SpecimenOptions = toml::from_str("displacement-column = \"d\"\nforce-column = \"F\"\nresponse = \"force\"\nrun-column = [\"a\"]").unwrap();
     assert_eq!(
         (options.response, options.run_column.len()),
-        (Response::Force, 1)
+        (ResponseVariable::Force, 1)
     );
     assert!(toml::from_str::<SpecimenOptions>("force-column = \"F\"").is_err());
     assert!(
@@ -646,7 +646,7 @@ proptest! {
     fn no_text_panics(rows in "([-+0-9eE.,;aN/A\"\t #\u{b5}]{0,12},){0,8}\n?([0-9.,\"\n-]{0,60})") {
         let table = format!("bar,run,n,F_N,d_um,t_s,hold_s,temp_C\n{rows}");
         let _ = read_with(&table, &everything());
-        let set = SpecimenOptions { response: Response::Force, order_column: None, ..everything() };
+        let set = SpecimenOptions { response: ResponseVariable::Force, order_column: None, ..everything() };
         let _ = read_with(&table, &set);
     }
 }

@@ -6,8 +6,8 @@
 //! - [`lanes`]: one number for several poses at once, in the registers of the machine at hand;
 //! - [`least_squares`]: parameters, minima and what they are worth.
 
-pub mod lanes;
 pub mod least_squares;
 pub mod reported;
+pub mod simd;
 pub mod statistics;
 pub mod vector;

@@ -255,7 +255,7 @@ mod tests {
     }
 
     #[test]
-    fn names_and_forms_that_are_none_are_told() {
+    fn unknown_names_and_forms_are_reported() {
         let schema = "schema = \"stiffbench/answers/1\"\n";
         let error = |text: &str| Answers::parse("a.toml", text).unwrap_err();
         let unknown = error(&format!("{schema}sing-check = \"plus\"\n"));

@@ -52,9 +52,10 @@ impl LastDigits {
     }
 
     /// Evidence against chance, over the longest informative stretch up to now; `now` and its digit belong to it.
-    pub(super) fn few(&self, now: f64, digit: f64) -> Option<FewDigits> {
+    pub(super) fn coarse_steps(&self, now: f64, digit: f64) -> Option<FewDigits> {
         let latest = counts_of(now, digit)?;
-        self.few_at_rest(latest).or_else(|| self.coarse(latest))
+        self.coarse_steps_at_rest(latest)
+            .or_else(|| self.coarse(latest))
     }
 
     /// All values lie whole multiples of a coarse step apart. Of n values by chance in g^(1-n) of cases for a given step g, and g may be any of
@@ -100,7 +101,7 @@ impl LastDigits {
         rates.is_some_and(|(before, after)| (after - before).abs() <= SAME_RATE * before.abs())
     }
 
-    fn few_at_rest(&self, latest: i64) -> Option<FewDigits> {
+    fn coarse_steps_at_rest(&self, latest: i64) -> Option<FewDigits> {
         let mut seen = [false; 10];
         seen[latest.rem_euclid(10) as usize] = true;
         // The same loads again and again, by weights, leave the same digits.
@@ -194,48 +195,53 @@ mod tests {
         (0..60).map(next).collect()
     }
 
-    fn told(values: &[f64]) -> Option<FewDigits> {
+    fn detected(values: &[f64]) -> Option<FewDigits> {
         let mut digits = LastDigits::default();
         for (at_s, value) in values.iter().enumerate() {
             digits.rest(at_s as f64, *value, 1.0);
         }
-        digits.few(values[values.len() - 1], 1.0)
+        digits.coarse_steps(values[values.len() - 1], 1.0)
     }
 
     #[test]
-    fn coarse_steps_are_told_and_fine_ones_are_not() {
+    fn coarse_steps_are_detected_and_fine_ones_are_not() {
         for n in 2..60 {
-            assert_eq!(told(&values(1.0)[..n]), None, "{n}");
+            assert_eq!(detected(&values(1.0)[..n]), None, "{n}");
         }
         for (step, digits) in [(10.0, "0"), (50.0, "0"), (5.0, "05")] {
-            let few = told(&values(step)).expect("told");
-            assert_eq!((few.digits.as_str(), few.step), (digits, step as i64));
+            let coarse_steps = detected(&values(step)).expect("told");
+            assert_eq!(
+                (coarse_steps.digits.as_str(), coarse_steps.step),
+                (digits, step as i64)
+            );
         }
-        assert!(told(&values(10.0)[..8]).is_some());
+        assert!(detected(&values(10.0)[..8]).is_some());
     }
 
     #[test]
-    fn values_on_the_way_tell_a_coarse_step_before_eight_rests_do() {
-        let told = |step: f64| {
+    fn moving_values_reveal_a_coarse_step_before_eight_rests() {
+        let detected = |step: f64| {
             let mut digits = LastDigits::default();
             for (at_s, value) in values(step)[..10].iter().enumerate() {
                 digits.change(at_s as f64, *value, 1.0);
             }
-            digits.few(values(step)[9], 1.0).map(|few| few.step)
+            digits
+                .coarse_steps(values(step)[9], 1.0)
+                .map(|coarse_steps| coarse_steps.step)
         };
-        assert_eq!(told(100.0), Some(100));
-        assert_eq!(told(50.0), Some(50));
-        assert_eq!(told(1.0), None);
+        assert_eq!(detected(100.0), Some(100));
+        assert_eq!(detected(50.0), Some(50));
+        assert_eq!(detected(1.0), None);
     }
 
     #[test]
-    fn a_drive_of_constant_speed_says_nothing() {
+    fn a_constant_drive_speed_is_not_taken_for_coarse_steps() {
         for step in [49.0, 50.0, 100.0] {
             let mut digits = LastDigits::default();
             for at_s in 0..20 {
                 digits.change(f64::from(at_s), step * f64::from(at_s), 1.0);
             }
-            assert_eq!(digits.few(step * 19.0, 1.0), None, "{step}");
+            assert_eq!(digits.coarse_steps(step * 19.0, 1.0), None, "{step}");
         }
     }
 
@@ -255,17 +261,17 @@ mod tests {
     }
 
     #[test]
-    fn the_same_loads_again_and_again_say_nothing() {
+    fn repeated_equal_loads_are_not_taken_for_coarse_steps() {
         let loads: Vec<f64> = (0..60).map(|i| f64::from(i % 7) * 100.0).collect();
-        assert_eq!(told(&loads), None);
+        assert_eq!(detected(&loads), None);
     }
 
     #[test]
     fn another_last_digit_ends_it() {
         let mut values = values(10.0);
         values.truncate(12);
-        assert!(told(&values).is_some());
+        assert!(detected(&values).is_some());
         values.extend([1013.0, 1026.0, 1039.0]);
-        assert_eq!(told(&values[10..]), None);
+        assert_eq!(detected(&values[10..]), None);
     }
 }

@@ -136,7 +136,7 @@ pub struct Zeroed {
     /// Its name in the column `zero_id`.
     pub label: String,
     /// When.
-    pub moment: ZeroMoment,
+    pub moment: ZeroOccasion,
     /// What the force gauge shows unloaded, N in the sign as sent; it is taken off.
     pub force_offset_n: f64,
     /// What the displacement gauge shows under the preload, m in the sign as sent; it is taken off.
@@ -156,7 +156,7 @@ pub struct Zeroed {
 /// When a zero was set or checked.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
-pub enum ZeroMoment {
+pub enum ZeroOccasion {
     /// Set, before the readings on it.
     Before,
     /// Checked, after the readings on it.
@@ -304,7 +304,7 @@ pub struct Warning {
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Ended {
     /// How.
-    pub outcome: Outcome,
+    pub outcome: SessionEnd,
     /// By whom or what, and why.
     pub reason: String,
     /// Readings that count.
@@ -316,7 +316,7 @@ pub struct Ended {
 /// How a session ended.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
-pub enum Outcome {
+pub enum SessionEnd {
     /// Every planned reading was taken or skipped.
     Complete,
     /// Stopped at a safe point; it can be resumed.

@@ -439,10 +439,10 @@ fn lock(folder: &Path, now: Timestamp) -> Result<File, FolderError> {
 /// Name of the machine, as far as the system reports it.
 #[must_use]
 pub fn host() -> String {
-    let told = ["HOSTNAME", "COMPUTERNAME"]
+    let from_environment = ["HOSTNAME", "COMPUTERNAME"]
         .into_iter()
         .find_map(|name| std::env::var(name).ok());
-    let name = told.or_else(|| fs::read_to_string("/etc/hostname").ok());
+    let name = from_environment.or_else(|| fs::read_to_string("/etc/hostname").ok());
     let name = name.map(|name| name.trim().to_owned());
     name.filter(|name| !name.is_empty())
         .unwrap_or_else(|| "this machine".to_owned())

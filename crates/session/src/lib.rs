@@ -4,8 +4,8 @@ mod answers_file;
 mod awake;
 mod digits;
 mod event;
-mod feed;
 mod folder;
+mod gauge_stream;
 mod integrity;
 mod journal;
 mod link_text;
@@ -20,9 +20,9 @@ mod view;
 pub use answers_file::{ANSWERS_SCHEMA, Answers, AnswersError, PROMPTS};
 pub use awake::KeptAwake;
 pub use event::{
-    ClockJump, Ended, Event, Flagged, Gap, InstrumentSeen, LinkChange, Noted, Outcome, Paused,
-    PoseSet, Resumed, SignChecked, Skipped, Started, Superseded, Surroundings, TakenReading,
-    Warning, ZeroMoment, Zeroed,
+    ClockJump, Ended, Event, Flagged, Gap, InstrumentSeen, LinkChange, Noted, Paused, PoseSet,
+    Resumed, SessionEnd, SignChecked, Skipped, Started, Superseded, Surroundings, TakenReading,
+    Warning, ZeroOccasion, Zeroed,
 };
 pub use folder::{
     FolderError, JournalFile, ReadFolder, SessionFolder, TableFile, host, read_folder, recover,
@@ -34,11 +34,11 @@ pub use journal::{
     write_line, write_lines,
 };
 pub use operator::{Answer, Bell, Choice, Operator, OperatorEvent, Prompt, PromptKind, SkipScope};
-pub use plan::{PlannedCell, SessionPlan};
-pub use run::{Bench, RunError, run};
+pub use plan::{SessionCell, SessionPlan};
+pub use run::{RunError, SessionInputs, run};
 pub use state::{CurrentZero, KeptReading, SessionState};
 pub use steps::{Action, Input, Machine, Settings, lag_s};
 pub use view::{
-    Band, CellReading, CellView, GaugeView, Message, Place, Progress, Purpose, RepeatSpread,
-    SettleView, StiffnessSoFar, Task, View, ZeroView,
+    Band, CellReading, CellView, GaugeView, Message, PlanPosition, Progress, Purpose, RepeatSpread,
+    SessionView, SettleView, StiffnessSoFar, Task, ZeroView,
 };

@@ -2,7 +2,7 @@
 
 use stiffbench_measurement::readings::Reading;
 use stiffbench_measurement::stiffness::{
-    CellStiffness, Flag, Gauges, Method, StiffnessEstimate, StiffnessOptions, StiffnessTable,
+    CellStiffness, Flag, GaugePair, Method, StiffnessEstimate, StiffnessOptions, StiffnessTable,
     stiffness_table,
 };
 use stiffbench_units_and_text::test_point::Cell;
@@ -11,7 +11,7 @@ use super::state::SessionState;
 use super::view::{CellReading, CellView, RepeatSpread, StiffnessSoFar};
 
 /// What the cell has given so far; outliers are tested against the scatter of all cells.
-pub(super) fn cell_view(state: &SessionState, cell: &Cell, gauges: &Gauges) -> CellView {
+pub(super) fn cell_view(state: &SessionState, cell: &Cell, gauges: &GaugePair) -> CellView {
     let readings = state.table_readings();
     let table = stiffness_table(&readings, gauges, StiffnessOptions::default());
     let accepted: Vec<&Reading> = readings

@@ -1,6 +1,6 @@
 //! The operator: what a screen shows, what is asked, what comes back.
 //!
-//! A session never prints and never reads a key: it hands a [`View`] to an [`Operator`], asks [`Prompt`]s of it, and takes
+//! A session never prints and never reads a key: it hands a [`SessionView`] to an [`Operator`], asks [`Prompt`]s of it, and takes
 //! [`OperatorEvent`]s from it. Full-screen view, line mode, answers file, emulated and scripted operators are implementations.
 
 use std::fmt;
@@ -8,15 +8,15 @@ use std::time::Duration;
 
 use serde::{Deserialize, Serialize};
 
-use super::view::View;
+use super::view::SessionView;
 
 /// The operator at the bench. No method waits longer than its timeout.
 pub trait Operator {
     /// Shows where the session stands; called several times a second, so an implementation draws what has changed.
-    fn show(&mut self, view: &View);
+    fn show(&mut self, view: &SessionView);
 
     /// Asks something. Returns at once; the answer comes as [`OperatorEvent::Answer`]. There is one open prompt at most, and
-    /// [`View::prompt`] repeats it until it is answered.
+    /// [`SessionView::prompt`] repeats it until it is answered.
     fn prompt(&mut self, prompt: &Prompt);
 
     /// What the operator did, waiting no longer than `wait` of real time.
@@ -26,7 +26,7 @@ pub trait Operator {
     fn bell(&mut self, bell: Bell);
 
     /// A line for the log on the screen.
-    fn say(&mut self, line: &str);
+    fn notify(&mut self, line: &str);
 }
 
 /// A sound.

@@ -12,12 +12,12 @@ pub struct SessionPlan {
     /// The procedure.
     pub procedure: Procedure,
     /// Poses and directions in the order of measurement, each with its readings.
-    pub cells: Vec<PlannedCell>,
+    pub cells: Vec<SessionCell>,
 }
 
 /// One pose and direction.
 #[derive(Debug, Clone, PartialEq)]
-pub struct PlannedCell {
+pub struct SessionCell {
     /// The pose.
     pub pose: PoseId,
     /// The direction.
@@ -36,7 +36,7 @@ impl SessionPlan {
             .flat_map(|pose| procedure.directions.iter().map(move |way| (pose, *way)));
         let cells = (0..)
             .zip(places)
-            .map(|(cell, (pose, direction))| PlannedCell {
+            .map(|(cell, (pose, direction))| SessionCell {
                 pose: pose.clone(),
                 direction,
                 readings: procedure.steps(cell),

@@ -10,7 +10,7 @@ use stiffbench_gauges::Gauges;
 use stiffbench_units_and_text::clock::Clock;
 
 use super::answers_file::Answers;
-use super::event::{ClockJump, Event, Gap, Outcome, ZeroMoment};
+use super::event::{ClockJump, Event, Gap, SessionEnd, ZeroOccasion};
 use super::folder::TableFile;
 use super::journal::{Journal, JournalError, Store};
 use super::operator::{Answer, Bell, Operator, OperatorEvent, Prompt};
@@ -54,7 +54,7 @@ pub enum RunError {
 }
 
 /// What a session runs with.
-pub struct Bench<'a, S: Store> {
+pub struct SessionInputs<'a, S: Store> {
     /// The gauges.
     pub gauges: &'a mut dyn Gauges,
     /// The operator.
@@ -73,9 +73,12 @@ pub struct Bench<'a, S: Store> {
 ///
 /// # Errors
 /// [`RunError`]; everything that was confirmed is in the journal, and the session can be resumed.
-pub fn run<S: Store>(machine: &mut Machine, bench: Bench<'_, S>) -> Result<Outcome, RunError> {
+pub fn run<S: Store>(
+    machine: &mut Machine,
+    bench: SessionInputs<'_, S>,
+) -> Result<SessionEnd, RunError> {
     let now_s = bench.clock.now_s();
-    let mut session = Session {
+    let mut session = RunningSession {
         before_s: now_s,
         before_utc: bench.clock.utc(),
         shown_s: f64::NEG_INFINITY,
@@ -90,13 +93,13 @@ pub fn run<S: Store>(machine: &mut Machine, bench: Bench<'_, S>) -> Result<Outco
     session.show(true);
     if let Err(error) = &ended {
         session.bench.operator.bell(Bell::Attention);
-        session.bench.operator.say(&format!("stopped: {error}"));
+        session.bench.operator.notify(&format!("stopped: {error}"));
     }
     ended
 }
 
-struct Session<'a, 'b, S: Store> {
-    bench: Bench<'a, S>,
+struct RunningSession<'a, 'b, S: Store> {
+    bench: SessionInputs<'a, S>,
     machine: &'b mut Machine,
     before_s: f64,
     before_utc: Timestamp,
@@ -108,10 +111,10 @@ struct Session<'a, 'b, S: Store> {
     table_failed: bool,
 }
 
-impl<S: Store> Session<'_, '_, S> {
-    fn run(&mut self) -> Result<Outcome, RunError> {
+impl<S: Store> RunningSession<'_, '_, S> {
+    fn run(&mut self) -> Result<SessionEnd, RunError> {
         loop {
-            self.look_at_clocks()?;
+            self.compare_clocks()?;
             let mut wait = LONGEST_WAIT;
             for _ in 0..EVENTS_AT_ONCE {
                 let Some(event) = self.bench.gauges.next(wait) else {
@@ -161,7 +164,7 @@ impl<S: Store> Session<'_, '_, S> {
                 Action::Ask(channel, ask) => self.bench.gauges.ask(channel, ask),
                 Action::Prompt(prompt) => answer = self.prompt(&prompt)?,
                 Action::Bell(bell) => self.bench.operator.bell(bell),
-                Action::Say(line) => self.bench.operator.say(&line),
+                Action::Say(line) => self.bench.operator.notify(&line),
                 Action::Finish(_) => {}
             }
         }
@@ -176,7 +179,7 @@ impl<S: Store> Session<'_, '_, S> {
         );
         let rows_change = match &event {
             Event::Superseded(_) | Event::Flagged(_) => true,
-            Event::Zero(zeroed) => zeroed.moment != ZeroMoment::Before,
+            Event::Zero(zeroed) => zeroed.moment != ZeroOccasion::Before,
             _ => false,
         };
         let row_added = matches!(event, Event::Reading(_));
@@ -198,7 +201,7 @@ impl<S: Store> Session<'_, '_, S> {
             && !std::mem::replace(&mut self.table_failed, true)
         {
             let text = format!("{error}: the reading is in the journal, readings.csv is behind");
-            self.bench.operator.say(&text);
+            self.bench.operator.notify(&text);
         }
         Ok(())
     }
@@ -226,7 +229,7 @@ impl<S: Store> Session<'_, '_, S> {
         }
         let answer = known.cloned().unwrap_or(Answer::Yes(false));
         let text = format!("{} Answered beforehand: {answer}.", prompt.text);
-        self.bench.operator.say(&text);
+        self.bench.operator.notify(&text);
         let id = prompt.id.clone();
         Ok(Some(OperatorEvent::Answer { id, answer }))
     }
@@ -279,7 +282,7 @@ impl<S: Store> Session<'_, '_, S> {
     }
 
     /// Notices when the machine slept or its clock was set: nothing from before counts towards settling.
-    fn look_at_clocks(&mut self) -> Result<(), RunError> {
+    fn compare_clocks(&mut self) -> Result<(), RunError> {
         let (now_s, utc) = (self.bench.clock.now_s(), self.bench.clock.utc());
         let speed = self.bench.clock.speed();
         let passed_s = now_s - self.before_s;
@@ -293,7 +296,7 @@ impl<S: Store> Session<'_, '_, S> {
                     "the clock jumped by {:.0} s: suspended, or set?",
                     jump.seconds
                 );
-                self.bench.operator.say(&text);
+                self.bench.operator.notify(&text);
             }
             self.record(event)?;
         }
@@ -332,7 +335,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_suspended_machine_and_a_clock_that_was_set_are_told() {
+    fn suspension_and_clock_changes_are_recorded() {
         let gap = |seconds| Event::Gap(Gap { seconds });
         let jump = |seconds| Event::ClockJump(ClockJump { seconds });
         assert_eq!(lost_time(0.02, 0.02, 1.0), []);

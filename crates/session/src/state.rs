@@ -5,11 +5,11 @@ use std::collections::BTreeMap;
 use jiff::Timestamp;
 
 use stiffbench_gauges::Channel;
-use stiffbench_measurement::readings::{Reading, ReadingText, RunKey, RunNumbers, Status};
+use stiffbench_measurement::readings::{Reading, ReadingStatus, ReadingText, RunKey, RunNumbers};
 use stiffbench_units_and_text::test_point::PoseId;
 
 use super::event::{
-    Ended, Event, Flagged, InstrumentSeen, Noted, Started, TakenReading, ZeroMoment, Zeroed,
+    Ended, Event, Flagged, InstrumentSeen, Noted, Started, TakenReading, ZeroOccasion, Zeroed,
 };
 use super::journal::Record;
 
@@ -133,7 +133,7 @@ impl SessionState {
                 self.skipped.insert(at, skipped.reason.clone());
             }
             Event::Note(noted) => self.notes.push((record.t_s, noted.clone())),
-            Event::Environment(told) => self.temperature_deg_c = Some(told.temperature_deg_c),
+            Event::Environment(now) => self.temperature_deg_c = Some(now.temperature_deg_c),
             Event::Ended(ended) => self.ended = Some(ended.clone()),
             Event::PoseSet(_)
             | Event::Gap(_)
@@ -145,7 +145,7 @@ impl SessionState {
 
     fn zero(&mut self, zeroed: &Zeroed, at_s: f64) {
         self.unconfirmed = false;
-        if zeroed.moment == ZeroMoment::Before {
+        if zeroed.moment == ZeroOccasion::Before {
             *self
                 .zeros
                 .entry((zeroed.cell, zeroed.scope.clone()))
@@ -290,8 +290,8 @@ fn row(
         repeat: taken.repeat,
         attempt: taken.attempt,
         status: match kept.superseded {
-            Some(_) => Status::Superseded,
-            None => Status::Accepted,
+            Some(_) => ReadingStatus::Superseded,
+            None => ReadingStatus::Accepted,
         },
         target_n: taken.target_n,
         force_n: taken.force_n,

@@ -7,7 +7,7 @@ use super::operator::Prompt;
 
 /// Where a session stands.
 #[derive(Debug, Clone, PartialEq)]
-pub struct View {
+pub struct SessionView {
     /// Session id.
     pub session: String,
     /// Name of the procedure.
@@ -17,7 +17,7 @@ pub struct View {
     /// What the operator is to do.
     pub task: Task,
     /// Where in the plan; `None` before the first cell and after the last.
-    pub place: Option<Place>,
+    pub place: Option<PlanPosition>,
     /// The force gauge.
     pub force: GaugeView,
     /// The displacement gauge.
@@ -47,7 +47,7 @@ pub struct View {
 pub enum Task {
     /// Nothing: the program is asking the gauges who they are.
     CheckInstruments,
-    /// Answer [`View::prompt`].
+    /// Answer [`SessionView::prompt`].
     Answer,
     /// Set the robot to a pose and mount jack and gauges along a direction; a prompt asks when it is done.
     SetUp {
@@ -106,7 +106,7 @@ pub enum Purpose {
 
 /// Where in the plan.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Place {
+pub struct PlanPosition {
     /// The pose held.
     pub pose: PoseId,
     /// The direction of load and displacement.

@@ -1,7 +1,9 @@
 //! Faults of gauges, zeros and operators during a session: no false value stands as an accepted reading without a flag.
 
 use stiffbench_gauges::{Channel, GaugeEvent, LinkState};
-use stiffbench_session::{Answer, Input, OperatorEvent, Outcome, PromptKind, SessionState, Task};
+use stiffbench_session::{
+    Answer, Input, OperatorEvent, PromptKind, SessionEnd, SessionState, Task,
+};
 
 use super::support::{Rig, records, short};
 
@@ -50,11 +52,11 @@ fn link(channel: Channel, state: LinkState, at_s: f64) -> Input {
 }
 
 #[test]
-fn what_a_zero_leaves_is_taken_off_and_recorded() {
+fn the_rest_after_zeroing_is_subtracted_and_recorded() {
     let mut rig = Rig::start(&short(false));
     rig.bench.has_zero = [true; 2];
     rig.bench.leaves_si = [0.8, 4e-6];
-    assert_eq!(rig.run(), Some(Outcome::Complete));
+    assert_eq!(rig.run(), Some(SessionEnd::Complete));
     let state = rig.machine.state();
     nothing_false(state, "a near zero");
     for kept in &state.readings {
@@ -96,7 +98,7 @@ fn a_display_that_stood_still_on_the_way_gives_no_reading() {
 }
 
 #[test]
-fn what_was_taken_since_a_display_stood_still_is_flagged() {
+fn readings_since_a_frozen_display_are_flagged() {
     let mut rig = up_to(1);
     rig.answers
         .push(("frozen", Answer::Text("again".to_owned())));
@@ -115,20 +117,20 @@ fn what_was_taken_since_a_display_stood_still_is_flagged() {
 }
 
 #[test]
-fn a_gauge_that_tares_itself_under_load_leaves_no_false_reading() {
+fn a_self_tare_under_load_records_no_false_reading() {
     for channel in Channel::ALL {
         for readings in [1, 2, 3, 5] {
             let mut rig = up_to(readings);
             rig.bench.tare(channel);
             rig.bench.by_display = true;
-            assert_eq!(rig.run(), Some(Outcome::Complete));
+            assert_eq!(rig.run(), Some(SessionEnd::Complete));
             nothing_false(rig.machine.state(), "tared");
         }
     }
 }
 
 #[test]
-fn after_a_lost_line_the_zero_is_looked_at_before_the_next_reading() {
+fn after_a_lost_connection_the_zero_is_checked_first() {
     for tared in [false, true] {
         let mut rig = up_to(2);
         let at_s = rig.bench.now_s;
@@ -148,7 +150,7 @@ fn after_a_lost_line_the_zero_is_looked_at_before_the_next_reading() {
             at_s,
         ));
         let zeros = rig.machine.state().zeros.values().sum::<u32>();
-        assert_eq!(rig.run(), Some(Outcome::Complete));
+        assert_eq!(rig.run(), Some(SessionEnd::Complete));
         let state = rig.machine.state();
         nothing_false(state, "lost");
         let flagged = state.readings.iter().filter(|kept| !kept.flag().is_empty());
@@ -170,12 +172,12 @@ fn another_number_of_decimals_holds_the_session_up() {
     let held_up = rig.machine.view().held_up.join("; ");
     assert!(held_up.contains("another number of decimals"), "{held_up}");
     rig.bench.decimals = 3;
-    assert_eq!(rig.run(), Some(Outcome::Complete));
+    assert_eq!(rig.run(), Some(SessionEnd::Complete));
     nothing_false(rig.machine.state(), "decimals");
 }
 
 #[test]
-fn readings_whose_zero_nobody_looked_at_again_say_so_until_somebody_does() {
+fn readings_with_an_unchecked_zero_are_marked_until_it_is_checked() {
     let mut rig = up_to(2);
     rig.input(Input::Operator(OperatorEvent::Interrupt));
     rig.run();
@@ -188,7 +190,7 @@ fn readings_whose_zero_nobody_looked_at_again_say_so_until_somebody_does() {
     );
     let bench = rig.bench.clone();
     let mut rig = Rig::resume(&short(false), &rig.journal_bytes(), bench);
-    assert_eq!(rig.run(), Some(Outcome::Complete));
+    assert_eq!(rig.run(), Some(SessionEnd::Complete));
     assert!(
         rig.machine
             .state()
@@ -199,7 +201,7 @@ fn readings_whose_zero_nobody_looked_at_again_say_so_until_somebody_does() {
 }
 
 #[test]
-fn a_load_applied_again_is_held_against_its_reading_of_before() {
+fn a_repeated_load_is_compared_with_its_earlier_reading() {
     let rig = up_to(2);
     let mut bench = rig.bench.clone();
     bench.sensitivity = 0.5;

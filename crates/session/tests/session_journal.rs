@@ -92,7 +92,7 @@ fn a_line_that_is_missing_or_twice_is_found() {
 }
 
 #[test]
-fn an_event_of_a_newer_version_is_told_from_a_damaged_one() {
+fn a_newer_event_is_distinguished_from_a_damaged_one() {
     let body = "{\"seq\":1,\"utc\":\"1970-01-01T00:00:00Z\",\"t_s\":0.0,\"kind\":\"levitated\",\"data\":{}";
     let line = format!(
         "{body},\"crc\":\"{:08x}\"}}\n",

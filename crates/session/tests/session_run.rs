@@ -11,9 +11,9 @@ use jiff::Timestamp;
 use stiffbench_gauges::{Ask, Channel, GaugeEvent, Gauges};
 use stiffbench_measurement::readings::{ReadOptions, read_readings};
 use stiffbench_session::{
-    Answers, Bell, Bench, Event, FolderError, JournalEnd, Machine, Operator, OperatorEvent,
-    Outcome, Prompt, Resumed, RunError, SessionFolder, SessionState, Settings, Started, View,
-    read_folder, recover, run,
+    Answers, Bell, Event, FolderError, JournalEnd, Machine, Operator, OperatorEvent, Prompt,
+    Resumed, RunError, SessionEnd, SessionFolder, SessionInputs, SessionState, SessionView,
+    Settings, Started, read_folder, recover, run,
 };
 use stiffbench_units_and_text::clock::Clock;
 
@@ -66,7 +66,7 @@ struct Follower {
 }
 
 impl Operator for Follower {
-    fn show(&mut self, view: &View) {
+    fn show(&mut self, view: &SessionView) {
         self.shared.borrow_mut().bench.follow(view);
         self.stopped |= self.stop_after.is_some_and(|n| view.progress.accepted >= n);
     }
@@ -81,7 +81,7 @@ impl Operator for Follower {
 
     fn bell(&mut self, _bell: Bell) {}
 
-    fn say(&mut self, line: &str) {
+    fn notify(&mut self, line: &str) {
         self.said.push(line.to_owned());
     }
 }
@@ -110,7 +110,7 @@ fn session(
     answers: &Answers,
     stop_after: Option<usize>,
     bench: &mut MockBench,
-) -> Result<Outcome, RunError> {
+) -> Result<SessionEnd, RunError> {
     let procedure = short(false);
     let now = Timestamp::UNIX_EPOCH;
     let (folder, mut journal, state) = if folder.exists() {
@@ -163,7 +163,7 @@ fn session(
     let table = folder.table();
     let ended = run(
         &mut machine,
-        Bench {
+        SessionInputs {
             gauges: &mut MockGauges(Rc::clone(&shared)),
             operator: &mut operator,
             clock: &clock,
@@ -188,9 +188,9 @@ fn a_session_stopped_and_resumed_gives_the_table_of_one_that_was_not() {
     let (whole, parted) = (desk.path().join("whole"), desk.path().join("parted"));
     let all = answers(&ALL);
     let outcome = session(&whole, &all, None, &mut MockBench::default()).unwrap();
-    assert_eq!(outcome, Outcome::Complete);
+    assert_eq!(outcome, SessionEnd::Complete);
     let mut bench = MockBench::default();
-    for (stop_after, expected) in [(Some(2), Outcome::Aborted), (None, Outcome::Complete)] {
+    for (stop_after, expected) in [(Some(2), SessionEnd::Aborted), (None, SessionEnd::Complete)] {
         let ended = session(&parted, &all, stop_after, &mut bench).unwrap();
         assert_eq!(ended, expected);
     }
@@ -229,7 +229,10 @@ fn a_question_without_an_answer_ends_the_session_and_names_the_flag() {
         panic!("{error}");
     };
     assert!(help.contains("--answer sign-check.P1.x=VALUE"), "{help}");
-    assert_eq!(state_of(&folder).ended.unwrap().outcome, Outcome::Partial);
+    assert_eq!(
+        state_of(&folder).ended.unwrap().outcome,
+        SessionEnd::Partial
+    );
     // A word that is none of the choices is no answer either.
     let wrong = answers(&["ready=true", "setup=true", "sign-check=left"]);
     let error = session(&folder, &wrong, None, &mut MockBench::default()).unwrap_err();
@@ -239,12 +242,12 @@ fn a_question_without_an_answer_ends_the_session_and_names_the_flag() {
     let all = answers(&ALL);
     assert_eq!(
         session(&folder, &all, None, &mut MockBench::default()).unwrap(),
-        Outcome::Complete
+        SessionEnd::Complete
     );
 }
 
 #[test]
-fn a_second_process_is_told_who_has_the_session() {
+fn a_second_process_gets_the_holder_of_the_session() {
     let desk = tempfile::tempdir().unwrap();
     let path = desk.path().join("s");
     let now = Timestamp::UNIX_EPOCH;
@@ -303,7 +306,7 @@ fn a_torn_line_is_taken_off_and_a_damaged_one_is_left_to_recover() {
 
 #[cfg(unix)]
 #[test]
-fn a_folder_that_cannot_be_written_is_an_error_that_says_so() {
+fn an_unwritable_folder_is_an_error() {
     let desk = tempfile::tempdir().unwrap();
     // A file where a folder has to be: no user may write there, root included.
     let file = desk.path().join("file");

@@ -5,7 +5,7 @@ use proptest::prelude::*;
 use stiffbench_gauges::{Channel, GaugeEvent, LinkState, Rejected};
 use stiffbench_measurement::readings::{RepeatOrder, ZeroScope};
 use stiffbench_session::{
-    Answer, Event, Input, Journal, KeptReading, Machine, Noted, OperatorEvent, Outcome, Purpose,
+    Answer, Event, Input, Journal, KeptReading, Machine, Noted, OperatorEvent, Purpose, SessionEnd,
     SessionPlan, SessionState, Settings, SkipScope, Task, read_journal, write_line,
 };
 use stiffbench_test_files::shipped_procedures;
@@ -21,7 +21,7 @@ fn all_shipped_procedures_run_to_their_end() {
         }
         let planned = plan(&procedure).len();
         let mut rig = Rig::start(&procedure);
-        assert_eq!(rig.run(), Some(Outcome::Complete), "{name}");
+        assert_eq!(rig.run(), Some(SessionEnd::Complete), "{name}");
         let state = rig.machine.state().clone();
         assert_eq!(state.readings.len(), planned, "{name}");
         assert!(state.readings.iter().all(|kept| {
@@ -42,7 +42,7 @@ fn all_shipped_procedures_run_to_their_end() {
 fn cut_at_every_byte_and_resumed_nothing_is_lost_or_doubled() {
     let procedure = short(false);
     let mut whole = Rig::start(&procedure);
-    assert_eq!(whole.run(), Some(Outcome::Complete));
+    assert_eq!(whole.run(), Some(SessionEnd::Complete));
     let expected = csv_without_times(whole.machine.state());
     let snapshots = std::mem::take(&mut whole.snapshots);
     let bytes = whole.journal_bytes();
@@ -55,7 +55,7 @@ fn cut_at_every_byte_and_resumed_nothing_is_lost_or_doubled() {
             continue;
         }
         let mut rig = Rig::resume(&procedure, &bytes[..cut], snapshots[n - 1].clone());
-        assert_eq!(rig.run(), Some(Outcome::Complete), "cut at {cut}");
+        assert_eq!(rig.run(), Some(SessionEnd::Complete), "cut at {cut}");
         let state = rig.machine.state();
         for (now, before) in state.readings.iter().zip(&acknowledged) {
             assert_eq!(now.taken, before.taken, "cut at {cut}");
@@ -66,7 +66,7 @@ fn cut_at_every_byte_and_resumed_nothing_is_lost_or_doubled() {
 
 /// What may happen at a tick of a session.
 #[derive(Debug, Clone, Copy)]
-enum Deed {
+enum ScriptedAction {
     Crash,
     Redo,
     SkipReading,
@@ -83,24 +83,24 @@ enum Deed {
     PressHard,
 }
 
-fn deeds() -> impl Strategy<Value = Vec<(u16, Deed)>> {
-    let deed = prop_oneof![
-        3 => Just(Deed::Crash),
-        2 => Just(Deed::Redo),
-        1 => Just(Deed::SkipReading),
-        1 => Just(Deed::SkipCell),
-        1 => Just(Deed::Note),
-        1 => Just(Deed::PauseAndGoOn),
-        1 => (0..3_usize).prop_map(Deed::Goto),
-        2 => Just(Deed::Capture),
-        1 => Just(Deed::Rejected),
-        1 => Just(Deed::Lost),
-        1 => Just(Deed::Unplugged),
-        1 => Just(Deed::Gap),
-        1 => Just(Deed::Drift),
-        1 => Just(Deed::PressHard),
+fn actions() -> impl Strategy<Value = Vec<(u16, ScriptedAction)>> {
+    let action = prop_oneof![
+        3 => Just(ScriptedAction::Crash),
+        2 => Just(ScriptedAction::Redo),
+        1 => Just(ScriptedAction::SkipReading),
+        1 => Just(ScriptedAction::SkipCell),
+        1 => Just(ScriptedAction::Note),
+        1 => Just(ScriptedAction::PauseAndGoOn),
+        1 => (0..3_usize).prop_map(ScriptedAction::Goto),
+        2 => Just(ScriptedAction::Capture),
+        1 => Just(ScriptedAction::Rejected),
+        1 => Just(ScriptedAction::Lost),
+        1 => Just(ScriptedAction::Unplugged),
+        1 => Just(ScriptedAction::Gap),
+        1 => Just(ScriptedAction::Drift),
+        1 => Just(ScriptedAction::PressHard),
     ];
-    prop::collection::vec((0..120_u16, deed), 0..12)
+    prop::collection::vec((0..120_u16, action), 0..12)
 }
 
 fn rejected() -> Input {
@@ -122,40 +122,40 @@ fn link(state: LinkState, at_s: f64) -> Input {
     })
 }
 
-fn happen(rig: &mut Rig, deed: Deed) {
+fn happen(rig: &mut Rig, action: ScriptedAction) {
     let operator = |rig: &mut Rig, event| rig.input(Input::Operator(event));
-    match deed {
-        Deed::Crash => {}
-        Deed::Redo => operator(rig, OperatorEvent::Redo),
-        Deed::SkipReading | Deed::SkipCell => {
-            let what = match deed {
-                Deed::SkipCell => SkipScope::Cell,
+    match action {
+        ScriptedAction::Crash => {}
+        ScriptedAction::Redo => operator(rig, OperatorEvent::Redo),
+        ScriptedAction::SkipReading | ScriptedAction::SkipCell => {
+            let what = match action {
+                ScriptedAction::SkipCell => SkipScope::Cell,
                 _ => SkipScope::Reading,
             };
             let reason = None;
             operator(rig, OperatorEvent::Skip { what, reason });
         }
-        Deed::Note => operator(rig, OperatorEvent::Note { text: None }),
-        Deed::PauseAndGoOn => {
+        ScriptedAction::Note => operator(rig, OperatorEvent::Note { text: None }),
+        ScriptedAction::PauseAndGoOn => {
             operator(rig, OperatorEvent::Pause);
             operator(rig, OperatorEvent::Pause);
         }
-        Deed::Goto(cell) => operator(rig, OperatorEvent::Goto { cell }),
-        Deed::Capture => operator(rig, OperatorEvent::Capture),
-        Deed::Rejected => rig.input(rejected()),
-        Deed::Lost => {
+        ScriptedAction::Goto(cell) => operator(rig, OperatorEvent::Goto { cell }),
+        ScriptedAction::Capture => operator(rig, OperatorEvent::Capture),
+        ScriptedAction::Rejected => rig.input(rejected()),
+        ScriptedAction::Lost => {
             let reason = "pulled".into();
             rig.input(link(LinkState::Lost { reason }, rig.bench.now_s));
         }
-        Deed::Unplugged => {
+        ScriptedAction::Unplugged => {
             let reason = "pulled".into();
             rig.input(link(LinkState::Lost { reason }, rig.bench.now_s));
             let port = "again".into();
             rig.input(link(LinkState::Connected { port }, rig.bench.now_s));
         }
-        Deed::Gap => rig.input(Input::Gap),
-        Deed::Drift => rig.bench.drift_m += 15e-6,
-        Deed::PressHard => rig.bench.force_n -= 30.0,
+        ScriptedAction::Gap => rig.input(Input::Gap),
+        ScriptedAction::Drift => rig.bench.drift_m += 15e-6,
+        ScriptedAction::PressHard => rig.bench.force_n -= 30.0,
     }
 }
 
@@ -200,7 +200,7 @@ proptest! {
 
     #[test]
     fn whatever_happens_the_live_state_is_the_fold_of_the_journal(
-        happenings in deeds(),
+        happenings in actions(),
         unloading in any::<bool>(),
         at_load in any::<bool>(),
         by_gauge in any::<bool>(),
@@ -215,11 +215,11 @@ proptest! {
         let mut rig = Rig::start(&procedure);
         rig.bench.has_zero[1] = by_gauge;
         let mut superseded_before = 0;
-        for (ticks, deed) in happenings {
+        for (ticks, action) in happenings {
             for _ in 0..ticks {
                 rig.tick();
             }
-            happen(&mut rig, deed);
+            happen(&mut rig, action);
             let live = rig.machine.state().clone();
             let bench = rig.bench.clone();
             let bytes = rig.journal_bytes();
@@ -230,7 +230,7 @@ proptest! {
             superseded_before = live.readings.len();
             rig = Rig::resume(&procedure, &bytes, bench);
         }
-        prop_assert_eq!(rig.run(), Some(Outcome::Complete));
+        prop_assert_eq!(rig.run(), Some(SessionEnd::Complete));
         let state = rig.machine.state();
         check(state, &plan);
         prop_assert_eq!(state.taken.len() + state.skipped.len(), plan.len());
@@ -239,19 +239,19 @@ proptest! {
 
 #[test]
 fn what_happens_without_a_crash_leaves_a_whole_plan() {
-    for deed in [
-        Deed::Redo,
-        Deed::SkipReading,
-        Deed::SkipCell,
-        Deed::Note,
-        Deed::PauseAndGoOn,
-        Deed::Goto(1),
-        Deed::Capture,
-        Deed::Rejected,
-        Deed::Unplugged,
-        Deed::Gap,
-        Deed::Drift,
-        Deed::PressHard,
+    for action in [
+        ScriptedAction::Redo,
+        ScriptedAction::SkipReading,
+        ScriptedAction::SkipCell,
+        ScriptedAction::Note,
+        ScriptedAction::PauseAndGoOn,
+        ScriptedAction::Goto(1),
+        ScriptedAction::Capture,
+        ScriptedAction::Rejected,
+        ScriptedAction::Unplugged,
+        ScriptedAction::Gap,
+        ScriptedAction::Drift,
+        ScriptedAction::PressHard,
     ] {
         for ticks in (5..260).step_by(12) {
             let mut procedure = short(true);
@@ -261,8 +261,12 @@ fn what_happens_without_a_crash_leaves_a_whole_plan() {
             for _ in 0..ticks {
                 rig.tick();
             }
-            happen(&mut rig, deed);
-            assert_eq!(rig.run(), Some(Outcome::Complete), "{deed:?} at {ticks}");
+            happen(&mut rig, action);
+            assert_eq!(
+                rig.run(),
+                Some(SessionEnd::Complete),
+                "{action:?} at {ticks}"
+            );
             let state = rig.machine.state();
             check(state, &plan);
             assert_eq!(state.taken.len() + state.skipped.len(), plan.len());
@@ -276,7 +280,7 @@ fn a_redone_reading_stays_and_another_takes_its_place() {
     let mut rig = Rig::start(&procedure);
     rig.until(2000, |rig| rig.machine.state().readings.len() == 2);
     rig.input(Input::Operator(OperatorEvent::Redo));
-    assert_eq!(rig.run(), Some(Outcome::Complete));
+    assert_eq!(rig.run(), Some(SessionEnd::Complete));
     let state = rig.machine.state();
     assert_eq!(state.readings.len(), 7);
     assert_eq!(
@@ -310,7 +314,7 @@ fn an_earlier_step_is_reached_again_through_the_loads_before_it() {
         .flat_map(|r| write_line(r).unwrap())
         .collect();
     let mut rig = Rig::resume(&procedure, &kept, bench);
-    assert_eq!(rig.run(), Some(Outcome::Complete));
+    assert_eq!(rig.run(), Some(SessionEnd::Complete));
     assert!(
         rig.said
             .iter()
@@ -328,7 +332,7 @@ fn a_gauge_that_counts_the_other_way_is_noticed_wherever_it_was_turned() {
     rig.until(2000, |rig| rig.machine.state().zero.is_some());
     // Turned at the panel after the sign check.
     rig.bench.signs[1] = -1.0;
-    assert_eq!(rig.run(), Some(Outcome::Complete));
+    assert_eq!(rig.run(), Some(SessionEnd::Complete));
     assert!(
         rig.asked
             .iter()
@@ -350,7 +354,7 @@ fn a_gauge_that_counts_the_other_way_is_noticed_wherever_it_was_turned() {
     rig.until(4000, |rig| {
         rig.asked.iter().any(|prompt| prompt.id == "force-sign")
     });
-    assert_eq!(rig.run(), Some(Outcome::Complete));
+    assert_eq!(rig.run(), Some(SessionEnd::Complete));
 }
 
 #[test]
@@ -380,7 +384,7 @@ fn faults_of_a_gauge_give_no_reading() {
             "{held_up:?}"
         );
         rig.bench.fault = None;
-        assert_eq!(rig.run(), Some(Outcome::Complete), "{fault:?}");
+        assert_eq!(rig.run(), Some(SessionEnd::Complete), "{fault:?}");
         assert_eq!(rig.machine.state().readings.len(), 6);
     }
 }
@@ -407,7 +411,7 @@ fn a_frozen_displacement_is_asked_about() {
 }
 
 #[test]
-fn a_zero_that_is_not_shown_is_asked_about_and_set_again() {
+fn a_zero_that_is_not_displayed_is_confirmed_or_repeated() {
     let procedure = short(false);
     let mut whole = Rig::start(&procedure);
     whole.run();
@@ -424,7 +428,7 @@ fn a_zero_that_is_not_shown_is_asked_about_and_set_again() {
         "a zero was set at a display that stands still"
     );
     rig.bench.fault = None;
-    assert_eq!(rig.run(), Some(Outcome::Complete));
+    assert_eq!(rig.run(), Some(SessionEnd::Complete));
     let displacements = |rig: &Rig| {
         let kept = rig.machine.state().readings.iter();
         kept.map(|kept| kept.taken.displacement_m)
@@ -496,15 +500,15 @@ fn an_interrupt_ends_at_a_safe_point_and_a_second_at_once() {
     rig.input(Input::Operator(OperatorEvent::Interrupt));
     assert_eq!(rig.machine.outcome(), None);
     let before = rig.machine.state().readings.len();
-    assert_eq!(rig.run(), Some(Outcome::Partial));
+    assert_eq!(rig.run(), Some(SessionEnd::Partial));
     assert_eq!(rig.machine.state().readings.len(), before + 1);
     let mut rig = Rig::start(&procedure);
     rig.tick();
     rig.input(Input::Operator(OperatorEvent::Abort));
-    assert_eq!(rig.machine.outcome(), Some(Outcome::Aborted));
+    assert_eq!(rig.machine.outcome(), Some(SessionEnd::Aborted));
     assert_eq!(
         rig.machine.state().ended.as_ref().unwrap().outcome,
-        Outcome::Aborted
+        SessionEnd::Aborted
     );
 }
 

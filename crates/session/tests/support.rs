@@ -6,8 +6,9 @@ use jiff::{SignedDuration, Timestamp};
 use stiffbench_gauges::{Ask, Channel, GaugeEvent, Sample};
 use stiffbench_measurement::procedure::Procedure;
 use stiffbench_session::{
-    Action, Answer, Event, Input, Journal, Machine, OperatorEvent, Outcome, Prompt, Purpose,
-    Record, SessionPlan, SessionState, Settings, Started, Store, Task, View, read_journal, table,
+    Action, Answer, Event, Input, Journal, Machine, OperatorEvent, Prompt, Purpose, Record,
+    SessionEnd, SessionPlan, SessionState, SessionView, Settings, Started, Store, Task,
+    read_journal, table,
 };
 use stiffbench_test_files::shipped_procedure;
 use stiffbench_units_and_text::test_point::{Direction, PoseId};
@@ -143,7 +144,7 @@ impl MockBench {
     }
 
     /// Does what the view says.
-    pub(crate) fn follow(&mut self, view: &View) {
+    pub(crate) fn follow(&mut self, view: &SessionView) {
         match view.task {
             Task::SetUp { direction, .. } => {
                 self.direction = direction;
@@ -414,7 +415,7 @@ impl Rig {
     }
 
     /// Runs to the end, or to where it can be written no more.
-    pub(crate) fn run(&mut self) -> Option<Outcome> {
+    pub(crate) fn run(&mut self) -> Option<SessionEnd> {
         for _ in 0..MOST_TICKS {
             if self.machine.outcome().is_some() || self.failed {
                 return self.machine.outcome();

@@ -19,7 +19,7 @@ use stiffbench_units_and_text::test_point::{Direction, PoseId};
 use super::jack::Jack;
 use super::noise::NoiseModel;
 use super::virtual_bench::BenchError;
-use cell::{Cell, CellKey};
+use cell::{CellKey, SolvedCell};
 use motion::{Motion, Stand};
 
 /// How far a hand that pushes on the force gauge moves the end, m.
@@ -70,7 +70,7 @@ struct Inner {
     procedure: Procedure,
     setup: EmulatedSetup,
     /// Cells that have been computed.
-    cells: BTreeMap<(usize, usize), Cell>,
+    cells: BTreeMap<(usize, usize), SolvedCell>,
     pose: usize,
     direction: usize,
     /// The run that is made ready or under way, from 1.
@@ -251,7 +251,7 @@ impl EmulatedBench {
 
 impl Inner {
     /// The cell that is set up, computed when it is first needed.
-    fn cell(&mut self) -> &Cell {
+    fn cell(&mut self) -> &SolvedCell {
         let Self {
             laws,
             poses,
@@ -270,7 +270,7 @@ impl Inner {
                     direction,
                     number: number as u32,
                 };
-                Cell::new(key, laws, structure, procedure, setup)
+                SolvedCell::new(key, laws, structure, procedure, setup)
             })
     }
 

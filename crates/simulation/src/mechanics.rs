@@ -1,6 +1,6 @@
 //! What the structure does under the loads of a cell.
 
-use stiffbench_beams::physics::{LawSet, LoadPoint, PoseMechanics, RunLoads, Twists};
+use stiffbench_beams::physics::{JointRotations, LawSet, LoadPoint, PoseMechanics, RunLoads};
 use stiffbench_units_and_text::test_point::{Branch, Direction, PoseId};
 
 /// A load as it acted, with what clock and thermometer showed.
@@ -34,7 +34,7 @@ impl CellMechanics<'_> {
     /// Displacements at the loads of the cell, m, relative to the unloaded state, in the order of the loads.
     pub(super) fn displacements_m(&self, loads: &[ActingLoad]) -> Vec<f64> {
         let mut displacements_m = vec![0.0; loads.len()];
-        let mut twists = Twists::default();
+        let mut joint_rotations = JointRotations::default();
         for (repeat, places) in self.stretches(loads) {
             let points: Vec<LoadPoint> = places.iter().map(|&place| loads[place].point).collect();
             let run = RunLoads {
@@ -50,7 +50,13 @@ impl CellMechanics<'_> {
             } else {
                 LawSet::displacements_m
             };
-            act(self.laws, self.structure, &run, &mut twists, &mut out);
+            act(
+                self.laws,
+                self.structure,
+                &run,
+                &mut joint_rotations,
+                &mut out,
+            );
             for (place, displacement_m) in places.into_iter().zip(out) {
                 displacements_m[place] = displacement_m;
             }

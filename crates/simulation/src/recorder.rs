@@ -1,6 +1,8 @@
 //! Readings as the gauges show them, in the order in which they are made.
 
-use stiffbench_measurement::readings::{Reading, ReadingTable, ReadingText, RunNumbers, Status};
+use stiffbench_measurement::readings::{
+    Reading, ReadingStatus, ReadingTable, ReadingText, RunNumbers,
+};
 use stiffbench_units_and_text::test_point::{Direction, PoseId};
 
 use super::mechanics::ActingLoad;
@@ -10,7 +12,7 @@ use super::noise::{NoiseModel, decimals, rounded};
 const MICROMETRES: f64 = 1e6;
 
 /// Where a reading belongs, beyond the load it was made at.
-pub(super) struct Place<'a> {
+pub(super) struct ReadingContext<'a> {
     pub(super) pose: &'a PoseId,
     pub(super) direction: Direction,
     pub(super) target_n: f64,
@@ -30,7 +32,7 @@ impl Recorder {
     /// Adds what the gauges show at a load with a displacement.
     pub(super) fn add(
         &mut self,
-        place: &Place<'_>,
+        place: &ReadingContext<'_>,
         load: &ActingLoad,
         displacement_m: f64,
         noise: &NoiseModel,
@@ -55,7 +57,7 @@ impl Recorder {
             step: load.point.step,
             repeat,
             attempt: 1,
-            status: Status::Accepted,
+            status: ReadingStatus::Accepted,
             target_n: place.target_n,
             // The numbers are those that the instruments show, so that text and number agree.
             force_n: force_raw.parse().unwrap_or(shown_n),

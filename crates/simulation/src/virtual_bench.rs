@@ -13,7 +13,7 @@ use super::STREAM_OF_TIMES;
 use super::jack::{self, Jack};
 use super::mechanics::{ActingLoad, CellMechanics};
 use super::noise::NoiseModel;
-use super::recorder::{Place, Recorder};
+use super::recorder::{ReadingContext, Recorder};
 use super::temperature::TemperatureTrack;
 
 /// Why a virtual bench cannot run.
@@ -78,14 +78,14 @@ struct SetLoads {
 }
 
 /// Clock, thermometer and random numbers of a session.
-struct Session {
+struct SimulatedSession {
     errors: ChaCha8Rng,
     times: ChaCha8Rng,
     temperature: TemperatureTrack,
     time_s: f64,
 }
 
-impl Session {
+impl SimulatedSession {
     fn new(seed: u64) -> Self {
         let mut times = ChaCha8Rng::seed_from_u64(seed);
         times.set_stream(STREAM_OF_TIMES);
@@ -152,7 +152,7 @@ impl<'a> VirtualBench<'a> {
             .collect::<Result<_, _>>()?;
         let mechanism = &self.physics.mechanism;
         let mechanics = Mechanics::new(self.robot, mechanism, &self.factors, &angles)?;
-        let mut session = Session::new(seed);
+        let mut session = SimulatedSession::new(seed);
         let mut recorder = Recorder::default();
         let mut cell = 0;
         for (number, pose) in poses.iter().enumerate() {
@@ -184,7 +184,7 @@ impl<'a> VirtualBench<'a> {
         &self,
         procedure: &Procedure,
         setup: &CellSetup<'_>,
-        session: &mut Session,
+        session: &mut SimulatedSession,
         recorder: &mut Recorder,
     ) {
         let slopes: Vec<f64> = (0..procedure.repeats)
@@ -208,7 +208,7 @@ impl<'a> VirtualBench<'a> {
         for (place, (load, planned)) in set.loads.iter().zip(&setup.planned).enumerate() {
             let seated_m = slopes[load.repeat as usize - 1] * along_m_per_n * load.point.force_n;
             let displacement_m = displacements_m[place] + seated_m + set.errors_m[place];
-            let place = Place {
+            let place = ReadingContext {
                 pose: setup.pose,
                 direction: setup.direction,
                 target_n: planned.target_n,
@@ -223,7 +223,7 @@ impl<'a> VirtualBench<'a> {
         &self,
         procedure: &Procedure,
         setup: &CellSetup<'_>,
-        session: &mut Session,
+        session: &mut SimulatedSession,
     ) -> SetLoads {
         let (noise, pace) = (&self.noise, &self.jack.pace);
         let release_s = procedure.release_n().map_or(0.0, |_| pace.release_s);

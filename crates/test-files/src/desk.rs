@@ -135,7 +135,7 @@ impl Ran {
 }
 
 /// An error object whose message and help contain all words.
-pub fn assert_says(error: &Value, words: &[&str]) {
+pub fn assert_output_contains(error: &Value, words: &[&str]) {
     let text = format!("{} {}", error["message"], error["help"]);
     for word in words {
         assert!(text.contains(word), "`{word}` is not in {text}");

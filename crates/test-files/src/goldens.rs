@@ -54,7 +54,7 @@ struct Case {
     /// Emulated gauges and the clock at hand took part: times are masked.
     #[serde(default)]
     timed: bool,
-    /// It takes long: run only where the mode says so.
+    /// It takes long: run only where the mode states it.
     #[serde(default)]
     long: bool,
 }
@@ -71,7 +71,7 @@ pub struct Goldens<'a> {
 }
 
 impl Goldens<'_> {
-    /// Runs every case and compares, or keeps the outputs where the mode says so.
+    /// Runs every case and compares, or keeps the outputs where the mode states it.
     ///
     /// # Panics
     /// With all differences.

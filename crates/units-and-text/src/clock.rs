@@ -84,7 +84,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn session_time_begins_where_it_is_told_and_runs_faster() {
+    fn session_time_starts_at_the_given_value_and_runs_faster() {
         let clock = Clock::starting_at(100.0, 1000.0);
         let first_s = clock.now_s();
         assert!(first_s >= 100.0);

@@ -4,7 +4,7 @@ use std::fmt::Write;
 
 use serde_json::Value;
 
-use stiffbench_test_files::desk::{Desk, assert_says};
+use stiffbench_test_files::desk::{Desk, assert_output_contains};
 
 fn desk() -> Desk {
     Desk::new(env!("CARGO_BIN_EXE_stiffbench-validate"))
@@ -62,7 +62,7 @@ fn the_papers_tables_need_its_poses() {
 fn recordings_are_read_from_the_folder_that_is_named() {
     let desk = desk();
     let error = desk.refusal("recordings --from .", 11, "stiffbench::input::recordings");
-    assert_says(&error, &["recordings.toml"]);
+    assert_output_contains(&error, &["recordings.toml"]);
     // A parabola with the noise of the recording whose place it takes.
     let mut table = String::from("run,order,load,deflection\n");
     for order in 1..=40_i32 {

@@ -6,11 +6,12 @@ use std::process::{Command, Output};
 
 use serde_json::{Value as Json, json};
 use stiffbench::mismatch::{
-    Diagnosis, Finding, Location, Quality, ReadingNoise, Stratum, Value, Verdict,
+    Diagnosis, EstimatedValue, Finding, Location, Quality, ReadingNoise, Stratum, Verdict,
 };
 use stiffbench::physics::{Effect, Law, Place, laws};
 use stiffbench_validation::prove::{
-    Answer, Answers, BlindVerdict, Named, Outcome, Score, Set, Sets, promises, score, unseal,
+    BlindVerdict, NamedCause, Score, SealedAnswer, SealedAnswers, SealedSets, Set, VerdictOutcome,
+    criteria, score, unseal,
 };
 
 fn data() -> PathBuf {
@@ -28,7 +29,7 @@ fn joint(law: Law, name: &str, size: f64) -> Effect {
 }
 
 fn finding(effect: Effect, group: Option<u32>) -> Finding {
-    let value = |&value: &f64| Value {
+    let value = |&value: &f64| EstimatedValue {
         value,
         u: Some(0.1 * value.abs()),
         dof: 1e6,
@@ -55,7 +56,7 @@ fn said(verdict: Verdict, findings: Vec<Finding>) -> BlindVerdict {
         held_out: Vec::new(),
         reduced_chi2: 1.0,
     };
-    let left_over = Location {
+    let unexplained = Location {
         stratum: Stratum::Rest,
         pose: None,
         direction: None,
@@ -70,7 +71,7 @@ fn said(verdict: Verdict, findings: Vec<Finding>) -> BlindVerdict {
             lacking: Vec::new(),
             locations: Vec::new(),
             findings,
-            left_over,
+            unexplained,
             before: quality.clone(),
             after: quality,
             factors: Vec::new(),
@@ -101,7 +102,7 @@ fn compliant(rivals: &[(&str, &str, f64)]) -> Json {
     })
 }
 
-fn answer(expected: &str, may_be_missed: bool, truth: &[Json]) -> Answer {
+fn answer(expected: &str, may_be_missed: bool, truth: &[Json]) -> SealedAnswer {
     serde_json::from_value(json!({
         "mode": "law", "expected": expected, "may_be_missed": may_be_missed, "truth": truth,
         "published_validation_passes": true, "floor_rms_um": 1.6,
@@ -110,11 +111,11 @@ fn answer(expected: &str, may_be_missed: bool, truth: &[Json]) -> Answer {
     .unwrap()
 }
 
-fn scored(verdict: &BlindVerdict, answer: &Answer) -> Score {
+fn scored(verdict: &BlindVerdict, answer: &SealedAnswer) -> Score {
     score(verdict, answer, Set::Development)
 }
 
-fn outcome(verdict: Verdict, findings: Vec<Finding>, answer: &Answer) -> Outcome {
+fn outcome(verdict: Verdict, findings: Vec<Finding>, answer: &SealedAnswer) -> VerdictOutcome {
     scored(&said(verdict, findings), answer).outcome
 }
 
@@ -123,8 +124,8 @@ fn a_right_name_at_the_right_place_is_right() {
     let answer = answer("named", false, &[compliant(&[])]);
     let truth = || finding(joint(laws::JOINT_COMPLIANCE, "A3", 1.1e-6), None);
     let score = scored(&said(Verdict::Explained, vec![truth()]), &answer);
-    assert_eq!(score.outcome, Outcome::Right);
-    assert_eq!(score.truths[0].named, Named::Alone);
+    assert_eq!(score.outcome, VerdictOutcome::Right);
+    assert_eq!(score.truths[0].named, NamedCause::Alone);
     assert_eq!(score.truths[0].size_covered, Some(true));
     assert!((score.truths[0].size_ratio.unwrap() - 1.1).abs() < 1e-12);
     assert!((score.held_out_ratio.unwrap() - 1.25).abs() < 1e-12);
@@ -135,9 +136,9 @@ fn a_right_name_at_the_right_place_is_right() {
     // Right, but more is said than there is.
     let other = finding(joint(laws::JOINT_BACKLASH, "A1", 1e-6), None);
     let extra = outcome(Verdict::Explained, vec![truth(), other], &answer);
-    assert_eq!(extra, Outcome::Extra);
+    assert_eq!(extra, VerdictOutcome::Extra);
     let unknown = outcome(Verdict::Unknown, vec![truth()], &answer);
-    assert_eq!(unknown, Outcome::StructureClaimed);
+    assert_eq!(unknown, VerdictOutcome::StructureClaimed);
 }
 
 #[test]
@@ -150,20 +151,20 @@ fn another_place_or_another_law_is_a_wrong_name() {
         let findings = vec![finding(wrong, None)];
         assert_eq!(
             outcome(Verdict::Explained, findings.clone(), &answer),
-            Outcome::WrongName
+            VerdictOutcome::WrongName
         );
         assert_eq!(
             outcome(Verdict::Unknown, findings, &answer),
-            Outcome::UnknownInstead
+            VerdictOutcome::UnknownInstead
         );
     }
     assert_eq!(
         outcome(Verdict::NothingMissing, vec![], &answer),
-        Outcome::NotFound
+        VerdictOutcome::NotFound
     );
     assert_eq!(
         outcome(Verdict::InsufficientData, vec![], &answer),
-        Outcome::Undecided
+        VerdictOutcome::Undecided
     );
 }
 
@@ -183,36 +184,36 @@ fn sets_may_hold_what_is_near_and_nothing_else() {
     };
     let truth = (laws::JOINT_COMPLIANCE, "A3");
     let twin = (laws::JOINT_COMPLIANCE, "A2");
-    assert_eq!(set(&[truth, twin]).outcome, Outcome::Right);
+    assert_eq!(set(&[truth, twin]).outcome, VerdictOutcome::Right);
     // A richer law at the joint of the truth, or of something near, is no padding.
     let richer = [
         (laws::JOINT_FRICTION, "A3"),
         (laws::JOINT_NONLINEARITY, "A2"),
     ];
     let score = set(&[truth, twin, richer[0], richer[1]]);
-    assert_eq!(score.outcome, Outcome::Right);
-    assert_eq!(score.truths[0].named, Named::InSet(4));
+    assert_eq!(score.outcome, VerdictOutcome::Right);
+    assert_eq!(score.truths[0].named, NamedCause::InSet(4));
     let near = (laws::JOINT_BACKLASH, "A3");
-    assert_eq!(set(&[truth, twin, near]).outcome, Outcome::Right);
+    assert_eq!(set(&[truth, twin, near]).outcome, VerdictOutcome::Right);
     // Five standard errors of six apart, and not listed at all.
     for far in [(laws::JOINT_BACKLASH, "A2"), (laws::JOINT_BACKLASH, "C1")] {
         let score = set(&[truth, twin, far]);
-        assert_eq!(score.outcome, Outcome::Padded);
+        assert_eq!(score.outcome, VerdictOutcome::Padded);
         assert_eq!(score.truths[0].padding.len(), 1);
     }
     let score = set(&[truth, near]);
-    assert_eq!(score.outcome, Outcome::Incomplete);
+    assert_eq!(score.outcome, VerdictOutcome::Incomplete);
     assert_eq!(score.truths[0].left_out.len(), 1);
     // A set without the truth.
-    assert_eq!(set(&[twin, near]).outcome, Outcome::WrongName);
-    // Naming one of several that cannot be told apart.
+    assert_eq!(set(&[twin, near]).outcome, VerdictOutcome::WrongName);
+    // Naming one of several that cannot be distinguished.
     let alone = vec![finding(joint(truth.0, truth.1, 1e-6), None)];
     let alone = outcome(Verdict::Explained, alone, &ambiguous);
-    assert_eq!(alone, Outcome::Incomplete);
+    assert_eq!(alone, VerdictOutcome::Incomplete);
 }
 
 #[test]
-fn a_full_list_of_rivals_says_nothing_about_others() {
+fn a_truncated_list_of_rivals_does_not_exclude_others() {
     let names = ["B1", "B2", "B3", "B4", "B5", "B6", "B7", "B8"];
     let near: Vec<(&str, &str, f64)> = names
         .iter()
@@ -224,7 +225,7 @@ fn a_full_list_of_rivals_says_nothing_about_others() {
         .chain(&["A3", "B9"])
         .map(|name| finding(joint(laws::JOINT_COMPLIANCE, name, 1e-6), Some(1)));
     let found = outcome(Verdict::Ambiguous, members.collect(), &answer);
-    assert_eq!(found, Outcome::Right);
+    assert_eq!(found, VerdictOutcome::Right);
 }
 
 #[test]
@@ -240,21 +241,24 @@ fn of_two_effects_each_needs_its_own_finding() {
     let drifting = |law| finding(Effect::new(law, Place::Clock, vec![1e-8]).unwrap(), None);
     let right = vec![compliance(), drifting(laws::DRIFT_PER_SECOND)];
     let score = scored(&said(Verdict::Explained, right), &both);
-    assert_eq!(score.outcome, Outcome::Right);
-    assert!(score.truths.iter().all(|t| t.named == Named::Alone));
+    assert_eq!(score.outcome, VerdictOutcome::Right);
+    assert!(score.truths.iter().all(|t| t.named == NamedCause::Alone));
     // The drift of the other unit is another law.
     let other = vec![compliance(), drifting(laws::DRIFT_PER_KELVIN)];
     assert_eq!(
         outcome(Verdict::Explained, other, &both),
-        Outcome::WrongName
+        VerdictOutcome::WrongName
     );
     let one = vec![compliance()];
-    assert_eq!(outcome(Verdict::Explained, one, &both), Outcome::Partly);
+    assert_eq!(
+        outcome(Verdict::Explained, one, &both),
+        VerdictOutcome::Partly
+    );
     // Two findings of the same effect do not stand for two effects.
     let twice = vec![compliance(), compliance()];
     assert_eq!(
         outcome(Verdict::Explained, twice, &both),
-        Outcome::WrongName
+        VerdictOutcome::WrongName
     );
 }
 
@@ -263,31 +267,37 @@ fn nothing_small_and_unknown() {
     let nothing = answer("nothing-missing", false, &[]);
     assert_eq!(
         outcome(Verdict::NothingMissing, vec![], &nothing),
-        Outcome::Right
+        VerdictOutcome::Right
     );
     assert_eq!(
         outcome(Verdict::Unknown, vec![], &nothing),
-        Outcome::FalseAlarm
+        VerdictOutcome::FalseAlarm
     );
     assert_eq!(
         outcome(Verdict::InsufficientData, vec![], &nothing),
-        Outcome::Undecided
+        VerdictOutcome::Undecided
     );
     let small = answer("named", true, &[compliant(&[])]);
     assert_eq!(
         outcome(Verdict::NothingMissing, vec![], &small),
-        Outcome::MayBeMissed
+        VerdictOutcome::MayBeMissed
     );
     let mut outside = answer("unknown", false, &[]);
-    for (left, missed) in [(9.0, Outcome::NotFound), (4.5, Outcome::MayBeMissed)] {
+    for (left, missed) in [
+        (9.0, VerdictOutcome::NotFound),
+        (4.5, VerdictOutcome::MayBeMissed),
+    ] {
         outside.left_by_library = Some(left);
         let found = finding(joint(laws::JOINT_FRICTION, "A3", 1e-6), None);
         let with = |verdict, findings| outcome(verdict, findings, &outside);
-        assert_eq!(with(Verdict::Unknown, vec![found.clone()]), Outcome::Right);
+        assert_eq!(
+            with(Verdict::Unknown, vec![found.clone()]),
+            VerdictOutcome::Right
+        );
         let named = if left > 6.0 {
-            Outcome::WrongName
+            VerdictOutcome::WrongName
         } else {
-            Outcome::PartNamed
+            VerdictOutcome::PartNamed
         };
         assert_eq!(with(Verdict::Explained, vec![found]), named);
         assert_eq!(with(Verdict::NothingMissing, vec![]), missed);
@@ -295,7 +305,7 @@ fn nothing_small_and_unknown() {
 }
 
 #[test]
-fn promises_count_the_sessions_they_are_about() {
+fn acceptance_criteria_count_their_own_sessions() {
     let named = answer("named", false, &[compliant(&[])]);
     let truth = vec![finding(joint(laws::JOINT_COMPLIANCE, "A3", 1e-6), None)];
     let nothing = answer("nothing-missing", false, &[]);
@@ -305,9 +315,9 @@ fn promises_count_the_sessions_they_are_about() {
         scored(&said(Verdict::NothingMissing, vec![]), &nothing),
     ];
     let counted = |start: &str| -> (usize, usize) {
-        let promises = promises(&scores);
-        let promise = promises.iter().find(|p| p.what.starts_with(start)).unwrap();
-        (promise.share.hits, promise.share.trials)
+        let criteria = criteria(&scores);
+        let criterion = criteria.iter().find(|p| p.what.starts_with(start)).unwrap();
+        (criterion.share.hits, criterion.share.trials)
     };
     assert_eq!(counted("false alarms"), (0, 1));
     assert_eq!(counted("one effect of 6 or more, not slip"), (1, 2));
@@ -319,13 +329,13 @@ fn promises_count_the_sessions_they_are_about() {
 #[test]
 fn opened_answers_are_those_of_the_open_list() {
     let plain = unseal(&read("answers.sealed")).unwrap();
-    let all = Answers::parse("answers.sealed", &plain).unwrap();
-    let open = Answers::parse(
+    let all = SealedAnswers::parse("answers.sealed", &plain).unwrap();
+    let open = SealedAnswers::parse(
         "development-answers.json",
         &read("development-answers.json"),
     )
     .unwrap();
-    let sets = Sets::parse("sets.toml", &read("sets.toml")).unwrap();
+    let sets = SealedSets::parse("sets.toml", &read("sets.toml")).unwrap();
     let mut names = sets.development.clone();
     names.sort();
     let known: Vec<&String> = open.iter().map(|(name, _)| name).collect();
@@ -387,7 +397,7 @@ fn a_tiny_proof_is_the_same_on_any_number_of_threads() {
 }
 
 #[test]
-fn without_its_data_the_proof_says_where_they_are() {
+fn without_its_data_the_validation_names_their_source() {
     let folder = tempfile::tempdir().unwrap();
     let nowhere = folder.path().join("nowhere");
     let output = prove(&["--data", nowhere.to_str().unwrap(), "--json"], "1");
@@ -455,7 +465,7 @@ fn power_is_counted_for_the_laws_and_sizes_that_are_asked_for() {
 }
 
 #[test]
-fn slips_are_tried_all_over_the_plan_and_earlier_sessions_tell_the_noise() {
+fn power_trials_cover_slips_everywhere_and_noise_of_earlier_sessions() {
     let folder = tempfile::tempdir().unwrap();
     let (data, out) = (data(), folder.path().join("power"));
     let counted = |arguments: &[&str]| {
@@ -505,7 +515,7 @@ fn slips_are_tried_all_over_the_plan_and_earlier_sessions_tell_the_noise() {
     assert!(hits(&together) + 2 >= hits(&alone), "{alone} {together}");
     let text = fs::read_to_string(out.join("tables.txt")).unwrap();
     assert!(
-        text.contains("noise told by 4 earlier sessions too"),
+        text.contains("noise estimated from 4 earlier sessions too"),
         "{text}"
     );
 }

@@ -3,7 +3,7 @@
 use stiffbench_validation::prove::Recordings;
 
 #[test]
-fn what_is_said_about_a_recording_uses_known_words() {
+fn descriptions_of_recordings_use_the_known_terms() {
     const VERDICTS: [&str; 5] = [
         "explained",
         "ambiguous",

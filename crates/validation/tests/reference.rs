@@ -1,7 +1,7 @@
 //! The reference of solids: the files for CalculiX are whole and hold the members they stand for; solved, they agree with beams where beams
 //! are right.
 //!
-//! What needs CalculiX says so and is passed over where it is not installed (`apt-get install calculix-ccx`).
+//! What needs CalculiX states it and is passed over where it is not installed (`apt-get install calculix-ccx`).
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
@@ -333,7 +333,7 @@ fn assert_near(found: [f64; 3], expected: [f64; 3], tolerance: f64) {
 /// F L³/3EI + 6 F L/5GA, and F L/EA along the axis. A clamped face restrains contraction over about a depth of section, a twelfth of this
 /// beam, by a few percent of what that part adds, hence 1 %.
 #[test]
-fn a_cantilever_of_solids_bends_as_beam_theory_says() {
+fn a_solid_cantilever_agrees_with_beam_theory() {
     let structure = cantilever();
     let Some(coarse) = by_calculix(&structure, 0.05) else {
         return;

@@ -2,7 +2,7 @@
 
 use std::process::Command;
 
-use stiffbench_test_files::desk::{Desk, assert_says};
+use stiffbench_test_files::desk::{Desk, assert_output_contains};
 
 /// A folder of its own to run the program in.
 fn desk() -> Desk {
@@ -10,7 +10,7 @@ fn desk() -> Desk {
 }
 
 #[test]
-fn a_model_is_written_with_its_cases_and_says_what_differs() {
+fn a_model_is_written_with_its_cases_and_differences() {
     let desk = desk();
     let ran = desk
         .run("reference export --robot serial-arm --load=-50,-100 --size 40 --pose P1,P2 --out solids")
@@ -43,7 +43,7 @@ fn a_model_is_written_with_its_cases_and_says_what_differs() {
         2,
         "stiffbench::usage::argument",
     );
-    assert_says(&error, &["not an empty folder"]);
+    assert_output_contains(&error, &["not an empty folder"]);
 }
 
 #[test]
@@ -69,7 +69,7 @@ fn what_cannot_be_exported_is_refused_before_anything_is_written() {
 }
 
 #[test]
-fn without_calculix_the_message_says_what_to_do() {
+fn without_calculix_the_message_names_the_remedy() {
     let desk = desk();
     desk.refusal("reference run nowhere", 11, "stiffbench::input::not_found");
     desk.run("reference export --robot serial-arm --size 40 --out solids")
@@ -79,7 +79,7 @@ fn without_calculix_the_message_says_what_to_do() {
         10,
         "stiffbench::reference::no_calculix",
     );
-    assert_says(
+    assert_output_contains(
         &error,
         &["apt-get install calculix-ccx", "reference compare"],
     );
@@ -99,7 +99,7 @@ fn without_calculix_the_message_says_what_to_do() {
         11,
         "stiffbench::reference::record",
     );
-    assert_says(&error, &["missing field"]);
+    assert_output_contains(&error, &["missing field"]);
 }
 
 /// A program that answers as CalculiX does, notes its cases, and stops at the second one while there is a file `stop`.
@@ -113,7 +113,7 @@ echo " 7 -1.0E-01 -2.0E-01 -3.0E-01" >> "$1.dat"
 
 #[cfg(unix)]
 #[test]
-fn a_run_that_was_stopped_says_so_and_goes_on_where_it_was() {
+fn a_stopped_run_is_reported_and_resumes() {
     let desk = desk();
     desk.run("reference export --robot serial-arm --size 40 --out solids")
         .succeeds();
@@ -128,7 +128,7 @@ fn a_run_that_was_stopped_says_so_and_goes_on_where_it_was() {
         11,
         "stiffbench::reference::unfinished",
     );
-    assert_says(
+    assert_output_contains(
         &error,
         &[
             "stopped after 1 of 3 cases",
@@ -216,5 +216,5 @@ fn calculix_runs_and_its_answer_is_fitted() {
     // A broken model: CalculiX stops, and an answer of before is not taken for its own.
     desk.write("solids/P1.inp", "*NODE\n");
     let error = desk.refusal("reference run solids", 11, "stiffbench::reference::answer");
-    assert_says(&error, &["P1_x-50N.dat", ".log"]);
+    assert_output_contains(&error, &["P1_x-50N.dat", ".log"]);
 }

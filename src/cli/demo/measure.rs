@@ -60,7 +60,7 @@ mod watch {
 
     use crate::cli::args::Global;
     use crate::cli::progress::progress;
-    use crate::session::{Bell, Operator, OperatorEvent, Prompt, View};
+    use crate::session::{Bell, Operator, OperatorEvent, Prompt, SessionView};
 
     /// An operator who only looks how far the session is.
     pub(super) struct Watcher {
@@ -76,7 +76,7 @@ mod watch {
     }
 
     impl Operator for Watcher {
-        fn show(&mut self, view: &View) {
+        fn show(&mut self, view: &SessionView) {
             self.bar.set_length(view.progress.planned as u64);
             self.bar.set_position(view.progress.accepted as u64);
             if let Some(place) = &view.place {
@@ -93,7 +93,7 @@ mod watch {
 
         fn bell(&mut self, _bell: Bell) {}
 
-        fn say(&mut self, _line: &str) {}
+        fn notify(&mut self, _line: &str) {}
     }
 
     impl Drop for Watcher {

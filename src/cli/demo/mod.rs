@@ -1,4 +1,4 @@
-//! `stiffbench demo`: the main job without hardware, from two emulated gauges to a judged model with figures.
+//! `stiffbench demo`: the main job without hardware, from two emulated gauges to a assessed model with figures.
 
 mod measure;
 
@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 use clap::Args;
 use serde_json::json;
 
-use crate::analysis::{Data, FitData, FitSettings, ModelChoice, Session};
+use crate::analysis::{Data, FitData, FitSettings, LoadedSession, ModelChoice};
 use crate::report::{
     fit_figures, fit_json, fit_text, load_displacement_figure, paper_report, robot_figure,
     stiffness_text,
@@ -42,7 +42,7 @@ pub(super) fn run(args: &DemoArgs, global: &Global) -> Result<Outcome, Failure> 
     let folder = out.join("session");
     measure::measure(&folder, global)?;
     let bar = progress(global, "analysing", 6);
-    let session = Session::open(&folder, &global.open_settings())?;
+    let session = LoadedSession::open(&folder, &global.open_settings())?;
     let readings = session.table.readings.len();
     let table = session.stiffness(Branches::LoadingOnly)?;
     let model = ModelChoice {
@@ -99,7 +99,7 @@ pub(super) fn run(args: &DemoArgs, global: &Global) -> Result<Outcome, Failure> 
 
     let text = format!(
         "A session of {readings} readings by emulated gauges on a robot with the factors m_fsd ({}): stiffness of each pose and direction\n\n{}\n\
-         Factors of the beams fitted to P1 and P3, judged on P2 and P4\n\n{}\n\
+         Factors of the beams fitted to P1 and P3, validated on P2 and P4\n\n{}\n\
          The paper's own measured stiffness (Table VI)\n\n{}",
         folder.display(),
         stiffness_text(&table, false),

@@ -180,7 +180,7 @@ pub(super) struct StudyArgs {
     pub(super) vary: Option<Vec<String>>,
     /// Directions: axes (x,y,z) or a vector (0,1,1); more than once for more [default: x,y,z]
     #[arg(long = "directions", value_name = "AXES|X,Y,Z", value_parser = directions, allow_hyphen_values = true)]
-    pub(super) directions: Vec<Directions>,
+    pub(super) directions: Vec<DirectionChoice>,
     /// Leave out the principal stiffnesses
     #[arg(long)]
     pub(super) no_principal: bool,
@@ -209,10 +209,10 @@ impl From<SamplingWord> for Sampling {
 
 /// What one `--directions` names.
 #[derive(Debug, Clone, PartialEq)]
-pub(super) struct Directions(pub(super) Vec<MapColumn>);
+pub(super) struct DirectionChoice(pub(super) Vec<MapColumn>);
 
 /// Names of axes, or one vector.
-fn directions(text: &str) -> Result<Directions, String> {
+fn directions(text: &str) -> Result<DirectionChoice, String> {
     let wrong = || {
         "axes like x,y,z or three numbers with commas between them are needed, for example 0,1,1"
             .to_owned()
@@ -224,7 +224,7 @@ fn directions(text: &str) -> Result<Directions, String> {
         .map(|part| axes.iter().find(|axis| axis.name() == *part).cloned())
         .collect();
     if let Some(named) = named {
-        return Ok(Directions(named));
+        return Ok(DirectionChoice(named));
     }
     let numbers: Result<Vec<f64>, _> = parts.iter().map(|part| part.parse()).collect();
     let vector = numbers
@@ -232,7 +232,7 @@ fn directions(text: &str) -> Result<Directions, String> {
         .and_then(|numbers| <[f64; 3]>::try_from(numbers).ok());
     let column = MapColumn::along(&parts.join(","), vector.ok_or_else(wrong)?);
     let no_direction = "a vector of finite numbers that are not all zero is needed";
-    Ok(Directions(vec![
+    Ok(DirectionChoice(vec![
         column.ok_or_else(|| no_direction.to_owned())?,
     ]))
 }

@@ -6,22 +6,22 @@ use std::path::Path;
 use serde_json::Value;
 
 use crate::cli::failure::Failure;
-use crate::distribution::ParameterCovariance;
+use crate::distribution::FittedCovariance;
 use crate::robot::{FittingFactors, ModelParameter};
 
 use super::job::wrong;
 
 /// What a fit found.
-pub(super) struct Fitted {
+pub(super) struct FitFile {
     pub(super) factors_name: String,
     pub(super) factors: FittingFactors,
-    pub(super) covariance: Option<ParameterCovariance>,
+    pub(super) covariance: Option<FittedCovariance>,
     /// What the covariance leaves out.
     pub(super) notes: Vec<String>,
 }
 
 /// Reads a fit.
-pub(super) fn read_fit(path: &Path) -> Result<Fitted, Failure> {
+pub(super) fn read_fit(path: &Path) -> Result<FitFile, Failure> {
     let text = read_text(path)?;
     let refuse = |problem: String| {
         wrong(
@@ -44,7 +44,7 @@ pub(super) fn read_fit(path: &Path) -> Result<Fitted, Failure> {
 ///
 /// # Errors
 /// What is missing, in words.
-fn from_data(data: &Value) -> Result<Fitted, String> {
+fn from_data(data: &Value) -> Result<FitFile, String> {
     let names = data["correlation"]["names"].as_array();
     let (mut values, mut notes) = (FittingFactors::UNIT, Vec::new());
     let mut parameters = Vec::new();
@@ -81,7 +81,7 @@ fn from_data(data: &Value) -> Result<Fitted, String> {
             "the fit has no covariance: the map has no uncertainty of the factors".to_owned(),
         );
     }
-    Ok(Fitted {
+    Ok(FitFile {
         factors_name: String::new(),
         factors: values,
         covariance,
@@ -112,7 +112,7 @@ fn covariance(
     data: &Value,
     parameters: Vec<ModelParameter>,
     sources: &[Option<usize>],
-) -> Option<ParameterCovariance> {
+) -> Option<FittedCovariance> {
     let correlation = data["correlation"].as_object()?;
     let u = correlation.get("u_ln")?.as_array()?;
     let coefficients = correlation.get("matrix")?.as_array()?;
@@ -129,7 +129,7 @@ fn covariance(
             })
             .collect()
     };
-    Some(ParameterCovariance {
+    Some(FittedCovariance {
         parameters,
         matrix: sources.iter().map(row).collect::<Option<_>>()?,
         dof: correlation.get("dof").and_then(Value::as_f64),

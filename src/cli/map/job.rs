@@ -1,11 +1,11 @@
-//! What a study is, as one record: with it any share of the study can be worked out, anywhere, and shares of other studies are told apart.
+//! What a study is, as one record: with it any share of the study can be computed, anywhere, and shares of other studies are distinguished.
 
 use serde::{Deserialize, Serialize};
 
 use crate::analysis::Inputs;
 use crate::cli::failure::{CliError, Failure};
 use crate::distribution::{
-    MapColumn, MapModel, MechanismStudy, ParameterCovariance, PosePlan, PoseSet, Sampling, Shard,
+    FittedCovariance, MapColumn, MapModel, MechanismStudy, PosePlan, PoseSample, Sampling, Shard,
     StiffnessMap, StudyPoses,
 };
 use crate::physics::{ActingPhysics, Effect};
@@ -26,7 +26,7 @@ pub(super) struct MapJob {
     pub(super) robot_text: String,
     pub(super) factors_name: String,
     pub(super) factors: FittingFactors,
-    pub(super) covariance: Option<ParameterCovariance>,
+    pub(super) covariance: Option<FittedCovariance>,
     pub(super) at_load_n: Option<f64>,
     pub(super) mechanisms: Vec<MechanismJob>,
     pub(super) sampling: Sampling,
@@ -64,14 +64,14 @@ impl MapJob {
     }
 
     /// The poses of a share.
-    pub(super) fn pose_set(&self, robot: &Robot, shard: Shard) -> Result<PoseSet, Failure> {
+    pub(super) fn pose_set(&self, robot: &Robot, shard: Shard) -> Result<PoseSample, Failure> {
         let plan = PosePlan {
             sampling: self.sampling,
             poses: self.poses,
             seed: self.seed,
             held: self.held.clone(),
         };
-        Ok(PoseSet::draw(robot, &plan, shard)?)
+        Ok(PoseSample::draw(robot, &plan, shard)?)
     }
 
     /// The physics of each mechanism.
@@ -101,7 +101,7 @@ impl MapJob {
         &self,
         robot: &Robot,
         physics: &[ActingPhysics],
-        poses: &PoseSet,
+        poses: &PoseSample,
     ) -> Result<Vec<StiffnessMap>, Failure> {
         // All models before the first map: what cannot be done is said at once.
         let models: Vec<MapModel<'_>> = physics

@@ -2,7 +2,7 @@
 
 use crate::cli::failure::Failure;
 use crate::cli::outcome::Outcome;
-use crate::distribution::{PoseSet, Shard, StiffnessMap, row_width};
+use crate::distribution::{PoseSample, Shard, StiffnessMap, row_width};
 
 use super::args::MergeArgs;
 use super::finish;
@@ -80,7 +80,7 @@ fn differences(one: &MapJob, other: &MapJob) -> Vec<&'static str> {
 /// The map of one mechanism from all shards, pose by pose in the order of the whole.
 fn join(
     job: &MapJob,
-    poses: &PoseSet,
+    poses: &PoseSample,
     shards: &[ShardFile],
     mechanism: usize,
 ) -> Result<StiffnessMap, ShardError> {
@@ -116,15 +116,15 @@ fn join(
 }
 
 /// Where a pose is: in which shard, and there its row or why it has none.
-type Found<'a> = (usize, Result<usize, &'a str>);
+type MergedPose<'a> = (usize, Result<usize, &'a str>);
 
 /// Finds every pose of the whole among the shards.
 fn find_poses<'a>(
-    poses: &PoseSet,
+    poses: &PoseSample,
     shards: &'a [ShardFile],
     mechanism: usize,
-) -> Result<Vec<Option<Found<'a>>>, ShardError> {
-    let mut found: Vec<Option<Found<'a>>> = vec![None; poses.len()];
+) -> Result<Vec<Option<MergedPose<'a>>>, ShardError> {
+    let mut found: Vec<Option<MergedPose<'a>>> = vec![None; poses.len()];
     for (index, shard) in shards.iter().enumerate() {
         let map = &shard.maps[mechanism];
         let rows = map.ids.iter().enumerate().map(|(row, &id)| (id, Ok(row)));

@@ -11,7 +11,7 @@ mod shard;
 
 use std::path::Path;
 
-use crate::distribution::{PoseSet, Shard, StiffnessMap, StudyPoses};
+use crate::distribution::{PoseSample, Shard, StiffnessMap, StudyPoses};
 use crate::robot::Robot;
 
 use super::failure::Failure;
@@ -57,7 +57,7 @@ fn whole(job: &MapJob, out: Option<&Path>, figures: &WantedFigures) -> Result<Ou
 fn finish(
     job: &MapJob,
     robot: &Robot,
-    poses: PoseSet,
+    poses: PoseSample,
     maps: Vec<StiffnessMap>,
     (out, figures): (Option<&Path>, &WantedFigures),
 ) -> Result<Outcome, Failure> {

@@ -8,7 +8,7 @@ use crate::physics::{ActingPhysics, Effect, EffectError, PlaceKind};
 use crate::robot::{Mechanism, Robot};
 
 use super::args::StudyArgs;
-use super::fit_file::{Fitted, read_fit};
+use super::fit_file::{FitFile, read_fit};
 use super::job::{MapJob, MechanismJob, SCHEMA, wrong};
 
 /// The study that the arguments ask for, and what a user should know of it.
@@ -22,18 +22,18 @@ pub(super) fn prepare(args: &StudyArgs) -> Result<(MapJob, Vec<String>), Failure
         model: args.model.clone(),
         effects: Vec::new(),
     };
-    let (chosen, mut effects) = choose_without_effects(&bare, &args.effects)?;
-    let mut warnings = chosen.warnings.clone();
-    let robot = &chosen.robot;
-    let names = mechanisms(args, robot, &chosen)?;
-    let Fitted {
+    let (resolved, mut effects) = resolve_without_effects(&bare, &args.effects)?;
+    let mut warnings = resolved.warnings.clone();
+    let robot = &resolved.robot;
+    let names = mechanisms(args, robot, &resolved)?;
+    let FitFile {
         factors_name,
         factors,
         covariance,
         notes,
-    } = fit.unwrap_or(Fitted {
-        factors_name: chosen.factors_name.clone(),
-        factors: chosen.factors.clone(),
+    } = fit.unwrap_or(FitFile {
+        factors_name: resolved.factors_name.clone(),
+        factors: resolved.factors.clone(),
         covariance: None,
         notes: Vec::new(),
     });
@@ -49,8 +49,8 @@ pub(super) fn prepare(args: &StudyArgs) -> Result<(MapJob, Vec<String>), Failure
     let job = MapJob {
         schema: SCHEMA.to_owned(),
         version: env!("CARGO_PKG_VERSION").to_owned(),
-        robot_file: chosen.source.name.clone(),
-        robot_text: chosen.source.text.clone(),
+        robot_file: resolved.source.name.clone(),
+        robot_text: resolved.source.text.clone(),
         factors_name,
         factors,
         covariance,
@@ -87,26 +87,26 @@ fn notes_on_laws(args: &StudyArgs, job: &MapJob, linear: bool) -> Vec<String> {
 }
 
 /// Robot, factors and effects; of the effects those of a model first.
-fn choose_without_effects(
+fn resolve_without_effects(
     bare: &ModelArgs,
     added: &[String],
 ) -> Result<(ResolvedModel, Vec<Effect>), Failure> {
-    let chosen = bare.resolve()?;
-    let mut effects = chosen.physics.effects.clone();
+    let resolved = bare.resolve()?;
+    let mut effects = resolved.physics.effects.clone();
     for text in added {
         effects.push(text.parse()?);
     }
-    Ok((chosen, effects))
+    Ok((resolved, effects))
 }
 
 /// The mechanisms to study, each once.
 fn mechanisms(
     args: &StudyArgs,
     robot: &Robot,
-    chosen: &ResolvedModel,
+    resolved: &ResolvedModel,
 ) -> Result<Vec<String>, Failure> {
     if args.mechanism.is_empty() && args.model.is_some() {
-        return Ok(vec![chosen.mechanism.clone()]);
+        return Ok(vec![resolved.mechanism.clone()]);
     }
     if args.mechanism.is_empty() || args.mechanism == ["all"] {
         return Ok(robot.mechanisms.keys().cloned().collect());

@@ -4,7 +4,9 @@ use std::path::Path;
 
 use crate::cli::failure::Failure;
 use crate::cli::outcome::Outcome;
-use crate::distribution::{PoseSet, Shard, ShiftMap, StiffnessMap, StudyPoses, design_sensitivity};
+use crate::distribution::{
+    PoseSample, Shard, ShiftMap, StiffnessMap, StudyPoses, design_sensitivity,
+};
 use crate::physics::ActingPhysics;
 use crate::plot::Figure;
 use crate::report::{
@@ -32,7 +34,7 @@ pub(super) fn run(job: &MapJob, asked: &Asked, out: Option<&Path>) -> Result<Out
         mechanisms: Vec::new(),
         at_load_n: job.at_load_n,
     };
-    let mut answer = Answer::default();
+    let mut answer = QuestionResult::default();
     if let Some(load) = asked.load {
         let maps = maps(job, &robot, &physics, |model| {
             ShiftMap::under_load(model, &poses.set, load.0)
@@ -80,13 +82,13 @@ pub(super) fn run(job: &MapJob, asked: &Asked, out: Option<&Path>) -> Result<Out
 
 /// What was found, for people, for programs, and as figures.
 #[derive(Default)]
-struct Answer {
+struct QuestionResult {
     text: String,
     data: MapAnswers,
     figures: Vec<(String, Figure)>,
 }
 
-impl Answer {
+impl QuestionResult {
     fn add(&mut self, text: &str) {
         if !self.text.is_empty() {
             self.text.push('\n');
@@ -119,7 +121,7 @@ fn masses(
     job: &MapJob,
     robot: &Robot,
     physics: &[ActingPhysics],
-    poses: &PoseSet,
+    poses: &PoseSample,
 ) -> Result<Vec<(Masses, f64)>, Failure> {
     let mut found = Vec::new();
     for physics in physics {
@@ -145,8 +147,8 @@ fn masses(
 fn design(
     job: &MapJob,
     (robot, physics): (&Robot, &[ActingPhysics]),
-    poses: &PoseSet,
-    answer: &mut Answer,
+    poses: &PoseSample,
+    answer: &mut QuestionResult,
 ) -> Result<(), Failure> {
     let (mut text, mut sensitivities) = (String::new(), Vec::new());
     for physics in physics {

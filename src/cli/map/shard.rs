@@ -1,6 +1,6 @@
 //! Shard files: a share of a study, exact to the last bit.
 //!
-//! One line of JSON says what the study is and what follows: for each mechanism the numbers of the poses and their rows, eight bytes
+//! One line of JSON states what the study is and what follows: for each mechanism the numbers of the poses and their rows, eight bytes
 //! each, little-endian. The last four bytes are the checksum (CRC-32C) of all before. A file appears under its name only when it is
 //! whole.
 
@@ -12,13 +12,13 @@ use std::path::{Path, PathBuf};
 use serde::{Deserialize, Serialize};
 
 use crate::cli::failure::{CliError, Failure};
-use crate::distribution::{PoseSet, StiffnessMap, row_width};
+use crate::distribution::{PoseSample, StiffnessMap, row_width};
 
 use super::job::{MapJob, SCHEMA};
 
 /// What the first line says.
 #[derive(Debug, Serialize, Deserialize)]
-struct Head {
+struct ShardHead {
     job: MapJob,
     /// One entry a mechanism.
     maps: Vec<MapHead>,
@@ -51,7 +51,7 @@ pub(super) struct ShardMap {
 #[derive(Debug, thiserror::Error, miette::Diagnostic)]
 pub(super) enum ShardError {
     /// Not a whole shard file.
-    #[error("{path} is no whole shard file: {problem}")]
+    #[error("{path} is not a complete shard file: {problem}")]
     #[diagnostic(
         code(stiffbench::input::shard),
         help("work that share out again: stiffbench map ... --shard K/N --out FOLDER")
@@ -100,7 +100,7 @@ pub(super) enum ShardError {
 pub(super) fn write(
     path: &Path,
     job: &MapJob,
-    poses: &PoseSet,
+    poses: &PoseSample,
     maps: &[StiffnessMap],
 ) -> Result<(), Failure> {
     let bytes = bytes(job, poses, maps)?;
@@ -128,8 +128,8 @@ pub(super) fn write(
     Ok(())
 }
 
-fn bytes(job: &MapJob, poses: &PoseSet, maps: &[StiffnessMap]) -> Result<Vec<u8>, Failure> {
-    let head = Head {
+fn bytes(job: &MapJob, poses: &PoseSample, maps: &[StiffnessMap]) -> Result<Vec<u8>, Failure> {
+    let head = ShardHead {
         job: job.clone(),
         maps: maps
             .iter()
@@ -188,12 +188,12 @@ pub(super) fn read(path: &Path) -> Result<ShardFile, Failure> {
     }
     let end = content.iter().position(|&byte| byte == b'\n');
     let (line, rest) = content.split_at(end.ok_or_else(|| damaged("it has no head"))?);
-    let head: Head = serde_json::from_slice(line)
+    let head: ShardHead = serde_json::from_slice(line)
         .map_err(|error| damaged(&format!("its head is not that of this version: {error}")))?;
     if head.job.schema != SCHEMA {
         return Err(damaged(&format!("its schema is {}", head.job.schema)).into());
     }
-    let maps = maps(&head, &rest[1..]).ok_or_else(|| damaged("it has not the rows it promises"))?;
+    let maps = maps(&head, &rest[1..]).ok_or_else(|| damaged("rows are missing"))?;
     Ok(ShardFile {
         path: path.to_owned(),
         job: head.job,
@@ -202,7 +202,7 @@ pub(super) fn read(path: &Path) -> Result<ShardFile, Failure> {
 }
 
 /// The rows behind the head; `None` if there are more or fewer than it says.
-fn maps(head: &Head, mut rest: &[u8]) -> Option<Vec<ShardMap>> {
+fn maps(head: &ShardHead, mut rest: &[u8]) -> Option<Vec<ShardMap>> {
     let width = row_width(&head.job.columns);
     let mut take = |count: usize| -> Option<Vec<[u8; 8]>> {
         let (taken, left) = rest.split_at_checked(count.checked_mul(8)?)?;

@@ -7,14 +7,14 @@ use ratatui::text::{Line, Span};
 use ratatui::widgets::{Clear, Paragraph, Wrap};
 
 use crate::quantity::METRES_PER_MICROMETRE;
-use crate::session::{GaugeView, View};
+use crate::session::{GaugeView, SessionView};
 
 use super::big_digits;
 use super::glyphs::Glyphs;
-use super::input::Input;
+use super::input::TypedLine;
+use super::labels;
 use super::load::draw_load;
 use super::question::{keys, question};
-use super::words;
 
 /// Below this many rows the big digits and the list of readings give way.
 const ROWS_FOR_BIG_DIGITS: u16 = 30;
@@ -27,7 +27,7 @@ pub(super) const DOUBT: Color = Color::Yellow;
 pub(super) const BAD: Color = Color::LightRed;
 
 /// Draws everything.
-pub(super) fn draw(area: &mut Frame<'_>, view: &View, input: &Input, glyphs: Glyphs) {
+pub(super) fn draw(area: &mut Frame<'_>, view: &SessionView, input: &TypedLine, glyphs: Glyphs) {
     let whole = area.area();
     if whole.width < LEAST[0] || whole.height < LEAST[1] {
         let text = format!(
@@ -94,7 +94,7 @@ fn rows_of(lines: &[Line<'_>], width: u16) -> u16 {
 }
 
 /// What holds the session up, and what stays true for all of it.
-fn notices(view: &View) -> Vec<Line<'static>> {
+fn notices(view: &SessionView) -> Vec<Line<'static>> {
     let held = view.held_up.iter().map(|text| {
         let style = Style::new()
             .fg(BAD)
@@ -108,7 +108,7 @@ fn notices(view: &View) -> Vec<Line<'static>> {
     held.chain(warned).collect()
 }
 
-fn header_lines(view: &View, notices: Vec<Line<'static>>) -> Vec<Line<'static>> {
+fn header_lines(view: &SessionView, notices: Vec<Line<'static>>) -> Vec<Line<'static>> {
     let progress = &view.progress;
     let skipped = match progress.skipped {
         0 => String::new(),
@@ -124,7 +124,7 @@ fn header_lines(view: &View, notices: Vec<Line<'static>>) -> Vec<Line<'static>> 
             view.procedure,
             progress.accepted,
             progress.planned,
-            words::duration(progress.left_s)
+            labels::duration(progress.left_s)
         )),
     ])];
     lines.extend(notices);
@@ -142,7 +142,7 @@ fn draw_gauge(
 ) {
     let doubtful = gauge.stale || !gauge.link.is_empty() || gauge.value_si.is_none();
     let style = Style::new().fg(if doubtful { BAD } else { Color::Reset });
-    let value = words::value(gauge, si_per_unit);
+    let value = labels::value(gauge, si_per_unit);
     let rate = gauge
         .rate_hz
         .map_or(String::new(), |rate| format!(", {rate:.0}/s"));
@@ -151,8 +151,8 @@ fn draw_gauge(
         raw => format!(" | sent: {raw}"),
     };
     let state = match (gauge.link.as_str(), gauge.stale) {
-        ("", true) => format!("STALE, {}{raw}", words::age(gauge.age_s)),
-        ("", false) => format!("{}{rate}{raw}", words::age(gauge.age_s)),
+        ("", true) => format!("STALE, {}{raw}", labels::age(gauge.age_s)),
+        ("", false) => format!("{}{rate}{raw}", labels::age(gauge.age_s)),
         (link, _) => link.to_owned(),
     };
     let sign = if gauge.sign_known {
@@ -180,12 +180,12 @@ fn draw_gauge(
 }
 
 /// Loads with their repeats, stiffness so far, flags, zero.
-fn draw_cell(area: &mut Frame<'_>, place: Rect, view: &View, glyphs: Glyphs) {
+fn draw_cell(area: &mut Frame<'_>, place: Rect, view: &SessionView, glyphs: Glyphs) {
     let cell = &view.cell;
     let mut lines: Vec<Line<'static>> = Vec::new();
     if let Some(so_far) = &cell.stiffness {
         lines.extend(
-            words::stiffness(so_far)
+            labels::stiffness(so_far)
                 .into_iter()
                 .map(|text| Line::raw(format!(" {text}"))),
         );
@@ -194,10 +194,10 @@ fn draw_cell(area: &mut Frame<'_>, place: Rect, view: &View, glyphs: Glyphs) {
     }
     if let Some(zero) = &view.zero {
         let drift = zero.drift_m.map_or(String::new(), |drift_m| {
-            let limit = words::displacement(zero.drift_limit_m);
+            let limit = labels::displacement(zero.drift_limit_m);
             format!(
                 ", drift {} um (limit {limit})",
-                words::displacement(drift_m)
+                labels::displacement(drift_m)
             )
         });
         let past = zero
@@ -229,17 +229,17 @@ fn draw_cell(area: &mut Frame<'_>, place: Rect, view: &View, glyphs: Glyphs) {
         };
         lines.push(Line::raw(format!(
             "{:>8}{way} {:>2} {:>10} {:>9}",
-            words::number(spread.target_n, 1),
+            labels::number(spread.target_n, 1),
             spread.n,
-            words::displacement(spread.mean_m),
-            words::displacement(spread.range_m)
+            labels::displacement(spread.mean_m),
+            labels::displacement(spread.range_m)
         )));
     }
     let text = Paragraph::new(lines).wrap(Wrap { trim: false });
     area.render_widget(text.block(glyphs.block(" This cell ".to_owned())), place);
 }
 
-fn draw_messages(area: &mut Frame<'_>, place: Rect, view: &View, glyphs: Glyphs) {
+fn draw_messages(area: &mut Frame<'_>, place: Rect, view: &SessionView, glyphs: Glyphs) {
     let room = place.height.saturating_sub(2);
     let mut lines: Vec<Line<'static>> = Vec::new();
     let mut rows = 0;

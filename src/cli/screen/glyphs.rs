@@ -3,7 +3,7 @@
 use ratatui::symbols::border;
 use ratatui::widgets::Block;
 
-use super::load_bar::Cell;
+use super::load_bar::BarCell;
 
 /// Characters for bars and borders: those of Unicode, or plain ones where the locale has no UTF-8.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -26,21 +26,21 @@ impl Glyphs {
         Self { unicode }
     }
 
-    /// The character of a cell of the bar: told apart without colour too.
-    pub(super) fn cell(self, cell: Cell) -> char {
+    /// The character of a cell of the bar: distinguished without colour too.
+    pub(super) fn cell(self, cell: BarCell) -> char {
         match (self.unicode, cell) {
-            (true, Cell::Empty) => '·',
-            (true, Cell::Load) => '█',
-            (true, Cell::TooMuch) => '▓',
-            (true, Cell::Band) => '░',
-            (true, Cell::BandReached) => '▒',
-            (true, Cell::Zero) => '┃',
-            (false, Cell::Empty) => '.',
-            (false, Cell::Load) => '=',
-            (false, Cell::TooMuch) => '!',
-            (false, Cell::Band) => 'o',
-            (false, Cell::BandReached) => '#',
-            (false, Cell::Zero) => '|',
+            (true, BarCell::Empty) => '·',
+            (true, BarCell::Load) => '█',
+            (true, BarCell::TooMuch) => '▓',
+            (true, BarCell::Band) => '░',
+            (true, BarCell::BandReached) => '▒',
+            (true, BarCell::Zero) => '┃',
+            (false, BarCell::Empty) => '.',
+            (false, BarCell::Load) => '=',
+            (false, BarCell::TooMuch) => '!',
+            (false, BarCell::Band) => 'o',
+            (false, BarCell::BandReached) => '#',
+            (false, BarCell::Zero) => '|',
         }
     }
 

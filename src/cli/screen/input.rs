@@ -18,7 +18,7 @@ pub(super) enum Mode {
 
 /// The line that is being typed, and for what.
 #[derive(Debug, Clone, PartialEq, Default)]
-pub(super) struct Input {
+pub(super) struct TypedLine {
     /// What the keys are being used for.
     pub(super) mode: Mode,
     /// The line so far.
@@ -32,7 +32,7 @@ pub(super) struct Input {
     answered: Option<Prompt>,
 }
 
-impl Input {
+impl TypedLine {
     /// Turns to the session's open question, or away from one that is closed.
     pub(super) fn follow(&mut self, prompt: Option<&Prompt>) {
         match (prompt, &self.mode) {

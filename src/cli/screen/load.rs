@@ -7,15 +7,15 @@ use ratatui::text::{Line, Span};
 use ratatui::widgets::Paragraph;
 
 use crate::quantity::METRES_PER_MICROMETRE;
-use crate::session::{SettleView, View};
+use crate::session::{SessionView, SettleView};
 
 use super::draw::{BAD, DOUBT, GOOD};
 use super::glyphs::Glyphs;
-use super::load_bar::{Cell, load_bar};
-use super::words;
+use super::labels;
+use super::load_bar::{BarCell, load_bar};
 
 /// Draws it.
-pub(super) fn draw_load(area: &mut Frame<'_>, place: Rect, view: &View, glyphs: Glyphs) {
+pub(super) fn draw_load(area: &mut Frame<'_>, place: Rect, view: &SessionView, glyphs: Glyphs) {
     let title = match &view.place {
         Some(at) => {
             let hold = at
@@ -66,13 +66,13 @@ pub(super) fn draw_load(area: &mut Frame<'_>, place: Rect, view: &View, glyphs: 
 }
 
 /// The order of the moment, and how far there is to go.
-fn order(view: &View) -> Line<'static> {
+fn order(view: &SessionView) -> Line<'static> {
     let mut spans = vec![Span::styled(
-        format!(" {}", words::task(&view.task)),
+        format!(" {}", labels::task(&view.task)),
         Style::new().add_modifier(Modifier::BOLD),
     )];
     if let (Some(band), Some(force_n)) = (&view.band, view.force.value_si) {
-        let to_go = words::to_go(force_n, band.target_n, band.tolerance_n);
+        let to_go = labels::to_go(force_n, band.target_n, band.tolerance_n);
         let style = Style::new().fg(if band.inside { GOOD } else { DOUBT });
         spans.push(Span::styled(format!("   {to_go}"), style));
         if band.overshoot_n > band.tolerance_n {
@@ -83,13 +83,13 @@ fn order(view: &View) -> Line<'static> {
     Line::from(spans)
 }
 
-fn style_of(cell: Cell) -> Style {
+fn style_of(cell: BarCell) -> Style {
     match cell {
-        Cell::Empty | Cell::Zero => Style::new().add_modifier(Modifier::DIM),
-        Cell::Load => Style::new(),
-        Cell::TooMuch => Style::new().fg(BAD),
-        Cell::Band => Style::new().fg(DOUBT),
-        Cell::BandReached => Style::new().fg(GOOD),
+        BarCell::Empty | BarCell::Zero => Style::new().add_modifier(Modifier::DIM),
+        BarCell::Load => Style::new(),
+        BarCell::TooMuch => Style::new().fg(BAD),
+        BarCell::Band => Style::new().fg(DOUBT),
+        BarCell::BandReached => Style::new().fg(GOOD),
     }
 }
 

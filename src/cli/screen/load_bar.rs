@@ -4,7 +4,7 @@ use crate::session::Band;
 
 /// What a cell of the bar is.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Cell {
+pub(super) enum BarCell {
     /// Nothing there yet.
     Empty,
     /// Load that is on.
@@ -23,7 +23,7 @@ pub(super) enum Cell {
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct LoadBar {
     /// Cells from left to right.
-    pub(super) cells: Vec<Cell>,
+    pub(super) cells: Vec<BarCell>,
     /// Labels with their columns.
     pub(super) labels: Vec<(usize, String)>,
 }
@@ -62,15 +62,15 @@ pub(super) fn load_bar(band: &Band, force_n: Option<f64>, columns: usize) -> Loa
         let in_band = band_columns[0] <= at && at <= band_columns[1];
         let loaded = load.is_some_and(|load| between(at, zero, load));
         match (in_band, loaded) {
-            (true, _) if band.inside => Cell::BandReached,
-            (true, true) => Cell::BandReached,
-            (true, false) => Cell::Band,
+            (true, _) if band.inside => BarCell::BandReached,
+            (true, true) => BarCell::BandReached,
+            (true, false) => BarCell::Band,
             (false, true) if between(column(band.target_n), zero, at) && at != zero => {
-                Cell::TooMuch
+                BarCell::TooMuch
             }
-            (false, true) if at != zero => Cell::Load,
-            (false, _) if at == zero => Cell::Zero,
-            (false, _) => Cell::Empty,
+            (false, true) if at != zero => BarCell::Load,
+            (false, _) if at == zero => BarCell::Zero,
+            (false, _) => BarCell::Empty,
         }
     });
     let mut labels = vec![(zero, "0".to_owned())];
@@ -102,13 +102,13 @@ mod tests {
     };
 
     fn drawn(band: &Band, force_n: Option<f64>) -> String {
-        let glyph = |cell: &Cell| match cell {
-            Cell::Empty => '.',
-            Cell::Load => '=',
-            Cell::TooMuch => '!',
-            Cell::Band => 'o',
-            Cell::BandReached => '#',
-            Cell::Zero => '|',
+        let glyph = |cell: &BarCell| match cell {
+            BarCell::Empty => '.',
+            BarCell::Load => '=',
+            BarCell::TooMuch => '!',
+            BarCell::Band => 'o',
+            BarCell::BandReached => '#',
+            BarCell::Zero => '|',
         };
         load_bar(band, force_n, 44)
             .cells

@@ -1,16 +1,16 @@
 //! The full-screen view of a guided session: what the gauges say, where the load stands, what has been measured, what is asked.
 //!
-//! [`Screen`] owns the terminal and puts it back however it ends. What is drawn is a pure function of the session's [`View`] and of the line
+//! [`Screen`] owns the terminal and puts it back however it ends. What is drawn is a pure function of the session's [`SessionView`] and of the line
 //! that is being typed ([`draw`]), so that tests look at the very cells of a screen.
 
 mod big_digits;
 mod draw;
 mod glyphs;
 mod input;
+mod labels;
 mod load;
 mod load_bar;
 mod question;
-mod words;
 
 use std::io::{self, Write};
 use std::time::Duration;
@@ -18,18 +18,18 @@ use std::time::Duration;
 use ratatui::DefaultTerminal;
 use ratatui::crossterm::event::{self, Event, KeyEventKind};
 
-use crate::session::{Bell, Operator, OperatorEvent, Prompt, View};
+use crate::session::{Bell, Operator, OperatorEvent, Prompt, SessionView};
 
 use draw::draw;
 use glyphs::Glyphs;
-use input::Input;
+use input::TypedLine;
 
 /// The operator at a terminal, seen on the whole of it.
 pub(super) struct Screen {
     terminal: DefaultTerminal,
-    input: Input,
+    input: TypedLine,
     glyphs: Glyphs,
-    shown: Option<View>,
+    shown: Option<SessionView>,
     /// Whether the terminal went away: it is not asked again, and the session ends as after a Ctrl-C.
     gone: bool,
 }
@@ -38,11 +38,11 @@ impl Screen {
     /// Takes the terminal over.
     ///
     /// # Errors
-    /// What the system says where there is no terminal to take.
+    /// What the system states where there is no terminal to take.
     pub(super) fn open() -> io::Result<Self> {
         Ok(Self {
             terminal: ratatui::try_init()?,
-            input: Input::default(),
+            input: TypedLine::default(),
             glyphs: Glyphs::of_locale(|name| std::env::var(name).ok()),
             shown: None,
             gone: false,
@@ -71,7 +71,7 @@ impl Screen {
 }
 
 impl Operator for Screen {
-    fn show(&mut self, view: &View) {
+    fn show(&mut self, view: &SessionView) {
         if self.shown.as_ref() != Some(view) {
             self.input.follow(view.prompt.as_ref());
             self.shown = Some(view.clone());
@@ -119,7 +119,7 @@ impl Operator for Screen {
     }
 
     /// The view holds what was said.
-    fn say(&mut self, _line: &str) {}
+    fn notify(&mut self, _line: &str) {}
 }
 
 impl Drop for Screen {

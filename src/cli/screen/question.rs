@@ -3,13 +3,13 @@
 use ratatui::style::{Modifier, Style};
 use ratatui::text::{Line, Span};
 
-use crate::session::{PromptKind, View};
+use crate::session::{PromptKind, SessionView};
 
 use super::draw::BAD;
-use super::input::{Input, Mode};
+use super::input::{Mode, TypedLine};
 
 /// The open question with the line that is being typed; empty if nothing is asked.
-pub(super) fn question(view: &View, input: &Input) -> Vec<Line<'static>> {
+pub(super) fn question(view: &SessionView, input: &TypedLine) -> Vec<Line<'static>> {
     let bold = Style::new().add_modifier(Modifier::BOLD);
     let mut lines = match &input.mode {
         Mode::Orders => return Vec::new(),
@@ -42,7 +42,7 @@ pub(super) fn question(view: &View, input: &Input) -> Vec<Line<'static>> {
 }
 
 /// How a question is answered.
-fn answers(kind: &PromptKind, input: &Input) -> Vec<Line<'static>> {
+fn answers(kind: &PromptKind, input: &TypedLine) -> Vec<Line<'static>> {
     match kind {
         PromptKind::Text => vec![typed(&input.line, "Enter")],
         PromptKind::Number { unit, range } => {
@@ -99,7 +99,7 @@ fn typed(line: &str, hint: &str) -> Line<'static> {
 }
 
 /// The keys that mean something now.
-pub(super) fn keys(input: &Input) -> &'static str {
+pub(super) fn keys(input: &TypedLine) -> &'static str {
     match input.mode {
         Mode::Orders => {
             " any key: take  r redo  g go to  s skip, S cell  n note  p pause  Ctrl-C end, twice stop"

@@ -4,11 +4,12 @@ use ratatui::crossterm::event::{KeyCode, KeyEvent, KeyModifiers};
 
 use super::draw::draw;
 use super::glyphs::Glyphs;
-use super::input::Input;
+use super::input::TypedLine;
 use crate::instrument::Channel;
 use crate::session::{
-    Answer, Band, CellView, GaugeView, Message, OperatorEvent, Place, Progress, Prompt, PromptKind,
-    Purpose, RepeatSpread, SettleView, SkipScope, StiffnessSoFar, Task, View, ZeroView,
+    Answer, Band, CellView, GaugeView, Message, OperatorEvent, PlanPosition, Progress, Prompt,
+    PromptKind, Purpose, RepeatSpread, SessionView, SettleView, SkipScope, StiffnessSoFar, Task,
+    ZeroView,
 };
 use crate::test_point::{Branch, Direction, PoseId};
 
@@ -56,8 +57,8 @@ fn cell() -> CellView {
 }
 
 /// A load being brought on in the middle of a session.
-fn view() -> View {
-    View {
+fn view() -> SessionView {
+    SessionView {
         session: "bench-7".to_owned(),
         procedure: "paper".to_owned(),
         now_s: 812.0,
@@ -65,7 +66,7 @@ fn view() -> View {
             target_n: -30.0,
             purpose: Purpose::Reading,
         },
-        place: Some(Place {
+        place: Some(PlanPosition {
             pose: PoseId::new("P2"),
             direction: Direction::Y,
             branch: Branch::Loading,
@@ -143,7 +144,7 @@ fn view() -> View {
     }
 }
 
-fn drawn(view: &View, input: &Input, size: (u16, u16), unicode: bool) -> String {
+fn drawn(view: &SessionView, input: &TypedLine, size: (u16, u16), unicode: bool) -> String {
     let glyphs = Glyphs::of_locale(|_| Some(if unicode { "C.UTF-8" } else { "C" }.to_owned()));
     let mut terminal = Terminal::new(TestBackend::new(size.0, size.1)).unwrap();
     terminal
@@ -157,14 +158,14 @@ fn drawn(view: &View, input: &Input, size: (u16, u16), unicode: bool) -> String 
     rows.collect()
 }
 
-fn press(input: &mut Input, code: KeyCode) -> Option<OperatorEvent> {
+fn press(input: &mut TypedLine, code: KeyCode) -> Option<OperatorEvent> {
     input.key(KeyEvent::new(code, KeyModifiers::NONE))
 }
 
 #[test]
-fn a_load_shows_what_to_do_and_where_everything_stands() {
+fn the_screen_of_a_load_shows_the_task_and_the_values() {
     for size in [(80, 24), (100, 34), (140, 45)] {
-        let text = drawn(&view(), &Input::default(), size, false);
+        let text = drawn(&view(), &TypedLine::default(), size, false);
         for wanted in [
             "bench-7 | procedure paper | 177 of 480 readings, 1 skipped | 1 h 30 min left",
             "calibration was due on 2026-09-01",
@@ -184,7 +185,7 @@ fn a_load_shows_what_to_do_and_where_everything_stands() {
             );
         }
     }
-    let small = drawn(&view(), &Input::default(), (80, 24), false);
+    let small = drawn(&view(), &TypedLine::default(), (80, 24), false);
     assert!(
         small.contains(" -28.4 N") && small.contains(" -134 um"),
         "{small}"
@@ -193,7 +194,7 @@ fn a_load_shows_what_to_do_and_where_everything_stands() {
 
 #[test]
 fn the_displacement_shows_micrometres_though_the_gauge_steps_in_a_thousandth_of_a_millimetre() {
-    let big = drawn(&view(), &Input::default(), (100, 34), false);
+    let big = drawn(&view(), &TypedLine::default(), (100, 34), false);
     // The top row of -134 in glyphs.
     assert!(big.contains("|      #  ### # # "), "{big}");
 }
@@ -204,11 +205,11 @@ fn a_stale_gauge_is_never_shown_as_a_number_without_the_word() {
     stale.displacement.stale = true;
     stale.displacement.value_si = None;
     stale.displacement.age_s = Some(4.0);
-    let text = drawn(&stale, &Input::default(), (100, 34), false);
+    let text = drawn(&stale, &TypedLine::default(), (100, 34), false);
     assert!(text.contains("STALE, 4 s ago"), "{text}");
     let mut lost = view();
     lost.force.link = "the port is gone; looking for the gauge, try 3".to_owned();
-    let text = drawn(&lost, &Input::default(), (100, 34), false);
+    let text = drawn(&lost, &TypedLine::default(), (100, 34), false);
     assert!(text.contains("looking for the gauge, try 3"), "{text}");
 }
 
@@ -218,7 +219,7 @@ fn no_size_of_terminal_breaks_the_picture() {
         for height in [1, 2, 3, 7, 15, 29, 30, 90] {
             let mut asked = view();
             asked.prompt = Some(Prompt::confirm("ready", "Ready?"));
-            let mut input = Input::default();
+            let mut input = TypedLine::default();
             input.follow(asked.prompt.as_ref());
             drawn(&asked, &input, (width, height), true);
         }
@@ -227,7 +228,7 @@ fn no_size_of_terminal_breaks_the_picture() {
 
 #[test]
 fn keys_are_orders_and_every_other_key_is_the_pedal() {
-    let mut input = Input::default();
+    let mut input = TypedLine::default();
     assert_eq!(
         press(&mut input, KeyCode::Char('r')),
         Some(OperatorEvent::Redo)
@@ -272,7 +273,7 @@ fn keys_are_orders_and_every_other_key_is_the_pedal() {
 
 #[test]
 fn control_c_comes_in_two_stages_whatever_is_asked() {
-    let mut input = Input::default();
+    let mut input = TypedLine::default();
     input.follow(Some(&Prompt::confirm("ready", "Ready?")));
     let c = KeyEvent::new(KeyCode::Char('c'), KeyModifiers::CONTROL);
     assert_eq!(input.key(c), Some(OperatorEvent::Interrupt));
@@ -291,7 +292,7 @@ fn a_question_takes_only_an_answer_that_is_one() {
     );
     let mut asked = view();
     asked.prompt = Some(warm.clone());
-    let mut input = Input::default();
+    let mut input = TypedLine::default();
     input.follow(asked.prompt.as_ref());
     for digit in "215".chars() {
         press(&mut input, KeyCode::Char(digit));
@@ -325,7 +326,7 @@ fn a_checklist_is_ticked_item_by_item() {
     let list = Prompt::new("setup", "Ready?", PromptKind::Checklist(items));
     let mut asked = view();
     asked.prompt = Some(list.clone());
-    let mut input = Input::default();
+    let mut input = TypedLine::default();
     input.follow(Some(&list));
     assert_eq!(press(&mut input, KeyCode::Char(' ')), None);
     let text = drawn(&asked, &input, (100, 34), false);

@@ -9,22 +9,22 @@ use crate::analysis::{AnalysisError, sha256};
 use crate::cli::args::Global;
 use crate::cli::failure::{CliError, Failure};
 use crate::cli::outcome::{Outcome as Printed, print_error};
-use crate::cli::procedure::choose_procedure;
+use crate::cli::procedure::resolve_procedure;
 use crate::cli::screen::Screen;
 use crate::clock::Clock;
 use crate::readings::{InstrumentRecord, Instruments, SessionHeader};
 use crate::report::{RunReport, SessionOutcome};
 use crate::session::{
-    Answers, Bench, Event, Journal, JournalFile, KeptAwake, Machine, Operator, Outcome, Resumed,
-    SessionFolder, SessionPlan, SessionState, Settings, Started, Warning, host, lag_s, read_folder,
-    run as run_session,
+    Answers, Event, Journal, JournalFile, KeptAwake, Machine, Operator, Resumed, SessionEnd,
+    SessionFolder, SessionInputs, SessionPlan, SessionState, Settings, Started, Warning, host,
+    lag_s, read_folder, run as run_session,
 };
 
 use super::args::{BenchArgs, CaptureWord, ResumeArgs, RunArgs};
 use super::emulation::{
-    Hand, emulate, emulate_again, of_a_hand, origin, refuse_mixture, speed, with_hand,
+    BenchOperator, emulate, emulate_again, of_a_hand, origin, refuse_mixture, speed, with_hand,
 };
-use super::gauges::{ChosenGauge, Connected, check_present, choose_gauges, connect};
+use super::gauges::{Connected, ResolvedGauge, check_present, connect, resolve_gauges};
 use super::line::LineOperator;
 use super::operator::AtBench;
 use super::prepare::{answers, calibration_warnings, gauge_terms, instrument_records, plan_of};
@@ -43,11 +43,11 @@ struct Ready {
     plan: SessionPlan,
     instruments: Instruments,
     first: Event,
-    chosen: Vec<ChosenGauge>,
+    resolved: Vec<ResolvedGauge>,
     answers: Answers,
     warnings: Vec<String>,
     clock: Clock,
-    hand: Option<Hand>,
+    hand: Option<BenchOperator>,
 }
 
 /// Makes a session and runs it; with another operator than the arguments say, if one is given.
@@ -57,7 +57,7 @@ pub(super) fn run(
     other: Option<Box<dyn Operator>>,
 ) -> Result<Printed, Failure> {
     let robot = args.model.resolve()?;
-    let (mut procedure, mut warnings) = choose_procedure(&args.procedure)?;
+    let (mut procedure, mut warnings) = resolve_procedure(&args.procedure)?;
     warnings.extend(robot.warnings.iter().cloned());
     // The poses are frozen with the procedure.
     let named = robot.robot.poses.iter();
@@ -73,12 +73,12 @@ pub(super) fn run(
     let clock = Clock::starting_at(0.0, speed(&args.bench));
     let mut bench = args.bench.clone();
     let hand = emulate(&mut bench, &robot, &procedure, clock)?;
-    let (chosen, notes) = choose_gauges(&bench, [None, None], &SessionState::default())?;
+    let (resolved, notes) = resolve_gauges(&bench, [None, None], &SessionState::default())?;
     warnings.extend(notes);
     if bench.no_input {
-        check_present(&chosen)?;
+        check_present(&resolved)?;
     }
-    name_models(&mut instruments, &chosen);
+    name_models(&mut instruments, &resolved);
     warnings.extend(overdue(&instruments, global)?);
     let answers = answers(&args.bench)?;
     let now = Timestamp::now();
@@ -121,7 +121,7 @@ pub(super) fn run(
         plan,
         instruments,
         first,
-        chosen,
+        resolved,
         answers,
         warnings,
         clock,
@@ -166,7 +166,7 @@ pub(super) fn resume(args: &ResumeArgs, global: &Global) -> Result<Printed, Fail
     let clock = Clock::starting_at(state.last_s, speed(&args.bench));
     let mut bench = args.bench.clone();
     let hand = emulate_again(&mut bench, &header, &args.folder, &plan, clock)?;
-    let (chosen, notes) = choose_gauges(&bench, models, &state)?;
+    let (resolved, notes) = resolve_gauges(&bench, models, &state)?;
     warnings.extend(notes);
     warnings.extend(overdue(&header.instruments, global)?);
     let first = if state.started.is_some() {
@@ -197,7 +197,7 @@ pub(super) fn resume(args: &ResumeArgs, global: &Global) -> Result<Printed, Fail
         plan,
         instruments: header.instruments,
         first,
-        chosen,
+        resolved,
         answers: answers(&args.bench)?,
         warnings,
         clock,
@@ -207,7 +207,7 @@ pub(super) fn resume(args: &ResumeArgs, global: &Global) -> Result<Printed, Fail
     drive(ready, &args.bench, operator)
 }
 
-/// Runs what is ready, and says how it went.
+/// Runs what is ready, and states how it went.
 fn drive(ready: Ready, args: &BenchArgs, operator: Box<dyn Operator>) -> Result<Printed, Failure> {
     let Ready {
         folder,
@@ -216,7 +216,7 @@ fn drive(ready: Ready, args: &BenchArgs, operator: Box<dyn Operator>) -> Result<
         plan,
         instruments,
         first,
-        chosen,
+        resolved,
         answers,
         mut warnings,
         clock,
@@ -227,7 +227,7 @@ fn drive(ready: Ready, args: &BenchArgs, operator: Box<dyn Operator>) -> Result<
         names,
         compression_sign,
         units_by_eye,
-    } = connect(chosen, &folder.raw()?, clock)?;
+    } = connect(resolved, &folder.raw()?, clock)?;
     let awake = hand.is_none().then(KeptAwake::start);
     warnings.extend(
         awake
@@ -262,7 +262,7 @@ fn drive(ready: Ready, args: &BenchArgs, operator: Box<dyn Operator>) -> Result<
     table.rewrite(machine.state())?;
     let mut at_bench = AtBench::new(operator);
     let ended = with_hand(&mut at_bench, hand.as_ref(), |operator| {
-        let bench = Bench {
+        let bench = SessionInputs {
             gauges: gauges.as_mut(),
             operator,
             clock: &clock,
@@ -294,11 +294,11 @@ fn operator(args: &BenchArgs, global: &Global) -> Box<dyn Operator> {
 }
 
 /// How it went.
-fn report(folder: &Path, outcome: Outcome, state: &SessionState, planned: usize) -> Printed {
+fn report(folder: &Path, outcome: SessionEnd, state: &SessionState, planned: usize) -> Printed {
     let (accepted, skipped) = (state.taken.len(), state.skipped.len());
     let (next, exit) = match outcome {
-        Outcome::Complete => ("stiffness", 0),
-        Outcome::Partial | Outcome::Aborted => ("session resume", INTERRUPTED),
+        SessionEnd::Complete => ("stiffness", 0),
+        SessionEnd::Partial | SessionEnd::Aborted => ("session resume", INTERRUPTED),
     };
     let outcome = SessionOutcome::from(outcome);
     let word = outcome.words();
@@ -319,10 +319,10 @@ fn report(folder: &Path, outcome: Outcome, state: &SessionState, planned: usize)
 }
 
 /// The records name the descriptions that the gauges are read by.
-fn name_models(instruments: &mut Instruments, chosen: &[ChosenGauge]) {
+fn name_models(instruments: &mut Instruments, resolved: &[ResolvedGauge]) {
     for (record, gauge) in [&mut instruments.force, &mut instruments.displacement]
         .into_iter()
-        .zip(chosen)
+        .zip(resolved)
     {
         let record = record.get_or_insert_with(InstrumentRecord::default);
         record.model = Some(gauge.description.name.clone());

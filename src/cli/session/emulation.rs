@@ -15,11 +15,11 @@ use crate::session::{Answers, Operator, SessionPlan};
 use super::args::BenchArgs;
 
 #[cfg(unix)]
-pub(super) use crate::cli::emulated::Hand;
+pub(super) use crate::cli::emulated::BenchOperator;
 
 /// There are no emulated benches on this system.
 #[cfg(not(unix))]
-pub(super) enum Hand {}
+pub(super) enum BenchOperator {}
 
 /// Gauges of an emulated bench where none are named: units in every packet, a zero command each.
 #[cfg(unix)]
@@ -38,14 +38,14 @@ pub(super) fn speed(args: &BenchArgs) -> f64 {
 #[cfg(unix)]
 pub(super) fn emulate(
     args: &mut BenchArgs,
-    chosen: &ResolvedModel,
+    resolved: &ResolvedModel,
     procedure: &Procedure,
     clock: Clock,
-) -> Result<Option<Hand>, Failure> {
+) -> Result<Option<BenchOperator>, Failure> {
     use crate::bench::EmulatedSetup;
     use crate::cli::descriptions::find_description;
     use crate::cli::emulated::Emulation;
-    use crate::cli::practice::unit_in_use;
+    use crate::cli::rehearsal::unit_in_use;
     use crate::instrument::Channel;
     use crate::instrument::emulator::FaultScript;
 
@@ -59,7 +59,7 @@ pub(super) fn emulate(
         .get_or_insert(displacement)
         .clone();
     let hand = Emulation {
-        chosen,
+        resolved,
         procedure,
         force: &force,
         displacement: &displacement,
@@ -94,7 +94,7 @@ pub(super) fn emulate(
     _chosen: &ResolvedModel,
     _procedure: &Procedure,
     _clock: Clock,
-) -> Result<Option<Hand>, Failure> {
+) -> Result<Option<BenchOperator>, Failure> {
     Ok(None)
 }
 
@@ -105,7 +105,7 @@ pub(super) fn emulate_again(
     folder: &Path,
     plan: &SessionPlan,
     clock: Clock,
-) -> Result<Option<Hand>, Failure> {
+) -> Result<Option<BenchOperator>, Failure> {
     if !is_emulated(args) {
         return Ok(None);
     }
@@ -144,7 +144,7 @@ pub(super) fn origin(args: &BenchArgs, physics: &ActingPhysics) -> Option<String
 pub(super) fn refuse_mixture(args: &BenchArgs, header: &SessionHeader) -> Result<(), CliError> {
     let (problem, help) = match (is_emulated(args), &header.origin) {
         (true, None) => (
-            "the readings of this session were measured, and emulated ones would stand among them",
+            "the readings of this session were measured; emulated ones would be mixed with them",
             "resume it without --emulated, at its bench",
         ),
         (false, Some(_)) => (
@@ -190,12 +190,12 @@ pub(super) fn of_a_hand(plan: &SessionPlan) -> Result<Answers, Failure> {
 /// Runs something with an operator whose hand turns the jack of an emulated bench.
 pub(super) fn with_hand<T>(
     operator: &mut dyn Operator,
-    hand: Option<&Hand>,
+    hand: Option<&BenchOperator>,
     run: impl FnOnce(&mut dyn Operator) -> T,
 ) -> T {
     #[cfg(unix)]
     if let Some(hand) = hand {
-        let mut helping = crate::cli::practice::HelpingHand::new(operator, hand);
+        let mut helping = crate::cli::rehearsal::SimulatedOperator::new(operator, hand);
         return run(&mut helping);
     }
     #[cfg(not(unix))]

@@ -12,9 +12,9 @@ use crate::cli::outcome::print_error;
 use crate::clock::Clock;
 use crate::instrument::description::{SignMeaning, UnitSource};
 use crate::instrument::driver::Acquisition;
-use crate::instrument::live::{LiveGauge, LiveGauges, Persistence};
-use crate::instrument::port::{Binding, Patience, PortError, PortIdentity, list_ports};
-use crate::instrument::trace::{Header, Sink, TraceSink, TraceWriter};
+use crate::instrument::live::{LiveGauge, LiveGauges, RetryPolicy};
+use crate::instrument::port::{Binding, PortError, PortIdentity, PortTimeouts, list_ports};
+use crate::instrument::trace::{Sink, TraceHeader, TraceSink, TraceWriter};
 use crate::instrument::{Channel, Gauges, InstrumentDescription};
 use crate::session::SessionState;
 
@@ -30,7 +30,7 @@ pub(super) struct Connected {
 }
 
 /// Which gauge is meant, and where it is.
-pub(super) struct ChosenGauge {
+pub(super) struct ResolvedGauge {
     pub(super) description: InstrumentDescription,
     pub(super) unit: Option<String>,
     port: PortIdentity,
@@ -42,11 +42,11 @@ pub(super) struct ChosenGauge {
 /// # Arguments
 /// - `models`: names of the descriptions that the session was begun with, for resuming.
 /// - `state`: where the session stands; knows the ports of before.
-pub(super) fn choose_gauges(
+pub(super) fn resolve_gauges(
     args: &BenchArgs,
     models: [Option<&str>; 2],
     state: &SessionState,
-) -> Result<(Vec<ChosenGauge>, Vec<String>), Failure> {
+) -> Result<(Vec<ResolvedGauge>, Vec<String>), Failure> {
     // The usual file may be absent; one that was named may not.
     if !args.bindings.exists() && args.bindings != Path::new(BINDINGS_FILE) {
         return Err(AnalysisError::NotFound {
@@ -56,7 +56,7 @@ pub(super) fn choose_gauges(
         .into());
     }
     let (bindings, mut warnings) = read_bindings(&args.bindings)?;
-    let mut chosen = Vec::new();
+    let mut resolved = Vec::new();
     for channel in Channel::ALL {
         let bound = bindings.of(channel);
         let known = state.instruments[channel.index()].as_ref();
@@ -64,7 +64,7 @@ pub(super) fn choose_gauges(
             .map(|known| known.port.as_str())
             .filter(|port| !port.is_empty());
         let model = models[channel.index()];
-        chosen.push(choose_gauge(
+        resolved.push(resolve_gauge(
             args,
             channel,
             bound,
@@ -73,16 +73,16 @@ pub(super) fn choose_gauges(
             &mut warnings,
         )?);
     }
-    Ok((chosen, warnings))
+    Ok((resolved, warnings))
 }
 
 /// Whether the ports are there, where nobody could plug a gauge in.
 ///
 /// # Errors
 /// [`PortError::Absent`] for the first that is not.
-pub(super) fn check_present(chosen: &[ChosenGauge]) -> Result<(), Failure> {
+pub(super) fn check_present(resolved: &[ResolvedGauge]) -> Result<(), Failure> {
     let ports = list_ports().unwrap_or_default();
-    for gauge in chosen {
+    for gauge in resolved {
         let path = gauge.port.resolve(&ports)?.path;
         if cfg!(unix) && !Path::new(&path).exists() {
             return Err(PortError::Absent {
@@ -95,14 +95,14 @@ pub(super) fn check_present(chosen: &[ChosenGauge]) -> Result<(), Failure> {
     Ok(())
 }
 
-fn choose_gauge(
+fn resolve_gauge(
     args: &BenchArgs,
     channel: Channel,
     bound: Option<&Binding>,
     model: Option<&str>,
     port: Option<&str>,
     warnings: &mut Vec<String>,
-) -> Result<ChosenGauge, Failure> {
+) -> Result<ResolvedGauge, Failure> {
     let (instrument, named_port, unit) = match channel {
         Channel::Force => (&args.force_instrument, &args.force_port, &args.force_unit),
         Channel::Displacement => (
@@ -113,7 +113,7 @@ fn choose_gauge(
     };
     let needed = |what: &str| CliError::Argument {
         argument: format!("--{channel}-{what}"),
-        problem: format!("which {what} the {channel} gauge has is not said"),
+        problem: format!("{what} of the {channel} gauge is missing"),
         help: Some(format!(
             "name it, or bind the gauge once with stiffbench ports --wait and give the file with --bindings; stiffbench instrument list names the descriptions, stiffbench ports the ports (--{channel}-{what})"
         )),
@@ -130,7 +130,7 @@ fn choose_gauge(
         return Err(CliError::Argument {
             argument: format!("--{channel}-instrument {name}"),
             problem: format!("it measures {}", description.channel),
-            help: Some("stiffbench instrument list says what each measures".to_owned()),
+            help: Some("stiffbench instrument list shows what each measures".to_owned()),
         }
         .into());
     }
@@ -138,7 +138,7 @@ fn choose_gauge(
         if !args.allow_unverified {
             return Err(CliError::Argument {
                 argument: format!("--{channel}-instrument {name}"),
-                problem: "nobody has verified this description against the gauge".to_owned(),
+                problem: "this description was not verified with the gauge".to_owned(),
                 help: Some(
                     "check its values against the display first, then give --allow-unverified"
                         .to_owned(),
@@ -158,7 +158,7 @@ fn choose_gauge(
     let bound_unit = bound.and_then(|bound| bound.unit.clone());
     let baud = bound.and_then(|bound| bound.baud);
     let baud = baud.unwrap_or(description.line.baud);
-    Ok(ChosenGauge {
+    Ok(ResolvedGauge {
         unit: unit.clone().or(bound_unit),
         identity: bound.and_then(|bound| bound.identity.clone()),
         port,
@@ -168,7 +168,7 @@ fn choose_gauge(
 
 /// Starts reading.
 pub(super) fn connect(
-    chosen: Vec<ChosenGauge>,
+    resolved: Vec<ResolvedGauge>,
     raw: &Path,
     clock: Clock,
 ) -> Result<Connected, Failure> {
@@ -176,7 +176,7 @@ pub(super) fn connect(
     let mut compression_sign = None;
     let mut units_by_eye = [None, None];
     let mut gauges = Vec::new();
-    for gauge in chosen {
+    for gauge in resolved {
         let description = gauge.description;
         let channel = description.channel;
         names[channel.index()].clone_from(&description.name);
@@ -190,7 +190,7 @@ pub(super) fn connect(
         if description.unit_source() != UnitSource::Query {
             units_by_eye[channel.index()].clone_from(&gauge.unit);
         }
-        let header = Header {
+        let header = TraceHeader {
             instrument: Some(description.name.clone()),
             channel: Some(channel),
             unit: gauge.unit.clone(),
@@ -208,7 +208,12 @@ pub(super) fn connect(
             identity: gauge.identity,
         });
     }
-    let live = LiveGauges::start(gauges, clock, Patience::default(), Persistence::default())?;
+    let live = LiveGauges::start(
+        gauges,
+        clock,
+        PortTimeouts::default(),
+        RetryPolicy::default(),
+    )?;
     Ok(Connected {
         gauges: Box::new(live),
         names,
@@ -218,7 +223,7 @@ pub(super) fn connect(
 }
 
 /// A new trace in the folder: `force.trace`, and `force-2.trace` and so on after each interruption.
-fn trace(raw: &Path, channel: Channel, header: &Header) -> Result<Box<dyn Sink>, CliError> {
+fn trace(raw: &Path, channel: Channel, header: &TraceHeader) -> Result<Box<dyn Sink>, CliError> {
     let mut path = raw.join(format!("{channel}.trace"));
     let mut number = 1;
     while path.exists() {

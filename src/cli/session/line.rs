@@ -8,7 +8,8 @@ use std::time::Duration;
 
 use crate::cli::outcome::print_error;
 use crate::session::{
-    Bell, GaugeView, Operator, OperatorEvent, Prompt, PromptKind, Purpose, SkipScope, Task, View,
+    Bell, GaugeView, Operator, OperatorEvent, Prompt, PromptKind, Purpose, SessionView, SkipScope,
+    Task,
 };
 
 /// Session time between two lines of live values, s.
@@ -112,7 +113,7 @@ fn command(line: &str) -> Option<OperatorEvent> {
 }
 
 impl Operator for LineOperator {
-    fn show(&mut self, view: &View) {
+    fn show(&mut self, view: &SessionView) {
         if view.prompt.is_none() {
             self.prompt = None;
         }
@@ -137,7 +138,7 @@ impl Operator for LineOperator {
             print_error(&format!("  {detail}"));
         }
         if self.ended {
-            print_error("standard input has ended: nobody can answer");
+            print_error("standard input has ended: no answer is possible");
             self.events.push(OperatorEvent::Interrupt);
         }
         self.prompt = Some(prompt.clone());
@@ -163,7 +164,7 @@ impl Operator for LineOperator {
         }
     }
 
-    fn say(&mut self, line: &str) {
+    fn notify(&mut self, line: &str) {
         if !self.quiet {
             print_error(line);
         }
@@ -189,7 +190,7 @@ fn choices(prompt: &Prompt) -> String {
 }
 
 /// What the operator is to do; `None` where there is nothing to say.
-fn task_line(view: &View) -> Option<String> {
+fn task_line(view: &SessionView) -> Option<String> {
     let place = view.place.as_ref().map_or_else(String::new, |place| {
         format!(
             "{} {} step {}/{} repeat {}/{}",
@@ -209,7 +210,7 @@ fn task_line(view: &View) -> Option<String> {
                 Purpose::Release => format!("release to {target_n} N"),
                 Purpose::Again => format!("to {target_n} N, not recorded"),
                 Purpose::Reading => format!("to {target_n} N"),
-                Purpose::ZeroCheck => format!("back to {target_n} N to look at the zero"),
+                Purpose::ZeroCheck => format!("back to {target_n} N to check the zero"),
             };
             Some(format!("> {place}: {what}"))
         }
@@ -222,7 +223,7 @@ fn task_line(view: &View) -> Option<String> {
 }
 
 /// Both values, how far they have settled, and what holds the session up.
-fn live_line(view: &View) -> String {
+fn live_line(view: &SessionView) -> String {
     let value = |gauge: &GaugeView, factor: f64, unit: &str| match gauge.value_si {
         Some(value) => format!("{:.2} {unit}", value * factor),
         None => format!("- {unit}"),

@@ -4,8 +4,8 @@ mod args;
 mod drive;
 mod emulation;
 mod gauges;
+mod inspect;
 mod line;
-mod look;
 mod operator;
 mod plan;
 mod prepare;
@@ -28,8 +28,8 @@ pub(super) fn run(args: SessionArgs, global: &Global) -> Result<Outcome, Failure
         SessionCommand::Plan(args) => plan::run(&args),
         SessionCommand::Run(args) => drive::run(&args, global, None),
         SessionCommand::Resume(args) => drive::resume(&args, global),
-        SessionCommand::Status(args) => look::status(&args.folder),
-        SessionCommand::Log(args) => look::log(&args.folder),
+        SessionCommand::Status(args) => inspect::status(&args.folder),
+        SessionCommand::Log(args) => inspect::log(&args.folder),
         SessionCommand::Faults(args) => args.run("session faults", "faults"),
         SessionCommand::Verify(args) => repair::verify(&args.folder),
         SessionCommand::Recover(args) => repair::recover_into(&args.folder, &args.out),

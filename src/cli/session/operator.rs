@@ -5,7 +5,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Duration;
 
 use crate::cli::outcome::print_error;
-use crate::session::{Bell, Operator, OperatorEvent, Prompt, View};
+use crate::session::{Bell, Operator, OperatorEvent, Prompt, SessionView};
 
 /// An operator whose signals count: the first Ctrl-C (or request to end) stops at the next safe point, the second at once.
 pub(super) struct AtBench {
@@ -33,7 +33,7 @@ impl AtBench {
 }
 
 impl Operator for AtBench {
-    fn show(&mut self, view: &View) {
+    fn show(&mut self, view: &SessionView) {
         self.inner.show(view);
     }
 
@@ -58,7 +58,7 @@ impl Operator for AtBench {
         self.inner.bell(bell);
     }
 
-    fn say(&mut self, line: &str) {
-        self.inner.say(line);
+    fn notify(&mut self, line: &str) {
+        self.inner.notify(line);
     }
 }

@@ -5,10 +5,10 @@ use std::fmt::Write;
 use crate::analysis::Inputs;
 use crate::cli::failure::Failure;
 use crate::cli::outcome::Outcome;
-use crate::cli::procedure::choose_procedure;
+use crate::cli::procedure::resolve_procedure;
 use crate::procedure::{Pace, PlannedReading};
 use crate::report::PlanReport;
-use crate::session::{PROMPTS, PlannedCell, SessionPlan, SessionState};
+use crate::session::{PROMPTS, SessionCell, SessionPlan, SessionState};
 use crate::test_point::PoseId;
 
 use super::args::PlanArgs;
@@ -24,9 +24,9 @@ const FILES: [(&str, &str); 6] = [
 ];
 
 pub(super) fn run(args: &PlanArgs) -> Result<Outcome, Failure> {
-    let chosen = args.model.resolve()?;
-    let (procedure, mut warnings) = choose_procedure(&args.procedure)?;
-    let poses: Vec<PoseId> = chosen
+    let resolved = args.model.resolve()?;
+    let (procedure, mut warnings) = resolve_procedure(&args.procedure)?;
+    let poses: Vec<PoseId> = resolved
         .robot
         .poses
         .iter()
@@ -58,14 +58,14 @@ pub(super) fn run(args: &PlanArgs) -> Result<Outcome, Failure> {
     }
     let files = FILES.iter().map(|(name, _)| *name).collect();
     let report = PlanReport::new(&plan, seconds, files);
-    warnings.extend(chosen.warnings.iter().cloned());
+    warnings.extend(resolved.warnings.iter().cloned());
     Ok(Outcome::new("session-plan", text, report)
-        .with_inputs(Inputs::default().with_model(&chosen))
+        .with_inputs(Inputs::default().with_model(&resolved))
         .with_warnings(warnings))
 }
 
 /// The steps of a cell: a line for each gauge zero and each run or load.
-fn describe(text: &mut String, place: usize, cell: &PlannedCell, plan: &SessionPlan) {
+fn describe(text: &mut String, place: usize, cell: &SessionCell, plan: &SessionPlan) {
     let _ = writeln!(
         text,
         "\nCell {} of {}: setup.{}.{} asks for pose {} and direction {} ({})",

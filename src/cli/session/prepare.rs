@@ -9,7 +9,7 @@ use crate::cli::failure::Failure;
 use crate::procedure::Procedure;
 use crate::readings::{InstrumentRecord, Instruments, SessionHeader};
 use crate::session::{Answers, ReadFolder, SessionPlan};
-use crate::stiffness::{GaugeTerms, Gauges};
+use crate::stiffness::{GaugePair, GaugeTerms};
 
 use super::args::BenchArgs;
 
@@ -52,12 +52,12 @@ pub(super) fn calibration_warnings(instruments: &Instruments, today: Date) -> Ve
 }
 
 /// Resolution and calibration of the gauges, as far as they are stated.
-pub(super) fn gauge_terms(instruments: &Instruments) -> Result<Gauges, Failure> {
+pub(super) fn gauge_terms(instruments: &Instruments) -> Result<GaugePair, Failure> {
     let terms = |record: &Option<InstrumentRecord>| match record {
         Some(record) => GaugeTerms::new(record.resolution, record.expanded_uncertainty, record.k),
         None => Ok(GaugeTerms::not_stated()),
     };
-    Ok(Gauges {
+    Ok(GaugePair {
         force: terms(&instruments.force)?,
         displacement: terms(&instruments.displacement)?,
     })

@@ -73,7 +73,7 @@ fn verify_table(
     read: &ReadFolder,
 ) -> Result<(TableCheck, String, u8), Failure> {
     if !file.is_file() {
-        let found = "it is not there; it can be written anew from the journal".to_owned();
+        let found = "it does not exist; it can be rebuilt from the journal".to_owned();
         return Ok((TableCheck::Missing, found, PART));
     }
     let header = SessionHeader::from_toml(&read.header_name, &read.header)?.header;

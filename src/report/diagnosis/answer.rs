@@ -2,18 +2,18 @@
 
 use crate::mismatch::Finding;
 
-use super::words::{listed, phrase};
+use super::phrases::{listed, phrase};
 
-/// Where naming all alternatives would take more than this, bytes, a headline says how many there are.
+/// Where naming all alternatives would take more than this, bytes, a headline states how many there are.
 const LONGEST_IN_A_HEADLINE: usize = 150;
 
-/// What a diagnosis says in one place: one finding, or several of which one is true.
-pub(in crate::report) enum Answer<'a> {
+/// The statement of a diagnosis in one place: one finding, or several of which one is true.
+pub(in crate::report) enum DiagnosisAnswer<'a> {
     Single(&'a Finding),
     OneOf(Vec<&'a Finding>),
 }
 
-impl<'a> Answer<'a> {
+impl<'a> DiagnosisAnswer<'a> {
     /// Findings with their alternatives together.
     pub(in crate::report) fn all(findings: &'a [Finding]) -> Vec<Self> {
         let mut answers: Vec<(Option<u32>, Vec<&Finding>)> = Vec::new();
@@ -70,16 +70,16 @@ impl<'a> Answer<'a> {
         let (phrase, members) = (self.phrase(), self.members());
         match members {
             [first, ..] if phrase.len() > LONGEST_IN_A_HEADLINE => format!(
-                "one of {} things, listed below, that these readings do not tell apart; {} explains them as well as any",
+                "one of {} things, listed below, that these readings do not distinguish; {} explains them as well as any",
                 members.len(),
                 phrase_of(first)
             ),
-            _ => format!("{phrase}; these readings do not tell which"),
+            _ => format!("{phrase}; these readings do not decide which"),
         }
     }
 }
 
-/// What a finding says is missing.
+/// What is missing according to a finding.
 pub(super) fn phrase_of(finding: &Finding) -> String {
     let effect = &finding.effect;
     phrase(effect.law, &effect.place, &effect.values)
@@ -106,7 +106,7 @@ mod tests {
     }
 
     fn question(findings: &[Finding]) -> String {
-        let answers = Answer::all(findings);
+        let answers = DiagnosisAnswer::all(findings);
         assert_eq!(answers.len(), 1);
         answers[0].open_question()
     }
@@ -117,7 +117,7 @@ mod tests {
         let findings = joints.map(|joint| finding(laws::JOINT_FRICTION, joint));
         assert_eq!(
             question(&findings),
-            "friction in joint A3, joint A4, joint A5B, joint B1, joint B2a, joint B2b or joint B3; these readings do not tell which"
+            "friction in joint A3, joint A4, joint A5B, joint B1, joint B2a, joint B2b or joint B3; these readings do not decide which"
         );
     }
 
@@ -134,7 +134,7 @@ mod tests {
             .collect();
         assert_eq!(
             question(&findings),
-            "one of 9 things, listed below, that these readings do not tell apart; a springy joint B1 explains them as well as any"
+            "one of 9 things, listed below, that these readings do not distinguish; a springy joint B1 explains them as well as any"
         );
     }
 }

@@ -4,12 +4,12 @@ use std::fmt::Write;
 
 use crate::mismatch::{DetectionLimit, Finding, Spot};
 use crate::physics::{Law, Place};
-use crate::report::{TextTable, significant};
+use crate::report::{AlignedTable, significant};
 use crate::search::constants::{LAW_LEVEL, NULL_SAMPLES, UNEXPLAINED_LEVEL};
 
 use super::noise::noise_text;
 use super::parameter_interval;
-use super::words::{listed, paragraph, um};
+use super::phrases::{listed, paragraph, um};
 use crate::analysis::DiagnosisReport;
 
 /// The technical appendix of the verdict page: all tables.
@@ -31,13 +31,13 @@ pub fn diagnosis_appendix(report: &DiagnosisReport) -> String {
     text.push_str(&quality(report));
     if report.impossible().next().is_some() {
         text.push_str("\nRejected: the fall of the weighted squares that a value with the impossible sign would have brought.\n");
-        let mut rows = TextTable::new(&["law and place", "gain"]);
+        let mut rows = AlignedTable::new(&["law and place", "gain"]);
         for one in report.impossible() {
-            rows.row([named(one.law, &one.place), significant(one.gain, 3)]);
+            rows.row([named(one.law, &one.place), significant(one.delta_chi2, 3)]);
         }
         text.push_str(&rows.text());
     }
-    text.push_str(&limits(report));
+    text.push_str(&critical_values(report));
     text.push_str("\nSmallest effect found in 80 % of such sessions (size and largest change of a reading), upper 95 % limit of the size.\n");
     text.push_str(&detection_limits(&diagnosis.detection_limits));
     text
@@ -76,7 +76,7 @@ fn provenance(report: &DiagnosisReport) -> String {
 }
 
 fn findings(findings: &[Finding]) -> String {
-    let mut rows = TextTable::new(&[
+    let mut rows = AlignedTable::new(&[
         "law and place",
         "set",
         "parameter",
@@ -140,7 +140,8 @@ fn findings(findings: &[Finding]) -> String {
 }
 
 fn candidates(findings: &[Finding]) -> String {
-    let mut rows = TextTable::new(&["law and place", "log B", "behind the winner", "cosine", ""]);
+    let mut rows =
+        AlignedTable::new(&["law and place", "log B", "behind the winner", "cosine", ""]);
     let mut seen: Vec<u32> = Vec::new();
     for finding in findings {
         let effect = &finding.effect;
@@ -179,7 +180,7 @@ fn candidates(findings: &[Finding]) -> String {
 }
 
 fn strata(report: &DiagnosisReport) -> String {
-    let mut rows = TextTable::new(&[
+    let mut rows = AlignedTable::new(&[
         "contrast",
         "stratum",
         "F",
@@ -211,7 +212,7 @@ fn strata(report: &DiagnosisReport) -> String {
     for one in &report.located.untested {
         let _ = writeln!(text, "{} was not tested: {}.", one.contrast.name(), one.why);
     }
-    let left = &report.diagnosis.left_over;
+    let left = &report.diagnosis.unexplained;
     let sentence = format!(
         "The final model leaves, as its largest pattern, {} in {}, {} (p {}).",
         left.stratum.name(),
@@ -259,7 +260,7 @@ fn suspects(report: &DiagnosisReport) -> String {
             text,
             "\nParts of the structure by the share of the misfit of {what} that each explains alone; p left: chance that noise leaves the rest."
         );
-        let mut rows = TextTable::new(&["part", "share", "p left", "possible", "alike"]);
+        let mut rows = AlignedTable::new(&["part", "share", "p left", "possible", "alike"]);
         for one in shares.iter().take(PARTS) {
             let alike: Vec<String> = one.alike.iter().take(3).map(ToString::to_string).collect();
             let more = one.alike.len().saturating_sub(alike.len());
@@ -287,7 +288,7 @@ fn quality(report: &DiagnosisReport) -> String {
         "\nReduced chi-squared {:.3} before, {:.3} after. Error in each pose left out of the fit:\n",
         before.reduced_chi2, after.reduced_chi2
     );
-    let mut rows = TextTable::new(&["pose left out", "before", "after"]);
+    let mut rows = AlignedTable::new(&["pose left out", "before", "after"]);
     for ((pose, before), (_, after)) in before.held_out.iter().zip(&after.held_out) {
         rows.row([pose.to_string(), um(*before), um(*after)]);
     }
@@ -299,8 +300,8 @@ fn quality(report: &DiagnosisReport) -> String {
     text
 }
 
-fn limits(report: &DiagnosisReport) -> String {
-    let limits = &report.limits;
+fn critical_values(report: &DiagnosisReport) -> String {
+    let critical = &report.critical;
     let mut text = String::from("\n");
     let sentence = format!(
         "Limits. Noise alone passes for a law in {} % of sessions and for structure left over in {} %, from {NULL_SAMPLES} draws with seed {}. The \
@@ -311,15 +312,15 @@ fn limits(report: &DiagnosisReport) -> String {
         report.seed
     );
     text.push_str(&paragraph(&sentence, "", ""));
-    let mut rows = TextTable::new(&["law", "share of the level", "level, %", "critical value"]);
-    for (family, limit) in &limits.laws.values {
+    let mut rows = AlignedTable::new(&["law", "share of the level", "level, %", "critical value"]);
+    for (family, limit) in &critical.laws.values {
         let (law, wide) = *family;
         let name = if wide {
             format!("{} (any period)", law.row)
         } else {
             law.row.to_owned()
         };
-        let level = limits.laws.levels.get(family);
+        let level = critical.laws.levels.get(family);
         rows.row([
             name,
             level.map_or_else(
@@ -334,18 +335,19 @@ fn limits(report: &DiagnosisReport) -> String {
         "structure left over".to_owned(),
         "-".to_owned(),
         significant(100.0 * UNEXPLAINED_LEVEL, 2),
-        format!("{:.1}", limits.of_unexplained()),
+        format!("{:.1}", critical.of_unexplained()),
     ]);
     let _ = write!(text, "{}", rows.text());
     text
 }
 
-fn detection_limits(limits: &[DetectionLimit]) -> String {
-    let mut rows = TextTable::new(&["law and place", "size", "upper 95 %", "unit", "at the end"]);
-    let mut limits: Vec<&DetectionLimit> = limits.iter().collect();
+fn detection_limits(critical: &[DetectionLimit]) -> String {
+    let mut rows =
+        AlignedTable::new(&["law and place", "size", "upper 95 %", "unit", "at the end"]);
+    let mut critical: Vec<&DetectionLimit> = critical.iter().collect();
     // The sort is stable: places of a law stay in the order of the robot.
-    limits.sort_by_key(|limit| limit.law);
-    for limit in limits {
+    critical.sort_by_key(|limit| limit.law);
+    for limit in critical {
         let spec = limit.law.parameters.first();
         let size = limit.size_80.or(limit.upper_95).unwrap_or(0.0);
         let (factor, unit) = spec.map_or((1.0, "-"), |spec| spec.dimension.printed(size));

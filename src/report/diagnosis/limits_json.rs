@@ -2,7 +2,7 @@
 
 use serde_json::{Value, json};
 
-use crate::mismatch::{CriticalValues, DetectionLimit};
+use crate::mismatch::{DetectionLimit, LawCriticalValues};
 use crate::physics::{Law, ParameterSpec, Place};
 use crate::search::constants::{LAW_LEVEL, NULL_SAMPLES, UNEXPLAINED_LEVEL};
 
@@ -44,15 +44,15 @@ pub(super) fn detection_limits_json(report: &DiagnosisReport) -> Vec<Value> {
 }
 
 /// How the level is split between the laws, and the limits that follow.
-pub(super) fn levels_json(limits: &CriticalValues) -> Value {
-    let laws = limits.laws.values.iter().map(|(family, limit)| {
+pub(super) fn levels_json(critical: &LawCriticalValues) -> Value {
+    let laws = critical.laws.values.iter().map(|(family, limit)| {
         let (law, wide) = *family;
         json!({
             "physics": law.name,
             "unit": law.parameters.first().map(ParameterSpec::unit),
             "wide_search": wide,
-            "share": limits.laws.levels.get(family).map_or(Value::Null, |level| finite(level / LAW_LEVEL)),
-            "level": limits.laws.levels.get(family).copied().map_or(Value::Null, finite),
+            "share": critical.laws.levels.get(family).map_or(Value::Null, |level| finite(level / LAW_LEVEL)),
+            "level": critical.laws.levels.get(family).copied().map_or(Value::Null, finite),
             "gain_limit": finite(*limit),
         })
     });
@@ -60,7 +60,7 @@ pub(super) fn levels_json(limits: &CriticalValues) -> Value {
         "laws_level": LAW_LEVEL,
         "laws": laws.collect::<Vec<_>>(),
         "left_over_level": UNEXPLAINED_LEVEL,
-        "left_over_gain_limit": finite(limits.of_unexplained()),
+        "left_over_gain_limit": finite(critical.of_unexplained()),
         "draws": NULL_SAMPLES,
     })
 }

@@ -5,9 +5,9 @@ use serde_json::{Value, json};
 use crate::analysis::{DiagnosisReport, EarlierSession, NoiseOrigin};
 use crate::mismatch::ReadingNoise;
 use crate::quantity::METRES_PER_MICROMETRE;
-use crate::report::{TextTable, significant};
+use crate::report::{AlignedTable, significant};
 
-use super::words::{paragraph, um};
+use super::phrases::{paragraph, um};
 use super::{finite, is_known};
 
 /// The standard deviations of the noise, and where they come from.
@@ -26,11 +26,11 @@ pub(super) fn noise_json(report: &DiagnosisReport) -> Value {
     object
 }
 
-fn earlier_json(told: &EarlierSession) -> Value {
-    let mut object = deviations_json(&told.noise.noise(), told.noise.degrees_of_freedom());
-    object["session"] = json!(told.name);
-    object["p_same"] = finite(told.chance);
-    object["used"] = json!(told.used);
+fn earlier_json(earlier: &EarlierSession) -> Value {
+    let mut object = deviations_json(&earlier.noise.noise(), earlier.noise.degrees_of_freedom());
+    object["session"] = json!(earlier.name);
+    object["p_same"] = finite(earlier.chance);
+    object["used"] = json!(earlier.used);
     object
 }
 
@@ -78,8 +78,8 @@ fn noise_sentence(report: &DiagnosisReport) -> String {
 }
 
 fn noise_table(report: &DiagnosisReport, sessions: &[EarlierSession]) -> String {
-    let mut rows = TextTable::new(&[
-        "noise told by",
+    let mut rows = AlignedTable::new(&[
+        "noise estimated from",
         "reading, um",
         "dof",
         "gauge zero, um",
@@ -103,13 +103,13 @@ fn noise_table(report: &DiagnosisReport, sessions: &[EarlierSession]) -> String 
             counts.to_owned(),
         ]);
     };
-    for told in sessions {
+    for earlier in sessions {
         row(
-            &told.name,
-            &told.noise.noise(),
-            told.noise.degrees_of_freedom(),
-            &significant(told.chance, 2),
-            if told.used { "yes" } else { "no" },
+            &earlier.name,
+            &earlier.noise.noise(),
+            earlier.noise.degrees_of_freedom(),
+            &significant(earlier.chance, 2),
+            if earlier.used { "yes" } else { "no" },
         );
     }
     let diagnosis = &report.diagnosis;

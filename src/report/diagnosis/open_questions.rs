@@ -7,8 +7,8 @@ use crate::physics::{Law, title};
 use crate::test_point::Branch;
 
 use super::page::{capital, head};
+use super::phrases::{impossible, listed, paragraph};
 use super::testable::{Untestable, untestable};
-use super::words::{impossible, listed, paragraph};
 use crate::analysis::DiagnosisReport;
 
 /// Places that one sentence names; the appendix has all.
@@ -26,7 +26,7 @@ pub(super) fn not_tested(report: &DiagnosisReport) -> String {
     if loading_only {
         text.push_str(&paragraph(
             "No reading was made while the load came off. On loading alone play and friction look alike but for their sign, and creep and an \
-             uneven force gauge hardly differ. To tell them apart: read on the way back too.",
+             uneven force gauge hardly differ. To distinguish them, read while unloading too.",
             "- ",
             "  ",
         ));
@@ -102,16 +102,16 @@ pub(super) fn next(report: &DiagnosisReport) -> String {
         return String::new();
     }
     let mut text = head("What to measure next");
-    let mut told: Vec<&NextMeasurement> = Vec::new();
+    let mut proposed: Vec<&NextMeasurement> = Vec::new();
     for plan in &report.next {
-        if told.iter().any(|other| same_advice(other, plan)) {
+        if proposed.iter().any(|other| same_advice(other, plan)) {
             continue;
         }
-        told.push(plan);
+        proposed.push(plan);
         let alike = report.next.iter().filter(|other| same_advice(other, plan));
         let pairs: Vec<String> = alike.map(pair).collect();
         let worth = if is_weak(plan) {
-            "this will probably not be enough to tell"
+            "this will probably not suffice to decide"
         } else {
             "this should tell"
         };

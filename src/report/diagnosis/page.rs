@@ -6,10 +6,12 @@ use crate::mismatch::{ExplainedShare, Finding, Location, Verdict};
 use crate::physics::{Law, ParameterSpec};
 use crate::report::significant;
 
-use super::answer::{Answer, phrase_of};
+use super::answer::{DiagnosisAnswer, phrase_of};
 use super::open_questions::{next, not_tested, rejected};
+use super::phrases::{
+    likelier, listed, location, one_in, paragraph, phrase, printed, strength, um,
+};
 use super::tables::{errors, factors, upper_limits};
-use super::words::{likelier, listed, location, one_in, paragraph, phrase, printed, strength, um};
 use super::{least_law_p, parameter_interval};
 use crate::analysis::DiagnosisReport;
 
@@ -26,7 +28,7 @@ const PATTERNS: usize = 3;
 #[must_use]
 pub fn diagnosis_page(report: &DiagnosisReport) -> String {
     let diagnosis = &report.diagnosis;
-    let answers = Answer::all(&diagnosis.findings);
+    let answers = DiagnosisAnswer::all(&diagnosis.findings);
     let decided = diagnosis.verdict != Verdict::InsufficientData;
     let mut text = paragraph(&headline(report, &answers), "", "");
     let sections = [
@@ -98,11 +100,11 @@ fn size(finding: &Finding) -> String {
     )
 }
 
-fn headline(report: &DiagnosisReport, answers: &[Answer<'_>]) -> String {
+fn headline(report: &DiagnosisReport, answers: &[DiagnosisAnswer<'_>]) -> String {
     let diagnosis = &report.diagnosis;
-    let sized = |answer: &Answer<'_>| match answer {
-        Answer::Single(one) => format!("{} ({})", phrase_of(one), size(one)),
-        Answer::OneOf(_) => answer.open_question(),
+    let sized = |answer: &DiagnosisAnswer<'_>| match answer {
+        DiagnosisAnswer::Single(one) => format!("{} ({})", phrase_of(one), size(one)),
+        DiagnosisAnswer::OneOf(_) => answer.open_question(),
     };
     match diagnosis.verdict {
         Verdict::Explained => {
@@ -112,7 +114,7 @@ fn headline(report: &DiagnosisReport, answers: &[Answer<'_>]) -> String {
         Verdict::Ambiguous => {
             let (open, known): (Vec<_>, Vec<_>) = answers
                 .iter()
-                .partition(|answer| matches!(answer, Answer::OneOf(_)));
+                .partition(|answer| matches!(answer, DiagnosisAnswer::OneOf(_)));
             let known: Vec<String> = known.into_iter().map(sized).collect();
             let mut text = String::new();
             if !known.is_empty() {
@@ -126,7 +128,7 @@ fn headline(report: &DiagnosisReport, answers: &[Answer<'_>]) -> String {
         }
         Verdict::Unknown => format!(
             "Something is missing from the model, and no law of the library explains it: it shows {}.",
-            location(&diagnosis.left_over)
+            location(&diagnosis.unexplained)
         ),
         Verdict::NothingMissing => {
             "The readings show nothing that the model leaves out.".to_owned()
@@ -142,7 +144,7 @@ pub(super) fn head(title: &str) -> String {
     format!("{}\n", title.to_uppercase())
 }
 
-fn lacking(report: &DiagnosisReport, answers: &[Answer<'_>]) -> String {
+fn lacking(report: &DiagnosisReport, answers: &[DiagnosisAnswer<'_>]) -> String {
     let lacking = &report.diagnosis.lacking;
     if lacking.is_empty() {
         return String::new();
@@ -152,9 +154,9 @@ fn lacking(report: &DiagnosisReport, answers: &[Answer<'_>]) -> String {
         text.push_str(&paragraph(one, "- ", "  "));
     }
     if !answers.is_empty() {
-        let all: Vec<String> = answers.iter().map(Answer::phrase).collect();
+        let all: Vec<String> = answers.iter().map(DiagnosisAnswer::phrase).collect();
         let hint = format!(
-            "The search pointed at {}. That is no finding: what scatters and what is missing cannot be told apart here.",
+            "The search pointed at {}. That is not a finding: scatter and missing physics cannot be distinguished here.",
             listed(&all, "and at")
         );
         text.push_str(&paragraph(&hint, "", ""));
@@ -163,7 +165,7 @@ fn lacking(report: &DiagnosisReport, answers: &[Answer<'_>]) -> String {
 }
 
 /// Each finding with what it is and how large.
-fn missing(verdict: Verdict, answers: &[Answer<'_>]) -> String {
+fn missing(verdict: Verdict, answers: &[DiagnosisAnswer<'_>]) -> String {
     if answers.is_empty() {
         return String::new();
     }
@@ -180,9 +182,9 @@ fn missing(verdict: Verdict, answers: &[Answer<'_>]) -> String {
         ));
     }
     for answer in answers {
-        if let Answer::OneOf(members) = answer {
+        if let DiagnosisAnswer::OneOf(members) = answer {
             let several = format!(
-                "One of these {}; the readings do not tell which, the first explains them as well as any.",
+                "One of these {}; the readings do not decide which; the first explains them as well as any.",
                 members.len()
             );
             text.push_str(&paragraph(&several, "", ""));
@@ -242,7 +244,7 @@ pub(super) fn capital(text: &str) -> String {
     })
 }
 
-fn sure(report: &DiagnosisReport, answers: &[Answer<'_>]) -> String {
+fn sure(report: &DiagnosisReport, answers: &[DiagnosisAnswer<'_>]) -> String {
     if answers.is_empty() {
         return String::new();
     }
@@ -252,8 +254,8 @@ fn sure(report: &DiagnosisReport, answers: &[Answer<'_>]) -> String {
             continue;
         };
         let name = match answer {
-            Answer::Single(_) => capital(&phrase_of(best)),
-            Answer::OneOf(members) => format!("One of the {}", members.len()),
+            DiagnosisAnswer::Single(_) => capital(&phrase_of(best)),
+            DiagnosisAnswer::OneOf(members) => format!("One of the {}", members.len()),
         };
         let sentence = format!(
             "{name}: the readings are {} with it than without (log Bayes factor {:.1}; {}). Noise alone would pass for \
@@ -261,7 +263,10 @@ fn sure(report: &DiagnosisReport, answers: &[Answer<'_>]) -> String {
             likelier(best.log_bayes),
             best.log_bayes,
             strength(best.log_bayes),
-            one_in(best.p_family, least_law_p(&report.limits, best.effect.law)),
+            one_in(
+                best.p_family,
+                least_law_p(&report.critical, best.effect.law)
+            ),
             best.standard_errors
         );
         text.push_str(&paragraph(&sentence, "- ", "  "));
@@ -270,7 +275,7 @@ fn sure(report: &DiagnosisReport, answers: &[Answer<'_>]) -> String {
 }
 
 /// The nearest rivals.
-fn else_(answers: &[Answer<'_>]) -> String {
+fn else_(answers: &[DiagnosisAnswer<'_>]) -> String {
     if answers.is_empty() {
         return String::new();
     }
@@ -280,18 +285,18 @@ fn else_(answers: &[Answer<'_>]) -> String {
             continue;
         };
         let sentence = match (best.rivals.first(), answer) {
-            (None, Answer::Single(_)) => format!(
+            (None, DiagnosisAnswer::Single(_)) => format!(
                 "{}: no other law at any place comes near.",
                 capital(&phrase_of(best))
             ),
-            (None, Answer::OneOf(_)) => {
+            (None, DiagnosisAnswer::OneOf(_)) => {
                 "Besides those above no law at any place comes near.".to_owned()
             }
             (Some(rival), _) => {
                 let other = phrase(rival.effect.law, &rival.effect.place, &rival.effect.values);
                 let subject = match answer {
-                    Answer::Single(_) => format!("Instead of {}", phrase_of(best)),
-                    Answer::OneOf(_) => "Besides those above".to_owned(),
+                    DiagnosisAnswer::Single(_) => format!("Instead of {}", phrase_of(best)),
+                    DiagnosisAnswer::OneOf(_) => "Besides those above".to_owned(),
                 };
                 format!(
                     "{subject} the next best is {other}; the readings are {} with {} (log Bayes factor {:.1}).",

@@ -2,11 +2,11 @@
 
 use crate::mismatch::{DetectionLimit, Quality, ReadingTrace};
 use crate::physics::Law;
-use crate::report::{TextTable, significant};
+use crate::report::{AlignedTable, significant};
 
 use super::page::head;
-use super::words::{paragraph, um};
-use super::{FactorStatus, factor_value};
+use super::phrases::{paragraph, um};
+use super::{Determination, factor_value};
 use crate::analysis::DiagnosisReport;
 
 /// The factors, and how they move back once what was missing is there.
@@ -36,7 +36,7 @@ pub(super) fn factors(report: &DiagnosisReport) -> String {
     } else {
         &["factor", "value", "95 % interval", "determined"]
     };
-    let mut rows = TextTable::new(heads);
+    let mut rows = AlignedTable::new(heads);
     for (factor, status) in report.factor_shifts() {
         let (before, _) = factor_value(factor, &factor.before);
         let (after, interval) = factor_value(factor, &factor.after);
@@ -56,9 +56,9 @@ pub(super) fn factors(report: &DiagnosisReport) -> String {
         cells.push(crate::report::text::interval(interval, 3));
         cells.push(
             match status {
-                FactorStatus::Free => "yes",
-                FactorStatus::AtBound => "no, at its bound",
-                FactorStatus::NotIdentified => "no",
+                Determination::Free => "yes",
+                Determination::AtBound => "no, at its bound",
+                Determination::NotIdentified => "no",
             }
             .to_owned(),
         );
@@ -80,7 +80,7 @@ pub(super) fn errors(report: &DiagnosisReport) -> String {
             significant(100.0 * rms_m / report.trace.displacement_rms_m, 2)
         )
     };
-    let mut rows = TextTable::new(if found {
+    let mut rows = AlignedTable::new(if found {
         &["root mean square", "without", "with"]
     } else {
         &["root mean square", "model"]
@@ -126,17 +126,17 @@ pub(super) fn errors(report: &DiagnosisReport) -> String {
 }
 
 /// For each law the effect that would have been found, where it is seen best and worst.
-pub(super) fn upper_limits(limits: &[DetectionLimit]) -> String {
+pub(super) fn upper_limits(critical: &[DetectionLimit]) -> String {
     let mut text = head("What would have been found");
     text.push_str(&paragraph(
         "Smaller effects than these may be there. Four sessions of five would have shown an effect of this size at the end of the robot; \
-         the place is where the law is seen best and worst. Upper limits of every single place stand in the appendix.",
+         the place is where the law is seen best and worst. Upper limits of every single place are in the appendix.",
         "",
         "",
     ));
-    let mut rows = TextTable::new(&["law", "seen best", "at", "seen worst", "at"]);
+    let mut rows = AlignedTable::new(&["law", "seen best", "at", "seen worst", "at"]);
     for &law in Law::ALL {
-        let mut known: Vec<(f64, &DetectionLimit)> = limits
+        let mut known: Vec<(f64, &DetectionLimit)> = critical
             .iter()
             .filter(|limit| limit.law == law)
             .filter_map(|limit| Some((limit.end_effect_m?, limit)))

@@ -22,8 +22,8 @@ pub(super) struct Untestable<'a> {
 
 /// Everything that could not be tested: single places first, then laws as a whole.
 pub(super) fn untestable(report: &DiagnosisReport) -> Vec<Untestable<'_>> {
-    let limits = &report.diagnosis.detection_limits;
-    let places = limits
+    let critical = &report.diagnosis.detection_limits;
+    let places = critical
         .iter()
         .filter(|limit| limit.size_80.is_none())
         .map(|limit| {
@@ -40,9 +40,9 @@ pub(super) fn untestable(report: &DiagnosisReport) -> Vec<Untestable<'_>> {
         .iter()
         .copied()
         .filter(|law| {
-            limits.iter().all(|limit| limit.law != *law)
+            critical.iter().all(|limit| limit.law != *law)
                 && report
-                    .limits
+                    .critical
                     .laws
                     .values
                     .keys()
@@ -73,7 +73,7 @@ fn altogether(report: &DiagnosisReport, law: Law) -> (&'static str, Option<&'sta
     let recorded = report.observations.recorded;
     match law.search.needs {
         Needs::Hold if !recorded.hold => (
-            "the readings do not say how long each load had been on (column hold_s)",
+            "the readings do not record how long each load had been on (column hold_s)",
             Some("record hold_s and hold the largest load for a minute or two"),
         ),
         Needs::Clock if !recorded.time => (

@@ -9,14 +9,14 @@ use crate::test_point::{Branch, Cell};
 
 /// Which residuals are drawn.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Model {
+pub(super) enum DiagnosedModel {
     /// Those of the model without effects.
     Before,
     /// Those of the final model.
     After,
 }
 
-impl Model {
+impl DiagnosedModel {
     /// Residuals about the gauge zero, and what is left of them within their run.
     fn residuals_m(self, reading: &ReadingTrace) -> [f64; 2] {
         match self {
@@ -28,9 +28,9 @@ impl Model {
 
 /// The map, every square as a multiple of the standard uncertainty that the noise alone gives it.
 ///
-/// Load steps are judged within their runs, so that the scatter of zeros and slopes does not hide the shape of a curve; slopes of runs
+/// Load steps are assessed within their runs, so that the scatter of zeros and slopes does not hide the shape of a curve; slopes of runs
 /// stand beside them.
-pub(super) fn map(report: &DiagnosisReport, model: Model) -> MismatchMap {
+pub(super) fn map(report: &DiagnosisReport, model: DiagnosedModel) -> MismatchMap {
     let readings = &report.trace.readings;
     let slope_sd = report.diagnosis.noise.run_slope_sd;
     let mut cells: Vec<Cell> = Vec::new();
@@ -69,8 +69,8 @@ pub(super) fn map(report: &DiagnosisReport, model: Model) -> MismatchMap {
     });
     MismatchMap {
         prediction: match model {
-            Model::Before => "fitted structure".to_owned(),
-            Model::After => "structure with what was found".to_owned(),
+            DiagnosedModel::Before => "fitted structure".to_owned(),
+            DiagnosedModel::After => "structure with what was found".to_owned(),
         },
         measure: ResidualMeasure::StandardUncertainties,
         by_load_step: by_load_step.collect(),
@@ -112,7 +112,10 @@ fn load_steps(readings: &[ReadingTrace]) -> Vec<MapLoadStep> {
 }
 
 /// Mean of residuals over its standard uncertainty; `None` of none.
-fn mean<'r>(model: Model, readings: impl Iterator<Item = &'r ReadingTrace>) -> Option<MapValue> {
+fn mean<'r>(
+    model: DiagnosedModel,
+    readings: impl Iterator<Item = &'r ReadingTrace>,
+) -> Option<MapValue> {
     let (mut sum, mut variance, mut n) = (0.0, 0.0, 0_usize);
     for reading in readings {
         let [_, within_run_m] = model.residuals_m(reading);
@@ -127,7 +130,7 @@ fn mean<'r>(model: Model, readings: impl Iterator<Item = &'r ReadingTrace>) -> O
 }
 
 /// Slope of a run's residuals over the load, over its standard uncertainty; `None` for a run under one load.
-fn slope(model: Model, slope_sd: f64, run: &[&ReadingTrace]) -> Option<MapValue> {
+fn slope(model: DiagnosedModel, slope_sd: f64, run: &[&ReadingTrace]) -> Option<MapValue> {
     let n = run.len();
     let mean_n = run.iter().map(|r| r.force_n).sum::<f64>() / n.max(1) as f64;
     let (mut square, mut product, mut variance, mut of_run) = (0.0, 0.0, 0.0, 0.0);

@@ -8,7 +8,7 @@ use crate::distribution::{
     ColumnStudy, FitUncertainty, MapColumn, MechanismStudy, RefinedStiffness, Region,
 };
 use crate::quantity::NEWTON_PER_METRE_PER_NEWTON_PER_MICROMETRE as N_PER_UM;
-use crate::report::paper::ComparedCell;
+use crate::report::paper::PaperCellSummary;
 use crate::reported::Reported;
 
 use super::{MapReport, SensitivityReport, ShiftSummary};
@@ -72,7 +72,7 @@ pub struct MapSummary {
     /// One entry a mechanism.
     pub mechanisms: Vec<MechanismMap>,
     /// The paper's tables beside the maps; empty for other robots.
-    pub paper: Vec<ComparedCell>,
+    pub paper: Vec<PaperCellSummary>,
 }
 
 /// The stiffness of a mechanism.
@@ -136,7 +136,7 @@ pub struct ExtremeStiffness {
     /// Among the samples.
     pub sampled: SampledStiffness,
     /// Found by a search from there.
-    pub refined: RefinedExtreme,
+    pub refined: RefinedExtremeJson,
 }
 
 /// The stiffness in a sampled pose.
@@ -154,7 +154,7 @@ pub struct SampledStiffness {
 
 /// The stiffness at the end of a search; only `value`, with the reason, where it failed.
 #[derive(Debug, Clone, Serialize, JsonSchema)]
-pub struct RefinedExtreme {
+pub struct RefinedExtremeJson {
     /// The stiffness.
     pub value: Reported,
     /// Where and how.
@@ -325,9 +325,9 @@ impl MapReport<'_> {
             .collect()
     }
 
-    fn refined(&self, refined: Result<&RefinedStiffness, &String>) -> RefinedExtreme {
+    fn refined(&self, refined: Result<&RefinedStiffness, &String>) -> RefinedExtremeJson {
         match refined {
-            Ok(refined) => RefinedExtreme {
+            Ok(refined) => RefinedExtremeJson {
                 value: exact(refined.stiffness_n_per_m),
                 found: Some(RefinedPose {
                     end_m: refined.end_m,
@@ -336,7 +336,7 @@ impl MapReport<'_> {
                     slope_per_deg: refined.slope_per_deg,
                 }),
             },
-            Err(reason) => RefinedExtreme {
+            Err(reason) => RefinedExtremeJson {
                 value: Reported::missing(UNIT, reason.clone()),
                 found: None,
             },

@@ -19,8 +19,8 @@ use super::paper::PaperCell;
 pub use design::{JointDerivatives, SectionDerivatives, SensitivityReport, sensitivity_text};
 pub use json::{
     DirectionMap, ExtremeStiffness, FailedPose, FittedStiffness, MapAnswers, MapResult, MapSummary,
-    MechanismMap, RefinedExtreme, RefinedPose, SampledStiffness, Sensitivities, StiffnessQuantile,
-    StiffnessRegion,
+    MechanismMap, RefinedExtremeJson, RefinedPose, SampledStiffness, Sensitivities,
+    StiffnessQuantile, StiffnessRegion,
 };
 #[cfg(feature = "parquet")]
 pub use parquet::points_parquet;
@@ -29,7 +29,7 @@ pub use shifts::{
     LoadAtEnd, MechanismShift, MechanismWeight, ShiftCause, ShiftReport, ShiftStatistics,
     ShiftSummary, WorstPose,
 };
-pub use vtu::{Field, MeshPoints, vtu};
+pub use vtu::{MeshField, MeshPoints, vtu};
 
 /// Maps of some mechanisms of a robot over the same poses.
 #[derive(Debug)]

@@ -9,7 +9,7 @@ use parquet::file::properties::WriterProperties;
 use parquet::file::writer::SerializedFileWriter;
 use parquet::schema::types::Type;
 
-use crate::distribution::{PoseSet, StiffnessMap};
+use crate::distribution::{PoseSample, StiffnessMap};
 use crate::robot::Robot;
 
 use super::points::{point_heads, point_values};
@@ -20,7 +20,7 @@ use super::points::{point_heads, point_values};
 /// [`ParquetError`] only if the writer refuses its own schema.
 pub fn points_parquet(
     robot: &Robot,
-    poses: &PoseSet,
+    poses: &PoseSample,
     map: &StiffnessMap,
 ) -> Result<Vec<u8>, ParquetError> {
     let heads = point_heads(robot, poses, &map.columns);
@@ -92,7 +92,7 @@ mod tests {
             seed: 3,
             held: Vec::new(),
         };
-        let poses = PoseSet::draw(&robot, &plan, Shard::WHOLE).unwrap();
+        let poses = PoseSample::draw(&robot, &plan, Shard::WHOLE).unwrap();
         let model = MapModel::new(&robot, &physics, &factors, None).unwrap();
         let mut columns = MapColumn::axes();
         columns.extend(MapColumn::along("0,1,1", [0.0, 1.0, 1.0]));

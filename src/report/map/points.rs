@@ -4,17 +4,17 @@ use std::fmt::Write;
 
 use rayon::prelude::*;
 
-use crate::distribution::{MapColumn, MechanismStudy, PoseSet, StiffnessMap};
+use crate::distribution::{MapColumn, MechanismStudy, PoseSample, StiffnessMap};
 use crate::quantity::NEWTON_PER_METRE_PER_NEWTON_PER_MICROMETRE as N_PER_UM;
 use crate::robot::Robot;
 
-use super::vtu::{Field, vtu};
+use super::vtu::{MeshField, vtu};
 
 /// Rows that are written as one piece.
 const CHUNK: usize = 4096;
 
 /// Heads of the columns: number, angles, end, stiffnesses, weakest direction.
-pub(super) fn point_heads(robot: &Robot, poses: &PoseSet, columns: &[MapColumn]) -> Vec<String> {
+pub(super) fn point_heads(robot: &Robot, poses: &PoseSample, columns: &[MapColumn]) -> Vec<String> {
     let angles = poses
         .free
         .iter()
@@ -35,7 +35,7 @@ pub(super) fn point_heads(robot: &Robot, poses: &PoseSet, columns: &[MapColumn])
 
 /// The numbers of a row beside its pose's number, in the order of the heads.
 pub(super) fn point_values<'a>(
-    poses: &'a PoseSet,
+    poses: &'a PoseSample,
     map: &'a StiffnessMap,
     row: usize,
 ) -> impl Iterator<Item = f64> + 'a {
@@ -54,7 +54,7 @@ pub(super) fn point_values<'a>(
 
 /// The map as CSV: every digit that tells one number from its neighbours, the same bytes on every machine.
 #[must_use]
-pub fn points_csv(robot: &Robot, poses: &PoseSet, map: &StiffnessMap) -> String {
+pub fn points_csv(robot: &Robot, poses: &PoseSample, map: &StiffnessMap) -> String {
     let rows: Vec<usize> = (0..map.len()).collect();
     let pieces: Vec<String> = rows
         .par_chunks(CHUNK)
@@ -80,10 +80,10 @@ pub fn points_csv(robot: &Robot, poses: &PoseSet, map: &StiffnessMap) -> String 
 /// The map as a mesh: points where the end is, triangles where poses make a surface, and on them angles, stiffnesses and the weakest
 /// direction.
 #[must_use]
-pub fn mesh_of(robot: &Robot, poses: &PoseSet, study: &MechanismStudy) -> String {
+pub fn mesh_of(robot: &Robot, poses: &PoseSample, study: &MechanismStudy) -> String {
     let map = &study.map;
     let points: Vec<[f64; 3]> = (0..map.len()).map(|row| map.end_m(row)).collect();
-    let mut fields: Vec<Field> = Vec::new();
+    let mut fields: Vec<MeshField> = Vec::new();
     let heads = point_heads(robot, poses, &map.columns);
     let scalars = poses.free.len() + 3 + map.columns.len();
     for (column, name) in heads[1..=scalars].iter().enumerate() {
@@ -91,7 +91,7 @@ pub fn mesh_of(robot: &Robot, poses: &PoseSet, study: &MechanismStudy) -> String
         if is_end {
             continue;
         }
-        fields.push(Field {
+        fields.push(MeshField {
             name: name.clone(),
             components: 1,
             values: (0..map.len())
@@ -104,7 +104,7 @@ pub fn mesh_of(robot: &Robot, poses: &PoseSet, study: &MechanismStudy) -> String
         .flatten()
         .collect();
     if !weakest.is_empty() {
-        fields.push(Field {
+        fields.push(MeshField {
             name: "weakest_direction".to_owned(),
             components: 3,
             values: weakest,

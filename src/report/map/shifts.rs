@@ -6,12 +6,12 @@ use indexmap::IndexMap;
 use schemars::JsonSchema;
 use serde::Serialize;
 
-use crate::distribution::{ShiftMap, Spread, largest_load};
+use crate::distribution::{PoseSpread, ShiftMap, largest_load};
 use crate::plot::{
     Figure, PlaneBins, PlaneMap, PlaneMapFigure, ValueAt, plane_map, plane_map_sheet,
 };
 use crate::quantity::METRES_PER_MICROMETRE;
-use crate::report::text::{TextTable, significant};
+use crate::report::text::{AlignedTable, significant};
 use crate::reported::Reported;
 use crate::robot::{Masses, Robot};
 
@@ -168,8 +168,8 @@ impl ShiftReport<'_> {
         text
     }
 
-    fn table(&self, map: &ShiftMap) -> TextTable {
-        let mut table = TextTable::new(&[
+    fn table(&self, map: &ShiftMap) -> AlignedTable {
+        let mut table = AlignedTable::new(&[
             "quantity",
             "least",
             "5 %",
@@ -182,7 +182,7 @@ impl ShiftReport<'_> {
             "angles, deg",
         ]);
         for quantity in self.quantities(map) {
-            let Some(spread) = Spread::of(&quantity.values) else {
+            let Some(spread) = PoseSpread::of(&quantity.values) else {
                 continue;
             };
             let [low, median, high] = spread.quantiles;
@@ -337,7 +337,7 @@ impl ShiftReport<'_> {
     }
 
     fn shift_statistics(&self, map: &ShiftMap, quantity: &Quantity) -> ShiftStatistics {
-        let Some(spread) = Spread::of(&quantity.values) else {
+        let Some(spread) = PoseSpread::of(&quantity.values) else {
             return ShiftStatistics::Missing(Reported::missing(quantity.unit, "no pose has it"));
         };
         let row = worst(quantity, &spread);
@@ -411,7 +411,7 @@ impl ShiftReport<'_> {
                     .iter()
                     .map(|shift| shift.distance_m() / METRES_PER_MICROMETRE)
                     .collect();
-                let spread = Spread::of(&values);
+                let spread = PoseSpread::of(&values);
                 let at = |end: Option<(f64, usize)>| {
                     end.map(|(value, row)| ValueAt {
                         z_y_m: points[row],
@@ -434,7 +434,7 @@ impl ShiftReport<'_> {
 }
 
 /// The row that a user should look at.
-fn worst(quantity: &Quantity, spread: &Spread) -> usize {
+fn worst(quantity: &Quantity, spread: &PoseSpread) -> usize {
     let is_negative = spread.least.0.abs() > spread.greatest.0.abs();
     if quantity.worst_is_least || is_negative {
         spread.least.1

@@ -4,7 +4,7 @@ use std::fmt::Write;
 
 use crate::distribution::{ColumnStudy, Level, MechanismStudy, Region};
 use crate::quantity::NEWTON_PER_METRE_PER_NEWTON_PER_MICROMETRE as N_PER_UM;
-use crate::report::text::{TextTable, significant};
+use crate::report::text::{AlignedTable, significant};
 
 use super::MapReport;
 use super::paper;
@@ -68,7 +68,7 @@ impl MapReport<'_> {
     }
 
     fn statistics(&self, column: usize) -> String {
-        let mut rows = TextTable::new(&[
+        let mut rows = AlignedTable::new(&[
             "mechanism",
             "smallest",
             "refined",
@@ -121,7 +121,7 @@ impl MapReport<'_> {
 
     /// What the uncertainty of the fit does to a column, if it was carried.
     fn fits(&self, column: usize) -> String {
-        let mut rows = TextTable::new(&[
+        let mut rows = AlignedTable::new(&[
             "by the fit",
             "smallest",
             "U, k",
@@ -159,7 +159,7 @@ impl MapReport<'_> {
                 .map(|&variable| self.robot.variables[variable].name.as_str()),
         );
         heads.push("held by");
-        let mut rows = TextTable::new(&heads);
+        let mut rows = AlignedTable::new(&heads);
         for (study, found) in self.directions() {
             for (word, refined) in ["smallest", "largest"].into_iter().zip(&found.refined) {
                 let name = format!("{} {} {word}", study.map.mechanism, found.column.name());
@@ -205,7 +205,7 @@ impl MapReport<'_> {
     }
 
     fn regions(&self) -> String {
-        let mut rows = TextTable::new(&[
+        let mut rows = AlignedTable::new(&[
             "region",
             "N/um",
             "poses",
@@ -237,7 +237,7 @@ impl MapReport<'_> {
         let studies = self.mechanisms.iter();
         let found = studies.flat_map(|(_, study)| &study.columns).next();
         let Some(found) = found else {
-            return "\nNo pose can be taken: there is nothing to say.\n".to_owned();
+            return "\nNo pose can be taken: there is no result.\n".to_owned();
         };
         let mut text =
             "\nU is the expanded uncertainty for 95 %, k its coverage factor (Student's t). "
@@ -246,7 +246,7 @@ impl MapReport<'_> {
             Some(share) => {
                 let _ = writeln!(
                     text,
-                    "That of the mean is what so many poses leave open; beyond each sampled extreme lies \
+                    "The interval of the mean is its sampling uncertainty; beyond each sampled extreme lies \
                      at most {} % of the workspace, with 95 % confidence.",
                     significant(100.0 * share, 2)
                 );

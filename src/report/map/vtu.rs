@@ -15,7 +15,7 @@ pub type MeshPoints = [[f64; 3]];
 
 /// Numbers at the points of a mesh.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Field {
+pub struct MeshField {
     /// Name, with the unit.
     pub name: String,
     /// Numbers a point: 1, or 3 for a vector.
@@ -31,7 +31,7 @@ const TRIANGLE: u8 = 5;
 
 /// The mesh as a file; without triangles every point is a cell of its own, so that something is drawn.
 #[must_use]
-pub fn vtu(points: &MeshPoints, triangles: Option<&[[u32; 3]]>, fields: &[Field]) -> String {
+pub fn vtu(points: &MeshPoints, triangles: Option<&[[u32; 3]]>, fields: &[MeshField]) -> String {
     let (connectivity, offsets, types): (Vec<i64>, Vec<i64>, Vec<u8>) = match triangles {
         Some(triangles) => (
             triangles

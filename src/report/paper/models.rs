@@ -1,4 +1,4 @@
-//! The rules by which each printed cell is worked out again: which factors, which load, which quantity.
+//! The rules by which each printed cell is computed again: which factors, which load, which quantity.
 
 use crate::fit::{CellModel, FitError, Scope, significance};
 use crate::robot::{ChainMobility, Mechanism, Robot, chain_mobility};
@@ -11,7 +11,7 @@ use super::{PaperCell, Printed, direction};
 const LOAD_N: f64 = 50.0;
 
 /// Everything of ours that the tables ask for.
-pub(super) struct Models {
+pub(super) struct PaperModels {
     chains: Vec<ChainMobility>,
     /// Displacement per newton at P1 with unit factors, and with one constant a hundredfold: by constant, by direction, m/N.
     unit_m_per_n: [f64; 3],
@@ -23,7 +23,7 @@ pub(super) struct Models {
     multi_source: Vec<(Cell, f64)>,
 }
 
-impl Models {
+impl PaperModels {
     pub(super) fn new(robot: &Robot, mechanism: &Mechanism) -> Result<Self, FitError> {
         let p1 = PoseId::new("P1");
         let unit = significance(
@@ -233,7 +233,7 @@ fn of_model(
         .ok_or("no printed reference")
 }
 
-/// Whether a printed percentage of Table III says that stiffening a part raises the displacement under the load.
+/// Whether a printed percentage of Table III states that stiffening a part raises the displacement under the load.
 fn is_impossible(row: &Printed) -> bool {
     row.table == "III" && row.unit == "%" && row.value > 100.0
 }

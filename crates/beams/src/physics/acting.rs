@@ -152,7 +152,7 @@ fn carries(robot: &Robot, mechanism: &Mechanism) -> bool {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::physics::{LoadPoint, RunLoads, Twists};
+    use crate::physics::{JointRotations, LoadPoint, RunLoads};
     use crate::robot::Theory;
     use stiffbench_test_files::shipped_robot;
     use stiffbench_units_and_text::test_point::Direction;
@@ -220,7 +220,12 @@ mod tests {
             };
             let mut moved = [0.0];
             let laws = &physics.laws;
-            laws.displacements_m(mechanics.pose(0), &run, &mut Twists::default(), &mut moved);
+            laws.displacements_m(
+                mechanics.pose(0),
+                &run,
+                &mut JointRotations::default(),
+                &mut moved,
+            );
             let secant = compliance.direct(direction.index());
             assert!(
                 (moved[0] / -60.0 / secant - 1.0).abs() < 1e-7,

@@ -29,9 +29,9 @@ pub type OfRepeat = fn(&Values, &LoadPoint, u32) -> f64;
 
 /// What a law does. Displacement = mechanics × (1 + growth) + added, then the error of the gauge at that sum.
 #[derive(Debug, Clone, Copy)]
-pub enum Action {
+pub enum LawAction {
     /// A joint turns.
-    Joint(&'static dyn TwistLaw),
+    Joint(&'static dyn RotationLaw),
     /// All supports rock about an axis by the first value times their moment, rad/(N·m).
     Base,
     /// An element is missing.
@@ -62,9 +62,9 @@ pub struct Driven {
 }
 
 /// The law of a joint: its twist from the moment that would act if the joint were rigid.
-pub trait TwistLaw: fmt::Debug + Sync {
+pub trait RotationLaw: fmt::Debug + Sync {
     /// The twist, rad.
-    fn twist_rad(&self, values: &Values, driven: Driven) -> f64;
+    fn rotation_rad(&self, values: &Values, driven: Driven) -> f64;
 
     /// How fast the twist grows with the driving moment, rad/(N·m).
     fn slope_rad_per_nm(&self, values: &Values, driven: Driven) -> f64;

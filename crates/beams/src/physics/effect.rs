@@ -4,7 +4,7 @@ use std::fmt;
 
 use crate::robot::{FittingFactors, ModelParameter};
 
-use super::action::Action;
+use super::action::LawAction;
 use super::law::Law;
 use super::place::Place;
 
@@ -99,14 +99,14 @@ impl Effect {
     #[must_use]
     pub fn of_springs(values: &FittingFactors) -> Vec<Self> {
         let law =
-            |acts: fn(&Action) -> bool| Law::ALL.iter().copied().find(|law| acts(&law.action));
-        let joint = |action: &Action| matches!(action, Action::Joint(law) if law.is_linear());
+            |acts: fn(&LawAction) -> bool| Law::ALL.iter().copied().find(|law| acts(&law.action));
+        let joint = |action: &LawAction| matches!(action, LawAction::Joint(law) if law.is_linear());
         let effect = |spring: ModelParameter| {
             let compliance = values.get(&spring);
             let (law, place) = match spring {
                 ModelParameter::Joint(name) => (law(joint)?, Place::Joint(name.to_string())),
                 ModelParameter::Base(axis) => (
-                    law(|action| matches!(action, Action::Base))?,
+                    law(|action| matches!(action, LawAction::Base))?,
                     Place::Axis(axis),
                 ),
                 ModelParameter::Class(..) | ModelParameter::Section(..) => return None,

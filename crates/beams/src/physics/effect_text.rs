@@ -369,7 +369,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_wrong_is_said_with_what_is_allowed() {
+    fn errors_list_the_allowed_values() {
         let help = |text: &str| text.parse::<Effect>().unwrap_err().help.unwrap_or_default();
         assert!(matches!(
             problem("joint-play@A3"),

@@ -5,11 +5,11 @@ use std::fmt;
 use std::hash::{Hash, Hasher};
 use std::ops::Deref;
 
-use super::action::Action;
+use super::action::LawAction;
 use super::laws::LAWS;
 use super::parameter::ParameterSpec;
 use super::place::{Place, PlaceKind};
-use super::search::Search;
+use super::search::SearchSpec;
 
 /// All properties of a law; each has a file of its own in `laws`.
 #[derive(Debug)]
@@ -27,20 +27,20 @@ pub struct LawDefinition {
     /// Names of simpler laws at the same place that it contains.
     pub contains: &'static [&'static str],
     /// What it does to a run.
-    pub action: Action,
+    pub action: LawAction,
     /// How it is searched for.
-    pub search: Search,
+    pub search: SearchSpec,
     /// How a figure shows it.
     pub figure: LawFigure,
     /// How a page names it.
-    pub words: Words,
+    pub words: LawWording,
     /// What decides about it by itself, besides loading the robot.
     pub check: Option<Check>,
 }
 
 /// How a law is named in sentences.
 #[derive(Debug, Clone, Copy)]
-pub struct Words {
+pub struct LawWording {
     /// What is missing, as the object of "the model leaves out …".
     ///
     /// # Arguments
@@ -134,19 +134,19 @@ impl Law {
     /// Whether it is a law of a joint whose twist is not proportional to the moment.
     #[must_use]
     pub fn is_nonlinear_joint(self) -> bool {
-        matches!(self.action, Action::Joint(law) if !law.is_linear())
+        matches!(self.action, LawAction::Joint(law) if !law.is_linear())
     }
 
     /// Whether it is an element that is missing: a change of the mechanism, with no size.
     #[must_use]
     pub fn is_missing_element(self) -> bool {
-        matches!(self.action, Action::Missing)
+        matches!(self.action, LawAction::Missing)
     }
 
     /// Whether it depends on where the gauge stands.
     #[must_use]
     pub fn is_gauge_error(self) -> bool {
-        matches!(self.action, Action::Gauge(_))
+        matches!(self.action, LawAction::Gauge(_))
     }
 
     /// Whether it happens in one run and not again.

@@ -4,11 +4,11 @@ use crate::robot::{Mechanism, Robot};
 use stiffbench_numeric::vector::dot;
 use stiffbench_units_and_text::test_point::{Direction, PoseId};
 
-use super::action::{Action, GaugeError, OfLoad, OfRepeat, Values, values_of};
+use super::action::{GaugeError, LawAction, OfLoad, OfRepeat, Values, values_of};
 use super::effect::{Effect, EffectError};
 use super::mechanics::PoseMechanics;
 use super::place::Place;
-use super::turning::{JointEffect, Twists};
+use super::turning::{JointEffect, JointRotations};
 
 /// One load of a run.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
@@ -74,7 +74,7 @@ pub struct LawSet {
 pub(super) struct Acting<F> {
     function: F,
     values: Values,
-    scope: Scope,
+    scope: EffectScope,
 }
 
 impl<F> Acting<F> {
@@ -82,14 +82,14 @@ impl<F> Acting<F> {
         Self {
             function,
             values: values_of(&effect.values),
-            scope: Scope::of(&effect.place),
+            scope: EffectScope::of(&effect.place),
         }
     }
 }
 
 /// The readings that an effect acts on.
 #[derive(Debug, Clone, PartialEq)]
-enum Scope {
+enum EffectScope {
     /// All.
     All,
     /// Those along a direction.
@@ -103,7 +103,7 @@ enum Scope {
     },
 }
 
-impl Scope {
+impl EffectScope {
     fn of(place: &Place) -> Self {
         match place {
             Place::Direction(direction) | Place::Toward { direction, .. } => {
@@ -150,7 +150,7 @@ impl Scope {
 }
 
 /// Loads along an axis of a pose.
-struct Reach {
+struct AxisLoads {
     along: usize,
     /// The force that acts for 1 N along the axis.
     force: [f64; 3],
@@ -210,23 +210,23 @@ impl LawSet {
     pub fn push(&mut self, effect: &Effect, joint: Option<usize>) {
         let values = values_of(&effect.values);
         match (effect.law.action, &effect.place) {
-            (Action::Joint(law), _) => {
+            (LawAction::Joint(law), _) => {
                 if let Some(joint) = joint {
                     self.joints.push(JointEffect::new(joint, law, values));
                 }
             }
-            (Action::Base, Place::Axis(axis)) => self.base[axis.index()] += values[0],
-            (Action::Turn, Place::Toward { direction, toward }) => {
+            (LawAction::Base, Place::Axis(axis)) => self.base[axis.index()] += values[0],
+            (LawAction::Turn, Place::Toward { direction, toward }) => {
                 self.turn[direction.index()][toward.index()] += values[0];
             }
             // Of other places there are no effects: an effect is checked when it is made.
-            (Action::Base | Action::Turn, _) => {}
+            (LawAction::Base | LawAction::Turn, _) => {}
             // A change of the mechanism, not of its loads.
-            (Action::Missing, _) => {}
-            (Action::Force(function), _) => self.forces.push(Acting::new(function, effect)),
-            (Action::Growth(function), _) => self.growths.push(Acting::new(function, effect)),
-            (Action::Added(function), _) => self.added.push(Acting::new(function, effect)),
-            (Action::Gauge(error), _) => self.gauge_errors.push(Acting::new(error, effect)),
+            (LawAction::Missing, _) => {}
+            (LawAction::Force(function), _) => self.forces.push(Acting::new(function, effect)),
+            (LawAction::Growth(function), _) => self.growths.push(Acting::new(function, effect)),
+            (LawAction::Added(function), _) => self.added.push(Acting::new(function, effect)),
+            (LawAction::Gauge(error), _) => self.gauge_errors.push(Acting::new(error, effect)),
         }
     }
 
@@ -236,42 +236,43 @@ impl LawSet {
     /// where the gauge is known to have stood.
     ///
     /// # Arguments
-    /// - `twists`: scratch memory.
+    /// - `joint_rotations`: scratch memory.
     /// - `out`: one displacement a load, overwritten.
     pub fn displacements_m(
         &self,
         pose: &PoseMechanics,
         run: &RunLoads<'_>,
-        twists: &mut Twists,
+        joint_rotations: &mut JointRotations,
         out: &mut [f64],
     ) {
-        twists.begin(self.joints.len());
-        self.go_on_m(pose, run, twists, out);
+        joint_rotations.begin(self.joints.len());
+        self.go_on_m(pose, run, joint_rotations, out);
     }
 
     /// Displacements of a run whose joints stand where the run before left them, m; as [`LawSet::displacements_m`] otherwise.
     ///
     /// # Arguments
-    /// - `twists`: as the run before in the same pose left them; restarted if they are of another number of joints.
+    /// - `joint_rotations`: as the run before in the same pose left them; restarted if they are of another number of joints.
     pub fn go_on_m(
         &self,
         pose: &PoseMechanics,
         run: &RunLoads<'_>,
-        twists: &mut Twists,
+        joint_rotations: &mut JointRotations,
         out: &mut [f64],
     ) {
-        if twists.now.len() != self.joints.len() {
-            twists.begin(self.joints.len());
+        if joint_rotations.now.len() != self.joints.len() {
+            joint_rotations.begin(self.joints.len());
         }
         let along = run.direction.index();
         let reach = self.reach(pose, along);
         for (load, displacement) in run.loads.iter().zip(out.iter_mut()) {
-            if let Some(release_n) = run.release_n.filter(|_| twists.loaded) {
+            if let Some(release_n) = run.release_n.filter(|_| joint_rotations.loaded) {
                 let acting_n = self.acting_n(run, &LoadPoint::release(release_n));
-                self.mechanics_m(pose, &reach, acting_n, twists);
+                self.mechanics_m(pose, &reach, acting_n, joint_rotations);
             }
-            twists.loaded = true;
-            let mechanics = self.mechanics_m(pose, &reach, self.acting_n(run, load), twists);
+            joint_rotations.loaded = true;
+            let mechanics =
+                self.mechanics_m(pose, &reach, self.acting_n(run, load), joint_rotations);
             let mut sum = mechanics * self.growth(load, run.repeat);
             for added in self
                 .added
@@ -322,13 +323,13 @@ impl LawSet {
     }
 
     /// What all loads along an axis have in common.
-    fn reach(&self, pose: &PoseMechanics, along: usize) -> Reach {
+    fn reach(&self, pose: &PoseMechanics, along: usize) -> AxisLoads {
         let force = self.acting(along, 1.0);
         let mut linear_m_per_n = dot(pose.influence.compliance_m_per_n[along], force);
         for (lever, &compliance) in pose.base_levers_m.iter().zip(&self.base) {
             linear_m_per_n += lever[along] * compliance * dot(*lever, force);
         }
-        Reach {
+        AxisLoads {
             along,
             force,
             linear_m_per_n,
@@ -339,17 +340,21 @@ impl LawSet {
     fn mechanics_m(
         &self,
         pose: &PoseMechanics,
-        reach: &Reach,
+        reach: &AxisLoads,
         acting_n: f64,
-        twists: &mut Twists,
+        joint_rotations: &mut JointRotations,
     ) -> f64 {
         let mut displacement = reach.linear_m_per_n * acting_n;
         if self.joints.is_empty() {
             return displacement;
         }
-        self.turn_joints(pose, reach.force.map(|share| share * acting_n), twists);
-        for (one, &twist) in self.joints.iter().zip(&twists.now) {
-            displacement += pose.influence.levers_m[one.joint][reach.along] * twist;
+        self.turn_joints(
+            pose,
+            reach.force.map(|share| share * acting_n),
+            joint_rotations,
+        );
+        for (one, &rotation) in self.joints.iter().zip(&joint_rotations.now) {
+            displacement += pose.influence.levers_m[one.joint][reach.along] * rotation;
         }
         displacement
     }
@@ -361,20 +366,20 @@ impl LawSet {
     #[must_use]
     pub fn secants_nm_per_rad(&self, pose: &PoseMechanics, force_n: [f64; 3]) -> Vec<(usize, f64)> {
         let influence = &pose.influence;
-        let mut twists = Twists::default();
-        twists.begin(self.joints.len());
-        self.turn_joints(pose, force_n, &mut twists);
+        let mut joint_rotations = JointRotations::default();
+        joint_rotations.begin(self.joints.len());
+        self.turn_joints(pose, force_n, &mut joint_rotations);
         let mut secants: Vec<(usize, f64)> = Vec::new();
-        for (one, &twist) in self.joints.iter().zip(&twists.now) {
+        for (one, &rotation) in self.joints.iter().zip(&joint_rotations.now) {
             let joint = one.joint;
             let back: f64 = self
                 .joints
                 .iter()
-                .zip(&twists.now)
-                .map(|(other, twist)| influence.stiffness(joint, other.joint) * twist)
+                .zip(&joint_rotations.now)
+                .map(|(other, rotation)| influence.stiffness(joint, other.joint) * rotation)
                 .sum();
             let moment = dot(influence.levers_m[joint], force_n) - back;
-            let stiffness = one.secant_nm_per_rad(twist, moment);
+            let stiffness = one.secant_nm_per_rad(rotation, moment);
             match secants.iter_mut().find(|(known, _)| *known == joint) {
                 Some((_, known)) => *known = 1.0 / (1.0 / *known + 1.0 / stiffness),
                 None => secants.push((joint, stiffness)),

@@ -4,7 +4,7 @@ use crate::robot::{
     FittingFactors, JointModel, Mechanism, MechanismModel, ModelParameter, MultiPosePredictor,
     Pose, Robot, RobotError, Theory,
 };
-use crate::structure::{Solver, Structure, StructureError, TwistInfluence};
+use crate::structure::{RotationInfluence, Solver, Structure, StructureError};
 
 /// A mechanism in fixed poses, solved again with any factors: with rigid joints in all poses side by side, what twists do pose by pose
 /// and only where it is asked for.
@@ -57,7 +57,7 @@ enum Lacks {
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct PoseMechanics {
     /// Compliance with rigid joints and the influence of a twist in each joint.
-    pub influence: TwistInfluence,
+    pub influence: RotationInfluence,
     /// Displacement of the end per rocking of the base about x, y, z through the first support, m/rad.
     pub base_levers_m: [[f64; 3]; 3],
     /// Derivative of the compliance along x, y, z to each parameter of the baseline, m/N; to ln a of a factor, to the compliance of a
@@ -120,7 +120,7 @@ impl<'a> Mechanics<'a> {
             Ok(Posed {
                 pose: pose.clone(),
                 mechanics: PoseMechanics {
-                    influence: TwistInfluence::default(),
+                    influence: RotationInfluence::default(),
                     base_levers_m: rigid.base_levers_m(),
                     compliance_gradient: vec![[0.0; 3]; parameters.len()],
                 },
@@ -245,7 +245,7 @@ impl<'a> Mechanics<'a> {
             posed.rigid.set_factors(factors);
             let structure = posed.rigid.structure();
             twisting.bring_up_to_date(mechanism, structure)?;
-            twisting.solver.twist_influence_of(
+            twisting.solver.rotation_influence_of(
                 structure,
                 twisting.hinged.structure(),
                 |joint| is_asked_for(joint) || self.sprung[joint],

@@ -1,6 +1,6 @@
 //! The physics that a beam model leaves out: laws, places, and how they act on readings.
 //!
-//! A law in a joint is not linearised: the structure is reduced exactly to the joints' twists ([`crate::structure::TwistInfluence`]),
+//! A law in a joint is not linearised: the structure is reduced exactly to the joints' twists ([`crate::structure::RotationInfluence`]),
 //! and the law is solved there with its history, in closed loops too. All other laws act before or behind the mechanics, in the order
 //! that [`LawSet::displacements_m`] states.
 
@@ -23,19 +23,20 @@ mod turning;
 
 pub use acting::ActingPhysics;
 pub use action::{
-    Action, Driven, GaugeError, MOST_PARAMETERS, OfLoad, OfRepeat, TwistLaw, Values, values_of,
+    Driven, GaugeError, LawAction, MOST_PARAMETERS, OfLoad, OfRepeat, RotationLaw, Values,
+    values_of,
 };
 pub use dimension::Dimension;
 pub use effect::{Effect, EffectError, title};
 pub use effect_text::{EffectProblem, NotAnEffect};
-pub use law::{Check, Curve, Driving, Law, LawDefinition, LawFigure, Words};
+pub use law::{Check, Curve, Driving, Law, LawDefinition, LawFigure, LawWording};
 pub use law_set::{LawSet, LoadPoint, RunLoads, without_elements};
 pub use mechanics::{Mechanics, PoseMechanics};
 pub use model_file::{
     FoundEffect, MODEL_SCHEMA, ModelFile, ModelFileError, ModelProblem, ParameterUncertainty,
     Provenance,
 };
-pub use parameter::{FitBy, ParameterSpec, PlausibleRange, Sign, Typical};
+pub use parameter::{FitBy, ParameterSpec, PlausibleRange, SignConstraint, Typical};
 pub use place::{Place, PlaceKind};
-pub use search::{Needs, PlaceScale, Search, Shape, VISIBLE_SHARE};
-pub use turning::{JointPath, Twists};
+pub use search::{Needs, PlaceScale, SearchSpec, Shape, VISIBLE_SHARE};
+pub use turning::{JointPath, JointRotations};

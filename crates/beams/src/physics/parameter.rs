@@ -5,7 +5,7 @@ use super::search::PlaceScale;
 
 /// Which values physics allows.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Sign {
+pub enum SignConstraint {
     /// Not below zero.
     Positive,
     /// Above zero: the law divides by it.
@@ -14,7 +14,7 @@ pub enum Sign {
     Either,
 }
 
-impl Sign {
+impl SignConstraint {
     /// Which values are allowed, in words.
     #[must_use]
     pub fn in_words(self) -> &'static str {
@@ -93,7 +93,7 @@ pub struct ParameterSpec {
     /// What it measures.
     pub dimension: Dimension,
     /// Values that physics allows.
-    pub sign: Sign,
+    pub sign: SignConstraint,
     /// Values that are plausible; every fit keeps to them.
     pub plausible: PlausibleRange,
     /// A typical value; of a size a very small one, to be scaled up.

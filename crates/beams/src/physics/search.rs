@@ -128,7 +128,7 @@ impl Shape {
 
 /// What a search of a law needs to know besides its parameters.
 #[derive(Debug, Clone, Copy)]
-pub struct Search {
+pub struct SearchSpec {
     /// Shapes at a place; none where these readings cannot show the law.
     pub shapes: fn(&PlaceScale) -> Vec<Shape>,
     /// Shapes of a second, wide search, which is believed only beyond a limit of its own.

@@ -1,9 +1,9 @@
 //! How far joints with laws turn under a load, several of them together, and what one more would add.
 
-use stiffbench_numeric::lanes::widest;
+use stiffbench_numeric::simd::widest;
 use stiffbench_numeric::vector::dot;
 
-use super::action::{Action, Driven, TwistLaw, Values, values_of};
+use super::action::{Driven, LawAction, RotationLaw, Values, values_of};
 use super::effect::Effect;
 use super::law_set::{LawSet, LoadPoint, RunLoads};
 use super::mechanics::PoseMechanics;
@@ -21,20 +21,20 @@ const AGREED: f64 = 1e-12;
 #[derive(Debug, Clone, Copy)]
 pub(super) struct JointEffect {
     pub(super) joint: usize,
-    law: &'static dyn TwistLaw,
+    law: &'static dyn RotationLaw,
     values: Values,
 }
 
 impl JointEffect {
-    pub(super) fn new(joint: usize, law: &'static dyn TwistLaw, values: Values) -> Self {
+    pub(super) fn new(joint: usize, law: &'static dyn RotationLaw, values: Values) -> Self {
         Self { joint, law, values }
     }
 
     /// # Arguments
     /// - `moment_nm`, `stiffness_nm_per_rad`, `before_rad`: as of [`Driven`]; rounding may leave the stiffness below zero.
-    fn twist_rad(&self, moment_nm: f64, stiffness_nm_per_rad: f64, before_rad: f64) -> f64 {
+    fn rotation_rad(&self, moment_nm: f64, stiffness_nm_per_rad: f64, before_rad: f64) -> f64 {
         let driven = driven(moment_nm, stiffness_nm_per_rad, before_rad);
-        self.law.twist_rad(&self.values, driven)
+        self.law.rotation_rad(&self.values, driven)
     }
 
     fn slope_rad_per_nm(&self, moment_nm: f64, stiffness_nm_per_rad: f64, before_rad: f64) -> f64 {
@@ -45,14 +45,14 @@ impl JointEffect {
     /// Moment per twist in a state, N·m/rad; infinite where the joint does not turn, zero where it turns freely.
     ///
     /// # Arguments
-    /// - `twist_rad`, `moment_nm`: the state; without a moment the stiffness is that under the smallest one.
-    pub(super) fn secant_nm_per_rad(&self, twist_rad: f64, moment_nm: f64) -> f64 {
+    /// - `rotation_rad`, `moment_nm`: the state; without a moment the stiffness is that under the smallest one.
+    pub(super) fn secant_nm_per_rad(&self, rotation_rad: f64, moment_nm: f64) -> f64 {
         if moment_nm == 0.0 {
             self.law.stiffness_at_rest_nm_per_rad(&self.values)
-        } else if twist_rad == 0.0 {
+        } else if rotation_rad == 0.0 {
             f64::INFINITY
         } else {
-            moment_nm / twist_rad
+            moment_nm / rotation_rad
         }
     }
 }
@@ -67,7 +67,7 @@ fn driven(moment_nm: f64, stiffness_nm_per_rad: f64, before_rad: f64) -> Driven 
 
 /// Twists of the joints with laws: the history of a run, and its scratch memory.
 #[derive(Debug, Clone, Default)]
-pub struct Twists {
+pub struct JointRotations {
     pub(super) now: Vec<f64>,
     /// At the load before; scratch memory.
     before: Vec<f64>,
@@ -75,7 +75,7 @@ pub struct Twists {
     pub(super) loaded: bool,
 }
 
-impl Twists {
+impl JointRotations {
     /// No twist, no load before.
     pub(super) fn begin(&mut self, joints: usize) {
         self.now.clear();
@@ -125,7 +125,7 @@ impl JointPath {
     /// - `out`: one displacement a load, in the order in which the runs were added, overwritten.
     pub fn added_m(&self, effect: &Effect, out: &mut [f64]) {
         match effect.law.action {
-            Action::Joint(law) => law.added_m(&values_of(&effect.values), self, out),
+            LawAction::Joint(law) => law.added_m(&values_of(&effect.values), self, out),
             _ => out.fill(0.0),
         }
     }
@@ -133,16 +133,16 @@ impl JointPath {
     /// What a law without memory adds, m, all loads side by side.
     ///
     /// # Arguments
-    /// - `twist_rad`: the twist from the driving moment and the stiffness against it; always inlined, it is compiled for the widest
+    /// - `rotation_rad`: the twist from the driving moment and the stiffness against it; always inlined, it is compiled for the widest
     ///   instructions.
-    pub(super) fn side_by_side(&self, twist_rad: impl Fn(f64, f64) -> f64, out: &mut [f64]) {
+    pub(super) fn side_by_side(&self, rotation_rad: impl Fn(f64, f64) -> f64, out: &mut [f64]) {
         widest(
             #[inline(always)]
             || {
                 let joint = self.driving_nm.iter().zip(&self.stiffness_nm_per_rad);
                 let loads = joint.zip(&self.lever_m);
                 for (added, ((&driving, &k), lever_m)) in out.iter_mut().zip(loads) {
-                    *added = lever_m * twist_rad(driving, k.max(0.0));
+                    *added = lever_m * rotation_rad(driving, k.max(0.0));
                 }
             },
         );
@@ -151,22 +151,22 @@ impl JointPath {
     /// What a law with memory adds, m, load after load.
     ///
     /// # Arguments
-    /// - `twist_rad`: the twist from the driving moment, the stiffness against it and the twist before.
-    pub(super) fn in_sequence(&self, twist_rad: impl Fn(f64, f64, f64) -> f64, out: &mut [f64]) {
-        let mut twist = 0.0;
+    /// - `rotation_rad`: the twist from the driving moment, the stiffness against it and the twist before.
+    pub(super) fn in_sequence(&self, rotation_rad: impl Fn(f64, f64, f64) -> f64, out: &mut [f64]) {
+        let mut rotation = 0.0;
         let joint = self.driving_nm.iter().zip(&self.stiffness_nm_per_rad);
         let loads = joint.zip(&self.lever_m).zip(&self.before);
         for (added, (((&driving, &k), lever_m), before)) in out.iter_mut().zip(loads) {
             match before {
-                Before::Nothing => twist = 0.0,
+                Before::Nothing => rotation = 0.0,
                 Before::Load => {}
                 Before::Release(step) => {
                     let k = step.stiffness_nm_per_rad.max(0.0);
-                    twist = twist_rad(step.driving_nm, k, twist);
+                    rotation = rotation_rad(step.driving_nm, k, rotation);
                 }
             }
-            twist = twist_rad(driving, k.max(0.0), twist);
-            *added = lever_m * twist;
+            rotation = rotation_rad(driving, k.max(0.0), rotation);
+            *added = lever_m * rotation;
         }
     }
 
@@ -222,7 +222,7 @@ impl LawSet {
                 let own = influence.stiffness(other, other);
                 let between = influence.stiffness(joint, other);
                 let slope = known.slope_rad_per_nm(driving, own, other_twist);
-                other_twist = known.twist_rad(driving, own, other_twist);
+                other_twist = known.rotation_rad(driving, own, other_twist);
                 step.driving_nm -= between * other_twist;
                 step.stiffness_nm_per_rad -= slope * between * between;
                 step.lever_m -= influence.levers_m[other][along] * slope * between;
@@ -243,18 +243,23 @@ impl LawSet {
     }
 
     /// Moves the twists to their values under a force.
-    pub(super) fn turn_joints(&self, pose: &PoseMechanics, force: [f64; 3], twists: &mut Twists) {
+    pub(super) fn turn_joints(
+        &self,
+        pose: &PoseMechanics,
+        force: [f64; 3],
+        joint_rotations: &mut JointRotations,
+    ) {
         let influence = &pose.influence;
         if let [one] = &self.joints[..] {
             let driving = dot(influence.levers_m[one.joint], force);
             let stiffness = influence.stiffness(one.joint, one.joint);
-            twists.now[0] = one.twist_rad(driving, stiffness, twists.now[0]);
+            joint_rotations.now[0] = one.rotation_rad(driving, stiffness, joint_rotations.now[0]);
             return;
         }
-        if self.joints.is_empty() || self.turn_two(pose, force, twists) {
+        if self.joints.is_empty() || self.turn_two(pose, force, joint_rotations) {
             return;
         }
-        twists.before.clone_from(&twists.now);
+        joint_rotations.before.clone_from(&joint_rotations.now);
         for _ in 0..ROUNDS {
             let mut change = 0.0_f64;
             let mut largest = 0.0_f64;
@@ -263,17 +268,20 @@ impl LawSet {
                 let others: f64 = self
                     .joints
                     .iter()
-                    .zip(&twists.now)
+                    .zip(&joint_rotations.now)
                     .enumerate()
                     .filter(|(other, _)| *other != place)
-                    .map(|(_, (other, twist))| influence.stiffness(joint, other.joint) * twist)
+                    .map(|(_, (other, rotation))| {
+                        influence.stiffness(joint, other.joint) * rotation
+                    })
                     .sum();
                 let driving = dot(influence.levers_m[joint], force) - others;
-                let history = twists.before[place];
-                let twist = one.twist_rad(driving, influence.stiffness(joint, joint), history);
-                change = change.max((twist - twists.now[place]).abs());
-                largest = largest.max(twist.abs());
-                twists.now[place] = twist;
+                let history = joint_rotations.before[place];
+                let rotation =
+                    one.rotation_rad(driving, influence.stiffness(joint, joint), history);
+                change = change.max((rotation - joint_rotations.now[place]).abs());
+                largest = largest.max(rotation.abs());
+                joint_rotations.now[place] = rotation;
             }
             if change <= AGREED * largest {
                 break;
@@ -285,7 +293,12 @@ impl LawSet {
     ///
     /// # Returns
     /// `false`, with the twists as they were, if there are not two, or they do not agree soon.
-    fn turn_two(&self, pose: &PoseMechanics, force: [f64; 3], twists: &mut Twists) -> bool {
+    fn turn_two(
+        &self,
+        pose: &PoseMechanics,
+        force: [f64; 3],
+        joint_rotations: &mut JointRotations,
+    ) -> bool {
         let [first_law, second_law] = &self.joints[..] else {
             return false;
         };
@@ -298,24 +311,24 @@ impl LawSet {
             influence.stiffness(first, second),
             influence.stiffness(second, first),
         );
-        let (before_a, before_b) = (twists.now[0], twists.now[1]);
+        let (before_a, before_b) = (joint_rotations.now[0], joint_rotations.now[1]);
         let mut b = before_b;
         for _ in 0..ROUNDS_OF_TWO {
             let driving = first_nm - between * b;
-            let a = first_law.twist_rad(driving, own(first), before_a);
+            let a = first_law.rotation_rad(driving, own(first), before_a);
             let gives = first_law.slope_rad_per_nm(driving, own(first), before_a) * between;
             // a + gives (b - b') for the twist b' that is searched for.
-            let next = second_law.twist_rad(
+            let next = second_law.rotation_rad(
                 second_nm - back * (a + gives * b),
                 own(second) - back * gives,
                 before_b,
             );
             let expected = a + gives * (b - next);
-            let exact = first_law.twist_rad(first_nm - between * next, own(first), before_a);
+            let exact = first_law.rotation_rad(first_nm - between * next, own(first), before_a);
             b = next;
             if (exact - expected).abs() <= AGREED * exact.abs().max(next.abs()) {
-                twists.now[0] = exact;
-                twists.now[1] = next;
+                joint_rotations.now[0] = exact;
+                joint_rotations.now[1] = next;
                 return true;
             }
         }
@@ -327,11 +340,11 @@ impl LawSet {
 mod tests {
     use super::*;
     use crate::physics::Effect;
-    use crate::structure::TwistInfluence;
+    use crate::structure::RotationInfluence;
     use proptest::prelude::*;
 
     fn pose(k: [f64; 3]) -> PoseMechanics {
-        let mut influence = TwistInfluence::of_one_joint(3e-7, 0.3);
+        let mut influence = RotationInfluence::of_one_joint(3e-7, 0.3);
         influence.levers_m = vec![[0.3, 0.2, 0.1], [0.1, -0.4, 0.2]];
         influence.stiffness_nm_per_rad = vec![k[0], k[1], k[1], k[2]];
         PoseMechanics {
@@ -360,18 +373,18 @@ mod tests {
             for (joint, law) in [first, second].into_iter().enumerate() {
                 laws.push(&LAWS[law].parse::<Effect>().unwrap(), Some(joint));
             }
-            let mut twists = Twists::default();
-            twists.begin(2);
+            let mut joint_rotations = JointRotations::default();
+            joint_rotations.begin(2);
             for force in forces {
-                let before = twists.now.clone();
+                let before = joint_rotations.now.clone();
                 let force = [force, 0.5 * force, 0.0];
-                laws.turn_joints(&pose, force, &mut twists);
+                laws.turn_joints(&pose, force, &mut joint_rotations);
                 for (place, law) in laws.joints.iter().enumerate() {
                     let (joint, other) = (law.joint, 1 - place);
                     let driving = dot(pose.influence.levers_m[joint], force)
-                        - pose.influence.stiffness(joint, other) * twists.now[other];
-                    let own = law.twist_rad(driving, pose.influence.stiffness(joint, joint), before[place]);
-                    prop_assert!((own - twists.now[place]).abs() < 1e-12, "{own} {:?}", twists.now);
+                        - pose.influence.stiffness(joint, other) * joint_rotations.now[other];
+                    let own = law.rotation_rad(driving, pose.influence.stiffness(joint, joint), before[place]);
+                    prop_assert!((own - joint_rotations.now[place]).abs() < 1e-12, "{own} {:?}", joint_rotations.now);
                 }
             }
         }

@@ -152,7 +152,7 @@ pub enum RobotProblem {
     Unsupported {
         /// Format or unit.
         what: &'static str,
-        /// What the file says.
+        /// The content of the file.
         found: String,
         /// What is known.
         expected: &'static str,

@@ -33,7 +33,7 @@ pub fn json_schema() -> serde_json::Value {
 }
 
 /// A table that keeps the order of the file: poses, mechanisms and nodes are listed as the author lists them.
-pub type Table<T> = indexmap::IndexMap<String, T>;
+pub type OrderedTable<T> = indexmap::IndexMap<String, T>;
 
 /// A robot: rigid bodies, joints between them, nodes, and two-node beam elements between nodes.
 #[derive(Debug, Clone, Deserialize, JsonSchema)]
@@ -55,39 +55,39 @@ pub struct RobotFile {
     pub frame: Option<FrameEntry>,
     /// Angles that make a pose.
     #[serde(default)]
-    pub variables: Table<VariableEntry>,
+    pub variables: OrderedTable<VariableEntry>,
     /// Coupled limits of the variables.
     #[serde(default)]
     pub limits: Vec<LimitEntry>,
     /// Names for numbers that expressions may use.
     #[serde(default)]
-    pub parameters: Table<Expression>,
+    pub parameters: OrderedTable<Expression>,
     /// Planes in which linkages move.
     #[serde(default)]
-    pub planes: Table<PlaneEntry>,
+    pub planes: OrderedTable<PlaneEntry>,
     /// Rigid bodies.
     pub bodies: Vec<BodyEntry>,
     /// Points.
-    pub nodes: Table<NodeEntry>,
+    pub nodes: OrderedTable<NodeEntry>,
     /// Nodes held by the frame.
     pub support: SupportEntry,
     /// The end of the robot.
     pub end: EndEntry,
     /// Elastic constants by name.
-    pub materials: Table<MaterialEntry>,
+    pub materials: OrderedTable<MaterialEntry>,
     /// Nominal section constants by name, before any fitting factor.
-    pub sections: Table<SectionEntry>,
+    pub sections: OrderedTable<SectionEntry>,
     /// Which chains make which mechanism.
-    pub mechanisms: Table<MechanismEntry>,
+    pub mechanisms: OrderedTable<MechanismEntry>,
     /// Masses that hang at nodes, kg: motors, gearboxes, a tool.
     #[serde(default)]
-    pub masses: Table<f64>,
+    pub masses: OrderedTable<f64>,
     /// Sets of fitting factors by name.
     #[serde(default)]
-    pub factors: Table<FactorsEntry>,
+    pub factors: OrderedTable<FactorsEntry>,
     /// Named poses.
     #[serde(default)]
-    pub poses: Table<PoseEntry>,
+    pub poses: OrderedTable<PoseEntry>,
 }
 
 /// A revolute joint.
@@ -380,10 +380,10 @@ pub struct FactorsEntry {
     pub link: FactorEntry,
     /// Of single sections, by name, beside those of the class.
     #[serde(default)]
-    pub sections: Table<FactorEntry>,
+    pub sections: OrderedTable<FactorEntry>,
     /// Compliance of joints about their axis, by name, rad/(N·m).
     #[serde(default, rename = "joints_rad_per_Nm")]
-    pub joints_rad_per_nm: Table<f64>,
+    pub joints_rad_per_nm: OrderedTable<f64>,
     /// Compliance of the base about x, y, z through the first support, rad/(N·m).
     #[serde(default, rename = "base_rad_per_Nm")]
     pub base_rad_per_nm: BaseEntry,
@@ -440,7 +440,7 @@ pub struct FactorEntry {
 
 /// A named pose: values of variables, degrees; those not named take their nominal value. `paper_z_y` may give the point (z, y), m,
 /// that a publication states for it.
-pub type PoseEntry = Table<PoseValue>;
+pub type PoseEntry = OrderedTable<PoseValue>;
 
 /// What a key of a pose holds.
 #[derive(Debug, Clone, PartialEq, Deserialize, JsonSchema)]

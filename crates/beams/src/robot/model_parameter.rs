@@ -8,7 +8,6 @@ use std::fmt::{self, Write as _};
 use std::sync::Arc;
 
 use serde::{Deserialize, Serialize};
-use toml::Table;
 
 use stiffbench_units_and_text::test_point::Direction;
 
@@ -328,7 +327,7 @@ impl FittingFactors {
         };
         let mut text = format!("beam = {}\nlink = {}\n", four(self.beam), four(self.link));
         // Names may need quotes.
-        let mut table = |key: &str, entries: Table| {
+        let mut table = |key: &str, entries: toml::Table| {
             if !entries.is_empty() {
                 let _ = writeln!(text, "{key} = {}", toml::Value::Table(entries));
             }

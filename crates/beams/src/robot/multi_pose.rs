@@ -1,7 +1,7 @@
 //! Compliance of the end of a robot in several poses, for any factors.
 
 use crate::structure::{Compliance6, ComplianceGradient, Reduction, SolutionPath};
-use stiffbench_numeric::lanes::InstructionSet;
+use stiffbench_numeric::simd::InstructionSet;
 
 use super::Robot;
 use super::error::RobotError;

@@ -3,7 +3,7 @@
 use std::collections::HashMap;
 
 use super::expression::{Expression, ExpressionError};
-use super::file::Table;
+use super::file::OrderedTable;
 
 /// Why a parameter has no value.
 #[derive(Debug, Clone, PartialEq)]
@@ -19,7 +19,7 @@ pub(super) enum ParameterProblem {
 /// # Errors
 /// The name of the parameter that has no value, and why.
 pub(super) fn values(
-    parameters: &Table<Expression>,
+    parameters: &OrderedTable<Expression>,
 ) -> Result<HashMap<&str, f64>, (&str, ParameterProblem)> {
     let needs: Vec<Vec<usize>> = parameters
         .values()
@@ -34,7 +34,7 @@ pub(super) fn values(
         .collect();
     let mut values: HashMap<&str, f64> = HashMap::new();
     let mut open = vec![false; parameters.len()];
-    // Parameters being evaluated, each with how many of its needs were looked at: a stack of our own, because a chain of
+    // Parameters being evaluated, each with how many of its needs were checked: a stack of our own, because a chain of
     // parameters may be longer than the thread's stack is deep.
     let mut path: Vec<(usize, usize)> = Vec::new();
     for start in 0..parameters.len() {
@@ -70,7 +70,11 @@ pub(super) fn values(
 }
 
 /// Names on the way from a parameter back to itself.
-fn around(parameters: &Table<Expression>, path: &[(usize, usize)], needed: usize) -> Vec<String> {
+fn around(
+    parameters: &OrderedTable<Expression>,
+    path: &[(usize, usize)],
+    needed: usize,
+) -> Vec<String> {
     let on_path = path.iter().map(|(place, _)| *place);
     let cycle = on_path.skip_while(|place| *place != needed);
     cycle
@@ -84,7 +88,7 @@ fn around(parameters: &Table<Expression>, path: &[(usize, usize)], needed: usize
 mod tests {
     use super::*;
 
-    fn table(entries: &[(&str, &str)]) -> Table<Expression> {
+    fn table(entries: &[(&str, &str)]) -> OrderedTable<Expression> {
         entries
             .iter()
             .map(|(name, text)| ((*name).to_owned(), Expression::Text((*text).to_owned())))
@@ -109,7 +113,7 @@ mod tests {
     fn every_parameter_is_evaluated_once() {
         // Evaluating each use again would take 2^200 steps.
         let names: Vec<String> = (0..200).map(|i| format!("p{i}")).collect();
-        let mut table: Table<Expression> = names
+        let mut table: OrderedTable<Expression> = names
             .windows(2)
             .map(|pair| {
                 let text = format!("{} - {}", pair[1], pair[1]);
@@ -122,7 +126,7 @@ mod tests {
 
     #[test]
     fn a_long_chain_does_not_exhaust_the_stack() {
-        let mut table: Table<Expression> = (0..100_000)
+        let mut table: OrderedTable<Expression> = (0..100_000)
             .map(|i| (format!("p{i}"), Expression::Text(format!("p{}", i + 1))))
             .collect();
         table.insert("p100000".into(), Expression::Number(1.0));

@@ -10,7 +10,7 @@ use pulp::Simd;
 use crate::structure::{
     Compliance6, ComplianceGradient, GroupGradient, Placed, Reducer, Reduction,
 };
-use stiffbench_numeric::lanes::{InstructionSet, Kernel, Lane, run};
+use stiffbench_numeric::simd::{InstructionSet, Kernel, Lane, run};
 
 use super::file::ElementClass;
 use super::kinematics::Placement;

@@ -4,7 +4,7 @@ use rayon::iter::repeat_n;
 use rayon::prelude::*;
 
 use crate::structure::{Compliance6, PartMethod, Reduction, SolutionPath};
-use stiffbench_numeric::lanes::InstructionSet;
+use stiffbench_numeric::simd::InstructionSet;
 
 use super::Robot;
 use super::error::RobotError;
@@ -334,7 +334,7 @@ impl PoseBundles<'_> {
         }
     }
 
-    /// How often a part of the structure was found where it stood before, and not worked out again.
+    /// How often a part of the structure was found where it stood before, and not computed again.
     #[must_use]
     pub fn reused_parts(&self) -> u64 {
         self.simd.reused_parts()

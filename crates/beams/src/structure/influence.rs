@@ -29,7 +29,7 @@ const AT_ONCE: usize = 6;
 
 /// Compliance of a structure with rigid joints, and what twists imposed in its joints do.
 #[derive(Debug, Clone, PartialEq, Default)]
-pub struct TwistInfluence {
+pub struct RotationInfluence {
     /// Displacement per force of the end, m/N: row = displacement, column = force.
     pub compliance_m_per_n: [[f64; 3]; 3],
     /// For each hinge: displacement of the end per twist, m/rad, which is also its moment per end force, N·m/N.
@@ -40,7 +40,7 @@ pub struct TwistInfluence {
     displacements: Vec<f64>,
 }
 
-impl TwistInfluence {
+impl RotationInfluence {
     /// Of something that gives way alike in x, y, z and has one joint with the same lever for each, in no closed loop.
     #[must_use]
     pub fn of_one_joint(compliance_m_per_n: f64, lever_m: f64) -> Self {
@@ -93,24 +93,24 @@ impl Solver {
     /// - `rigid`: the structure given to [`Solver::update`], which has no hinges.
     /// - `hinged`: the same structure with the hinges of interest; only its hinge axes and attachments are read.
     /// - `out`: overwritten; its memory is used again.
-    pub fn twist_influence(
+    pub fn rotation_influence(
         &mut self,
         rigid: &Structure,
         hinged: &Structure,
-        out: &mut TwistInfluence,
+        out: &mut RotationInfluence,
     ) {
-        self.twist_influence_of(rigid, hinged, |_| true, out);
+        self.rotation_influence_of(rigid, hinged, |_| true, out);
     }
 
     /// The same of some hinges only; levers and stiffness of the others are zero.
     ///
     /// Each result has the same bytes, whichever others are computed.
-    pub fn twist_influence_of(
+    pub fn rotation_influence_of(
         &mut self,
         rigid: &Structure,
         hinged: &Structure,
         is_asked_for: impl Fn(usize) -> bool,
-        out: &mut TwistInfluence,
+        out: &mut RotationInfluence,
     ) {
         let equations = self.topology.equation_count;
         let hinges = hinged.hinges.len();
@@ -132,7 +132,7 @@ impl Solver {
                 out.levers_m[hinge] = std::array::from_fn(|i| self.read(rigid, end, i, column));
             }
         }
-        self.twist_stiffness(hinged, is_asked_for, out);
+        self.rotational_stiffness(hinged, is_asked_for, out);
     }
 
     /// Loads that hold the nodes' freedoms against a unit twist in each hinge: -Σ Kₑ (axis at the ends behind it).
@@ -171,11 +171,11 @@ impl Solver {
     }
 
     /// Moments against the twists: ends behind each hinge, in the displaced structure.
-    fn twist_stiffness(
+    fn rotational_stiffness(
         &self,
         hinged: &Structure,
         is_asked_for: impl Fn(usize) -> bool,
-        out: &mut TwistInfluence,
+        out: &mut RotationInfluence,
     ) {
         let equations = self.topology.equation_count;
         let hinges = hinged.hinges.len();

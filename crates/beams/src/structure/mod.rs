@@ -27,7 +27,7 @@ mod topology;
 
 pub use compliance::{Compliance6, ComplianceGradient};
 pub use element::{Element, NaturalStiffness, STRAINS};
-pub use influence::TwistInfluence;
+pub use influence::RotationInfluence;
 pub use parts::{Attachment, Freedom, Hinge, Node, Structure, StructureError, Support};
 pub(crate) use reduction::{GroupGradient, Placed, Reducer, Reduction};
 pub use reduction::{PartMethod, SolutionPath};

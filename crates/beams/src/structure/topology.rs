@@ -25,12 +25,12 @@ pub(super) struct ElementMap {
     /// End (0 or 1) and index of each hinge.
     pub(super) hinges: Vec<(usize, usize)>,
     /// Free pairs of freedoms and their place in the matrix values.
-    pub(super) slots: Vec<Slot>,
+    pub(super) slots: Vec<MatrixSlot>,
 }
 
 /// Where entry (row, column) of an element's matrix goes.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) struct Slot {
+pub(super) struct MatrixSlot {
     pub(super) row: u8,
     pub(super) column: u8,
     pub(super) value: u32,
@@ -313,7 +313,7 @@ fn upper_pattern(
             .iter()
             .flat_map(|&column| free.iter().map(move |&row| (row, column)))
             .filter(|((_, row), (_, column))| row <= column)
-            .map(|((i, row), (j, column))| Slot {
+            .map(|((i, row), (j, column))| MatrixSlot {
                 row: i,
                 column: j,
                 value: slot(row, column) as u32,

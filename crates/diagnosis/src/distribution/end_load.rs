@@ -10,7 +10,7 @@ use stiffbench_beams::structure::Compliance6;
 use stiffbench_numeric::vector::{cross, norm, subtract};
 
 use super::map::{MapModel, NoMap};
-use super::pose_set::PoseSet;
+use super::pose_set::PoseSample;
 
 /// Poses that a thread takes at a time.
 const CHUNK: usize = 256;
@@ -78,7 +78,7 @@ impl ShiftMap {
     /// [`NoMap`], also for laws that are not linear: their displacement is not the compliance times the load.
     pub fn under_load(
         model: &MapModel<'_>,
-        poses: &PoseSet,
+        poses: &PoseSample,
         load: [f64; 6],
     ) -> Result<Self, NoMap> {
         Self::of(model, poses, |poses| {
@@ -96,7 +96,7 @@ impl ShiftMap {
     ///
     /// # Errors
     /// [`NoMap`], also for laws that are not linear.
-    pub fn under_weight(model: &MapModel<'_>, poses: &PoseSet) -> Result<Self, NoMap> {
+    pub fn under_weight(model: &MapModel<'_>, poses: &PoseSample) -> Result<Self, NoMap> {
         model.check_linear()?;
         Self::of(model, poses, |poses| {
             let chunks = poses.par_chunks(CHUNK).map(|poses| sags(model, poses));
@@ -107,8 +107,8 @@ impl ShiftMap {
 
     fn of(
         model: &MapModel<'_>,
-        poses: &PoseSet,
-        solve: impl Fn(&[Pose]) -> Result<Vec<Found>, NoMap>,
+        poses: &PoseSample,
+        solve: impl Fn(&[Pose]) -> Result<Vec<EndMotion>, NoMap>,
     ) -> Result<Self, NoMap> {
         let mut map = Self {
             mechanism: model.mechanism().name.clone(),
@@ -139,10 +139,10 @@ impl ShiftMap {
 const AT_ONCE: usize = 1 << 14;
 
 /// Where the end is and how it moves, or why there is no answer.
-type Found = Result<([f64; 3], EndShift), String>;
+type EndMotion = Result<([f64; 3], EndShift), String>;
 
 /// The sag in poses, one after the other.
-fn sags(model: &MapModel<'_>, poses: &[Pose]) -> Result<Vec<Found>, RobotError> {
+fn sags(model: &MapModel<'_>, poses: &[Pose]) -> Result<Vec<EndMotion>, RobotError> {
     let Some(joints) = model.joints() else {
         return Ok(Vec::new());
     };
@@ -207,7 +207,7 @@ pub fn largest_load(shift: &EndShift, load: [f64; 6], limit_m: f64) -> Option<f6
 
 /// Where a value lies among those of all poses.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Spread {
+pub struct PoseSpread {
     /// Least, and its row.
     pub least: (f64, usize),
     /// Greatest, and its row.
@@ -218,7 +218,7 @@ pub struct Spread {
     pub quantiles: [f64; 3],
 }
 
-impl Spread {
+impl PoseSpread {
     /// Of finite values; `None` for none.
     #[must_use]
     pub fn of(values: &[f64]) -> Option<Self> {
@@ -266,9 +266,9 @@ mod tests {
     #[test]
     fn a_spread_names_its_ends() {
         let values: Vec<f64> = (0..101).rev().map(f64::from).chain([f64::NAN]).collect();
-        let spread = Spread::of(&values).unwrap();
+        let spread = PoseSpread::of(&values).unwrap();
         assert_eq!((spread.least, spread.greatest), ((0.0, 100), (100.0, 0)));
         assert_eq!((spread.mean, spread.quantiles), (50.0, [5.0, 50.0, 95.0]));
-        assert_eq!(Spread::of(&[f64::NAN]), None);
+        assert_eq!(PoseSpread::of(&[f64::NAN]), None);
     }
 }

@@ -2,7 +2,7 @@
 
 use stiffbench_beams::robot::{Mechanism, Pose, Robot, RobotError};
 
-use super::climb::{Climb, Hill};
+use super::projected_ascent::{AscentObjective, ProjectedAscent};
 use super::workspace::{EndPlacer, EndPoint, WorkspaceSample, free_variables};
 
 /// Step of the differences that give slopes, degrees: their truncation is then near 1e-15 m a degree, their rounding near 1e-12.
@@ -113,16 +113,20 @@ impl WorkspaceSample {
             return Ok(None);
         };
         let free = free_variables(robot, &self.plan)?;
-        let hill = Outermost {
+        let objective = Outermost {
             extreme,
             place: EndPlacer::new(robot, mechanism, &self.plan)?,
         };
-        let mut climb = Climb::new(robot, free, hill, start.pose.clone());
-        let slope_m_per_deg = climb.climb_out()?;
-        let limits = climb.limits_in_words();
-        let Climb { mut hill, pose, .. } = climb;
+        let mut ascend = ProjectedAscent::new(robot, free, objective, start.pose.clone());
+        let slope_m_per_deg = ascend.leave_the_minimum()?;
+        let limits = ascend.limits_in_words();
+        let ProjectedAscent {
+            mut objective,
+            pose,
+            ..
+        } = ascend;
         Ok(Some(RefinedExtreme {
-            point: hill.place.end_point(pose)?,
+            point: objective.place.end_point(pose)?,
             limits,
             slope_m_per_deg,
         }))
@@ -135,7 +139,7 @@ struct Outermost<'a> {
     place: EndPlacer<'a>,
 }
 
-impl Hill for Outermost<'_> {
+impl AscentObjective for Outermost<'_> {
     const STEP_DEG: f64 = STEP_DEG;
     const FLAT_PER_DEG: f64 = FLAT_M_PER_DEG;
 

@@ -1,23 +1,23 @@
 //! What a robot does over its workspace rather than in single poses.
 //!
-//! [`WorkspaceSample`] draws poses within the limits and says where the end is in each; nothing is left out of its counts.
-//! [`StiffnessMap`] is the stiffness over the poses of a [`PoseSet`], each of which is known by its number alone.
+//! [`WorkspaceSample`] draws poses within the limits and states where the end is in each; nothing is left out of its counts.
+//! [`StiffnessMap`] is the stiffness over the poses of a [`PoseSample`], each of which is known by its number alone.
 
-mod climb;
 mod design;
 mod end_load;
 mod extreme;
 mod map;
 mod pose_set;
+mod projected_ascent;
 mod workspace;
 
 pub use design::{DesignSensitivity, JointSensitivity, SectionSensitivity, design_sensitivity};
-pub use end_load::{EndShift, ShiftMap, Spread, largest_load};
+pub use end_load::{EndShift, PoseSpread, ShiftMap, largest_load};
 pub use extreme::{Extreme, RefinedExtreme};
 pub use map::{
-    ColumnStatistics, ColumnStudy, FitUncertainty, Level, MapColumn, MapModel, MechanismStudy,
-    NoMap, ParameterCovariance, Quantile, RefinedStiffness, Region, SampledExtreme, StiffnessMap,
+    ColumnStatistics, ColumnStudy, FitUncertainty, FittedCovariance, Level, MapColumn, MapModel,
+    MechanismStudy, NoMap, Quantile, RefinedStiffness, Region, SampledExtreme, StiffnessMap,
     StudyPoses, Surface, column_statistics, fit_uncertainty, regions, row_width,
 };
-pub use pose_set::{PosePlan, PoseSet, Sampling, Shard, variables_beside_the_plane};
+pub use pose_set::{PosePlan, PoseSample, Sampling, Shard, variables_beside_the_plane};
 pub use workspace::{EndPoint, UnreachablePose, WorkspaceError, WorkspacePlan, WorkspaceSample};

@@ -1,7 +1,7 @@
 //! The poses of a study, each known by its number alone.
 //!
 //! A number names a point of the box that the variables' own limits span, and depends on nothing but sampling, seed and number; the
-//! poses are the points that also lie within the coupled limits. So any share of a study can be worked out anywhere, and all shares
+//! poses are the points that also lie within the coupled limits. So any share of a study can be computed anywhere, and all shares
 //! together are the study.
 
 use rand::{Rng, SeedableRng};
@@ -13,7 +13,7 @@ use super::workspace::{
     DRAWS_PER_POSE, EndPlacer, WorkspaceError, WorkspacePlan, free_variables, unit_interval,
 };
 
-/// Shifts of the low-discrepancy points: points of one shift are evenly spread, shifts are independent. Their scatter says how well a mean
+/// Shifts of the low-discrepancy points: points of one shift are evenly spread, shifts are independent. Their scatter states how well a mean
 /// is known (Cranley and Patterson, SIAM Journal on Numerical Analysis 13 (1976) 904), with one less degree of freedom.
 pub(super) const SHIFTS: u64 = 16;
 
@@ -62,21 +62,21 @@ pub struct PosePlan {
 
 /// Poses within the limits, in the order of their numbers.
 #[derive(Debug, Clone, PartialEq)]
-pub struct PoseSet {
+pub struct PoseSample {
     /// Number of each pose.
     pub ids: Vec<u64>,
     /// Indices of the robot's variables that vary.
     pub free: Vec<usize>,
     /// Poses of the whole study, of which these may be a share.
     pub whole: usize,
-    /// Points of the box that were looked at to find them.
+    /// Points of the box that were checked to find them.
     pub drawn: u64,
     nominal: Pose,
     /// Values of the free variables, pose after pose, degrees.
     angles_deg: Vec<f64>,
 }
 
-impl PoseSet {
+impl PoseSample {
     /// Draws the poses of a share.
     ///
     /// # Errors
@@ -305,7 +305,7 @@ pub fn variables_beside_the_plane(
             let mut pose = nominal.clone();
             pose.angles_deg[index] =
                 variable.min_deg + share * (variable.max_deg - variable.min_deg);
-            // A pose out of reach says nothing.
+            // A pose out of reach carries no information.
             place.end_point(pose).is_ok_and(|to| {
                 (to.reach_m - from.reach_m).abs() > MOVES_M
                     || (to.height_m - from.height_m).abs() > MOVES_M

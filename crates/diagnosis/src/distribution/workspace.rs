@@ -110,7 +110,7 @@ pub enum WorkspaceError {
     Robot(#[from] RobotError),
     /// Hardly a pose of the box lies within the coupled limits.
     #[error(
-        "{drawn} random poses gave {accepted} within the limits, {wanted} are wanted: the limits exclude nearly everything"
+        "{drawn} random poses gave {accepted} within the limits, but {wanted} are needed: the limits exclude nearly everything"
     )]
     #[diagnostic(
         code(stiffbench::distribution::limits),

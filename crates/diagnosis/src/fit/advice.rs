@@ -51,7 +51,7 @@ pub(super) fn advise(
     }
     let candidates = candidates(problem, parameters, &outcome.factors)?;
     let best = |&factor: &usize| {
-        // Where factors can hardly be told apart the parabola at the minimum says little; the interval that was followed says more.
+        // Where factors can hardly be distinguished the parabola at the minimum says little; the interval that was followed says more.
         let estimate = &outcome.estimates[factor];
         // The coordinate of a factor is its logarithm; one of a spring is compared with its value.
         let (is_factor, value) = (estimate.parameter.is_factor(), estimate.value);

@@ -16,7 +16,7 @@ use super::problem::FitProblem;
 /// A variance between runs is known by so many halvings of its bracket: far better than a few degrees of freedom know it.
 const HALVINGS: u32 = 24;
 
-/// Largest relative scatter between runs that is looked for: no run says anything beyond it.
+/// Largest relative scatter between runs that is searched for: no run says anything beyond it.
 const LARGEST_SD: f64 = 1.0;
 
 impl MeasuredStiffness {

@@ -16,12 +16,12 @@ use super::shares::Shares;
 #[derive(Debug)]
 pub struct CellModel<'a> {
     cells: Vec<Cell>,
-    means: Means<'a>,
+    means: CellSolution<'a>,
 }
 
-/// How the stiffness is worked out.
+/// How the stiffness is computed.
 #[derive(Debug)]
-enum Means<'a> {
+enum CellSolution<'a> {
     /// Beams alone, all poses at once.
     Beams {
         /// Number of the pose of each cell.
@@ -60,7 +60,7 @@ impl<'a> CellModel<'a> {
         predictor.solve(&FittingFactors::UNIT, false)?;
         Ok(Self {
             cells: cells.to_vec(),
-            means: Means::Beams {
+            means: CellSolution::Beams {
                 pose_of_cell,
                 predictor: Box::new(predictor),
             },
@@ -80,7 +80,7 @@ impl<'a> CellModel<'a> {
         let model = PhysicsModel::new(robot, physics, parameters, cells)?;
         Ok(Self {
             cells: cells.to_vec(),
-            means: Means::Readings(Box::new(model)),
+            means: CellSolution::Readings(Box::new(model)),
         })
     }
 
@@ -103,11 +103,13 @@ impl<'a> CellModel<'a> {
         mut shares: Option<&mut [Shares]>,
     ) -> Result<(), FitError> {
         let (pose_of_cell, predictor) = match &mut self.means {
-            Means::Beams {
+            CellSolution::Beams {
                 pose_of_cell,
                 predictor,
             } => (pose_of_cell, predictor),
-            Means::Readings(model) => return model.evaluate(factors, stiffness_n_per_m, shares),
+            CellSolution::Readings(model) => {
+                return model.evaluate(factors, stiffness_n_per_m, shares);
+            }
         };
         predictor.solve(factors, shares.is_some())?;
         for (place, (cell, &pose)) in self.cells.iter().zip(pose_of_cell.iter()).enumerate() {
@@ -136,8 +138,8 @@ impl<'a> CellModel<'a> {
         factors: &FittingFactors,
     ) -> Result<Vec<(u32, f64)>, FitError> {
         match &mut self.means {
-            Means::Beams { .. } => Ok(Vec::new()),
-            Means::Readings(model) => model.displacements_m(factors),
+            CellSolution::Beams { .. } => Ok(Vec::new()),
+            CellSolution::Readings(model) => model.displacements_m(factors),
         }
     }
 

@@ -20,7 +20,7 @@ pub enum FitError {
     #[error("none of the {cells} measured cell(s) belongs to the training poses ({train})")]
     #[diagnostic(
         code(stiffbench::fit::no_training_cells),
-        help("--train takes pose names as they stand in the data, for example P1,P3")
+        help("--train takes pose names of the data, for example P1,P3")
     )]
     NoTrainingCells {
         /// Number of usable measured cells.
@@ -58,7 +58,7 @@ pub enum FitError {
     #[error("{cell}: the readings that the model predicts have no stiffness: {reason}")]
     #[diagnostic(
         code(stiffbench::fit::no_prediction),
-        help("look at the effects of the model: one of them outweighs the beams")
+        help("check the effects of the model: one of them outweighs the beams")
     )]
     NoPrediction {
         /// Pose and direction.
@@ -70,7 +70,7 @@ pub enum FitError {
     #[error("{cell}: the model predicts a stiffness of {stiffness_n_per_m:.3e} N/m")]
     #[diagnostic(
         code(stiffbench::fit::negative_prediction),
-        help("look at the effects of the model: one of them outweighs the beams")
+        help("check the effects of the model: one of them outweighs the beams")
     )]
     NegativePrediction {
         /// Pose and direction.

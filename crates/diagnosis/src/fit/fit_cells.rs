@@ -2,8 +2,8 @@
 
 use stiffbench_beams::robot::FittingFactors;
 use stiffbench_numeric::least_squares::{
-    Covariance, CovarianceSettings, EvaluationFailure, JacobianView, LeastSquaresError,
-    LeastSquaresFit, Parameter, ParameterSet, ResidualFunction, Role, SearchOutcome,
+    CovarianceSettings, EvaluationFailure, JacobianView, LeastSquaresError, LeastSquaresFit,
+    Parameter, ParameterCovariance, ParameterRole, ParameterSet, ResidualFunction, SearchOutcome,
     SearchSettings, SigmaMode, Termination, search_for_lower_minimum,
 };
 use stiffbench_numeric::statistics::chi_squared_upper_tail;
@@ -15,7 +15,8 @@ use super::intervals::Profiled;
 use super::joint::JointProblem;
 use super::measured::{MeasuredStiffness, WeightBasis};
 use super::outcome::{
-    Agreement, Correlation, FitMethod, FitOutcome, FittedCell, fitted_cells, plain_estimates,
+    FactorCorrelations, FitAgreement, FitMethod, FitOutcome, FittedCell, fitted_cells,
+    plain_estimates,
 };
 use super::parameters::FitParameters;
 use super::problem::FitProblem;
@@ -24,7 +25,7 @@ use crate::parameters::ParameterChoice;
 /// What a fit is asked to do.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct FitOptions {
-    /// Poses to fit; all others are held out. `None`: all poses, judged by leaving each out in turn.
+    /// Poses to fit; all others are held out. `None`: all poses, assessed by leaving each out in turn.
     pub train: Option<Vec<PoseId>>,
     /// Which parameters may move.
     pub choice: ParameterChoice,
@@ -159,13 +160,13 @@ fn in_ratios(set: &ParameterSet) -> Result<ParameterSet, LeastSquaresError> {
     let ratios = set.parameters().iter().map(|parameter| {
         let name = &parameter.name;
         match parameter.role {
-            Role::Free {
+            ParameterRole::Free {
                 start,
                 lower,
                 upper,
             } => Parameter::free(name, start.exp(), lower.exp(), upper.exp()),
-            Role::Fixed { value } => Parameter::fixed(name, value.exp()),
-            Role::TiedTo { parameter, ratio } => Parameter::tied(name, parameter, ratio),
+            ParameterRole::Fixed { value } => Parameter::fixed(name, value.exp()),
+            ParameterRole::TiedTo { parameter, ratio } => Parameter::tied(name, parameter, ratio),
         }
     });
     ParameterSet::new(ratios.collect())
@@ -213,8 +214,8 @@ fn sigma_mode(options: &FitOptions, training: &MeasuredStiffness) -> SigmaMode {
 fn correlation(
     parameters: &FitParameters,
     set: &ParameterSet,
-    covariance: &Covariance,
-) -> Correlation {
+    covariance: &ParameterCovariance,
+) -> FactorCorrelations {
     let known: Vec<usize> = set
         .free_indices()
         .iter()
@@ -226,7 +227,7 @@ fn correlation(
             .correlation(a, b)
             .unwrap_or(f64::from(u8::from(a == b)))
     };
-    Correlation {
+    FactorCorrelations {
         names: known
             .iter()
             .map(|&i| parameters.parameters()[i].to_string())
@@ -245,9 +246,9 @@ fn correlation(
 
 fn agreement(
     fit: &LeastSquaresFit,
-    covariance: &Covariance,
+    covariance: &ParameterCovariance,
     training: &MeasuredStiffness,
-) -> Agreement {
+) -> FitAgreement {
     let p_value = match covariance.mode {
         // Weights from the residuals cannot be tested by them.
         SigmaMode::Known
@@ -258,7 +259,7 @@ fn agreement(
         }
         _ => None,
     };
-    Agreement {
+    FitAgreement {
         sigma: covariance.mode,
         basis: training.basis,
         dof: covariance.dof,

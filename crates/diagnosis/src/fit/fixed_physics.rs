@@ -1,7 +1,7 @@
 //! Physics beside the beams that a fit holds fixed, and the loads under which the cells were measured.
 
 use stiffbench_beams::physics::{ActingPhysics, LoadPoint};
-use stiffbench_measurement::readings::{Reading, ReadingTable, SessionHeader, Status};
+use stiffbench_measurement::readings::{Reading, ReadingStatus, ReadingTable, SessionHeader};
 use stiffbench_measurement::stiffness::{
     Branches, LoadCurve, Method, NoStiffness, stiffness_value,
 };
@@ -39,7 +39,7 @@ impl FixedPhysics {
     /// Physics in cells without readings: their stiffness is that of the paper's loads, 0 to -70 N five times, without time.
     ///
     /// # Arguments
-    /// - `method`: how the stiffness that is compared was worked out of readings.
+    /// - `method`: how the stiffness that is compared was computed of readings.
     #[must_use]
     pub fn new(acting: ActingPhysics, method: Method) -> Self {
         Self {
@@ -57,7 +57,7 @@ impl FixedPhysics {
         let since_zero = table.since_zero();
         for (reading, since) in table.readings.iter().zip(since_zero) {
             let numbers = [reading.target_n, reading.force_n, reading.displacement_m];
-            if reading.status != Status::Accepted || !numbers.iter().all(|n| n.is_finite()) {
+            if reading.status != ReadingStatus::Accepted || !numbers.iter().all(|n| n.is_finite()) {
                 continue;
             }
             let cell = reading.cell();
@@ -141,7 +141,7 @@ impl CellReadings {
                     attempt: 1,
                     run: repeat - 1,
                     zero: repeat - 1,
-                    status: Status::Accepted,
+                    status: ReadingStatus::Accepted,
                     target_n: force_n,
                     force_n,
                     displacement_m: 0.0,

@@ -1,8 +1,8 @@
 //! Where a joint fit ends and which values of each factor the data allow.
 
 use stiffbench_numeric::least_squares::{
-    Bound, Covariance, CovarianceSettings, LeastSquaresError, LeastSquaresFit, Likelihood,
-    LikelihoodSet, LikelihoodSetSettings, ParameterSet, ParameterStatus, ProfileEnd,
+    Bound, CovarianceSettings, LeastSquaresError, LeastSquaresFit, Likelihood, LikelihoodSet,
+    LikelihoodSetSettings, ParameterCovariance, ParameterSet, ParameterStatus, ProfileEnd,
     ProfileSettings, SigmaMode, covariance, minima, spread,
 };
 
@@ -29,7 +29,7 @@ pub(super) struct Profiled {
     /// The lowest minimum.
     pub(super) fit: LeastSquaresFit,
     /// Its covariance; `None` if no degrees of freedom are left to estimate the scatter from.
-    pub(super) covariance: Option<Covariance>,
+    pub(super) covariance: Option<ParameterCovariance>,
     /// The set of each free factor.
     sets: Vec<LikelihoodSet>,
 }
@@ -172,7 +172,7 @@ fn likelihood_sets(
     problem: &FitProblem<'_>,
     set: &ParameterSet,
     minima: &[LeastSquaresFit],
-    covariance: &Covariance,
+    covariance: &ParameterCovariance,
     joint: &mut JointProblem<'_>,
 ) -> Result<Vec<LikelihoodSet>, FitError> {
     let settings = LikelihoodSetSettings {
@@ -221,8 +221,8 @@ fn open_words(low: &ProfileEnd, high: &ProfileEnd, scaled: impl Fn(f64) -> f64) 
         " (the fit could not be followed further)"
     };
     match (low.closed().map(&scaled), high.closed().map(&scaled)) {
-        (Some(lower), None) => format!("the data only say that it is above {lower:.3e}{note}"),
-        (None, Some(upper)) => format!("the data only say that it is below {upper:.3e}{note}"),
+        (Some(lower), None) => format!("the data only bound it from below: {lower:.3e}{note}"),
+        (None, Some(upper)) => format!("the data only bound it from above: {upper:.3e}{note}"),
         _ => format!("every value within its bounds fits as well{note}"),
     }
 }

@@ -28,14 +28,14 @@ pub(super) struct JointProblem<'a> {
     model: CellModel<'a>,
     parameters: FitParameters,
     ln_measured: Vec<f64>,
-    whitening: Whitening,
+    whitening: CellWhitening,
     stiffness_n_per_m: Vec<f64>,
     shares: Vec<Shares>,
 }
 
 /// Turns differences of ln K into residuals of unit variance.
 #[derive(Debug, Clone)]
-enum Whitening {
+enum CellWhitening {
     /// Nothing is known of the uncertainties: differences as they are.
     None,
     /// L⁻¹ of the covariance L Lᵀ, lower triangle row by row.
@@ -63,7 +63,7 @@ impl<'a> JointProblem<'a> {
                 .iter()
                 .map(|cell| cell.stiffness_n_per_m.ln())
                 .collect(),
-            whitening: Whitening::of(measured),
+            whitening: CellWhitening::of(measured),
             stiffness_n_per_m: vec![0.0; cells.len()],
             shares: vec![Vec::new(); cells.len()],
         })
@@ -89,8 +89,8 @@ impl<'a> JointProblem<'a> {
             max_evaluations: 200,
             reduction_tolerance: 1e-6,
             negligible_reduction: match self.whitening {
-                Whitening::Rows(_) => 1e-6,
-                Whitening::None => 1e-16,
+                CellWhitening::Rows(_) => 1e-6,
+                CellWhitening::None => 1e-16,
             },
             step_tolerance: 1e-9,
             ..LeastSquaresSettings::default()
@@ -160,7 +160,7 @@ impl ResidualFunction for JointProblem<'_> {
     }
 }
 
-impl Whitening {
+impl CellWhitening {
     fn of(measured: &MeasuredStiffness) -> Self {
         let parts: Option<Vec<_>> = measured
             .cells

@@ -38,7 +38,8 @@ pub use fixed_physics::FixedPhysics;
 pub use measured::{LnUncertainty, MeasuredCell, MeasuredStiffness, WeightBasis};
 pub use monte_carlo::{MonteCarloFit, MonteCarloSettings, MonteCarloStep, fit_in_sequence};
 pub use outcome::{
-    Advice, Agreement, Correlation, FactorEstimate, FactorStatus, FitMethod, FitOutcome, FittedCell,
+    Advice, FactorCorrelations, FactorEstimate, FactorStatus, FitAgreement, FitMethod, FitOutcome,
+    FittedCell,
 };
 pub use problem::FitProblem;
 pub use procedure::{
@@ -47,6 +48,6 @@ pub use procedure::{
 pub use refit::{Refit, Refitter};
 pub use shares::Shares;
 pub use significance::{
-    PAPER_FACTOR, ParameterSignificance, Scope, SequenceStep, Significance, significance,
+    PAPER_FACTOR, ParameterSignificance, Scope, SectionSignificance, SequenceStep, significance,
 };
 pub use stiffness_list::{StiffnessListError, is_stiffness_list, read_stiffness_list};

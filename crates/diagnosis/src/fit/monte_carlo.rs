@@ -76,7 +76,7 @@ pub struct MonteCarloFit {
 ///
 /// A trial replaces one factor by a log-uniform draw; the draw whose displacement in the factor's direction is nearest to the wanted
 /// one stays. With each pass the draws come from a narrower range around the best, never from outside the whole range: a factor that
-/// cannot bring its direction to the wanted displacement ends at the edge, and its step says how near it came.
+/// cannot bring its direction to the wanted displacement ends at the edge, and its step states how near it came.
 ///
 /// # Arguments
 /// - `model`: cells x, y, z of the pose, in this order.

@@ -120,14 +120,14 @@ impl FittedCell {
         100.0 * self.predicted_n_per_m / self.measured_n_per_m
     }
 
-    /// The prediction by which the model is judged: that of a fit which did not know the pose, if there is one.
+    /// The prediction by which the model is assessed: that of a fit which did not know the pose, if there is one.
     #[must_use]
     pub fn judged_n_per_m(&self) -> f64 {
         self.predicted_without_its_pose_n_per_m
             .unwrap_or(self.predicted_n_per_m)
     }
 
-    /// |predicted/measured - 1| of the judged prediction, percent.
+    /// |predicted/measured - 1| of the assessed prediction, percent.
     #[must_use]
     pub fn error_percent(&self) -> f64 {
         100.0 * (self.judged_n_per_m() / self.measured_n_per_m - 1.0).abs()
@@ -136,7 +136,7 @@ impl FittedCell {
 
 /// Correlations of the factors the data determine.
 #[derive(Debug, Clone, PartialEq, serde::Serialize)]
-pub struct Correlation {
+pub struct FactorCorrelations {
     /// Names, in the order of rows and columns.
     pub names: Vec<String>,
     /// Correlation coefficients of ln a of factors and of the compliance of springs, row by row.
@@ -150,7 +150,7 @@ pub struct Correlation {
 
 /// How well the fitted model agrees with the cells it was fitted to.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Agreement {
+pub struct FitAgreement {
     /// Where the standard deviation of the residuals comes from.
     pub sigma: SigmaMode,
     /// Where the weights come from.
@@ -198,9 +198,9 @@ pub struct FitOutcome {
     /// One entry a parameter: the eight factors of classes, then the others of the choice.
     pub estimates: Vec<FactorEstimate>,
     /// Correlations, for least squares.
-    pub correlation: Option<Correlation>,
+    pub correlation: Option<FactorCorrelations>,
     /// Agreement with the cells of the fit, for least squares.
-    pub agreement: Option<Agreement>,
+    pub agreement: Option<FitAgreement>,
     /// Every measured cell, held-out ones included, in the order of the data.
     pub cells: Vec<FittedCell>,
     /// Why the search ended.
@@ -212,7 +212,7 @@ pub struct FitOutcome {
 }
 
 impl FitOutcome {
-    /// The cells the model is judged by: those it was not fitted to, if there are any, else all.
+    /// The cells the model is decided by: those it was not fitted to, if there are any, else all.
     pub fn judged_cells(&self) -> impl Iterator<Item = &FittedCell> {
         let unseen =
             |cell: &FittedCell| cell.held_out || cell.predicted_without_its_pose_n_per_m.is_some();
@@ -220,7 +220,7 @@ impl FitOutcome {
         self.cells.iter().filter(move |cell| !any || unseen(cell))
     }
 
-    /// Largest |predicted/measured - 1| over the judged cells, percent; `None` without cells.
+    /// Largest |predicted/measured - 1| over the assessed cells, percent; `None` without cells.
     #[must_use]
     pub fn max_error_percent(&self) -> Option<f64> {
         self.judged_cells()
@@ -235,7 +235,7 @@ impl FitOutcome {
     }
 }
 
-/// Estimates of parameters that no interval was worked out for: fixed ones, or those of the paper's trials.
+/// Estimates of parameters that no interval was computed for: fixed ones, or those of the paper's trials.
 pub(super) fn plain_estimates(
     parameters: &[ModelParameter],
     start: &FittingFactors,

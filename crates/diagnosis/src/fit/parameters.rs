@@ -8,7 +8,7 @@ use stiffbench_beams::robot::{FittingFactors, ModelParameter, Pose};
 use stiffbench_numeric::least_squares::{LeastSquaresError, Parameter, ParameterSet};
 use stiffbench_units_and_text::test_point::PoseId;
 
-use crate::parameters::{FIRST_SPRING, ParameterChoice, ParameterRole, SpringScales};
+use crate::parameters::{FIRST_SPRING, FitRole, ParameterChoice, SpringScales};
 
 use super::error::FitError;
 use super::outcome::FactorStatus;
@@ -18,12 +18,12 @@ use super::problem::FitProblem;
 #[derive(Debug, Clone)]
 pub(super) struct FitParameters {
     start: FittingFactors,
-    members: Vec<Member>,
+    members: Vec<FitMember>,
     parameters: Vec<ModelParameter>,
 }
 
 #[derive(Debug, Clone)]
-struct Member {
+struct FitMember {
     name: String,
     role: Role,
     start: f64,
@@ -56,14 +56,14 @@ impl FitParameters {
         let start = problem.start;
         for spring in start.springs() {
             if choice.members.iter().all(|m| m.parameter != spring) {
-                choice.set(&spring, ParameterRole::Fixed);
+                choice.set(&spring, FitRole::Fixed);
             }
         }
         let parameters = choice.parameters();
         let free_springs = choice
             .members
             .iter()
-            .any(|member| member.role == ParameterRole::Free && !member.parameter.is_factor());
+            .any(|member| member.role == FitRole::Free && !member.parameter.is_factor());
         let scales = if free_springs {
             Some(spring_scales(problem)?)
         } else {
@@ -87,17 +87,17 @@ impl FitParameters {
                 (false, Some(bounds)) => bounds.map(|bound| bound / unit),
             };
             let [lower, upper] = bounds;
-            let is_free = chosen.role == ParameterRole::Free;
+            let is_free = chosen.role == FitRole::Free;
             if is_free && !(lower < upper && bounds.iter().all(|bound| bound.is_finite())) {
                 let bounds = chosen.bounds.unwrap_or([0.0; 2]);
                 return Err(FitError::Bounds { name, bounds });
             }
-            members.push(Member {
+            members.push(FitMember {
                 name,
                 role: match &chosen.role {
-                    ParameterRole::Free => Role::Free,
-                    ParameterRole::Fixed => Role::Fixed,
-                    ParameterRole::TiedTo(other) => {
+                    FitRole::Free => Role::Free,
+                    FitRole::Fixed => Role::Fixed,
+                    FitRole::TiedTo(other) => {
                         let to = parameters.iter().position(|known| known == other);
                         let to = to.filter(|_| other.is_factor() == parameter.is_factor());
                         let to = to.ok_or_else(|| FitError::Tie {
@@ -144,7 +144,7 @@ impl FitParameters {
     /// [`LeastSquaresError`] if ties go in a circle or no parameter is free.
     pub(super) fn set(&self) -> Result<ParameterSet, LeastSquaresError> {
         let members = self.members.iter().enumerate();
-        let parameter = |(place, member): (usize, &Member)| {
+        let parameter = |(place, member): (usize, &FitMember)| {
             let (name, start) = (&member.name, self.coordinate(place, member.start));
             let [lower, upper] = member.bounds;
             match member.role {

@@ -1,6 +1,6 @@
 //! Stiffness of cells by beams and the physics beside them.
 
-use stiffbench_beams::physics::{Mechanics, RunLoads, Twists};
+use stiffbench_beams::physics::{JointRotations, Mechanics, RunLoads};
 use stiffbench_beams::robot::{FittingFactors, ModelParameter, Pose, Robot, RobotError};
 use stiffbench_units_and_text::test_point::{Cell, PoseId};
 
@@ -18,7 +18,7 @@ pub(super) struct PhysicsModel<'a> {
     mechanics: Mechanics<'a>,
     parameters: Vec<ModelParameter>,
     cells: Vec<PlacedCell>,
-    twists: Twists,
+    joint_rotations: JointRotations,
     displacement_m: Vec<f64>,
 }
 
@@ -61,7 +61,7 @@ impl<'a> PhysicsModel<'a> {
             mechanics,
             parameters: parameters.to_vec(),
             cells: placed,
-            twists: Twists::default(),
+            joint_rotations: JointRotations::default(),
             displacement_m: Vec::new(),
         })
     }
@@ -192,7 +192,7 @@ impl<'a> PhysicsModel<'a> {
             };
             let out = &mut self.displacement_m[places];
             let laws = &self.physics.acting.laws;
-            laws.displacements_m(pose, &loads, &mut self.twists, out);
+            laws.displacements_m(pose, &loads, &mut self.joint_rotations, out);
         }
     }
 }

@@ -10,7 +10,7 @@ use super::measured::MeasuredStiffness;
 use super::monte_carlo::{MonteCarloFit, MonteCarloSettings, MonteCarloStep, fit_in_sequence};
 use super::outcome::{FactorStatus, FitMethod, FitOutcome, fitted_cells, plain_estimates};
 use super::problem::FitProblem;
-use super::significance::{Scope, SequenceStep, Significance, significance};
+use super::significance::{Scope, SectionSignificance, SequenceStep, significance};
 
 /// Factors that the paper gives the links for constants that hardly deform them: a hundredfold (step 6).
 const LINK_STIFFENING: f64 = 100.0;
@@ -46,7 +46,7 @@ pub struct PoseFit {
     /// Its weight in the combination.
     pub weight: f64,
     /// Significance around the start (step 3 or 6).
-    pub significance: Significance,
+    pub significance: SectionSignificance,
     /// Sequence that follows from it.
     pub sequence: Vec<SequenceStep>,
     /// The trials (step 4 or 7).
@@ -216,7 +216,7 @@ impl PoseFit {
         };
         let words = |step: &MonteCarloStep| {
             format!(
-                "pose {}: a_{} at the edge of its range leaves the displacement along {} at {:.1} % of the wanted one",
+                "pose {}: a_{} at the edge of its range leaves the displacement along {} at {:.1} % of the target",
                 self.pose,
                 step.property.name(),
                 step.direction,

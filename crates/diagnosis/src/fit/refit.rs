@@ -25,7 +25,7 @@ pub struct Refit {
     pub factors: FittingFactors,
     /// Half the sum of the squared residuals.
     pub objective: f64,
-    /// Points at which the stiffness was worked out.
+    /// Points at which the stiffness was computed.
     pub evaluations: usize,
     /// Why it ended.
     pub termination: Termination,
@@ -59,7 +59,7 @@ impl<'a> Refitter<'a> {
     /// Fits other values of ln K (K in N/m), in the order of the cells.
     ///
     /// # Errors
-    /// [`FitError::LeastSquares`] if the stiffness cannot be worked out at the start.
+    /// [`FitError::LeastSquares`] if the stiffness cannot be computed at the start.
     ///
     /// # Panics
     /// If there is not one value a cell.

@@ -29,7 +29,7 @@ pub enum Scope {
 
 /// Significance of the four section constants for the displacement in the three directions of one pose.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Significance {
+pub struct SectionSignificance {
     /// The pose.
     pub pose: PoseId,
     /// Elements in which the constants were changed.
@@ -79,7 +79,7 @@ pub struct SequenceStep {
 /// With physics beside the beams the displacement is that of the paper's loads, and the share of the physics is in `share_of_others`.
 ///
 /// # Arguments
-/// - `further`: sections and springs to be looked at beside the section constants; springs of `factors` are added.
+/// - `further`: sections and springs to be checked beside the section constants; springs of `factors` are added.
 ///
 /// # Errors
 /// Those of [`CellModel::new`] and [`CellModel::evaluate`].
@@ -91,7 +91,7 @@ pub fn significance(
     scope: Scope,
     physics: Option<&FixedPhysics>,
     further: &[ModelParameter],
-) -> Result<Significance, FitError> {
+) -> Result<SectionSignificance, FitError> {
     let cells: Vec<Cell> = Direction::ALL
         .into_iter()
         .map(|direction| Cell {
@@ -154,7 +154,7 @@ pub fn significance(
     };
     let shares_in_scope: [[f64; 3]; 4] =
         std::array::from_fn(|p| std::array::from_fn(|i| in_scope(p, i)));
-    Ok(Significance {
+    Ok(SectionSignificance {
         pose: pose.clone(),
         scope,
         factors: factors.clone(),
@@ -168,7 +168,7 @@ pub fn significance(
     })
 }
 
-impl Significance {
+impl SectionSignificance {
     /// The fitting sequence: constants by what their hundredfold leaves of the displacement, the smallest remainder first.
     ///
     /// Each takes the direction in which it matters most among those not taken yet; with three directions the fourth constant has

@@ -86,13 +86,13 @@ pub enum StiffnessListError {
 }
 
 /// Columns of a list, by place.
-struct Columns {
+struct ListColumns {
     pose: usize,
     direction: usize,
-    form: Form,
+    form: ListForm,
 }
 
-enum Form {
+enum ListForm {
     Stiffness {
         value: usize,
         uncertainty: Option<usize>,
@@ -129,11 +129,11 @@ pub fn read_stiffness_list(
         source,
     };
     let columns = columns(file, reader.headers().map_err(failed)?)?;
-    let mut sums: Vec<(Cell, Sums)> = Vec::new();
+    let mut sums: Vec<(Cell, CellSums)> = Vec::new();
     let mut places: BTreeMap<Cell, usize> = BTreeMap::new();
     for record in reader.records() {
         let record = record.map_err(failed)?;
-        let row = Row {
+        let row = ListRow {
             file,
             line: record.position().map_or(0, csv::Position::line),
             record: &record,
@@ -149,7 +149,7 @@ pub fn read_stiffness_list(
             return Err(row.error("pose", columns.pose, "the name of a pose"));
         }
         let place = *places.entry(cell.clone()).or_insert_with(|| {
-            sums.push((cell.clone(), Sums::default()));
+            sums.push((cell.clone(), CellSums::default()));
             sums.len() - 1
         });
         sums[place].1.add(&row, &columns.form, &cell)?;
@@ -160,7 +160,7 @@ pub fn read_stiffness_list(
         });
     }
     let stated = sums.iter().all(|(_, sums)| sums.ln_uncertainty.is_some());
-    let measured = |(cell, sums): (Cell, Sums)| MeasuredCell {
+    let measured = |(cell, sums): (Cell, CellSums)| MeasuredCell {
         cell,
         stiffness_n_per_m: sums.force_displacement / sums.displacement_squared,
         ln_uncertainty: sums
@@ -184,7 +184,7 @@ pub fn read_stiffness_list(
     })
 }
 
-fn columns(file: &str, header: &csv::StringRecord) -> Result<Columns, StiffnessListError> {
+fn columns(file: &str, header: &csv::StringRecord) -> Result<ListColumns, StiffnessListError> {
     let find = |name: &str| header.iter().position(|column| column == name);
     let missing = |expected| StiffnessListError::Columns {
         file: file.to_owned(),
@@ -196,11 +196,11 @@ fn columns(file: &str, header: &csv::StringRecord) -> Result<Columns, StiffnessL
         find("force_N"),
         find("displacement_um"),
     ) {
-        (Some(value), _, _) => Form::Stiffness {
+        (Some(value), _, _) => ListForm::Stiffness {
             value,
             uncertainty: find("u_N_per_um"),
         },
-        (None, Some(force), Some(displacement)) => Form::Displacement {
+        (None, Some(force), Some(displacement)) => ListForm::Displacement {
             force,
             displacement,
         },
@@ -210,7 +210,7 @@ fn columns(file: &str, header: &csv::StringRecord) -> Result<Columns, StiffnessL
             ));
         }
     };
-    Ok(Columns {
+    Ok(ListColumns {
         pose: find("pose").ok_or_else(|| missing("pose"))?,
         direction: find("direction").ok_or_else(|| missing("direction"))?,
         form,
@@ -218,13 +218,13 @@ fn columns(file: &str, header: &csv::StringRecord) -> Result<Columns, StiffnessL
 }
 
 /// One row with its place, for messages.
-struct Row<'a> {
+struct ListRow<'a> {
     file: &'a str,
     line: u64,
     record: &'a csv::StringRecord,
 }
 
-impl Row<'_> {
+impl ListRow<'_> {
     fn error(
         &self,
         column: &'static str,
@@ -250,16 +250,21 @@ impl Row<'_> {
 
 /// Σ F δ and Σ δ² of a cell; a stated stiffness counts as one displacement of 1 m.
 #[derive(Default)]
-struct Sums {
+struct CellSums {
     force_displacement: f64,
     displacement_squared: f64,
     ln_uncertainty: Option<f64>,
 }
 
-impl Sums {
-    fn add(&mut self, row: &Row<'_>, form: &Form, cell: &Cell) -> Result<(), StiffnessListError> {
+impl CellSums {
+    fn add(
+        &mut self,
+        row: &ListRow<'_>,
+        form: &ListForm,
+        cell: &Cell,
+    ) -> Result<(), StiffnessListError> {
         match *form {
-            Form::Stiffness { value, uncertainty } => {
+            ListForm::Stiffness { value, uncertainty } => {
                 if self.displacement_squared > 0.0 {
                     return Err(StiffnessListError::Duplicate {
                         file: row.file.to_owned(),
@@ -285,7 +290,7 @@ impl Sums {
                     self.ln_uncertainty = Some(u / stiffness);
                 }
             }
-            Form::Displacement {
+            ListForm::Displacement {
                 force,
                 displacement,
             } => {
@@ -341,7 +346,7 @@ mod tests {
     }
 
     #[test]
-    fn each_mistake_is_told_with_its_line() {
+    fn each_mistake_is_reported_with_its_line() {
         let error = |text: &str| read_stiffness_list("k.csv", text).unwrap_err().to_string();
         assert!(error("pose,K\n").contains("the columns are pose, K"));
         assert!(

@@ -9,9 +9,7 @@ use stiffbench_beams::robot::{
 };
 use stiffbench_units_and_text::test_point::Direction;
 
-use crate::parameters::{
-    ChosenParameter, FIRST_SPRING, ParameterChoice, ParameterRole, SpringScales,
-};
+use crate::parameters::{ChosenParameter, FIRST_SPRING, FitRole, ParameterChoice, SpringScales};
 
 use super::error::MismatchError;
 
@@ -54,7 +52,7 @@ pub trait Baseline: Sync {
     }
 
     /// The loose members that the structure survives.
-    fn loose_effects(&self) -> Vec<Effect> {
+    fn missing_member_effects(&self) -> Vec<Effect> {
         Vec::new()
     }
 
@@ -125,7 +123,7 @@ pub struct RobotBaseline<'a> {
     robot: &'a Robot,
     /// The whole mechanism, then those without one or two elements.
     mechanisms: Vec<(Vec<String>, Mechanism)>,
-    values: Values,
+    values: BaselineValues,
     poses: Vec<Pose>,
     parameters: Vec<BaselineParameter>,
     /// The free springs as effects, of any size.
@@ -133,16 +131,16 @@ pub struct RobotBaseline<'a> {
     joints: Vec<String>,
 }
 
-/// Values of all parameters, some of which are free.
+/// BaselineValues of all parameters, some of which are free.
 #[derive(Debug, Clone)]
-struct Values {
+struct BaselineValues {
     at: FittingFactors,
     free: Vec<ModelParameter>,
     /// As [`BaselineParameter::spring_rad_per_nm`].
     springs_rad_per_nm: Vec<Option<f64>>,
 }
 
-impl Values {
+impl BaselineValues {
     /// Takes fitted values.
     fn set(&mut self, fitted: &[f64]) {
         let free = self.free.iter().zip(&self.springs_rad_per_nm);
@@ -169,10 +167,7 @@ impl<'a> RobotBaseline<'a> {
         poses: Vec<Pose>,
         choice: &ParameterChoice,
     ) -> Result<Self, MismatchError> {
-        let free = choice
-            .members
-            .iter()
-            .filter(|m| m.role != ParameterRole::Fixed);
+        let free = choice.members.iter().filter(|m| m.role != FitRole::Fixed);
         let free: Vec<&ChosenParameter> = free.collect();
         let scales = if free.iter().all(|chosen| chosen.parameter.is_factor()) {
             None
@@ -188,7 +183,7 @@ impl<'a> RobotBaseline<'a> {
             let scale = scales.as_ref().map(|scales| scales.of(&chosen.parameter));
             parameters.push(parameter(chosen, &factors, choice.range, scale)?);
         }
-        let values = Values {
+        let values = BaselineValues {
             at: factors,
             free: free.iter().map(|chosen| chosen.parameter.clone()).collect(),
             springs_rad_per_nm: parameters.iter().map(|p| p.spring_rad_per_nm).collect(),
@@ -223,13 +218,13 @@ impl<'a> RobotBaseline<'a> {
     }
 
     /// Elements without which the mechanism still carries a load.
-    pub fn loose_elements(&self) -> impl Iterator<Item = &str> {
+    pub fn missing_elements(&self) -> impl Iterator<Item = &str> {
         self.mechanisms
             .iter()
             .filter_map(|(loose, _)| loose.first().map(String::as_str))
     }
 
-    /// Values of all parameters of the model where the free ones have these fitted values.
+    /// BaselineValues of all parameters of the model where the free ones have these fitted values.
     #[must_use]
     pub fn factors(&self, fitted: &[f64]) -> FittingFactors {
         let mut values = self.values.clone();
@@ -242,7 +237,7 @@ impl<'a> RobotBaseline<'a> {
     /// # Errors
     /// [`MismatchError::Effect`] for an element that is not there.
     pub fn add_variant(&mut self, effects: &[Effect]) -> Result<(), MismatchError> {
-        let loose = loose_names(effects);
+        let loose = missing_member_names(effects);
         if self.mechanisms.iter().all(|(names, _)| *names != loose) {
             let rest = without_elements(self.robot, &self.mechanisms[0].1, effects)?;
             self.mechanisms.push((loose, rest));
@@ -264,7 +259,7 @@ fn parameter(
         name: name.clone(),
         problem,
     };
-    if chosen.role != ParameterRole::Free {
+    if chosen.role != FitRole::Free {
         return Err(wrong("a search keeps or frees a parameter, and ties none"));
     }
     if chosen.parameter.is_factor() {
@@ -317,7 +312,7 @@ fn carries_loads(
     solved().is_ok()
 }
 
-fn loose_names(effects: &[Effect]) -> Vec<String> {
+fn missing_member_names(effects: &[Effect]) -> Vec<String> {
     let mut names: Vec<String> = effects
         .iter()
         .filter_map(|effect| match &effect.place {
@@ -354,17 +349,17 @@ impl Baseline for RobotBaseline<'_> {
     }
 
     fn variant(&self, effects: &[Effect]) -> Option<usize> {
-        let loose = loose_names(effects);
+        let loose = missing_member_names(effects);
         self.mechanisms
             .iter()
             .position(|(names, _)| *names == loose)
     }
 
-    fn loose_effects(&self) -> Vec<Effect> {
+    fn missing_member_effects(&self) -> Vec<Effect> {
         let laws = Law::ALL.iter().filter(|law| law.is_missing_element());
         let of_law = |law: &Law| {
             let law = *law;
-            self.loose_elements().map(move |name| Effect {
+            self.missing_elements().map(move |name| Effect {
                 law,
                 place: Place::Element(name.to_owned()),
                 values: Vec::new(),
@@ -419,12 +414,12 @@ impl Baseline for RobotBaseline<'_> {
 /// One thread's solver of a robot.
 struct RobotSolver<'a> {
     mechanics: Mechanics<'a>,
-    values: Values,
+    values: BaselineValues,
     solved: Vec<f64>,
     joints: JointsSolved,
 }
 
-/// Joints whose twists were worked out for the parameters solved last.
+/// Joints whose twists were computed for the parameters solved last.
 #[derive(Debug, PartialEq)]
 enum JointsSolved {
     None,

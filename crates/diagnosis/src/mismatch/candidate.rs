@@ -1,4 +1,4 @@
-//! Every law at every place it can have, with the shapes under which it is looked for.
+//! Every law at every place it can have, with the shapes under which it is searched for.
 
 use stiffbench_beams::physics::{Effect, Law, Place, PlaceKind, PlaceScale, Shape};
 use stiffbench_units_and_text::test_point::Direction;
@@ -62,15 +62,16 @@ pub(super) struct PlaceScales {
 
 impl PlaceScales {
     /// # Arguments
-    /// - `frozen`: the structure, solved.
-    pub(super) fn new(observations: &Observations, frozen: &LinearisedModel) -> Self {
+    /// - `linearised`: the structure, solved.
+    pub(super) fn new(observations: &Observations, linearised: &LinearisedModel) -> Self {
         let session = session_scale(observations);
         let mut out = Self {
             session,
             places: Vec::new(),
         };
         for kind in KINDS.into_iter().filter(|kind| *kind != PlaceKind::Run) {
-            out.places.extend(out.of_kind(kind, observations, frozen));
+            out.places
+                .extend(out.of_kind(kind, observations, linearised));
         }
         out
     }
@@ -87,15 +88,15 @@ impl PlaceScales {
         &self,
         kind: PlaceKind,
         observations: &Observations,
-        frozen: &LinearisedModel,
+        linearised: &LinearisedModel,
     ) -> Vec<(Place, PlaceScale)> {
         let session = self.session;
         let with = |place: Place, scale: Option<PlaceScale>| Some((place, scale?));
         match kind {
             PlaceKind::Joint => {
-                let joints = frozen.joints.iter().enumerate();
+                let joints = linearised.joints.iter().enumerate();
                 let of_joint = |(joint, name): (usize, &String)| {
-                    let scale = joint_scale(&session, observations, frozen, joint);
+                    let scale = joint_scale(&session, observations, linearised, joint);
                     with(Place::Joint(name.clone()), scale)
                 };
                 joints.filter_map(of_joint).collect()
@@ -104,7 +105,7 @@ impl PlaceScales {
                 let of_axis = |axis| {
                     with(
                         Place::Axis(axis),
-                        axis_scale(&session, observations, frozen, axis),
+                        axis_scale(&session, observations, linearised, axis),
                     )
                 };
                 [Direction::X, Direction::Z]
@@ -114,7 +115,7 @@ impl PlaceScales {
             }
             PlaceKind::Direction => {
                 let of_direction = |direction| {
-                    let scale = direction_scale(&session, observations, frozen, direction);
+                    let scale = direction_scale(&session, observations, linearised, direction);
                     with(Place::Direction(direction), scale)
                 };
                 Direction::ALL

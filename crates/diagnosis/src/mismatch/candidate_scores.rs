@@ -2,8 +2,8 @@
 
 use rayon::prelude::*;
 
-use stiffbench_beams::physics::{Effect, JointPath, Place, Shape, Twists};
-use stiffbench_numeric::lanes::widest;
+use stiffbench_beams::physics::{Effect, JointPath, JointRotations, Place, Shape};
+use stiffbench_numeric::simd::widest;
 
 use super::candidate::Candidate;
 use super::changes::Changes;
@@ -67,7 +67,7 @@ struct Scratch {
     /// The joint of the candidate at its turn, and the path there.
     joint: Option<Place>,
     path: Option<JointPath>,
-    twists: Twists,
+    joint_rotations: JointRotations,
     change_m: [Vec<f64>; 2],
     products: Vec<f64>,
 }
@@ -77,7 +77,7 @@ impl Scratch {
         Self {
             joint: None,
             path: None,
-            twists: Twists::default(),
+            joint_rotations: JointRotations::default(),
             change_m: [vec![0.0; readings], vec![0.0; readings]],
             products: Vec::new(),
         }
@@ -116,7 +116,7 @@ pub(super) fn score_candidates(
     let mut out = score(compliances);
     let unseen: Vec<Place> = out
         .iter()
-        .filter(|scored| !scored.can_be_seen())
+        .filter(|scored| !scored.is_observable())
         .map(|scored| scored.candidate.place.clone())
         .collect();
     let rest = rest
@@ -168,13 +168,18 @@ fn scored_shape(
     let effect = effect_of(candidate, shape);
     let [first, second] = &mut scratch.change_m;
     let (moments, quarter, peak_m) = if let Some(phase) = candidate.law.search.phase {
-        changes.of_both_phases(&effect, phase, &mut scratch.twists, [first, second])?;
+        changes.of_both_phases(
+            &effect,
+            phase,
+            &mut scratch.joint_rotations,
+            [first, second],
+        )?;
         let pair = engine.pair_moments([&*first, &*second], &mut scratch.products);
         let peak_m = peak(first).max(peak(second));
         (pair.first, Some(pair.second), peak_m)
     } else {
         let path = scratch.path.as_ref();
-        let range = changes.of(&effect, path, &mut scratch.twists, first)?;
+        let range = changes.of(&effect, path, &mut scratch.joint_rotations, first)?;
         let moments = engine.moments(first, &range, &mut scratch.products);
         (moments, None, peak(&first[range]))
     };
@@ -234,13 +239,18 @@ fn white_shape(
     let effect = effect_of(candidate, &shape.shape);
     let [first, second] = &mut scratch.change_m;
     let vectors = if let Some(phase) = candidate.law.search.phase {
-        changes.of_both_phases(&effect, phase, &mut scratch.twists, [first, second])?;
+        changes.of_both_phases(
+            &effect,
+            phase,
+            &mut scratch.joint_rotations,
+            [first, second],
+        )?;
         let [first, mut second] = [&*first, &*second].map(|change_m| space.white(change_m));
         make_orthogonal(space, &first, &mut second);
         vec![first, second]
     } else {
         let path = scratch.path.as_ref();
-        let range = changes.of(&effect, path, &mut scratch.twists, first)?;
+        let range = changes.of(&effect, path, &mut scratch.joint_rotations, first)?;
         vec![space.white_part(first, &range)]
     };
     Some(WhiteShape {
@@ -273,7 +283,7 @@ impl WhiteCandidate {
 
 impl ScoredCandidate {
     /// Whether its largest possible effect is longer than [`HIDDEN_JOINT`].
-    fn can_be_seen(&self) -> bool {
+    fn is_observable(&self) -> bool {
         self.shapes.iter().any(|shape| {
             let largest = shape.shape.scale[1];
             largest == f64::INFINITY

@@ -3,7 +3,7 @@
 use std::ops::Range;
 
 use stiffbench_beams::physics::{
-    Action, Effect, JointPath, LawSet, Place, PoseMechanics, Twists, values_of,
+    Effect, JointPath, JointRotations, LawAction, LawSet, Place, PoseMechanics, values_of,
 };
 
 use super::observations::Observations;
@@ -21,7 +21,7 @@ impl LinearisedModel {
         &self,
         observations: &Observations,
         effects: &[&Effect],
-        twists: &mut Twists,
+        joint_rotations: &mut JointRotations,
         out: &mut [f64],
     ) -> Option<()> {
         let laws = self.laws(effects)?;
@@ -29,7 +29,7 @@ impl LinearisedModel {
             laws.displacements_m(
                 &self.poses[observations.cells[run.cell].pose],
                 &observations.run_loads(index),
-                twists,
+                joint_rotations,
                 &mut out[run.readings.clone()],
             );
         }
@@ -59,7 +59,7 @@ impl LinearisedModel {
 
 /// Largest change of a reading by an effect of a model, m.
 pub(super) fn end_effect_m(
-    frozen: &LinearisedModel,
+    linearised: &LinearisedModel,
     observations: &Observations,
     effects: &[Effect],
     effect: usize,
@@ -73,10 +73,10 @@ pub(super) fn end_effect_m(
         .collect();
     let n = observations.len();
     let (mut with, mut rest) = (vec![0.0; n], vec![0.0; n]);
-    let mut twists = Twists::default();
-    let known = frozen
-        .predict(observations, &all, &mut twists, &mut with)
-        .and_then(|()| frozen.predict(observations, &without, &mut twists, &mut rest));
+    let mut joint_rotations = JointRotations::default();
+    let known = linearised
+        .predict(observations, &all, &mut joint_rotations, &mut with)
+        .and_then(|()| linearised.predict(observations, &without, &mut joint_rotations, &mut rest));
     known.map_or(0.0, |()| {
         with.iter()
             .zip(&rest)
@@ -95,13 +95,13 @@ pub(super) struct MissingMemberChange {
 
 /// Readings under effects, and what one more would change in them.
 ///
-/// Most laws at most places add to what the others do, and are worked out alone: that the others need not be solved again makes it ten
+/// Most laws at most places add to what the others do, and are computed alone: that the others need not be solved again makes it ten
 /// times cheaper. Beside a law that turns a joint already this is exact up to the next kink of that law, and good enough to choose what
 /// is fitted in full.
 #[derive(Debug)]
 pub(super) struct Changes<'a> {
     observations: &'a Observations,
-    frozen: &'a LinearisedModel,
+    linearised: &'a LinearisedModel,
     effects: &'a [Effect],
     laws: LawSet,
     /// Displacements under the effects, m.
@@ -114,27 +114,32 @@ impl<'a> Changes<'a> {
     /// The readings under effects; `None` if one sits in a joint that is not there.
     pub(super) fn new(
         observations: &'a Observations,
-        frozen: &'a LinearisedModel,
+        linearised: &'a LinearisedModel,
         effects: &'a [Effect],
     ) -> Option<Self> {
         let all: Vec<&Effect> = effects.iter().collect();
         let mut before_m = vec![0.0; observations.len()];
-        frozen.predict(observations, &all, &mut Twists::default(), &mut before_m)?;
+        linearised.predict(
+            observations,
+            &all,
+            &mut JointRotations::default(),
+            &mut before_m,
+        )?;
         let readings = before_m.iter().zip(&observations.loads);
         let stood_m = readings.map(|(before, load)| load.position_m.unwrap_or(*before));
         Some(Self {
             observations,
-            frozen,
+            linearised,
             effects,
-            laws: frozen.laws(&all)?,
+            laws: linearised.laws(&all)?,
             stood_m: stood_m.collect(),
             before_m,
         })
     }
 
     /// The structure.
-    pub(super) fn frozen(&self) -> &'a LinearisedModel {
-        self.frozen
+    pub(super) fn linearised(&self) -> &'a LinearisedModel {
+        self.linearised
     }
 
     /// How many readings there are.
@@ -154,7 +159,7 @@ impl<'a> Changes<'a> {
         &self,
         effect: &Effect,
         path: Option<&JointPath>,
-        twists: &mut Twists,
+        joint_rotations: &mut JointRotations,
         out: &mut [f64],
     ) -> Option<Range<usize>> {
         if let Some(readings) = self.after_all_others(effect, out) {
@@ -164,7 +169,8 @@ impl<'a> Changes<'a> {
             path.added_m(effect, out);
         } else {
             let all: Vec<&Effect> = self.effects.iter().chain([effect]).collect();
-            self.frozen.predict(self.observations, &all, twists, out)?;
+            self.linearised
+                .predict(self.observations, &all, joint_rotations, out)?;
             for (value, before) in out.iter_mut().zip(&self.before_m) {
                 *value -= before;
             }
@@ -172,7 +178,7 @@ impl<'a> Changes<'a> {
         Some(0..out.len())
     }
 
-    /// Changes by an effect with a phase, and by the same a quarter of a turn further, m; `None` where they cannot be worked out.
+    /// Changes by an effect with a phase, and by the same a quarter of a turn further, m; `None` where they cannot be computed.
     ///
     /// # Arguments
     /// - `phase`: the parameter that is the phase.
@@ -181,10 +187,10 @@ impl<'a> Changes<'a> {
         &self,
         effect: &Effect,
         phase: usize,
-        twists: &mut Twists,
+        joint_rotations: &mut JointRotations,
         out: [&mut [f64]; 2],
     ) -> Option<()> {
-        if let Action::Gauge(error) = effect.law.action
+        if let LawAction::Gauge(error) = effect.law.action
             && !self.has_gauge_error()
         {
             error.both_phases_m(&values_of(&effect.values), &self.stood_m, out);
@@ -193,8 +199,8 @@ impl<'a> Changes<'a> {
         let mut turned = effect.clone();
         *turned.values.get_mut(phase)? += std::f64::consts::FRAC_PI_2;
         let [first, second] = out;
-        self.of(effect, None, twists, first)?;
-        self.of(&turned, None, twists, second)?;
+        self.of(effect, None, joint_rotations, first)?;
+        self.of(&turned, None, joint_rotations, second)?;
         Some(())
     }
 
@@ -215,13 +221,13 @@ impl<'a> Changes<'a> {
         }
         let values = values_of(&effect.values);
         match effect.law.action {
-            Action::Gauge(error) => {
+            LawAction::Gauge(error) => {
                 for (out, stood_m) in out.iter_mut().zip(&self.stood_m) {
                     *out = error.error_m(&values, *stood_m);
                 }
                 Some(0..out.len())
             }
-            Action::Added(added_m) => {
+            LawAction::Added(added_m) => {
                 let loads = &self.observations.loads;
                 let (range, covered) = self.covered(&effect.place);
                 out[range.clone()].fill(0.0);
@@ -279,11 +285,11 @@ impl<'a> Changes<'a> {
         let Place::Joint(name) = place else {
             return None;
         };
-        let joint = self.frozen.joint(name)?;
+        let joint = self.linearised.joint(name)?;
         let observations = self.observations;
         let mut path = JointPath::default();
         let adds = observations.runs.iter().enumerate().all(|(index, run)| {
-            let pose = &self.frozen.poses[observations.cells[run.cell].pose];
+            let pose = &self.linearised.poses[observations.cells[run.cell].pose];
             let loads = observations.run_loads(index);
             self.laws.add_to_path(pose, &loads, joint, &mut path)
         });
@@ -295,7 +301,7 @@ impl<'a> Changes<'a> {
 pub(super) mod tests {
     use super::*;
     use crate::mismatch::{GaugeSteps, PlannedCell, PlannedLoad};
-    use stiffbench_beams::structure::TwistInfluence;
+    use stiffbench_beams::structure::RotationInfluence;
     use stiffbench_units_and_text::test_point::{Branch, Direction};
 
     /// Two cells, two repeats of five loads.
@@ -322,8 +328,8 @@ pub(super) mod tests {
     }
 
     /// A pose with two joints that mind each other.
-    fn frozen() -> LinearisedModel {
-        let mut influence = TwistInfluence::of_one_joint(3e-7, 0.3);
+    fn linearised() -> LinearisedModel {
+        let mut influence = RotationInfluence::of_one_joint(3e-7, 0.3);
         influence.levers_m = vec![[0.3, 0.2, 0.1], [0.1, 0.4, 0.2]];
         influence.stiffness_nm_per_rad = vec![2e5, 8e4, 8e4, 1e5];
         LinearisedModel {
@@ -341,23 +347,33 @@ pub(super) mod tests {
 
     /// Changes by the shortest way, and as the difference of two predictions; how many readings differ.
     fn compare(others: &[Effect], text: &str, tolerance_m: f64) -> usize {
-        let (observations, frozen) = (observations(), frozen());
+        let (observations, linearised) = (observations(), linearised());
         let one = effect(text);
         let predict = |effects: &[&Effect]| {
             let mut out = vec![f64::NAN; observations.len()];
-            frozen
-                .predict(&observations, effects, &mut Twists::default(), &mut out)
+            linearised
+                .predict(
+                    &observations,
+                    effects,
+                    &mut JointRotations::default(),
+                    &mut out,
+                )
                 .unwrap();
             out
         };
         let all: Vec<&Effect> = others.iter().collect();
         let before = predict(&all);
         let after = predict(&[&all[..], &[&one]].concat());
-        let changes = Changes::new(&observations, &frozen, others).unwrap();
+        let changes = Changes::new(&observations, &linearised, others).unwrap();
         let path = changes.path(&one.place);
         let mut found = vec![f64::NAN; observations.len()];
         let readings = changes
-            .of(&one, path.as_ref(), &mut Twists::default(), &mut found)
+            .of(
+                &one,
+                path.as_ref(),
+                &mut JointRotations::default(),
+                &mut found,
+            )
             .unwrap();
         for place in 0..observations.len() {
             let found = if readings.contains(&place) {
@@ -375,7 +391,7 @@ pub(super) mod tests {
     }
 
     #[test]
-    fn every_law_changes_what_the_difference_of_predictions_says() {
+    fn every_law_changes_readings_by_the_difference_of_predictions() {
         // Rounding of predictions of tens of micrometres.
         const ROUNDING_M: f64 = 1e-18;
         let linear = [

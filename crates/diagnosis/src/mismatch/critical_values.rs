@@ -12,7 +12,7 @@ use stiffbench_beams::physics::{Law, Place};
 use super::candidate::Candidate;
 use super::candidate_scores::{WhiteCandidate, WhiteShape};
 use super::observations::Observations;
-use super::patterns::{Pattern, PatternGroup};
+use super::patterns::{PatternGroup, ResidualPattern};
 use super::stratum::Stratum;
 use crate::search::WhiteSpace;
 use crate::search::constants::{LAW_LEVEL, SAME_DIRECTION, UNEXPLAINED_LEVEL};
@@ -25,14 +25,14 @@ pub type Family = (Law, bool);
 
 /// Critical values of Δχ².
 #[derive(Debug, Clone, PartialEq)]
-pub struct CriticalValues {
+pub struct LawCriticalValues {
     /// Of laws.
     pub laws: search::CriticalValues<Family>,
     /// The largest pattern without a law on noise alone.
     pub unexplained: NullDistribution,
 }
 
-impl CriticalValues {
+impl LawCriticalValues {
     /// The critical value of the largest pattern without a law.
     #[must_use]
     pub fn of_unexplained(&self) -> f64 {
@@ -48,9 +48,9 @@ pub(super) fn critical_values(
     observations: &Observations,
     space: &WhiteSpace,
     candidates: Vec<WhiteCandidate>,
-    patterns: Vec<Pattern>,
+    patterns: Vec<ResidualPattern>,
     noise: &NullNoise<'_>,
-) -> CriticalValues {
+) -> LawCriticalValues {
     let families: Vec<Family> = {
         let mut all: Vec<Family> = candidates
             .iter()
@@ -61,11 +61,11 @@ pub(super) fn critical_values(
         all.dedup();
         all
     };
-    let mut groups: Vec<Group> = Vec::new();
+    let mut groups: Vec<ShapeGroup> = Vec::new();
     let of_candidate = |candidate: &Candidate| {
         let family = candidate.family();
         let place = families.iter().position(|known| *known == family);
-        let group = number_of(&mut groups, Group::of(candidate));
+        let group = number_of(&mut groups, ShapeGroup::of(candidate));
         (group, place.unwrap_or(families.len()))
     };
     let scored = candidates.iter().map(|white| &white.candidate);
@@ -80,8 +80,8 @@ pub(super) fn critical_values(
         .collect();
     shapes.extend(patterns.into_iter().map(|pattern| {
         let group = match pattern.stratum {
-            Stratum::Rest => Group::Period,
-            _ => Group::Pattern(pattern.group),
+            Stratum::Rest => ShapeGroup::Period,
+            _ => ShapeGroup::Pattern(pattern.group),
         };
         NullShape {
             family: families.len(),
@@ -100,7 +100,7 @@ pub(super) fn critical_values(
     let engine = Batched::new(space, &nothing_left);
     let mut maxima = engine.null_maxima(shapes, families.len() + 1, &cells, noise);
     let unexplained = maxima.families.pop().unwrap_or_default();
-    CriticalValues {
+    LawCriticalValues {
         laws: search::CriticalValues::calibrate(&families, &maxima.families, LAW_LEVEL),
         unexplained: NullDistribution::new(unexplained),
     }
@@ -108,7 +108,7 @@ pub(super) fn critical_values(
 
 /// What shapes share their bases with.
 #[derive(PartialEq)]
-enum Group {
+enum ShapeGroup {
     /// Laws at one joint, or in one run.
     Place(Place),
     /// Periods of gauges.
@@ -119,7 +119,7 @@ enum Group {
     Pattern(PatternGroup),
 }
 
-impl Group {
+impl ShapeGroup {
     fn of(candidate: &Candidate) -> Self {
         match &candidate.place {
             joint @ Place::Joint(_) => Self::Place(joint.clone()),

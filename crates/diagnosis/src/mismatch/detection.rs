@@ -3,23 +3,23 @@
 use stiffbench_beams::physics::Place;
 
 use super::candidate_scores::{ScoredCandidate, ScoredShape};
-use super::critical_values::CriticalValues;
+use super::critical_values::LawCriticalValues;
 use super::diagnosis::DetectionLimit;
 use super::error::MismatchError;
 use super::problem::DiagnosisProblem;
-use super::search::Found;
+use super::search::SearchResult;
 use crate::search::constants::POWER_80;
 
 impl DiagnosisProblem<'_> {
     /// For each law and place the size that 80 % of such sessions would show; of slips in one cell that which is hardest to see.
     pub(super) fn detection_limits(
         &self,
-        found: &Found,
-        limits: &CriticalValues,
+        found: &SearchResult,
+        critical: &LawCriticalValues,
     ) -> Result<Vec<DetectionLimit>, MismatchError> {
         let first = &found.first;
         let of = |seen: &ScoredCandidate| {
-            let limit = limits.laws.values.get(&seen.candidate.family()).copied();
+            let limit = critical.laws.values.get(&seen.candidate.family()).copied();
             detection_limit(seen, limit.unwrap_or(f64::INFINITY))
         };
         let is_slip = |seen: &&ScoredCandidate| seen.candidate.law.is_of_one_run();
@@ -48,9 +48,9 @@ impl DiagnosisProblem<'_> {
 }
 
 /// That of the largest size, or one that no size reaches.
-fn hardest(limits: impl Iterator<Item = DetectionLimit>) -> Option<DetectionLimit> {
+fn hardest(critical: impl Iterator<Item = DetectionLimit>) -> Option<DetectionLimit> {
     let size = |limit: &DetectionLimit| limit.size_80.unwrap_or(f64::INFINITY);
-    limits.max_by(|a, b| size(a).total_cmp(&size(b)))
+    critical.max_by(|a, b| size(a).total_cmp(&size(b)))
 }
 
 /// Size of a shape for a multiple of it; of a shape without a size the multiple.

@@ -12,7 +12,7 @@ use super::stratum::Stratum;
 pub enum Verdict {
     /// The mismatch has one explanation.
     Explained,
-    /// Some of the mismatch has several explanations that these data do not tell apart.
+    /// Some of the mismatch has several explanations that these data do not distinguish.
     Ambiguous,
     /// Structure is left that no law of the library explains.
     Unknown,
@@ -38,16 +38,16 @@ impl Verdict {
 
 /// A value with its standard uncertainty.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Value {
+pub struct EstimatedValue {
     /// The value, SI.
     pub value: f64,
-    /// Its standard uncertainty, SI; `None` where the readings change by steps and a derivative says nothing.
+    /// Its standard uncertainty, SI; `None` where the readings change by steps and a derivative carries no information.
     pub u: Option<f64>,
     /// Degrees of freedom of that uncertainty.
     pub dof: f64,
 }
 
-impl Value {
+impl EstimatedValue {
     /// 95 % interval: Student's t with the degrees of freedom of the noise.
     #[must_use]
     pub fn interval_95(&self) -> Option<[f64; 2]> {
@@ -74,8 +74,8 @@ pub struct Finding {
     /// The effect.
     pub effect: Effect,
     /// Its values with uncertainty, in the order of the law's parameters.
-    pub values: Vec<Value>,
-    /// Members of one group exclude each other and are not told apart; `None` where the finding stands alone.
+    pub values: Vec<EstimatedValue>,
+    /// Members of one group exclude each other and are indistinguishable; `None` where the finding stands alone.
     pub alternative_group: Option<u32>,
     /// Largest change of a reading, m.
     pub end_effect_m: f64,
@@ -87,7 +87,7 @@ pub struct Finding {
     pub standard_errors: f64,
     /// Chance that noise alone gives any law as much.
     pub p_family: f64,
-    /// Rivals that are told apart, the nearest first.
+    /// Rivals that are distinguished, the nearest first.
     pub rivals: Vec<Rival>,
 }
 
@@ -138,15 +138,15 @@ pub struct DetectionLimit {
 
 /// A factor before and after.
 #[derive(Debug, Clone, PartialEq)]
-pub struct FactorShift {
+pub struct FactorChange {
     /// Name.
     pub name: String,
     /// Compliance of a spring at a fitted value of one, rad/(N·m); `None` for a factor, which is fitted by its logarithm.
     pub spring_rad_per_nm: Option<f64>,
     /// In the model without effects.
-    pub before: Value,
+    pub before: EstimatedValue,
     /// In the final model.
-    pub after: Value,
+    pub after: EstimatedValue,
     /// Whether the data determine it in the final model.
     pub identified: bool,
 }
@@ -159,7 +159,7 @@ pub struct Impossible {
     /// The place.
     pub place: Place,
     /// Drop of the weighted squares that the impossible sign would give.
-    pub gain: f64,
+    pub delta_chi2: f64,
 }
 
 /// A diagnosis.
@@ -174,13 +174,13 @@ pub struct Diagnosis {
     /// What is missing; with the verdict unknown what explains part of it.
     pub findings: Vec<Finding>,
     /// What the final model leaves.
-    pub left_over: Location,
+    pub unexplained: Location,
     /// The model without effects.
     pub before: Quality,
     /// The final model.
     pub after: Quality,
     /// Factors (or slopes), logarithms for a robot.
-    pub factors: Vec<FactorShift>,
+    pub factors: Vec<FactorChange>,
     /// The noise of the final model.
     pub noise: ReadingNoise,
     /// Degrees of freedom of its three standard deviations: reading, zero, run slope; a million and more where one was given.

@@ -126,7 +126,7 @@ mod tests {
         let noise = pooled.noise();
         assert!((noise.reading_sd_m / 1e-6 - 3.25_f64.sqrt()).abs() < 1e-12);
         assert!((noise.run_slope_sd / 1e-3 - 3.25_f64.sqrt()).abs() < 1e-12);
-        // Two degrees of freedom tell nothing of a zero.
+        // Two degrees of freedom carry no information on a zero.
         assert_eq!(pooled.degrees_of_freedom(), [40.0, 0.0, 40.0]);
         assert_eq!(EarlierNoise::pooled(&[]), None);
     }
@@ -158,7 +158,7 @@ mod tests {
     }
 
     #[test]
-    fn sessions_that_scatter_otherwise_are_told_apart() {
+    fn sessions_with_another_scatter_are_rejected() {
         assert_eq!(
             session(1.0, 40.0).chance_of_the_same(&session(1.0, 40.0)),
             1.0
@@ -168,7 +168,7 @@ mod tests {
         assert!((apart - 0.03).abs() < 1e-4, "{apart}");
         let swapped = session(1.0, 40.0).chance_of_the_same(&session(2.2958_f64.sqrt(), 40.0));
         assert!((apart - swapped).abs() < 1e-9);
-        // What two degrees of freedom tell is not held against anything.
+        // What two degrees of freedom tell is not compared with anything.
         assert_eq!(
             session(9.0, 2.0).chance_of_the_same(&session(1.0, 2.0)),
             1.0

@@ -34,7 +34,7 @@ pub enum MismatchError {
     )]
     Empty,
     /// A planned pose for which the structure was not solved.
-    #[error("the procedure measures pose {pose}, which is not among the poses at hand")]
+    #[error("the procedure measures pose {pose}, which is not among the given poses")]
     #[diagnostic(
         code(stiffbench::mismatch::unknown_pose),
         help("the poses are: {}", known.join(", "))

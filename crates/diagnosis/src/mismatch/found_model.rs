@@ -6,7 +6,7 @@ use stiffbench_beams::robot::FittingFactors;
 use super::diagnosis::{Diagnosis, Finding};
 
 impl Diagnosis {
-    /// The final model as a file holds it: factors, the effects that act, and the alternatives that these data do not tell from them.
+    /// The final model as a file holds it: factors, the effects that act, and the alternatives that these data do not distinguish from them.
     ///
     /// The first member of a set of alternatives acts; the others stand beside it. Robot and session are the caller's to name.
     ///
@@ -55,11 +55,11 @@ fn found(finding: &Finding) -> FoundEffect {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::mismatch::{Location, Quality, ReadingNoise, Stratum, Value, Verdict};
+    use crate::mismatch::{EstimatedValue, Location, Quality, ReadingNoise, Stratum, Verdict};
 
     fn finding(effect: &str, alternative_group: Option<u32>) -> Finding {
         let effect: stiffbench_beams::physics::Effect = effect.parse().unwrap();
-        let value = |&value: &f64| Value {
+        let value = |&value: &f64| EstimatedValue {
             value,
             u: Some(0.1 * value.abs()),
             dof: 300.0,
@@ -78,7 +78,7 @@ mod tests {
     }
 
     #[test]
-    fn of_alternatives_the_first_acts_and_the_file_says_so() {
+    fn the_first_of_several_alternatives_is_written_with_a_note() {
         let quality = Quality {
             rms_m: 1e-6,
             held_out_rms_m: None,
@@ -98,7 +98,7 @@ mod tests {
             locations: Vec::new(),
             effects: crate::mismatch::first_of_alternatives(&findings),
             findings,
-            left_over: Location {
+            unexplained: Location {
                 stratum: Stratum::Rest,
                 pose: None,
                 direction: None,

@@ -7,7 +7,7 @@ use stiffbench_units_and_text::test_point::PoseId;
 use super::diagnosis::Quality;
 use super::error::MismatchError;
 use super::problem::DiagnosisProblem;
-use super::refit::{Model, Refit};
+use super::refit::{Model, WeightedFit};
 use super::state::State;
 
 impl DiagnosisProblem<'_> {
@@ -76,14 +76,14 @@ impl DiagnosisProblem<'_> {
         let kept: Vec<bool> = (0..self.observations.len())
             .map(|reading| self.observations.cells[self.observations.cell_of(reading)].pose != pose)
             .collect();
-        let refit = Refit {
+        let refit = WeightedFit {
             baseline: self.baseline,
             observations: self.observations,
             whitening: &state.whitening,
             kept: Some(&kept),
             scales: self.scales(),
             bounds_of_last: None,
-            near: None,
+            warm_start: None,
         };
         let mut predictor = self.predictor();
         let fitted = refit

@@ -15,7 +15,7 @@ use stiffbench_beams::physics::{Law, Place};
 
 use super::baseline::Baseline;
 use super::candidate_scores::WhiteCandidate;
-use super::critical_values::CriticalValues;
+use super::critical_values::LawCriticalValues;
 use super::error::MismatchError;
 use super::observations::Observations;
 use super::problem::DiagnosisProblem;
@@ -36,7 +36,7 @@ pub struct IdealSearch {
     length: usize,
 }
 
-/// A session as it is found by an observer who knows the noise.
+/// A session as it is found by an observer with known noise.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct IdealSession {
     /// A law passes its limit.
@@ -77,7 +77,7 @@ struct UnitShape {
 struct Best {
     candidate: usize,
     shape: usize,
-    gain: f64,
+    delta_chi2: f64,
     log_bayes: f64,
 }
 
@@ -86,7 +86,7 @@ impl IdealSearch {
     ///
     /// # Arguments
     /// - `observations`: readings with nothing missing, for where the gauge stands and for the noise.
-    /// - `limits`: those of the bench.
+    /// - `critical`: those of the bench.
     ///
     /// # Errors
     /// [`MismatchError`].
@@ -94,7 +94,7 @@ impl IdealSearch {
         baseline: &dyn Baseline,
         observations: &Observations,
         options: &SearchOptions,
-        limits: &CriticalValues,
+        critical: &LawCriticalValues,
     ) -> Result<Self, MismatchError> {
         if observations.is_empty() {
             return Err(MismatchError::Empty);
@@ -106,19 +106,19 @@ impl IdealSearch {
         let state = bench
             .alternate(bench.start(), options.noise)?
             .ok_or(MismatchError::Empty)?;
-        let view = bench.score_laws(&state, &options.without)?;
+        let scores = bench.score_laws(&state, &options.without)?;
         let mut ideal = Self {
             candidates: Vec::new(),
             vectors: Vec::new(),
-            length: view.space.length,
+            length: scores.space.length,
         };
-        for white in bench.white_shapes(&view, &state)? {
-            ideal.take_in(white, &view.space, limits);
+        for white in bench.white_shapes(&scores, &state)? {
+            ideal.take_in(white, &scores.space, critical);
         }
         Ok(ideal)
     }
 
-    fn take_in(&mut self, white: WhiteCandidate, space: &WhiteSpace, limits: &CriticalValues) {
+    fn take_in(&mut self, white: WhiteCandidate, space: &WhiteSpace, critical: &LawCriticalValues) {
         let mut shapes = Vec::new();
         for shape in white.shapes {
             let scale = shape.shape.scale;
@@ -148,7 +148,7 @@ impl IdealSearch {
             return;
         }
         self.candidates.push(Searched {
-            limit: limits.laws.of(candidate.family()),
+            limit: critical.laws.of(candidate.family()),
             values: candidate.law.parameters.len(),
             law: candidate.law,
             place: candidate.place,
@@ -206,7 +206,7 @@ impl IdealSearch {
         let mut effects = Vec::new();
         let mut readings: Vec<f32> = Vec::with_capacity(sessions * self.length);
         for _ in 0..sessions {
-            let effect = self.drawn(shapes, rng);
+            let effect = self.null_vectors(shapes, rng);
             readings.extend(effect.iter().map(|share| {
                 let noise: f32 = StandardNormal.sample(rng);
                 noise + size as f32 * share
@@ -216,12 +216,12 @@ impl IdealSearch {
         let along = self.along(&readings);
         let count = self.vectors.len() / self.length;
         let each = along.chunks(count).zip(&effects);
-        each.map(|(along, effect)| self.judged(truth, effect, size, along))
+        each.map(|(along, effect)| self.evaluated(truth, effect, size, along))
             .collect()
     }
 
     /// One of some shapes, of unit length, as likely as any other; so are its sign, where it is free, and its phase.
-    fn drawn(&self, shapes: &[UnitShape], rng: &mut ChaCha8Rng) -> Vec<f32> {
+    fn null_vectors(&self, shapes: &[UnitShape], rng: &mut ChaCha8Rng) -> Vec<f32> {
         let shape = shapes[rng.random_range(0..shapes.len())];
         let angle = match shape.vectors {
             1 if shape.sizes[0] < 0.0 && rng.random::<bool>() => std::f64::consts::PI,
@@ -269,14 +269,14 @@ impl IdealSearch {
     ///
     /// # Arguments
     /// - `along`: products of all vectors with its readings.
-    fn judged(&self, truth: usize, effect: &[f32], size: f64, along: &[f32]) -> IdealSession {
+    fn evaluated(&self, truth: usize, effect: &[f32], size: f64, along: &[f32]) -> IdealSession {
         let mut all: Vec<Best> = (0..self.candidates.len())
             .filter_map(|candidate| self.best(candidate, along))
             .collect();
         all.sort_by(|a, b| b.log_bayes.total_cmp(&a.log_bayes));
         let found = all
             .iter()
-            .any(|best| best.gain > self.candidates[best.candidate].limit);
+            .any(|best| best.delta_chi2 > self.candidates[best.candidate].limit);
         let own = &self.candidates[truth];
         let apart = |best: &Best| {
             let other = &self.candidates[best.candidate];
@@ -303,13 +303,13 @@ impl IdealSearch {
     /// The best shape of a candidate.
     fn best(&self, candidate: usize, along: &[f32]) -> Option<Best> {
         let searched = &self.candidates[candidate];
-        let gains = searched.shapes.iter().map(|shape| shape.gain(along));
-        let (shape, gain) = gains.enumerate().max_by(|a, b| a.1.total_cmp(&b.1))?;
+        let delta_chi2s = searched.shapes.iter().map(|shape| shape.delta_chi2(along));
+        let (shape, delta_chi2) = delta_chi2s.enumerate().max_by(|a, b| a.1.total_cmp(&b.1))?;
         Some(Best {
             candidate,
             shape,
-            gain,
-            log_bayes: log_bayes(gain, searched.limit, searched.values),
+            delta_chi2,
+            log_bayes: log_bayes(delta_chi2, searched.limit, searched.values),
         })
     }
 
@@ -356,26 +356,26 @@ impl IdealSearch {
 
     /// What the shape of a candidate that is most like an effect of a size leaves of it, standard errors.
     fn left_by(&self, searched: &Searched, effect: &[f32], size: f64) -> f64 {
-        let gain = |shape: &UnitShape| {
+        let delta_chi2 = |shape: &UnitShape| {
             let along = |number| size * product(self.vector(shape.vector + number), effect);
-            shape.gain_along(along(0), || along(1))
+            shape.delta_chi2_along(along(0), || along(1))
         };
-        let gains = searched.shapes.iter().map(gain);
+        let delta_chi2s = searched.shapes.iter().map(delta_chi2);
         // A loose member may make it worse.
-        let most = gains.fold(f64::NEG_INFINITY, f64::max);
+        let most = delta_chi2s.fold(f64::NEG_INFINITY, f64::max);
         (size * size - most).max(0.0).sqrt()
     }
 }
 
 impl UnitShape {
     /// Fall of the weighted squares by its best possible length.
-    fn gain(&self, along: &[f32]) -> f64 {
+    fn delta_chi2(&self, along: &[f32]) -> f64 {
         let along = |number| f64::from(along[self.vector + number]);
-        self.gain_along(along(0), || along(1))
+        self.delta_chi2_along(along(0), || along(1))
     }
 
     /// The same from the products of the readings with its first vector and, where it has two, its second.
-    fn gain_along(&self, first: f64, second: impl FnOnce() -> f64) -> f64 {
+    fn delta_chi2_along(&self, first: f64, second: impl FnOnce() -> f64) -> f64 {
         if self.vectors > 1 {
             return first * first + second().powi(2);
         }

@@ -3,7 +3,7 @@
 use super::earlier_noise::EarlierNoise;
 use super::restricted_likelihood::EstimatedNoise;
 
-/// What is known of the noise before the readings are looked at.
+/// What is known of the noise before the readings are checked.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub enum KnownNoise {
     /// Nothing: the readings alone tell it.

@@ -8,11 +8,11 @@ use super::candidate::Candidate;
 use super::candidate_scores::{WhiteCandidate, WhiteShape};
 use super::changes::MissingMemberChange;
 use super::error::MismatchError;
-use super::memory::key_of;
+use super::memo::key_of;
 use super::problem::DiagnosisProblem;
-use super::rank::CandidateScores;
-use super::ranked::Ranked;
-use super::refit::{Model, Refit, WarmStart};
+use super::ranked_candidate::Ranked;
+use super::ranking::CandidateScores;
+use super::refit::{Model, WarmStart, WeightedFit};
 use super::state::State;
 use crate::search::WhiteSpace;
 use crate::search::constants::{HOPELESS, INVISIBLE_MEMBER};
@@ -77,7 +77,7 @@ impl DiagnosisProblem<'_> {
                     effects: vec![effect.clone()],
                 };
                 let mut predictor = self.predictor();
-                let refit = Refit {
+                let refit = WeightedFit {
                     observations: &exact,
                     ..self.refit(&state.whitening)
                 };
@@ -93,7 +93,7 @@ impl DiagnosisProblem<'_> {
                     .transpose()?;
                 Ok(MissingMemberChange { effect, change_m })
             };
-            let effects = self.baseline.loose_effects().into_par_iter();
+            let effects = self.baseline.missing_member_effects().into_par_iter();
             effects.with_max_len(1).map(change).collect()
         })
     }
@@ -110,20 +110,20 @@ impl DiagnosisProblem<'_> {
     ) -> Result<Vec<Ranked>, MismatchError> {
         let existing = &state.fitted.model.effects;
         let key = key_of(state);
-        let promises = |change: &&MissingMemberChange| {
+        let is_promising = |change: &&MissingMemberChange| {
             let Some(change_m) = &change.change_m else {
                 return worth(change.effect.law, f64::INFINITY);
             };
             let white = view.space.projected(change_m);
             let square = dot(&white, &white);
-            let gain = 2.0 * dot(&white, &view.residuals) - square;
-            worth(change.effect.law, gain) && gain > HOPELESS * square
+            let delta_chi2 = 2.0 * dot(&white, &view.residuals) - square;
+            worth(change.effect.law, delta_chi2) && delta_chi2 > HOPELESS * square
         };
         let effects: Vec<&Effect> = self
             .missing_member_changes(state)?
             .iter()
             .filter(|change| !existing.contains(&change.effect))
-            .filter(promises)
+            .filter(is_promising)
             .map(|change| &change.effect)
             .collect();
         let fitted: Vec<Option<Ranked>> = effects
@@ -152,8 +152,8 @@ impl DiagnosisProblem<'_> {
             return Ok(None);
         }
         let mut predictor = self.predictor();
-        let refit = Refit {
-            near: Some(WarmStart::Start),
+        let refit = WeightedFit {
+            warm_start: Some(WarmStart::Start),
             ..self.refit(&state.whitening)
         };
         let Some(fitted) = refit.fit(&mut predictor, &start, true) else {

@@ -19,7 +19,7 @@ mod given_noise;
 mod held_out;
 mod ideal;
 mod known_noise;
-mod memory;
+mod memo;
 mod missing_members;
 mod next_measurement;
 mod noise;
@@ -30,8 +30,8 @@ mod plan;
 mod predictor;
 mod problem;
 mod profiles;
-mod rank;
-mod ranked;
+mod ranked_candidate;
+mod ranking;
 mod refit;
 mod restricted_likelihood;
 mod rounded;
@@ -47,14 +47,14 @@ mod verdict;
 pub use baseline::{
     Baseline, BaselineParameter, ElementCompliance, PROPERTIES, PoseSolver, RobotBaseline,
 };
-pub use critical_values::{CriticalValues, Family};
+pub use critical_values::{Family, LawCriticalValues};
 pub use design::{
     CAN_TELL, CANNOT_TELL, DesignBench, DesignReport, LawDesign, NearRival, ProposedMeasurement,
     Suspect, USUAL_NOISE, Unseen, design_of_plan, next_measurements, poses_at_hand,
 };
 pub use diagnosis::{
-    DetectionLimit, Diagnosis, FactorShift, Finding, Impossible, Location, Quality, Rival, Value,
-    Verdict,
+    DetectionLimit, Diagnosis, EstimatedValue, FactorChange, Finding, Impossible, Location,
+    Quality, Rival, Verdict,
 };
 pub use earlier_noise::EarlierNoise;
 pub use error::MismatchError;
@@ -77,7 +77,7 @@ pub use strata::{
     SuspectComponent, Untested, locate,
 };
 pub use stratum::Stratum;
-pub use trace::{EffectTrace, ReadingTrace, Trace, trace};
+pub use trace::{DiagnosisTrace, EffectTrace, ReadingTrace, trace};
 pub use trial::{TrialNoise, Truth, scale_to, simulate, standard_errors, standard_errors_between};
 pub use verdict::first_of_alternatives;
 
@@ -87,7 +87,7 @@ use stiffbench_beams::physics::laws::SHORTEST_PERIOD_M;
 /// Finds what a baseline cannot explain, and which physics would.
 ///
 /// # Arguments
-/// - `known`: limits worked out before for the same robot and plan; worked out here if `None`.
+/// - `known`: limits computed before for the same robot and plan; computed here if `None`.
 ///
 /// # Returns
 /// The diagnosis, and the limits for the next session of the same robot and plan.
@@ -98,13 +98,14 @@ pub fn diagnose(
     baseline: &dyn Baseline,
     observations: &Observations,
     options: &SearchOptions,
-    known: Option<&CriticalValues>,
-) -> Result<(Diagnosis, CriticalValues), MismatchError> {
-    let (diagnosis, limits, ()) = diagnose_and(baseline, observations, options, known, |_| Ok(()))?;
-    Ok((diagnosis, limits))
+    known: Option<&LawCriticalValues>,
+) -> Result<(Diagnosis, LawCriticalValues), MismatchError> {
+    let (diagnosis, critical, ()) =
+        diagnose_and(baseline, observations, options, known, |_| Ok(()))?;
+    Ok((diagnosis, critical))
 }
 
-/// The same, and says where the baseline without effects fails, as [`locate`] does.
+/// The same, and states where the baseline without effects fails, as [`locate`] does.
 ///
 /// # Errors
 /// [`MismatchError`].
@@ -112,20 +113,20 @@ pub fn diagnose_and_locate(
     baseline: &dyn Baseline,
     observations: &Observations,
     options: &SearchOptions,
-) -> Result<(Diagnosis, CriticalValues, Located), MismatchError> {
+) -> Result<(Diagnosis, LawCriticalValues, Located), MismatchError> {
     diagnose_and(baseline, observations, options, None, |bench| {
         bench.located_at_start(options)
     })
 }
 
-/// Diagnoses, and asks something else of the same bench, which keeps what it has worked out.
+/// Diagnoses, and asks something else of the same bench, which keeps what it has computed.
 fn diagnose_and<T>(
     baseline: &dyn Baseline,
     observations: &Observations,
     options: &SearchOptions,
-    known: Option<&CriticalValues>,
+    known: Option<&LawCriticalValues>,
     ask: impl FnOnce(&DiagnosisProblem<'_>) -> Result<T, MismatchError>,
-) -> Result<(Diagnosis, CriticalValues, T), MismatchError> {
+) -> Result<(Diagnosis, LawCriticalValues, T), MismatchError> {
     if observations.is_empty() {
         return Err(MismatchError::Empty);
     }
@@ -135,19 +136,19 @@ fn diagnose_and<T>(
     let asked = ask(&rough)?;
     at_start = observations.with_positions(&positions);
     let bench = rough.with_positions(&at_start);
-    let (found, limits) = bench.search(options, known)?;
-    // What was found moved the gauge too: where it stood is worked out again, and with it what its period would explain.
+    let (found, critical) = bench.search(options, known)?;
+    // What was found moved the gauge too: where it stood is computed again, and with it what its period would explain.
     let moved = bench.positions(&found.after)?;
     if !shifts_a_period(&positions, &moved) {
-        return Ok((bench.conclude(&found, &limits)?, limits, asked));
+        return Ok((bench.conclude(&found, &critical)?, critical, asked));
     }
     moved_on = observations.with_positions(&moved);
     let bench = bench.with_positions(&moved_on);
-    let (found, limits) = bench.search(options, Some(&limits))?;
-    Ok((bench.conclude(&found, &limits)?, limits, asked))
+    let (found, critical) = bench.search(options, Some(&critical))?;
+    Ok((bench.conclude(&found, &critical)?, critical, asked))
 }
 
-/// Whether positions differ by so much, m, that the shortest period looked for is in another phase: by 0.3 rad.
+/// Whether positions differ by so much, m, that the shortest period searched for is in another phase: by 0.3 rad.
 fn shifts_a_period(before: &[f64], after: &[f64]) -> bool {
     let shifts = before.iter().zip(after).map(|(a, b)| (a - b).abs());
     shifts.fold(0.0, f64::max) > 0.05 * SHORTEST_PERIOD_M

@@ -117,7 +117,7 @@ impl Observations {
         // Stable: within a run the order of the session is kept.
         rows.sort_by_key(|(pose, reading, _)| (*pose, reading.direction.index(), reading.run));
         let instruments = header.map(|header| &header.instruments);
-        let mut layout = Layout::default();
+        let mut layout = GrowingArrays::default();
         for (pose, reading, since) in rows {
             layout.push(pose, reading, since);
         }
@@ -242,7 +242,7 @@ impl Observations {
 
 /// Arrays as they grow.
 #[derive(Debug, Default)]
-struct Layout {
+struct GrowingArrays {
     cells: Vec<ObservedCell>,
     runs: Vec<ObservedRun>,
     readings: Vec<ObservedReading>,
@@ -251,7 +251,7 @@ struct Layout {
     table_run: Option<u32>,
 }
 
-impl Layout {
+impl GrowingArrays {
     fn push(&mut self, pose: usize, reading: &Reading, since: SinceZero) {
         let place = self.readings.len();
         let same_cell = self

@@ -55,7 +55,7 @@ mod tests {
     use crate::mismatch::changes::tests::observations;
 
     #[test]
-    fn gamma_errors_are_told_from_normal_and_even_ones() {
+    fn gamma_errors_are_distinguished_from_normal_and_uniform_ones() {
         let mut rng = ChaCha8Rng::seed_from_u64(1);
         let normal: Vec<f64> = (0..1000).map(|_| StandardNormal.sample(&mut rng)).collect();
         let gamma = Gamma::new(2.0, 1.0).unwrap();

@@ -42,7 +42,7 @@ impl PatternGroup {
 
 /// A pattern, white, and of unit length when projected.
 #[derive(Debug, Clone)]
-pub(super) struct Pattern {
+pub(super) struct ResidualPattern {
     pub(super) stratum: Stratum,
     pub(super) group: PatternGroup,
     /// Unit vectors: one, or two for a sine and cosine; not projected.
@@ -63,7 +63,7 @@ pub(super) fn patterns(
     observations: &Observations,
     compliance: &[f64],
     space: &WhiteSpace,
-) -> Vec<Pattern> {
+) -> Vec<ResidualPattern> {
     in_readings(observations, compliance)
         .par_iter()
         .filter_map(|pattern| pattern.white(space))
@@ -76,12 +76,12 @@ pub(super) fn largest_patterns(
     compliance: &[f64],
     space: &WhiteSpace,
     residuals: &[f64],
-) -> Vec<(f64, Pattern)> {
+) -> Vec<(f64, ResidualPattern)> {
     // Gains by products have lost some of their digits.
     const NEARLY: f64 = 1.0 - 1e-6;
     let all = in_readings(observations, compliance);
     let engine = Batched::new(space, residuals);
-    let gains: Vec<f64> = all
+    let delta_chi2s: Vec<f64> = all
         .par_iter()
         .map_init(Vec::new, |memory, pattern| {
             pattern.delta_chi2(observations, &engine, memory)
@@ -91,26 +91,28 @@ pub(super) fn largest_patterns(
         let mut places: Vec<usize> = (0..all.len())
             .filter(|&place| all[place].stratum == stratum)
             .collect();
-        places.sort_by(|&a, &b| gains[b].total_cmp(&gains[a]));
-        let mut best: Option<(f64, usize, Pattern)> = None;
+        places.sort_by(|&a, &b| delta_chi2s[b].total_cmp(&delta_chi2s[a]));
+        let mut best: Option<(f64, usize, ResidualPattern)> = None;
         for place in places {
             let most = best.as_ref().map_or(f64::NEG_INFINITY, |best| best.0);
-            if gains[place] < NEARLY * most {
+            if delta_chi2s[place] < NEARLY * most {
                 break;
             }
             let Some(pattern) = all[place].white(space) else {
                 continue;
             };
-            let gain = pattern.gain(residuals);
-            let is_first = |best: &(f64, usize, Pattern)| place < best.1;
-            if gain > most || gain == most && best.as_ref().is_none_or(is_first) {
-                best = Some((gain, place, pattern));
+            let delta_chi2 = pattern.delta_chi2(residuals);
+            let is_first = |best: &(f64, usize, ResidualPattern)| place < best.1;
+            if delta_chi2 > most || delta_chi2 == most && best.as_ref().is_none_or(is_first) {
+                best = Some((delta_chi2, place, pattern));
             }
         }
         best
     };
     let largest = Stratum::ALL.into_iter().filter_map(largest_of);
-    largest.map(|(gain, _, pattern)| (gain, pattern)).collect()
+    largest
+        .map(|(delta_chi2, _, pattern)| (delta_chi2, pattern))
+        .collect()
 }
 
 fn in_readings(observations: &Observations, compliance: &[f64]) -> Vec<InReadings> {
@@ -182,10 +184,10 @@ fn order_patterns(observations: &Observations) -> Vec<InReadings> {
 
 impl InReadings {
     /// Made white; `None` if the fit absorbs it.
-    fn white(&self, space: &WhiteSpace) -> Option<Pattern> {
+    fn white(&self, space: &WhiteSpace) -> Option<ResidualPattern> {
         let (units, length) = space.orthonormal(&self.values_m, ABSORBED_PATTERN)?;
         let first = self.values_m.first()?.iter();
-        Some(Pattern {
+        Some(ResidualPattern {
             stratum: self.stratum,
             group: self.group,
             units,
@@ -311,7 +313,7 @@ pub(super) fn autocorrelation_p(observations: &Observations, residuals: &[f64]) 
     (squares > 0.0).then(|| stiffbench_numeric::statistics::normal_upper_tail(sum / squares.sqrt()))
 }
 
-impl Pattern {
+impl ResidualPattern {
     /// The same, as a sign that what is left belongs to no particular stratum.
     pub(super) fn of_the_rest(self) -> Self {
         Self {
@@ -321,7 +323,7 @@ impl Pattern {
     }
 
     /// Drop of the weighted squares of residuals that are projected.
-    pub(super) fn gain(&self, residuals: &[f64]) -> f64 {
+    pub(super) fn delta_chi2(&self, residuals: &[f64]) -> f64 {
         self.units
             .iter()
             .map(|unit| dot(unit, residuals).powi(2))

@@ -2,7 +2,7 @@
 
 use std::sync::{Arc, Mutex, PoisonError};
 
-use stiffbench_beams::physics::{Effect, LawSet, Place, PoseMechanics, Twists};
+use stiffbench_beams::physics::{Effect, JointRotations, LawSet, Place, PoseMechanics};
 
 use super::baseline::{Baseline, PoseSolver};
 use super::changes::LinearisedModel;
@@ -40,7 +40,7 @@ pub(super) struct ReadingPredictor<'a> {
     solvers: Vec<Option<AnySolver<'a>>>,
     /// Where its solvers come from and go to.
     idle: Arc<IdleSolvers<'a>>,
-    twists: Twists,
+    joint_rotations: JointRotations,
     /// Poses whose joints act as they are there, not as the factors have them.
     held: Option<Vec<PoseMechanics>>,
 }
@@ -62,7 +62,7 @@ impl<'a> ReadingPredictor<'a> {
             observations,
             solvers: (0..baseline.variants()).map(|_| None).collect(),
             idle,
-            twists: Twists::default(),
+            joint_rotations: JointRotations::default(),
             held: None,
         }
     }
@@ -70,8 +70,8 @@ impl<'a> ReadingPredictor<'a> {
     /// From now on twists act as in a frozen structure, whatever the factors; again as the factors have it with `None`.
     ///
     /// What twists do changes little with the factors, and to work it out is most of the work of a prediction.
-    pub(super) fn hold_joints(&mut self, frozen: Option<&LinearisedModel>) {
-        self.held = frozen.map(|frozen| frozen.poses.clone());
+    pub(super) fn hold_joints(&mut self, linearised: Option<&LinearisedModel>) {
+        self.held = linearised.map(|linearised| linearised.poses.clone());
     }
 
     /// From now on twists act as in the structure of parameters and effects.
@@ -161,7 +161,7 @@ impl<'a> ReadingPredictor<'a> {
             laws.displacements_m(
                 mechanics,
                 &self.observations.run_loads(index),
-                &mut self.twists,
+                &mut self.joint_rotations,
                 &mut out[run.readings.clone()],
             );
         }
@@ -216,7 +216,7 @@ impl<'a> ReadingPredictor<'a> {
     }
 
     /// The poses of the structure that effects ask for, as they are now.
-    pub(super) fn frozen(
+    pub(super) fn linearised(
         &mut self,
         parameters: &[f64],
         effects: &[Effect],

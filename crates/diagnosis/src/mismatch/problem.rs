@@ -6,11 +6,11 @@ use super::baseline::{Baseline, prior_sd};
 use super::candidate::PlaceScales;
 use super::error::MismatchError;
 use super::known_noise::KnownNoise;
-use super::memory::Memory;
+use super::memo::SearchMemo;
 use super::noise::NoiseCovariance;
 use super::observations::Observations;
 use super::predictor::{IdleSolvers, ReadingPredictor};
-use super::refit::{Model, Refit, step_of};
+use super::refit::{Model, WeightedFit, step_of};
 use super::restricted_likelihood::{EstimatedNoise, estimate_noise};
 use super::state::State;
 use crate::search::WhiteSpace;
@@ -22,7 +22,7 @@ pub(super) struct DiagnosisProblem<'a> {
     pub(super) baseline: &'a dyn Baseline,
     pub(super) observations: &'a Observations,
     idle: Arc<IdleSolvers<'a>>,
-    pub(super) memory: Arc<Memory>,
+    pub(super) memory: Arc<SearchMemo>,
 }
 
 impl<'a> DiagnosisProblem<'a> {
@@ -53,24 +53,24 @@ impl<'a> DiagnosisProblem<'a> {
     pub(super) fn scales(&self) -> &PlaceScales {
         self.memory.scales(|| {
             let start = self.start();
-            let frozen = self.predictor().frozen(&start.parameters, &[]);
-            PlaceScales::new(self.observations, &frozen.unwrap_or_default())
+            let linearised = self.predictor().linearised(&start.parameters, &[]);
+            PlaceScales::new(self.observations, &linearised.unwrap_or_default())
         })
     }
 
     /// A refit under a whitening.
-    pub(super) fn refit<'w>(&'w self, whitening: &'w NoiseCovariance) -> Refit<'w>
+    pub(super) fn refit<'w>(&'w self, whitening: &'w NoiseCovariance) -> WeightedFit<'w>
     where
         'a: 'w,
     {
-        Refit {
+        WeightedFit {
             baseline: self.baseline,
             observations: self.observations,
             whitening,
             kept: None,
             scales: self.scales(),
             bounds_of_last: None,
-            near: None,
+            warm_start: None,
         }
     }
 

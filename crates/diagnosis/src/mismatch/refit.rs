@@ -23,7 +23,7 @@ pub(super) struct Model {
 
 /// A model fitted to the readings.
 #[derive(Debug, Clone)]
-pub(super) struct Fitted {
+pub(super) struct FittedModel {
     pub(super) model: Model,
     /// Weighted squares of the readings and of what was known of the parameters.
     pub(super) squares: f64,
@@ -34,7 +34,7 @@ const NEGLIGIBLE: f64 = 1e-3;
 
 /// Readings used by a fit: those where `weight` is not zero (held-out readings have none).
 #[derive(Clone, Copy)]
-pub(super) struct Refit<'a> {
+pub(super) struct WeightedFit<'a> {
     pub(super) baseline: &'a dyn Baseline,
     pub(super) observations: &'a Observations,
     pub(super) whitening: &'a NoiseCovariance,
@@ -45,7 +45,7 @@ pub(super) struct Refit<'a> {
     /// Narrower bounds of the values of the last effect.
     pub(super) bounds_of_last: Option<&'a [[f64; 2]]>,
     /// The structure whose twists serve until the fit is near its end.
-    pub(super) near: Option<WarmStart<'a>>,
+    pub(super) warm_start: Option<WarmStart<'a>>,
 }
 
 /// A structure near that of a fit.
@@ -57,19 +57,21 @@ pub(super) enum WarmStart<'a> {
     Start,
 }
 
-impl Refit<'_> {
+impl WeightedFit<'_> {
     /// Fits from a start; `None` if the start is no structure.
     pub(super) fn fit(
         &self,
         predictor: &mut ReadingPredictor<'_>,
         start: &Model,
         move_effects: bool,
-    ) -> Option<Fitted> {
+    ) -> Option<FittedModel> {
         let in_a_joint = |effect: &Effect| matches!(effect.place, Place::Joint(_));
-        let near = self.near.filter(|_| start.effects.iter().any(in_a_joint));
-        let first = near.and_then(|near| {
-            match near {
-                WarmStart::Known(frozen) => predictor.hold_joints(Some(frozen)),
+        let warm_start = self
+            .warm_start
+            .filter(|_| start.effects.iter().any(in_a_joint));
+        let first = warm_start.and_then(|warm_start| {
+            match warm_start {
+                WarmStart::Known(linearised) => predictor.hold_joints(Some(linearised)),
                 WarmStart::Start => predictor
                     .hold_joints_as_at(&start.parameters, &start.effects)
                     .ok()?,
@@ -87,8 +89,8 @@ impl Refit<'_> {
         predictor: &mut ReadingPredictor<'_>,
         start: &Model,
         move_effects: bool,
-    ) -> Option<Fitted> {
-        let mut problem = Problem {
+    ) -> Option<FittedModel> {
+        let mut problem = FitResiduals {
             refit: self,
             predictor,
             effects: start.effects.clone(),
@@ -106,7 +108,7 @@ impl Refit<'_> {
         let parameters = self.baseline.parameters().len();
         let mut effects = start.effects.clone();
         put_values(&mut effects, &fit.values[parameters..]);
-        Some(Fitted {
+        Some(FittedModel {
             model: Model {
                 parameters: fit.values[..parameters].to_vec(),
                 effects,
@@ -253,8 +255,8 @@ fn step_on(effect: &mut Effect, value: usize) -> f64 {
     step
 }
 
-struct Problem<'r, 'a, 'p> {
-    refit: &'r Refit<'a>,
+struct FitResiduals<'r, 'a, 'p> {
+    refit: &'r WeightedFit<'a>,
     predictor: &'r mut ReadingPredictor<'p>,
     effects: Vec<Effect>,
     scratch: Vec<f64>,
@@ -267,7 +269,7 @@ struct Problem<'r, 'a, 'p> {
 #[error("there is no such structure")]
 struct NoStructure;
 
-impl ResidualFunction for Problem<'_, '_, '_> {
+impl ResidualFunction for FitResiduals<'_, '_, '_> {
     fn residual_count(&self) -> usize {
         self.scratch.len() + self.refit.baseline.parameters().len()
     }
@@ -304,7 +306,7 @@ impl ResidualFunction for Problem<'_, '_, '_> {
     }
 }
 
-impl Problem<'_, '_, '_> {
+impl FitResiduals<'_, '_, '_> {
     fn baseline_columns(
         &mut self,
         of_baseline: &[f64],
@@ -361,7 +363,7 @@ impl Problem<'_, '_, '_> {
     }
 }
 
-/// Step of a difference: a share of the value; from zero, a size at which the effect can be told from rounding.
+/// Step of a difference: a share of the value; from zero, a size at which the effect can be distinguished from rounding.
 pub(super) fn step_of(effect: &Effect, value: usize) -> f64 {
     /// Step from zero of a value with a unit.
     const FROM_ZERO: f64 = 1e-9;

@@ -6,7 +6,7 @@
 use nalgebra::{DMatrix, DVector, Matrix3, Vector3};
 use rayon::prelude::*;
 
-use stiffbench_numeric::lanes::{sums_side_by_side, widest};
+use stiffbench_numeric::simd::{sums_side_by_side, widest};
 
 use super::earlier_noise::EarlierNoise;
 use super::noise::{NoiseCovariance, ReadingNoise};
@@ -36,7 +36,7 @@ impl EstimatedNoise {
                 variance += shares[i] * self.covariance[i][j] * shares[j];
             }
         }
-        // Below two degrees of freedom a quantile says nothing; above a million it is the normal one.
+        // Below two degrees of freedom a quantile carries no information; above a million it is the normal one.
         (2.0 / variance.max(2e-6)).clamp(2.0, 1e6)
     }
 }
@@ -52,14 +52,14 @@ struct FixedPart {
 /// # Arguments
 /// - `residual_m`: readings minus the baseline (and minus effects already found), m.
 /// - `slope_m`, `compliance`: the baseline's prediction and compliance at each reading.
-/// - `near`: the noise of a similar baseline, to start from.
+/// - `warm_start`: the noise of a similar baseline, to start from.
 /// - `earlier`: how earlier sessions scattered; the noise is the likeliest for these readings and those.
 #[must_use]
 pub(super) fn estimate_noise(
     observations: &Observations,
     residual_m: &[f64],
     (slope_m, compliance): (&[f64], &[f64]),
-    near: Option<&ReadingNoise>,
+    warm_start: Option<&ReadingNoise>,
     earlier: Option<&EarlierNoise>,
 ) -> EstimatedNoise {
     let fixed: Vec<FixedPart> = (0..observations.cells.len())
@@ -70,7 +70,7 @@ pub(super) fn estimate_noise(
         .steps
         .displacement_m
         .map_or(1e-9, |step| (step / 12.0_f64.sqrt()).max(1e-9));
-    let problem = Problem {
+    let problem = VarianceProblem {
         observations,
         fixed,
         residual_m,
@@ -90,7 +90,9 @@ pub(super) fn estimate_noise(
         (rough * rough).ln(),
         (3e-3_f64).powi(2).ln(),
     );
-    let start = near.map_or(centre, |near| problem.log_variances(near, &centre));
+    let start = warm_start.map_or(centre, |warm_start| {
+        problem.log_variances(warm_start, &centre)
+    });
     let (best, hessian) = problem.maximise(start, &centre);
     let covariance = hessian
         .try_inverse()
@@ -102,7 +104,7 @@ pub(super) fn estimate_noise(
     }
 }
 
-struct Problem<'a> {
+struct VarianceProblem<'a> {
     observations: &'a Observations,
     fixed: Vec<FixedPart>,
     residual_m: &'a [f64],
@@ -114,7 +116,7 @@ struct Problem<'a> {
     free_zero_sd_m: f64,
 }
 
-impl Problem<'_> {
+impl VarianceProblem<'_> {
     fn noise(&self, log_variances: &Vector3<f64>) -> ReadingNoise {
         let [reading, zero, slope] = [0, 1, 2].map(|i| (0.5 * log_variances[i]).exp());
         let zero = if self.observations.free_zeros {
@@ -180,7 +182,7 @@ impl Problem<'_> {
         (squares, log_determinant, dof)
     }
 
-    /// Minus twice the logarithm of the restricted likelihood, with a wide prior about `centre` for what the data do not tell.
+    /// Minus twice the logarithm of the restricted likelihood, with a wide prior about `centre` for what the data do not determine.
     fn objective(&self, log_variances: &Vector3<f64>, centre: &Vector3<f64>) -> f64 {
         let noise = self.noise(log_variances);
         let whitening = self.whitening(&noise);
@@ -272,7 +274,7 @@ struct RestrictedPart {
     dof: usize,
 }
 
-/// Weighted squares that the fixed part of a cell leaves, and what else it adds; `None` where the fixed part cannot be told.
+/// Weighted squares that the fixed part of a cell leaves, and what else it adds; `None` where the fixed part cannot be determined.
 ///
 /// # Arguments
 /// - `white`: the residuals of all readings, white.

@@ -111,7 +111,7 @@ mod tests {
 
     #[test]
     fn errors_are_those_of_a_rounded_normal_number_at_its_place() {
-        const DRAWS: usize = 4000;
+        const NULL_SAMPLES: usize = 4000;
         let observations = with_step(STEP_M);
         let whitening = whitening(&observations);
         let loads = observations.loads.iter();
@@ -119,11 +119,11 @@ mod tests {
         let rounded = RoundedNoise::new(&observations, &whitening, predicted.clone()).unwrap();
         let mut rng = ChaCha8Rng::seed_from_u64(5);
         let mut means = vec![0.0; observations.len()];
-        for _ in 0..DRAWS {
-            let mut drawn = rounded.draw(&mut rng);
-            whitening.covariance.unwhiten(&mut drawn);
-            for (mean, error) in means.iter_mut().zip(drawn) {
-                *mean += error / DRAWS as f64;
+        for _ in 0..NULL_SAMPLES {
+            let mut null_vectors = rounded.draw(&mut rng);
+            whitening.covariance.unwhiten(&mut null_vectors);
+            for (mean, error) in means.iter_mut().zip(null_vectors) {
+                *mean += error / NULL_SAMPLES as f64;
             }
         }
         for (mean, predicted) in means.iter().zip(&predicted) {
@@ -136,7 +136,7 @@ mod tests {
                 })
                 .sum();
             // Five standard errors of a mean, no error being larger than half a step and a few micrometres.
-            let tolerance = 5.0 * 5e-6 / (DRAWS as f64).sqrt();
+            let tolerance = 5.0 * 5e-6 / (NULL_SAMPLES as f64).sqrt();
             assert!(
                 (mean - (read - predicted)).abs() < tolerance,
                 "{mean:e} at {predicted:e}"
@@ -185,10 +185,10 @@ mod tests {
         let rounded = RoundedNoise::new(&observations, &whitening, stood.clone()).unwrap();
         let mut block = vec![f32::NAN; observations.len() * SAMPLES_TOGETHER];
         put_drawn(&mut block, &rounded, &mut ChaCha8Rng::seed_from_u64(1));
-        for (draws, stood) in block.chunks(SAMPLES_TOGETHER).zip(&stood) {
+        for (samples, stood) in block.chunks(SAMPLES_TOGETHER).zip(&stood) {
             let error = -stood / noise.reading_sd_m;
             assert!(
-                draws
+                samples
                     .iter()
                     .all(|white| (f64::from(*white) - error).abs() < 1e-3)
             );

@@ -2,15 +2,15 @@
 
 use stiffbench_beams::physics::Law;
 
-use super::critical_values::{CriticalValues, critical_values};
+use super::critical_values::{LawCriticalValues, critical_values};
 use super::error::MismatchError;
 use super::known_noise::KnownNoise;
-use super::memory::key_of;
+use super::memo::key_of;
 use super::outlier::is_outlier;
-use super::patterns::{Pattern, autocorrelation_p, largest_patterns, patterns};
+use super::patterns::{ResidualPattern, autocorrelation_p, largest_patterns, patterns};
 use super::problem::DiagnosisProblem;
-use super::rank::CandidateScores;
-use super::ranked::{Ranked, same};
+use super::ranked_candidate::{Ranked, same};
+use super::ranking::CandidateScores;
 use super::refit::Model;
 use super::rounded::RoundedNoise;
 use super::state::State;
@@ -29,7 +29,7 @@ pub struct SearchOptions {
     pub without: Vec<Law>,
     /// Seed of the limits' draws.
     pub seed: u64,
-    /// What is known of the noise before the readings are looked at.
+    /// What is known of the noise before the readings are checked.
     pub noise: KnownNoise,
 }
 
@@ -46,25 +46,25 @@ impl Default for SearchOptions {
 
 /// A found effect, its rivals in the order of their evidence, itself the first.
 #[derive(Debug, Clone)]
-pub(super) struct Chosen {
+pub(super) struct ResolvedEffect {
     pub(super) ranked: Vec<Ranked>,
     pub(super) family_p: f64,
 }
 
 /// What a search found.
-pub(super) struct Found {
+pub(super) struct SearchResult {
     pub(super) before: State,
     pub(super) after: State,
-    pub(super) chosen: Vec<Chosen>,
+    pub(super) resolved: Vec<ResolvedEffect>,
     /// What the baseline leaves to be seen: for maps, limits and rejected candidates.
     pub(super) first: CandidateScores,
     /// The largest pattern of each stratum that the baseline leaves, with its gain.
-    pub(super) first_patterns: Vec<(f64, Pattern)>,
+    pub(super) first_patterns: Vec<(f64, ResidualPattern)>,
     /// Patterns left by the final model, and the gain of the largest.
     pub(super) left: UnexplainedStructure,
 }
 
-impl Found {
+impl SearchResult {
     /// Whether the final model is another than the first.
     pub(super) fn changed(&self) -> bool {
         key_of(&self.before) != key_of(&self.after)
@@ -74,8 +74,8 @@ impl Found {
 /// The largest pattern that a model leaves.
 #[derive(Debug, Clone)]
 pub(super) struct UnexplainedStructure {
-    pub(super) pattern: Option<Pattern>,
-    pub(super) gain: f64,
+    pub(super) pattern: Option<ResidualPattern>,
+    pub(super) delta_chi2: f64,
     pub(super) p: f64,
 }
 
@@ -118,17 +118,17 @@ impl DiagnosisProblem<'_> {
         first: &CandidateScores,
         state: &State,
         seed: u64,
-    ) -> Result<CriticalValues, MismatchError> {
+    ) -> Result<LawCriticalValues, MismatchError> {
         let (_, compliance) = self.slope(&mut self.predictor(), &state.fitted.model)?;
         let patterns = patterns(self.observations, &compliance, &first.space);
         let white = self.white_shapes(first, state)?;
         let predicted = self.predicted(&mut self.predictor(), &state.fitted.model)?;
         let rounded = RoundedNoise::new(self.observations, &state.whitening, predicted);
-        let drawn = rounded
+        let null_vectors = rounded
             .as_ref()
             .map(|rounded| rounded as &dyn DrawResiduals);
         let residuals = &first.residuals[..self.observations.len()];
-        let noise = NullNoise::like(residuals, drawn, NULL_SAMPLES, seed);
+        let noise = NullNoise::like(residuals, null_vectors, NULL_SAMPLES, seed);
         let space = &first.space;
         Ok(critical_values(
             self.observations,
@@ -145,7 +145,7 @@ impl DiagnosisProblem<'_> {
         state: &State,
         space: &WhiteSpace,
         residuals: &[f64],
-    ) -> Result<Vec<(f64, Pattern)>, MismatchError> {
+    ) -> Result<Vec<(f64, ResidualPattern)>, MismatchError> {
         let (_, compliance) = self.slope(&mut self.predictor(), &state.fitted.model)?;
         let observations = self.observations;
         Ok(largest_patterns(
@@ -159,24 +159,24 @@ impl DiagnosisProblem<'_> {
     /// Searches for what is missing.
     ///
     /// # Arguments
-    /// - `known`: critical values worked out before for the same robot and plan; worked out here if `None`.
+    /// - `known`: critical values computed before for the same robot and plan; computed here if `None`.
     pub(super) fn search(
         &self,
         options: &SearchOptions,
-        known: Option<&CriticalValues>,
-    ) -> Result<(Found, CriticalValues), MismatchError> {
+        known: Option<&LawCriticalValues>,
+    ) -> Result<(SearchResult, LawCriticalValues), MismatchError> {
         let before = self
             .alternate(self.start(), options.noise)?
             .ok_or(MismatchError::Empty)?;
         let first = self.score_laws(&before, &options.without)?;
-        let limits = match known {
-            Some(limits) => limits.clone(),
+        let critical = match known {
+            Some(critical) => critical.clone(),
             None => self.critical_values(&first, &before, options.seed)?,
         };
         let search = LawSearch {
             bench: self,
             options,
-            limits: &limits,
+            critical: &critical,
         };
         // What is too little to decide about is not given names.
         let selection = if self.lacking().is_empty() {
@@ -188,27 +188,27 @@ impl DiagnosisProblem<'_> {
             }
         };
         let mut state = selection.model;
-        let chosen = search.rivals_of_each(&state, &selection.p)?;
-        if let Some(best) = chosen.first().filter(|_| chosen.len() == 1) {
+        let resolved = search.rivals_of_each(&state, &selection.p)?;
+        if let Some(best) = resolved.first().filter(|_| resolved.len() == 1) {
             // Its own ranking may have found a simpler or better member.
             state = search.with(&best.ranked[0])?.unwrap_or(state);
         }
         let first_patterns = self.largest_patterns(&before, &first.space, &first.residuals)?;
-        let left = if chosen.is_empty() {
-            self.largest_left(&first_patterns, &first.residuals, &limits)
+        let left = if resolved.is_empty() {
+            self.largest_left(&first_patterns, &first.residuals, &critical)
         } else {
-            self.unexplained(&state, &limits)?
+            self.unexplained(&state, &critical)?
         };
-        let mut found = Found {
+        let mut found = SearchResult {
             before,
             after: state,
-            chosen,
+            resolved,
             first,
             first_patterns,
             left,
         };
         search.drop_stand_ins(&mut found)?;
-        Ok((found, limits))
+        Ok((found, critical))
     }
 
     /// Whether one pose carries most of an effect, or there is one pose only, so that leaving it out asks nothing.
@@ -227,33 +227,37 @@ impl DiagnosisProblem<'_> {
     fn unexplained(
         &self,
         state: &State,
-        limits: &CriticalValues,
+        critical: &LawCriticalValues,
     ) -> Result<UnexplainedStructure, MismatchError> {
         let (space, residuals) = self.space(state)?;
         let patterns = self.largest_patterns(state, &space, &residuals)?;
-        Ok(self.largest_left(&patterns, &residuals, limits))
+        Ok(self.largest_left(&patterns, &residuals, critical))
     }
 
     /// The largest of some patterns that are left in white residuals.
     fn largest_left(
         &self,
-        patterns: &[(f64, Pattern)],
+        patterns: &[(f64, ResidualPattern)],
         residuals: &[f64],
-        limits: &CriticalValues,
+        critical: &LawCriticalValues,
     ) -> UnexplainedStructure {
         // Of equal ones the first.
         let best = patterns.iter().rev().max_by(|a, b| a.0.total_cmp(&b.0));
-        let gain = best.map_or(0.0, |(gain, _)| *gain);
-        let mut p = limits.unexplained.p(gain);
+        let delta_chi2 = best.map_or(0.0, |(delta_chi2, _)| *delta_chi2);
+        let mut p = critical.unexplained.p(delta_chi2);
         let mut pattern = best.map(|(_, pattern)| pattern.clone());
         if let Some(rhythm) = autocorrelation_p(self.observations, residuals) {
             // Two tests share the level.
             if rhythm < p {
-                pattern = pattern.map(Pattern::of_the_rest);
+                pattern = pattern.map(ResidualPattern::of_the_rest);
             }
             p = (2.0 * p.min(rhythm)).min(1.0);
         }
-        UnexplainedStructure { pattern, gain, p }
+        UnexplainedStructure {
+            pattern,
+            delta_chi2,
+            p,
+        }
     }
 }
 
@@ -261,7 +265,7 @@ impl DiagnosisProblem<'_> {
 struct LawSearch<'s, 'a> {
     bench: &'s DiagnosisProblem<'a>,
     options: &'s SearchOptions,
-    limits: &'s CriticalValues,
+    critical: &'s LawCriticalValues,
 }
 
 impl ForwardProblem for LawSearch<'_, '_> {
@@ -281,21 +285,23 @@ impl ForwardProblem for LawSearch<'_, '_> {
     fn rescore(
         &self,
         state: &State,
-        (before, view): (&State, &CandidateScores),
+        (before, scores): (&State, &CandidateScores),
         share: f64,
     ) -> Result<CandidateScores, MismatchError> {
-        let before = (view, &before.noise.noise);
-        self.bench.rescore_laws(state, before, (self.limits, share))
+        let before = (scores, &before.noise.noise);
+        self.bench
+            .rescore_laws(state, before, (self.critical, share))
     }
 
     fn rank(
         &self,
         state: &State,
-        view: &CandidateScores,
+        scores: &CandidateScores,
         share: f64,
     ) -> Result<Vec<Ranked>, MismatchError> {
         let without = &self.options.without;
-        self.bench.rank(state, view, without, (self.limits, share))
+        self.bench
+            .rank(state, scores, without, (self.critical, share))
     }
 
     fn evidence(&self, ranked: &Ranked) -> Evidence {
@@ -303,7 +309,7 @@ impl ForwardProblem for LawSearch<'_, '_> {
     }
 
     fn p(&self, ranked: &Ranked, delta_chi2: f64) -> f64 {
-        self.limits.laws.p(ranked.family(), delta_chi2)
+        self.critical.laws.p(ranked.family(), delta_chi2)
     }
 
     fn is_same(&self, one: &Ranked, other: &Ranked) -> bool {
@@ -336,10 +342,10 @@ impl ForwardProblem for LawSearch<'_, '_> {
             .ok_or(MismatchError::Empty)
     }
 
-    fn may_be_believed(&self, view: &CandidateScores, ranked: &Ranked) -> bool {
+    fn may_be_believed(&self, scores: &CandidateScores, ranked: &Ranked) -> bool {
         let observations = self.bench.observations;
         !(ranked.effect.law.is_of_one_run()
-            && is_outlier(observations, &ranked.white, &view.residuals))
+            && is_outlier(observations, &ranked.white, &scores.residuals))
     }
 
     /// An effect that passed by chance mostly fits the poses it was found in and fails in the one left out; a true one whose parameters the
@@ -363,12 +369,16 @@ impl LawSearch<'_, '_> {
     ///
     /// # Arguments
     /// - `p`: chance of each effect on noise alone.
-    fn rivals_of_each(&self, state: &State, p: &[f64]) -> Result<Vec<Chosen>, MismatchError> {
+    fn rivals_of_each(
+        &self,
+        state: &State,
+        p: &[f64],
+    ) -> Result<Vec<ResolvedEffect>, MismatchError> {
         (0..self.terms(state))
             .map(|effect| {
                 let mut ranked = rivals(self, state, effect)?;
                 simplest_first(&mut ranked);
-                Ok(Chosen {
+                Ok(ResolvedEffect {
                     ranked,
                     family_p: p.get(effect).copied().unwrap_or(1.0),
                 })
@@ -377,18 +387,19 @@ impl LawSearch<'_, '_> {
     }
 
     /// Takes back, where structure is left that no law explains, what explains less than the largest pattern that is left, or not clearly more
-    /// than a pattern without a law would in its stead: it stands for the unknown cause as well as it can, and its name says nothing.
-    fn drop_stand_ins(&self, found: &mut Found) -> Result<(), MismatchError> {
+    /// than a pattern without a law would in its stead: it stands for the unknown cause as well as it can, and its name carries no information.
+    fn drop_stand_ins(&self, found: &mut SearchResult) -> Result<(), MismatchError> {
         if found.left.p > UNEXPLAINED_LEVEL {
             return Ok(());
         }
         let mut kept: Vec<bool> = Vec::new();
-        for (place, chosen) in found.chosen.iter().enumerate() {
+        for (place, resolved) in found.resolved.iter().enumerate() {
             let rest = self.without(&found.after, place)?;
-            let instead = self.bench.unexplained(&rest, self.limits)?.gain + BEYOND_PATTERNS;
-            let needed = found.left.gain.max(instead);
+            let instead =
+                self.bench.unexplained(&rest, self.critical)?.delta_chi2 + BEYOND_PATTERNS;
+            let needed = found.left.delta_chi2.max(instead);
             kept.push(
-                chosen
+                resolved
                     .ranked
                     .iter()
                     .any(|best| best.evidence.delta_chi2 > needed),
@@ -404,14 +415,14 @@ impl LawSearch<'_, '_> {
             return Ok(());
         };
         let families: Vec<f64> = found
-            .chosen
+            .resolved
             .iter()
             .zip(&kept)
             .filter(|(_, kept)| **kept)
-            .map(|(chosen, _)| chosen.family_p)
+            .map(|(resolved, _)| resolved.family_p)
             .collect();
-        found.chosen = self.rivals_of_each(&state, &families)?;
-        found.left = self.bench.unexplained(&state, self.limits)?;
+        found.resolved = self.rivals_of_each(&state, &families)?;
+        found.left = self.bench.unexplained(&state, self.critical)?;
         found.after = state;
         Ok(())
     }

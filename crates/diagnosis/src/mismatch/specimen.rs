@@ -7,7 +7,7 @@
 use std::ops::Range;
 
 use stiffbench_beams::physics::{Law, LoadPoint, PoseMechanics};
-use stiffbench_beams::structure::TwistInfluence;
+use stiffbench_beams::structure::RotationInfluence;
 use stiffbench_measurement::specimen::SpecimenTable;
 use stiffbench_units_and_text::test_point::{Direction, PoseId};
 
@@ -42,7 +42,7 @@ pub struct SpecimenScale {
     pub answer: f64,
     /// Answer of the table at the scaled zero.
     pub offset: f64,
-    /// Whether the order of the readings stands for the clock.
+    /// Whether the order of the readings is used as time.
     pub order_is_clock: bool,
 }
 
@@ -251,7 +251,7 @@ struct SpecimenSolver<'a> {
 impl PoseSolver for SpecimenSolver<'_> {
     fn solve(&mut self, parameters: &[f64]) -> Result<(), MismatchError> {
         for (index, (pose, slope)) in self.poses.iter_mut().zip(parameters).enumerate() {
-            pose.influence = TwistInfluence::of_one_joint(*slope, 1.0);
+            pose.influence = RotationInfluence::of_one_joint(*slope, 1.0);
             pose.compliance_gradient = (0..parameters.len())
                 .map(|other| [f64::from(u8::from(other == index)); 3])
                 .collect();

@@ -1,13 +1,13 @@
 //! A model as it stands during the search: fitted, with the noise that it leaves.
 
 use super::noise::NoiseCovariance;
-use super::refit::Fitted;
+use super::refit::FittedModel;
 use super::restricted_likelihood::EstimatedNoise;
 
 /// A fitted model with its noise.
 #[derive(Debug, Clone)]
 pub(super) struct State {
-    pub(super) fitted: Fitted,
+    pub(super) fitted: FittedModel,
     pub(super) noise: EstimatedNoise,
     pub(super) whitening: NoiseCovariance,
 }

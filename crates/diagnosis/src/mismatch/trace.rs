@@ -67,7 +67,7 @@ pub struct EffectTrace {
 
 /// All readings of a diagnosis, in the order of the observations.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Trace {
+pub struct DiagnosisTrace {
     /// The readings.
     pub readings: Vec<ReadingTrace>,
     /// The effects of the final model; one without which the structure cannot be solved is left out.
@@ -85,7 +85,7 @@ pub fn trace(
     baseline: &dyn Baseline,
     observations: &Observations,
     diagnosis: &Diagnosis,
-) -> Result<Trace, MismatchError> {
+) -> Result<DiagnosisTrace, MismatchError> {
     let bench = DiagnosisProblem::new(baseline, observations);
     let mut predictor = bench.predictor();
     let first: Vec<f64> = diagnosis.factors.iter().map(|f| f.before.value).collect();
@@ -119,14 +119,14 @@ pub fn trace(
     });
     let displacements = about_zeros(observations, observations.displacement_m.clone());
     let squares: f64 = displacements.iter().map(|d| d * d).sum();
-    let models = Models {
+    let models = ModelPair {
         within: residuals.clone().map(|r| within_runs(&whitening, r)),
         about_zeros: residuals.map(|r| about_zeros(observations, r)),
         change: after.iter().zip(&before).map(|(a, b)| a - b).collect(),
         slope_m: about_zeros(observations, slope),
         weights: whitening.covariance.weights(),
     };
-    Ok(Trace {
+    Ok(DiagnosisTrace {
         readings: readings(observations, &models),
         effects: traced,
         displacement_rms_m: (squares / displacements.len().max(1) as f64).sqrt(),
@@ -134,7 +134,7 @@ pub fn trace(
 }
 
 /// What the two models say, before and after.
-struct Models<'a> {
+struct ModelPair<'a> {
     about_zeros: [Vec<f64>; 2],
     within: [Vec<f64>; 2],
     change: Vec<f64>,
@@ -169,7 +169,7 @@ fn prediction(
     }
 }
 
-fn readings(observations: &Observations, models: &Models<'_>) -> Vec<ReadingTrace> {
+fn readings(observations: &Observations, models: &ModelPair<'_>) -> Vec<ReadingTrace> {
     let recorded = observations.recorded;
     (0..observations.len())
         .map(|place| {

@@ -6,7 +6,7 @@ use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, Gamma, StandardNormal};
 
-use stiffbench_beams::physics::{Effect, Sign};
+use stiffbench_beams::physics::{Effect, SignConstraint};
 
 use super::baseline::{Baseline, prior_sd};
 use super::candidate::candidates;
@@ -159,7 +159,7 @@ pub fn standard_errors_between(
         .law
         .parameters
         .first()
-        .is_none_or(|parameter| parameter.sign != Sign::Either);
+        .is_none_or(|parameter| parameter.sign != SignConstraint::Either);
     let left = if product == 0.0 || (positive && product < 0.0) {
         square
     } else {
@@ -219,18 +219,19 @@ impl<'a> TrueSpace<'a> {
         own: &[f64],
     ) -> Result<f64, MismatchError> {
         let observations = self.bench.observations;
-        let frozen = self.predictor.frozen(self.parameters, beside)?;
-        let mut list = candidates(observations, &frozen, &[]);
+        let linearised = self.predictor.linearised(self.parameters, beside)?;
+        let mut list = candidates(observations, &linearised, &[]);
         list.retain(|one| one.law == rival.law && one.place == rival.place);
         let engine = Batched::new(&self.space, own);
-        let seen = Changes::new(observations, &frozen, beside).map_or_else(Vec::new, |changes| {
-            score_candidates(&changes, &engine, list)
-        });
-        let gains = best_shapes(&seen).into_iter().flatten();
-        let gain = gains
+        let seen = Changes::new(observations, &linearised, beside)
+            .map_or_else(Vec::new, |changes| {
+                score_candidates(&changes, &engine, list)
+            });
+        let delta_chi2s = best_shapes(&seen).into_iter().flatten();
+        let delta_chi2 = delta_chi2s
             .map(|screened| screened.best.delta_chi2)
             .fold(0.0, f64::max);
-        Ok((dot(own, own) - gain).max(0.0).sqrt())
+        Ok((dot(own, own) - delta_chi2).max(0.0).sqrt())
     }
 
     /// Its length, standard errors.

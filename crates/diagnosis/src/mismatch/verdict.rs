@@ -5,13 +5,15 @@ use nalgebra::DMatrix;
 use stiffbench_beams::physics::Effect;
 
 use super::changes::end_effect_m;
-use super::critical_values::CriticalValues;
-use super::diagnosis::{Diagnosis, FactorShift, Finding, Location, Rival, Value, Verdict};
+use super::critical_values::LawCriticalValues;
+use super::diagnosis::{
+    Diagnosis, EstimatedValue, FactorChange, Finding, Location, Rival, Verdict,
+};
 use super::error::MismatchError;
 use super::problem::DiagnosisProblem;
-use super::rank::CandidateScores;
-use super::ranked::{Ranked, same};
-use super::search::{Chosen, Found, UnexplainedStructure};
+use super::ranked_candidate::{Ranked, same};
+use super::ranking::CandidateScores;
+use super::search::{ResolvedEffect, SearchResult, UnexplainedStructure};
 use super::state::State;
 use super::stratum::Stratum;
 use crate::search::constants::{ENOUGH_OF_A_LINE, IDENTIFIED, RIVALS, UNEXPLAINED_LEVEL};
@@ -21,16 +23,16 @@ impl DiagnosisProblem<'_> {
     /// What a search found, as it is to be said.
     pub(super) fn conclude(
         &self,
-        found: &Found,
-        limits: &CriticalValues,
+        found: &SearchResult,
+        critical: &LawCriticalValues,
     ) -> Result<Diagnosis, MismatchError> {
         let mut findings: Vec<Finding> = Vec::new();
         let mut group = 0;
-        for (place, chosen) in found.chosen.iter().enumerate() {
+        for (place, resolved) in found.resolved.iter().enumerate() {
             // What explains one part already is not offered again for another.
-            let mut members = members(chosen);
+            let mut members = members(resolved);
             members.retain(|&member| {
-                let effect = &chosen.ranked[member].effect;
+                let effect = &resolved.ranked[member].effect;
                 findings
                     .iter()
                     .all(|finding| !same(&finding.effect, effect))
@@ -40,7 +42,14 @@ impl DiagnosisProblem<'_> {
                 group
             });
             for &member in &members {
-                findings.push(self.finding(found, chosen, place, member, &members, alternative)?);
+                findings.push(self.finding(
+                    found,
+                    resolved,
+                    place,
+                    member,
+                    &members,
+                    alternative,
+                )?);
             }
         }
         let unknown = found.left.p <= UNEXPLAINED_LEVEL;
@@ -65,17 +74,17 @@ impl DiagnosisProblem<'_> {
         Ok(Diagnosis {
             verdict,
             lacking,
-            locations: self.locations(found, limits),
+            locations: self.locations(found, critical),
             findings,
-            left_over: self.location_of(&found.left),
+            unexplained: self.location_of(&found.left),
             before,
             after,
             factors: self.factor_shifts(found)?,
             noise: found.after.noise.noise,
             noise_dof: [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]]
                 .map(|share| found.after.noise.degrees_of_freedom(share)),
-            detection_limits: self.detection_limits(found, limits)?,
-            impossible: impossible(&found.first, limits),
+            detection_limits: self.detection_limits(found, critical)?,
+            impossible: impossible(&found.first, critical),
             parameters: found.after.fitted.model.parameters.clone(),
             effects: found.after.fitted.model.effects.clone(),
         })
@@ -108,7 +117,7 @@ impl DiagnosisProblem<'_> {
                 String::new()
             };
             lacking.push(format!(
-                "no load sequence was repeated: what scatters and what is missing cannot be told apart; at least three repeats are needed{or}"
+                "no load sequence was repeated: the scatter and missing physics cannot be distinguished; at least three repeats are needed{or}"
             ));
         }
         let parameters = self.baseline.parameters().len();
@@ -123,24 +132,26 @@ impl DiagnosisProblem<'_> {
 
     fn finding(
         &self,
-        found: &Found,
-        chosen: &Chosen,
+        found: &SearchResult,
+        resolved: &ResolvedEffect,
         place: usize,
         member: usize,
         members: &[usize],
         alternative_group: Option<u32>,
     ) -> Result<Finding, MismatchError> {
-        let ranked = &chosen.ranked[member];
+        let ranked = &resolved.ranked[member];
         let model = &ranked.fitted.model;
         let last = model.effects.len() - 1;
         let values = self.values(&found.after, ranked)?;
-        let frozen = self.predictor().frozen(&model.parameters, &model.effects)?;
+        let linearised = self
+            .predictor()
+            .linearised(&model.parameters, &model.effects)?;
         let square = dot(&ranked.white, &ranked.white);
         let cosine = |other: &Ranked| {
             dot(&ranked.white, &other.white)
                 / (square.sqrt() * dot(&other.white, &other.white).sqrt()).max(f64::MIN_POSITIVE)
         };
-        let rivals = chosen
+        let rivals = resolved
             .ranked
             .iter()
             .enumerate()
@@ -157,9 +168,9 @@ impl DiagnosisProblem<'_> {
             })
             .collect();
         let end_effect = if ranked.effect.law.is_missing_element() {
-            self.loose_effect_m(model)?
+            self.missing_member_effect_m(model)?
         } else {
-            end_effect_m(&frozen, self.observations, &model.effects, last)
+            end_effect_m(&linearised, self.observations, &model.effects, last)
         };
         debug_assert!(place < found.after.fitted.model.effects.len());
         Ok(Finding {
@@ -170,12 +181,12 @@ impl DiagnosisProblem<'_> {
             absorbed_share: 1.0 - square / ranked.whole.max(f64::MIN_POSITIVE),
             log_bayes: ranked.evidence.log_bayes(),
             standard_errors: square.sqrt(),
-            p_family: chosen.family_p,
+            p_family: resolved.family_p,
             rivals,
         })
     }
 
-    fn loose_effect_m(&self, model: &super::refit::Model) -> Result<f64, MismatchError> {
+    fn missing_member_effect_m(&self, model: &super::refit::Model) -> Result<f64, MismatchError> {
         let mut predictor = self.predictor();
         let with = self.predicted(&mut predictor, model)?;
         let mut rest = model.clone();
@@ -189,7 +200,7 @@ impl DiagnosisProblem<'_> {
     }
 
     /// Values of the last effect of a ranked model, with standard uncertainties from its linearisation.
-    fn values(&self, state: &State, ranked: &Ranked) -> Result<Vec<Value>, MismatchError> {
+    fn values(&self, state: &State, ranked: &Ranked) -> Result<Vec<EstimatedValue>, MismatchError> {
         let model = &ranked.fitted.model;
         let covariance = self.covariance(state, model)?;
         let own = ranked.effect.values.len();
@@ -199,7 +210,7 @@ impl DiagnosisProblem<'_> {
             .values
             .iter()
             .enumerate()
-            .map(|(index, &value)| Value {
+            .map(|(index, &value)| EstimatedValue {
                 value,
                 u: covariance[first + index],
                 dof: ranked.evidence.dof,
@@ -254,14 +265,14 @@ impl DiagnosisProblem<'_> {
         Ok(out)
     }
 
-    fn factor_shifts(&self, found: &Found) -> Result<Vec<FactorShift>, MismatchError> {
+    fn factor_shifts(&self, found: &SearchResult) -> Result<Vec<FactorChange>, MismatchError> {
         let before = self.covariance(&found.before, &found.before.fitted.model)?;
         let after = if found.changed() {
             self.covariance(&found.after, &found.after.fitted.model)?
         } else {
             before.clone()
         };
-        // Factors are told apart between cells: their noise is the scatter of run slopes.
+        // Factors are distinguished between cells: their noise is the scatter of run slopes.
         let dof = |state: &State| state.noise.degrees_of_freedom([0.0, 0.0, 1.0]);
         Ok(self
             .baseline
@@ -269,7 +280,7 @@ impl DiagnosisProblem<'_> {
             .iter()
             .enumerate()
             .map(|(index, parameter)| {
-                let value = |state: &State, u: &[Option<f64>]| Value {
+                let value = |state: &State, u: &[Option<f64>]| EstimatedValue {
                     value: state.fitted.model.parameters[index],
                     u: u[index],
                     dof: dof(state),
@@ -277,7 +288,7 @@ impl DiagnosisProblem<'_> {
                 let after_value = value(&found.after, &after);
                 let at_bound = after_value.value - parameter.lower < 1e-6
                     || parameter.upper - after_value.value < 1e-6;
-                FactorShift {
+                FactorChange {
                     name: parameter.name.clone(),
                     spring_rad_per_nm: parameter.spring_rad_per_nm,
                     before: value(&found.before, &before),
@@ -292,13 +303,13 @@ impl DiagnosisProblem<'_> {
     }
 
     /// Patterns of the baseline's residuals that noise does not explain, the largest of each stratum.
-    fn locations(&self, found: &Found, limits: &CriticalValues) -> Vec<Location> {
+    fn locations(&self, found: &SearchResult, critical: &LawCriticalValues) -> Vec<Location> {
         let mut out: Vec<Location> = found
             .first_patterns
             .iter()
-            .map(|(gain, pattern)| UnexplainedStructure {
-                p: limits.unexplained.p(*gain),
-                gain: *gain,
+            .map(|(delta_chi2, pattern)| UnexplainedStructure {
+                p: critical.unexplained.p(*delta_chi2),
+                delta_chi2: *delta_chi2,
                 pattern: Some(pattern.clone()),
             })
             .filter(|left| left.p < 0.05)
@@ -317,7 +328,7 @@ impl DiagnosisProblem<'_> {
                 .map(|pose| self.observations.poses[pose].clone()),
             direction: pattern.and_then(|p| p.group.direction),
             p_family: left.p,
-            size_m: pattern.map_or(0.0, |p| p.size_m * left.gain.sqrt()),
+            size_m: pattern.map_or(0.0, |p| p.size_m * left.delta_chi2.sqrt()),
         }
     }
 }
@@ -325,25 +336,25 @@ impl DiagnosisProblem<'_> {
 /// Candidates that need an impossible value and would have passed with it.
 fn impossible(
     first: &CandidateScores,
-    limits: &CriticalValues,
+    critical: &LawCriticalValues,
 ) -> Vec<super::diagnosis::Impossible> {
     first
         .impossible()
         .into_iter()
         .filter(|candidate| {
-            limits
+            critical
                 .laws
                 .values
                 .get(&(candidate.law, false))
-                .is_some_and(|limit| candidate.gain > *limit)
+                .is_some_and(|limit| candidate.delta_chi2 > *limit)
         })
         .collect()
 }
 
-/// Places in the ranking of the first and of those that cannot be told apart from the likeliest.
-fn members(chosen: &Chosen) -> Vec<usize> {
+/// Places in the ranking of the first and of those that cannot be distinguished from the likeliest.
+fn members(resolved: &ResolvedEffect) -> Vec<usize> {
     // The first may be a simpler law than the likeliest. Of equal ones the first.
-    let likeliest = chosen.ranked.iter().rev();
+    let likeliest = resolved.ranked.iter().rev();
     let Some(winner) =
         likeliest.max_by(|a, b| a.evidence.log_bayes().total_cmp(&b.evidence.log_bayes()))
     else {
@@ -351,7 +362,7 @@ fn members(chosen: &Chosen) -> Vec<usize> {
     };
     let mut out: Vec<usize> = Vec::new();
     let mut seen: Vec<(&'static str, &stiffbench_beams::physics::Place)> = Vec::new();
-    for (place, ranked) in chosen.ranked.iter().enumerate() {
+    for (place, ranked) in resolved.ranked.iter().enumerate() {
         let behind = winner.evidence.log_bayes() - ranked.evidence.log_bayes();
         let squared_cosine = dot(&winner.white, &ranked.white).powi(2)
             / (dot(&winner.white, &winner.white) * dot(&ranked.white, &ranked.white))

@@ -4,7 +4,7 @@ use stiffbench_beams::robot::ModelParameter;
 
 /// What a fit does with one parameter.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub enum ParameterRole {
+pub enum FitRole {
     /// Moves it within its bounds.
     Free,
     /// Keeps it at its start.
@@ -19,7 +19,7 @@ pub struct ChosenParameter {
     /// The parameter.
     pub parameter: ModelParameter,
     /// What the fit does with it.
-    pub role: ParameterRole,
+    pub role: FitRole,
     /// Smallest and largest value, in the unit of the parameter; `None` for those of its kind: [`ParameterChoice::range`] for a factor,
     /// zero to the softest that is plausible for a spring.
     pub bounds: Option<[f64; 2]>,
@@ -40,9 +40,9 @@ impl Default for ParameterChoice {
     fn default() -> Self {
         let role = |parameter: &ModelParameter| {
             if ModelParameter::BEAMS.contains(parameter) {
-                ParameterRole::Free
+                FitRole::Free
             } else {
-                ParameterRole::Fixed
+                FitRole::Fixed
             }
         };
         let member = |parameter: ModelParameter| ChosenParameter {
@@ -59,7 +59,7 @@ impl Default for ParameterChoice {
 
 impl ParameterChoice {
     /// Gives a parameter a role; one that is not in the list joins it.
-    pub fn set(&mut self, parameter: &ModelParameter, role: ParameterRole) {
+    pub fn set(&mut self, parameter: &ModelParameter, role: FitRole) {
         self.member(parameter).role = role;
     }
 
@@ -80,7 +80,7 @@ impl ParameterChoice {
         let place = known.unwrap_or_else(|| {
             self.members.push(ChosenParameter {
                 parameter: parameter.clone(),
-                role: ParameterRole::Fixed,
+                role: FitRole::Fixed,
                 bounds: None,
             });
             self.members.len() - 1

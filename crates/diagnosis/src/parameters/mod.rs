@@ -3,5 +3,5 @@
 mod choice;
 mod spring_scales;
 
-pub use choice::{ChosenParameter, ParameterChoice, ParameterRole};
+pub use choice::{ChosenParameter, FitRole, ParameterChoice};
 pub(crate) use spring_scales::{FIRST_SPRING, SpringScales};

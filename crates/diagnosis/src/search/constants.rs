@@ -1,6 +1,6 @@
 //! Every number of the search that could be another, with unit, meaning, and what set it.
 //!
-//! Four kinds of origin are told apart:
+//! Four kinds of origin are distinguished:
 //!
 //! - **stated**: part of what the search promises;
 //! - **source**: a book or paper;
@@ -48,7 +48,7 @@ pub const SAME_DIRECTION: f64 = 0.985;
 /// Residuals from which on they show their distribution (1); with fewer the noise is normal. By hand (d2ad58c).
 pub const ENOUGH_FOR_A_DISTRIBUTION: usize = 200;
 
-/// Residuals beyond this many standard deviations are resampled as if they were there: they may be the effect that is looked for. By hand
+/// Residuals beyond this many standard deviations are resampled as if they were there: they may be the effect that is searched for. By hand
 /// (d2ad58c).
 pub const LARGEST_RESAMPLED: f64 = 4.5;
 
@@ -61,10 +61,10 @@ pub const POOL: usize = 1 << 16;
 
 // Forward selection.
 
-/// Most effects that are looked for (1). Stated.
+/// Most effects that are searched for (1). Stated.
 pub const MOST_EFFECTS: usize = 3;
 
-/// Share of its critical value that the best candidate needs under the covariance of the model without it, to be looked at under its own.
+/// Share of its critical value that the best candidate needs under the covariance of the model without it, to be checked under its own.
 ///
 /// Under the first an effect that differs between repeats hides part of itself. By hand (cba106e).
 pub const WORTH_A_LOOK: f64 = 0.7;
@@ -146,10 +146,10 @@ pub const ABSORBED_PATTERN: f64 = 1e-3;
 /// The same of a candidate's column. Numerics.
 pub const ABSORBED: f64 = 1e-6;
 
-/// Readings in a run from which on a rhythm in their order is looked for (1). By hand.
+/// Readings in a run from which on a rhythm in their order is searched for (1). By hand.
 pub const ENOUGH_FOR_A_RHYTHM: usize = 32;
 
-/// Most frequencies that are looked for (1). By hand.
+/// Most frequencies that are searched for (1). By hand.
 pub const FREQUENCIES: usize = 200;
 
 // What a diagnosis needs and says.
@@ -164,7 +164,7 @@ pub const RIVALS: usize = 8;
 /// A factor whose interval spans more than this share of what was allowed beforehand is not identified by the data (1). By hand (750d6b5).
 pub const IDENTIFIED: f64 = 0.5;
 
-/// Degrees of freedom below which an earlier session says nothing of a variance (1). By hand.
+/// Degrees of freedom below which an earlier session carries no information on a variance (1). By hand.
 pub const FEWEST_DOF: f64 = 3.0;
 
 /// Earlier sessions with a smaller chance to have the same noise are not pooled (1). By hand.
@@ -183,7 +183,7 @@ pub const HIDDEN_JOINT: f64 = 2.0;
 /// what a structure with the member leaves (-1) to what explains nothing (0). By hand (65f5168).
 pub const HOPELESS: f64 = -0.5;
 
-/// Squared length, in standard errors, below which the readings say nothing of a member: it may as well be loose. Numerics.
+/// Squared length, in standard errors, below which the readings carry no information on a member: it may as well be loose. Numerics.
 pub const INVISIBLE_MEMBER: f64 = 1e-6;
 
 /// A joint whose release would add more than this many times the compliance of the structure lies in no closed loop (1). Numerics.
@@ -203,7 +203,7 @@ pub const ROUNDING: f64 = 1e-9;
 /// White length, standard errors, from which a column of the baseline counts: shorter ones no fit can use. Numerics.
 pub const SHORTEST_COLUMN: f64 = 1e-6;
 
-/// A square that is less than this share of its first term has lost too many digits, and is worked out from the white vector. Numerics.
+/// A square that is less than this share of its first term has lost too many digits, and is computed from the white vector. Numerics.
 pub const CANCELLED: f64 = 1e-8;
 
 /// Null samples that share their products (1): as many as fill five registers of sixteen numbers. Numerics.

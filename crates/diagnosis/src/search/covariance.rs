@@ -4,7 +4,7 @@ use std::ops::Range;
 
 use nalgebra::DMatrix;
 
-use stiffbench_numeric::lanes::{sums_side_by_side, widest};
+use stiffbench_numeric::simd::{sums_side_by_side, widest};
 
 use super::symmetric_root::symmetric_root;
 
@@ -14,7 +14,7 @@ const MOST_COLUMNS: usize = 64;
 /// A covariance V that is diagonal plus low rank within blocks of rows, D + U Uᵀ, and the transform W with Wᵀ W = V⁻¹.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Covariance {
-    blocks: Vec<Block>,
+    blocks: Vec<CovarianceBlock>,
     /// D^(-1/2).
     weights: Vec<f64>,
     /// ln det V.
@@ -32,7 +32,7 @@ pub struct LowRankBlock {
 
 /// A block and its part of the transform.
 #[derive(Debug, Clone, PartialEq)]
-struct Block {
+struct CovarianceBlock {
     rows: Range<usize>,
     /// Columns of D^(-1/2) U, one after the other.
     columns: Vec<f64>,
@@ -50,7 +50,7 @@ impl Covariance {
         let weights: Vec<f64> = variances.iter().map(|v| v.sqrt().recip()).collect();
         let mut log_determinant: f64 = weights.iter().map(|weight| -2.0 * weight.ln()).sum();
         let of_block = |block| {
-            let (block, of_block) = Block::new(block, &weights);
+            let (block, of_block) = CovarianceBlock::new(block, &weights);
             log_determinant += of_block;
             block
         };
@@ -88,7 +88,7 @@ impl Covariance {
     /// Columns E with V⁻¹ = D⁻¹ - E Eᵀ, block by block in the order of the rows.
     #[must_use]
     pub fn inverse_columns(&self) -> Vec<LowRankBlock> {
-        let of_block = |block: &Block| LowRankBlock {
+        let of_block = |block: &CovarianceBlock| LowRankBlock {
             rows: block.rows.clone(),
             columns: block.inverse_columns(&self.weights[block.rows.clone()]),
         };
@@ -150,7 +150,7 @@ impl Covariance {
         }
     }
 
-    fn symmetric<'b>(blocks: impl Iterator<Item = &'b Block>, vector: &mut [f64]) {
+    fn symmetric<'b>(blocks: impl Iterator<Item = &'b CovarianceBlock>, vector: &mut [f64]) {
         widest(
             #[inline(always)]
             || {
@@ -162,7 +162,7 @@ impl Covariance {
     }
 }
 
-impl Block {
+impl CovarianceBlock {
     /// The block and its part of ln det V.
     fn new(block: LowRankBlock, weights: &[f64]) -> (Self, f64) {
         let LowRankBlock { rows, mut columns } = block;

@@ -78,7 +78,7 @@ impl Moments {
 }
 
 impl PairMoments {
-    /// Those of two white and projected vectors; a second that says nothing beside the first has no product.
+    /// Those of two white and projected vectors; a second that carries no information beside the first has no product.
     ///
     /// # Arguments
     /// - `least`: share of its square that the second must keep beside the first to say something.

@@ -54,10 +54,10 @@ pub trait ForwardProblem {
     type Scores;
     /// A candidate fitted beside the terms of a model.
     type Fitted;
-    /// Why a model cannot be worked out.
+    /// Why a model cannot be computed.
     type Error;
 
-    /// Most terms that are looked for.
+    /// Most terms that are searched for.
     fn most_terms(&self) -> usize {
         MOST_EFFECTS
     }

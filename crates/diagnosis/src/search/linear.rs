@@ -32,7 +32,7 @@ pub trait CovarianceModel {
     fn estimate(&self, residuals: &[f64], parameters: usize) -> (Covariance, f64);
 }
 
-/// Rows, what is known of them, and what is looked for.
+/// Rows, what is known of them, and what is searched for.
 #[derive(Debug)]
 pub struct LinearProblem<'a, F, C> {
     /// The rows.

@@ -1,6 +1,6 @@
 //! Vectors of rows.
 
-use stiffbench_numeric::lanes::{sums_side_by_side, widest};
+use stiffbench_numeric::simd::{sums_side_by_side, widest};
 
 /// Scalar product.
 #[must_use]

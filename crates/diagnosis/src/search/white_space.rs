@@ -2,7 +2,7 @@
 
 use std::ops::Range;
 
-use stiffbench_numeric::lanes::{sums_side_by_side, widest};
+use stiffbench_numeric::simd::{sums_side_by_side, widest};
 
 use super::constants::{ROUNDING, SHORTEST_COLUMN};
 use super::covariance::Covariance;

@@ -13,9 +13,9 @@ mod values;
 #[cfg(test)]
 mod tests;
 
-use super::description::{Expect, InstrumentDescription, ReplyMeaning, Role, Trouble};
-use super::framing::{Framer, FramingKind, Piece, PieceKind, fits_modbus};
-use super::grammar::{Field, Grammar, ValuePacket};
+use super::description::{CommandRole, Expect, InstrumentDescription, ReplyMeaning, Trouble};
+use super::framing::{Fragment, FragmentKind, Framer, FramingKind, fits_modbus};
+use super::grammar::{Grammar, PacketField, ValuePacket};
 use super::registers::exception;
 use super::sample::Rejected;
 
@@ -32,13 +32,13 @@ pub struct Decoder {
     /// The unit that was configured.
     configured: Option<String>,
     /// The unit that the gauge named when it was asked.
-    told: Option<String>,
+    reported: Option<String>,
     /// The codes of its units, in the order that its packets count them.
     unit_list: Option<Vec<String>>,
     /// Why values must not be used, by the gauge's own answer about its mode.
     objection: Option<String>,
     /// The last command that is not answered yet.
-    waiting: Option<Role>,
+    waiting: Option<CommandRole>,
     /// Values that were asked for and have not come.
     values_due: u32,
     /// The gauge sends values unasked, and that is as it should be.
@@ -60,12 +60,12 @@ impl Decoder {
         Ok(Self {
             framer: Framer::new(&description.framing),
             configured: unit.map(str::to_owned),
-            told: None,
+            reported: None,
             unit_list: None,
             objection: None,
             waiting: None,
             values_due: 0,
-            streaming: description.command(Role::Read).is_none(),
+            streaming: description.command(CommandRole::Read).is_none(),
             description: description.clone(),
         })
     }
@@ -106,11 +106,11 @@ impl Decoder {
     }
 
     /// A command was sent: its answer comes next.
-    pub fn asked(&mut self, role: Role) {
+    pub fn asked(&mut self, role: CommandRole) {
         match role {
-            Role::Read => self.values_due = self.values_due.saturating_add(1),
-            Role::StreamStart => self.streaming = true,
-            Role::StreamStop => self.streaming = false,
+            CommandRole::Read => self.values_due = self.values_due.saturating_add(1),
+            CommandRole::StreamStart => self.streaming = true,
+            CommandRole::StreamStop => self.streaming = false,
             _ => {}
         }
         self.waiting = Some(role);
@@ -125,14 +125,14 @@ impl Decoder {
 
     /// The unit that the gauge named when it was asked.
     #[must_use]
-    pub fn told_unit(&self) -> Option<&str> {
-        self.told.as_deref()
+    pub fn reported_unit(&self) -> Option<&str> {
+        self.reported.as_deref()
     }
 
-    fn piece(&mut self, piece: &Piece, out: &mut Vec<Decoded>) {
+    fn piece(&mut self, piece: &Fragment, out: &mut Vec<Decoded>) {
         match piece.kind {
-            PieceKind::Packet => self.packet(piece, &piece.bytes, true, out),
-            PieceKind::Tail => self.packet(piece, &piece.bytes, false, out),
+            FragmentKind::Packet => self.packet(piece, &piece.bytes, true, out),
+            FragmentKind::Tail => self.packet(piece, &piece.bytes, false, out),
             kind => out.push(rejected(
                 &piece.bytes,
                 piece.at_s,
@@ -142,7 +142,7 @@ impl Decoder {
     }
 
     /// A packet; `whole` if its beginning was seen.
-    fn packet(&mut self, piece: &Piece, bytes: &[u8], whole: bool, out: &mut Vec<Decoded>) {
+    fn packet(&mut self, piece: &Fragment, bytes: &[u8], whole: bool, out: &mut Vec<Decoded>) {
         if let Some(decoded) = self.known_packet(bytes, piece.at_s, whole) {
             out.extend(decoded);
             return;
@@ -182,7 +182,7 @@ impl Decoder {
         if let Some(reply) = self.reply(bytes, at_s, whole) {
             return Some(vec![reply]);
         }
-        let identity = self.waiting == Some(Role::Identify) && self.expects_text();
+        let identity = self.waiting == Some(CommandRole::Identify) && self.expects_text();
         if let Some(values) = self.values(bytes, at_s, whole, identity) {
             return Some(values);
         }
@@ -196,8 +196,8 @@ impl Decoder {
     /// A packet that reports an error.
     fn error(&mut self, bytes: &[u8], at_s: f64, whole: bool) -> Option<Decoded> {
         let (meaning, text) = self.error_words(bytes, whole)?;
-        let refused_command =
-            meaning == Trouble::Refused && self.waiting.is_some_and(|role| role != Role::Read);
+        let refused_command = meaning == Trouble::Refused
+            && self.waiting.is_some_and(|role| role != CommandRole::Read);
         if !matches!(meaning, Trouble::NotAValue) {
             self.answered();
         }
@@ -261,19 +261,19 @@ impl Decoder {
                 .flatten()?;
             let varies = fields
                 .iter()
-                .find(|matched| !matches!(matched.field, Field::Literal(_)));
+                .find(|matched| !matches!(matched.field, PacketField::Literal(_)));
             Some((varies.map(|matched| matched.bytes.to_vec()), packet.meaning))
         })?;
         let text = String::from(raw_text(bytes).trim());
         let meaning = match meaning {
             ReplyMeaning::Acknowledged => Meaning::Acknowledged,
             ReplyMeaning::Identity => Meaning::Identity(text),
-            ReplyMeaning::Unit => self.unit_told(&text),
+            ReplyMeaning::Unit => self.unit_reported(&text),
             ReplyMeaning::Units => {
                 self.units_listed(&fields.unwrap_or_default());
                 Meaning::State(text)
             }
-            ReplyMeaning::State => self.state_told(text),
+            ReplyMeaning::State => self.state_reported(text),
             ReplyMeaning::Text => Meaning::Text(text),
         };
         self.answered();
@@ -284,23 +284,23 @@ impl Decoder {
     fn text(&mut self, bytes: &[u8], at_s: f64) -> Decoded {
         let text = String::from(raw_text(bytes).trim());
         let meaning = match self.waiting {
-            Some(Role::Identify) => Meaning::Identity(text),
-            Some(Role::QueryUnit) => self.unit_told(&text),
-            Some(Role::QueryMode) => self.state_told(text),
+            Some(CommandRole::Identify) => Meaning::Identity(text),
+            Some(CommandRole::QueryUnit) => self.unit_reported(&text),
+            Some(CommandRole::QueryMode) => self.state_reported(text),
             _ => Meaning::Text(text),
         };
         self.answered();
         reply(bytes, at_s, meaning)
     }
 
-    fn unit_told(&mut self, text: &str) -> Meaning {
+    fn unit_reported(&mut self, text: &str) -> Meaning {
         let unit = self
             .description
             .units
             .named_by(text)
             .unwrap_or(text)
             .to_owned();
-        self.told = Some(unit.clone());
+        self.reported = Some(unit.clone());
         Meaning::Unit(unit)
     }
 
@@ -318,8 +318,8 @@ impl Decoder {
         self.unit_list = Some(codes.collect());
     }
 
-    fn state_told(&mut self, text: String) -> Meaning {
-        let command = self.description.command(Role::QueryMode);
+    fn state_reported(&mut self, text: String) -> Meaning {
+        let command = self.description.command(CommandRole::QueryMode);
         let objection = command.and_then(|command| command.objection(&text));
         self.objection = objection.map(str::to_owned);
         Meaning::State(text)
@@ -332,7 +332,7 @@ impl Decoder {
 
     /// The last command has had its answer.
     fn answered(&mut self) {
-        if self.waiting.take() == Some(Role::Read) {
+        if self.waiting.take() == Some(CommandRole::Read) {
             self.values_due = self.values_due.saturating_sub(1);
         }
     }
@@ -354,7 +354,7 @@ fn fits(description: &InstrumentDescription, packet: &[u8]) -> bool {
     let Grammar {
         errors, replies, ..
     } = &description.grammar;
-    let fits = |pattern: &super::grammar::Pattern| pattern.matches(packet).is_some();
+    let fits = |pattern: &super::grammar::FieldPattern| pattern.matches(packet).is_some();
     errors.iter().any(|error| fits(&error.pattern))
         || replies.iter().any(|reply| fits(&reply.pattern))
         || description.covers_value(packet)

@@ -1,6 +1,6 @@
 //! Decodes the fields of a matched packet.
 
-use crate::grammar::{ChoiceWord, Field, Matched, UnitWord};
+use crate::grammar::{ChoiceWord, Matched, PacketField, UnitWord};
 use crate::sample::{Channel, Mark};
 
 use super::reply::raw_text;
@@ -63,14 +63,16 @@ pub(super) fn packet_values(fields: &[Matched<'_>]) -> PacketValues {
     let (mut negative, mut point_digit) = (false, None);
     for matched in fields {
         match matched.field {
-            Field::Literal(_) | Field::Any { .. } => {}
-            Field::Sign(texts) => {
+            PacketField::Literal(_) | PacketField::Any { .. } => {}
+            PacketField::Sign(texts) => {
                 negative = texts
                     .get(matched.alternative)
                     .is_some_and(|(_, minus)| *minus);
             }
-            Field::Point { .. } => point_digit = matched.bytes.first().map(|digit| digit - b'0'),
-            Field::Number(shape) => {
+            PacketField::Point { .. } => {
+                point_digit = matched.bytes.first().map(|digit| digit - b'0');
+            }
+            PacketField::Number(shape) => {
                 let digits = shape.read(matched.bytes, point_digit);
                 let (size, decimals) = (digits.value(), Some(digits.decimals));
                 values.numbers.push(PacketNumber {
@@ -79,23 +81,23 @@ pub(super) fn packet_values(fields: &[Matched<'_>]) -> PacketValues {
                 });
                 (negative, point_digit) = (false, None);
             }
-            Field::Integer(shape) => {
+            PacketField::Integer(shape) => {
                 let size = shape.value(shape.counts(matched.bytes).unwrap_or_default());
                 values
                     .numbers
                     .push(PacketNumber::new(negative, size, shape.step(), None));
                 (negative, point_digit) = (false, None);
             }
-            Field::Unit { codes, .. } => match codes.get(matched.alternative) {
+            PacketField::Unit { codes, .. } => match codes.get(matched.alternative) {
                 Some((_, UnitWord::Unit(unit))) => values.unit = PacketUnit::Known(unit.clone()),
                 Some((_, UnitWord::Refuse(why))) => values.refusals.push(why.clone()),
                 None => values.unit = PacketUnit::Unknown(raw_text(matched.bytes).into()),
             },
-            Field::UnitPlace { .. } => {
+            PacketField::UnitPlace { .. } => {
                 let place = matched.bytes.first().map(|digit| usize::from(digit - b'0'));
                 values.unit = place.map_or(PacketUnit::Absent, PacketUnit::Place);
             }
-            Field::Choice(texts) => match texts.get(matched.alternative) {
+            PacketField::Choice(texts) => match texts.get(matched.alternative) {
                 Some((_, ChoiceWord::Refuse(why))) => values.refusals.push(why.clone()),
                 Some((_, ChoiceWord::Note(mark))) => values.marks.push(*mark),
                 Some((_, ChoiceWord::Good)) | None => {}

@@ -1,11 +1,11 @@
 //! Why bytes are no sample, in words that help at the bench.
 
 use crate::InstrumentDescription;
-use crate::framing::PieceKind;
+use crate::framing::FragmentKind;
 
 /// Bytes that are part of no packet.
 pub(super) fn no_packet(
-    kind: PieceKind,
+    kind: FragmentKind,
     bytes: &[u8],
     description: &InstrumentDescription,
 ) -> String {
@@ -14,18 +14,18 @@ pub(super) fn no_packet(
     }
     let name = &description.name;
     match kind {
-        PieceKind::Packet | PieceKind::Tail | PieceKind::Skipped => {
+        FragmentKind::Packet | FragmentKind::Tail | FragmentKind::Skipped => {
             format!("bytes between packets: no packet of {name} begins here")
         }
-        PieceKind::Cut => {
+        FragmentKind::Cut => {
             format!("the packet of {name} stopped in the middle; its rest is not waited for")
         }
-        PieceKind::TooLong => {
+        FragmentKind::TooLong => {
             format!(
                 "more bytes than any packet of {name} without its end: another gauge, or other line settings"
             )
         }
-        PieceKind::Uneven => format!(
+        FragmentKind::Uneven => format!(
             "bytes were lost or added: {} came together, and packets of {name} are known by their count alone",
             bytes.len()
         ),

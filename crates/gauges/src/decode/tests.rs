@@ -51,7 +51,7 @@ impl Line {
     }
 
     /// Asks, and takes what comes.
-    fn ask(&mut self, role: Role, answer: &[u8]) -> &Decoded {
+    fn ask(&mut self, role: CommandRole, answer: &[u8]) -> &Decoded {
         self.decoder.asked(role);
         self.take(answer)
     }
@@ -61,7 +61,7 @@ impl Line {
         self.out.last().unwrap()
     }
 
-    fn meaning(&mut self, role: Role, answer: &[u8]) -> Meaning {
+    fn meaning(&mut self, role: CommandRole, answer: &[u8]) -> Meaning {
         match self.ask(role, answer) {
             Decoded::Reply(reply) => reply.meaning.clone(),
             other => panic!("{other:?}"),
@@ -79,17 +79,20 @@ impl Line {
 #[test]
 fn an_answer_is_read_by_what_was_asked() {
     let mut gauge = Line::to("aikoh-rx", None);
-    assert_eq!(gauge.meaning(Role::Zero, b"OK\r\n"), Meaning::Acknowledged);
+    assert_eq!(
+        gauge.meaning(CommandRole::Zero, b"OK\r\n"),
+        Meaning::Acknowledged
+    );
     assert!(
-        matches!(gauge.meaning(Role::Zero, b"NG\r\n"), Meaning::Refused(why) if why.contains("understand"))
+        matches!(gauge.meaning(CommandRole::Zero, b"NG\r\n"), Meaning::Refused(why) if why.contains("understand"))
     );
     assert_eq!(
-        gauge.meaning(Role::Identify, b"Ver 1.02\r\n"),
+        gauge.meaning(CommandRole::Identify, b"Ver 1.02\r\n"),
         Meaning::Identity("Ver 1.02".to_owned())
     );
     // Refused instead of a value: no sample, and nothing is expected any more.
     assert!(matches!(
-        gauge.ask(Role::Read, b"NO\r\n"),
+        gauge.ask(CommandRole::Read, b"NO\r\n"),
         Decoded::Rejected(_)
     ));
     assert!(
@@ -101,15 +104,15 @@ fn an_answer_is_read_by_what_was_asked() {
 fn a_serial_number_of_digits_is_no_value_and_a_value_with_unit_no_serial_number() {
     let mut gauge = Line::to("mark10-series5", Some("N"));
     assert_eq!(
-        gauge.meaning(Role::Identify, b"3791204\r\n"),
+        gauge.meaning(CommandRole::Identify, b"3791204\r\n"),
         Meaning::Identity("3791204".to_owned())
     );
     assert!(matches!(
-        gauge.ask(Role::Identify, b"4.285 N\r\n"),
+        gauge.ask(CommandRole::Identify, b"4.285 N\r\n"),
         Decoded::Sample(_)
     ));
     assert_eq!(
-        gauge.meaning(Role::Identify, b"3791204\r\n"),
+        gauge.meaning(CommandRole::Identify, b"3791204\r\n"),
         Meaning::Identity("3791204".to_owned())
     );
 }
@@ -117,9 +120,12 @@ fn a_serial_number_of_digits_is_no_value_and_a_value_with_unit_no_serial_number(
 #[test]
 fn a_command_sent_back_is_no_value() {
     let mut gauge = Line::to("mahr-dk-u1", None);
-    assert_eq!(gauge.meaning(Role::SetUnit, b"MM\r"), Meaning::Acknowledged);
+    assert_eq!(
+        gauge.meaning(CommandRole::SetUnit, b"MM\r"),
+        Meaning::Acknowledged
+    );
     assert!(matches!(
-        gauge.meaning(Role::Read, b"?\r"),
+        gauge.meaning(CommandRole::Read, b"?\r"),
         Meaning::Text(_)
     ));
     assert!(
@@ -128,15 +134,15 @@ fn a_command_sent_back_is_no_value() {
 }
 
 #[test]
-fn values_are_refused_from_the_moment_the_gauge_says_peak_until_it_says_current() {
+fn values_are_rejected_while_the_gauge_reports_peak_mode() {
     let mut gauge = Line::to("mark10-series5", None);
     let list = |mode| format!("V1.00;N;{mode};FLTC8;FLTP1;AOUT00;AOFF5;FULL;MIT;POL;B0\r\n");
     assert!(matches!(
-        gauge.meaning(Role::QueryMode, list("PC").as_bytes()),
+        gauge.meaning(CommandRole::QueryMode, list("PC").as_bytes()),
         Meaning::State(_)
     ));
     assert!(gauge.reason(b"4.285 N\r\n").contains("peak mode"));
-    gauge.meaning(Role::QueryMode, list("CUR").as_bytes());
+    gauge.meaning(CommandRole::QueryMode, list("CUR").as_bytes());
     assert!(matches!(gauge.take(b"4.285 N\r\n"), Decoded::Sample(_)));
 }
 
@@ -144,26 +150,26 @@ fn values_are_refused_from_the_moment_the_gauge_says_peak_until_it_says_current(
 fn the_unit_that_the_gauge_names_holds_against_the_configured_one() {
     let mut gauge = Line::to("sylvac-opto-rs", Some("mm"));
     assert_eq!(
-        gauge.meaning(Role::QueryUnit, b"MM\r"),
+        gauge.meaning(CommandRole::QueryUnit, b"MM\r"),
         Meaning::Unit("mm".to_owned())
     );
     assert!(matches!(
-        gauge.ask(Role::Read, b"+012.345\r"),
+        gauge.ask(CommandRole::Read, b"+012.345\r"),
         Decoded::Sample(_)
     ));
     assert_eq!(
-        gauge.meaning(Role::QueryUnit, b"IN\r"),
+        gauge.meaning(CommandRole::QueryUnit, b"IN\r"),
         Meaning::Unit("in".to_owned())
     );
     assert!(gauge.reason(b"+0.12345\r").contains("wrong unit"));
     let mut asked_only = Line::to("sylvac-opto-rs", None);
     assert!(asked_only.reason(b"+012.345\r").contains("no unit"));
-    asked_only.meaning(Role::QueryUnit, b"MM\r");
+    asked_only.meaning(CommandRole::QueryUnit, b"MM\r");
     assert!(matches!(asked_only.take(b"+012.345\r"), Decoded::Sample(_)));
 }
 
 #[test]
-fn a_drained_line_begins_anew() {
+fn a_drained_line_restarts_decoding() {
     let mut gauge = Line::to("mark10-series5", None);
     gauge.decoder.push(b"4.28", 0.0, &mut gauge.out);
     gauge.decoder.idle(1.0, &mut gauge.out);

@@ -1,7 +1,7 @@
 //! From a packet that carries a value to a sample, or to why it must not be used.
 
-use crate::description::{InstrumentDescription, Role, UnitSource};
-use crate::grammar::{Field, Pattern, ValuePacket};
+use crate::description::{CommandRole, InstrumentDescription, UnitSource};
+use crate::grammar::{FieldPattern, PacketField, ValuePacket};
 use crate::registers::Registers;
 use crate::sample::{Mark, Sample};
 use stiffbench_units_and_text::quantity::Kind;
@@ -52,7 +52,7 @@ pub(super) fn check_unit(
 }
 
 /// A number before it is a sample.
-struct Candidate {
+struct NumberCandidate {
     kind: Kind,
     value: f64,
     step: f64,
@@ -81,7 +81,7 @@ impl Decoder {
         });
         let requested = self.values_due > 0;
         self.values_due = self.values_due.saturating_sub(1);
-        if self.waiting == Some(Role::Read) {
+        if self.waiting == Some(CommandRole::Read) {
             self.waiting = None;
         }
         Some(match samples {
@@ -106,7 +106,7 @@ impl Decoder {
         bytes: &[u8],
         whole: bool,
         only_with_unit: bool,
-    ) -> Option<Result<(Vec<Candidate>, Vec<Mark>), String>> {
+    ) -> Option<Result<(Vec<NumberCandidate>, Vec<Mark>), String>> {
         self.description
             .grammar
             .values
@@ -125,14 +125,18 @@ impl Decoder {
             })
     }
 
-    fn register_value(&self, registers: &Registers, bytes: &[u8]) -> Result<Candidate, String> {
+    fn register_value(
+        &self,
+        registers: &Registers,
+        bytes: &[u8],
+    ) -> Result<NumberCandidate, String> {
         let read = registers.read(bytes)?;
         let unit = self.unit_of(&PacketUnit::Absent)?;
         let mut resolution = self.description.physical.resolution.iter();
         let step = resolution
             .find(|(name, _)| *name == unit)
             .map_or(read.step, |(_, step)| *step);
-        Ok(Candidate {
+        Ok(NumberCandidate {
             kind: self.description.channel.kind(),
             value: if read.value == 0.0 { 0.0 } else { read.value },
             step,
@@ -141,7 +145,10 @@ impl Decoder {
         })
     }
 
-    fn text_values(&self, values: PacketValues) -> Result<(Vec<Candidate>, Vec<Mark>), String> {
+    fn text_values(
+        &self,
+        values: PacketValues,
+    ) -> Result<(Vec<NumberCandidate>, Vec<Mark>), String> {
         if !values.refusals.is_empty() {
             return Err(values.refusals.join("; "));
         }
@@ -150,12 +157,16 @@ impl Decoder {
         Ok((candidates.collect::<Result<_, _>>()?, values.marks))
     }
 
-    fn text_value(&self, number: &PacketNumber, unit: &PacketUnit) -> Result<Candidate, String> {
+    fn text_value(
+        &self,
+        number: &PacketNumber,
+        unit: &PacketUnit,
+    ) -> Result<NumberCandidate, String> {
         let (channel, unit) = match &number.other {
             Some((channel, unit)) => (*channel, unit.clone()),
             None => (self.description.channel, self.unit_of(unit)?),
         };
-        Ok(Candidate {
+        Ok(NumberCandidate {
             kind: channel.kind(),
             value: number.value,
             step: number.step,
@@ -182,14 +193,14 @@ impl Decoder {
             }
             PacketUnit::Absent => {}
         }
-        let unit = match (units.source, &self.told, &self.configured) {
+        let unit = match (units.source, &self.reported, &self.configured) {
             (UnitSource::Fixed, ..) => units.fixed.as_ref(),
-            (UnitSource::Query, Some(told), Some(configured)) if told != configured => {
+            (UnitSource::Query, Some(reported), Some(configured)) if reported != configured => {
                 return Err(format!(
-                    "wrong unit: the gauge reports {told}, but {configured} is configured; set the unit at the gauge"
+                    "wrong unit: the gauge reports {reported}, but {configured} is configured; set the unit at the gauge"
                 ));
             }
-            (UnitSource::Query, Some(told), _) => Some(told),
+            (UnitSource::Query, Some(reported), _) => Some(reported),
             (_, _, configured) => configured.as_ref(),
         };
         unit.cloned().ok_or_else(|| {
@@ -215,12 +226,12 @@ impl Decoder {
     /// A sample, or why the number must not be one.
     fn sample(
         &self,
-        candidate: Candidate,
+        candidate: NumberCandidate,
         bytes: &[u8],
         at_s: f64,
         marks: &[Mark],
     ) -> Result<Sample, String> {
-        let Candidate {
+        let NumberCandidate {
             kind,
             value,
             step,
@@ -284,9 +295,9 @@ impl Decoder {
 }
 
 /// Whether a packet carries its unit.
-fn has_unit(pattern: &Pattern) -> bool {
+fn has_unit(pattern: &FieldPattern) -> bool {
     pattern
         .fields
         .iter()
-        .any(|field| matches!(field, Field::Unit { .. }))
+        .any(|field| matches!(field, PacketField::Unit { .. }))
 }

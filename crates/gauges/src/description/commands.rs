@@ -8,7 +8,7 @@ use serde::{Deserialize, Serialize};
 /// What a command is for.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize)]
 #[serde(rename_all = "snake_case")]
-pub enum Role {
+pub enum CommandRole {
     /// One value, now.
     Read,
     /// Begin to send values unasked.
@@ -33,7 +33,7 @@ pub enum Role {
     Resynchronise,
 }
 
-impl Role {
+impl CommandRole {
     /// All, in the order of a file.
     pub const ALL: [Self; 11] = [
         Self::Read,
@@ -68,7 +68,7 @@ impl Role {
     }
 }
 
-impl fmt::Display for Role {
+impl fmt::Display for CommandRole {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.pad(self.key())
     }
@@ -93,7 +93,8 @@ pub enum Expect {
 /// What a command does to a gauge.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Hash, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "lowercase")]
-pub enum Effect {
+#[schemars(rename = "Effect")]
+pub enum CommandEffect {
     /// Nothing.
     #[default]
     Reads,
@@ -107,20 +108,20 @@ pub enum Effect {
 
 /// One command.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Command {
+pub struct GaugeCommand {
     /// What is sent, terminator included; in one write.
     pub bytes: Vec<u8>,
     /// What the gauge answers.
     pub expects: Expect,
     /// What it does to the gauge.
-    pub effect: Effect,
+    pub effect: CommandEffect,
     /// The value is the running one, whatever the display holds or peak it shows.
     pub running: bool,
     pub(crate) separator: Option<String>,
     pub(crate) refuse: Vec<(String, String)>,
 }
 
-impl Command {
+impl GaugeCommand {
     /// Why values must not be used after this answer (peak mode, hold), if so.
     #[must_use]
     pub fn objection(&self, answer: &str) -> Option<&str> {
@@ -137,16 +138,16 @@ impl Command {
 
 /// The commands of a gauge by role.
 #[derive(Debug, Clone, Default)]
-pub struct Commands([Option<Command>; Role::ALL.len()]);
+pub struct Commands([Option<GaugeCommand>; CommandRole::ALL.len()]);
 
 impl Commands {
     /// The command of a role.
     #[must_use]
-    pub fn of(&self, role: Role) -> Option<&Command> {
+    pub fn of(&self, role: CommandRole) -> Option<&GaugeCommand> {
         self.0[role as usize].as_ref()
     }
 
-    pub(super) fn set(&mut self, role: Role, command: Command) {
+    pub(super) fn set(&mut self, role: CommandRole, command: GaugeCommand) {
         self.0[role as usize] = Some(command);
     }
 }
@@ -157,7 +158,7 @@ mod tests {
 
     #[test]
     fn every_role_has_its_place_and_key() {
-        for (place, role) in Role::ALL.into_iter().enumerate() {
+        for (place, role) in CommandRole::ALL.into_iter().enumerate() {
             assert_eq!(role as usize, place);
             assert!(!role.key().is_empty());
         }
@@ -165,10 +166,10 @@ mod tests {
 
     #[test]
     fn an_answer_is_refused_by_whole_words_only() {
-        let mut command = Command {
+        let mut command = GaugeCommand {
             bytes: Vec::new(),
             expects: Expect::Text,
-            effect: Effect::Reads,
+            effect: CommandEffect::Reads,
             running: false,
             separator: Some(";".to_owned()),
             refuse: vec![("PT".to_owned(), "peak".to_owned())],

@@ -6,16 +6,18 @@ use crate::framing::{Framing, FramingKind};
 use crate::units::{Units, usual_codes};
 use stiffbench_units_and_text::quantity::Kind;
 
-use super::commands::{Command, Commands, Expect, Role};
+use super::commands::{CommandRole, Commands, Expect, GaugeCommand};
 use super::fields::{LONGEST_PACKET, value, within};
 use super::file::{
     CommandEntry, CommandsEntry, DescriptionFile, FramingEntry, LineEntry, LineFraming,
     ModbusFraming, PhysicalEntry, TimingEntry, UnitEntry,
 };
 use super::packets::grammar;
-use super::parse::{Misplaced, Place, key_of};
+use super::parse::{EntryPath, Misplaced, key_of};
 use super::problem::DescriptionProblem;
-use super::{InstrumentDescription, LineSettings, ModemLines, Physical, Sign, Timing, UnitSource};
+use super::{
+    InstrumentDescription, LineSettings, ModemLines, Physical, SignConvention, Timing, UnitSource,
+};
 
 /// The description that a file makes.
 pub(super) fn compile(file: DescriptionFile) -> Result<InstrumentDescription, Misplaced> {
@@ -34,7 +36,7 @@ pub(super) fn compile(file: DescriptionFile) -> Result<InstrumentDescription, Mi
             settle_s: file.line.settle_s,
         },
         line: line_settings(file.line),
-        sign: Sign {
+        sign: SignConvention {
             compression: file.sign.compression,
             removable: file.sign.removable,
         },
@@ -67,11 +69,11 @@ fn line_settings(line: LineEntry) -> LineSettings {
     }
 }
 
-pub(super) fn path<const N: usize>(keys: [&str; N]) -> Vec<Place> {
-    keys.map(Place::from).to_vec()
+pub(super) fn path<const N: usize>(keys: [&str; N]) -> Vec<EntryPath> {
+    keys.map(EntryPath::from).to_vec()
 }
 
-pub(super) fn missing(path: Vec<Place>, key: &str, why: &str) -> Misplaced {
+pub(super) fn missing(path: Vec<EntryPath>, key: &str, why: &str) -> Misplaced {
     let key = key_of(&within(&path, key));
     let problem = DescriptionProblem::Missing {
         key,
@@ -80,7 +82,7 @@ pub(super) fn missing(path: Vec<Place>, key: &str, why: &str) -> Misplaced {
     Misplaced { path, problem }
 }
 
-pub(super) fn conflict(path: Vec<Place>, key: &str, other: &str, why: &str) -> Misplaced {
+pub(super) fn conflict(path: Vec<EntryPath>, key: &str, other: &str, why: &str) -> Misplaced {
     let problem = DescriptionProblem::Conflict {
         key: key_of(&within(&path, key)),
         other: other.to_owned(),
@@ -124,7 +126,7 @@ fn check_line(line: &LineEntry) -> Result<(), Misplaced> {
 }
 
 /// A time from 0 to an hour, s.
-fn seconds(given: Option<f64>, otherwise: f64, path: Vec<Place>) -> Result<f64, Misplaced> {
+fn seconds(given: Option<f64>, otherwise: f64, path: Vec<EntryPath>) -> Result<f64, Misplaced> {
     let time_s = given.unwrap_or(otherwise);
     if (0.0..=3600.0).contains(&time_s) {
         Ok(time_s)
@@ -134,7 +136,7 @@ fn seconds(given: Option<f64>, otherwise: f64, path: Vec<Place>) -> Result<f64, 
 }
 
 /// A silence, which has to be longer than none, s.
-fn silence(given: Option<f64>, otherwise: f64, path: Vec<Place>) -> Result<f64, Misplaced> {
+fn silence(given: Option<f64>, otherwise: f64, path: Vec<EntryPath>) -> Result<f64, Misplaced> {
     let time_s = seconds(given, otherwise, path.clone())?;
     if time_s > 0.0 {
         Ok(time_s)
@@ -166,17 +168,17 @@ fn timing(entry: &TimingEntry) -> Result<Timing, Misplaced> {
 
 fn commands(entry: &CommandsEntry) -> Result<Commands, Misplaced> {
     let entries = [
-        (Role::Read, &entry.read),
-        (Role::StreamStart, &entry.stream_start),
-        (Role::StreamStop, &entry.stream_stop),
-        (Role::Zero, &entry.zero),
-        (Role::Identify, &entry.identify),
-        (Role::QueryUnit, &entry.query_unit),
-        (Role::SetUnit, &entry.set_unit),
-        (Role::QueryMode, &entry.query_mode),
-        (Role::SetMode, &entry.set_mode),
-        (Role::KeepAwake, &entry.keep_awake),
-        (Role::Resynchronise, &entry.resynchronise),
+        (CommandRole::Read, &entry.read),
+        (CommandRole::StreamStart, &entry.stream_start),
+        (CommandRole::StreamStop, &entry.stream_stop),
+        (CommandRole::Zero, &entry.zero),
+        (CommandRole::Identify, &entry.identify),
+        (CommandRole::QueryUnit, &entry.query_unit),
+        (CommandRole::SetUnit, &entry.set_unit),
+        (CommandRole::QueryMode, &entry.query_mode),
+        (CommandRole::SetMode, &entry.set_mode),
+        (CommandRole::KeepAwake, &entry.keep_awake),
+        (CommandRole::Resynchronise, &entry.resynchronise),
     ];
     let mut commands = Commands::default();
     for (role, command_entry) in entries {
@@ -187,7 +189,11 @@ fn commands(entry: &CommandsEntry) -> Result<Commands, Misplaced> {
     Ok(commands)
 }
 
-fn command(role: Role, entry: &CommandEntry, terminator: &str) -> Result<Command, Misplaced> {
+fn command(
+    role: CommandRole,
+    entry: &CommandEntry,
+    terminator: &str,
+) -> Result<GaugeCommand, Misplaced> {
     let at = path(["commands", role.key()]);
     let bytes = match (&entry.send, &entry.bytes) {
         (Some(text), None) => {
@@ -204,7 +210,7 @@ fn command(role: Role, entry: &CommandEntry, terminator: &str) -> Result<Command
         let expected = format!("1 to {LONGEST_PACKET} bytes to send");
         return Err(value(at, format!("{} bytes", bytes.len()), &expected));
     }
-    if role == Role::Read && entry.expects != Expect::Value {
+    if role == CommandRole::Read && entry.expects != Expect::Value {
         let path = within(&at, "expects");
         return Err(value(
             path,
@@ -212,7 +218,7 @@ fn command(role: Role, entry: &CommandEntry, terminator: &str) -> Result<Command
             "\"value\"",
         ));
     }
-    Ok(Command {
+    Ok(GaugeCommand {
         bytes,
         expects: entry.expects,
         effect: entry.effect,
@@ -260,7 +266,7 @@ fn framing(entry: &FramingEntry) -> Result<Framing, Misplaced> {
     Ok(Framing { kind, idle_s })
 }
 
-fn length(bytes: usize, path: Vec<Place>) -> Result<usize, Misplaced> {
+fn length(bytes: usize, path: Vec<EntryPath>) -> Result<usize, Misplaced> {
     if (1..=LONGEST_PACKET).contains(&bytes) {
         Ok(bytes)
     } else {
@@ -345,7 +351,7 @@ fn units(entry: &UnitEntry, kind: Kind) -> Result<Units, Misplaced> {
 }
 
 /// SI units in a unit of the gauge's quantity.
-fn known_unit(unit: &str, kind: Kind, path: Vec<Place>) -> Result<f64, Misplaced> {
+fn known_unit(unit: &str, kind: Kind, path: Vec<EntryPath>) -> Result<f64, Misplaced> {
     let expected = || format!("a unit of {}: {}", word(kind), kind.units());
     kind.si_factor(unit)
         .ok_or_else(|| value(path, format!("{unit:?}"), &expected()))

@@ -6,8 +6,8 @@ use serde::Deserialize;
 
 use crate::Channel;
 
-use super::file::Words;
-use super::words::{NoteMark, RegisterFormat};
+use super::file::NamedTexts;
+use super::keywords::{NoteMark, RegisterFormat};
 
 /// One field of a packet: a table with one of these keys.
 #[derive(Debug, Clone, Deserialize, JsonSchema)]
@@ -167,7 +167,7 @@ pub(super) enum BlankPlace {
 pub(super) struct UnitField {
     /// Texts that state that the value is none, and why.
     #[serde(default)]
-    pub(super) refuse: Words,
+    pub(super) refuse: NamedTexts,
     /// Characters of a unit that is not among the codes: how many, or [least, most]; such packets are recognised and refused.
     #[serde(default)]
     pub(super) others: Vec<usize>,
@@ -188,7 +188,7 @@ pub(super) struct ChoiceField {
     pub(super) good: Vec<String>,
     /// Texts with which it must not be used, and why.
     #[serde(default)]
-    pub(super) refuse: Words,
+    pub(super) refuse: NamedTexts,
     /// Texts with which it can be used and is marked.
     #[serde(default)]
     pub(super) note: IndexMap<String, NoteMark>,

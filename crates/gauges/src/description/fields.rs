@@ -3,7 +3,7 @@
 use std::fmt::Display;
 
 use crate::Channel;
-use crate::grammar::{CharacterSet, ChoiceWord, Count, Field, Pattern, UnitWord};
+use crate::grammar::{CharacterSet, ChoiceWord, Count, FieldPattern, PacketField, UnitWord};
 use crate::integer::{IntegerCoding, IntegerShape};
 use crate::number::{MOST_DIGITS, NumberShape};
 
@@ -11,7 +11,7 @@ use super::entries::{
     BlankPlace, ByteOrder, ChoiceField, FieldEntry, HexField, IntegerField, NumberField,
     PointPlace, SignField, UnitField,
 };
-use super::parse::{Misplaced, Place, key_of};
+use super::parse::{EntryPath, Misplaced, key_of};
 use super::problem::DescriptionProblem;
 
 /// Most bytes of a packet.
@@ -28,7 +28,7 @@ pub(super) struct FieldContext<'a> {
 }
 
 /// A value that cannot be.
-pub(super) fn value(path: Vec<Place>, found: impl Display, expected: &str) -> Misplaced {
+pub(super) fn value(path: Vec<EntryPath>, found: impl Display, expected: &str) -> Misplaced {
     let problem = DescriptionProblem::Value {
         key: key_of(&path),
         value: found.to_string(),
@@ -38,7 +38,7 @@ pub(super) fn value(path: Vec<Place>, found: impl Display, expected: &str) -> Mi
 }
 
 /// A path and one step more.
-pub(super) fn within(path: &[Place], step: impl Into<Place>) -> Vec<Place> {
+pub(super) fn within(path: &[EntryPath], step: impl Into<EntryPath>) -> Vec<EntryPath> {
     let mut longer = path.to_vec();
     longer.push(step.into());
     longer
@@ -47,9 +47,9 @@ pub(super) fn within(path: &[Place], step: impl Into<Place>) -> Vec<Place> {
 /// The pattern of a packet.
 pub(super) fn pattern(
     entries: &[FieldEntry],
-    path: &[Place],
+    path: &[EntryPath],
     context: &FieldContext<'_>,
-) -> Result<Pattern, Misplaced> {
+) -> Result<FieldPattern, Misplaced> {
     let path = within(path, "fields");
     if entries.is_empty() || entries.len() > MOST_FIELDS {
         let expected = format!("1 to {MOST_FIELDS} fields that together cover the packet");
@@ -59,21 +59,21 @@ pub(super) fn pattern(
     for (index, entry) in entries.iter().enumerate() {
         fields.push(field(entry, &within(&path, index), context)?);
     }
-    Ok(Pattern { fields })
+    Ok(FieldPattern { fields })
 }
 
 /// The pattern of a packet that carries a value: with one number.
 pub(super) fn value_pattern(
     entries: &[FieldEntry],
-    path: &[Place],
+    path: &[EntryPath],
     context: &FieldContext<'_>,
-) -> Result<Pattern, Misplaced> {
+) -> Result<FieldPattern, Misplaced> {
     let pattern = pattern(entries, path, context)?;
     let mut numbers = [0; 2];
     for field in &pattern.fields {
         match field {
-            Field::Number(shape) => numbers[usize::from(shape.other.is_some())] += 1,
-            Field::Integer(_) => numbers[0] += 1,
+            PacketField::Number(shape) => numbers[usize::from(shape.other.is_some())] += 1,
+            PacketField::Integer(_) => numbers[0] += 1,
             _ => {}
         }
     }
@@ -87,17 +87,17 @@ pub(super) fn value_pattern(
 
 fn field(
     entry: &FieldEntry,
-    path: &[Place],
+    path: &[EntryPath],
     context: &FieldContext<'_>,
-) -> Result<Field, Misplaced> {
+) -> Result<PacketField, Misplaced> {
     match entry {
         FieldEntry::Literal(text) => literal(text.as_bytes(), within(path, "literal")),
         FieldEntry::Bytes(bytes) => literal(bytes, within(path, "bytes")),
-        FieldEntry::Blanks(count_entry) => Ok(Field::Any {
+        FieldEntry::Blanks(count_entry) => Ok(PacketField::Any {
             set: CharacterSet::of(" "),
             count: count(count_entry, within(path, "blanks"))?,
         }),
-        FieldEntry::Any(any) => Ok(Field::Any {
+        FieldEntry::Any(any) => Ok(PacketField::Any {
             set: any
                 .of
                 .as_deref()
@@ -105,7 +105,7 @@ fn field(
             count: count(&any.count, within(&within(path, "any"), "count"))?,
         }),
         FieldEntry::Sign(sign) => sign_field(sign, within(path, "sign")),
-        FieldEntry::Point(point) if point.most <= 9 => Ok(Field::Point { most: point.most }),
+        FieldEntry::Point(point) if point.most <= 9 => Ok(PacketField::Point { most: point.most }),
         FieldEntry::Point(point) => {
             let path = within(&within(path, "point"), "most");
             Err(value(path, point.most, "a digit, 0 to 9"))
@@ -115,7 +115,7 @@ fn field(
         FieldEntry::Integer(integer) => integer_field(integer, &within(path, "integer")),
         FieldEntry::Unit(unit) => unit_field(unit, &within(path, "unit"), context),
         FieldEntry::UnitPlace(place) if place.most <= 9 => {
-            Ok(Field::UnitPlace { most: place.most })
+            Ok(PacketField::UnitPlace { most: place.most })
         }
         FieldEntry::UnitPlace(place) => {
             let path = within(&within(path, "unit_place"), "most");
@@ -125,15 +125,15 @@ fn field(
     }
 }
 
-fn literal(bytes: &[u8], path: Vec<Place>) -> Result<Field, Misplaced> {
+fn literal(bytes: &[u8], path: Vec<EntryPath>) -> Result<PacketField, Misplaced> {
     if bytes.is_empty() {
         return Err(value(path, "empty", "at least one character"));
     }
-    Ok(Field::Literal(bytes.to_vec()))
+    Ok(PacketField::Literal(bytes.to_vec()))
 }
 
 /// How many, or [least, most].
-fn count(entry: &[usize], path: Vec<Place>) -> Result<Count, Misplaced> {
+fn count(entry: &[usize], path: Vec<EntryPath>) -> Result<Count, Misplaced> {
     let (least, most) = match entry {
         [exactly] => (*exactly, *exactly),
         [least, most] => (*least, *most),
@@ -152,7 +152,7 @@ fn count(entry: &[usize], path: Vec<Place>) -> Result<Count, Misplaced> {
     Ok(Count { least, most })
 }
 
-fn sign_field(sign: &SignField, path: Vec<Place>) -> Result<Field, Misplaced> {
+fn sign_field(sign: &SignField, path: Vec<EntryPath>) -> Result<PacketField, Misplaced> {
     let plus = sign.plus.iter().map(|text| (text, false));
     let minus = sign.minus.iter().map(|text| (text, true));
     let texts = plus
@@ -167,14 +167,14 @@ fn sign_field(sign: &SignField, path: Vec<Place>) -> Result<Field, Misplaced> {
             "different texts for plus and for minus, for example plus = [\"+\"], minus = [\"-\"]",
         ));
     }
-    Ok(Field::Sign(texts))
+    Ok(PacketField::Sign(texts))
 }
 
 fn number_field(
     number: &NumberField,
-    path: &[Place],
+    path: &[EntryPath],
     context: &FieldContext<'_>,
-) -> Result<Field, Misplaced> {
+) -> Result<PacketField, Misplaced> {
     let count = count(&number.count, within(path, "count"))?;
     if usize::from(number.decimals) > MOST_DIGITS {
         return Err(value(
@@ -192,7 +192,7 @@ fn number_field(
         PointPlace::Optional => (0, 1),
         PointPlace::None => (0, 0),
     };
-    Ok(Field::Number(NumberShape {
+    Ok(PacketField::Number(NumberShape {
         least: count.least,
         most: count.most,
         least_points,
@@ -207,7 +207,7 @@ fn number_field(
 /// Quantity and unit of a number that is not what the gauge measures.
 fn other_quantity(
     number: &NumberField,
-    path: &[Place],
+    path: &[EntryPath],
     context: &FieldContext<'_>,
 ) -> Result<Option<(Channel, String)>, Misplaced> {
     match (number.measures, &number.unit) {
@@ -225,7 +225,7 @@ fn other_quantity(
     }
 }
 
-fn hex_field(hex: &HexField, path: &[Place]) -> Result<Field, Misplaced> {
+fn hex_field(hex: &HexField, path: &[EntryPath]) -> Result<PacketField, Misplaced> {
     let digits = hex.digits.as_bytes();
     let alone = |(place, digit): (usize, &u8)| !digits[..place].contains(digit);
     let Ok(sixteen) = <[u8; 16]>::try_from(digits) else {
@@ -249,7 +249,7 @@ fn hex_field(hex: &HexField, path: &[Place]) -> Result<Field, Misplaced> {
     )
 }
 
-fn integer_field(entry: &IntegerField, path: &[Place]) -> Result<Field, Misplaced> {
+fn integer_field(entry: &IntegerField, path: &[EntryPath]) -> Result<PacketField, Misplaced> {
     integer(
         IntegerShape {
             coding: match entry.order {
@@ -266,7 +266,11 @@ fn integer_field(entry: &IntegerField, path: &[Place]) -> Result<Field, Misplace
     )
 }
 
-fn integer(shape: IntegerShape, width_key: &str, path: &[Place]) -> Result<Field, Misplaced> {
+fn integer(
+    shape: IntegerShape,
+    width_key: &str,
+    path: &[EntryPath],
+) -> Result<PacketField, Misplaced> {
     let widest = shape.coding.widest();
     if !(1..=widest).contains(&shape.width) {
         let expected = format!("1 to {widest}");
@@ -280,14 +284,14 @@ fn integer(shape: IntegerShape, width_key: &str, path: &[Place]) -> Result<Field
         let expected = "a finite number other than 0";
         return Err(value(within(path, "scale"), shape.scale, expected));
     }
-    Ok(Field::Integer(shape))
+    Ok(PacketField::Integer(shape))
 }
 
 fn unit_field(
     unit: &UnitField,
-    path: &[Place],
+    path: &[EntryPath],
     context: &FieldContext<'_>,
-) -> Result<Field, Misplaced> {
+) -> Result<PacketField, Misplaced> {
     let known = context.codes.iter();
     let known = known.map(|(code, unit)| (code.clone().into_bytes(), UnitWord::Unit(unit.clone())));
     let refuse = unit.refuse.iter();
@@ -306,13 +310,13 @@ fn unit_field(
             Some((set, count(others, within(path, "others"))?))
         }
     };
-    Ok(Field::Unit {
+    Ok(PacketField::Unit {
         codes: longest_first(known.chain(refuse).collect()),
         others,
     })
 }
 
-fn choice_field(choice: &ChoiceField, path: Vec<Place>) -> Result<Field, Misplaced> {
+fn choice_field(choice: &ChoiceField, path: Vec<EntryPath>) -> Result<PacketField, Misplaced> {
     let good = choice.good.iter().map(|text| (text, ChoiceWord::Good));
     let refuse = choice
         .refuse
@@ -334,7 +338,7 @@ fn choice_field(choice: &ChoiceField, path: Vec<Place>) -> Result<Field, Misplac
             "different texts under good, refuse and note, at least one",
         ));
     }
-    Ok(Field::Choice(texts))
+    Ok(PacketField::Choice(texts))
 }
 
 /// Alternatives with the longest text first, those of the same length as they stand in the file.

@@ -11,8 +11,8 @@ use crate::Channel;
 use stiffbench_units_and_text::toml_text::remove_null;
 
 use super::entries::{FieldEntry, RegistersEntry};
-use super::words::{ReplyMeaning, SignMeaning, Status, Trouble, UnitSource};
-use super::{Effect, Expect, Flow, Parity};
+use super::keywords::{DescriptionStatus, ReplyMeaning, SignMeaning, Trouble, UnitSource};
+use super::{CommandEffect, Expect, Flow, Parity};
 
 /// The only schema known to this version.
 pub const SCHEMA: &str = "stiffbench/instrument/1";
@@ -31,7 +31,7 @@ pub fn json_schema() -> serde_json::Value {
 }
 
 /// Text by text, in the order of the file.
-pub(super) type Words = IndexMap<String, String>;
+pub(super) type NamedTexts = IndexMap<String, String>;
 
 /// One model of gauge: how it is spoken to, and what its bytes mean.
 #[derive(Debug, Clone, Deserialize, JsonSchema)]
@@ -45,7 +45,7 @@ pub(super) struct DescriptionFile {
     /// What it measures.
     pub(super) channel: Channel,
     /// How far the description can be trusted.
-    pub(super) status: Status,
+    pub(super) status: DescriptionStatus,
     /// Known in part only; the user is informed.
     #[serde(default)]
     pub(super) experimental: bool,
@@ -57,7 +57,7 @@ pub(super) struct DescriptionFile {
     pub(super) notes: Vec<String>,
     /// Systems (`linux`, `macos`, `windows`) on which the gauge makes no serial port, and what to do there.
     #[serde(default)]
-    pub(super) no_tty: Words,
+    pub(super) no_tty: NamedTexts,
     /// The serial line.
     pub(super) line: LineEntry,
     /// Times and counts.
@@ -190,7 +190,7 @@ pub(super) struct CommandEntry {
     pub(super) expects: Expect,
     /// What the command does to the gauge; reads if absent.
     #[serde(default)]
-    pub(super) effect: Effect,
+    pub(super) effect: CommandEffect,
     /// The value is the running one, whatever the display holds or peak it shows.
     #[serde(default)]
     pub(super) running: bool,
@@ -198,7 +198,7 @@ pub(super) struct CommandEntry {
     pub(super) separator: Option<String>,
     /// Words of the answer with which values must not be used, and why.
     #[serde(default)]
-    pub(super) refuse: Words,
+    pub(super) refuse: NamedTexts,
 }
 
 /// How packets are distinguished: one of these tables.
@@ -289,7 +289,7 @@ pub(super) struct UnitEntry {
     pub(super) fixed: Option<String>,
     /// What stands in packets and answers, and the unit that it means.
     #[serde(default)]
-    pub(super) codes: Words,
+    pub(super) codes: NamedTexts,
     /// Units that may be configured; all of the codes, or all of the quantity, if absent.
     #[serde(default)]
     pub(super) choices: Vec<String>,

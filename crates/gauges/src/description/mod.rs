@@ -5,14 +5,14 @@
 
 mod commands;
 mod compile;
-mod doubts;
 mod entries;
 mod fields;
 pub(super) mod file;
+mod keywords;
 mod packets;
 mod parse;
 mod problem;
-mod words;
+mod warnings;
 
 use std::fmt;
 
@@ -24,10 +24,12 @@ use super::grammar::Grammar;
 use super::sample::Channel;
 use super::units::Units;
 
-pub use commands::{Command, Commands, Effect, Expect, Role};
+pub use commands::{CommandEffect, CommandRole, Commands, Expect, GaugeCommand};
 pub use file::{SCHEMA, json_schema};
+pub use keywords::{
+    DescriptionStatus, NoteMark, RegisterFormat, ReplyMeaning, SignMeaning, Trouble, UnitSource,
+};
 pub use problem::{DescriptionError, DescriptionProblem};
-pub use words::{NoteMark, RegisterFormat, ReplyMeaning, SignMeaning, Status, Trouble, UnitSource};
 
 /// One model of gauge, checked and ready to decode.
 #[derive(Debug, Clone)]
@@ -39,7 +41,7 @@ pub struct InstrumentDescription {
     /// What it measures.
     pub channel: Channel,
     /// How far the description can be trusted.
-    pub status: Status,
+    pub status: DescriptionStatus,
     /// Known in part only.
     pub experimental: bool,
     /// Where the facts were read.
@@ -53,7 +55,7 @@ pub struct InstrumentDescription {
     /// Levels of the modem lines.
     pub modem: ModemLines,
     /// What the sign means.
-    pub sign: Sign,
+    pub sign: SignConvention,
     /// What it can measure.
     pub physical: Physical,
     pub(super) no_tty: Vec<(String, String)>,
@@ -67,7 +69,7 @@ pub struct InstrumentDescription {
 impl InstrumentDescription {
     /// The command of a role, if the gauge has one.
     #[must_use]
-    pub fn command(&self, role: Role) -> Option<&Command> {
+    pub fn command(&self, role: CommandRole) -> Option<&GaugeCommand> {
         self.commands.of(role)
     }
 
@@ -102,13 +104,14 @@ impl InstrumentDescription {
     /// Whether the gauge sends values unasked: by itself, or after a command.
     #[must_use]
     pub fn streams(&self) -> bool {
-        self.command(Role::StreamStart).is_some() || self.command(Role::Read).is_none()
+        self.command(CommandRole::StreamStart).is_some()
+            || self.command(CommandRole::Read).is_none()
     }
 
     /// Whether using it needs the operator's word (`--allow-unverified`).
     #[must_use]
     pub fn is_unverified(&self) -> bool {
-        self.status == Status::Recalled
+        self.status == DescriptionStatus::Recalled
     }
 
     /// Why there is no serial port on a system (`linux`, `macos`, `windows`), and what to do.
@@ -237,7 +240,7 @@ pub struct Timing {
 
 /// What the sign of a value means.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, schemars::JsonSchema)]
-pub struct Sign {
+pub struct SignConvention {
     /// How a push arrives.
     pub compression: SignMeaning,
     /// The sign can be taken away or turned at the panel.

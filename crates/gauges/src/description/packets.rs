@@ -1,7 +1,7 @@
 //! From the packets of a file to the grammar of a gauge.
 
 use crate::framing::{Framing, FramingKind};
-use crate::grammar::{ErrorPacket, Grammar, Pattern, ReplyPacket, ValuePacket};
+use crate::grammar::{ErrorPacket, FieldPattern, Grammar, ReplyPacket, ValuePacket};
 use crate::registers::{Registers, RequiredBits, SignBits};
 use crate::units::Units;
 
@@ -9,7 +9,7 @@ use super::compile::{conflict, missing, path};
 use super::entries::{FieldEntry, RegistersEntry};
 use super::fields::{FieldContext, pattern, value, value_pattern, within};
 use super::file::{DescriptionFile, ValueEntry};
-use super::parse::{Misplaced, Place};
+use super::parse::{EntryPath, Misplaced};
 
 /// All packets of a gauge; those without end mark are added to its framing.
 pub(super) fn grammar(
@@ -29,7 +29,7 @@ pub(super) fn grammar(
     for (index, entry) in file.error.iter().enumerate() {
         let at = within(&path(["error"]), index);
         grammar.errors.push(ErrorPacket {
-            pattern: told_packet(&entry.fields, entry.bare, &at, &context, framing)?,
+            pattern: configured_packet(&entry.fields, entry.bare, &at, &context, framing)?,
             meaning: entry.meaning,
             text: entry.text.clone(),
         });
@@ -37,7 +37,7 @@ pub(super) fn grammar(
     for (index, entry) in file.reply.iter().enumerate() {
         let at = within(&path(["reply"]), index);
         grammar.replies.push(ReplyPacket {
-            pattern: told_packet(&entry.fields, entry.bare, &at, &context, framing)?,
+            pattern: configured_packet(&entry.fields, entry.bare, &at, &context, framing)?,
             meaning: entry.meaning,
         });
     }
@@ -50,13 +50,13 @@ pub(super) fn grammar(
 }
 
 /// The pattern of an error or a reply.
-fn told_packet(
+fn configured_packet(
     fields: &[FieldEntry],
     bare: bool,
-    at: &[Place],
+    at: &[EntryPath],
     context: &FieldContext<'_>,
     framing: &mut Framing,
-) -> Result<Pattern, Misplaced> {
+) -> Result<FieldPattern, Misplaced> {
     let pattern = pattern(fields, at, context)?;
     if bare {
         add_bare(&pattern, at, framing)?;
@@ -65,7 +65,11 @@ fn told_packet(
 }
 
 /// A packet that comes without the end mark of lines is known by its bytes.
-fn add_bare(pattern: &Pattern, at: &[Place], framing: &mut Framing) -> Result<(), Misplaced> {
+fn add_bare(
+    pattern: &FieldPattern,
+    at: &[EntryPath],
+    framing: &mut Framing,
+) -> Result<(), Misplaced> {
     let FramingKind::Line { bare, .. } = &mut framing.kind else {
         let why = "only lines have an end mark to leave out";
         return Err(conflict(at.to_vec(), "bare", "framing", why));
@@ -78,7 +82,7 @@ fn add_bare(pattern: &Pattern, at: &[Place], framing: &mut Framing) -> Result<()
 
 fn value_packet(
     entry: &ValueEntry,
-    at: &[Place],
+    at: &[EntryPath],
     context: &FieldContext<'_>,
     framing: &Framing,
 ) -> Result<ValuePacket, Misplaced> {
@@ -105,7 +109,7 @@ fn value_packet(
 
 fn register_map(
     entry: &RegistersEntry,
-    at: &[Place],
+    at: &[EntryPath],
     count: usize,
 ) -> Result<Registers, Misplaced> {
     let scale = entry.scale.unwrap_or(1.0);
@@ -148,7 +152,12 @@ fn register_map(
 }
 
 /// A register, or the first of several, among those that are asked for.
-fn register(first: u8, width: usize, count: usize, path: Vec<Place>) -> Result<usize, Misplaced> {
+fn register(
+    first: u8,
+    width: usize,
+    count: usize,
+    path: Vec<EntryPath>,
+) -> Result<usize, Misplaced> {
     let first = usize::from(first);
     if first + width <= count {
         return Ok(first);

@@ -1,7 +1,7 @@
 //! From the text of an instrument description to the description.
 
 use stiffbench_units_and_text::source_text::SourceText;
-use stiffbench_units_and_text::toml_text::{Step, read};
+use stiffbench_units_and_text::toml_text::{DocumentStep, read};
 
 use super::InstrumentDescription;
 use super::compile::compile;
@@ -10,20 +10,20 @@ use super::problem::{DescriptionError, DescriptionProblem};
 
 /// A step into a file that is kept.
 #[derive(Debug, Clone)]
-pub(super) enum Place {
+pub(super) enum EntryPath {
     /// Into a table.
     Key(String),
     /// Into an array.
     Index(usize),
 }
 
-impl From<&str> for Place {
+impl From<&str> for EntryPath {
     fn from(key: &str) -> Self {
         Self::Key(key.to_owned())
     }
 }
 
-impl From<usize> for Place {
+impl From<usize> for EntryPath {
     fn from(index: usize) -> Self {
         Self::Index(index)
     }
@@ -32,21 +32,21 @@ impl From<usize> for Place {
 /// A problem and the way to it.
 #[derive(Debug)]
 pub(super) struct Misplaced {
-    pub(super) path: Vec<Place>,
+    pub(super) path: Vec<EntryPath>,
     pub(super) problem: DescriptionProblem,
 }
 
 /// The way to a key, for example `value[0].fields[2]`.
-pub(super) fn key_of(path: &[Place]) -> String {
+pub(super) fn key_of(path: &[EntryPath]) -> String {
     let mut key = String::new();
     for place in path {
         match place {
-            Place::Key(name) if key.is_empty() => key.push_str(name),
-            Place::Key(name) => {
+            EntryPath::Key(name) if key.is_empty() => key.push_str(name),
+            EntryPath::Key(name) => {
                 key.push('.');
                 key.push_str(name);
             }
-            Place::Index(index) => {
+            EntryPath::Index(index) => {
                 key.push('[');
                 key.push_str(&index.to_string());
                 key.push(']');
@@ -69,12 +69,12 @@ impl InstrumentDescription {
             return Err(error);
         }
         let description = compile(file).map_err(|misplaced| {
-            let path: Vec<Step<'_>> = misplaced
+            let path: Vec<DocumentStep<'_>> = misplaced
                 .path
                 .iter()
                 .map(|place| match place {
-                    Place::Key(key) => Step::Key(key),
-                    Place::Index(index) => Step::Index(*index),
+                    EntryPath::Key(key) => DocumentStep::Key(key),
+                    EntryPath::Index(index) => DocumentStep::Index(*index),
                 })
                 .collect();
             DescriptionError::new(&source, source.toml_span(&path), misplaced.problem)
@@ -86,7 +86,7 @@ impl InstrumentDescription {
 
 /// Another schema explains every other problem of a text, so it is reported first.
 fn schema_problem(source: &SourceText, read: Option<&str>) -> Option<DescriptionError> {
-    let span = source.toml_span(&[Step::Key("schema")]);
+    let span = source.toml_span(&[DocumentStep::Key("schema")]);
     let written = || {
         source
             .text

@@ -1,43 +1,57 @@
 //! What comes from the gauge, and what it answers.
 
-use crate::{GaugeEvent, LinkState, Meaning, Rejected, Reply, Role, Sample};
+use crate::{CommandRole, GaugeEvent, LinkState, Meaning, Rejected, Reply, Sample};
 
-use super::exchange::{Job, Phase, Standing, unanswered};
+use super::exchange::{GaugePresence, PendingCommand, Phase, unanswered};
 use super::machine::{Driver, SILENT_PAUSE_S};
-use super::{Deed, Moment};
+use super::{DriverAction, DriverTimestamp};
 
 /// Packets in a row that are no value, before there was any, after which another gauge is likelier than noise at the start.
 const STRANGE_PACKETS: u32 = 5;
 
 impl Driver {
     /// Bytes that are no value.
-    pub(super) fn rejected(&mut self, rejected: Rejected, now: Moment, deeds: &mut Vec<Deed>) {
+    pub(super) fn rejected(
+        &mut self,
+        rejected: Rejected,
+        now: DriverTimestamp,
+        actions: &mut Vec<DriverAction>,
+    ) {
         self.strange += 1;
-        if self.standing != Standing::Up && self.strange == STRANGE_PACKETS {
+        if self.standing != GaugePresence::Up && self.strange == STRANGE_PACKETS {
             let reason = format!(
                 "nothing that came is a value of {}, but {} ({}): is another gauge on this port, or is it not ready?",
                 self.description.name, rejected.raw, rejected.reason
             );
             let reason = reason.into();
-            self.link(LinkState::WrongDevice { reason }, now, deeds);
+            self.link(LinkState::WrongDevice { reason }, now, actions);
         }
         let channel = self.description.channel;
-        deeds.push(Deed::Tell(GaugeEvent::Rejected { channel, rejected }));
+        actions.push(DriverAction::Tell(GaugeEvent::Rejected {
+            channel,
+            rejected,
+        }));
         // It may be the answer, or the wreck of it: nothing else is believed before the line is quiet.
-        if matches!(&self.phase, Phase::Waiting { job, .. } if job.role == Role::Read) {
+        if matches!(&self.phase, Phase::Waiting { job, .. } if job.role == CommandRole::Read) {
             self.drain("bytes that are no value", None, now);
         }
     }
 
-    pub(super) fn value(&mut self, sample: Sample, now: Moment, deeds: &mut Vec<Deed>) {
+    pub(super) fn value(
+        &mut self,
+        sample: Sample,
+        now: DriverTimestamp,
+        actions: &mut Vec<DriverAction>,
+    ) {
         let channel = self.description.channel;
         if sample.kind != channel.kind() && !matches!(self.phase, Phase::Draining { .. }) {
             // The other number of a packet: what its own number answers, it answers too.
-            deeds.push(Deed::Tell(GaugeEvent::Sample { channel, sample }));
+            actions.push(DriverAction::Tell(GaugeEvent::Sample { channel, sample }));
             return;
         }
         self.last_value_s = now.real_s;
-        let is_answer = matches!(&self.phase, Phase::Waiting { job, .. } if job.role == Role::Read);
+        let is_answer =
+            matches!(&self.phase, Phase::Waiting { job, .. } if job.role == CommandRole::Read);
         match std::mem::replace(&mut self.phase, Phase::Resting) {
             Phase::Draining {
                 since_s,
@@ -45,7 +59,7 @@ impl Driver {
                 reason,
                 again,
             } => {
-                self.came_late(now, deeds);
+                self.came_late(now, actions);
                 self.phase = Phase::Draining {
                     since_s,
                     dropped: dropped + 1,
@@ -55,16 +69,16 @@ impl Driver {
                 return;
             }
             Phase::Confirming { job, .. } => {
-                self.note(now, deeds, "two values came for one request, one of them late: neither is used, asked again");
-                deeds.push(Deed::Unused {
+                self.note(now, actions, "two values came for one request, one of them late: neither is used, asked again");
+                actions.push(DriverAction::Unused {
                     count: 2,
                     reason: "one of two is late",
                 });
-                self.retry(job, "a late value", now, deeds);
+                self.retry(job, "a late value", now, actions);
                 return;
             }
             Phase::Waiting { job, .. } if is_answer && self.doubtful => {
-                self.came_late(now, deeds);
+                self.came_late(now, actions);
                 let until_s = now.real_s + self.description.timing().drain_s;
                 self.phase = Phase::Confirming {
                     held: sample,
@@ -76,38 +90,48 @@ impl Driver {
             Phase::Waiting { .. } if is_answer => self.late = 0,
             phase => self.phase = phase,
         }
-        self.tell_value(sample, now, deeds);
+        self.report_value(sample, now, actions);
     }
 
-    pub(super) fn tell_value(&mut self, sample: Sample, now: Moment, deeds: &mut Vec<Deed>) {
+    pub(super) fn report_value(
+        &mut self,
+        sample: Sample,
+        now: DriverTimestamp,
+        actions: &mut Vec<DriverAction>,
+    ) {
         self.restarts = 0;
         self.strange = 0;
         self.pause_s = SILENT_PAUSE_S[0];
-        if self.standing != Standing::Up {
-            self.standing = Standing::Up;
+        if self.standing != GaugePresence::Up {
+            self.standing = GaugePresence::Up;
             self.link(
                 LinkState::Connected {
                     port: self.port.clone(),
                 },
                 now,
-                deeds,
+                actions,
             );
         }
         if self.skip > 0 {
             self.skip -= 1;
-            deeds.push(Deed::Unused {
+            actions.push(DriverAction::Unused {
                 count: 1,
                 reason: "first after opening",
             });
             return;
         }
-        deeds.push(Deed::Tell(GaugeEvent::Sample {
+        actions.push(DriverAction::Tell(GaugeEvent::Sample {
             channel: self.description.channel,
             sample,
         }));
     }
 
-    pub(super) fn reply(&mut self, reply: Reply, now: Moment, deeds: &mut Vec<Deed>) {
+    pub(super) fn reply(
+        &mut self,
+        reply: Reply,
+        now: DriverTimestamp,
+        actions: &mut Vec<DriverAction>,
+    ) {
         let job = match std::mem::replace(&mut self.phase, Phase::Resting) {
             Phase::Waiting { job, .. } if answers(&reply.meaning, job.role) => job,
             phase => {
@@ -117,7 +141,7 @@ impl Driver {
                 if is_unasked {
                     self.note(
                         now,
-                        deeds,
+                        actions,
                         &format!("the gauge sent {} without a request", reply.raw),
                     );
                 }
@@ -134,29 +158,29 @@ impl Driver {
         };
         self.doubtful = false;
         self.next_poll_s = self.next_poll_s.min(now.real_s);
-        self.done(&job, said, now, deeds);
+        self.done(&job, said, now, actions);
     }
 
     /// A command has its answer.
     pub(super) fn done(
         &mut self,
-        job: &Job,
+        job: &PendingCommand,
         said: Result<String, String>,
-        now: Moment,
-        deeds: &mut Vec<Deed>,
+        now: DriverTimestamp,
+        actions: &mut Vec<DriverAction>,
     ) {
-        if job.role == Role::Identify && !self.is_expected(said.as_ref().ok(), deeds) {
+        if job.role == CommandRole::Identify && !self.is_expected(said.as_ref().ok(), actions) {
             return;
         }
         let Some(ask) = job.ask else {
             match said {
                 Ok(text) if !text.is_empty() => {
-                    self.note(now, deeds, &format!("the gauge reports {text}"));
+                    self.note(now, actions, &format!("the gauge reports {text}"));
                 }
                 Ok(_) => {}
                 Err(why) => self.note(
                     now,
-                    deeds,
+                    actions,
                     &format!("the gauge refuses {}: {why}", job.role),
                 ),
             }
@@ -167,7 +191,7 @@ impl Driver {
             Ok(text) => {
                 self.said.push(text);
                 let text = std::mem::take(&mut self.said).join("; ");
-                self.answer(ask, Ok(text.into()), deeds);
+                self.answer(ask, Ok(text.into()), actions);
             }
             Err(why) => {
                 self.said.clear();
@@ -175,25 +199,29 @@ impl Driver {
                 self.answer(
                     ask,
                     Err(format!("the gauge refuses: {why}; {}", unanswered(ask)).into()),
-                    deeds,
+                    actions,
                 );
             }
         }
     }
 
     /// Whether the gauge is the one that was expected, by the identity that it reports.
-    pub(super) fn is_expected(&mut self, said: Option<&String>, deeds: &mut Vec<Deed>) -> bool {
+    pub(super) fn is_expected(
+        &mut self,
+        said: Option<&String>,
+        actions: &mut Vec<DriverAction>,
+    ) -> bool {
         let found: Option<Box<str>> = said.map(|text| text.trim().into());
-        let same = match (&self.manner.expected, &found) {
+        let same = match (&self.acquisition_settings.expected, &found) {
             (Some(expected), Some(found)) => expected.trim() == &**found,
             (Some(_), None) => false,
             (None, _) => true,
         };
-        if !same && let Some(expected) = &self.manner.expected {
+        if !same && let Some(expected) = &self.acquisition_settings.expected {
             let found = found
                 .as_deref()
                 .unwrap_or("an instrument that does not know this question");
-            deeds.push(Deed::Refuse {
+            actions.push(DriverAction::Refuse {
                 reason: format!("expected {expected}, and there answers {found}").into(),
             });
             return false;
@@ -204,10 +232,12 @@ impl Driver {
 }
 
 /// Whether a reply can be the answer to a command: a request for a value is answered by a value, and a question by more than its echo.
-fn answers(meaning: &Meaning, role: Role) -> bool {
+fn answers(meaning: &Meaning, role: CommandRole) -> bool {
     match role {
-        Role::Read => false,
-        Role::Identify | Role::QueryUnit | Role::QueryMode => !matches!(meaning, Meaning::Text(_)),
+        CommandRole::Read => false,
+        CommandRole::Identify | CommandRole::QueryUnit | CommandRole::QueryMode => {
+            !matches!(meaning, Meaning::Text(_))
+        }
         _ => true,
     }
 }

@@ -2,12 +2,12 @@
 
 use crate::Ask;
 use crate::Sample;
-use crate::{Effect, InstrumentDescription, Role};
+use crate::{CommandEffect, CommandRole, InstrumentDescription};
 
 /// A command to be sent, and for whom.
 #[derive(Debug, Clone, PartialEq)]
-pub(super) struct Job {
-    pub(super) role: Role,
+pub(super) struct PendingCommand {
+    pub(super) role: CommandRole,
     /// Who asked; `None` for what belongs to opening and reading.
     pub(super) ask: Option<Ask>,
     /// Another command belongs to the same question.
@@ -16,8 +16,8 @@ pub(super) struct Job {
     pub(super) tries: u32,
 }
 
-impl Job {
-    pub(super) fn own(role: Role) -> Self {
+impl PendingCommand {
+    pub(super) fn own(role: CommandRole) -> Self {
         Self {
             role,
             ask: None,
@@ -28,10 +28,10 @@ impl Job {
 
     /// The commands that answer a question, in order; none if the gauge has no such command.
     pub(super) fn of_ask(description: &InstrumentDescription, ask: Ask) -> Vec<Self> {
-        let roles: &[Role] = match ask {
-            Ask::Zero => &[Role::Zero],
-            Ask::Identity => &[Role::Identify],
-            Ask::State => &[Role::QueryUnit, Role::QueryMode],
+        let roles: &[CommandRole] = match ask {
+            Ask::Zero => &[CommandRole::Zero],
+            Ask::Identity => &[CommandRole::Identify],
+            Ask::State => &[CommandRole::QueryUnit, CommandRole::QueryMode],
         };
         let known = roles
             .iter()
@@ -56,16 +56,17 @@ impl Job {
     /// Only commands that set or read: a command that toggles would start what it should stop.
     pub(super) fn of_opening(description: &InstrumentDescription, keep_awake: bool) -> Vec<Self> {
         let order = [
-            (Role::Resynchronise, true),
-            (Role::StreamStop, true),
-            (Role::KeepAwake, keep_awake),
-            (Role::Identify, false),
-            (Role::QueryUnit, false),
-            (Role::QueryMode, false),
+            (CommandRole::Resynchronise, true),
+            (CommandRole::StreamStop, true),
+            (CommandRole::KeepAwake, keep_awake),
+            (CommandRole::Identify, false),
+            (CommandRole::QueryUnit, false),
+            (CommandRole::QueryMode, false),
         ];
         let safe = order.into_iter().filter(|(role, may_set)| {
             description.command(*role).is_some_and(|command| {
-                command.effect == Effect::Reads || *may_set && command.effect == Effect::Sets
+                command.effect == CommandEffect::Reads
+                    || *may_set && command.effect == CommandEffect::Sets
             })
         });
         safe.map(|(role, _)| Self::own(role)).collect()
@@ -82,21 +83,21 @@ pub(super) enum Phase {
         since_s: f64,
         dropped: usize,
         reason: &'static str,
-        again: Option<Job>,
+        again: Option<PendingCommand>,
     },
     /// A command was sent and its answer is awaited.
-    Waiting { job: Job, sent_s: f64 },
+    Waiting { job: PendingCommand, sent_s: f64 },
     /// The first value after a trouble: it counts if no second one follows, which would mean that this one was late.
     Confirming {
         held: Sample,
         until_s: f64,
-        job: Job,
+        job: PendingCommand,
     },
 }
 
 /// How far the gauge is known to be there.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Standing {
+pub(super) enum GaugePresence {
     /// Opened, and nothing has come yet that only this gauge would send.
     Unproven,
     /// It answers.

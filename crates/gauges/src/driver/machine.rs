@@ -3,10 +3,10 @@
 use std::collections::VecDeque;
 use std::sync::Arc;
 
-use crate::{Ask, Decoded, Decoder, GaugeEvent, InstrumentDescription, LinkState, Role};
+use crate::{Ask, CommandRole, Decoded, Decoder, GaugeEvent, InstrumentDescription, LinkState};
 
-use super::exchange::{Job, Phase, Standing, no_command};
-use super::{Acquisition, Deed, Manner, Moment};
+use super::exchange::{GaugePresence, PendingCommand, Phase, no_command};
+use super::{Acquisition, AcquisitionSettings, DriverAction, DriverTimestamp};
 
 /// A line that is not quiet after this is not drained by waiting longer, s.
 const LONGEST_DRAIN_S: f64 = 3.0;
@@ -18,19 +18,19 @@ pub(super) const SILENT_PAUSE_S: [f64; 2] = [0.5, 4.0];
 pub struct Driver {
     pub(super) description: Arc<InstrumentDescription>,
     pub(super) decoder: Decoder,
-    pub(super) manner: Manner,
+    pub(super) acquisition_settings: AcquisitionSettings,
     pub(super) port: Box<str>,
     pub(super) identity: Option<Box<str>>,
     pub(super) phase: Phase,
-    pub(super) jobs: VecDeque<Job>,
+    pub(super) jobs: VecDeque<PendingCommand>,
     pub(super) said: Vec<String>,
-    pub(super) standing: Standing,
+    pub(super) standing: GaugePresence,
     pub(super) skip: u32,
     /// A reply did not come: the next value is held until it is sure that no second one follows.
     pub(super) doubtful: bool,
     /// Values that came too late since the last one that came in time.
     pub(super) late: u32,
-    pub(super) last_byte: Option<Moment>,
+    pub(super) last_byte: Option<DriverTimestamp>,
     pub(super) idle_told: bool,
     pub(super) last_sent_s: f64,
     pub(super) last_value_s: f64,
@@ -50,34 +50,37 @@ impl Driver {
     pub fn new(
         description: Arc<InstrumentDescription>,
         decoder: Decoder,
-        manner: Manner,
+        acquisition_settings: AcquisitionSettings,
         port: &str,
-        now: Moment,
+        now: DriverTimestamp,
     ) -> Self {
-        let jobs = match manner.acquisition {
+        let jobs = match acquisition_settings.acquisition {
             Acquisition::Listen => Vec::new(),
-            Acquisition::Poll { .. } => Job::of_opening(&description, manner.keep_awake),
+            Acquisition::Poll { .. } => {
+                PendingCommand::of_opening(&description, acquisition_settings.keep_awake)
+            }
             Acquisition::Stream => {
-                let mut jobs = Job::of_opening(&description, manner.keep_awake);
-                jobs.push(Job::own(Role::StreamStart));
+                let mut jobs =
+                    PendingCommand::of_opening(&description, acquisition_settings.keep_awake);
+                jobs.push(PendingCommand::own(CommandRole::StreamStart));
                 jobs
             }
         };
-        let rate_per_s = match manner.acquisition {
+        let rate_per_s = match acquisition_settings.acquisition {
             Acquisition::Poll { most_per_s } => most_per_s.min(description.timing().most_per_s),
             _ => description.timing().most_per_s,
         };
         Self {
             skip: description.timing().discard_after_open,
             decoder,
-            manner,
+            acquisition_settings,
             port: port.into(),
             identity: None,
             phase: Phase::Resting,
             jobs: jobs.into(),
             interval_s: 1.0 / rate_per_s,
             said: Vec::new(),
-            standing: Standing::Unproven,
+            standing: GaugePresence::Unproven,
             doubtful: false,
             late: 0,
             last_byte: None,
@@ -102,23 +105,28 @@ impl Driver {
     /// Whether the gauge has shown that it is the one that was expected.
     #[must_use]
     pub fn is_up(&self) -> bool {
-        self.standing == Standing::Up
+        self.standing == GaugePresence::Up
     }
 
     /// Bytes arrived.
-    pub fn received(&mut self, bytes: &[u8], now: Moment, deeds: &mut Vec<Deed>) {
-        self.close_packet(now, deeds);
+    pub fn received(
+        &mut self,
+        bytes: &[u8],
+        now: DriverTimestamp,
+        actions: &mut Vec<DriverAction>,
+    ) {
+        self.close_packet(now, actions);
         let mut decoded = std::mem::take(&mut self.decoded);
         self.decoder.push(bytes, now.at_s, &mut decoded);
         self.last_byte = Some(now);
         self.idle_told = false;
-        self.take(&mut decoded, now, deeds);
+        self.take(&mut decoded, now, actions);
         self.decoded = decoded;
     }
 
     /// Does what is due by now. To be called at [`Driver::due_s`], and after every call of the others.
-    pub fn wake(&mut self, now: Moment, deeds: &mut Vec<Deed>) {
-        self.close_packet(now, deeds);
+    pub fn wake(&mut self, now: DriverTimestamp, actions: &mut Vec<DriverAction>) {
+        self.close_packet(now, actions);
         if now.real_s >= self.phase_due_s() {
             match std::mem::replace(&mut self.phase, Phase::Resting) {
                 Phase::Draining {
@@ -127,22 +135,22 @@ impl Driver {
                     again,
                     ..
                 } => {
-                    self.drained(dropped, reason, again, now, deeds);
+                    self.drained(dropped, reason, again, now, actions);
                 }
                 Phase::Waiting { job, .. } => {
                     self.doubtful = true;
-                    self.retry(job, "no answer in time", now, deeds);
+                    self.retry(job, "no answer in time", now, actions);
                 }
                 Phase::Confirming { held, .. } => {
                     self.doubtful = false;
-                    self.tell_value(held, now, deeds);
+                    self.report_value(held, now, actions);
                 }
                 Phase::Resting => {}
             }
         }
-        self.watch_silence(now, deeds);
+        self.watch_silence(now, actions);
         while self.phase == Phase::Resting && now.real_s >= self.next_job_s() {
-            self.next_job(now, deeds);
+            self.next_job(now, actions);
         }
     }
 
@@ -157,10 +165,10 @@ impl Driver {
             Some(last) if !self.idle_told => last.real_s + self.description.idle_gap_s(),
             _ => f64::INFINITY,
         };
-        let silence_s = match (self.manner.acquisition, self.standing) {
+        let silence_s = match (self.acquisition_settings.acquisition, self.standing) {
             (Acquisition::Poll { .. }, _) => f64::INFINITY,
-            (Acquisition::Listen, Standing::Silent) => f64::INFINITY,
-            _ => self.last_value_s + self.patience_s(),
+            (Acquisition::Listen, GaugePresence::Silent) => f64::INFINITY,
+            _ => self.last_value_s + self.timeout_s(),
         };
         phase_s.min(idle_s).min(silence_s)
     }
@@ -187,16 +195,16 @@ impl Driver {
     }
 
     /// A request to the gauge: a question, or setting its zero.
-    pub fn ask(&mut self, ask: Ask, deeds: &mut Vec<Deed>) {
-        let jobs = Job::of_ask(&self.description, ask);
+    pub fn ask(&mut self, ask: Ask, actions: &mut Vec<DriverAction>) {
+        let jobs = PendingCommand::of_ask(&self.description, ask);
         if jobs.is_empty() {
-            self.answer(ask, Err(no_command(ask).into()), deeds);
+            self.answer(ask, Err(no_command(ask).into()), actions);
         }
         self.jobs.extend(jobs);
     }
 
     /// The questions that are still open when the port is lost.
-    pub fn abandon(&mut self, deeds: &mut Vec<Deed>) {
+    pub fn abandon(&mut self, actions: &mut Vec<DriverAction>) {
         let under_way = match std::mem::replace(&mut self.phase, Phase::Resting) {
             Phase::Waiting { job, .. }
             | Phase::Draining {
@@ -211,13 +219,13 @@ impl Driver {
             self.answer(
                 ask,
                 Err("the line was lost before the gauge answered".into()),
-                deeds,
+                actions,
             );
         }
     }
 
     /// Informs the decoder that nothing came for long enough to end a packet.
-    fn close_packet(&mut self, now: Moment, deeds: &mut Vec<Deed>) {
+    fn close_packet(&mut self, now: DriverTimestamp, actions: &mut Vec<DriverAction>) {
         let Some(last) = self.last_byte else { return };
         if self.idle_told || now.real_s < last.real_s + self.description.idle_gap_s() {
             return;
@@ -225,16 +233,21 @@ impl Driver {
         self.idle_told = true;
         let mut decoded = std::mem::take(&mut self.decoded);
         self.decoder.idle(last.at_s, &mut decoded);
-        self.take(&mut decoded, now, deeds);
+        self.take(&mut decoded, now, actions);
         self.decoded = decoded;
     }
 
-    fn take(&mut self, decoded: &mut Vec<Decoded>, now: Moment, deeds: &mut Vec<Deed>) {
+    fn take(
+        &mut self,
+        decoded: &mut Vec<Decoded>,
+        now: DriverTimestamp,
+        actions: &mut Vec<DriverAction>,
+    ) {
         for item in decoded.drain(..) {
             match item {
-                Decoded::Sample(sample) => self.value(sample, now, deeds),
-                Decoded::Reply(reply) => self.reply(reply, now, deeds),
-                Decoded::Rejected(rejected) => self.rejected(rejected, now, deeds),
+                Decoded::Sample(sample) => self.value(sample, now, actions),
+                Decoded::Reply(reply) => self.reply(reply, now, actions),
+                Decoded::Rejected(rejected) => self.rejected(rejected, now, actions),
             }
         }
     }
@@ -243,25 +256,30 @@ impl Driver {
         &self,
         ask: Ask,
         answer: Result<Box<str>, Box<str>>,
-        deeds: &mut Vec<Deed>,
+        actions: &mut Vec<DriverAction>,
     ) {
-        deeds.push(Deed::Tell(GaugeEvent::Answered {
+        actions.push(DriverAction::Tell(GaugeEvent::Answered {
             channel: self.description.channel,
             ask,
             answer,
         }));
     }
 
-    pub(super) fn note(&self, now: Moment, deeds: &mut Vec<Deed>, text: &str) {
-        deeds.push(Deed::Tell(GaugeEvent::Note {
+    pub(super) fn note(&self, now: DriverTimestamp, actions: &mut Vec<DriverAction>, text: &str) {
+        actions.push(DriverAction::Tell(GaugeEvent::Note {
             channel: self.description.channel,
             text: text.into(),
             at_s: now.at_s,
         }));
     }
 
-    pub(super) fn link(&self, state: LinkState, now: Moment, deeds: &mut Vec<Deed>) {
-        deeds.push(Deed::Tell(GaugeEvent::Link {
+    pub(super) fn link(
+        &self,
+        state: LinkState,
+        now: DriverTimestamp,
+        actions: &mut Vec<DriverAction>,
+    ) {
+        actions.push(DriverAction::Tell(GaugeEvent::Link {
             channel: self.description.channel,
             state,
             at_s: now.at_s,

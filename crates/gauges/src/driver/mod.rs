@@ -1,6 +1,6 @@
 //! The exchange with one gauge: what is sent when, which reply belongs to it, and what is done when none comes. No port and no clock.
 //!
-//! A [`Driver`] receives what arrived and when, and answers with [`Deed`]s. The blocking reader, the live engine and unit tests all drive the same
+//! A [`Driver`] receives what arrived and when, and answers with [`DriverAction`]s. The blocking reader, the live engine and unit tests all drive the same
 //! machine, so that deadlines, drains and retries are tested without waiting. It never pairs a reply with a request by order alone once
 //! something went wrong: after a reply that did not come the line is drained until it is quiet, and the next value counts only if no second
 //! one follows it.
@@ -15,11 +15,11 @@ mod tests;
 pub use machine::Driver;
 
 use super::trace::What;
-use super::{Effect, GaugeEvent, InstrumentDescription, Role};
+use super::{CommandEffect, CommandRole, GaugeEvent, InstrumentDescription};
 
 /// Now, on two clocks.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Moment {
+pub struct DriverTimestamp {
     /// Real seconds: deadlines of a line run on them, whatever the speed of a session.
     pub real_s: f64,
     /// Session time, s: the stamp of values.
@@ -28,7 +28,7 @@ pub struct Moment {
 
 /// How a gauge is operated.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Manner {
+pub struct AcquisitionSettings {
     /// How its values are had.
     pub acquisition: Acquisition,
     /// Whether it gets the command to stay on, where it has one.
@@ -37,7 +37,7 @@ pub struct Manner {
     pub expected: Option<Box<str>>,
 }
 
-impl Manner {
+impl AcquisitionSettings {
     /// A look at a gauge that leaves its settings alone and takes whoever answers.
     #[must_use]
     pub fn glance(acquisition: Acquisition) -> Self {
@@ -82,13 +82,13 @@ impl Acquisition {
     /// The way that a description allows and that is surest: a request for each value shows at once when the gauge falls silent.
     #[must_use]
     pub fn surest(description: &InstrumentDescription) -> Self {
-        if description.command(Role::Read).is_some() {
+        if description.command(CommandRole::Read).is_some() {
             Self::Poll {
                 most_per_s: ENOUGH_PER_S,
             }
         } else if description
-            .command(Role::StreamStart)
-            .is_some_and(|command| command.effect == Effect::Sets)
+            .command(CommandRole::StreamStart)
+            .is_some_and(|command| command.effect == CommandEffect::Sets)
         {
             Self::Stream
         } else {
@@ -99,11 +99,11 @@ impl Acquisition {
 
 /// What has to be done, in this order.
 #[derive(Debug, Clone, PartialEq)]
-pub enum Deed {
+pub enum DriverAction {
     /// To write these bytes to the port, in one piece.
     Send {
         /// What they ask for.
-        role: Role,
+        role: CommandRole,
         /// The bytes.
         bytes: Vec<u8>,
     },
@@ -125,7 +125,7 @@ pub enum Deed {
     },
 }
 
-impl Deed {
+impl DriverAction {
     /// What of it stands in a trace.
     #[must_use]
     pub fn traced(&self) -> Option<What> {

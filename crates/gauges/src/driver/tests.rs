@@ -5,9 +5,9 @@ use std::sync::Arc;
 
 use proptest::prelude::*;
 
-use crate::{Ask, Decoder, GaugeEvent, InstrumentDescription, LinkState, Role};
+use crate::{Ask, CommandRole, Decoder, GaugeEvent, InstrumentDescription, LinkState};
 
-use super::{Acquisition, Deed, Driver, Manner, Moment};
+use super::{Acquisition, AcquisitionSettings, Driver, DriverAction, DriverTimestamp};
 
 const GAUGE: &str = r#"
 schema = "stiffbench/instrument/1"
@@ -54,22 +54,22 @@ struct Talk {
     driver: Driver,
     now_s: f64,
     told: Vec<GaugeEvent>,
-    sent: Vec<Role>,
+    sent: Vec<CommandRole>,
     unused: usize,
     refused: Option<Box<str>>,
 }
 
 impl Talk {
-    fn with(text: &str, manner: Manner) -> Self {
+    fn with(text: &str, acquisition_settings: AcquisitionSettings) -> Self {
         let (description, warnings) = InstrumentDescription::parse(text, "trial").unwrap();
         assert_eq!(warnings, [""; 0]);
         let decoder = Decoder::new(&description, None).unwrap();
         let driver = Driver::new(
             Arc::new(description),
             decoder,
-            manner,
+            acquisition_settings,
             "/dev/trial",
-            moment(0.0),
+            timestamp(0.0),
         );
         let mut talk = Self {
             driver,
@@ -85,25 +85,25 @@ impl Talk {
 
     /// A polled gauge that has identified itself.
     fn polled() -> Self {
-        let mut talk = Self::with(GAUGE, Manner::glance(POLL));
+        let mut talk = Self::with(GAUGE, AcquisitionSettings::glance(POLL));
         talk.hears("trial 7\r");
-        assert_eq!(talk.sent, [Role::Identify, Role::Read]);
+        assert_eq!(talk.sent, [CommandRole::Identify, CommandRole::Read]);
         talk.sent.clear();
         talk.told.clear();
         talk
     }
 
-    fn turn(&mut self, act: impl FnOnce(&mut Driver, Moment, &mut Vec<Deed>)) {
-        let mut deeds = Vec::new();
-        act(&mut self.driver, moment(self.now_s), &mut deeds);
-        self.driver.wake(moment(self.now_s), &mut deeds);
-        for deed in deeds {
-            match deed {
-                Deed::Send { role, .. } => self.sent.push(role),
-                Deed::Tell(event) => self.told.push(event),
-                Deed::Unused { count, .. } => self.unused += count,
-                Deed::Reset => {}
-                Deed::Refuse { reason } => self.refused = Some(reason),
+    fn turn(&mut self, act: impl FnOnce(&mut Driver, DriverTimestamp, &mut Vec<DriverAction>)) {
+        let mut actions = Vec::new();
+        act(&mut self.driver, timestamp(self.now_s), &mut actions);
+        self.driver.wake(timestamp(self.now_s), &mut actions);
+        for action in actions {
+            match action {
+                DriverAction::Send { role, .. } => self.sent.push(role),
+                DriverAction::Tell(event) => self.told.push(event),
+                DriverAction::Unused { count, .. } => self.unused += count,
+                DriverAction::Reset => {}
+                DriverAction::Refuse { reason } => self.refused = Some(reason),
             }
         }
         assert!(
@@ -114,7 +114,7 @@ impl Talk {
     }
 
     fn hears(&mut self, text: &str) {
-        self.turn(|driver, now, deeds| driver.received(text.as_bytes(), now, deeds));
+        self.turn(|driver, now, actions| driver.received(text.as_bytes(), now, actions));
     }
 
     /// Lets time pass, waking the driver when it is due.
@@ -164,8 +164,8 @@ impl Talk {
 
 const POLL: Acquisition = Acquisition::Poll { most_per_s: 100.0 };
 
-fn moment(real_s: f64) -> Moment {
-    Moment {
+fn timestamp(real_s: f64) -> DriverTimestamp {
+    DriverTimestamp {
         real_s,
         at_s: real_s,
     }
@@ -191,7 +191,11 @@ fn a_reply_that_comes_while_the_line_is_drained_is_not_used() {
     talk.hears("+1 N\r");
     talk.wait(0.1);
     assert_eq!((talk.values(), talk.unused), (vec![], 1));
-    assert_eq!(talk.sent, [Role::Read], "asked again after the drain");
+    assert_eq!(
+        talk.sent,
+        [CommandRole::Read],
+        "asked again after the drain"
+    );
     talk.hears("+2 N\r");
     assert_eq!(talk.values(), [0.0; 0], "it could still be the late one");
     talk.wait(0.1);
@@ -199,7 +203,7 @@ fn a_reply_that_comes_while_the_line_is_drained_is_not_used() {
 }
 
 #[test]
-fn a_gauge_that_is_slower_than_its_description_says_is_told_from_a_silent_one() {
+fn a_slow_gauge_is_distinguished_from_a_silent_one() {
     let mut talk = Talk::polled();
     // Each request is answered 0.58 s later: beyond the 0.5 s, and while the line is drained.
     let (mut asked, mut answers) = (0, VecDeque::from([talk.now_s + 0.58]));
@@ -226,14 +230,14 @@ fn a_gauge_that_is_slower_than_its_description_says_is_told_from_a_silent_one() 
 fn a_reply_that_comes_after_the_drain_does_not_answer_the_next_request() {
     let mut talk = Talk::polled();
     talk.wait(0.61);
-    assert_eq!(talk.sent, [Role::Read]);
+    assert_eq!(talk.sent, [CommandRole::Read]);
     // The answer to the first request, then the answer to the second.
     talk.hears("+1 N\r");
     talk.wait(0.05);
     talk.hears("+2 N\r");
     talk.wait(0.11);
     assert_eq!((talk.values(), talk.unused), (vec![], 2));
-    assert_eq!(talk.sent, [Role::Read, Role::Read]);
+    assert_eq!(talk.sent, [CommandRole::Read, CommandRole::Read]);
     talk.hears("+3 N\r");
     talk.wait(0.11);
     assert_eq!(talk.values(), [3.0]);
@@ -259,7 +263,9 @@ fn a_gauge_that_never_answers_is_asked_a_bounded_number_of_times_then_seldom() {
         "that it is silent is said once"
     );
     // It is switched on again.
-    while !matches!(talk.sent.last(), Some(Role::Read)) || talk.driver.due_s() > talk.now_s + 0.5 {
+    while !matches!(talk.sent.last(), Some(CommandRole::Read))
+        || talk.driver.due_s() > talk.now_s + 0.5
+    {
         talk.wait(0.1);
     }
     talk.sent.clear();
@@ -273,7 +279,7 @@ fn a_gauge_that_never_answers_is_asked_a_bounded_number_of_times_then_seldom() {
 }
 
 #[test]
-fn what_is_no_value_is_told_and_the_line_drained_before_the_next_request() {
+fn a_non_value_is_reported_and_the_line_drained_first() {
     let mut talk = Talk::polled();
     talk.hears("+1.\x00rubbish\r");
     talk.hears("+7 N\r");
@@ -281,7 +287,7 @@ fn what_is_no_value_is_told_and_the_line_drained_before_the_next_request() {
     assert!(matches!(talk.told[0], GaugeEvent::Rejected { .. }));
     talk.wait(0.2);
     assert_eq!(talk.unused, 1);
-    assert_eq!(talk.sent, [Role::Read]);
+    assert_eq!(talk.sent, [CommandRole::Read]);
     talk.hears("+8 N\r");
     assert_eq!(talk.values(), [8.0]);
 }
@@ -289,18 +295,18 @@ fn what_is_no_value_is_told_and_the_line_drained_before_the_next_request() {
 #[test]
 fn questions_are_answered_between_values() {
     let mut talk = Talk::polled();
-    talk.turn(|driver, _, deeds| driver.ask(Ask::Zero, deeds));
-    talk.turn(|driver, _, deeds| driver.ask(Ask::State, deeds));
+    talk.turn(|driver, _, actions| driver.ask(Ask::Zero, actions));
+    talk.turn(|driver, _, actions| driver.ask(Ask::State, actions));
     assert_eq!(talk.answers().len(), 1, "there is no such command");
     assert!(talk.answers()[0].is_err());
     assert!(talk.sent.is_empty(), "one thing at a time");
     talk.hears("+1 N\r");
-    assert_eq!(talk.sent, [Role::Zero]);
+    assert_eq!(talk.sent, [CommandRole::Zero]);
     talk.hears("Z\r");
     talk.hears("OK\r");
     assert_eq!(talk.answers()[1], &Ok("".into()));
     talk.told.clear();
-    talk.turn(|driver, _, deeds| driver.ask(Ask::Zero, deeds));
+    talk.turn(|driver, _, actions| driver.ask(Ask::Zero, actions));
     talk.wait(0.1);
     talk.hears("+2 N\r");
     talk.wait(0.1);
@@ -316,9 +322,9 @@ fn questions_are_answered_between_values() {
 
 #[test]
 fn another_identity_is_refused_before_any_value() {
-    let expecting = Manner {
+    let expecting = AcquisitionSettings {
         expected: Some("trial 7".into()),
-        ..Manner::glance(POLL)
+        ..AcquisitionSettings::glance(POLL)
     };
     let mut talk = Talk::with(GAUGE, expecting.clone());
     talk.hears("trial 8\r");
@@ -332,7 +338,7 @@ fn another_identity_is_refused_before_any_value() {
     let mut talk = Talk::with(GAUGE, expecting);
     talk.wait(20.0);
     assert!(
-        talk.sent.iter().all(|role| *role == Role::Identify) && talk.sent.len() > 4,
+        talk.sent.iter().all(|role| *role == CommandRole::Identify) && talk.sent.len() > 4,
         "{:?}",
         talk.sent
     );
@@ -342,15 +348,15 @@ fn another_identity_is_refused_before_any_value() {
         talk.wait(0.1);
     }
     talk.hears("trial 7\r");
-    assert_eq!(talk.sent, [Role::Identify, Role::Read]);
+    assert_eq!(talk.sent, [CommandRole::Identify, CommandRole::Read]);
     assert_eq!(talk.refused, None);
 }
 
 #[test]
 fn a_stream_that_stops_is_noticed_and_started_again() {
-    let mut talk = Talk::with(GAUGE, Manner::glance(Acquisition::Stream));
+    let mut talk = Talk::with(GAUGE, AcquisitionSettings::glance(Acquisition::Stream));
     talk.hears("trial 7\r");
-    assert_eq!(talk.sent, [Role::Identify, Role::StreamStart]);
+    assert_eq!(talk.sent, [CommandRole::Identify, CommandRole::StreamStart]);
     for i in 0..30 {
         talk.hears(&format!("+{i} N\r"));
         talk.wait(0.1);
@@ -372,7 +378,7 @@ fn a_stream_that_stops_is_noticed_and_started_again() {
 #[test]
 fn the_first_values_after_opening_are_left_out() {
     let text = GAUGE.replace("discard_after_open = 0", "discard_after_open = 2");
-    let mut talk = Talk::with(&text, Manner::glance(POLL));
+    let mut talk = Talk::with(&text, AcquisitionSettings::glance(POLL));
     talk.hears("trial 7\r");
     for i in 0..4 {
         talk.hears(&format!("+{i} N\r"));
@@ -384,38 +390,38 @@ fn the_first_values_after_opening_are_left_out() {
 #[test]
 fn a_line_that_is_lost_leaves_no_question_open() {
     let mut talk = Talk::polled();
-    talk.turn(|driver, _, deeds| driver.ask(Ask::Zero, deeds));
-    talk.turn(|driver, _, deeds| driver.ask(Ask::Identity, deeds));
+    talk.turn(|driver, _, actions| driver.ask(Ask::Zero, actions));
+    talk.turn(|driver, _, actions| driver.ask(Ask::Identity, actions));
     talk.hears("+1 N\r");
-    talk.turn(|driver, _, deeds| driver.abandon(deeds));
+    talk.turn(|driver, _, actions| driver.abandon(actions));
     assert_eq!(talk.answers().len(), 2);
     assert!(talk.answers().iter().all(|answer| answer.is_err()));
 }
 
 #[test]
-fn what_toggles_is_never_sent_at_opening() {
+fn toggling_commands_are_never_sent_at_opening() {
     let text = GAUGE.replace(
         "identify = {",
         "stream_stop = { send = \"*\", expects = \"nothing\", effect = \"toggles\" }\nidentify = {",
     );
-    let talk = Talk::with(&text, Manner::glance(POLL));
-    assert_eq!(talk.sent, [Role::Identify]);
+    let talk = Talk::with(&text, AcquisitionSettings::glance(POLL));
+    assert_eq!(talk.sent, [CommandRole::Identify]);
     let text = GAUGE.replace(
         "identify = {",
         "stream_stop = { send = \"OFF\", expects = \"nothing\", effect = \"sets\" }\nidentify = {",
     );
-    let mut talk = Talk::with(&text, Manner::glance(POLL));
-    assert_eq!(talk.sent, [Role::StreamStop]);
+    let mut talk = Talk::with(&text, AcquisitionSettings::glance(POLL));
+    assert_eq!(talk.sent, [CommandRole::StreamStop]);
     // What the stream had still under way is not used.
     talk.hears("+1 N\r");
     talk.wait(0.11);
     assert_eq!((talk.values(), talk.unused), (vec![], 1));
-    assert_eq!(talk.sent, [Role::StreamStop, Role::Identify]);
+    assert_eq!(talk.sent, [CommandRole::StreamStop, CommandRole::Identify]);
 }
 
 #[test]
-fn a_gauge_of_another_language_is_told_once_and_a_value_makes_it_right() {
-    let mut talk = Talk::with(GAUGE, Manner::glance(POLL));
+fn a_gauge_of_another_protocol_is_reported_once_until_a_value_arrives() {
+    let mut talk = Talk::with(GAUGE, AcquisitionSettings::glance(POLL));
     talk.hears("trial 7\r");
     for _ in 0..20 {
         talk.hears("+1.5 mm\r");
@@ -454,22 +460,22 @@ proptest! {
         streams: bool,
     ) {
         let acquisition = if streams { Acquisition::Stream } else { POLL };
-        let mut talk = Talk::with(GAUGE, Manner::glance(acquisition));
+        let mut talk = Talk::with(GAUGE, AcquisitionSettings::glance(acquisition));
         let mut asked = 0;
         for (bytes, wait_s, ask) in traffic {
             if let Some(ask) = ask {
                 asked += 1;
-                talk.turn(|driver, _, deeds| driver.ask(ask, deeds));
+                talk.turn(|driver, _, actions| driver.ask(ask, actions));
             }
             talk.hears(bytes);
             talk.wait(wait_s);
         }
         talk.wait(0.01);
         let seconds = talk.now_s;
-        talk.turn(|driver, _, deeds| driver.abandon(deeds));
+        talk.turn(|driver, _, actions| driver.abandon(actions));
         prop_assert_eq!(talk.answers().len(), asked);
         if !streams {
-            let reads = talk.sent.iter().filter(|role| **role == Role::Read).count();
+            let reads = talk.sent.iter().filter(|role| **role == CommandRole::Read).count();
             prop_assert!(talk.values().len() <= reads + 2 * 60);
             prop_assert!(reads as f64 <= 20.0 * seconds + 2.0 + 60.0, "{} in {} s", reads, seconds);
         }

@@ -3,11 +3,13 @@
 //! It behaves as described and no more. Where the real gauge differs, the description is wrong, and this gauge shares the
 //! mistake: it rehearses a session, and proves nothing about decoding.
 
-use crate::description::{Command, Expect, InstrumentDescription, ReplyMeaning, Role, Trouble};
+use crate::description::{
+    CommandRole, Expect, GaugeCommand, InstrumentDescription, ReplyMeaning, Trouble,
+};
 use crate::framing::FramingKind;
 use crate::grammar::ValuePacket;
 use crate::registers::{is_intact, modbus_crc};
-use crate::write::{Said, State};
+use crate::write::{PacketContent, WrittenState};
 
 use super::meter::Meter;
 use super::range::first_unit;
@@ -62,7 +64,7 @@ impl Protocol {
 
     /// Time passes: values of a stream.
     pub(super) fn tick(&mut self, meter: &mut Meter, now_s: f64, out: &mut Packets) {
-        if self.sends_unasked() && !self.stream.is_on() {
+        if self.streams() && !self.stream.is_on() {
             self.start(now_s);
         }
         for _ in 0..self.stream.due(now_s) {
@@ -72,7 +74,7 @@ impl Protocol {
 
     /// When time will have something to send, s.
     pub(super) fn next_due_s(&self) -> Option<f64> {
-        let unasked = self.sends_unasked().then_some(0.0);
+        let unasked = self.streams().then_some(0.0);
         self.stream.next_due_s().or(unasked)
     }
 
@@ -85,8 +87,8 @@ impl Protocol {
     /// A packet with a value, or with the worst of the states that can be reported.
     fn packet(&self, meter: &Meter, value_si: f64) -> Option<Vec<u8>> {
         let shown = meter.rounded(value_si);
-        let running = self.written(meter, shown, State::Running);
-        let told = states(meter, value_si).find_map(|state| {
+        let running = self.written(meter, shown, WrittenState::Running);
+        let reported_text = states(meter, value_si).find_map(|state| {
             let troubles = troubles(state).iter();
             let mut packets = troubles.filter_map(|trouble| self.trouble(*trouble, meter));
             packets.next().or_else(|| {
@@ -94,7 +96,8 @@ impl Protocol {
                 written.filter(|packet| Some(packet) != running.as_ref())
             })
         });
-        told.or(running)
+        reported_text
+            .or(running)
             .or_else(|| self.trouble(Trouble::Overload, meter))
     }
 
@@ -111,13 +114,13 @@ impl Protocol {
     }
 
     /// Whether it sends values without having been asked for any.
-    fn sends_unasked(&self) -> bool {
+    fn streams(&self) -> bool {
         let has = |role| self.description.command(role).is_some();
-        !has(Role::Read) && !has(Role::StreamStart)
+        !has(CommandRole::Read) && !has(CommandRole::StreamStart)
     }
 
-    fn commands(&self) -> impl Iterator<Item = (Role, &Command)> {
-        let roles = Role::ALL.into_iter();
+    fn commands(&self) -> impl Iterator<Item = (CommandRole, &GaugeCommand)> {
+        let roles = CommandRole::ALL.into_iter();
         roles.filter_map(|role| Some((role, self.description.command(role)?)))
     }
 
@@ -125,7 +128,7 @@ impl Protocol {
     fn common_end(&self) -> Option<u8> {
         let commands = self
             .commands()
-            .filter(|(role, _)| *role != Role::Resynchronise);
+            .filter(|(role, _)| *role != CommandRole::Resynchronise);
         let mut ends = commands.map(|(_, command)| match command.bytes[..] {
             [_, .., end] => Some(end),
             _ => None,
@@ -135,7 +138,7 @@ impl Protocol {
     }
 
     /// The role of what was heard, if it is a whole command; `Err` if it is none and will be none.
-    fn understood(&self) -> Result<Option<Role>, ()> {
+    fn understood(&self) -> Result<Option<CommandRole>, ()> {
         let mut whole = None;
         for (role, command) in self.commands() {
             if command.bytes == self.heard {
@@ -152,7 +155,7 @@ impl Protocol {
             Ok(None) => {}
             Ok(Some(role)) => {
                 self.heard.clear();
-                self.obey(role, meter, now_s, out);
+                self.handle_command(role, meter, now_s, out);
             }
             Err(()) if self.is_modbus() => out.extend(self.refused_request()),
             Err(()) => self.hear_wrong(meter, out),
@@ -162,7 +165,7 @@ impl Protocol {
 
     /// What begins no command: a line is refused when it ends, other bytes are overlooked.
     fn hear_wrong(&mut self, meter: &Meter, out: &mut Packets) {
-        let clear = self.description.command(Role::Resynchronise);
+        let clear = self.description.command(CommandRole::Resynchronise);
         let Some(end) = self.common_end() else {
             while !self.heard.is_empty() && self.understood().is_err() {
                 self.heard.remove(0);
@@ -197,24 +200,30 @@ impl Protocol {
         Some(packet)
     }
 
-    fn obey(&mut self, role: Role, meter: &mut Meter, now_s: f64, out: &mut Packets) {
+    fn handle_command(
+        &mut self,
+        role: CommandRole,
+        meter: &mut Meter,
+        now_s: f64,
+        out: &mut Packets,
+    ) {
         match role {
-            Role::StreamStart => self.start(now_s),
-            Role::StreamStop => self.stream.stop(),
-            Role::Zero => meter.zero(),
-            Role::SetUnit => {
+            CommandRole::StreamStart => self.start(now_s),
+            CommandRole::StreamStop => self.stream.stop(),
+            CommandRole::Zero => meter.zero(),
+            CommandRole::SetUnit => {
                 meter.set_unit(first_unit(self.description.channel));
             }
-            Role::SetMode => {
+            CommandRole::SetMode => {
                 meter.peak_mode = false;
                 meter.hold(false);
             }
-            Role::Read
-            | Role::Identify
-            | Role::QueryUnit
-            | Role::QueryMode
-            | Role::KeepAwake
-            | Role::Resynchronise => {}
+            CommandRole::Read
+            | CommandRole::Identify
+            | CommandRole::QueryUnit
+            | CommandRole::QueryMode
+            | CommandRole::KeepAwake
+            | CommandRole::Resynchronise => {}
         }
         let Some(command) = self.description.command(role) else {
             return;
@@ -230,7 +239,7 @@ impl Protocol {
                 .reply(ReplyMeaning::Acknowledged, meter, None)
                 .or_else(|| Some(self.echo(command))),
             Expect::Echo => Some(self.echo(command)),
-            Expect::Text => Some(self.told(role, command, meter)),
+            Expect::Text => Some(self.reported_text(role, command, meter)),
         });
     }
 
@@ -240,16 +249,16 @@ impl Protocol {
     }
 
     /// The first packet with a value that has room for it.
-    fn written(&self, meter: &Meter, value: f64, state: State) -> Option<Vec<u8>> {
-        let said = Said {
+    fn written(&self, meter: &Meter, value: f64, state: WrittenState) -> Option<Vec<u8>> {
+        let packet_text = PacketContent {
             value,
             decimals: meter.unit().decimals,
             state,
-            ..Self::said(meter)
+            ..Self::packet_text(meter)
         };
         let mut packets = self.description.grammar.values.iter();
         let written = packets.find_map(|packet| match packet {
-            ValuePacket::Text(pattern) => pattern.write(&said),
+            ValuePacket::Text(pattern) => pattern.write(&packet_text),
             ValuePacket::Registers(registers) => match self.description.framing.kind {
                 FramingKind::Modbus {
                     slave,
@@ -262,13 +271,13 @@ impl Protocol {
         Some(self.ended(written?))
     }
 
-    fn said(meter: &Meter) -> Said<'_> {
-        Said {
+    fn packet_text(meter: &Meter) -> PacketContent<'_> {
+        PacketContent {
             value: 0.0,
             decimals: 0,
             unit: &meter.unit().name,
             unit_place: u8::try_from(meter.unit_place()).unwrap_or_default(),
-            state: State::Running,
+            state: WrittenState::Running,
             list: None,
         }
     }
@@ -276,30 +285,35 @@ impl Protocol {
     /// A packet that reports an error, if the gauge has one.
     fn trouble(&self, trouble: Trouble, meter: &Meter) -> Option<Vec<u8>> {
         let mut errors = self.description.grammar.errors.iter();
-        let said = Self::said(meter);
+        let packet_text = Self::packet_text(meter);
         let packet = errors
             .find(|error| error.meaning == trouble)
-            .and_then(|error| error.pattern.write(&said))?;
+            .and_then(|error| error.pattern.write(&packet_text))?;
         Some(self.ended(packet))
     }
 
     fn reply(&self, meaning: ReplyMeaning, meter: &Meter, list: Option<&[u8]>) -> Option<Vec<u8>> {
         let mut replies = self.description.grammar.replies.iter();
         let pattern = &replies.find(|reply| reply.meaning == meaning)?.pattern;
-        let said = Said {
+        let packet_text = PacketContent {
             list,
-            ..Self::said(meter)
+            ..Self::packet_text(meter)
         };
-        Some(self.ended(pattern.write(&said)?))
+        Some(self.ended(pattern.write(&packet_text)?))
     }
 
     /// An answer in words.
-    fn told(&self, role: Role, command: &Command, meter: &mut Meter) -> Vec<u8> {
+    fn reported_text(
+        &self,
+        role: CommandRole,
+        command: &GaugeCommand,
+        meter: &mut Meter,
+    ) -> Vec<u8> {
         let name = format!("emulated {}", self.description.name);
         let meanings: &[ReplyMeaning] = match role {
-            Role::Identify => &[ReplyMeaning::Identity],
-            Role::QueryUnit => &[ReplyMeaning::Unit, ReplyMeaning::Units],
-            Role::QueryMode => &[ReplyMeaning::State, ReplyMeaning::Units],
+            CommandRole::Identify => &[ReplyMeaning::Identity],
+            CommandRole::QueryUnit => &[ReplyMeaning::Unit, ReplyMeaning::Units],
+            CommandRole::QueryMode => &[ReplyMeaning::State, ReplyMeaning::Units],
             _ => &[ReplyMeaning::Text],
         };
         let mut replies = meanings.iter().filter_map(|meaning| match meaning {
@@ -310,9 +324,9 @@ impl Protocol {
         let reply = replies.next();
         reply.unwrap_or_else(|| {
             let text = match role {
-                Role::Identify => name,
-                Role::QueryUnit => self.code(&meter.unit().name).to_owned(),
-                Role::QueryMode => mode_text(command, meter),
+                CommandRole::Identify => name,
+                CommandRole::QueryUnit => self.code(&meter.unit().name).to_owned(),
+                CommandRole::QueryMode => mode_text(command, meter),
                 _ => "OK".to_owned(),
             };
             self.ended(text.into_bytes())
@@ -340,7 +354,7 @@ impl Protocol {
     }
 
     /// The command itself.
-    fn echo(&self, command: &Command) -> Vec<u8> {
+    fn echo(&self, command: &GaugeCommand) -> Vec<u8> {
         match self.description.framing.kind {
             FramingKind::Line { .. } => self.ended(command.bytes.trim_ascii_end().to_vec()),
             _ => command.bytes.clone(),
@@ -353,13 +367,13 @@ impl Protocol {
 }
 
 /// States to report beside the value, the worst first.
-fn states(meter: &Meter, value_si: f64) -> impl Iterator<Item = State> + use<> {
+fn states(meter: &Meter, value_si: f64) -> impl Iterator<Item = WrittenState> + use<> {
     let states = [
-        (meter.tool_off, State::ToolOff),
-        (meter.overloaded(value_si), State::Overload),
-        (meter.is_held(), State::Hold),
-        (meter.peak_mode, State::Peak),
-        (meter.battery_low, State::LowBattery),
+        (meter.tool_off, WrittenState::ToolOff),
+        (meter.overloaded(value_si), WrittenState::Overload),
+        (meter.is_held(), WrittenState::Hold),
+        (meter.peak_mode, WrittenState::Peak),
+        (meter.battery_low, WrittenState::LowBattery),
     ];
     states
         .into_iter()
@@ -367,22 +381,22 @@ fn states(meter: &Meter, value_si: f64) -> impl Iterator<Item = State> + use<> {
 }
 
 /// Packets that stand in place of a value in a state.
-fn troubles(state: State) -> &'static [Trouble] {
+fn troubles(state: WrittenState) -> &'static [Trouble] {
     match state {
-        State::ToolOff => &[Trouble::NoData, Trouble::SensorFault],
-        State::Overload => &[Trouble::Overload],
-        State::Hold => &[Trouble::Hold],
-        State::LowBattery => &[Trouble::LowBattery],
-        State::Running | State::Peak => &[],
+        WrittenState::ToolOff => &[Trouble::NoData, Trouble::SensorFault],
+        WrittenState::Overload => &[Trouble::Overload],
+        WrittenState::Hold => &[Trouble::Hold],
+        WrittenState::LowBattery => &[Trouble::LowBattery],
+        WrittenState::Running | WrittenState::Peak => &[],
     }
 }
 
 /// The answer to the question for the mode: a word that the description refuses if the gauge is in that state, else one that it does not.
-fn mode_text(command: &Command, meter: &mut Meter) -> String {
+fn mode_text(command: &GaugeCommand, meter: &mut Meter) -> String {
     let value_si = meter.displayed_si();
-    let told = states(meter, value_si).find_map(|state| {
+    let reported_text = states(meter, value_si).find_map(|state| {
         let mut words = command.refuse.iter();
-        words.find(|(_, why)| state.is_told_by(why))
+        words.find(|(_, why)| state.is_reported_by(why))
     });
-    told.map_or_else(|| "RUN".to_owned(), |(word, _)| word.clone())
+    reported_text.map_or_else(|| "RUN".to_owned(), |(word, _)| word.clone())
 }

@@ -1,6 +1,6 @@
 //! What can go wrong between a gauge and a program, by name.
 
-use super::gauge::Panel;
+use super::gauge::PanelAction;
 
 /// A fault of a bench.
 #[derive(Debug, Clone, PartialEq)]
@@ -8,7 +8,7 @@ pub enum Fault {
     /// On the line of a gauge.
     Line(LineFault),
     /// At the gauge itself.
-    Gauge(Panel),
+    Gauge(PanelAction),
     /// The adapter is pulled out and put back: the port is gone meanwhile.
     Unplug,
     /// Both adapters are pulled out and come back under each other's name.
@@ -50,19 +50,19 @@ pub enum LineFault {
 #[cfg(unix)]
 impl Fault {
     /// What ends a fault at the gauge; `None` for one that is over at once, or that the gauge's user must end.
-    pub(super) fn undone(&self) -> Option<Panel> {
+    pub(super) fn undone(&self) -> Option<PanelAction> {
         let Self::Gauge(panel) = self else {
             return None;
         };
         match panel {
-            Panel::PeakMode(_) => Some(Panel::PeakMode(false)),
-            Panel::Hold(_) => Some(Panel::Hold(false)),
-            Panel::LowBattery(_) => Some(Panel::LowBattery(false)),
-            Panel::Overload(_) => Some(Panel::Overload(false)),
-            Panel::Freeze(_) => Some(Panel::Freeze(false)),
-            Panel::InvertSign(_) => Some(Panel::InvertSign(false)),
-            Panel::ToolOff(_) => Some(Panel::ToolOff(false)),
-            Panel::Zero | Panel::Unit(_) | Panel::DataKey => None,
+            PanelAction::PeakMode(_) => Some(PanelAction::PeakMode(false)),
+            PanelAction::Hold(_) => Some(PanelAction::Hold(false)),
+            PanelAction::LowBattery(_) => Some(PanelAction::LowBattery(false)),
+            PanelAction::Overload(_) => Some(PanelAction::Overload(false)),
+            PanelAction::Freeze(_) => Some(PanelAction::Freeze(false)),
+            PanelAction::InvertSign(_) => Some(PanelAction::InvertSign(false)),
+            PanelAction::ToolOff(_) => Some(PanelAction::ToolOff(false)),
+            PanelAction::Zero | PanelAction::Unit(_) | PanelAction::DataKey => None,
         }
     }
 }

@@ -6,13 +6,13 @@ use crate::Channel;
 use stiffbench_units_and_text::nearest::nearest;
 
 use super::fault::{Fault, LineFault};
-use super::fault_script::{Lasts, ScriptedFault, When};
-use super::gauge::Panel;
+use super::fault_script::{FaultDuration, ScriptedFault, When};
+use super::gauge::PanelAction;
 
 /// A fault as it is written.
 #[derive(Debug, Default, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub(super) struct Entry {
+pub(super) struct FaultEntry {
     what: String,
     gauge: Option<GaugeWord>,
     at_s: Option<f64>,
@@ -61,11 +61,11 @@ pub(super) const WORDS: [&str; 20] = [
 ];
 
 /// What goes wrong with an entry, and what to write instead.
-pub(super) type Problem = (String, String);
+pub(super) type EntryProblem = (String, String);
 
-impl Entry {
+impl FaultEntry {
     /// The fault that is meant.
-    pub(super) fn read(&self) -> Result<ScriptedFault, Problem> {
+    pub(super) fn read(&self) -> Result<ScriptedFault, EntryProblem> {
         let fault = self.fault()?;
         self.check_numbers()?;
         self.check_parameters(&fault)?;
@@ -81,7 +81,7 @@ impl Entry {
         })
     }
 
-    fn fault(&self) -> Result<Fault, Problem> {
+    fn fault(&self) -> Result<Fault, EntryProblem> {
         let fault = match self.what.as_str() {
             "partial-packet" => Fault::Line(LineFault::PartialPacket {
                 pause_s: self.by_s.unwrap_or(0.2),
@@ -97,21 +97,21 @@ impl Entry {
                 by_s: self.by_s.unwrap_or(0.5),
             }),
             "silence" => Fault::Line(LineFault::Silence),
-            "unit" => Fault::Gauge(Panel::Unit(self.unit.clone().ok_or_else(|| {
+            "unit" => Fault::Gauge(PanelAction::Unit(self.unit.clone().ok_or_else(|| {
                 let help = "unit = \"lbF\"".to_owned();
                 (
                     "the unit that is set at the panel is missing".to_owned(),
                     help,
                 )
             })?)),
-            "sign-inverted" => Fault::Gauge(Panel::InvertSign(true)),
-            "peak-mode" => Fault::Gauge(Panel::PeakMode(true)),
-            "hold" => Fault::Gauge(Panel::Hold(true)),
-            "overload" => Fault::Gauge(Panel::Overload(true)),
-            "low-battery" => Fault::Gauge(Panel::LowBattery(true)),
-            "frozen" => Fault::Gauge(Panel::Freeze(true)),
-            "tool-off" => Fault::Gauge(Panel::ToolOff(true)),
-            "data-key" => Fault::Gauge(Panel::DataKey),
+            "sign-inverted" => Fault::Gauge(PanelAction::InvertSign(true)),
+            "peak-mode" => Fault::Gauge(PanelAction::PeakMode(true)),
+            "hold" => Fault::Gauge(PanelAction::Hold(true)),
+            "overload" => Fault::Gauge(PanelAction::Overload(true)),
+            "low-battery" => Fault::Gauge(PanelAction::LowBattery(true)),
+            "frozen" => Fault::Gauge(PanelAction::Freeze(true)),
+            "tool-off" => Fault::Gauge(PanelAction::ToolOff(true)),
+            "data-key" => Fault::Gauge(PanelAction::DataKey),
             "unplug" => Fault::Unplug,
             "swap" => Fault::Swap,
             "suspend" => Fault::Suspend,
@@ -127,7 +127,7 @@ impl Entry {
         Ok(fault)
     }
 
-    fn garbage(&self) -> Result<Option<Vec<u8>>, Problem> {
+    fn garbage(&self) -> Result<Option<Vec<u8>>, EntryProblem> {
         let Some(text) = &self.bytes else {
             return Ok(None);
         };
@@ -142,7 +142,7 @@ impl Entry {
         })
     }
 
-    fn when(&self) -> Result<When, Problem> {
+    fn when(&self) -> Result<When, EntryProblem> {
         let given = [
             self.at_s.map(When::Time),
             self.packet.map(When::Packet),
@@ -164,26 +164,28 @@ impl Entry {
     }
 
     /// A fault of a line hits one packet unless stated otherwise, one that is a state of a gauge lasts, and a cable is out for two seconds.
-    fn lasts(&self, fault: &Fault) -> Result<Lasts, Problem> {
+    fn lasts(&self, fault: &Fault) -> Result<FaultDuration, EntryProblem> {
         if self.for_s.is_some() && self.for_packets.is_some() {
             return Err((
                 "it is to last for a time and for a number of packets".to_owned(),
                 "give one of for_s, for_packets".to_owned(),
             ));
         }
-        let given = self.for_s.map(Lasts::Seconds);
-        let given = given.or(self.for_packets.map(Lasts::Packets));
+        let given = self.for_s.map(FaultDuration::Seconds);
+        let given = given.or(self.for_packets.map(FaultDuration::Packets));
         Ok(given.unwrap_or(match fault {
-            Fault::Line(LineFault::Echo) | Fault::Gauge(_) => Lasts::Ever,
-            Fault::Line(LineFault::MergedPackets { packets }) => Lasts::Packets(*packets as u64),
-            Fault::Line(LineFault::Silence) | Fault::Unplug | Fault::Swap | Fault::Suspend => {
-                Lasts::Seconds(2.0)
+            Fault::Line(LineFault::Echo) | Fault::Gauge(_) => FaultDuration::Ever,
+            Fault::Line(LineFault::MergedPackets { packets }) => {
+                FaultDuration::Packets(*packets as u64)
             }
-            Fault::Line(_) => Lasts::Packets(1),
+            Fault::Line(LineFault::Silence) | Fault::Unplug | Fault::Swap | Fault::Suspend => {
+                FaultDuration::Seconds(2.0)
+            }
+            Fault::Line(_) => FaultDuration::Packets(1),
         }))
     }
 
-    fn check_numbers(&self) -> Result<(), Problem> {
+    fn check_numbers(&self) -> Result<(), EntryProblem> {
         for (key, value) in [
             ("at_s", self.at_s),
             ("for_s", self.for_s),
@@ -207,12 +209,12 @@ impl Entry {
     }
 
     /// A parameter of another fault is a mistake.
-    fn check_parameters(&self, fault: &Fault) -> Result<(), Problem> {
+    fn check_parameters(&self, fault: &Fault) -> Result<(), EntryProblem> {
         use LineFault::{Garbage, LateReply, MergedPackets, PartialPacket};
         let late = matches!(fault, Fault::Line(LateReply { .. } | PartialPacket { .. }));
         let merged = matches!(fault, Fault::Line(MergedPackets { .. }));
         let garbage = matches!(fault, Fault::Line(Garbage(_)));
-        let unit = matches!(fault, Fault::Gauge(Panel::Unit(_)));
+        let unit = matches!(fault, Fault::Gauge(PanelAction::Unit(_)));
         let by_packets = matches!(fault, Fault::Line(_));
         for (key, given, fits) in [
             ("by_s", self.by_s.is_some(), late),

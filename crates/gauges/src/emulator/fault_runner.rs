@@ -93,7 +93,7 @@ mod tests {
     }
 
     #[test]
-    fn each_fault_comes_once_at_its_moment() {
+    fn each_fault_occurs_once_at_its_time() {
         let mut runner = runner(&[
             "at_s = 5",
             "packet = 3",

@@ -7,7 +7,7 @@ use stiffbench_units_and_text::source_text::SourceText;
 use stiffbench_units_and_text::toml_text::{TomlError, read_types};
 
 use super::fault::Fault;
-use super::fault_entry::Entry;
+use super::fault_entry::FaultEntry;
 
 /// The schema that a fault script names.
 pub const FAULT_SCHEMA: &str = "stiffbench/faults/1";
@@ -29,7 +29,7 @@ pub struct ScriptedFault {
     /// What goes wrong.
     pub fault: Fault,
     /// How long.
-    pub lasts: Lasts,
+    pub lasts: FaultDuration,
 }
 
 /// When a fault begins.
@@ -49,7 +49,7 @@ pub enum When {
 
 /// How long a fault lasts.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub enum Lasts {
+pub enum FaultDuration {
     /// So many packets.
     Packets(u64),
     /// So many seconds of the line.
@@ -116,7 +116,7 @@ pub enum FaultScriptError {
 struct File {
     schema: String,
     #[serde(default)]
-    fault: Vec<Entry>,
+    fault: Vec<FaultEntry>,
 }
 
 impl FaultScript {
@@ -178,7 +178,7 @@ mod tests {
     use super::*;
     use crate::emulator::fault::LineFault;
     use crate::emulator::fault_entry::WORDS;
-    use crate::emulator::gauge::Panel;
+    use crate::emulator::gauge::PanelAction;
 
     fn parse(entries: &str) -> Result<FaultScript, FaultScriptError> {
         let text = format!("schema = \"{FAULT_SCHEMA}\"\n{entries}");
@@ -208,18 +208,18 @@ mod tests {
                 when: When::Packet(7),
                 gauge: Some(Channel::Force),
                 fault: Fault::Line(LineFault::LateReply { by_s: 0.4 }),
-                lasts: Lasts::Packets(3),
+                lasts: FaultDuration::Packets(3),
             }
         );
         assert_eq!(faults[1].when, When::Phase("settle".into(), 2));
-        assert_eq!(faults[1].lasts, Lasts::Seconds(3.0));
+        assert_eq!(faults[1].lasts, FaultDuration::Seconds(3.0));
         let garbage = Fault::Line(LineFault::Garbage(Some(vec![0xff, 0x00])));
         assert_eq!((&faults[2].fault, faults[2].gauge), (&garbage, None));
         assert!(faults[2].concerns(Channel::Force) && !faults[0].concerns(Channel::Displacement));
     }
 
     #[test]
-    fn what_cannot_be_is_refused_with_its_place() {
+    fn impossible_entries_are_refused_with_their_place() {
         for (entries, part) in [
             ("[[fault]]\nwhat = \"garbbage\"\n", "no fault garbbage"),
             ("[[fault]]\nwhat = \"unit\"\n", "the unit"),
@@ -261,9 +261,9 @@ mod tests {
     fn a_fault_can_be_typed_in_a_line() {
         let fault = FaultScript::parse_line("force late-reply by_s=0.5 for_packets=2").unwrap();
         assert_eq!(fault.when, When::Now);
-        assert_eq!(fault.lasts, Lasts::Packets(2));
+        assert_eq!(fault.lasts, FaultDuration::Packets(2));
         let unit = FaultScript::parse_line("both unit unit=lbF").unwrap();
-        assert_eq!(unit.fault, Fault::Gauge(Panel::Unit("lbF".into())));
+        assert_eq!(unit.fault, Fault::Gauge(PanelAction::Unit("lbF".into())));
         for line in ["", "force", "force nonsense", "spring nul", "force nul x"] {
             assert!(FaultScript::parse_line(line).is_err(), "{line}");
         }

@@ -9,7 +9,7 @@ use super::wire::Packets;
 
 /// An operator action at the gauge itself, or an event on it.
 #[derive(Debug, Clone, PartialEq)]
-pub enum Panel {
+pub enum PanelAction {
     /// Sets the zero here.
     Zero,
     /// Chooses a unit, by the gauge's own word for it or the usual one.
@@ -124,11 +124,11 @@ impl EmulatedGauge {
     ///
     /// # Errors
     /// [`EmulatorError::Unit`] for a unit that it does not have.
-    pub fn press(&mut self, panel: &Panel) -> Result<Vec<Vec<u8>>, EmulatorError> {
+    pub fn press(&mut self, panel: &PanelAction) -> Result<Vec<Vec<u8>>, EmulatorError> {
         let meter = &mut self.meter;
         match panel {
-            Panel::Zero => meter.zero(),
-            Panel::Unit(word) => {
+            PanelAction::Zero => meter.zero(),
+            PanelAction::Unit(word) => {
                 if !meter.set_unit(self.protocol.unit_named(word)) {
                     let units = meter.range.units.iter();
                     let known: Vec<&str> = units.map(|unit| unit.name.as_str()).collect();
@@ -139,17 +139,17 @@ impl EmulatedGauge {
                     });
                 }
             }
-            Panel::PeakMode(on) => {
+            PanelAction::PeakMode(on) => {
                 meter.peak_mode = *on;
                 meter.clear_peaks();
             }
-            Panel::Hold(on) => meter.hold(*on),
-            Panel::DataKey => return Ok(self.protocol.value(meter).into_iter().collect()),
-            Panel::LowBattery(on) => meter.battery_low = *on,
-            Panel::Overload(on) => meter.force_overload(*on),
-            Panel::Freeze(on) => meter.freeze(*on),
-            Panel::InvertSign(on) => meter.invert(*on),
-            Panel::ToolOff(on) => meter.tool_off = *on,
+            PanelAction::Hold(on) => meter.hold(*on),
+            PanelAction::DataKey => return Ok(self.protocol.value(meter).into_iter().collect()),
+            PanelAction::LowBattery(on) => meter.battery_low = *on,
+            PanelAction::Overload(on) => meter.force_overload(*on),
+            PanelAction::Freeze(on) => meter.freeze(*on),
+            PanelAction::InvertSign(on) => meter.invert(*on),
+            PanelAction::ToolOff(on) => meter.tool_off = *on,
         }
         Ok(Packets::new())
     }

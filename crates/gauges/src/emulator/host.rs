@@ -12,9 +12,9 @@ use stiffbench_units_and_text::clock::Clock;
 
 use super::fault_runner::FaultRunner;
 use super::fault_script::{FaultScript, ScriptedFault};
-use super::gauge::{EmulatorError, Panel};
-use super::line::Line;
-use super::served::{Shared, Slot, link_of, lock};
+use super::gauge::{EmulatorError, PanelAction};
+use super::line::EmulatedLine;
+use super::served::{ServedGauge, Shared, link_of, lock};
 
 /// How emulated gauges are hosted.
 #[derive(Debug, Default)]
@@ -79,10 +79,10 @@ impl PtyHost {
     ///
     /// # Errors
     /// [`HostError`].
-    pub fn start(lines: Vec<Line>, options: HostOptions) -> Result<Self, HostError> {
+    pub fn start(lines: Vec<EmulatedLine>, options: HostOptions) -> Result<Self, HostError> {
         let slots = lines.into_iter().map(|line| {
             let found_as = line.gauge().channel();
-            Mutex::new(Slot {
+            Mutex::new(ServedGauge {
                 line,
                 unplugged_until_s: None,
                 found_as,
@@ -132,8 +132,8 @@ impl PtyHost {
     /// An operator action at a gauge; nothing if it is not hosted.
     ///
     /// # Errors
-    /// As [`Line::press`].
-    pub fn press(&self, channel: Channel, panel: &Panel) -> Result<(), EmulatorError> {
+    /// As [`EmulatedLine::press`].
+    pub fn press(&self, channel: Channel, panel: &PanelAction) -> Result<(), EmulatorError> {
         let now_s = self.shared.line.now_s();
         for slot in &self.shared.slots {
             let mut slot = lock(slot);

@@ -3,14 +3,14 @@
 use std::collections::VecDeque;
 
 use super::fault::LineFault;
-use super::gauge::{EmulatedGauge, EmulatorError, Panel};
+use super::gauge::{EmulatedGauge, EmulatorError, PanelAction};
 
 /// What a serial line hands on as garbage: bytes of no packet of any gauge, among them some with the top bit set.
 const GARBAGE: [u8; 6] = [0xff, 0x00, 0x7e, 0x81, 0x23, 0xfe];
 
 /// A gauge behind a line that can fail: pure, as the gauge is. Without faults it hands on what the gauge sends.
 #[derive(Debug)]
-pub struct Line {
+pub struct EmulatedLine {
     gauge: EmulatedGauge,
     faults: Vec<Ongoing>,
     /// Bytes on their way to the host, with the time at which they arrive, s.
@@ -34,11 +34,11 @@ pub enum Until {
     Packets(u64),
     /// A time of the line, s.
     Time(f64),
-    /// Until [`Line::mend`].
+    /// Until [`EmulatedLine::mend`].
     Mended,
 }
 
-impl Line {
+impl EmulatedLine {
     /// A line without faults.
     #[must_use]
     pub fn new(gauge: EmulatedGauge) -> Self {
@@ -77,7 +77,7 @@ impl Line {
     ///
     /// # Errors
     /// As [`EmulatedGauge::press`].
-    pub fn press(&mut self, panel: &Panel, now_s: f64) -> Result<(), EmulatorError> {
+    pub fn press(&mut self, panel: &PanelAction, now_s: f64) -> Result<(), EmulatorError> {
         let packets = self.gauge.press(panel)?;
         self.send(packets, now_s);
         Ok(())
@@ -104,7 +104,7 @@ impl Line {
         self.arrived(now_s)
     }
 
-    /// When [`Line::tick`] will have something to hand on, s.
+    /// When [`EmulatedLine::tick`] will have something to hand on, s.
     #[must_use]
     pub fn next_due_s(&self) -> Option<f64> {
         let on_the_way = self.on_the_way.front().map(|(at_s, _)| *at_s);
@@ -214,14 +214,14 @@ mod tests {
     use crate::shipped::shipped_instrument;
 
     /// A Mark-10 under 12.3 N of compression; it answers `12.3 N<CR><LF>`.
-    fn line() -> Line {
+    fn line() -> EmulatedLine {
         let description = shipped_instrument("mark10-series5").unwrap();
-        Line::new(EmulatedGauge::described(&description, Arc::new(|| -12.3)))
+        EmulatedLine::new(EmulatedGauge::described(&description, Arc::new(|| -12.3)))
     }
 
     const VALUE: &[u8] = b"12.3 N\r\n";
 
-    fn once(fault: LineFault) -> Line {
+    fn once(fault: LineFault) -> EmulatedLine {
         let mut line = line();
         line.fail(fault, Until::Packets(1));
         line
@@ -270,7 +270,7 @@ mod tests {
     }
 
     #[test]
-    fn an_echo_is_what_the_host_said() {
+    fn an_echo_repeats_the_bytes_of_the_host() {
         let mut line = line();
         line.fail(LineFault::Echo, Until::Mended);
         assert_eq!(line.receive(b"?C\r", 0.0), b"?C\r12.3 N\r\n");

@@ -26,9 +26,11 @@ mod wire;
 
 pub use fault::{Fault, LineFault};
 pub use fault_runner::FaultRunner;
-pub use fault_script::{FAULT_SCHEMA, FaultScript, FaultScriptError, Lasts, ScriptedFault, When};
-pub use gauge::{EmulatedGauge, EmulatorError, Panel};
+pub use fault_script::{
+    FAULT_SCHEMA, FaultDuration, FaultScript, FaultScriptError, ScriptedFault, When,
+};
+pub use gauge::{EmulatedGauge, EmulatorError, PanelAction};
 #[cfg(unix)]
 pub use host::{HostError, HostOptions, PtyHost};
-pub use line::{Line, Until};
+pub use line::{EmulatedLine, Until};
 pub use truth::{GaugeTruth, SharedTruth};

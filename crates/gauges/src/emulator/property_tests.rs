@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use proptest::prelude::*;
 
-use super::{EmulatedGauge, Line, LineFault, Until};
+use super::{EmulatedGauge, EmulatedLine, LineFault, Until};
 use crate::shipped::shipped_instrument;
 
 /// Bytes that commands are made of, and others.
@@ -38,7 +38,7 @@ proptest! {
     ) {
         let description = shipped_instrument("aikoh-rx").unwrap();
         let gauge = EmulatedGauge::described(&description, Arc::new(|| -12.3));
-        let mut line = Line::new(gauge);
+        let mut line = EmulatedLine::new(gauge);
         line.fail(LineFault::LateReply { by_s }, Until::Packets(5));
         line.fail(LineFault::MergedPackets { packets }, Until::Packets(7));
         line.fail(LineFault::PartialPacket { pause_s }, Until::Packets(9));

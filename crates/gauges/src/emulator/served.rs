@@ -13,10 +13,10 @@ use stiffbench_units_and_text::clock::Clock;
 
 use super::fault::Fault;
 use super::fault_runner::FaultRunner;
-use super::fault_script::{Lasts, ScriptedFault};
-use super::gauge::Panel;
+use super::fault_script::{FaultDuration, ScriptedFault};
+use super::gauge::PanelAction;
 use super::host::HostError;
-use super::line::{Line, Until};
+use super::line::{EmulatedLine, Until};
 
 /// Longest wait for bytes before the host looks for faults and its own end again.
 const LONGEST_WAIT: Duration = Duration::from_millis(20);
@@ -33,7 +33,7 @@ const BAUD: u32 = 9600;
 /// What all threads of a host share.
 #[derive(Debug)]
 pub(super) struct Shared {
-    pub(super) slots: Vec<Mutex<Slot>>,
+    pub(super) slots: Vec<Mutex<ServedGauge>>,
     pub(super) runner: Mutex<FaultRunner>,
     pub(super) session: Clock,
     pub(super) line: Clock,
@@ -46,8 +46,8 @@ pub(super) struct Shared {
 
 /// A gauge, its line, and the name under which that is found.
 #[derive(Debug)]
-pub(super) struct Slot {
-    pub(super) line: Line,
+pub(super) struct ServedGauge {
+    pub(super) line: EmulatedLine,
     /// The adapter is out until this time of the line, s.
     pub(super) unplugged_until_s: Option<f64>,
     /// Under whose name it is found when it is plugged in.
@@ -55,7 +55,7 @@ pub(super) struct Slot {
     /// Path of the pseudo-terminal; empty while it is out.
     pub(super) terminal: String,
     /// Faults at the gauge that end, with their time, s.
-    pub(super) ending: Vec<(f64, Panel)>,
+    pub(super) ending: Vec<(f64, PanelAction)>,
 }
 
 impl Shared {
@@ -187,7 +187,7 @@ impl Shared {
     fn end_faults(&self, place: usize, now_s: f64) {
         let mut slot = lock(&self.slots[place]);
         let ended = slot.ending.extract_if(.., |(at_s, _)| *at_s <= now_s);
-        let ended: Vec<Panel> = ended.map(|(_, panel)| panel).collect();
+        let ended: Vec<PanelAction> = ended.map(|(_, panel)| panel).collect();
         for panel in ended {
             // What ends a fault names no unit, and only a unit can be refused.
             let _ = slot.line.press(&panel, now_s);
@@ -199,8 +199,8 @@ impl Shared {
         let now_s = self.line.now_s();
         for scripted in faults {
             let until_s = match scripted.lasts {
-                Lasts::Seconds(seconds) => Some(now_s + seconds),
-                Lasts::Packets(_) | Lasts::Ever => None,
+                FaultDuration::Seconds(seconds) => Some(now_s + seconds),
+                FaultDuration::Packets(_) | FaultDuration::Ever => None,
             };
             match scripted.fault {
                 Fault::Suspend => {
@@ -222,7 +222,7 @@ impl Shared {
     /// Begins a fault of one gauge.
     fn begin_at(
         &self,
-        slot: &mut Slot,
+        slot: &mut ServedGauge,
         scripted: &ScriptedFault,
         now_s: f64,
         until_s: Option<f64>,
@@ -230,9 +230,9 @@ impl Shared {
         match &scripted.fault {
             Fault::Line(fault) => {
                 let until = match scripted.lasts {
-                    Lasts::Packets(packets) => Until::Packets(packets),
-                    Lasts::Seconds(seconds) => Until::Time(now_s + seconds),
-                    Lasts::Ever => Until::Mended,
+                    FaultDuration::Packets(packets) => Until::Packets(packets),
+                    FaultDuration::Seconds(seconds) => Until::Time(now_s + seconds),
+                    FaultDuration::Ever => Until::Mended,
                 };
                 slot.line.fail(fault.clone(), until);
             }

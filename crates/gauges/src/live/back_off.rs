@@ -2,7 +2,7 @@
 
 /// How long a lost gauge is searched for, and how often, in real seconds.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Persistence {
+pub struct RetryPolicy {
     /// Pause before the first try, s; each further one is twice as long.
     pub first_s: f64,
     /// Longest pause, s.
@@ -11,7 +11,7 @@ pub struct Persistence {
     pub tries: u32,
 }
 
-impl Default for Persistence {
+impl Default for RetryPolicy {
     /// From a quarter of a second to five, for about ten minutes: time to fetch another cable.
     fn default() -> Self {
         Self {
@@ -22,7 +22,7 @@ impl Default for Persistence {
     }
 }
 
-impl Persistence {
+impl RetryPolicy {
     /// The pause before the n-th try (from 1), s; `None` when tries are used up.
     pub(super) fn pause_s(&self, attempt: u32) -> Option<f64> {
         let doublings = i32::try_from(attempt.saturating_sub(1)).unwrap_or(i32::MAX);
@@ -37,22 +37,22 @@ mod tests {
 
     #[test]
     fn pauses_double_up_to_a_bound_and_end() {
-        let persistence = Persistence {
+        let retry_policy = RetryPolicy {
             first_s: 0.5,
             longest_s: 3.0,
             tries: 5,
         };
         let pauses: Vec<Option<f64>> = (1..=6)
-            .map(|attempt| persistence.pause_s(attempt))
+            .map(|attempt| retry_policy.pause_s(attempt))
             .collect();
         assert_eq!(
             pauses,
             [Some(0.5), Some(1.0), Some(2.0), Some(3.0), Some(3.0), None]
         );
         assert_eq!(
-            Persistence {
+            RetryPolicy {
                 tries: u32::MAX,
-                ..persistence
+                ..retry_policy
             }
             .pause_s(u32::MAX),
             Some(3.0)

@@ -10,15 +10,17 @@ use tokio::time::sleep;
 
 use crate::Channel;
 use crate::Decoder;
-use crate::driver::{Acquisition, Deed, Driver, Manner, Moment};
-use crate::port::{OpenPort, Patience, PortError, PortIdentity, PortSettings, list_ports, open};
-use crate::trace::{Entry, Sink, What};
+use crate::driver::{Acquisition, AcquisitionSettings, Driver, DriverAction, DriverTimestamp};
+use crate::port::{
+    OpenPort, PortError, PortIdentity, PortSettings, PortTimeouts, list_ports, open,
+};
+use crate::trace::{Sink, TraceEntry, What};
 use crate::{Ask, GaugeEvent, LinkState};
-use crate::{Effect, InstrumentDescription, Role};
+use crate::{CommandEffect, CommandRole, InstrumentDescription};
 use stiffbench_units_and_text::clock::Clock;
 
 use super::LiveGauge;
-use super::back_off::Persistence;
+use super::back_off::RetryPolicy;
 use super::queue::Queue;
 use super::wire::Wire;
 
@@ -26,7 +28,7 @@ use super::wire::Wire;
 const AT_ONCE: usize = 4096;
 
 /// One line of the live bench.
-pub(super) struct Line {
+pub(super) struct LiveLine {
     description: Arc<InstrumentDescription>,
     unit: Option<String>,
     port: PortIdentity,
@@ -34,8 +36,8 @@ pub(super) struct Line {
     identity: Option<Box<str>>,
     clock: Clock,
     real: Clock,
-    patience: Patience,
-    persistence: Persistence,
+    timeouts: PortTimeouts,
+    retry_policy: RetryPolicy,
     asked: UnboundedReceiver<Ask>,
     /// The last trouble that was reported.
     trouble: String,
@@ -59,12 +61,12 @@ enum Ending {
     Refused(Box<str>),
 }
 
-impl Line {
+impl LiveLine {
     pub(super) fn new(
         gauge: LiveGauge,
         clock: Clock,
-        patience: Patience,
-        persistence: Persistence,
+        timeouts: PortTimeouts,
+        retry_policy: RetryPolicy,
         asked: UnboundedReceiver<Ask>,
         queue: Arc<Queue>,
     ) -> Self {
@@ -82,8 +84,8 @@ impl Line {
             clock,
             real: Clock::default(),
             trouble: String::new(),
-            patience,
-            persistence,
+            timeouts,
+            retry_policy,
             asked,
         }
     }
@@ -99,7 +101,7 @@ impl Line {
             if matches!(ending, Ending::Stopped) {
                 return;
             }
-            self.tell_trouble(ending, attempt);
+            self.report_trouble(ending, attempt);
             attempt += 1;
             if !self.pause(&mut attempt).await {
                 return;
@@ -108,7 +110,7 @@ impl Line {
     }
 
     /// Reports why the line is not served; while it is searched for, each reason once.
-    fn tell_trouble(&mut self, ending: Ending, attempt: u32) {
+    fn report_trouble(&mut self, ending: Ending, attempt: u32) {
         let (text, is_wrong) = match ending {
             Ending::Stopped => return,
             // Its absence has been reported.
@@ -133,7 +135,7 @@ impl Line {
 
     /// Waits before the next try; questions meanwhile are answered with what is known. `false` if no receiver is left.
     async fn pause(&mut self, attempt: &mut u32) -> bool {
-        let Some(pause_s) = self.persistence.pause_s(*attempt) else {
+        let Some(pause_s) = self.retry_policy.pause_s(*attempt) else {
             self.link(LinkState::GivenUp);
             *attempt = 1;
             let Some(ask) = self.asked.recv().await else {
@@ -166,14 +168,14 @@ impl Line {
             self.note(note);
         }
         let settings = PortSettings::of(&self.description.line, &self.description.modem);
-        let patience = self.patience;
+        let timeouts = self.timeouts;
         let (report, mut reported) = unbounded_channel();
         thread::spawn(move || {
             let mut note = |text| {
                 // Nobody listens any more: the port is closed when it goes out of scope.
                 let _ = report.send(Opening::Note(text));
             };
-            let opened = open(&resolved.path, &settings, &patience, &mut note);
+            let opened = open(&resolved.path, &settings, &timeouts, &mut note);
             let _ = report.send(Opening::Done(opened));
         });
         loop {
@@ -207,7 +209,7 @@ impl Line {
         let mut driver = Driver::new(
             Arc::clone(&self.description),
             decoder,
-            Manner {
+            AcquisitionSettings {
                 acquisition: self.acquisition,
                 keep_awake: true,
                 expected: self.identity.clone(),
@@ -219,10 +221,10 @@ impl Line {
         if matches!(ending, Ending::Stopped) && self.acquisition == Acquisition::Stream {
             self.stop_stream(&mut wire).await;
         }
-        let mut deeds = Vec::new();
-        driver.abandon(&mut deeds);
-        for deed in deeds {
-            if let Deed::Tell(event) = deed {
+        let mut actions = Vec::new();
+        driver.abandon(&mut actions);
+        for action in actions {
+            if let DriverAction::Tell(event) = action {
                 self.out.queue.push(event);
             }
         }
@@ -236,10 +238,10 @@ impl Line {
         attempt: &mut u32,
     ) -> Ending {
         let mut buffer = vec![0; AT_ONCE];
-        let mut deeds = Vec::new();
+        let mut actions = Vec::new();
         loop {
-            driver.wake(self.now(), &mut deeds);
-            if let Err(ending) = self.carry_out(&mut deeds, wire).await {
+            driver.wake(self.now(), &mut actions);
+            if let Err(ending) = self.carry_out(&mut actions, wire).await {
                 return ending;
             }
             if driver.is_up() {
@@ -254,30 +256,36 @@ impl Line {
                     Ok(count) => {
                         let now = self.now();
                         self.out.record(now.at_s, What::Received(buffer[..count].to_vec()));
-                        driver.received(&buffer[..count], now, &mut deeds);
+                        driver.received(&buffer[..count], now, &mut actions);
                     }
                     Err(error) => return Ending::Lost(error),
                 },
                 () = sleep(Duration::try_from_secs_f64(wait_s).unwrap_or(Duration::MAX)) => {}
                 asked = self.asked.recv() => match asked {
-                    Some(ask) => driver.ask(ask, &mut deeds),
+                    Some(ask) => driver.ask(ask, &mut actions),
                     None => return Ending::Stopped,
                 },
             }
         }
     }
 
-    async fn carry_out(&mut self, deeds: &mut Vec<Deed>, wire: &mut Wire) -> Result<(), Ending> {
-        for deed in deeds.drain(..) {
+    async fn carry_out(
+        &mut self,
+        actions: &mut Vec<DriverAction>,
+        wire: &mut Wire,
+    ) -> Result<(), Ending> {
+        for action in actions.drain(..) {
             let at_s = self.clock.now_s();
-            if let Some(what) = deed.traced() {
+            if let Some(what) = action.traced() {
                 self.out.record(at_s, what);
             }
-            match deed {
-                Deed::Send { bytes, .. } => wire.write(&bytes).await.map_err(Ending::Lost)?,
-                Deed::Refuse { reason } => return Err(Ending::Refused(reason)),
-                Deed::Tell(event) => self.out.queue.push(event),
-                Deed::Unused { .. } | Deed::Reset => {}
+            match action {
+                DriverAction::Send { bytes, .. } => {
+                    wire.write(&bytes).await.map_err(Ending::Lost)?;
+                }
+                DriverAction::Refuse { reason } => return Err(Ending::Refused(reason)),
+                DriverAction::Tell(event) => self.out.queue.push(event),
+                DriverAction::Unused { .. } | DriverAction::Reset => {}
             }
         }
         Ok(())
@@ -285,15 +293,15 @@ impl Line {
 
     /// Leaves the gauge as it was found.
     async fn stop_stream(&mut self, wire: &mut Wire) {
-        let Some(command) = self.description.command(Role::StreamStop) else {
+        let Some(command) = self.description.command(CommandRole::StreamStop) else {
             return;
         };
-        if command.effect == Effect::Sets {
+        if command.effect == CommandEffect::Sets {
             let bytes = command.bytes.clone();
             self.out.record(
                 self.clock.now_s(),
                 What::Sent {
-                    role: Some(Role::StreamStop),
+                    role: Some(CommandRole::StreamStop),
                     bytes: bytes.clone(),
                 },
             );
@@ -302,8 +310,8 @@ impl Line {
         }
     }
 
-    fn now(&self) -> Moment {
-        Moment {
+    fn now(&self) -> DriverTimestamp {
+        DriverTimestamp {
             real_s: self.real.now_s(),
             at_s: self.clock.now_s(),
         }
@@ -311,7 +319,7 @@ impl Line {
 
     fn link(&mut self, state: LinkState) {
         let at_s = self.clock.now_s();
-        self.out.tell(
+        self.out.report(
             GaugeEvent::Link {
                 channel: self.out.channel,
                 state,
@@ -323,7 +331,7 @@ impl Line {
 
     fn note(&mut self, text: String) {
         let at_s = self.clock.now_s();
-        self.out.tell(
+        self.out.report(
             GaugeEvent::Note {
                 channel: self.out.channel,
                 text: text.into(),
@@ -343,11 +351,11 @@ enum Opening {
 impl Out {
     fn record(&mut self, at_s: f64, what: What) {
         if let Some(trace) = &mut self.trace {
-            trace.take(Entry { at_s, what });
+            trace.take(TraceEntry { at_s, what });
         }
     }
 
-    fn tell(&mut self, event: GaugeEvent, at_s: f64) {
+    fn report(&mut self, event: GaugeEvent, at_s: f64) {
         match &event {
             GaugeEvent::Link { state, .. } => self.record(at_s, What::Link(state.clone())),
             GaugeEvent::Note { text, .. } => self.record(at_s, What::Note(text.to_string())),

@@ -22,14 +22,14 @@ use super::decode::{Decoder, DecoderError};
 use super::description::InstrumentDescription;
 use super::driver::Acquisition;
 use super::gauges::{Ask, GaugeEvent, Gauges};
-use super::port::{Patience, PortIdentity};
+use super::port::{PortIdentity, PortTimeouts};
 use super::sample::Channel;
 use super::trace::Sink;
 
-use line::Line;
+use line::LiveLine;
 use queue::Queue;
 
-pub use back_off::Persistence;
+pub use back_off::RetryPolicy;
 
 /// One gauge of a live bench.
 pub struct LiveGauge {
@@ -91,8 +91,8 @@ impl LiveGauges {
     pub fn start(
         gauges: Vec<LiveGauge>,
         clock: Clock,
-        patience: Patience,
-        persistence: Persistence,
+        timeouts: PortTimeouts,
+        retry_policy: RetryPolicy,
     ) -> Result<Self, LiveError> {
         let queue = Arc::new(Queue::default());
         let mut asks = Vec::new();
@@ -103,11 +103,11 @@ impl LiveGauges {
                 .map_err(|source| LiveError::Decoder { channel, source })?;
             let (asking, asked) = unbounded_channel();
             asks.push((channel, asking));
-            lines.push(Line::new(
+            lines.push(LiveLine::new(
                 gauge,
                 clock,
-                patience,
-                persistence,
+                timeouts,
+                retry_policy,
                 asked,
                 Arc::clone(&queue),
             ));

@@ -14,12 +14,12 @@ const LONGEST: usize = 65_536;
 /// If they are not read for minutes, the oldest values are dropped; the next event that is read states how many.
 #[derive(Debug, Default)]
 pub(super) struct Queue {
-    state: Mutex<State>,
+    state: Mutex<QueueState>,
     filled: Condvar,
 }
 
 #[derive(Debug, Default)]
-struct State {
+struct QueueState {
     events: VecDeque<GaugeEvent>,
     lost: usize,
 }
@@ -58,7 +58,7 @@ impl Queue {
         state.events.pop_front()
     }
 
-    fn lock(&self) -> MutexGuard<'_, State> {
+    fn lock(&self) -> MutexGuard<'_, QueueState> {
         // A line that panicked leaves the events as they are.
         self.state.lock().unwrap_or_else(PoisonError::into_inner)
     }
@@ -90,7 +90,7 @@ mod tests {
     }
 
     #[test]
-    fn a_queue_that_nobody_empties_keeps_what_is_no_value_and_says_what_it_lost() {
+    fn a_full_queue_keeps_other_events_and_counts_lost_values() {
         let queue = Queue::default();
         let answered = GaugeEvent::Answered {
             channel: Channel::Force,

@@ -176,7 +176,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn what_the_library_says_is_told_apart() {
+    fn errors_of_the_serial_library_are_distinguished() {
         let cases = [
             (
                 ErrorKind::NoDevice,

@@ -203,7 +203,7 @@ mod tests {
     }
 
     #[test]
-    fn adapters_without_serial_number_are_told_apart_by_their_socket_only() {
+    fn adapters_without_serial_number_are_identified_by_socket() {
         // The names are the other way round than when they were bound.
         let ports = [
             port("/dev/ttyUSB0", usb(None, "1-2:1.0")),

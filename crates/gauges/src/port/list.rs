@@ -145,7 +145,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn call_out_names_are_listed_and_usb_is_told() {
+    fn call_out_names_are_listed_with_their_usb_identity() {
         let usb = || {
             SerialPortType::UsbPort(UsbPortInfo {
                 vid: 0x10c4,
@@ -178,7 +178,7 @@ mod tests {
     }
 
     #[test]
-    fn what_was_plugged_in_is_what_was_not_there() {
+    fn a_newly_plugged_port_is_one_that_was_absent() {
         let [a, b] = ["/dev/ttyUSB0", "/dev/ttyUSB1"].map(PortInfo::of_path);
         let both = [a.clone(), b.clone()];
         assert_eq!(newly_plugged(&both[..1], &both), both[1..]);

@@ -36,7 +36,7 @@ pub struct OpenPort {
 
 /// How long is waited for a port.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Patience {
+pub struct PortTimeouts {
     /// For the system to come back from opening; a sleeping device or a stuck driver can block it for ever.
     pub opening: Duration,
     /// For a port that another program has: a service that tries modem commands on new ports lets go of them after some ten seconds.
@@ -45,7 +45,7 @@ pub struct Patience {
     pub pause: Duration,
 }
 
-impl Default for Patience {
+impl Default for PortTimeouts {
     fn default() -> Self {
         Self {
             opening: Duration::from_secs(10),
@@ -55,7 +55,7 @@ impl Default for Patience {
     }
 }
 
-impl Patience {
+impl PortTimeouts {
     /// Not to wait for a busy port, as when many ports are checked.
     #[must_use]
     pub fn without_waiting() -> Self {
@@ -69,41 +69,41 @@ impl Patience {
 /// Opens the port at `path`, makes all settings, waits for it to settle and clears what came before.
 ///
 /// `note` receives what the operator should know while it goes on: that a busy port is waited for, that a setting was not taken. Blocks as long as
-/// `patience` and the settle time allow.
+/// `timeouts` and the settle time allow.
 ///
 /// # Errors
 /// [`PortError`]: absent, not allowed, busy, no serial line, settings that the port does not take, a system that does not come back.
 pub fn open(
     path: &str,
     settings: &PortSettings,
-    patience: &Patience,
+    timeouts: &PortTimeouts,
     note: &mut dyn FnMut(String),
 ) -> Result<OpenPort, PortError> {
-    look_at(path)?;
+    inspect(path)?;
     let clock = Clock::default();
     let mut told = false;
     loop {
-        let error = match open_by_deadline(path, settings, patience.opening)? {
+        let error = match open_by_deadline(path, settings, timeouts.opening)? {
             Ok(port) => return prepare(port, path, settings, note),
             Err(error) => error,
         };
         let refused = refusal(&error, Path::new(path).exists());
-        if refused != Refusal::Busy || clock.now_s() >= patience.busy.as_secs_f64() {
+        if refused != Refusal::Busy || clock.now_s() >= timeouts.busy.as_secs_f64() {
             return Err(explain(path, settings, refused, &error, clock.now_s()));
         }
         if !told {
             told = true;
             note(format!(
                 "port {path} is in use; waiting up to {} s for it",
-                patience.busy.as_secs()
+                timeouts.busy.as_secs()
             ));
         }
-        thread::sleep(patience.pause);
+        thread::sleep(timeouts.pause);
     }
 }
 
 /// What is known of a path without opening it.
-fn look_at(path: &str) -> Result<(), PortError> {
+fn inspect(path: &str) -> Result<(), PortError> {
     // Names like COM3 are no files.
     if cfg!(windows) {
         return Ok(());
@@ -359,7 +359,7 @@ mod tests {
         let opened = open(
             path,
             &settings(),
-            &Patience::without_waiting(),
+            &PortTimeouts::without_waiting(),
             &mut |note| {
                 notes.push(note);
             },
@@ -402,14 +402,14 @@ mod tests {
         let (_master, slave) = TTYPort::pair().unwrap();
         let path = slave.name().unwrap();
         let first = open_quietly(&path).unwrap();
-        let patience = Patience {
+        let timeouts = PortTimeouts {
             busy: Duration::from_secs(20),
             pause: Duration::from_millis(5),
-            ..Patience::default()
+            ..PortTimeouts::default()
         };
         let mut first = Some(first);
         let mut notes = Vec::new();
-        let opened = open(&path, &settings(), &patience, &mut |note| {
+        let opened = open(&path, &settings(), &timeouts, &mut |note| {
             notes.push(note);
             // The other program lets go.
             first = None;
@@ -420,7 +420,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_not_there_and_what_is_no_line_are_told_apart() {
+    fn absent_ports_and_other_files_are_distinguished() {
         let folder = tempfile::tempdir().unwrap();
         let missing = folder.path().join("ttyUSB9");
         let error = open_quietly(missing.to_str().unwrap()).unwrap_err();

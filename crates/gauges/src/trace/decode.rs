@@ -1,17 +1,17 @@
 //! A trace through the decoder that the live lines use.
 
 use crate::{Ask, GaugeEvent, LinkState};
+use crate::{CommandRole, InstrumentDescription};
 use crate::{Decoded, Decoder, DecoderError, Meaning};
-use crate::{InstrumentDescription, Role};
 
-use super::{Entry, Trace, What};
+use super::{GaugeTrace, TraceEntry, What};
 
 /// The content of a trace, with the time of each event, s: the samples that the live run gave, and all else that came.
 ///
 /// # Errors
 /// [`DecoderError`] if the description needs a unit and neither `unit` nor the trace names it.
 pub fn events_of(
-    trace: &Trace,
+    trace: &GaugeTrace,
     description: &InstrumentDescription,
     unit: Option<&str>,
 ) -> Result<Vec<(f64, GaugeEvent)>, DecoderError> {
@@ -48,7 +48,7 @@ struct Replayed<'a> {
 }
 
 impl Replayed<'_> {
-    fn take(&mut self, entry: &Entry) {
+    fn take(&mut self, entry: &TraceEntry) {
         let channel = self.description.channel;
         let at_s = entry.at_s;
         self.close_packet(at_s);
@@ -56,7 +56,7 @@ impl Replayed<'_> {
             What::Received(bytes) => {
                 self.decoder.push(bytes, at_s, &mut self.decoded);
                 self.last_byte_s = Some(at_s);
-                self.tell(at_s);
+                self.report(at_s);
             }
             What::Sent { role, bytes } => {
                 if let Some(role) = role.or_else(|| self.role_of(bytes)) {
@@ -106,11 +106,11 @@ impl Replayed<'_> {
         {
             self.last_byte_s = None;
             self.decoder.idle(last_s, &mut self.decoded);
-            self.tell(last_s);
+            self.report(last_s);
         }
     }
 
-    fn tell(&mut self, at_s: f64) {
+    fn report(&mut self, at_s: f64) {
         let channel = self.description.channel;
         for item in self.decoded.drain(..) {
             let event = match item {
@@ -120,7 +120,7 @@ impl Replayed<'_> {
                     Some(ask) => GaugeEvent::Answered {
                         channel,
                         ask,
-                        answer: said(reply.meaning),
+                        answer: reported(reply.meaning),
                     },
                     None => GaugeEvent::Note {
                         channel,
@@ -146,15 +146,15 @@ impl Replayed<'_> {
     }
 
     /// What bytes ask for that were recorded without a word for it.
-    fn role_of(&self, bytes: &[u8]) -> Option<Role> {
+    fn role_of(&self, bytes: &[u8]) -> Option<CommandRole> {
         let roles = [
-            Role::Read,
-            Role::Identify,
-            Role::QueryUnit,
-            Role::QueryMode,
-            Role::Zero,
-            Role::StreamStart,
-            Role::StreamStop,
+            CommandRole::Read,
+            CommandRole::Identify,
+            CommandRole::QueryUnit,
+            CommandRole::QueryMode,
+            CommandRole::Zero,
+            CommandRole::StreamStart,
+            CommandRole::StreamStop,
         ];
         roles.into_iter().find(|role| {
             self.description
@@ -164,16 +164,16 @@ impl Replayed<'_> {
     }
 }
 
-fn ask_of(role: Role) -> Option<Ask> {
+fn ask_of(role: CommandRole) -> Option<Ask> {
     match role {
-        Role::Zero => Some(Ask::Zero),
-        Role::Identify => Some(Ask::Identity),
-        Role::QueryUnit | Role::QueryMode => Some(Ask::State),
+        CommandRole::Zero => Some(Ask::Zero),
+        CommandRole::Identify => Some(Ask::Identity),
+        CommandRole::QueryUnit | CommandRole::QueryMode => Some(Ask::State),
         _ => None,
     }
 }
 
-fn said(meaning: Meaning) -> Result<Box<str>, Box<str>> {
+fn reported(meaning: Meaning) -> Result<Box<str>, Box<str>> {
     match meaning {
         Meaning::Acknowledged => Ok("".into()),
         Meaning::Refused(why) => Err(why.into()),

@@ -13,12 +13,12 @@ mod write;
 
 pub use decode::events_of;
 pub use escape::{escaped, unescaped};
-pub use read::{Damage, Trace, TraceError};
-pub use replay::{Pace, Replay};
+pub use read::{DamagedLine, GaugeTrace, TraceError};
+pub use replay::{Replay, ReplayPace};
 pub use sink::{Sink, TraceSink};
 pub use write::TraceWriter;
 
-use super::description::Role;
+use super::description::CommandRole;
 use super::gauges::LinkState;
 use super::sample::Channel;
 
@@ -27,7 +27,7 @@ pub const TRACE_SCHEMA: &str = "stiffbench/trace/1";
 
 /// Known properties of a trace as a whole.
 #[derive(Debug, Clone, Default, PartialEq)]
-pub struct Header {
+pub struct TraceHeader {
     /// Name of the instrument description.
     pub instrument: Option<String>,
     /// Which gauge of the bench.
@@ -44,7 +44,7 @@ pub struct Header {
     pub speed: Option<f64>,
 }
 
-impl Header {
+impl TraceHeader {
     /// What is known, by its keys, in the order of the file; a speed of 1 is omitted.
     #[must_use]
     pub fn fields(&self) -> Vec<(&'static str, String)> {
@@ -67,7 +67,7 @@ impl Header {
 
 /// One line of a trace.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Entry {
+pub struct TraceEntry {
     /// When, s.
     pub at_s: f64,
     /// What.
@@ -82,7 +82,7 @@ pub enum What {
     /// Bytes to the gauge, and what they ask for where that is known.
     Sent {
         /// What they ask for.
-        role: Option<Role>,
+        role: Option<CommandRole>,
         /// The bytes.
         bytes: Vec<u8>,
     },
@@ -103,6 +103,6 @@ pub enum What {
     End,
 }
 
-fn role_of(key: &str) -> Option<Role> {
-    Role::ALL.into_iter().find(|role| role.key() == key)
+fn role_of(key: &str) -> Option<CommandRole> {
+    CommandRole::ALL.into_iter().find(|role| role.key() == key)
 }

@@ -6,24 +6,24 @@ use crate::Channel;
 use crate::LinkState;
 
 use super::escape::unescaped;
-use super::{Entry, Header, TRACE_SCHEMA, What, role_of};
+use super::{TRACE_SCHEMA, TraceEntry, TraceHeader, What, role_of};
 
 /// A trace that was read.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Trace {
+pub struct GaugeTrace {
     /// Known properties of it as a whole.
-    pub header: Header,
+    pub header: TraceHeader,
     /// Its lines, in order of time.
-    pub entries: Vec<Entry>,
+    pub entries: Vec<TraceEntry>,
     /// Lines that could not be read; none of them is used.
-    pub damage: Vec<Damage>,
+    pub damage: Vec<DamagedLine>,
     /// Recording ended as it should; otherwise it was interrupted, or the file was cut.
     pub complete: bool,
 }
 
 /// A line that could not be read.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Damage {
+pub struct DamagedLine {
     /// Its number, from 1.
     pub line: usize,
     /// What is wrong with it.
@@ -59,7 +59,7 @@ pub enum TraceError {
     },
 }
 
-impl Trace {
+impl GaugeTrace {
     /// Reads a trace. Lines that are cut or damaged are listed and left out; `file` names it in errors.
     ///
     /// # Errors
@@ -83,14 +83,14 @@ impl Trace {
             }
         }
         let mut trace = Self {
-            header: Header::default(),
+            header: TraceHeader::default(),
             entries: Vec::new(),
             damage: Vec::new(),
             complete: false,
         };
         for (place, line) in lines {
             if let Err(problem) = trace.take_line(line) {
-                trace.damage.push(Damage {
+                trace.damage.push(DamagedLine {
                     line: place + 1,
                     problem,
                 });
@@ -128,7 +128,7 @@ impl Trace {
     }
 }
 
-impl Header {
+impl TraceHeader {
     fn take(&mut self, comment: &str) {
         let Some((key, value)) = comment.split_once(' ') else {
             return;
@@ -157,7 +157,7 @@ impl Header {
     }
 }
 
-fn entry(line: &str) -> Result<Entry, String> {
+fn entry(line: &str) -> Result<TraceEntry, String> {
     let (time, rest) = word(line);
     let at_s: f64 = time
         .parse()
@@ -178,7 +178,7 @@ fn entry(line: &str) -> Result<Entry, String> {
         "-" => event(rest)?,
         _ => return Err(format!("{mark:?} must be <, > or -")),
     };
-    Ok(Entry { at_s, what })
+    Ok(TraceEntry { at_s, what })
 }
 
 /// Bytes behind their count.
@@ -252,13 +252,13 @@ fn word(text: &str) -> (&str, &str) {
 mod tests {
     use proptest::prelude::*;
 
-    use crate::description::Role;
+    use crate::description::CommandRole;
     use crate::trace::TraceWriter;
 
     use super::*;
 
-    fn header() -> Header {
-        Header {
+    fn header() -> TraceHeader {
+        TraceHeader {
             instrument: Some("mark10-series5".to_owned()),
             channel: Some(Channel::Force),
             unit: Some("N".to_owned()),
@@ -269,13 +269,13 @@ mod tests {
         }
     }
 
-    fn entries() -> Vec<Entry> {
+    fn entries() -> Vec<TraceEntry> {
         let whats = [
             What::Link(LinkState::Connected {
                 port: "/dev/pts/3".into(),
             }),
             What::Sent {
-                role: Some(Role::Read),
+                role: Some(CommandRole::Read),
                 bytes: b"?\r".to_vec(),
             },
             What::Received(b"\x00 4.285 N\r\n ".to_vec()),
@@ -307,14 +307,14 @@ mod tests {
         whats
             .into_iter()
             .enumerate()
-            .map(|(i, what)| Entry {
+            .map(|(i, what)| TraceEntry {
                 at_s: i as f64 * 0.25,
                 what,
             })
             .collect()
     }
 
-    fn written(entries: &[Entry]) -> Vec<u8> {
+    fn written(entries: &[TraceEntry]) -> Vec<u8> {
         let mut bytes = Vec::new();
         let mut writer = TraceWriter::begin(&mut bytes, &header()).unwrap();
         for entry in entries {
@@ -325,7 +325,7 @@ mod tests {
 
     #[test]
     fn what_is_written_is_read_again() {
-        let trace = Trace::parse(&written(&entries()), "t").unwrap();
+        let trace = GaugeTrace::parse(&written(&entries()), "t").unwrap();
         assert_eq!(trace.header, header());
         let mut expected = entries();
         expected[11].what = What::Note("two lines".to_owned());
@@ -337,10 +337,10 @@ mod tests {
     #[test]
     fn a_trace_cut_anywhere_gives_what_stands_before_the_cut() {
         let whole = written(&entries());
-        let all = Trace::parse(&whole, "t").unwrap().entries;
+        let all = GaugeTrace::parse(&whole, "t").unwrap().entries;
         let head = written(&[]).len();
         for cut in head..whole.len() {
-            let trace = Trace::parse(&whole[..cut], "t").unwrap();
+            let trace = GaugeTrace::parse(&whole[..cut], "t").unwrap();
             assert!(!trace.complete, "cut at {cut}");
             assert_eq!(trace.entries, all[..trace.entries.len()], "cut at {cut}");
             let is_between_lines = whole[cut - 1] == b'\n';
@@ -357,7 +357,7 @@ mod tests {
     #[test]
     fn damaged_lines_are_named_and_left_out() {
         let text = "# stiffbench/trace/1\n0.1 < 3 abc\n0.2 < 4 abc\n0.15 < 1 a\n0.05 < 1 a\nx < 1 a\n0.3 ? 1 a\n0.4 < 2 \\x4\n0.5 - leap\n";
-        let trace = Trace::parse(text.as_bytes(), "t").unwrap();
+        let trace = GaugeTrace::parse(text.as_bytes(), "t").unwrap();
         assert_eq!(trace.entries.len(), 2);
         let lines: Vec<usize> = trace.damage.iter().map(|damage| damage.line).collect();
         assert_eq!(lines, [3, 5, 6, 7, 8, 9]);
@@ -371,11 +371,11 @@ mod tests {
     fn what_is_no_trace_is_refused() {
         for text in ["", "time,force\n", "# stiffbench/session/1\n"] {
             assert!(matches!(
-                Trace::parse(text.as_bytes(), "t"),
+                GaugeTrace::parse(text.as_bytes(), "t"),
                 Err(TraceError::NoTrace { .. })
             ));
         }
-        let newer = Trace::parse(b"# stiffbench/trace/2\n", "t");
+        let newer = GaugeTrace::parse(b"# stiffbench/trace/2\n", "t");
         assert!(matches!(newer, Err(TraceError::Newer { .. })));
     }
 
@@ -384,7 +384,7 @@ mod tests {
         fn no_bytes_make_the_reader_panic(bytes: Vec<u8>) {
             let mut text = b"# stiffbench/trace/1\n".to_vec();
             text.extend(bytes);
-            prop_assert!(Trace::parse(&text, "t").is_ok());
+            prop_assert!(GaugeTrace::parse(&text, "t").is_ok());
         }
     }
 }

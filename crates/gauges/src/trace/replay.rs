@@ -10,7 +10,7 @@ use stiffbench_units_and_text::clock::Clock;
 
 /// How fast a trace is replayed.
 #[derive(Debug, Clone, Copy)]
-pub enum Pace {
+pub enum ReplayPace {
     /// By this clock: what was recorded at its start comes at once. A clock of speed 1 replays as it was, of speed N N times as fast.
     By(Clock),
     /// As fast as it is taken.
@@ -21,7 +21,7 @@ pub enum Pace {
 #[derive(Debug)]
 pub struct Replay {
     events: VecDeque<(f64, GaugeEvent)>,
-    pace: Pace,
+    pace: ReplayPace,
     /// Added to times of the trace, s.
     shift_s: f64,
     ended: bool,
@@ -32,14 +32,14 @@ impl Replay {
     ///
     /// Times stay those of the trace at the fastest pace; by a clock, the first event is now.
     #[must_use]
-    pub fn new(traces: Vec<Vec<(f64, GaugeEvent)>>, pace: Pace) -> Self {
+    pub fn new(traces: Vec<Vec<(f64, GaugeEvent)>>, pace: ReplayPace) -> Self {
         let mut events: Vec<(f64, GaugeEvent)> = traces.into_iter().flatten().collect();
         // Events of one line keep their order.
         events.sort_by(|(a_s, _), (b_s, _)| a_s.total_cmp(b_s));
         let first_s = events.first().map_or(0.0, |(at_s, _)| *at_s);
         let shift_s = match pace {
-            Pace::By(clock) => clock.now_s() - first_s,
-            Pace::Fastest => 0.0,
+            ReplayPace::By(clock) => clock.now_s() - first_s,
+            ReplayPace::Fastest => 0.0,
         };
         Self {
             events: events.into(),
@@ -71,7 +71,7 @@ impl Gauges for Replay {
             self.ended = true;
             return Some(GaugeEvent::Ended);
         };
-        if let Pace::By(clock) = self.pace {
+        if let ReplayPace::By(clock) = self.pace {
             let until = clock.real(at_s + self.shift_s - clock.now_s());
             thread::sleep(until.min(wait));
             if until > wait {
@@ -138,7 +138,7 @@ mod tests {
 
     #[test]
     fn two_traces_come_in_the_order_of_their_times_and_end_once() {
-        let mut replay = Replay::new(traces(), Pace::Fastest);
+        let mut replay = Replay::new(traces(), ReplayPace::Fastest);
         let expected = [("a", 5.0), ("c", 6.0), ("b", 7.0), ("d", 7.0)];
         assert_eq!(
             texts(&mut replay),
@@ -149,15 +149,15 @@ mod tests {
     }
 
     #[test]
-    fn by_a_clock_what_lies_ahead_has_to_wait() {
+    fn a_clocked_replay_waits_for_later_entries() {
         let clock = Clock::starting_at(100.0, 0.001);
-        let mut replay = Replay::new(traces(), Pace::By(clock));
+        let mut replay = Replay::new(traces(), ReplayPace::By(clock));
         let first = texts(&mut replay);
         assert_eq!(first.len(), 1);
         assert!((first[0].1 - 100.0).abs() < 1e-3);
         // A thousand times as fast all is there within some milliseconds.
         let clock = Clock::starting_at(100.0, 1000.0);
-        let mut replay = Replay::new(traces(), Pace::By(clock));
+        let mut replay = Replay::new(traces(), ReplayPace::By(clock));
         let mut seen = 0;
         while replay.next(Duration::from_millis(50)) != Some(GaugeEvent::Ended) {
             seen += 1;
@@ -167,7 +167,7 @@ mod tests {
 
     #[test]
     fn a_trace_is_not_asked_but_gives_the_answers_it_holds() {
-        let mut replay = Replay::new(Vec::new(), Pace::Fastest);
+        let mut replay = Replay::new(Vec::new(), ReplayPace::Fastest);
         replay.ask(Channel::Force, Ask::Zero);
         let told = replay.next(Duration::ZERO);
         assert!(
@@ -179,7 +179,7 @@ mod tests {
             ask: Ask::Zero,
             answer: Ok("".into()),
         };
-        let mut replay = Replay::new(vec![vec![(1.0, answer.clone())]], Pace::Fastest);
+        let mut replay = Replay::new(vec![vec![(1.0, answer.clone())]], ReplayPace::Fastest);
         replay.ask(Channel::Force, Ask::Zero);
         assert_eq!(replay.next(Duration::ZERO), Some(answer));
         assert_eq!(replay.next(Duration::ZERO), Some(GaugeEvent::Ended));

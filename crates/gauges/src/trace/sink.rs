@@ -7,7 +7,7 @@ use std::time::Duration;
 
 use stiffbench_units_and_text::clock::Clock;
 
-use super::{Entry, TraceWriter, What};
+use super::{TraceEntry, TraceWriter, What};
 
 /// How often what was written is handed to the file, s.
 const FLUSH_EVERY_S: f64 = 1.0;
@@ -15,11 +15,11 @@ const FLUSH_EVERY_S: f64 = 1.0;
 /// Where the entries of one line go.
 pub trait Sink: Send {
     /// Takes an entry.
-    fn take(&mut self, entry: Entry);
+    fn take(&mut self, entry: TraceEntry);
 }
 
-impl Sink for Vec<Entry> {
-    fn take(&mut self, entry: Entry) {
+impl Sink for Vec<TraceEntry> {
+    fn take(&mut self, entry: TraceEntry) {
         self.push(entry);
     }
 }
@@ -27,7 +27,7 @@ impl Sink for Vec<Entry> {
 /// A trace that is written by a thread of its own, flushed every second and ended by an end mark when this is dropped.
 #[derive(Debug)]
 pub struct TraceSink {
-    entries: Option<Sender<Entry>>,
+    entries: Option<Sender<TraceEntry>>,
     writer: Option<JoinHandle<()>>,
     last_s: f64,
 }
@@ -54,7 +54,7 @@ impl TraceSink {
 
 fn write_all<W: Write>(
     mut writer: TraceWriter<W>,
-    incoming: &mpsc::Receiver<Entry>,
+    incoming: &mpsc::Receiver<TraceEntry>,
 ) -> io::Result<()> {
     let clock = Clock::default();
     let mut flush_at_s = FLUSH_EVERY_S;
@@ -77,7 +77,7 @@ fn write_all<W: Write>(
 }
 
 impl Sink for TraceSink {
-    fn take(&mut self, entry: Entry) {
+    fn take(&mut self, entry: TraceEntry) {
         self.last_s = entry.at_s;
         if let Some(entries) = &self.entries {
             // A writer that failed has reported it.
@@ -88,7 +88,7 @@ impl Sink for TraceSink {
 
 impl Drop for TraceSink {
     fn drop(&mut self) {
-        self.take(Entry {
+        self.take(TraceEntry {
             at_s: self.last_s,
             what: What::End,
         });
@@ -104,7 +104,7 @@ impl Drop for TraceSink {
 mod tests {
     use std::sync::{Arc, Mutex};
 
-    use crate::trace::{Header, Trace};
+    use crate::trace::{GaugeTrace, TraceHeader};
 
     use super::*;
 
@@ -137,10 +137,10 @@ mod tests {
         };
         let failed = Arc::new(Mutex::new(false));
         let told = Arc::clone(&failed);
-        let writer = TraceWriter::begin(disk.clone(), &Header::default()).unwrap();
+        let writer = TraceWriter::begin(disk.clone(), &TraceHeader::default()).unwrap();
         let mut sink = TraceSink::start(writer, move |_| *told.lock().unwrap() = true);
         for i in 0..100 {
-            sink.take(Entry {
+            sink.take(TraceEntry {
                 at_s: f64::from(i),
                 what: What::Received(b"+1.0\r".to_vec()),
             });
@@ -155,15 +155,15 @@ mod tests {
     #[test]
     fn all_is_written_when_the_sink_is_dropped() {
         let (written, failed) = record(usize::MAX);
-        let trace = Trace::parse(&written, "t").unwrap();
+        let trace = GaugeTrace::parse(&written, "t").unwrap();
         assert!(trace.complete && !failed);
         assert_eq!(trace.entries.len(), 101);
     }
 
     #[test]
-    fn a_full_disk_is_told_and_what_was_written_stays() {
+    fn a_full_disk_is_reported_and_written_lines_stay() {
         let (written, failed) = record(300);
-        let trace = Trace::parse(&written, "t").unwrap();
+        let trace = GaugeTrace::parse(&written, "t").unwrap();
         assert!(failed && !trace.complete);
         assert!(trace.entries.len() > 5 && trace.damage.is_empty());
     }

@@ -3,10 +3,10 @@
 use std::fmt::Write as _;
 use std::io::{self, Write};
 
-use crate::{LinkState, Role};
+use crate::{CommandRole, LinkState};
 
 use super::escape::escaped;
-use super::{Entry, Header, TRACE_SCHEMA, What};
+use super::{TRACE_SCHEMA, TraceEntry, TraceHeader, What};
 
 /// Writes a trace line by line, each whole before the next.
 #[derive(Debug)]
@@ -19,7 +19,7 @@ impl<W: Write> TraceWriter<W> {
     ///
     /// # Errors
     /// The content of `to`.
-    pub fn begin(mut to: W, header: &Header) -> io::Result<Self> {
+    pub fn begin(mut to: W, header: &TraceHeader) -> io::Result<Self> {
         let mut text = format!("# {TRACE_SCHEMA}\n");
         for (key, value) in header.fields() {
             // Writing to a string cannot fail.
@@ -34,7 +34,7 @@ impl<W: Write> TraceWriter<W> {
     ///
     /// # Errors
     /// The content of the file.
-    pub fn write(&mut self, entry: &Entry) -> io::Result<()> {
+    pub fn write(&mut self, entry: &TraceEntry) -> io::Result<()> {
         self.to.write_all(line(entry).as_bytes())
     }
 
@@ -47,11 +47,11 @@ impl<W: Write> TraceWriter<W> {
     }
 }
 
-fn line(entry: &Entry) -> String {
+fn line(entry: &TraceEntry) -> String {
     let what = match &entry.what {
         What::Received(bytes) => format!("< {} {}", bytes.len(), escaped(bytes)),
         What::Sent { role, bytes } => {
-            let word = role.map_or("other", Role::key);
+            let word = role.map_or("other", CommandRole::key);
             format!("> {word} {} {}", bytes.len(), escaped(bytes))
         }
         What::Unused { count, reason } => format!("- unused {count} {}", one_line(reason)),

@@ -71,9 +71,9 @@ fn another_gauge_on_the_same_name_is_refused_and_the_right_one_taken() {
 }
 
 #[test]
-fn a_gauge_that_is_not_there_is_looked_for_a_bounded_number_of_times() {
+fn retries_for_an_absent_gauge_are_bounded() {
     let desk = Desk::new();
-    let persistence = Persistence {
+    let retry_policy = RetryPolicy {
         first_s: 0.001,
         longest_s: 0.002,
         tries: 3,
@@ -82,8 +82,8 @@ fn a_gauge_that_is_not_there_is_looked_for_a_bounded_number_of_times() {
     let mut gauges = LiveGauges::start(
         vec![gauge],
         Clock::default(),
-        Patience::without_waiting(),
-        persistence,
+        PortTimeouts::without_waiting(),
+        retry_policy,
     )
     .unwrap();
     let events = until(&mut gauges, |event| {
@@ -145,7 +145,7 @@ fn a_port_that_another_program_has_is_busy() {
 }
 
 #[test]
-fn a_gauge_that_falls_silent_is_noticed_and_noticed_again_when_it_speaks() {
+fn silence_and_return_of_a_gauge_are_both_reported() {
     let desk = Desk::new();
     let asleep = Arc::new(AtomicBool::new(false));
     let is_asleep = Arc::clone(&asleep);
@@ -224,7 +224,7 @@ fn a_late_reply_never_answers_the_next_request() {
 }
 
 #[test]
-fn a_port_that_stays_busy_is_told_once() {
+fn a_busy_port_is_reported_once() {
     let desk = Desk::new();
     let _device = Device::counting(&desk.name("force"), "trial 1", "N");
     let _other = serialport::new(desk.path("force"), 9600)

@@ -10,8 +10,8 @@ use std::path::{Path, PathBuf};
 use std::time::Duration;
 
 use stiffbench_gauges::driver::Acquisition;
-use stiffbench_gauges::live::{LiveGauge, LiveGauges, Persistence};
-use stiffbench_gauges::port::{Patience, PortIdentity};
+use stiffbench_gauges::live::{LiveGauge, LiveGauges, RetryPolicy};
+use stiffbench_gauges::port::{PortIdentity, PortTimeouts};
 use stiffbench_gauges::trace::Sink;
 use stiffbench_gauges::{Channel, GaugeEvent, Gauges, InstrumentDescription, LinkState, Sample};
 use stiffbench_units_and_text::clock::Clock;
@@ -89,12 +89,12 @@ fn start(gauges: Vec<LiveGauge>) -> LiveGauges {
 }
 
 fn start_by(clock: Clock, gauges: Vec<LiveGauge>) -> LiveGauges {
-    let persistence = Persistence {
+    let retry_policy = RetryPolicy {
         first_s: 0.01,
         longest_s: 0.05,
         tries: 400,
     };
-    LiveGauges::start(gauges, clock, Patience::without_waiting(), persistence).unwrap()
+    LiveGauges::start(gauges, clock, PortTimeouts::without_waiting(), retry_policy).unwrap()
 }
 
 impl Device {
@@ -172,10 +172,10 @@ fn is_sample(event: &GaugeEvent) -> bool {
 
 /// A trace in memory, to be checked while it is written.
 #[derive(Clone, Default)]
-struct Memory(std::sync::Arc<std::sync::Mutex<Vec<stiffbench_gauges::trace::Entry>>>);
+struct Memory(std::sync::Arc<std::sync::Mutex<Vec<stiffbench_gauges::trace::TraceEntry>>>);
 
 impl Sink for Memory {
-    fn take(&mut self, entry: stiffbench_gauges::trace::Entry) {
+    fn take(&mut self, entry: stiffbench_gauges::trace::TraceEntry) {
         self.0.lock().unwrap().push(entry);
     }
 }

@@ -1,6 +1,8 @@
 //! What is recorded gives on replay what was lived through.
 
-use stiffbench_gauges::trace::{Header, Pace, Replay, Trace, TraceSink, TraceWriter, events_of};
+use stiffbench_gauges::trace::{
+    GaugeTrace, Replay, ReplayPace, TraceHeader, TraceSink, TraceWriter, events_of,
+};
 
 use super::*;
 
@@ -46,10 +48,10 @@ fn lived(speed: f64) -> (Vec<Sample>, Vec<u8>) {
         }
     });
     let file = Shared::default();
-    let header = Header {
+    let header = TraceHeader {
         instrument: Some("trial".to_owned()),
         speed: Some(speed),
-        ..Header::default()
+        ..TraceHeader::default()
     };
     let writer = TraceWriter::begin(file.clone(), &header).unwrap();
     let mut live = gauge(description(Channel::Force), &desk.path("force"));
@@ -90,14 +92,14 @@ fn a_session_in_fast_forward_is_replayed_as_well() {
 /// Whether the replay of a run gives its samples.
 fn replays(speed: f64) {
     let (mut samples, bytes) = lived(speed);
-    let trace = Trace::parse(&bytes, "t").unwrap();
+    let trace = GaugeTrace::parse(&bytes, "t").unwrap();
     assert!(
         trace.complete && trace.damage.is_empty(),
         "{:?}",
         trace.damage
     );
     let events = events_of(&trace, &description(Channel::Force), None).unwrap();
-    let mut replay = Replay::new(vec![events], Pace::Fastest);
+    let mut replay = Replay::new(vec![events], ReplayPace::Fastest);
     let mut replayed = Vec::new();
     loop {
         match replay.next(Duration::ZERO) {
@@ -126,7 +128,7 @@ fn replays(speed: f64) {
 #[test]
 fn a_trace_without_marks_is_decoded_by_its_bytes_alone() {
     let text = "# stiffbench/trace/1\n# note by hand\n0.0 > other 2 R\\r\n0.1 < 3 +1.\n0.2 < 5 5 N\\r+\n0.25 < 4 2 N\\r\n9.0 < 4 +3 N\n";
-    let trace = Trace::parse(text.as_bytes(), "t").unwrap();
+    let trace = GaugeTrace::parse(text.as_bytes(), "t").unwrap();
     assert_eq!(trace.damage, []);
     let events = events_of(&trace, &description(Channel::Force), None).unwrap();
     let values: Vec<f64> = events
@@ -152,7 +154,7 @@ fn block<'a>(document: &'a str, kind: &str) -> &'a str {
 #[test]
 fn the_documented_example_is_a_trace() {
     let text = block(stiffbench_test_files::text("docs/trace-file.md"), "text");
-    let trace = Trace::parse(text.as_bytes(), "docs/trace-file.md").unwrap();
+    let trace = GaugeTrace::parse(text.as_bytes(), "docs/trace-file.md").unwrap();
     assert!(
         trace.complete && trace.damage.is_empty(),
         "{:?}",

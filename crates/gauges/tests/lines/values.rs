@@ -92,7 +92,7 @@ fn packets_in_pieces_and_merged_and_behind_noise_are_read() {
 }
 
 #[test]
-fn a_gauge_that_sends_by_itself_is_listened_to() {
+fn a_streaming_gauge_is_read_without_requests() {
     let desk = Desk::new();
     let text = GAUGE
         .lines()

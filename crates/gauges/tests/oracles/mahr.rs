@@ -6,7 +6,7 @@
 
 use stiffbench_gauges::Channel;
 
-use super::{CommandLine, Maker, Meter, Oracle};
+use super::{CommandLine, EmulatedProtocol, Meter, Oracle};
 
 const UNITS: [(&str, f64, usize); 2] = [("mm", 1e-3, 3), ("inch", 0.0254, 5)];
 
@@ -41,7 +41,7 @@ fn number(meter: &Meter) -> String {
 }
 
 impl Mahr {
-    fn obey(&mut self, meter: &mut Meter, command: &str) -> String {
+    fn handle_command(&mut self, meter: &mut Meter, command: &str) -> String {
         match command {
             "?" => return number(meter),
             "UN?" if meter.unit() == "mm" => return "MM".to_owned(),
@@ -59,7 +59,7 @@ impl Mahr {
     }
 }
 
-impl Maker for Mahr {
+impl EmulatedProtocol for Mahr {
     fn receive(&mut self, meter: &mut Meter, byte: u8, now_s: f64) -> Vec<u8> {
         if now_s - self.last_byte_s > LONGEST_PAUSE_S {
             self.line = CommandLine::default();
@@ -67,7 +67,7 @@ impl Maker for Mahr {
         self.last_byte_s = now_s;
         match self.line.push(byte) {
             Some(command) if !command.is_empty() => {
-                format!("{}\r", self.obey(meter, &command)).into_bytes()
+                format!("{}\r", self.handle_command(meter, &command)).into_bytes()
             }
             _ => Vec::new(),
         }

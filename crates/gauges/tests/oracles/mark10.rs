@@ -6,7 +6,7 @@
 
 use stiffbench_gauges::Channel;
 
-use super::{CommandLine, Maker, Meter, Oracle, Trouble};
+use super::{CommandLine, EmulatedProtocol, Meter, Oracle, Trouble};
 
 /// How a value carries each unit.
 const UNITS: [(&str, f64, usize); 5] = [
@@ -79,7 +79,11 @@ impl Mark10 {
     }
 
     /// Commands that set something are not answered unless they are refused.
-    fn obey(&mut self, meter: &mut Meter, command: &str) -> Result<Option<String>, &'static str> {
+    fn handle_command(
+        &mut self,
+        meter: &mut Meter,
+        command: &str,
+    ) -> Result<Option<String>, &'static str> {
         if command.len() > LONGEST {
             return Err(TOO_LONG);
         }
@@ -119,12 +123,12 @@ impl Mark10 {
     }
 }
 
-impl Maker for Mark10 {
+impl EmulatedProtocol for Mark10 {
     fn receive(&mut self, meter: &mut Meter, byte: u8, _now_s: f64) -> Vec<u8> {
         let Some(command) = self.line.push(byte) else {
             return Vec::new();
         };
-        let text = match self.obey(meter, &command) {
+        let text = match self.handle_command(meter, &command) {
             Ok(None) => return Vec::new(),
             Ok(Some(text)) => text,
             Err(code) => code.to_owned(),

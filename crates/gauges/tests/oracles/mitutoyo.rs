@@ -6,7 +6,7 @@
 
 use stiffbench_gauges::Channel;
 
-use super::{CommandLine, Maker, Meter, Oracle, Trouble};
+use super::{CommandLine, EmulatedProtocol, Meter, Oracle, Trouble};
 
 const UNITS: [(&str, f64, usize); 2] = [("mm", 1e-3, 3), ("in", 0.0254, 5)];
 
@@ -26,7 +26,7 @@ pub(super) fn oracle() -> Oracle {
     )
 }
 
-impl Maker for Mitutoyo {
+impl EmulatedProtocol for Mitutoyo {
     fn receive(&mut self, meter: &mut Meter, byte: u8, _now_s: f64) -> Vec<u8> {
         match self.line.push(byte).as_deref() {
             Some("1") => self.value(meter),

@@ -35,11 +35,11 @@ pub(crate) struct Oracle {
     pub(crate) channel: Channel,
     pub(crate) truth: Arc<Mutex<f64>>,
     pub(crate) meter: Meter,
-    maker: Box<dyn Maker>,
+    protocol: Box<dyn EmulatedProtocol>,
 }
 
 /// A maker's protocol.
-trait Maker {
+trait EmulatedProtocol {
     /// A byte arrives; what is sent.
     fn receive(&mut self, meter: &mut Meter, byte: u8, now_s: f64) -> Vec<u8>;
 
@@ -76,12 +76,12 @@ pub(crate) struct Meter {
 }
 
 impl Oracle {
-    fn new(channel: Channel, meter: Meter, maker: impl Maker + 'static) -> Self {
+    fn new(channel: Channel, meter: Meter, protocol: impl EmulatedProtocol + 'static) -> Self {
         Self {
             channel,
             truth: Arc::new(Mutex::new(0.0)),
             meter,
-            maker: Box::new(maker),
+            protocol: Box::new(protocol),
         }
     }
 
@@ -90,9 +90,9 @@ impl Oracle {
         self.meter.value_si = *self.truth.lock().unwrap();
         let mut sent = Vec::new();
         for byte in bytes {
-            let before = self.maker.per_second();
-            sent.extend(self.maker.receive(&mut self.meter, *byte, now_s));
-            if self.maker.per_second() != before {
+            let before = self.protocol.per_second();
+            sent.extend(self.protocol.receive(&mut self.meter, *byte, now_s));
+            if self.protocol.per_second() != before {
                 self.meter.streamed = (now_s, 0);
             }
         }
@@ -105,14 +105,14 @@ impl Oracle {
         let mut sent = Vec::new();
         let (from_s, count) = &mut self.meter.streamed;
         let mut due = 0;
-        if let Some(per_second) = self.maker.per_second() {
+        if let Some(per_second) = self.protocol.per_second() {
             while *from_s + f64::from(*count + 1) / per_second <= now_s + 1e-9 {
                 *count += 1;
                 due += 1;
             }
         }
         for _ in 0..due {
-            sent.extend(self.maker.value(&self.meter));
+            sent.extend(self.protocol.value(&self.meter));
         }
         sent
     }
@@ -120,7 +120,7 @@ impl Oracle {
     /// Somebody presses the key that sends a value.
     pub(crate) fn data_key(&mut self) -> Vec<u8> {
         self.meter.value_si = *self.truth.lock().unwrap();
-        self.maker.value(&self.meter)
+        self.protocol.value(&self.meter)
     }
 }
 

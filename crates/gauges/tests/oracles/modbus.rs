@@ -6,7 +6,7 @@
 
 use stiffbench_gauges::Channel;
 
-use super::{Maker, Meter, Oracle};
+use super::{EmulatedProtocol, Meter, Oracle};
 
 const SLAVE: u8 = 1;
 const READ_REGISTERS: u8 = 3;
@@ -108,7 +108,7 @@ impl Modbus {
     }
 }
 
-impl Maker for Modbus {
+impl EmulatedProtocol for Modbus {
     fn receive(&mut self, meter: &mut Meter, byte: u8, now_s: f64) -> Vec<u8> {
         if now_s - self.last_byte_s > END_OF_REQUEST_S {
             self.request.clear();

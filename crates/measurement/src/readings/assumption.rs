@@ -188,7 +188,7 @@ impl Assumption {
 
 /// Something about a table that an analysis should know.
 #[derive(Debug, Clone, PartialEq)]
-pub enum Note {
+pub enum AssumptionNote {
     /// A column that means nothing here; its values are not in the table.
     UnusedColumn(String),
     /// A cell measured once, so that the scatter between repeats cannot be determined.
@@ -215,7 +215,7 @@ pub enum Note {
     LogLine(String),
 }
 
-impl fmt::Display for Note {
+impl fmt::Display for AssumptionNote {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::UnusedColumn(name) => write!(f, "column `{name}` is not used"),

@@ -179,7 +179,7 @@ impl fmt::Display for Column {
 
 /// The meaning of a name in a header.
 #[derive(Debug, Clone, PartialEq)]
-pub(super) enum Named<'a> {
+pub(super) enum NamedColumn<'a> {
     /// A column, and how its numbers become SI.
     Column(Column, Conversion),
     /// A quantity without a unit.
@@ -191,30 +191,30 @@ pub(super) enum Named<'a> {
 }
 
 /// The meaning of a header name: `force_N`, `Force [N]`, `load (lbf)`, `disp_mm`, `zero_id`. Capitals and blanks around it do not count.
-pub(super) fn understand(name: &str) -> Named<'_> {
+pub(super) fn understand(name: &str) -> NamedColumn<'_> {
     let name = name.trim();
     let lower = name.to_lowercase();
     if let Some(column) = Column::of_quantity(&lower) {
-        return Named::NoUnit(column);
+        return NamedColumn::NoUnit(column);
     }
     if let Some(column) = Column::ALL
         .into_iter()
         .find(|column| column.kind().is_none() && column.name() == lower)
     {
-        return Named::Column(column, Conversion::NONE);
+        return NamedColumn::Column(column, Conversion::NONE);
     }
     let Some((stem, unit)) = split_unit(name) else {
-        return Named::Unknown;
+        return NamedColumn::Unknown;
     };
     let Some(column) = Column::of_quantity(&stem.to_lowercase()) else {
-        return Named::Unknown;
+        return NamedColumn::Unknown;
     };
     match column
         .kind()
         .and_then(|kind| Conversion::from_unit(kind, unit))
     {
-        Some(conversion) => Named::Column(column, conversion),
-        None => Named::WrongUnit(column, unit),
+        Some(conversion) => NamedColumn::Column(column, conversion),
+        None => NamedColumn::WrongUnit(column, unit),
     }
 }
 
@@ -236,7 +236,7 @@ mod tests {
     #[test]
     fn every_written_name_is_understood() {
         for column in Column::ALL {
-            let Named::Column(found, conversion) = understand(column.name()) else {
+            let NamedColumn::Column(found, conversion) = understand(column.name()) else {
                 panic!("{column} is not understood");
             };
             assert_eq!(found, column);
@@ -251,7 +251,7 @@ mod tests {
     #[test]
     fn other_spellings_are_understood() {
         let column = |name| match understand(name) {
-            Named::Column(column, conversion) => (column, conversion),
+            NamedColumn::Column(column, conversion) => (column, conversion),
             other => panic!("{name}: {other:?}"),
         };
         assert_eq!(
@@ -274,17 +274,17 @@ mod tests {
 
     #[test]
     fn units_are_not_guessed() {
-        assert_eq!(understand("force"), Named::NoUnit(Column::Force));
+        assert_eq!(understand("force"), NamedColumn::NoUnit(Column::Force));
         assert_eq!(
             understand("force_mm"),
-            Named::WrongUnit(Column::Force, "mm")
+            NamedColumn::WrongUnit(Column::Force, "mm")
         );
         assert_eq!(
             understand("displacement_furlong"),
-            Named::WrongUnit(Column::Displacement, "furlong")
+            NamedColumn::WrongUnit(Column::Displacement, "furlong")
         );
         // A standard deviation is not a displacement.
-        assert_eq!(understand("disp_sd_mm"), Named::Unknown);
-        assert_eq!(understand("operator"), Named::Unknown);
+        assert_eq!(understand("disp_sd_mm"), NamedColumn::Unknown);
+        assert_eq!(understand("operator"), NamedColumn::Unknown);
     }
 }

@@ -2,16 +2,16 @@
 
 use std::io::Read;
 
-use super::assumption::Note;
+use super::assumption::AssumptionNote;
 use super::column::Column;
 use super::defaults::fill_defaults;
 use super::error::ReadingsError;
-use super::header::Header;
+use super::header::ColumnHeader;
 use super::number::DecimalSign;
 use super::row::RowReader;
 use super::rows::Delimiter;
 use super::table::ReadingTable;
-use super::text_table::TextTable;
+use super::text_table::RecordTable;
 
 /// What the caller knows about a file; the rest is found from the file.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -39,8 +39,8 @@ pub fn read_readings(
     input: impl Read,
     options: &ReadOptions,
 ) -> Result<ReadingTable, ReadingsError> {
-    let mut text = TextTable::open(source, input, *options)?;
-    let header = Header::read(&mut text)?;
+    let mut text = RecordTable::open(source, input, *options)?;
+    let header = ColumnHeader::read(&mut text)?;
     let mut reader = RowReader::new(&header);
     while text.next_record()? {
         reader.take(&mut text)?;
@@ -75,7 +75,7 @@ pub fn read_readings(
     let unused = header
         .unused
         .iter()
-        .map(|index| Note::UnusedColumn(header.name_at(*index)));
+        .map(|index| AssumptionNote::UnusedColumn(header.name_at(*index)));
     table.notes.extend(unused);
     fill_defaults(&mut table, &header, &reader.first_missing)?;
     table.take_stock();

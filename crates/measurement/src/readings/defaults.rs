@@ -3,7 +3,7 @@
 use super::assumption::Assumption;
 use super::column::Column;
 use super::error::ReadingsError;
-use super::header::Header;
+use super::header::ColumnHeader;
 use super::order::{note_repeated_rows, put_in_order, refuse_duplicates};
 use super::reading::Reading;
 use super::row::FirstMissing;
@@ -38,7 +38,7 @@ const ON_GRID_SHARE: f64 = 0.95;
 /// A required value that is missing in part of a column, a reading that occurs twice, or a `utc` that is no time.
 pub(super) fn fill_defaults(
     table: &mut ReadingTable,
-    header: &Header,
+    header: &ColumnHeader,
     first_missing: &FirstMissing,
 ) -> Result<(), ReadingsError> {
     check_half_empty(table, header, first_missing)?;
@@ -69,7 +69,7 @@ pub(super) fn fill_defaults(
 /// A column that orders or groups readings is filled throughout or not at all: half a default would mix two numberings.
 fn check_half_empty(
     table: &ReadingTable,
-    header: &Header,
+    header: &ColumnHeader,
     first_missing: &FirstMissing,
 ) -> Result<(), ReadingsError> {
     for column in [Column::Seq, Column::Step, Column::Target] {
@@ -235,13 +235,13 @@ fn common_load_step(forces_n: &[f64]) -> Option<f64> {
 /// holds under one target.
 fn fill_steps(table: &mut ReadingTable) {
     #[derive(Clone, Copy)]
-    struct Place {
+    struct SequencePosition {
         next: u32,
         last: Option<(f64, Branch, f64)>,
     }
     let targets_given = table.has(Column::Target);
     let mut places = vec![
-        Place {
+        SequencePosition {
             next: 0,
             last: None
         };

@@ -19,14 +19,14 @@ pub(super) enum Encoding {
 }
 
 /// A source of UTF-8 text over any input; without a byte order mark the bytes are left alone.
-pub(super) struct Decoded<'a> {
+pub(super) struct Utf8Source<'a> {
     text: BufReader<Box<dyn Read + 'a>>,
     pub(super) encoding: Encoding,
     /// Whether lines end with a carriage return alone, as spreadsheets once wrote them on one kind of machine.
     pub(super) lone_carriage_return: bool,
 }
 
-impl<'a> Decoded<'a> {
+impl<'a> Utf8Source<'a> {
     pub(super) fn new(input: impl Read + 'a) -> io::Result<Self> {
         let mut input = BufReader::new(input);
         let mut mark = Vec::new();
@@ -78,7 +78,7 @@ mod tests {
     use super::*;
 
     fn text(bytes: &[u8]) -> String {
-        let mut decoded = Decoded::new(bytes).unwrap();
+        let mut decoded = Utf8Source::new(bytes).unwrap();
         let mut text = Vec::new();
         while decoded.read_line(&mut text).unwrap() > 0 {}
         String::from_utf8(text).unwrap()

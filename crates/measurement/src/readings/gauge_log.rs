@@ -15,7 +15,7 @@ use super::error::ReadingsError;
 use super::log_columns::{LogColumns, Preamble};
 use super::rows::Delimiter;
 use super::table::{ReadingTable, RunKey};
-use super::text_table::TextTable;
+use super::text_table::RecordTable;
 use stiffbench_units_and_text::test_point::{Branch, Cell, Direction, PoseId};
 
 /// Along which sense of the direction the load acted.
@@ -60,7 +60,7 @@ pub fn read_gauge_log(
         delimiter: options.text.delimiter.or(Some(Delimiter::Tab)),
         ..options.text
     };
-    let mut text = TextTable::open(source, input, told)?;
+    let mut text = RecordTable::open(source, input, told)?;
     let preamble = Preamble::read(&mut text)?;
     let columns = LogColumns::find(&text, &preamble)?;
     let mut readings = Vec::new();
@@ -158,7 +158,7 @@ fn turn_and_split(table: &mut ReadingTable, sign: LoadSign) {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::readings::Note;
+    use crate::readings::AssumptionNote;
 
     const LOG: &str = "3/2/2026  9:30 AM\r\nUnits: N\r\nReadings: Continuous\r\nX-Axis: Travel\r\nTravel Unit: mm\r\n\
         Reading\tLoad\tTravel\tTime\r\n1\t0.02\t0.000\t0.000\r\n2\t10.10\t-0.610\t0.181\r\n3\t20.00\t-1.213\t0.360\r\n4\t9.90\t-0.605\t0.540\r\n";
@@ -218,12 +218,12 @@ mod tests {
         assert!(
             table
                 .notes
-                .contains(&Note::LocalTime("3/2/2026  9:30 AM".to_owned()))
+                .contains(&AssumptionNote::LocalTime("3/2/2026  9:30 AM".to_owned()))
         );
         assert!(
             table
                 .notes
-                .contains(&Note::LogLine("X-Axis: Travel".to_owned()))
+                .contains(&AssumptionNote::LogLine("X-Axis: Travel".to_owned()))
         );
     }
 
@@ -244,7 +244,7 @@ mod tests {
     }
 
     #[test]
-    fn a_log_that_does_not_say_enough_is_refused() {
+    fn an_incomplete_log_is_rejected() {
         let no_unit = LOG.replace("Travel Unit: mm\r\n", "");
         let error = read(&no_unit).unwrap_err();
         assert!(

@@ -1,16 +1,16 @@
 //! The header of a table: which column stands where, in which unit.
 
 use super::assumption::Assumption;
-use super::column::{Column, Named, understand};
+use super::column::{Column, NamedColumn, understand};
 use super::error::ReadingsError;
 use super::log_columns::is_log_header;
 use super::number::Conversion;
-use super::text_table::TextTable;
+use super::text_table::RecordTable;
 use stiffbench_units_and_text::nearest::nearest;
 
 /// Where the columns of a file are.
 #[derive(Debug)]
-pub(super) struct Header {
+pub(super) struct ColumnHeader {
     line: u32,
     /// Names as they stand in the file.
     names: Vec<String>,
@@ -19,16 +19,16 @@ pub(super) struct Header {
     pub(super) unused: Vec<usize>,
 }
 
-impl Header {
+impl ColumnHeader {
     /// Reads the header of a table.
-    pub(super) fn read(text: &mut TextTable<'_>) -> Result<Self, ReadingsError> {
+    pub(super) fn read(text: &mut RecordTable<'_>) -> Result<Self, ReadingsError> {
         let file = text.file();
         if !text.next_header()? {
             return Err(ReadingsError::Empty { file });
         }
         let result = Self::from_names(&file, text.header_line, text.names.clone());
         if matches!(result, Err(ReadingsError::MissingColumn { .. })) {
-            look_for_gauge_log(file, text)?;
+            find_gauge_log(file, text)?;
         }
         result
     }
@@ -43,7 +43,7 @@ impl Header {
         let mut without_unit = Vec::new();
         for index in 0..header.names.len() {
             match understand(&header.names[index]) {
-                Named::Column(column, conversion) => {
+                NamedColumn::Column(column, conversion) => {
                     if let Some((first, _)) = header.places[column as usize] {
                         return Err(ReadingsError::DuplicateColumn {
                             file: file.to_owned(),
@@ -55,15 +55,15 @@ impl Header {
                     }
                     header.places[column as usize] = Some((index, conversion));
                 }
-                Named::WrongUnit(column, unit) => {
+                NamedColumn::WrongUnit(column, unit) => {
                     let unit = format!("`{unit}`");
                     return Err(wrong_unit(file, line, &header.names[index], column, unit));
                 }
-                Named::NoUnit(column) => {
+                NamedColumn::NoUnit(column) => {
                     without_unit.push((column, index));
                     header.unused.push(index);
                 }
-                Named::Unknown => header.unused.push(index),
+                NamedColumn::Unknown => header.unused.push(index),
             }
         }
         header.check_required(file, &without_unit)?;
@@ -184,7 +184,7 @@ impl Header {
 ///
 /// # Errors
 /// [`ReadingsError::GaugeLog`] if they are there.
-fn look_for_gauge_log(file: String, text: &mut TextTable<'_>) -> Result<(), ReadingsError> {
+fn find_gauge_log(file: String, text: &mut RecordTable<'_>) -> Result<(), ReadingsError> {
     // Logs have five or six lines above their table.
     const LINES: usize = 20;
     for _ in 0..LINES {
@@ -216,8 +216,8 @@ fn wrong_unit(file: &str, line: u32, name: &str, column: Column, unit: String) -
 mod tests {
     use super::*;
 
-    fn header(names: &str) -> Result<Header, ReadingsError> {
-        Header::from_names("t.csv", 1, names.split(',').map(str::to_owned).collect())
+    fn header(names: &str) -> Result<ColumnHeader, ReadingsError> {
+        ColumnHeader::from_names("t.csv", 1, names.split(',').map(str::to_owned).collect())
     }
 
     #[test]

@@ -1,12 +1,12 @@
 //! The columns of a force gauge's log, and what stands above them.
 
-use super::assumption::{Assumption, Note};
-use super::column::{Column, Named, understand};
+use super::assumption::{Assumption, AssumptionNote};
+use super::column::{Column, NamedColumn, understand};
 use super::error::ReadingsError;
 use super::gauge_log::GaugeLogOptions;
 use super::number::Conversion;
-use super::reading::{Reading, ReadingText, Status};
-use super::text_table::TextTable;
+use super::reading::{Reading, ReadingStatus, ReadingText};
+use super::text_table::RecordTable;
 use stiffbench_units_and_text::quantity::Kind;
 use stiffbench_units_and_text::test_point::Branch;
 
@@ -25,12 +25,12 @@ pub(super) fn is_log_header(names: &[String]) -> bool {
 pub(super) struct Preamble {
     load_unit: Option<String>,
     travel_unit: Option<String>,
-    pub(super) notes: Vec<Note>,
+    pub(super) notes: Vec<AssumptionNote>,
 }
 
 impl Preamble {
     /// Reads up to and including the line of column names, which stays the current record.
-    pub(super) fn read(text: &mut TextTable<'_>) -> Result<Self, ReadingsError> {
+    pub(super) fn read(text: &mut RecordTable<'_>) -> Result<Self, ReadingsError> {
         let mut preamble = Self {
             load_unit: None,
             travel_unit: None,
@@ -56,9 +56,9 @@ impl Preamble {
                 self.travel_unit = Some(value.trim().to_owned());
             }
             _ if line.starts_with(|c: char| c.is_ascii_digit()) => {
-                self.notes.push(Note::LocalTime(line.to_owned()));
+                self.notes.push(AssumptionNote::LocalTime(line.to_owned()));
             }
-            _ => self.notes.push(Note::LogLine(line.to_owned())),
+            _ => self.notes.push(AssumptionNote::LogLine(line.to_owned())),
         }
     }
 }
@@ -80,7 +80,7 @@ pub(super) struct LogColumns {
 
 impl LogColumns {
     /// Finds the columns in the current record, the line of names.
-    pub(super) fn find(text: &TextTable<'_>, preamble: &Preamble) -> Result<Self, ReadingsError> {
+    pub(super) fn find(text: &RecordTable<'_>, preamble: &Preamble) -> Result<Self, ReadingsError> {
         let column = |wanted: Column, unit: Option<&str>| find_column(text, wanted, unit);
         let missing = |column: Column| ReadingsError::MissingColumn {
             file: text.file(),
@@ -97,7 +97,7 @@ impl LogColumns {
         let time = column(Column::Time, Some("s"))?;
         let time_has_unit = time
             .as_ref()
-            .is_some_and(|time| matches!(understand(&time.name), Named::Column(..)));
+            .is_some_and(|time| matches!(understand(&time.name), NamedColumn::Column(..)));
         Ok(Self {
             load,
             travel,
@@ -109,7 +109,7 @@ impl LogColumns {
     /// The reading of the current record, still with the signs of the log.
     pub(super) fn reading(
         &self,
-        text: &mut TextTable<'_>,
+        text: &mut RecordTable<'_>,
         options: &GaugeLogOptions,
         seq: u32,
     ) -> Result<Reading, ReadingsError> {
@@ -133,7 +133,7 @@ impl LogColumns {
             attempt: 1,
             run: 0,
             zero: 0,
-            status: Status::Accepted,
+            status: ReadingStatus::Accepted,
             target_n: 0.0,
             force_n: number(&self.load)?,
             displacement_m: number(&self.travel)?,
@@ -185,7 +185,7 @@ impl LogColumns {
 
 /// The log's column for `wanted`, its unit from its name or else `unit`.
 fn find_column(
-    text: &TextTable<'_>,
+    text: &RecordTable<'_>,
     wanted: Column,
     unit: Option<&str>,
 ) -> Result<Option<LogColumn>, ReadingsError> {
@@ -198,11 +198,11 @@ fn find_column(
     };
     for (index, name) in text.names.iter().enumerate() {
         let conversion = match understand(name) {
-            Named::Column(column, conversion) if column == wanted => conversion,
-            Named::WrongUnit(column, found) if column == wanted => {
+            NamedColumn::Column(column, conversion) if column == wanted => conversion,
+            NamedColumn::WrongUnit(column, found) if column == wanted => {
                 return Err(wrong_unit(name, Some(found)));
             }
-            Named::NoUnit(column) if column == wanted => wanted
+            NamedColumn::NoUnit(column) if column == wanted => wanted
                 .kind()
                 .zip(unit)
                 .and_then(|(kind, unit)| Conversion::from_unit(kind, unit))

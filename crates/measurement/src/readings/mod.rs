@@ -27,14 +27,14 @@ mod text_table;
 mod toml_values;
 mod write;
 
-pub use assumption::{Assumption, Excluded, Note};
+pub use assumption::{Assumption, AssumptionNote, Excluded};
 pub use column::Column;
 pub use csv::{ReadOptions, read_readings};
 pub use error::ReadingsError;
 pub use gauge_log::{GaugeLogOptions, LoadSign, read_gauge_log};
 pub use number::DecimalSign;
 pub use procedure_toml::PROCEDURE_SCHEMA;
-pub use reading::{Reading, ReadingText, Status};
+pub use reading::{Reading, ReadingStatus, ReadingText};
 pub use rows::Delimiter;
 pub use session_file::{
     Environment, InstrumentRecord, Instruments, LoadOrder, ProcedureRecord, ReadSession,
@@ -48,4 +48,4 @@ pub use write::{ReadingsWriter, write_readings};
 // What reads any table of numbers, for readers of other tables.
 pub(crate) use column::split_unit;
 pub(crate) use number::{Conversion, NumberFault, read_count};
-pub(crate) use text_table::TextTable;
+pub(crate) use text_table::RecordTable;

@@ -300,7 +300,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_not_a_number_is_said() {
+    fn text_that_is_no_number_is_reported() {
         let mut reader = NumberReader::new(None);
         let mut fault = |text: &str| reader.read(text.as_bytes(), Conversion::Shift(-6), 1);
         for text in ["abc", "", "12 N", "1,2,3", "0x10", "e", "--1", "a,b"] {

@@ -10,7 +10,7 @@ use super::toml_values::{
 use stiffbench_units_and_text::quantity::Kind;
 use stiffbench_units_and_text::source_text::SourceText;
 use stiffbench_units_and_text::test_point::PoseId;
-use stiffbench_units_and_text::toml_text::{self, Document, Read, UnknownKey, Value};
+use stiffbench_units_and_text::toml_text::{self, Document, Read, TomlValue, UnknownKey};
 
 /// The schema of procedures that is written, and the newest that is read.
 pub const PROCEDURE_SCHEMA: &str = "stiffbench/procedure/1";
@@ -45,16 +45,16 @@ pub(super) fn read_procedure(
 ) -> Read<ProcedureRecord> {
     table.check_schema(PROCEDURE_SCHEMA, must_say_what_it_is)?;
     let procedure = ProcedureRecord {
-        name: table.read("name", Value::text_or_digits)?,
-        text: table.read("text", Value::text_or_digits)?,
+        name: table.read("name", TomlValue::text_or_digits)?,
+        text: table.read("text", TomlValue::text_or_digits)?,
         poses: table.read_all("poses", |name| name.text().map(PoseId::new))?,
         directions: table.read_all("directions", one_of)?,
         loads_n: quantities(table, "loads", Kind::Force)?,
         branches: table.read_all("branches", one_of)?,
-        repeats: table.read("repeats", Value::count)?,
+        repeats: table.read("repeats", TomlValue::count)?,
         repeat_order: table.read("repeat_order", one_of)?,
         load_order: table.read("load_order", one_of)?,
-        seed: table.read("seed", Value::count)?,
+        seed: table.read("seed", TomlValue::count)?,
         zero: table.read("zero", one_of)?,
         preload_n: quantity(table, "preload", Kind::Force)?,
         holds_s: quantities(table, "holds", Kind::Time)?,
@@ -66,7 +66,7 @@ pub(super) fn read_procedure(
 
 fn read_settle(table: &toml_text::Table<'_>, unknown: &mut Vec<UnknownKey>) -> Read<SettleRecord> {
     let mut settle = SettleRecord::default();
-    if let Some(table) = table.read("settle", Value::table)? {
+    if let Some(table) = table.read("settle", TomlValue::table)? {
         settle = SettleRecord {
             force_tolerance_n: quantity(&table, "force_tolerance", Kind::Force)?,
             dwell_s: quantity(&table, "dwell", Kind::Time)?,

@@ -9,7 +9,7 @@ use stiffbench_units_and_text::test_point::{Branch, Cell, Direction, PoseId};
 /// Whether a reading counts.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize)]
 #[serde(rename_all = "lowercase")]
-pub enum Status {
+pub enum ReadingStatus {
     /// Counts.
     #[default]
     Accepted,
@@ -19,7 +19,7 @@ pub enum Status {
     Rejected,
 }
 
-impl fmt::Display for Status {
+impl fmt::Display for ReadingStatus {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.pad(match self {
             Self::Accepted => "accepted",
@@ -53,7 +53,7 @@ pub struct Reading {
     /// Index of the gauge zero in its table: readings with one zero.
     pub zero: u32,
     /// Whether it counts.
-    pub status: Status,
+    pub status: ReadingStatus,
     /// The load that was aimed at, N.
     pub target_n: f64,
     /// Signed force as measured, N.
@@ -100,6 +100,6 @@ impl Reading {
     /// Whether this reading counts.
     #[must_use]
     pub fn is_accepted(&self) -> bool {
-        self.status == Status::Accepted
+        self.status == ReadingStatus::Accepted
     }
 }

@@ -4,12 +4,12 @@ use std::collections::HashMap;
 
 use super::column::Column;
 use super::error::ReadingsError;
-use super::header::Header;
+use super::header::ColumnHeader;
 use super::number::read_count;
-use super::reading::{Reading, ReadingText, Status};
+use super::reading::{Reading, ReadingStatus, ReadingText};
 use super::rows::text_of;
 use super::table::RunNumbers;
-use super::text_table::TextTable;
+use super::text_table::RecordTable;
 use stiffbench_units_and_text::test_point::{Branch, Direction, PoseId};
 
 /// First line on which a column that is there has no value, by column.
@@ -17,7 +17,7 @@ pub(super) type FirstMissing = [Option<u32>; Column::ALL.len()];
 
 /// Turns records into readings.
 pub(super) struct RowReader<'a> {
-    header: &'a Header,
+    header: &'a ColumnHeader,
     pub(super) readings: Vec<Reading>,
     poses: PoseNames,
     pub(super) runs: RunNumbers,
@@ -30,7 +30,7 @@ pub(super) struct RowReader<'a> {
 }
 
 impl<'a> RowReader<'a> {
-    pub(super) fn new(header: &'a Header) -> Self {
+    pub(super) fn new(header: &'a ColumnHeader) -> Self {
         Self {
             header,
             readings: Vec::new(),
@@ -45,7 +45,7 @@ impl<'a> RowReader<'a> {
     }
 
     /// Adds the reading of the current record.
-    pub(super) fn take(&mut self, table: &mut TextTable<'_>) -> Result<(), ReadingsError> {
+    pub(super) fn take(&mut self, table: &mut RecordTable<'_>) -> Result<(), ReadingsError> {
         self.check_session(table)?;
         if self.origin.is_none() {
             let origin = self.text(table, Column::Origin);
@@ -87,7 +87,7 @@ impl<'a> RowReader<'a> {
         Ok(())
     }
 
-    fn check_session(&mut self, table: &TextTable<'_>) -> Result<(), ReadingsError> {
+    fn check_session(&mut self, table: &RecordTable<'_>) -> Result<(), ReadingsError> {
         if !self.header.has(Column::Session) {
             return Ok(());
         }
@@ -117,14 +117,14 @@ impl<'a> RowReader<'a> {
     }
 
     /// The field of a column without blanks around it; `None` if the column is absent or the field empty.
-    fn field<'r>(&self, table: &'r TextTable<'_>, column: Column) -> Option<&'r [u8]> {
+    fn field<'r>(&self, table: &'r RecordTable<'_>, column: Column) -> Option<&'r [u8]> {
         let (index, _) = self.header.place(column)?;
         let field = table.field(index);
         (!field.is_empty()).then_some(field)
     }
 
     /// The same, noting whether the column ever has a value and where it first has none.
-    fn noted<'r>(&mut self, table: &'r TextTable<'_>, column: Column) -> Option<&'r [u8]> {
+    fn noted<'r>(&mut self, table: &'r RecordTable<'_>, column: Column) -> Option<&'r [u8]> {
         let field = self.field(table, column);
         if field.is_some() {
             self.present[column as usize] = true;
@@ -134,12 +134,12 @@ impl<'a> RowReader<'a> {
         field
     }
 
-    fn text(&mut self, table: &TextTable<'_>, column: Column) -> Option<String> {
+    fn text(&mut self, table: &RecordTable<'_>, column: Column) -> Option<String> {
         let field = self.noted(table, column)?;
         Some(table.text(field).into_owned())
     }
 
-    fn pose(&mut self, table: &TextTable<'_>) -> Result<PoseId, ReadingsError> {
+    fn pose(&mut self, table: &RecordTable<'_>) -> Result<PoseId, ReadingsError> {
         let Some(name) = self.noted(table, Column::Pose) else {
             return Err(self.missing(table, Column::Pose, "the name of a pose"));
         };
@@ -151,7 +151,7 @@ impl<'a> RowReader<'a> {
         Ok(pose)
     }
 
-    fn direction(&mut self, table: &TextTable<'_>) -> Result<Direction, ReadingsError> {
+    fn direction(&mut self, table: &RecordTable<'_>) -> Result<Direction, ReadingsError> {
         const EXPECTED: &str = "x, y or z";
         match self.noted(table, Column::Direction) {
             Some(b"x" | b"X") => Ok(Direction::X),
@@ -162,7 +162,7 @@ impl<'a> RowReader<'a> {
         }
     }
 
-    fn branch(&mut self, table: &TextTable<'_>) -> Result<Branch, ReadingsError> {
+    fn branch(&mut self, table: &RecordTable<'_>) -> Result<Branch, ReadingsError> {
         let Some(word) = self.noted(table, Column::Branch) else {
             return Ok(Branch::Loading);
         };
@@ -175,16 +175,16 @@ impl<'a> RowReader<'a> {
         }
     }
 
-    fn status(&mut self, table: &TextTable<'_>) -> Result<Status, ReadingsError> {
+    fn status(&mut self, table: &RecordTable<'_>) -> Result<ReadingStatus, ReadingsError> {
         let Some(word) = self.noted(table, Column::Status) else {
-            return Ok(Status::Accepted);
+            return Ok(ReadingStatus::Accepted);
         };
         if word.eq_ignore_ascii_case(b"accepted") {
-            Ok(Status::Accepted)
+            Ok(ReadingStatus::Accepted)
         } else if word.eq_ignore_ascii_case(b"superseded") {
-            Ok(Status::Superseded)
+            Ok(ReadingStatus::Superseded)
         } else if word.eq_ignore_ascii_case(b"rejected") {
-            Ok(Status::Rejected)
+            Ok(ReadingStatus::Rejected)
         } else {
             Err(self.bad(
                 table,
@@ -195,7 +195,7 @@ impl<'a> RowReader<'a> {
         }
     }
 
-    fn repeat(&mut self, table: &TextTable<'_>) -> Result<u32, ReadingsError> {
+    fn repeat(&mut self, table: &RecordTable<'_>) -> Result<u32, ReadingsError> {
         const EXPECTED: &str = "a whole number from 1";
         match self.noted(table, Column::Repeat) {
             None => Err(self.missing(table, Column::Repeat, EXPECTED)),
@@ -207,7 +207,7 @@ impl<'a> RowReader<'a> {
 
     fn count(
         &mut self,
-        table: &TextTable<'_>,
+        table: &RecordTable<'_>,
         column: Column,
     ) -> Result<Option<u32>, ReadingsError> {
         let Some(field) = self.noted(table, column) else {
@@ -229,7 +229,7 @@ impl<'a> RowReader<'a> {
 
     fn number(
         &mut self,
-        table: &mut TextTable<'_>,
+        table: &mut RecordTable<'_>,
         column: Column,
     ) -> Result<Option<f64>, ReadingsError> {
         if self.noted(table, column).is_none() {
@@ -246,7 +246,7 @@ impl<'a> RowReader<'a> {
 
     fn required_number(
         &mut self,
-        table: &mut TextTable<'_>,
+        table: &mut RecordTable<'_>,
         column: Column,
     ) -> Result<f64, ReadingsError> {
         match self.number(table, column)? {
@@ -258,7 +258,7 @@ impl<'a> RowReader<'a> {
     /// The texts of a reading, if there are any; the instruments' own are kept with the blanks around them.
     fn texts(
         &mut self,
-        table: &mut TextTable<'_>,
+        table: &mut RecordTable<'_>,
     ) -> Result<Option<Box<ReadingText>>, ReadingsError> {
         let zero_si = [
             self.number(table, Column::ForceZero)?,
@@ -301,7 +301,7 @@ impl<'a> RowReader<'a> {
 
     fn missing(
         &self,
-        table: &TextTable<'_>,
+        table: &RecordTable<'_>,
         column: Column,
         expected: &'static str,
     ) -> ReadingsError {
@@ -315,7 +315,7 @@ impl<'a> RowReader<'a> {
 
     fn bad(
         &self,
-        table: &TextTable<'_>,
+        table: &RecordTable<'_>,
         column: Column,
         value: &[u8],
         expected: &'static str,

@@ -4,8 +4,8 @@ use std::io::Read;
 
 use csv_core::ReadRecordResult;
 
-use super::column::{Named, understand};
-use super::encoding::{Decoded, Encoding};
+use super::column::{NamedColumn, understand};
+use super::encoding::{Encoding, Utf8Source};
 use super::error::ReadingsError;
 
 /// The sign between fields.
@@ -45,7 +45,7 @@ impl Delimiter {
             let names = header.split(char::from(delimiter.byte()));
             let understood = names
                 .clone()
-                .filter(|name| understand(name.trim().trim_matches('"')) != Named::Unknown);
+                .filter(|name| understand(name.trim().trim_matches('"')) != NamedColumn::Unknown);
             (understood.count(), names.count())
         };
         // The last maximum wins in max_by_key, hence the reversal: with equal scores the comma is taken.
@@ -63,7 +63,7 @@ impl Delimiter {
 /// line breaks, blank lines, comments and `\r\n`, and a quote that never closes is noticed.
 pub(super) struct Rows<'a> {
     file: String,
-    input: Decoded<'a>,
+    input: Utf8Source<'a>,
     parser: csv_core::Reader,
     delimiter: Delimiter,
     /// The line being worked on, with its line end.
@@ -87,7 +87,7 @@ impl<'a> Rows<'a> {
         input: impl Read + 'a,
         delimiter: Option<Delimiter>,
     ) -> Result<Self, ReadingsError> {
-        let input = Decoded::new(input).map_err(|error| input_error(file, 0, error))?;
+        let input = Utf8Source::new(input).map_err(|error| input_error(file, 0, error))?;
         let mut rows = Self {
             file: file.to_owned(),
             input,
@@ -358,7 +358,7 @@ mod tests {
     }
 
     #[test]
-    fn empty_and_binary_input_are_told_apart() {
+    fn empty_and_binary_input_are_distinguished() {
         assert!(matches!(records(""), Err(ReadingsError::Empty { .. })));
         assert!(matches!(
             records("\n# nothing\n"),

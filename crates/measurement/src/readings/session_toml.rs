@@ -10,7 +10,9 @@ use super::session_file::{
 use super::toml_values::{date, day, put, put_number, put_text, quantity};
 use stiffbench_units_and_text::quantity::Kind;
 use stiffbench_units_and_text::source_text::SourceText;
-use stiffbench_units_and_text::toml_text::{Document, Read, Table as Section, UnknownKey, Value};
+use stiffbench_units_and_text::toml_text::{
+    Document, Read, Table as Section, TomlValue, UnknownKey,
+};
 
 type Unknown = Vec<UnknownKey>;
 
@@ -86,7 +88,7 @@ fn read_session(root: &Section<'_>) -> Read<ReadSession> {
 }
 
 fn read_header(root: &Section<'_>, unknown: &mut Unknown) -> Read<SessionHeader> {
-    let text = |key| root.read(key, Value::text_or_digits);
+    let text = |key| root.read(key, TomlValue::text_or_digits);
     let procedure = root.read("procedure", |value| {
         read_procedure(&value.table()?, false, unknown)
     })?;
@@ -110,7 +112,7 @@ fn read_header(root: &Section<'_>, unknown: &mut Unknown) -> Read<SessionHeader>
 }
 
 /// A table, or a line of text.
-fn read_environment(value: &Value<'_>, unknown: &mut Unknown) -> Read<Environment> {
+fn read_environment(value: &TomlValue<'_>, unknown: &mut Unknown) -> Read<Environment> {
     if let Ok(text) = value.text() {
         return Ok(Environment {
             text: Some(text.to_owned()),
@@ -120,8 +122,8 @@ fn read_environment(value: &Value<'_>, unknown: &mut Unknown) -> Read<Environmen
     let section = value.table()?;
     let environment = Environment {
         temperature_deg_c: quantity(&section, "temp", Kind::Temperature)?,
-        humidity_percent: section.read("humidity_percent", Value::number)?,
-        text: section.read("text", Value::text_or_digits)?,
+        humidity_percent: section.read("humidity_percent", TomlValue::number)?,
+        text: section.read("text", TomlValue::text_or_digits)?,
     };
     unknown.extend(section.unknown());
     Ok(environment)
@@ -145,13 +147,13 @@ fn read_instrument(
     unknown: &mut Unknown,
 ) -> Read<InstrumentRecord> {
     let record = InstrumentRecord {
-        model: section.read("model", Value::text_or_digits)?,
-        serial: section.read("serial", Value::text_or_digits)?,
+        model: section.read("model", TomlValue::text_or_digits)?,
+        serial: section.read("serial", TomlValue::text_or_digits)?,
         range: quantity(section, "range", kind)?,
         resolution: quantity(section, "resolution", kind)?,
         expanded_uncertainty: quantity(section, "U", kind)?,
-        k: section.read("k", Value::number)?,
-        certificate: section.read("certificate", Value::text_or_digits)?,
+        k: section.read("k", TomlValue::number)?,
+        certificate: section.read("certificate", TomlValue::text_or_digits)?,
         calibrated: section.read("calibrated", day)?,
         due: section.read("due", day)?,
     };

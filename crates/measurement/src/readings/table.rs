@@ -3,10 +3,10 @@
 use std::collections::{HashMap, HashSet};
 use std::fmt;
 
-use super::assumption::{Assumption, Excluded, Note};
+use super::assumption::{Assumption, AssumptionNote, Excluded};
 use super::column::Column;
 use super::error::ReadingsError;
-use super::reading::{Reading, Status};
+use super::reading::{Reading, ReadingStatus};
 use stiffbench_units_and_text::nearest::nearest;
 use stiffbench_units_and_text::test_point::{Cell, Direction, PoseId};
 
@@ -134,7 +134,7 @@ pub struct ReadingTable {
     /// What does not count.
     pub excluded: Excluded,
     /// What an analysis should know.
-    pub notes: Vec<Note>,
+    pub notes: Vec<AssumptionNote>,
 }
 
 impl ReadingTable {
@@ -178,9 +178,9 @@ impl ReadingTable {
     pub(super) fn take_stock(&mut self) {
         for reading in &self.readings {
             match reading.status {
-                Status::Accepted => {}
-                Status::Superseded => self.excluded.superseded.push(reading.line),
-                Status::Rejected => self.excluded.rejected.push(reading.line),
+                ReadingStatus::Accepted => {}
+                ReadingStatus::Superseded => self.excluded.superseded.push(reading.line),
+                ReadingStatus::Rejected => self.excluded.rejected.push(reading.line),
             }
         }
         let unloaded: Vec<u32> = self
@@ -190,7 +190,8 @@ impl ReadingTable {
             .collect();
         if let Some(line) = unloaded.first().copied() {
             let readings = unloaded.len() as u32;
-            self.notes.push(Note::ZeroForceAtTarget { readings, line });
+            self.notes
+                .push(AssumptionNote::ZeroForceAtTarget { readings, line });
         }
         self.note_duplicates();
         self.note_cells();
@@ -216,7 +217,8 @@ impl ReadingTable {
             .collect();
         if let Some(line) = twice.first().copied() {
             let readings = twice.len() as u32;
-            self.notes.push(Note::DuplicateRows { readings, line });
+            self.notes
+                .push(AssumptionNote::DuplicateRows { readings, line });
         }
     }
 
@@ -237,10 +239,10 @@ impl ReadingTable {
         for (cell, seen) in cells.iter().zip(&seen) {
             let Some(seen) = seen else { continue };
             if !seen.several_repeats {
-                self.notes.push(Note::OneRepeat(cell.clone()));
+                self.notes.push(AssumptionNote::OneRepeat(cell.clone()));
             }
             if !seen.loaded {
-                self.notes.push(Note::NoLoad(cell.clone()));
+                self.notes.push(AssumptionNote::NoLoad(cell.clone()));
             }
         }
     }

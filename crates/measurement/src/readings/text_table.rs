@@ -14,7 +14,7 @@ use super::number::{Conversion, NumberFault, NumberReader};
 use super::rows::{Delimiter, Rows, text_of};
 
 /// A table that is read record by record.
-pub(crate) struct TextTable<'a> {
+pub(crate) struct RecordTable<'a> {
     rows: Rows<'a>,
     told: ReadOptions,
     /// Line of the column names; 0 before they were read.
@@ -28,7 +28,7 @@ pub(crate) struct TextTable<'a> {
     pub(crate) numbers: NumberReader,
 }
 
-impl<'a> TextTable<'a> {
+impl<'a> RecordTable<'a> {
     /// Opens a table, of which nothing but encoding and delimiter is known yet.
     pub(crate) fn open(
         file: &str,

@@ -41,7 +41,7 @@ fn with_unit<'a>(
     stem: &str,
     suffix: &str,
     kind: Kind,
-) -> Read<Option<(toml_text::Value<'a>, Conversion)>> {
+) -> Read<Option<(toml_text::TomlValue<'a>, Conversion)>> {
     let Some((key, unit, value)) = table.find_with_unit(stem, suffix, kind) else {
         return Ok(None);
     };
@@ -51,14 +51,14 @@ fn with_unit<'a>(
     }
 }
 
-fn in_si(value: &toml_text::Value<'_>, conversion: Conversion) -> Read<f64> {
+fn in_si(value: &toml_text::TomlValue<'_>, conversion: Conversion) -> Read<f64> {
     let digits = value.digits()?.as_bytes();
     let number = NumberReader::new(None).read(digits, conversion, 0);
     number.map_err(|_| value.wrong("a finite number"))
 }
 
 /// One word of a closed list.
-pub(super) fn one_of<W: Word>(value: &toml_text::Value<'_>) -> Read<W> {
+pub(super) fn one_of<W: Word>(value: &toml_text::TomlValue<'_>) -> Read<W> {
     let text = value.parsed().as_str();
     let found = W::WORDS.iter().find(|(word, _)| text == Some(word));
     found
@@ -67,7 +67,7 @@ pub(super) fn one_of<W: Word>(value: &toml_text::Value<'_>) -> Read<W> {
 }
 
 /// A day, as a TOML date or as text.
-pub(super) fn day(value: &toml_text::Value<'_>) -> Read<Date> {
+pub(super) fn day(value: &toml_text::TomlValue<'_>) -> Read<Date> {
     let text = match value.parsed() {
         DeValue::String(text) => text.to_string(),
         DeValue::Datetime(time) => time.date.map(|date| date.to_string()).unwrap_or_default(),

@@ -113,7 +113,7 @@ pub struct Incomplete {
 
 /// Lines that gave no reading: nothing is dropped silently.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
-pub struct Excluded {
+pub struct ExcludedLines {
     /// Rows without a value that they must have.
     pub incomplete: Vec<Incomplete>,
     /// Lines without any value.
@@ -122,7 +122,7 @@ pub struct Excluded {
     pub comments: Vec<u32>,
 }
 
-impl fmt::Display for Excluded {
+impl fmt::Display for ExcludedLines {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let incomplete = self.incomplete.first().map(|row| row.line);
         let groups = [

@@ -3,46 +3,46 @@
 use super::assumption::SpecimenAssumption;
 use super::error::SpecimenError;
 use super::options::SpecimenOptions;
-use super::table::Scale;
-use crate::readings::{Conversion, TextTable, split_unit};
+use super::table::ColumnScale;
+use crate::readings::{Conversion, RecordTable, split_unit};
 use stiffbench_units_and_text::nearest::nearest;
 use stiffbench_units_and_text::quantity::Kind;
 
 /// A column that is read.
 #[derive(Debug, Clone, PartialEq)]
-pub(super) struct Place {
+pub(super) struct ColumnPosition {
     pub(super) index: usize,
     pub(super) name: String,
 }
 
 /// A column of numbers with a unit.
 #[derive(Debug, Clone, PartialEq)]
-pub(super) struct Measured {
-    pub(super) place: Place,
+pub(super) struct MeasuredColumn {
+    pub(super) place: ColumnPosition,
     pub(super) conversion: Conversion,
-    pub(super) scale: Scale,
+    pub(super) scale: ColumnScale,
 }
 
 /// Where everything stands.
 #[derive(Debug)]
-pub(super) struct Columns {
-    pub(super) force: Option<Measured>,
-    pub(super) displacement: Measured,
-    pub(super) time: Option<Measured>,
-    pub(super) hold: Option<Measured>,
-    pub(super) temperature: Option<Measured>,
-    pub(super) run: Vec<Place>,
-    pub(super) configuration: Vec<Place>,
-    pub(super) order: Option<Place>,
-    pub(super) branch: Option<Place>,
+pub(super) struct SpecimenColumns {
+    pub(super) force: Option<MeasuredColumn>,
+    pub(super) displacement: MeasuredColumn,
+    pub(super) time: Option<MeasuredColumn>,
+    pub(super) hold: Option<MeasuredColumn>,
+    pub(super) temperature: Option<MeasuredColumn>,
+    pub(super) run: Vec<ColumnPosition>,
+    pub(super) configuration: Vec<ColumnPosition>,
+    pub(super) order: Option<ColumnPosition>,
+    pub(super) branch: Option<ColumnPosition>,
     pub(super) unused: Vec<String>,
     pub(super) assumptions: Vec<SpecimenAssumption>,
 }
 
-impl Columns {
+impl SpecimenColumns {
     /// Finds the columns by their names.
     pub(super) fn find(
-        text: &TextTable<'_>,
+        text: &RecordTable<'_>,
         options: &SpecimenOptions,
     ) -> Result<Self, SpecimenError> {
         if options.force_column.as_deref() == Some(options.displacement_column.trim()) {
@@ -86,7 +86,7 @@ impl Columns {
     }
 
     /// Columns whose values may be absent, with where they stand.
-    pub(super) fn optional(&self) -> [Option<&Measured>; 3] {
+    pub(super) fn optional(&self) -> [Option<&MeasuredColumn>; 3] {
         [&self.time, &self.hold, &self.temperature].map(Option::as_ref)
     }
 }
@@ -100,7 +100,7 @@ struct Header<'a> {
 }
 
 impl Header<'_> {
-    fn place(&mut self, wanted: &str) -> Result<Place, SpecimenError> {
+    fn place(&mut self, wanted: &str) -> Result<ColumnPosition, SpecimenError> {
         let wanted = wanted.trim();
         let mut found = (0..self.names.len()).filter(|index| self.names[*index] == wanted);
         let Some(index) = found.next() else {
@@ -117,7 +117,7 @@ impl Header<'_> {
         }
         self.used[index] = true;
         let name = wanted.to_owned();
-        Ok(Place { index, name })
+        Ok(ColumnPosition { index, name })
     }
 
     fn missing(&self, wanted: &str) -> SpecimenError {
@@ -138,11 +138,14 @@ impl Header<'_> {
         }
     }
 
-    fn place_of(&mut self, wanted: Option<&String>) -> Result<Option<Place>, SpecimenError> {
+    fn place_of(
+        &mut self,
+        wanted: Option<&String>,
+    ) -> Result<Option<ColumnPosition>, SpecimenError> {
         wanted.map(|name| self.place(name)).transpose()
     }
 
-    fn places(&mut self, wanted: &[String]) -> Result<Vec<Place>, SpecimenError> {
+    fn places(&mut self, wanted: &[String]) -> Result<Vec<ColumnPosition>, SpecimenError> {
         wanted.iter().map(|name| self.place(name)).collect()
     }
 
@@ -151,7 +154,7 @@ impl Header<'_> {
         wanted: Option<&String>,
         kind: Kind,
         unit: Option<&str>,
-    ) -> Result<Option<Measured>, SpecimenError> {
+    ) -> Result<Option<MeasuredColumn>, SpecimenError> {
         wanted
             .map(|name| self.measured(name, kind, unit))
             .transpose()
@@ -162,14 +165,14 @@ impl Header<'_> {
         wanted: &str,
         kind: Kind,
         unit: Option<&str>,
-    ) -> Result<Measured, SpecimenError> {
+    ) -> Result<MeasuredColumn, SpecimenError> {
         let place = self.place(wanted)?;
         let (conversion, scale) = match unit.map(str::trim) {
             Some("1") if matches!(kind, Kind::Force | Kind::Displacement) => {
-                (Conversion::NONE, Scale::AsInFile)
+                (Conversion::NONE, ColumnScale::AsInFile)
             }
             Some(unit) => match Conversion::from_unit(kind, unit) {
-                Some(conversion) => (conversion, Scale::Si),
+                Some(conversion) => (conversion, ColumnScale::Si),
                 None => {
                     return Err(SpecimenError::WrongUnit {
                         unit: unit.to_owned(),
@@ -178,9 +181,9 @@ impl Header<'_> {
                     });
                 }
             },
-            None => (self.unit_from_name(&place.name, kind)?, Scale::Si),
+            None => (self.unit_from_name(&place.name, kind)?, ColumnScale::Si),
         };
-        Ok(Measured {
+        Ok(MeasuredColumn {
             place,
             conversion,
             scale,

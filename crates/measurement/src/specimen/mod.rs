@@ -14,8 +14,8 @@ mod read;
 mod row;
 mod table;
 
-pub use assumption::{Excluded, Incomplete, SpecimenAssumption};
+pub use assumption::{ExcludedLines, Incomplete, SpecimenAssumption};
 pub use error::SpecimenError;
-pub use options::{Response, SpecimenOptions, TURN_SHARE};
+pub use options::{ResponseVariable, SpecimenOptions, TURN_SHARE};
 pub use read::read_specimen;
-pub use table::{Scale, SpecimenReading, SpecimenRun, SpecimenTable};
+pub use table::{ColumnScale, SpecimenReading, SpecimenRun, SpecimenTable};

@@ -12,7 +12,7 @@ pub const TURN_SHARE: f64 = 0.05;
 /// Which of the two quantities answers the other.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Hash, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
-pub enum Response {
+pub enum ResponseVariable {
     /// The load is set, the displacement read.
     #[default]
     Displacement,
@@ -64,7 +64,7 @@ pub struct SpecimenOptions {
     pub temperature_unit: Option<String>,
     /// Which quantity answers.
     #[serde(default)]
-    pub response: Response,
+    pub response: ResponseVariable,
     /// Share of a run's range by which the path must come back before a turn counts, between 0 and 1; [`TURN_SHARE`] unless given.
     #[serde(default)]
     pub turn_share: Option<f64>,

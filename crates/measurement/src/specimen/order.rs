@@ -3,13 +3,13 @@
 use std::collections::{HashMap, HashSet};
 
 use super::assumption::SpecimenAssumption;
-use super::row::Row;
+use super::row::SpecimenRow;
 use super::table::SpecimenReading;
 
 /// Puts rows in the order of their numbers, or numbers them as they stand if the numbers cannot be used; states what was done.
 ///
 /// Numbers may count through the whole table, or start again in each run.
-pub(super) fn put_in_order(rows: &mut [Row]) -> Option<SpecimenAssumption> {
+pub(super) fn put_in_order(rows: &mut [SpecimenRow]) -> Option<SpecimenAssumption> {
     let Some(numbers) = rows.iter().map(|row| row.order).collect::<Option<Vec<_>>>() else {
         number_as_they_stand(rows);
         return None;
@@ -34,14 +34,14 @@ pub(super) fn put_in_order(rows: &mut [Row]) -> Option<SpecimenAssumption> {
     sort_within_runs(rows)
 }
 
-fn number_as_they_stand(rows: &mut [Row]) {
+fn number_as_they_stand(rows: &mut [SpecimenRow]) {
     for (row, number) in rows.iter_mut().zip(1..) {
         row.order = Some(number);
     }
 }
 
 /// Runs follow each other in the order in which they appear.
-fn sort_within_runs(rows: &mut [Row]) -> Option<SpecimenAssumption> {
+fn sort_within_runs(rows: &mut [SpecimenRow]) -> Option<SpecimenAssumption> {
     let mut places = HashMap::new();
     let keys: Vec<(usize, u32)> = rows
         .iter()

@@ -4,15 +4,15 @@ use std::io::Read;
 
 use indexmap::IndexSet;
 
-use super::assumption::{Excluded, SpecimenAssumption};
+use super::assumption::{ExcludedLines, SpecimenAssumption};
 use super::branches::follow;
-use super::columns::{Columns, Measured};
+use super::columns::{MeasuredColumn, SpecimenColumns};
 use super::error::SpecimenError;
-use super::options::{Response, SpecimenOptions, TURN_SHARE};
+use super::options::{ResponseVariable, SpecimenOptions, TURN_SHARE};
 use super::order::{put_in_order, time_goes_back};
-use super::row::{Row, RowReader};
-use super::table::{Scale, SpecimenReading, SpecimenRun, SpecimenTable};
-use crate::readings::{ReadingsError, TextTable};
+use super::row::{SpecimenRow, SpecimenRowReader};
+use super::table::{ColumnScale, SpecimenReading, SpecimenRun, SpecimenTable};
+use crate::readings::{ReadingsError, RecordTable};
 use stiffbench_units_and_text::test_point::Branch;
 
 /// Readings from a table whose columns the caller names.
@@ -35,13 +35,13 @@ pub fn read_specimen(
     if !(turn_share > 0.0 && turn_share < 1.0) {
         return Err(SpecimenError::BadTurnShare { share: turn_share });
     }
-    let mut text = TextTable::open(source, input, options.text).map_err(own_empty)?;
+    let mut text = RecordTable::open(source, input, options.text).map_err(own_empty)?;
     if !text.next_header()? {
         let file = source.to_owned();
         return Err(SpecimenError::Empty { file });
     }
-    let columns = Columns::find(&text, options)?;
-    let mut reader = RowReader::new(&columns);
+    let columns = SpecimenColumns::find(&text, options)?;
+    let mut reader = SpecimenRowReader::new(&columns);
     while text.next_record()? {
         reader.take(&mut text)?;
     }
@@ -54,7 +54,7 @@ pub fn read_specimen(
     }
     let assumptions = assumptions_of_text(&text, &reader, &columns);
     let (blank, comments) = text.passed_over();
-    let excluded = Excluded {
+    let excluded = ExcludedLines {
         incomplete: std::mem::take(&mut reader.incomplete),
         blank,
         comments,
@@ -67,15 +67,15 @@ pub fn read_specimen(
     table.assumptions.extend(order);
     table.assumptions.extend(time_goes_back(&table.readings));
     if columns.branch.is_none() && columns.is_driven(options.response) {
-        tell_branches(&mut table, turn_share);
+        assign_branches(&mut table, turn_share);
     }
     Ok(table)
 }
 
-impl Columns {
+impl SpecimenColumns {
     /// Whether the quantity that is set was recorded.
-    fn is_driven(&self, response: Response) -> bool {
-        self.force.is_some() || response == Response::Force
+    fn is_driven(&self, response: ResponseVariable) -> bool {
+        self.force.is_some() || response == ResponseVariable::Force
     }
 }
 
@@ -88,9 +88,9 @@ fn own_empty(error: ReadingsError) -> SpecimenError {
 }
 
 fn assumptions_of_text(
-    text: &TextTable<'_>,
-    reader: &RowReader<'_>,
-    columns: &Columns,
+    text: &RecordTable<'_>,
+    reader: &SpecimenRowReader<'_>,
+    columns: &SpecimenColumns,
 ) -> Vec<SpecimenAssumption> {
     let of_text = text.assumptions().into_iter();
     let mut all: Vec<_> = of_text.map(SpecimenAssumption::Text).collect();
@@ -111,8 +111,8 @@ fn assumptions_of_text(
 /// Numbers configurations and runs in the order in which they appear.
 fn tabulate(
     source: &str,
-    rows: Vec<Row>,
-    columns: &Columns,
+    rows: Vec<SpecimenRow>,
+    columns: &SpecimenColumns,
     options: &SpecimenOptions,
 ) -> SpecimenTable {
     let mut configurations: IndexSet<String> = IndexSet::new();
@@ -151,25 +151,25 @@ fn tabulate(
     SpecimenTable {
         source: source.to_owned(),
         response: options.response,
-        force_scale: columns.force.as_ref().map_or(Scale::Si, scale),
+        force_scale: columns.force.as_ref().map_or(ColumnScale::Si, scale),
         displacement_scale: scale(&columns.displacement),
         configurations: configurations.into_iter().collect(),
         runs: runs.into_iter().map(run).collect(),
         readings,
         assumptions: Vec::new(),
-        excluded: Excluded::default(),
+        excluded: ExcludedLines::default(),
         unused_columns: columns.unused.clone(),
     }
 }
 
-fn scale(column: &Measured) -> Scale {
+fn scale(column: &MeasuredColumn) -> ColumnScale {
     column.scale
 }
 
 /// Assigns branches run by run.
 ///
 /// A force counts from zero; a displacement, whose zero is arbitrary, from the first reading of the run.
-fn tell_branches(table: &mut SpecimenTable, turn_share: f64) {
+fn assign_branches(table: &mut SpecimenTable, turn_share: f64) {
     let mut of_run: Vec<Vec<usize>> = vec![Vec::new(); table.runs.len()];
     for (index, reading) in table.readings.iter().enumerate() {
         of_run[reading.run as usize].push(index);
@@ -181,8 +181,8 @@ fn tell_branches(table: &mut SpecimenTable, turn_share: f64) {
             .map(|index| table.driver(&table.readings[*index]))
             .collect();
         let origin = match table.response {
-            Response::Displacement => 0.0,
-            Response::Force => values.first().copied().unwrap_or(0.0),
+            ResponseVariable::Displacement => 0.0,
+            ResponseVariable::Force => values.first().copied().unwrap_or(0.0),
         };
         let path = follow(&values, origin, turn_share);
         turns += path.turns;

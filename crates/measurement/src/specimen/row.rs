@@ -1,14 +1,14 @@
 //! One record of a table to one row, with the texts that name its run and configuration.
 
 use super::assumption::{Incomplete, SpecimenAssumption};
-use super::columns::{Columns, Measured, Place};
+use super::columns::{ColumnPosition, MeasuredColumn, SpecimenColumns};
 use super::error::SpecimenError;
-use crate::readings::{NumberFault, TextTable, read_count};
+use crate::readings::{NumberFault, RecordTable, read_count};
 use stiffbench_units_and_text::test_point::Branch;
 
 /// A record that has all it must have.
 #[derive(Debug, Clone, PartialEq)]
-pub(super) struct Row {
+pub(super) struct SpecimenRow {
     pub(super) line: u32,
     pub(super) configuration: String,
     pub(super) run: String,
@@ -29,27 +29,27 @@ struct Absences {
 }
 
 /// Turns records into rows.
-pub(super) struct RowReader<'a> {
-    columns: &'a Columns,
-    pub(super) rows: Vec<Row>,
+pub(super) struct SpecimenRowReader<'a> {
+    columns: &'a SpecimenColumns,
+    pub(super) rows: Vec<SpecimenRow>,
     pub(super) incomplete: Vec<Incomplete>,
     absences: [Absences; 3],
 }
 
 /// A value that a row must have is not there.
-enum Fault {
+enum MissingValue {
     Absent(String),
     Wrong(SpecimenError),
 }
 
-impl From<SpecimenError> for Fault {
+impl From<SpecimenError> for MissingValue {
     fn from(error: SpecimenError) -> Self {
         Self::Wrong(error)
     }
 }
 
-impl<'a> RowReader<'a> {
-    pub(super) fn new(columns: &'a Columns) -> Self {
+impl<'a> SpecimenRowReader<'a> {
+    pub(super) fn new(columns: &'a SpecimenColumns) -> Self {
         Self {
             columns,
             rows: Vec::new(),
@@ -59,19 +59,19 @@ impl<'a> RowReader<'a> {
     }
 
     /// Adds the current record, to the rows or to those that lack a value.
-    pub(super) fn take(&mut self, text: &mut TextTable<'_>) -> Result<(), SpecimenError> {
+    pub(super) fn take(&mut self, text: &mut RecordTable<'_>) -> Result<(), SpecimenError> {
         match self.row(text) {
             Ok(row) => self.rows.push(row),
-            Err(Fault::Absent(column)) => {
+            Err(MissingValue::Absent(column)) => {
                 let line = text.line;
                 self.incomplete.push(Incomplete { line, column });
             }
-            Err(Fault::Wrong(error)) => return Err(error),
+            Err(MissingValue::Wrong(error)) => return Err(error),
         }
         Ok(())
     }
 
-    fn row(&mut self, text: &mut TextTable<'_>) -> Result<Row, Fault> {
+    fn row(&mut self, text: &mut RecordTable<'_>) -> Result<SpecimenRow, MissingValue> {
         let columns = self.columns;
         let force = match &columns.force {
             Some(force) => Self::required(text, force)?,
@@ -103,7 +103,7 @@ impl<'a> RowReader<'a> {
             }
         }
         let [time_s, hold_s, temperature_deg_c] = optional;
-        Ok(Row {
+        Ok(SpecimenRow {
             line: text.line,
             configuration,
             run,
@@ -117,12 +117,15 @@ impl<'a> RowReader<'a> {
         })
     }
 
-    fn required(text: &mut TextTable<'_>, column: &Measured) -> Result<f64, Fault> {
-        Self::number(text, column)?.ok_or_else(|| Fault::Absent(column.place.name.clone()))
+    fn required(text: &mut RecordTable<'_>, column: &MeasuredColumn) -> Result<f64, MissingValue> {
+        Self::number(text, column)?.ok_or_else(|| MissingValue::Absent(column.place.name.clone()))
     }
 
-    fn number(text: &mut TextTable<'_>, column: &Measured) -> Result<Option<f64>, SpecimenError> {
-        let Measured {
+    fn number(
+        text: &mut RecordTable<'_>,
+        column: &MeasuredColumn,
+    ) -> Result<Option<f64>, SpecimenError> {
+        let MeasuredColumn {
             place, conversion, ..
         } = column;
         if present(text, place).is_none() {
@@ -140,10 +143,11 @@ impl<'a> RowReader<'a> {
     }
 
     /// The texts of columns that together name something.
-    fn label(text: &TextTable<'_>, places: &[Place]) -> Result<String, Fault> {
+    fn label(text: &RecordTable<'_>, places: &[ColumnPosition]) -> Result<String, MissingValue> {
         let mut label = String::new();
         for place in places {
-            let field = present(text, place).ok_or_else(|| Fault::Absent(place.name.clone()))?;
+            let field =
+                present(text, place).ok_or_else(|| MissingValue::Absent(place.name.clone()))?;
             if !label.is_empty() {
                 label.push_str(" / ");
             }
@@ -152,14 +156,14 @@ impl<'a> RowReader<'a> {
         Ok(label)
     }
 
-    fn order(text: &TextTable<'_>, place: &Place) -> Result<u32, Fault> {
-        let field = present(text, place).ok_or_else(|| Fault::Absent(place.name.clone()))?;
+    fn order(text: &RecordTable<'_>, place: &ColumnPosition) -> Result<u32, MissingValue> {
+        let field = present(text, place).ok_or_else(|| MissingValue::Absent(place.name.clone()))?;
         let count = read_count(field);
         Ok(count.ok_or_else(|| Self::bad(text, place, field, "a whole number from 0"))?)
     }
 
-    fn branch(text: &TextTable<'_>, place: &Place) -> Result<Branch, Fault> {
-        let field = present(text, place).ok_or_else(|| Fault::Absent(place.name.clone()))?;
+    fn branch(text: &RecordTable<'_>, place: &ColumnPosition) -> Result<Branch, MissingValue> {
+        let field = present(text, place).ok_or_else(|| MissingValue::Absent(place.name.clone()))?;
         let is = |words: [&str; 2]| {
             words
                 .iter()
@@ -175,8 +179,8 @@ impl<'a> RowReader<'a> {
     }
 
     fn bad(
-        text: &TextTable<'_>,
-        place: &Place,
+        text: &RecordTable<'_>,
+        place: &ColumnPosition,
         value: &[u8],
         expected: &'static str,
     ) -> SpecimenError {
@@ -203,7 +207,7 @@ impl<'a> RowReader<'a> {
 }
 
 /// The field without blanks around it; `None` if it states that there is no value.
-fn present<'r>(text: &'r TextTable<'_>, place: &Place) -> Option<&'r [u8]> {
+fn present<'r>(text: &'r RecordTable<'_>, place: &ColumnPosition) -> Option<&'r [u8]> {
     const ABSENT: [&str; 5] = ["", "NA", "N/A", "NaN", "null"];
     let field = text.field(place.index);
     let absent = ABSENT

@@ -1,12 +1,12 @@
 //! What the reader gives.
 
-use super::assumption::{Excluded, SpecimenAssumption};
-use super::options::Response;
+use super::assumption::{ExcludedLines, SpecimenAssumption};
+use super::options::ResponseVariable;
 use stiffbench_units_and_text::test_point::Branch;
 
 /// What the numbers of a column are in.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
-pub enum Scale {
+pub enum ColumnScale {
     /// The SI unit: N or m.
     Si,
     /// As they stand in the file: ratios, stress, counts.
@@ -53,11 +53,11 @@ pub struct SpecimenTable {
     /// The input, as the caller named it.
     pub source: String,
     /// Which quantity answers.
-    pub response: Response,
+    pub response: ResponseVariable,
     /// What the forces are in.
-    pub force_scale: Scale,
+    pub force_scale: ColumnScale,
     /// What the displacements are in.
-    pub displacement_scale: Scale,
+    pub displacement_scale: ColumnScale,
     /// Specimens or configurations, in the order in which they appear; the only one is called `specimen` if no column names them.
     pub configurations: Vec<String>,
     /// Runs, in the order in which they appear.
@@ -67,7 +67,7 @@ pub struct SpecimenTable {
     /// What the file leaves open and the reader decided.
     pub assumptions: Vec<SpecimenAssumption>,
     /// What was left out.
-    pub excluded: Excluded,
+    pub excluded: ExcludedLines,
     /// Columns of the file that are not part of the format.
     pub unused_columns: Vec<String>,
 }
@@ -77,8 +77,8 @@ impl SpecimenTable {
     #[must_use]
     pub fn driver(&self, reading: &SpecimenReading) -> f64 {
         match self.response {
-            Response::Displacement => reading.force,
-            Response::Force => reading.displacement,
+            ResponseVariable::Displacement => reading.force,
+            ResponseVariable::Force => reading.displacement,
         }
     }
 
@@ -86,8 +86,8 @@ impl SpecimenTable {
     #[must_use]
     pub fn answer(&self, reading: &SpecimenReading) -> f64 {
         match self.response {
-            Response::Displacement => reading.displacement,
-            Response::Force => reading.force,
+            ResponseVariable::Displacement => reading.displacement,
+            ResponseVariable::Force => reading.force,
         }
     }
 }

@@ -10,7 +10,7 @@ use super::contributions::{
 use super::covariance::LnParts;
 use super::curve::LoadCurve;
 use super::estimate::{BareStiffness, StiffnessEstimate};
-use super::gauges::Gauges;
+use super::gauges::GaugePair;
 use super::line::LineFit;
 use super::scatter::PooledScatter;
 use stiffbench_numeric::statistics::{Estimate, welch_satterthwaite};
@@ -18,7 +18,7 @@ use stiffbench_numeric::statistics::{Estimate, welch_satterthwaite};
 /// What an uncertainty comes from.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, schemars::JsonSchema)]
 #[serde(rename_all = "kebab-case")]
-pub enum Source {
+pub enum UncertaintySource {
     /// Scatter of the readings.
     Repeatability,
     /// Display step of the force gauge.
@@ -35,7 +35,7 @@ pub enum Source {
     ZeroDrift,
 }
 
-impl fmt::Display for Source {
+impl fmt::Display for UncertaintySource {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.pad(match self {
             Self::Repeatability => "repeatability",
@@ -71,7 +71,7 @@ pub enum Distribution {
 /// Whether and why a row counts.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, schemars::JsonSchema)]
 #[serde(rename_all = "kebab-case")]
-pub enum Standing {
+pub enum RowUse {
     /// Part of the combined uncertainty.
     Counted,
     /// Shows in the scatter, counted there.
@@ -86,13 +86,13 @@ pub enum Standing {
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct BudgetRow {
     /// Where it comes from.
-    pub source: Source,
+    pub source: UncertaintySource,
     /// Type A or B.
     pub evaluation: EvaluationType,
     /// Assumed shape.
     pub distribution: Distribution,
     /// Whether it counts.
-    pub standing: Standing,
+    pub standing: RowUse,
     /// Standard uncertainty of the input, in `unit`; `None` if nothing is known.
     pub standard_uncertainty: Option<f64>,
     /// SI unit of `standard_uncertainty`.
@@ -119,7 +119,7 @@ pub struct Budget {
 impl Budget {
     /// The row of `source`.
     #[must_use]
-    pub fn row(&self, source: Source) -> Option<&BudgetRow> {
+    pub fn row(&self, source: UncertaintySource) -> Option<&BudgetRow> {
         self.rows.iter().find(|row| row.source == source)
     }
 }
@@ -139,7 +139,7 @@ pub(super) enum Return {
 pub(super) struct BudgetInputs<'a> {
     pub(super) curve: &'a LoadCurve,
     pub(super) line: Option<&'a LineFit>,
-    pub(super) gauges: &'a Gauges,
+    pub(super) gauges: &'a GaugePair,
     pub(super) pooled: Option<&'a PooledScatter>,
     pub(super) back_to_zero: Return,
 }
@@ -181,9 +181,10 @@ pub(super) fn combine(bare: &BareStiffness, inputs: &BudgetInputs<'_>) -> Stiffn
         ln_parts: LnParts {
             independent: bare.type_a.map(|_| of(is_of_the_cell) / size),
             independent_dof: effective_dof(&rows, is_of_the_cell),
-            force_calibration: of(|row| row.source == Source::ForceCalibration) / size,
-            displacement_calibration: of(|row| row.source == Source::DisplacementCalibration)
-                / size,
+            force_calibration: of(|row| row.source == UncertaintySource::ForceCalibration) / size,
+            displacement_calibration: of(|row| {
+                row.source == UncertaintySource::DisplacementCalibration
+            }) / size,
         },
         budget: Budget { rows },
     }
@@ -192,14 +193,14 @@ pub(super) fn combine(bare: &BareStiffness, inputs: &BudgetInputs<'_>) -> Stiffn
 fn is_of_the_cell(row: &BudgetRow) -> bool {
     !matches!(
         row.source,
-        Source::ForceCalibration | Source::DisplacementCalibration
+        UncertaintySource::ForceCalibration | UncertaintySource::DisplacementCalibration
     )
 }
 
 fn effective_dof(rows: &[BudgetRow], counts: fn(&BudgetRow) -> bool) -> f64 {
     let parts: Vec<(f64, f64)> = rows
         .iter()
-        .filter(|row| counts(row) && row.standing == Standing::Counted)
+        .filter(|row| counts(row) && row.standing == RowUse::Counted)
         .map(|row| (row.contribution_n_per_m, row.dof))
         .collect();
     // Readings without any scatter: their degrees of freedom still limit what is known.
@@ -224,8 +225,8 @@ mod tests {
     use crate::stiffness::sample::{cell, reading};
 
     /// Force gauge 0.1 N, U 0.15 N; displacement gauge 10 µm, U 4 µm; both k = 2.
-    fn gauges() -> Gauges {
-        Gauges {
+    fn gauges() -> GaugePair {
+        GaugePair {
             force: GaugeTerms::new(Some(0.1), Some(0.15), Some(2.0)).unwrap(),
             displacement: GaugeTerms::new(Some(10e-6), Some(4e-6), Some(2.0)).unwrap(),
         }
@@ -244,7 +245,7 @@ mod tests {
             .collect()
     }
 
-    fn estimates(readings: &[Reading], gauges: &Gauges) -> [StiffnessEstimate; 2] {
+    fn estimates(readings: &[Reading], gauges: &GaugePair) -> [StiffnessEstimate; 2] {
         let refs: Vec<&Reading> = readings.iter().collect();
         let curve = LoadCurve::new(cell(), &refs, Branches::LoadingOnly);
         let line = LineFit::new(&curve).unwrap();
@@ -274,7 +275,7 @@ mod tests {
         let k = 0.05e6;
         let row = |source| regression.budget.row(source).unwrap();
         // Slopes 18, 20, 22: standard deviation 2, of the mean 2/√3, two degrees of freedom.
-        let repeatability = row(Source::Repeatability);
+        let repeatability = row(UncertaintySource::Repeatability);
         close(
             repeatability.standard_uncertainty.unwrap(),
             2e-6 / 3_f64.sqrt(),
@@ -282,26 +283,32 @@ mod tests {
         close(repeatability.sensitivity, k * k);
         assert_eq!((repeatability.dof, repeatability.unit), (2.0, "m/N"));
         // All forces of a load are equal: the step is common to the repeats. Load weights (F - 20)/200, K · √(2 · 0.05²).
-        let force_step = row(Source::ForceResolution);
+        let force_step = row(UncertaintySource::ForceResolution);
         close(
             force_step.standard_uncertainty.unwrap(),
             0.1 / 12_f64.sqrt(),
         );
         close(force_step.sensitivity, k * (2.0 * 0.05_f64.powi(2)).sqrt());
-        assert_eq!(force_step.standing, Standing::Counted);
+        assert_eq!(force_step.standing, RowUse::Counted);
         // Displacements of a load differ by 20 to 60 µm, more than a step: in the scatter.
-        let step = row(Source::DisplacementResolution);
-        assert_eq!(step.standing, Standing::InRepeatability);
+        let step = row(UncertaintySource::DisplacementResolution);
+        assert_eq!(step.standing, RowUse::InRepeatability);
         assert_eq!(step.contribution_n_per_m, 0.0);
         // Scale at the largest load: 30 N and 600 µm.
         close(
-            row(Source::ForceCalibration).contribution_n_per_m,
+            row(UncertaintySource::ForceCalibration).contribution_n_per_m,
             k * 0.075 / 30.0,
         );
-        let of_displacement = row(Source::DisplacementCalibration).contribution_n_per_m;
+        let of_displacement = row(UncertaintySource::DisplacementCalibration).contribution_n_per_m;
         close(of_displacement, k * 2e-6 / 600e-6);
-        assert_eq!(row(Source::ZeroSetting).standing, Standing::NoEffect);
-        assert_eq!(row(Source::ZeroDrift).standing, Standing::NotStated);
+        assert_eq!(
+            row(UncertaintySource::ZeroSetting).standing,
+            RowUse::NoEffect
+        );
+        assert_eq!(
+            row(UncertaintySource::ZeroDrift).standing,
+            RowUse::NotStated
+        );
 
         let parts = [
             k * k * 2e-6 / 3_f64.sqrt(),
@@ -327,20 +334,20 @@ mod tests {
 
     #[test]
     fn what_is_not_stated_has_its_row_and_does_not_count() {
-        let [paper, regression] = estimates(&three_slopes(), &Gauges::default());
+        let [paper, regression] = estimates(&three_slopes(), &GaugePair::default());
         for estimate in [paper, regression] {
             assert_eq!(estimate.budget.rows.len(), 7);
             let not_stated = [
-                Source::ForceResolution,
-                Source::DisplacementResolution,
-                Source::ForceCalibration,
-                Source::DisplacementCalibration,
+                UncertaintySource::ForceResolution,
+                UncertaintySource::DisplacementResolution,
+                UncertaintySource::ForceCalibration,
+                UncertaintySource::DisplacementCalibration,
             ];
             for source in not_stated {
                 let row = estimate.budget.row(source).unwrap();
                 assert_eq!(
                     (row.standing, row.standard_uncertainty),
-                    (Standing::NotStated, None)
+                    (RowUse::NotStated, None)
                 );
                 assert!(row.note.contains("not stated"));
             }
@@ -352,20 +359,23 @@ mod tests {
     fn a_zero_shared_by_the_runs_counts_for_the_ratio_and_not_for_the_slope() {
         let mut readings = three_slopes();
         let [apart, _] = estimates(&readings, &gauges());
-        let setting = apart.budget.row(Source::ZeroSetting).unwrap();
-        assert_eq!(setting.standing, Standing::InRepeatability);
+        let setting = apart.budget.row(UncertaintySource::ZeroSetting).unwrap();
+        assert_eq!(setting.standing, RowUse::InRepeatability);
         for reading in &mut readings {
             reading.zero = 0;
         }
         let [paper, regression] = estimates(&readings, &gauges());
-        let setting = paper.budget.row(Source::ZeroSetting).unwrap();
-        assert_eq!(setting.standing, Standing::Counted);
+        let setting = paper.budget.row(UncertaintySource::ZeroSetting).unwrap();
+        assert_eq!(setting.standing, RowUse::Counted);
         // dK/d(zero) = mean of K/δ over 200, 400, 600 µm.
         close(
             setting.sensitivity,
             50e3 * (1.0 / 200e-6 + 1.0 / 400e-6 + 1.0 / 600e-6) / 3.0,
         );
-        let setting = regression.budget.row(Source::ZeroSetting).unwrap();
+        let setting = regression
+            .budget
+            .row(UncertaintySource::ZeroSetting)
+            .unwrap();
         assert_eq!(setting.contribution_n_per_m, 0.0);
     }
 
@@ -375,7 +385,7 @@ mod tests {
         let refs: Vec<&Reading> = readings.iter().collect();
         let curve = LoadCurve::new(cell(), &refs, Branches::LoadingOnly);
         let line = LineFit::new(&curve).unwrap();
-        let gauges = Gauges::default();
+        let gauges = GaugePair::default();
         let inputs = BudgetInputs {
             curve: &curve,
             line: Some(&line),
@@ -384,7 +394,7 @@ mod tests {
             back_to_zero: Return::Away(-12e-6),
         };
         let estimate = combine(&regression_stiffness(&curve, &line, None).unwrap(), &inputs);
-        let drift = estimate.budget.row(Source::ZeroDrift).unwrap();
+        let drift = estimate.budget.row(UncertaintySource::ZeroDrift).unwrap();
         close(
             drift.contribution_n_per_m,
             0.05e6 * 12.0 / 600.0 / 3_f64.sqrt(),

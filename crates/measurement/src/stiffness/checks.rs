@@ -3,11 +3,13 @@
 use super::curve::{Branches, LoadCurve};
 use super::estimate::NoStiffness;
 use super::flags::{Flag, ZeroEvidence};
-use super::gauges::Gauges;
+use super::gauges::GaugePair;
 use super::line::{FEWEST_RUNS, LineFit, StraightLine};
 use super::outliers::{flag_outliers, reading_sd_m};
 use super::scatter::{CellScatter, PooledScatter};
-use super::significance::{Contrast, Effect, Series, Significance, student_limit, test_family};
+use super::significance::{
+    ReadingSeries, SeriesContrast, SeriesEffect, TestStatistic, student_limit, test_family,
+};
 use super::zeros::{UnloadedReadings, time_of};
 use crate::readings::Reading;
 use stiffbench_numeric::statistics::student_t_quantile;
@@ -55,7 +57,7 @@ impl CellWork {
 }
 
 /// Runs all checks over the cells and returns the scatter of readings pooled over them.
-pub(super) fn check(works: &mut [CellWork], gauges: &Gauges) -> Option<PooledScatter> {
+pub(super) fn check(works: &mut [CellWork], gauges: &GaugePair) -> Option<PooledScatter> {
     let pooled = flag_outliers(works, gauges);
     for work in works.iter_mut() {
         flag_loads(work, pooled.as_ref(), gauges);
@@ -71,7 +73,7 @@ pub(super) fn check(works: &mut [CellWork], gauges: &Gauges) -> Option<PooledSca
 }
 
 /// Signs and sizes of force and displacement at each load.
-fn flag_loads(work: &mut CellWork, pooled: Option<&PooledScatter>, gauges: &Gauges) {
+fn flag_loads(work: &mut CellWork, pooled: Option<&PooledScatter>, gauges: &GaugePair) {
     let curve = &work.curve;
     let mut opposite = vec![0; curve.loads.len()];
     for point in curve.points() {
@@ -158,8 +160,8 @@ fn run_lines(curve: &LoadCurve) -> impl Iterator<Item = (usize, StraightLine)> +
 fn flag_found(
     works: &mut [CellWork],
     of_work: &[usize],
-    effects: Vec<Option<Effect>>,
-    flag: impl Fn(&CellWork, usize, Effect) -> Flag,
+    effects: Vec<Option<SeriesEffect>>,
+    flag: impl Fn(&CellWork, usize, SeriesEffect) -> Flag,
 ) {
     for (index, effect) in effects.into_iter().enumerate() {
         if let Some(effect) = effect.filter(|e| e.significance.is_found()) {
@@ -171,7 +173,7 @@ fn flag_found(
 }
 
 /// Slope of the stiffness of a run on its repeat number, relative.
-fn flag_repeat_trend(works: &mut [CellWork], pooled: &PooledScatter, gauges: &Gauges) {
+fn flag_repeat_trend(works: &mut [CellWork], pooled: &PooledScatter, gauges: &GaugePair) {
     let (mut series, mut of_work) = (Vec::new(), Vec::new());
     for (index, work) in works.iter().enumerate() {
         let compliance = work.compliance();
@@ -181,7 +183,7 @@ fn flag_repeat_trend(works: &mut [CellWork], pooled: &PooledScatter, gauges: &Ga
         }
         let sd_m = reading_sd_m(pooled, gauges, compliance) / compliance;
         let variances = lines.iter().map(|(_, line)| sd_m * sd_m / line.sxx_n2);
-        series.push(Series {
+        series.push(ReadingSeries {
             x: lines
                 .iter()
                 .map(|(run, _)| f64::from(work.curve.runs[*run].repeat))
@@ -195,7 +197,7 @@ fn flag_repeat_trend(works: &mut [CellWork], pooled: &PooledScatter, gauges: &Ga
         });
         of_work.push(index);
     }
-    let effects = test_family(&series, Contrast::Slope, pooled.dof);
+    let effects = test_family(&series, SeriesContrast::Slope, pooled.dof);
     flag_found(works, &of_work, effects, |_, _, effect| Flag::RepeatTrend {
         per_repeat: effect.effect,
         test: effect.significance,
@@ -203,7 +205,7 @@ fn flag_repeat_trend(works: &mut [CellWork], pooled: &PooledScatter, gauges: &Ga
 }
 
 /// Change of the zero over the time of one gauge zero, from unloaded readings or else from the intercepts of runs.
-fn flag_zero_drift(works: &mut [CellWork], pooled: &PooledScatter, gauges: &Gauges) {
+fn flag_zero_drift(works: &mut [CellWork], pooled: &PooledScatter, gauges: &GaugePair) {
     let (mut series, mut of_work, mut evidence) = (Vec::new(), Vec::new(), Vec::new());
     for (index, work) in works.iter().enumerate() {
         let sd_m = reading_sd_m(pooled, gauges, 0.0);
@@ -230,7 +232,7 @@ fn flag_zero_drift(works: &mut [CellWork], pooled: &PooledScatter, gauges: &Gaug
                 continue;
             }
             // Time runs from 0 to 1, so that the slope is the change from first to last.
-            series.push(Series {
+            series.push(ReadingSeries {
                 x: times
                     .iter()
                     .map(|time| (time - first) / (last - first))
@@ -245,7 +247,7 @@ fn flag_zero_drift(works: &mut [CellWork], pooled: &PooledScatter, gauges: &Gaug
             evidence.push(seen_in);
         }
     }
-    let effects = test_family(&series, Contrast::Slope, pooled.dof);
+    let effects = test_family(&series, SeriesContrast::Slope, pooled.dof);
     flag_found(works, &of_work, effects, |_, place, effect| {
         Flag::ZeroDrift {
             change_m: effect.effect,
@@ -279,13 +281,13 @@ fn intercepts_by_zero(work: &CellWork, sd_m: f64) -> Vec<(Vec<(f64, f64)>, f64)>
 }
 
 /// Unloaded readings after the loads against those before them.
-fn flag_return_to_zero(works: &mut [CellWork], pooled: &PooledScatter, gauges: &Gauges) {
+fn flag_return_to_zero(works: &mut [CellWork], pooled: &PooledScatter, gauges: &GaugePair) {
     let sd_m = reading_sd_m(pooled, gauges, 0.0);
     let (mut series, mut of_work) = (Vec::new(), Vec::new());
     for (index, work) in works.iter().enumerate() {
         let returns = &work.unloaded.returns_m;
         if !returns.is_empty() {
-            series.push(Series {
+            series.push(ReadingSeries {
                 x: vec![0.0; returns.len()],
                 y: returns.clone(),
                 known_variance: 2.0 * sd_m * sd_m,
@@ -293,7 +295,7 @@ fn flag_return_to_zero(works: &mut [CellWork], pooled: &PooledScatter, gauges: &
             of_work.push(index);
         }
     }
-    let effects = test_family(&series, Contrast::Mean, pooled.dof);
+    let effects = test_family(&series, SeriesContrast::Mean, pooled.dof);
     flag_found(works, &of_work, effects, |work, _, effect| {
         Flag::ReturnToZero {
             mean_m: effect.effect,
@@ -304,7 +306,7 @@ fn flag_return_to_zero(works: &mut [CellWork], pooled: &PooledScatter, gauges: &
 }
 
 /// Neighbouring loads of one sign on the loading branch whose displacements stand in the wrong order.
-fn flag_not_monotonic(works: &mut [CellWork], pooled: &PooledScatter, gauges: &Gauges) {
+fn flag_not_monotonic(works: &mut [CellWork], pooled: &PooledScatter, gauges: &GaugePair) {
     let pairs: Vec<Vec<(usize, usize)>> = works.iter().map(|w| load_pairs(&w.curve)).collect();
     let n_tested: usize = pairs.iter().map(Vec::len).sum();
     let limit = student_limit(pooled.dof, n_tested);
@@ -319,7 +321,7 @@ fn flag_not_monotonic(works: &mut [CellWork], pooled: &PooledScatter, gauges: &G
                 load.displacement_m.sd.unwrap_or(0.0).max(sd_m).powi(2) / load.n as f64
             };
             let error = (variance(small) + variance(large)).sqrt();
-            let test = Significance::new(drop_m / error, limit, n_tested, error);
+            let test = TestStatistic::new(drop_m / error, limit, n_tested, error);
             if error > 0.0 && test.is_found() {
                 work.flags.push(Flag::NotMonotonic {
                     from_target_n: small.target_n,

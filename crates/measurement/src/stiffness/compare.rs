@@ -89,7 +89,7 @@ pub struct OverallTest {
 
 /// The answer.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Agreement {
+pub enum StiffnessAgreement {
     /// The changes are within their uncertainty.
     Agrees,
     /// They are not.
@@ -108,7 +108,7 @@ pub struct Comparison {
     /// The test over all cells; `None` without cells, or if a change has an uncertainty of zero.
     pub overall: Option<OverallTest>,
     /// The answer by `DECISION_RULE`.
-    pub agreement: Agreement,
+    pub agreement: StiffnessAgreement,
 }
 
 /// The rule behind `Comparison::agreement`.
@@ -185,10 +185,10 @@ pub fn compare(
     let mut changes: Vec<CellChange> = changes.iter().filter_map(cell_change).collect();
     mark_by_holm(&mut changes);
     let agreement = match (&overall, changes.iter().any(|c| c.differs)) {
-        (_, _) if changes.is_empty() => Agreement::NothingToCompare,
-        (Some(test), _) if test.p < SIGNIFICANCE => Agreement::Differs,
-        (None, true) => Agreement::Differs,
-        _ => Agreement::Agrees,
+        (_, _) if changes.is_empty() => StiffnessAgreement::NothingToCompare,
+        (Some(test), _) if test.p < SIGNIFICANCE => StiffnessAgreement::Differs,
+        (None, true) => StiffnessAgreement::Differs,
+        _ => StiffnessAgreement::Agrees,
     };
     Comparison {
         changes,
@@ -322,14 +322,14 @@ fn overall_test(changes: &[Change]) -> Option<OverallTest> {
 mod tests {
     use super::*;
     use crate::stiffness::sample::SimulatedBench;
-    use crate::stiffness::{GaugeTerms, Gauges, StiffnessOptions, stiffness_table};
+    use crate::stiffness::{GaugePair, GaugeTerms, StiffnessOptions, stiffness_table};
     use stiffbench_units_and_text::test_point::Direction::{X, Y};
 
     /// Tables of two runs of one bench with a calibration of 1 % at the largest load, b stiffer by `factor`.
     fn pair(factor: f64) -> [StiffnessTable; 2] {
-        let gauges = Gauges {
+        let gauges = GaugePair {
             force: GaugeTerms::new(None, Some(1.4), Some(2.0)).unwrap(),
-            ..Gauges::default()
+            ..GaugePair::default()
         };
         [(30, 1.0), (31, factor)].map(|(seed, factor)| {
             let mut readings = SimulatedBench::paper(6, seed).readings();
@@ -367,8 +367,8 @@ mod tests {
     fn a_change_that_all_cells_share_may_be_the_other_gauge_but_not_the_same_one() {
         // 1.5 % in all cells: one standard error of two gauges of 1 % each, many of the scatter alone.
         let [a, b] = pair(1.015);
-        assert_eq!(compare(&a, &b, true).agreement, Agreement::Differs);
-        assert_eq!(compare(&a, &b, false).agreement, Agreement::Agrees);
+        assert_eq!(compare(&a, &b, true).agreement, StiffnessAgreement::Differs);
+        assert_eq!(compare(&a, &b, false).agreement, StiffnessAgreement::Agrees);
     }
 
     #[test]
@@ -394,7 +394,7 @@ mod tests {
 
     #[test]
     fn cells_of_one_table_only_are_listed() {
-        let gauges = Gauges::default();
+        let gauges = GaugePair::default();
         let [small, large] = [2, 3].map(|n| {
             let readings = SimulatedBench::paper(n, 1).readings();
             stiffness_table(&readings, &gauges, StiffnessOptions::default())
@@ -420,7 +420,7 @@ mod tests {
         let bare = stiffness_table(&readings, &gauges, StiffnessOptions::default());
         let comparison = compare(&small, &bare, true);
         assert_eq!(reasons(&comparison), [NotCompared::NoUncertainty; 2]);
-        assert_eq!(comparison.agreement, Agreement::NothingToCompare);
+        assert_eq!(comparison.agreement, StiffnessAgreement::NothingToCompare);
         assert!(
             NotCompared::NoUncertainty
                 .to_string()

@@ -14,7 +14,7 @@
 //! repeats fall on one step they are wrong together, nothing shows, and the step is counted without averaging over repeats.
 
 use super::budget::{
-    BudgetInputs, BudgetRow, Distribution, EvaluationType, Return, Source, Standing,
+    BudgetInputs, BudgetRow, Distribution, EvaluationType, Return, RowUse, UncertaintySource,
 };
 use super::curve::{LoadCurve, LoadMean};
 use super::estimate::{BareStiffness, Method, ScatterBasis};
@@ -24,12 +24,12 @@ use super::gauges::GaugeTerms;
 /// step leaves them practically uniform, and together with q²/12 is seen as √(0.25 + 1/12) = 0.58 steps.
 const ROUNDING_IS_AVERAGED_FROM_STEPS: f64 = 0.58;
 
-fn row(source: Source, unit: &'static str, sensitivity: f64) -> BudgetRow {
+fn row(source: UncertaintySource, unit: &'static str, sensitivity: f64) -> BudgetRow {
     BudgetRow {
         source,
         evaluation: EvaluationType::B,
         distribution: Distribution::Rectangular,
-        standing: Standing::NotStated,
+        standing: RowUse::NotStated,
         standard_uncertainty: None,
         unit,
         sensitivity: sensitivity.abs(),
@@ -42,7 +42,7 @@ fn row(source: Source, unit: &'static str, sensitivity: f64) -> BudgetRow {
 
 impl BudgetRow {
     fn counted(mut self, standard_uncertainty: f64) -> Self {
-        self.standing = Standing::Counted;
+        self.standing = RowUse::Counted;
         self.standard_uncertainty = Some(standard_uncertainty);
         self.contribution_n_per_m = self.sensitivity * standard_uncertainty;
         self
@@ -62,7 +62,7 @@ pub(super) fn repeatability(bare: &BareStiffness) -> BudgetRow {
     let empty = BudgetRow {
         evaluation: EvaluationType::A,
         distribution: Distribution::Normal,
-        ..row(Source::Repeatability, unit, sensitivity)
+        ..row(UncertaintySource::Repeatability, unit, sensitivity)
     };
     match bare.type_a {
         Some(type_a) => BudgetRow {
@@ -87,13 +87,17 @@ pub(super) fn resolution_rows(bare: &BareStiffness, inputs: &BudgetInputs<'_>) -
     let compliance = 1.0 / bare.value_n_per_m.abs();
     [
         resolution_row(
-            row(Source::ForceResolution, "N", force.sqrt()),
+            row(UncertaintySource::ForceResolution, "N", force.sqrt()),
             &inputs.gauges.force,
             force_sd,
             about_line.map(|sd| sd / compliance),
         ),
         resolution_row(
-            row(Source::DisplacementResolution, "m", displacement.sqrt()),
+            row(
+                UncertaintySource::DisplacementResolution,
+                "m",
+                displacement.sqrt(),
+            ),
             &inputs.gauges.displacement,
             displacement_sd,
             about_line,
@@ -126,7 +130,7 @@ fn resolution_row(
             "readings differ by more than a step: averaged, and seen in the scatter"
         };
         return BudgetRow {
-            standing: Standing::InRepeatability,
+            standing: RowUse::InRepeatability,
             standard_uncertainty: Some(standard_uncertainty),
             ..empty.noted(note)
         };
@@ -169,12 +173,16 @@ pub(super) fn calibration_rows(bare: &BareStiffness, inputs: &BudgetInputs<'_>) 
     };
     [
         calibration_row(
-            row(Source::ForceCalibration, "N", per_force),
+            row(UncertaintySource::ForceCalibration, "N", per_force),
             &inputs.gauges.force,
             bare.method,
         ),
         calibration_row(
-            row(Source::DisplacementCalibration, "m", per_displacement),
+            row(
+                UncertaintySource::DisplacementCalibration,
+                "m",
+                per_displacement,
+            ),
             &inputs.gauges.displacement,
             bare.method,
         ),
@@ -222,11 +230,15 @@ fn calibration_row(empty: BudgetRow, gauge: &GaugeTerms, method: Method) -> Budg
 pub(super) fn zero_setting(bare: &BareStiffness, inputs: &BudgetInputs<'_>) -> BudgetRow {
     let empty = BudgetRow {
         distribution: Distribution::Normal,
-        ..row(Source::ZeroSetting, "m", bare.per_common_displacement())
+        ..row(
+            UncertaintySource::ZeroSetting,
+            "m",
+            bare.per_common_displacement(),
+        )
     };
     if bare.method == Method::Regression {
         return BudgetRow {
-            standing: Standing::NoEffect,
+            standing: RowUse::NoEffect,
             ..empty.noted("taken up by the free intercept")
         };
     }
@@ -237,7 +249,7 @@ pub(super) fn zero_setting(bare: &BareStiffness, inputs: &BudgetInputs<'_>) -> B
     );
     if n_zeros >= n_runs && between_runs {
         return BudgetRow {
-            standing: Standing::InRepeatability,
+            standing: RowUse::InRepeatability,
             ..empty.noted("each run has a zero of its own: seen in the scatter between runs")
         };
     }
@@ -269,11 +281,11 @@ pub(super) fn zero_drift(bare: &BareStiffness, inputs: &BudgetInputs<'_>) -> Bud
     } else {
         0.0
     };
-    let empty = row(Source::ZeroDrift, "m", sensitivity);
+    let empty = row(UncertaintySource::ZeroDrift, "m", sensitivity);
     match inputs.back_to_zero {
         Return::NotMeasured => empty.noted("no unloaded reading after the loads"),
         Return::WithinNoise => BudgetRow {
-            standing: Standing::InRepeatability,
+            standing: RowUse::InRepeatability,
             ..empty.noted("the gauge came back to zero within its noise")
         },
         Return::Away(mean_m) => empty

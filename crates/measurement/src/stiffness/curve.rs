@@ -59,7 +59,7 @@ impl LoadMean {
 
 /// One reading as it enters the curve.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Point {
+pub struct CurvePoint {
     /// Index into `LoadCurve::loads`.
     pub load: usize,
     /// Index of the gauge zero within the cell, below `LoadCurve::n_zeros`.
@@ -86,7 +86,7 @@ pub struct Run {
     /// Repeat number of its first reading.
     pub repeat: u32,
     /// Its readings, in the order of repeat and step.
-    pub points: Vec<Point>,
+    pub points: Vec<CurvePoint>,
 }
 
 /// Displacement against force of one cell.
@@ -154,7 +154,7 @@ impl LoadCurve {
     }
 
     /// All points, run by run.
-    pub fn points(&self) -> impl Iterator<Item = &Point> {
+    pub fn points(&self) -> impl Iterator<Item = &CurvePoint> {
         self.runs.iter().flat_map(|run| &run.points)
     }
 
@@ -215,12 +215,12 @@ fn sorted_zeros(used: &[&Reading]) -> Vec<u32> {
     zeros
 }
 
-fn point_of(reading: &Reading, targets: &[(Branch, f64)], zeros: &[u32]) -> Point {
+fn point_of(reading: &Reading, targets: &[(Branch, f64)], zeros: &[u32]) -> CurvePoint {
     let target = (reading.branch, target_of(reading));
     // Both lists were made from these readings, so each reading is found in them.
     let load = targets.binary_search_by(|t| compare_targets(t, &target));
     let zero = zeros.binary_search(&reading.zero);
-    Point {
+    CurvePoint {
         load: load.unwrap_or_default(),
         zero: zero.unwrap_or_default(),
         repeat: reading.repeat,

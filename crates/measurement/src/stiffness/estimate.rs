@@ -247,7 +247,7 @@ fn paper_type_a(curve: &LoadCurve, per_displacement: &[f64], per_force: &[f64]) 
     if loaded_runs.len() < FEWEST_RUNS || curve.loaded().any(|load| loads[load].n < 2) {
         return None;
     }
-    let pull = |p: &super::curve::Point| {
+    let pull = |p: &super::curve::CurvePoint| {
         let load = &loads[p.load];
         let n = load.n as f64;
         let change = per_force[p.load] * (p.force_n - load.force_n.mean)

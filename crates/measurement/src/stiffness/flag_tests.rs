@@ -4,7 +4,7 @@ use super::*;
 use crate::readings::Reading;
 use crate::stiffness::sample::SimulatedBench;
 
-fn table(bench: &SimulatedBench, gauges: &Gauges) -> StiffnessTable {
+fn table(bench: &SimulatedBench, gauges: &GaugePair) -> StiffnessTable {
     stiffness_table(&bench.readings(), gauges, StiffnessOptions::default())
 }
 
@@ -36,7 +36,7 @@ fn flawless_benches_are_flagged_in_one_of_twenty_at_most() {
                 shared_zero,
                 ..mixed_bench(u64::from(seed as u32))
             };
-            let mut found = rules(&table(&bench, &Gauges::default()));
+            let mut found = rules(&table(&bench, &GaugePair::default()));
             found.sort_unstable();
             found.dedup();
             for rule in found {
@@ -61,14 +61,18 @@ fn flawless_benches_are_flagged_in_one_of_twenty_at_most() {
 fn spoiled(bench: &SimulatedBench, spoil: impl Fn(&mut Reading)) -> StiffnessTable {
     let mut readings = bench.readings();
     readings.iter_mut().for_each(spoil);
-    stiffness_table(&readings, &Gauges::default(), StiffnessOptions::default())
+    stiffness_table(
+        &readings,
+        &GaugePair::default(),
+        StiffnessOptions::default(),
+    )
 }
 
 #[test]
 fn a_large_outlier_is_flagged_alone_and_kept() {
     let bench = mixed_bench(1);
     let victim = bench.readings()[95].seq;
-    let clean = table(&bench, &Gauges::default());
+    let clean = table(&bench, &GaugePair::default());
     let spoiled = spoiled(&bench, |r| {
         if r.seq == victim {
             r.displacement_m += 200e-6;
@@ -143,7 +147,7 @@ fn a_creeping_zero_is_a_drift_if_the_gauge_keeps_its_zero() {
     let mut loaded = bench.readings();
     loaded.retain(|r| r.target_n != 0.0);
     loaded.iter_mut().for_each(drift);
-    let table = stiffness_table(&loaded, &Gauges::default(), StiffnessOptions::default());
+    let table = stiffness_table(&loaded, &GaugePair::default(), StiffnessOptions::default());
     assert_eq!(seen_in(&table), Some(ZeroEvidence::Intercepts));
 }
 
@@ -158,8 +162,8 @@ fn a_gauge_that_does_not_come_back_is_flagged_and_in_the_budget() {
         let back = row.flags.iter().any(|flag| flag.rule() == "return-to-zero");
         assert!(back, "{}", row.cell);
         let budget = &row.by(Method::Regression).unwrap().budget;
-        let drift = budget.row(Source::ZeroDrift).unwrap();
-        assert_eq!(drift.standing, Standing::Counted);
+        let drift = budget.row(UncertaintySource::ZeroDrift).unwrap();
+        assert_eq!(drift.standing, RowUse::Counted);
         let stated = drift.standard_uncertainty.unwrap() * 3_f64.sqrt();
         assert!((stated - 15e-6).abs() < 6e-6);
     }
@@ -167,7 +171,7 @@ fn a_gauge_that_does_not_come_back_is_flagged_and_in_the_budget() {
 
 #[test]
 fn two_tables_of_one_robot_differ_in_one_of_twenty_and_a_change_is_found() {
-    let gauges = Gauges {
+    let gauges = GaugePair {
         force: GaugeTerms::new(None, Some(0.15), Some(2.0)).unwrap(),
         displacement: GaugeTerms::new(None, Some(4e-6), Some(2.0)).unwrap(),
     };
@@ -178,7 +182,7 @@ fn two_tables_of_one_robot_differ_in_one_of_twenty_and_a_change_is_found() {
         let [a, b] = [2 * seed, 2 * seed + 1].map(|seed| table(&mixed_bench(seed), &gauges));
         let comparison = compare(&a, &b, true);
         assert_eq!(comparison.changes.len(), 12);
-        differs += u32::from(comparison.agreement == Agreement::Differs);
+        differs += u32::from(comparison.agreement == StiffnessAgreement::Differs);
         named += u32::from(comparison.changes.iter().any(|change| change.differs));
     }
     let allowed = 0.05 + 3.0 * (0.05 * 0.95 / n_pairs as f64).sqrt();
@@ -199,7 +203,7 @@ fn two_tables_of_one_robot_differ_in_one_of_twenty_and_a_change_is_found() {
         }
     });
     let comparison = compare(&a, &b, true);
-    assert_eq!(comparison.agreement, Agreement::Differs);
+    assert_eq!(comparison.agreement, StiffnessAgreement::Differs);
     let changed: Vec<bool> = comparison.changes.iter().map(|c| c.differs).collect();
     assert_eq!(changed[3..6], [true; 3]);
     assert!(

@@ -2,7 +2,7 @@
 
 use std::fmt;
 
-use super::significance::Significance;
+use super::significance::TestStatistic;
 
 /// A reading, by the numbers that find it again.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -38,14 +38,14 @@ pub enum Flag {
         /// Pooled standard deviation of a reading, m.
         sd_m: f64,
         /// The test; `detectable` in m.
-        test: Significance,
+        test: TestStatistic,
     },
     /// Stiffness of the runs moves with the repeat number.
     RepeatTrend {
         /// Relative change per repeat.
         per_repeat: f64,
         /// The test; `detectable` relative per repeat.
-        test: Significance,
+        test: TestStatistic,
     },
     /// The zero moves with time while the gauge is not zeroed again.
     ZeroDrift {
@@ -54,7 +54,7 @@ pub enum Flag {
         /// What it was seen in.
         evidence: ZeroEvidence,
         /// The test; `detectable` in m.
-        test: Significance,
+        test: TestStatistic,
     },
     /// The gauge does not come back to where it was before the loads.
     ReturnToZero {
@@ -63,7 +63,7 @@ pub enum Flag {
         /// Runs with both readings.
         n_runs: usize,
         /// The test; `detectable` in m.
-        test: Significance,
+        test: TestStatistic,
     },
     /// Displacement falls back from one load to the next larger one.
     NotMonotonic {
@@ -74,7 +74,7 @@ pub enum Flag {
         /// By how much, m.
         drop_m: f64,
         /// The test; `detectable` in m.
-        test: Significance,
+        test: TestStatistic,
     },
     /// Forces measured against the direction of their target.
     ForceSign {
@@ -147,7 +147,7 @@ impl Flag {
 
     /// The test behind the flag, if it is a question of scatter.
     #[must_use]
-    pub fn test(&self) -> Option<Significance> {
+    pub fn test(&self) -> Option<TestStatistic> {
         match self {
             Self::Outlier { test, .. }
             | Self::RepeatTrend { test, .. }
@@ -164,7 +164,7 @@ fn um(metres: f64) -> f64 {
 }
 
 /// The words that close every tested flag: rule, threshold, power.
-fn tested(f: &mut fmt::Formatter<'_>, test: &Significance, detectable: &str) -> fmt::Result {
+fn tested(f: &mut fmt::Formatter<'_>, test: &TestStatistic, detectable: &str) -> fmt::Result {
     write!(
         f,
         "{:.2} standard errors, limit {:.2} for 5 % over {} comparison(s); 80 % of cases of {detectable} would be found",
@@ -308,7 +308,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_tested_flag_says_rule_threshold_and_power() {
+    fn a_tested_flag_states_rule_threshold_and_power() {
         let flag = Flag::Outlier {
             place: ReadingPlace {
                 seq: 17,
@@ -318,7 +318,7 @@ mod tests {
             target_n: -40.0,
             deviation_m: -31e-6,
             sd_m: 6e-6,
-            test: Significance::new(5.8, 4.02, 480, 6.7e-6),
+            test: TestStatistic::new(5.8, 4.02, 480, 6.7e-6),
         };
         assert_eq!(flag.rule(), "outlier");
         assert_eq!(
@@ -330,7 +330,7 @@ mod tests {
 
     #[test]
     fn every_flag_has_words() {
-        let test = Significance::new(5.0, 3.0, 12, 1e-6);
+        let test = TestStatistic::new(5.0, 3.0, 12, 1e-6);
         let flags = [
             Flag::RepeatTrend {
                 per_repeat: 0.01,

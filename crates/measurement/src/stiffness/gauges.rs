@@ -133,14 +133,14 @@ fn at_least_zero(term: &'static str, value: Option<f64>) -> Result<(), Stiffness
 
 /// The two gauges of a bench.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
-pub struct Gauges {
+pub struct GaugePair {
     /// Force gauge, terms in N.
     pub force: GaugeTerms,
     /// Displacement gauge, terms in m.
     pub displacement: GaugeTerms,
 }
 
-impl Gauges {
+impl GaugePair {
     /// The same gauges with the steps of their readings, where no resolution is stated. Forces that are the planned loads have none.
     #[must_use]
     pub fn with_steps_of(self, readings: &[Reading]) -> Self {
@@ -180,7 +180,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_certificate_without_k_is_taken_with_two_and_says_so() {
+    fn a_certificate_without_coverage_factor_gets_k_2_and_a_note() {
         let gauge = GaugeTerms::new(Some(0.1), Some(0.15), None).unwrap();
         assert_eq!(gauge.calibration_standard_uncertainty(), Some(0.075));
         assert!(gauge.coverage_factor_is_assumed());

@@ -2,7 +2,7 @@
 
 use std::collections::HashMap;
 
-use crate::readings::{Reading, Status};
+use crate::readings::{Reading, ReadingStatus};
 use stiffbench_units_and_text::test_point::{Cell, PoseId};
 
 /// Readings that no stiffness rests on, by reason.
@@ -58,10 +58,12 @@ pub(super) fn group_by_cell(readings: &[Reading]) -> (Vec<Group<'_>>, LeftOut) {
         group.n_readings += 1;
         let numbers = [reading.target_n, reading.force_n, reading.displacement_m];
         match reading.status {
-            Status::Superseded => left_out.superseded += 1,
-            Status::Rejected => left_out.rejected += 1,
-            Status::Accepted if numbers.iter().all(|n| n.is_finite()) => group.usable.push(reading),
-            Status::Accepted => left_out.not_finite.push(reading.seq),
+            ReadingStatus::Superseded => left_out.superseded += 1,
+            ReadingStatus::Rejected => left_out.rejected += 1,
+            ReadingStatus::Accepted if numbers.iter().all(|n| n.is_finite()) => {
+                group.usable.push(reading);
+            }
+            ReadingStatus::Accepted => left_out.not_finite.push(reading.seq),
         }
     }
     (groups, left_out)

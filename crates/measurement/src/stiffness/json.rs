@@ -5,7 +5,7 @@ use std::borrow::Cow;
 use schemars::{JsonSchema, Schema, SchemaGenerator};
 use serde::{Serialize, Serializer};
 
-use super::budget::{Budget, BudgetRow, Distribution, EvaluationType, Source, Standing};
+use super::budget::{Budget, BudgetRow, Distribution, EvaluationType, RowUse, UncertaintySource};
 use super::curve::{Branches, LoadMean};
 use super::estimate::{NoStiffness, ScatterBasis, StiffnessEstimate};
 use super::flags::Flag;
@@ -99,11 +99,11 @@ struct UncertaintyForm {
 
 #[derive(Serialize, JsonSchema)]
 struct RowForm {
-    source: Source,
+    source: UncertaintySource,
     #[serde(rename = "type")]
     evaluation: EvaluationType,
     distribution: Distribution,
-    standing: Standing,
+    standing: RowUse,
     standard_uncertainty: Option<f64>,
     unit: &'static str,
     sensitivity: f64,
@@ -299,13 +299,13 @@ fn flag_form(flag: &Flag) -> FlagForm {
 mod tests {
     use crate::readings::Reading;
     use crate::stiffness::sample::{SimulatedBench, reading};
-    use crate::stiffness::{GaugeTerms, Gauges, StiffnessOptions, stiffness_table};
+    use crate::stiffness::{GaugePair, GaugeTerms, StiffnessOptions, stiffness_table};
     use serde_json::Value;
 
     fn json(readings: &[Reading]) -> Value {
-        let gauges = Gauges {
+        let gauges = GaugePair {
             force: GaugeTerms::new(Some(0.1), Some(0.15), Some(2.0)).unwrap(),
-            ..Gauges::default()
+            ..GaugePair::default()
         };
         let table = stiffness_table(readings, &gauges, StiffnessOptions::default());
         serde_json::to_value(&table).unwrap()

@@ -1,6 +1,6 @@
 //! Straight lines of displacement against force: one per run, and the common slope with one intercept per gauge zero.
 
-use super::curve::{LoadCurve, Point, Run};
+use super::curve::{CurvePoint, LoadCurve, Run};
 use super::estimate::{NoStiffness, TypeA};
 use stiffbench_numeric::statistics::{Estimate, mean, standard_deviation};
 
@@ -23,7 +23,9 @@ pub(super) struct StraightLine {
 
 impl StraightLine {
     /// `None` if there is only one force.
-    pub(super) fn through<'a>(points: impl Iterator<Item = &'a Point> + Clone) -> Option<Self> {
+    pub(super) fn through<'a>(
+        points: impl Iterator<Item = &'a CurvePoint> + Clone,
+    ) -> Option<Self> {
         let n = points.clone().count();
         let sums = points.clone().fold((0.0, 0.0), |(f, d), p| {
             (f + p.force_n, d + p.displacement_m)
@@ -51,12 +53,12 @@ impl StraightLine {
         })
     }
 
-    pub(super) fn residual_m(&self, point: &Point) -> f64 {
+    pub(super) fn residual_m(&self, point: &CurvePoint) -> f64 {
         point.displacement_m - self.intercept_m - self.slope_m_per_n * point.force_n
     }
 
     /// Share of its own displacement that a point pulls the line with.
-    pub(super) fn leverage(&self, point: &Point) -> f64 {
+    pub(super) fn leverage(&self, point: &CurvePoint) -> f64 {
         let force = point.force_n - self.mean_force_n;
         1.0 / self.n as f64 + force * force / self.sxx_n2
     }
@@ -127,7 +129,7 @@ impl LineFit {
         for p in curve.points() {
             load_weights_per_n[p.load] += (p.force_n - centres[p.zero].0) / sxx;
         }
-        let residual = |p: &Point| p.displacement_m - intercepts_m[p.zero] - slope * p.force_n;
+        let residual = |p: &CurvePoint| p.displacement_m - intercepts_m[p.zero] - slope * p.force_n;
         let rss: f64 = curve.points().map(|p| residual(p) * residual(p)).sum();
         let residual_dof = curve.n_points().saturating_sub(curve.n_zeros + 1) as f64;
         let residual_sd_m = (residual_dof > 0.0).then(|| (rss / residual_dof).sqrt());
@@ -135,7 +137,7 @@ impl LineFit {
             standard_uncertainty: sd / sxx.sqrt(),
             dof: residual_dof,
         });
-        let score = |p: &Point| (p.force_n - centres[p.zero].0) * residual(p);
+        let score = |p: &CurvePoint| (p.force_n - centres[p.zero].0) * residual(p);
         let by_runs = slope_by_runs(curve, &centres, score).filter(|_| residual_dof > 0.0);
         let slope_by_any_runs = by_runs.map(|(root_n2, dof)| TypeA {
             standard_uncertainty: root_n2 / sxx,
@@ -183,9 +185,9 @@ impl RunSums {
 fn slope_by_runs(
     curve: &LoadCurve,
     centres: &[(f64, f64)],
-    score: impl Fn(&Point) -> f64,
+    score: impl Fn(&CurvePoint) -> f64,
 ) -> Option<(f64, f64)> {
-    let pulls = |p: &Point| p.force_n != centres[p.zero].0;
+    let pulls = |p: &CurvePoint| p.force_n != centres[p.zero].0;
     let squares: Vec<f64> = curve
         .runs
         .iter()

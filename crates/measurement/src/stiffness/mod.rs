@@ -37,21 +37,22 @@ mod simulation_tests;
 mod table;
 mod zeros;
 
-pub use budget::{Budget, BudgetRow, Distribution, EvaluationType, Source, Standing};
+pub use budget::{Budget, BudgetRow, Distribution, EvaluationType, RowUse, UncertaintySource};
 pub use compare::{
-    Agreement, CellChange, Comparison, DECISION_RULE, NotCompared, OverallTest, SameGauges, compare,
+    CellChange, Comparison, DECISION_RULE, NotCompared, OverallTest, SameGauges,
+    StiffnessAgreement, compare,
 };
 pub use covariance::{LnParts, LnStiffnessCovariance};
-pub use curve::{Branches, LoadCurve, LoadMean, Point, Run, Spread};
+pub use curve::{Branches, CurvePoint, LoadCurve, LoadMean, Run, Spread};
 pub use estimate::{Method, NoStiffness, ScatterBasis, StiffnessEstimate, TypeA, stiffness_value};
 pub use flags::{Flag, ReadingPlace, ZeroEvidence};
-pub use gauges::{GaugeTerms, Gauges, StiffnessError};
+pub use gauges::{GaugePair, GaugeTerms, StiffnessError};
 pub use grouping::LeftOut;
 pub use line::{LineFit, RunSums};
 pub use rounding::{RoundedValue, format_value_uncertainty};
 pub use run_slope::PooledRunSlope;
 pub use scatter::PooledScatter;
-pub use significance::{Significance, grubbs_limit};
+pub use significance::{TestStatistic, grubbs_limit};
 pub use table::{
     CellStiffness, SkipReason, SkippedCell, StiffnessOptions, StiffnessTable, stiffness_table,
 };

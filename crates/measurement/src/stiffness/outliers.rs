@@ -5,9 +5,9 @@
 
 use super::checks::CellWork;
 use super::flags::{Flag, ReadingPlace};
-use super::gauges::Gauges;
+use super::gauges::GaugePair;
 use super::scatter::{CellScatter, PooledScatter};
-use super::significance::{Significance, deviation_limit};
+use super::significance::{TestStatistic, deviation_limit};
 
 /// Most readings flagged as outliers in one cell; a cell with more has another fault, which more flags would not make plainer.
 const MOST_PER_CELL: usize = 10;
@@ -22,7 +22,7 @@ const ROUNDING: f64 = 1e-9;
 ///
 /// A large outlier moves the line of its run and the mean of its load, and with them its neighbours. So per round only the
 /// farthest reading of each cell is flagged, the cell is computed again without it, and the rest is tested again.
-pub(super) fn flag_outliers(works: &mut [CellWork], gauges: &Gauges) -> Option<PooledScatter> {
+pub(super) fn flag_outliers(works: &mut [CellWork], gauges: &GaugePair) -> Option<PooledScatter> {
     let mut pooled = PooledScatter::over(works.iter().filter_map(|w| w.scatter.as_ref()))?;
     let deviations = |w: &CellWork| w.scatter.as_ref().map_or(0, |s| s.deviations.len());
     let n_tested: usize = works.iter().map(deviations).sum();
@@ -43,7 +43,7 @@ pub(super) fn flag_outliers(works: &mut [CellWork], gauges: &Gauges) -> Option<P
 }
 
 /// Standard deviation of a reading, m, and not less than the display steps alone would give.
-pub(super) fn reading_sd_m(pooled: &PooledScatter, gauges: &Gauges, compliance: f64) -> f64 {
+pub(super) fn reading_sd_m(pooled: &PooledScatter, gauges: &GaugePair, compliance: f64) -> f64 {
     let step = gauges.displacement.resolution().unwrap_or(0.0);
     let force_step = gauges.force.resolution().unwrap_or(0.0) * compliance;
     let steps = ((step * step + force_step * force_step) / 12.0).sqrt();
@@ -53,7 +53,7 @@ pub(super) fn reading_sd_m(pooled: &PooledScatter, gauges: &Gauges, compliance: 
 fn flag_farthest(
     work: &mut CellWork,
     pooled: &PooledScatter,
-    gauges: &Gauges,
+    gauges: &GaugePair,
     limit: f64,
     n_tested: usize,
 ) -> bool {
@@ -87,7 +87,7 @@ fn flag_farthest(
         target_n: work.curve.loads[point.load].target_n,
         deviation_m: farthest.distance_m,
         sd_m,
-        test: Significance::new(statistic(farthest), limit, n_tested, error),
+        test: TestStatistic::new(statistic(farthest), limit, n_tested, error),
     });
     work.excluded.push((run, index));
     work.scatter = Some(CellScatter::new(&work.curve, line, &work.excluded));

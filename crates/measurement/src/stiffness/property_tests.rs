@@ -8,7 +8,7 @@ use crate::stiffness::sample::{SimulatedBench, reading};
 use stiffbench_units_and_text::test_point::{Branch, Direction};
 
 fn table(readings: &[Reading]) -> StiffnessTable {
-    stiffness_table(readings, &Gauges::default(), StiffnessOptions::default())
+    stiffness_table(readings, &GaugePair::default(), StiffnessOptions::default())
 }
 
 fn any_reading() -> impl Strategy<Value = Reading> {

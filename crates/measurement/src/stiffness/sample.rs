@@ -4,7 +4,7 @@ use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, StandardNormal};
 
-use crate::readings::{Reading, Status};
+use crate::readings::{Reading, ReadingStatus};
 use stiffbench_units_and_text::test_point::{Branch, Cell, Direction, PoseId};
 
 /// The cell of `reading`.
@@ -34,7 +34,7 @@ pub(super) fn reading(
         attempt: 1,
         run: repeat - 1,
         zero: repeat - 1,
-        status: Status::Accepted,
+        status: ReadingStatus::Accepted,
         target_n,
         force_n,
         displacement_m,

@@ -4,7 +4,7 @@
 //! on a soft direction the step and noise of the force gauge, times the compliance, are larger than everything else. The
 //! variance is therefore split into a part of the displacement gauge and a part of the force gauge, s² = a + b c².
 
-use super::curve::{LoadCurve, Point};
+use super::curve::{CurvePoint, LoadCurve};
 use super::line::{LineFit, StraightLine};
 
 /// Fewest readings of a run through which a line of its own leaves something to see.
@@ -169,7 +169,7 @@ impl CellScatter {
             .map(|line| line.filter(|l| l.n >= FEWEST_READINGS_OF_A_LINE))
             .collect();
         let by_run = lines.iter().flatten().count() >= 2;
-        let residual = |run: usize, p: &Point| match lines[run] {
+        let residual = |run: usize, p: &CurvePoint| match lines[run] {
             Some(line) if by_run => Some((line.residual_m(p), 1.0 - line.leverage(p))),
             _ if by_run => None,
             _ => Some((p.displacement_m - fit.slope_m_per_n * p.force_n, 1.0)),

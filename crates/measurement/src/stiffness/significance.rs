@@ -10,7 +10,7 @@ const NORMAL_QUANTILE_80: f64 = 0.841_621;
 
 /// A test statistic with what it was compared with.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Significance {
+pub struct TestStatistic {
     /// Size of the effect in standard errors.
     pub statistic: f64,
     /// The limit it exceeded.
@@ -21,7 +21,7 @@ pub struct Significance {
     pub detectable: f64,
 }
 
-impl Significance {
+impl TestStatistic {
     /// An effect of `statistic` standard errors against a limit of `limit` standard errors.
     pub(super) fn new(statistic: f64, limit: f64, n_tested: usize, standard_error: f64) -> Self {
         Self {
@@ -70,7 +70,7 @@ pub fn grubbs_limit(n: usize) -> Option<f64> {
 
 /// What is searched for in a series.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Contrast {
+pub(super) enum SeriesContrast {
     /// Change of y per x.
     Slope,
     /// Mean of y away from zero.
@@ -79,7 +79,7 @@ pub(super) enum Contrast {
 
 /// One series of a family, usually one cell.
 #[derive(Debug, Clone, PartialEq)]
-pub(super) struct Series {
+pub(super) struct ReadingSeries {
     pub(super) x: Vec<f64>,
     pub(super) y: Vec<f64>,
     /// Variance of each y that reading noise alone explains.
@@ -88,9 +88,9 @@ pub(super) struct Series {
 
 /// Effect in one series of a family.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct Effect {
+pub(super) struct SeriesEffect {
     pub(super) effect: f64,
-    pub(super) significance: Significance,
+    pub(super) significance: TestStatistic,
 }
 
 /// Effect and sum of squares left after it, of one series.
@@ -102,12 +102,12 @@ struct Reduced {
     dof: f64,
 }
 
-impl Series {
-    fn reduced(&self, contrast: Contrast) -> Option<Reduced> {
+impl ReadingSeries {
+    fn reduced(&self, contrast: SeriesContrast) -> Option<Reduced> {
         let n = self.y.len() as f64;
         let (mean_x, mean_y) = (mean(&self.x)?, mean(&self.y)?);
         let pairs = || self.x.iter().zip(&self.y);
-        if contrast == Contrast::Mean {
+        if contrast == SeriesContrast::Mean {
             return Some(Reduced {
                 effect: mean_y,
                 share: 1.0 / n,
@@ -140,10 +140,10 @@ impl Series {
 /// t has the pooled degrees of freedom; `noise_dof` if no series has any. `None` for a series that cannot show the effect or
 /// has no scatter to be compared with.
 pub(super) fn test_family(
-    series: &[Series],
-    contrast: Contrast,
+    series: &[ReadingSeries],
+    contrast: SeriesContrast,
     noise_dof: f64,
-) -> Vec<Option<Effect>> {
+) -> Vec<Option<SeriesEffect>> {
     let reduced: Vec<Option<Reduced>> = series.iter().map(|s| s.reduced(contrast)).collect();
     let known: Vec<(&Reduced, f64)> = reduced
         .iter()
@@ -164,9 +164,9 @@ pub(super) fn test_family(
         .map(|(reduced, series)| {
             let reduced = reduced.as_ref()?;
             let error = ((excess + series.known_variance) * reduced.share).sqrt();
-            (error > 0.0).then(|| Effect {
+            (error > 0.0).then(|| SeriesEffect {
                 effect: reduced.effect,
-                significance: Significance::new(
+                significance: TestStatistic::new(
                     reduced.effect.abs() / error,
                     limit,
                     known.len(),
@@ -226,14 +226,14 @@ mod tests {
 
     #[test]
     fn a_slope_in_one_of_many_series_is_found_against_the_scatter_of_all() {
-        let flat = |sign: f64| Series {
+        let flat = |sign: f64| ReadingSeries {
             x: vec![1.0, 2.0, 3.0, 4.0, 5.0],
             y: [1.0, -1.0, 0.0, -1.0, 1.0].map(|y| sign * y).to_vec(),
             known_variance: 0.0,
         };
         let mut series = vec![flat(1.0), flat(-1.0), flat(1.0), flat(-1.0)];
         series[2].y = vec![-6.0, -4.0, 0.0, 2.0, 7.0];
-        let effects = test_family(&series, Contrast::Slope, f64::INFINITY);
+        let effects = test_family(&series, SeriesContrast::Slope, f64::INFINITY);
         let found: Vec<bool> = effects
             .iter()
             .map(|e| e.unwrap().significance.is_found())
@@ -253,18 +253,18 @@ mod tests {
     }
 
     #[test]
-    fn a_series_without_scatter_or_extent_is_not_judged() {
-        let series = [Series {
+    fn a_series_without_scatter_or_extent_is_not_tested() {
+        let series = [ReadingSeries {
             x: vec![1.0, 1.0],
             y: vec![0.0, 1.0],
             known_variance: 1.0,
         }];
-        assert_eq!(test_family(&series, Contrast::Slope, 10.0), [None]);
-        let series = [Series {
+        assert_eq!(test_family(&series, SeriesContrast::Slope, 10.0), [None]);
+        let series = [ReadingSeries {
             x: vec![1.0],
             y: vec![1.0],
             known_variance: 0.0,
         }];
-        assert_eq!(test_family(&series, Contrast::Mean, 10.0), [None]);
+        assert_eq!(test_family(&series, SeriesContrast::Mean, 10.0), [None]);
     }
 }

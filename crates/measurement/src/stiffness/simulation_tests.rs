@@ -10,7 +10,7 @@ use stiffbench_units_and_text::test_point::Branch;
 
 const TRUE_STIFFNESS: f64 = 50e3;
 
-fn table(bench: &SimulatedBench, gauges: &Gauges) -> StiffnessTable {
+fn table(bench: &SimulatedBench, gauges: &GaugePair) -> StiffnessTable {
     stiffness_table(&bench.readings(), gauges, StiffnessOptions::default())
 }
 
@@ -25,7 +25,7 @@ fn coverage(table: &StiffnessTable, method: Method) -> f64 {
 
 #[test]
 fn intervals_from_runs_hold_the_truth_in_95_of_100_cells() {
-    let table = table(&SimulatedBench::paper(3000, 20), &Gauges::default());
+    let table = table(&SimulatedBench::paper(3000, 20), &GaugePair::default());
     for method in [Method::Regression, Method::PaperMean] {
         let share = coverage(&table, method);
         assert!((0.93..=0.97).contains(&share), "{method}: {share}");
@@ -42,7 +42,7 @@ fn intervals_of_two_runs_borrow_how_runs_differ_from_all_cells() {
             repeats: 2,
             ..SimulatedBench::paper(12, 21 + session)
         };
-        let table = table(&bench, &Gauges::default());
+        let table = table(&bench, &GaugePair::default());
         let methods = [Method::Regression, Method::PaperMean];
         for (covered, method) in covered.iter_mut().zip(methods) {
             *covered += coverage(&table, method) / f64::from(sessions as u32);
@@ -73,7 +73,11 @@ fn two_runs_at_loads_of_their_own_differ_as_they_are_seen_to() {
             reading.force_n -= beyond_n;
             reading.displacement_m -= beyond_n / TRUE_STIFFNESS;
         }
-        let table = stiffness_table(&readings, &Gauges::default(), StiffnessOptions::default());
+        let table = stiffness_table(
+            &readings,
+            &GaugePair::default(),
+            StiffnessOptions::default(),
+        );
         assert_eq!(table.pooled_scatter, None);
         covered += coverage(&table, Method::Regression) / f64::from(sessions as u32);
     }
@@ -88,7 +92,8 @@ fn a_scatter_that_is_twice_as_large_in_half_of_the_cells_is_noticed() {
     for seed in 0..sessions {
         let even = SimulatedBench::paper(12, seed).readings();
         let p = |readings: &[Reading]| {
-            let table = stiffness_table(readings, &Gauges::default(), StiffnessOptions::default());
+            let table =
+                stiffness_table(readings, &GaugePair::default(), StiffnessOptions::default());
             table.run_slope.unwrap().evenness_p.unwrap()
         };
         falsely += usize::from(p(&even) < 0.05);
@@ -117,7 +122,7 @@ fn one_run_in_every_cell_has_no_uncertainty() {
         repeats: 1,
         ..SimulatedBench::paper(12, 23)
     };
-    let table = table(&bench, &Gauges::default());
+    let table = table(&bench, &GaugePair::default());
     for row in &table.cells {
         let estimate = row.by(Method::Regression).unwrap();
         assert_eq!(estimate.type_a, None);
@@ -133,7 +138,7 @@ fn a_shared_zero_is_allowed_for_in_the_mean_of_ratios() {
         zero_sd_m: 6e-6,
         ..SimulatedBench::paper(3000, 22)
     };
-    let table = table(&bench, &Gauges::default());
+    let table = table(&bench, &GaugePair::default());
     for method in [Method::Regression, Method::PaperMean] {
         let share = coverage(&table, method);
         assert!((0.93..=0.97).contains(&share), "{method}: {share}");
@@ -162,7 +167,7 @@ fn coverage_with_calibration(
 ) -> [f64; 2] {
     // U of 1 % of 70 N, and of up to 4 % of the displacement at 70 N.
     let (force_u, displacement_u) = (0.7, 14e-6);
-    let gauges = Gauges {
+    let gauges = GaugePair {
         force: GaugeTerms::new(Some(0.1), Some(force_u), Some(2.0)).unwrap(),
         displacement: GaugeTerms::new(Some(1e-6), Some(displacement_u), Some(2.0)).unwrap(),
     };
@@ -246,7 +251,11 @@ fn sweeps_with_drift(drift_m: f64, seed: u64) -> StiffnessTable {
         let place = reading.step.min(last);
         reading.displacement_m -= drift_m * f64::from(place) / f64::from(last);
     }
-    stiffness_table(&readings, &Gauges::default(), StiffnessOptions::default())
+    stiffness_table(
+        &readings,
+        &GaugePair::default(),
+        StiffnessOptions::default(),
+    )
 }
 
 #[test]
@@ -290,17 +299,17 @@ fn a_stiff_cell_on_one_gauge_step_gets_the_step_as_uncertainty() {
         reading.displacement_m = (0.5 * reading.target_n / 5.0).round() * 5e-6;
         reading.force_n = reading.target_n;
     }
-    let gauges = Gauges {
+    let gauges = GaugePair {
         displacement: GaugeTerms::new(Some(5e-6), None, None).unwrap(),
-        ..Gauges::default()
+        ..GaugePair::default()
     };
     let table = stiffness_table(&readings, &gauges, StiffnessOptions::default());
     let regression = table.cells[0].by(Method::Regression).unwrap();
     let row = regression
         .budget
-        .row(Source::DisplacementResolution)
+        .row(UncertaintySource::DisplacementResolution)
         .unwrap();
-    assert_eq!(row.standing, Standing::Counted);
+    assert_eq!(row.standing, RowUse::Counted);
     // Load weights (F - F̄)/(5 Σ(F - F̄)²), five repeats wrong together: q/√12 / √4200 of the slope.
     let slope = table.cells[0].line.as_ref().unwrap().slope_m_per_n;
     let expected = 5e-6 / 12_f64.sqrt() / 4200_f64.sqrt() / slope / slope;
@@ -308,7 +317,7 @@ fn a_stiff_cell_on_one_gauge_step_gets_the_step_as_uncertainty() {
 }
 
 #[test]
-fn a_display_step_that_nobody_stated_is_in_the_budget() {
+fn an_unstated_display_step_is_estimated_and_in_the_budget() {
     let compliances_m_per_n: Vec<f64> = (0..12).map(|i| 0.8e-6 + 0.19e-6 * f64::from(i)).collect();
     // Displacements of up to 200 µm on a display of 10 µm, a noise of 0.2 µm: five repeats mostly show the same.
     let bench = SimulatedBench {
@@ -335,11 +344,11 @@ fn a_display_step_that_nobody_stated_is_in_the_budget() {
                 reading.displacement_m = shown.round() * 10e-6;
             }
         }
-        let gauges = Gauges::default().with_steps_of(&readings);
+        let gauges = GaugePair::default().with_steps_of(&readings);
         assert!((gauges.displacement.resolution().unwrap() - 10e-6).abs() < 1e-12);
         assert!(gauges.displacement.resolution_is_read_off());
         let table =
-            |gauges: &Gauges| stiffness_table(&readings, gauges, StiffnessOptions::default());
+            |gauges: &GaugePair| stiffness_table(&readings, gauges, StiffnessOptions::default());
         let share = |gauges| {
             let table = table(gauges);
             let rows = table.cells.iter().zip(&compliances_m_per_n);
@@ -351,7 +360,7 @@ fn a_display_step_that_nobody_stated_is_in_the_budget() {
             held.count() as f64 / (12.0 * sessions as f64)
         };
         covered += share(&gauges);
-        without += share(&Gauges::default());
+        without += share(&GaugePair::default());
     }
     println!("{covered} with the step, {without} without");
     assert!(covered >= 0.93, "{covered}");

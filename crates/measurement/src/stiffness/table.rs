@@ -10,7 +10,7 @@ use super::estimate::{
     Elsewhere, Method, NoStiffness, StiffnessEstimate, paper_stiffness, regression_stiffness,
 };
 use super::flags::Flag;
-use super::gauges::Gauges;
+use super::gauges::GaugePair;
 use super::grouping::{LeftOut, group_by_cell};
 use super::line::LineFit;
 use super::run_slope::PooledRunSlope;
@@ -153,7 +153,7 @@ impl StiffnessTable {
 #[must_use]
 pub fn stiffness_table(
     readings: &[Reading],
-    gauges: &Gauges,
+    gauges: &GaugePair,
     options: StiffnessOptions,
 ) -> StiffnessTable {
     let (groups, mut left_out) = group_by_cell(readings);
@@ -210,7 +210,7 @@ pub fn stiffness_table(
 
 fn finish(
     work: CellWork,
-    gauges: &Gauges,
+    gauges: &GaugePair,
     pooled: Option<&PooledScatter>,
     elsewhere: Option<&Elsewhere<'_>>,
 ) -> CellStiffness {
@@ -250,13 +250,13 @@ fn finish(
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::readings::Status;
+    use crate::readings::ReadingStatus;
     use crate::stiffness::sample::{SimulatedBench, cell, reading};
     use crate::stiffness::{GaugeTerms, ScatterBasis};
     use stiffbench_units_and_text::test_point::{Branch, Direction};
 
     fn table(readings: &[Reading]) -> StiffnessTable {
-        stiffness_table(readings, &Gauges::default(), StiffnessOptions::default())
+        stiffness_table(readings, &GaugePair::default(), StiffnessOptions::default())
     }
 
     fn has(row: &CellStiffness, rule: &str) -> bool {
@@ -299,17 +299,17 @@ mod tests {
             })
             .collect();
         readings.push(Reading {
-            status: Status::Superseded,
+            status: ReadingStatus::Superseded,
             ..reading(1, 4, -40.0, -40.0, -8e-4)
         });
         readings.push(Reading {
-            status: Status::Rejected,
+            status: ReadingStatus::Rejected,
             ..reading(1, 4, -40.0, -40.0, -8e-4)
         });
         readings.push(reading(1, 4, -40.0, f64::NAN, -8e-4));
         readings.push(reading(1, 3, -30.0, -30.0, -6.1e-4));
         readings.push(Reading {
-            status: Status::Rejected,
+            status: ReadingStatus::Rejected,
             direction: Direction::X,
             ..reading(1, 0, -10.0, -10.0, -2e-4)
         });
@@ -343,7 +343,7 @@ mod tests {
                 .all(|s| s.reason.to_string().len() > 20)
         );
         assert_eq!(
-            stiffness_table(&[], &Gauges::default(), StiffnessOptions::default()).cells,
+            stiffness_table(&[], &GaugePair::default(), StiffnessOptions::default()).cells,
             []
         );
     }
@@ -381,7 +381,7 @@ mod tests {
     }
 
     #[test]
-    fn loads_that_say_little_are_flagged() {
+    fn loads_with_little_information_are_flagged() {
         let forces = |target: f64, force: f64, displacement: f64| {
             (1..=5).flat_map(move |repeat| {
                 [
@@ -451,7 +451,7 @@ mod tests {
         let options = StiffnessOptions {
             branches: Branches::Both,
         };
-        let both = stiffness_table(&readings, &Gauges::default(), options);
+        let both = stiffness_table(&readings, &GaugePair::default(), options);
         let loading = table(&readings);
         let value =
             |table: &StiffnessTable| table.cells[0].by(Method::PaperMean).unwrap().estimate.value;
@@ -464,9 +464,9 @@ mod tests {
 
     #[test]
     fn the_covariance_of_cells_is_that_of_their_parts() {
-        let gauges = Gauges {
+        let gauges = GaugePair {
             force: GaugeTerms::new(None, Some(0.14), Some(2.0)).unwrap(),
-            ..Gauges::default()
+            ..GaugePair::default()
         };
         let readings = SimulatedBench::paper(2, 8).readings();
         let table = stiffness_table(&readings, &gauges, StiffnessOptions::default());

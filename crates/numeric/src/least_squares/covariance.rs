@@ -7,7 +7,7 @@ use super::identification::{
     UnidentifiedDirection, WhyNotIdentified, direction, reduce_to_echelon,
 };
 use super::minimise::LeastSquaresFit;
-use super::parameter::{Bound, ParameterSet, Source};
+use super::parameter::{Bound, ParameterSet, ValueSource};
 use super::singular_values::{SingularValues, norm};
 
 /// Where the standard deviation of the residuals comes from. There is no default: the two answer different questions.
@@ -93,7 +93,7 @@ pub struct StrongPair {
 
 /// The second-order statement about a fit.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Covariance {
+pub struct ParameterCovariance {
     /// Which question was answered.
     pub mode: SigmaMode,
     /// One estimate for each parameter, in the order of the full vector.
@@ -120,7 +120,7 @@ pub struct Covariance {
     matrix: Vec<f64>,
 }
 
-impl Covariance {
+impl ParameterCovariance {
     /// Covariance of two free parameters (indices in the full vector); `None` unless the data determine both.
     #[must_use]
     pub fn of(&self, first: usize, second: usize) -> Option<f64> {
@@ -153,7 +153,7 @@ pub fn covariance(
     fit: &LeastSquaresFit,
     mode: SigmaMode,
     settings: &CovarianceSettings,
-) -> Result<Covariance, LeastSquaresError> {
+) -> Result<ParameterCovariance, LeastSquaresError> {
     let spectrum = Spectrum::of(set, fit, settings);
     let rank = spectrum.kept.len();
     let dof = fit.residuals.len().saturating_sub(rank);
@@ -177,7 +177,7 @@ pub fn covariance(
     for (row, &c) in determined.iter().enumerate() {
         rows[spectrum.columns[c].0] = Some(row);
     }
-    let mut result = Covariance {
+    let mut result = ParameterCovariance {
         mode,
         estimates: Vec::new(),
         dof,
@@ -316,7 +316,7 @@ fn why_not(unidentified: &[UnidentifiedDirection], count: usize) -> Vec<Option<W
 fn estimates(
     set: &ParameterSet,
     fit: &LeastSquaresFit,
-    result: &Covariance,
+    result: &ParameterCovariance,
     why: &[Option<WhyNotIdentified>],
 ) -> Vec<ParameterEstimate> {
     let factor = student_t_quantile(0.975, result.interval_dof);
@@ -334,9 +334,9 @@ fn estimates(
         .enumerate()
         .map(|(index, parameter)| {
             let (status, standard_error) = match set.source(index) {
-                Source::Constant { .. } => (ParameterStatus::Fixed, None),
-                Source::Free { free } => of_free(free),
-                Source::Multiple { free, ratio } => (
+                ValueSource::Constant { .. } => (ParameterStatus::Fixed, None),
+                ValueSource::Free { free } => of_free(free),
+                ValueSource::Multiple { free, ratio } => (
                     ParameterStatus::Tied,
                     of_free(free).1.map(|error| error * ratio.abs()),
                 ),
@@ -356,7 +356,7 @@ fn estimates(
         .collect()
 }
 
-fn strong_pairs(result: &Covariance, limit: f64) -> Vec<StrongPair> {
+fn strong_pairs(result: &ParameterCovariance, limit: f64) -> Vec<StrongPair> {
     let count = result.rows.len();
     let mut pairs: Vec<StrongPair> = (0..count)
         .flat_map(|first| (first + 1..count).map(move |second| (first, second)))

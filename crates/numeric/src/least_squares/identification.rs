@@ -7,7 +7,7 @@ use std::fmt;
 pub enum WhyNotIdentified {
     /// No residual depends on it.
     NoEffect,
-    /// It can be exchanged for others: see the direction with this index in `Covariance::unidentified`.
+    /// It can be exchanged for others: see the direction with this index in `ParameterCovariance::unidentified`.
     OnlyInCombination {
         /// Index of the direction.
         direction: usize,
@@ -160,7 +160,7 @@ mod tests {
     }
 
     #[test]
-    fn a_direction_is_told_in_the_units_of_the_parameters() {
+    fn an_undetermined_direction_has_the_units_of_the_parameters() {
         let columns = [(0, "c", 10.0), (2, "d", 1.0), (3, "e", 1.0)];
         let found = direction(&[1.0, -0.5, 0.0], &columns);
         assert_eq!(

@@ -9,7 +9,7 @@ use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use rayon::prelude::*;
 
-use super::covariance::{Covariance, SigmaMode};
+use super::covariance::{ParameterCovariance, SigmaMode};
 use super::error::LeastSquaresError;
 use super::minima::spread;
 use super::minimise::{LeastSquaresFit, LeastSquaresSettings, minimise};
@@ -83,7 +83,7 @@ pub struct Likelihood<'a, N> {
     /// Its minima, lowest first (see [`minima`](super::minima)).
     pub minima: &'a [LeastSquaresFit],
     /// Covariance at the lowest minimum.
-    pub covariance: &'a Covariance,
+    pub covariance: &'a ParameterCovariance,
     /// How sets are found.
     pub settings: &'a LikelihoodSetSettings,
 }

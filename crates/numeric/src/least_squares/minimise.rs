@@ -3,7 +3,7 @@
 use super::error::LeastSquaresError;
 use super::parameter::{Bound, ParameterSet};
 use super::residual_function::{EvaluationFailure, ResidualFunction};
-use super::search::Search;
+use super::search::LeastSquaresSearch;
 
 /// When a fit has converged, and when it gives up.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -149,7 +149,7 @@ pub fn minimise(
     set: &ParameterSet,
     settings: &LeastSquaresSettings,
 ) -> Result<LeastSquaresFit, LeastSquaresError> {
-    let mut search = Search::start(problem, set, settings)?;
+    let mut search = LeastSquaresSearch::start(problem, set, settings)?;
     let termination = search.run();
     Ok(search.finish(termination))
 }

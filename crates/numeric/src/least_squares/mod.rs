@@ -48,8 +48,8 @@ pub use bootstrap::{
     Bootstrap, BootstrapSettings, FailedReplicate, ReplicateFailure, cluster_bootstrap,
 };
 pub use covariance::{
-    Covariance, CovarianceSettings, ParameterEstimate, ParameterStatus, SigmaMode, StrongPair,
-    covariance,
+    CovarianceSettings, ParameterCovariance, ParameterEstimate, ParameterStatus, SigmaMode,
+    StrongPair, covariance,
 };
 pub use error::LeastSquaresError;
 pub use identification::{DirectionComponent, UnidentifiedDirection, WhyNotIdentified};
@@ -60,7 +60,7 @@ pub use optimise::{
     GlobalSearch, Minimum, SearchOutcome, SearchSettings, nelder_mead, particle_swarm,
     search_for_lower_minimum,
 };
-pub use parameter::{Bound, Parameter, ParameterSet, Role};
+pub use parameter::{Bound, Parameter, ParameterRole, ParameterSet};
 pub use profile::{LowerMinimum, ProfileEnd, ProfileInterval, ProfileSettings, profile};
 pub use residual_function::{
     DerivativeCheck, EvaluationFailure, JacobianView, ResidualFunction, check_derivatives,

@@ -4,7 +4,7 @@ use super::error::LeastSquaresError;
 
 /// What a fit may do with a parameter.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub enum Role {
+pub enum ParameterRole {
     /// Moved by the fit within its bounds; an absent bound is an infinite one.
     Free {
         /// Where the search begins.
@@ -34,7 +34,7 @@ pub struct Parameter {
     /// Name under which results are given.
     pub name: String,
     /// What the fit may do with it.
-    pub role: Role,
+    pub role: ParameterRole,
 }
 
 impl Parameter {
@@ -43,7 +43,7 @@ impl Parameter {
     pub fn free(name: impl Into<String>, start: f64, lower: f64, upper: f64) -> Self {
         Self {
             name: name.into(),
-            role: Role::Free {
+            role: ParameterRole::Free {
                 start,
                 lower,
                 upper,
@@ -62,7 +62,7 @@ impl Parameter {
     pub fn fixed(name: impl Into<String>, value: f64) -> Self {
         Self {
             name: name.into(),
-            role: Role::Fixed { value },
+            role: ParameterRole::Fixed { value },
         }
     }
 
@@ -71,7 +71,7 @@ impl Parameter {
     pub fn tied(name: impl Into<String>, parameter: usize, ratio: f64) -> Self {
         Self {
             name: name.into(),
-            role: Role::TiedTo { parameter, ratio },
+            role: ParameterRole::TiedTo { parameter, ratio },
         }
     }
 
@@ -87,9 +87,9 @@ impl Parameter {
                 })
         };
         match self.role {
-            Role::Fixed { value } => finite("its value", value),
-            Role::TiedTo { ratio, .. } => finite("its ratio", ratio),
-            Role::Free {
+            ParameterRole::Fixed { value } => finite("its value", value),
+            ParameterRole::TiedTo { ratio, .. } => finite("its ratio", ratio),
+            ParameterRole::Free {
                 start,
                 lower,
                 upper,
@@ -129,7 +129,7 @@ pub enum Bound {
 
 /// Where the value of a parameter comes from once ties are followed to their end.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) enum Source {
+pub(super) enum ValueSource {
     Free { free: usize },
     Multiple { free: usize, ratio: f64 },
     Constant { value: f64 },
@@ -139,7 +139,7 @@ pub(super) enum Source {
 #[derive(Debug, Clone, PartialEq)]
 pub struct ParameterSet {
     parameters: Vec<Parameter>,
-    sources: Vec<Source>,
+    sources: Vec<ValueSource>,
     free: Vec<usize>,
     slots: Vec<Option<usize>>,
 }
@@ -169,7 +169,7 @@ impl ParameterSet {
             }
         }
         let free: Vec<usize> = (0..parameters.len())
-            .filter(|&index| matches!(parameters[index].role, Role::Free { .. }))
+            .filter(|&index| matches!(parameters[index].role, ParameterRole::Free { .. }))
             .collect();
         let sources = (0..parameters.len())
             .map(|index| follow(&parameters, &free, index))
@@ -179,12 +179,12 @@ impl ParameterSet {
         let slots = sources
             .iter()
             .map(|source| match *source {
-                Source::Free { free } => Some(free),
-                Source::Multiple { .. } => {
+                ValueSource::Free { free } => Some(free),
+                ValueSource::Multiple { .. } => {
                     next += 1;
                     Some(next - 1)
                 }
-                Source::Constant { .. } => None,
+                ValueSource::Constant { .. } => None,
             })
             .collect();
         Ok(Self {
@@ -198,7 +198,7 @@ impl ParameterSet {
     /// The same set with one free parameter kept at `value`, as a profile needs it; none may be left free.
     pub(super) fn with_fixed(&self, index: usize, value: f64) -> Result<Self, LeastSquaresError> {
         let mut parameters = self.parameters.clone();
-        parameters[index].role = Role::Fixed { value };
+        parameters[index].role = ParameterRole::Fixed { value };
         Self::with_any_number_of_free(parameters)
     }
 
@@ -216,7 +216,7 @@ impl ParameterSet {
         }
         let mut set = self.clone();
         for (&index, &value) in self.free.iter().zip(free_values) {
-            if let Role::Free { start, .. } = &mut set.parameters[index].role {
+            if let ParameterRole::Free { start, .. } = &mut set.parameters[index].role {
                 *start = value;
             }
             set.parameters[index].validate()?;
@@ -258,12 +258,12 @@ impl ParameterSet {
 
     fn free_roles(&self) -> impl Iterator<Item = (f64, f64, f64)> {
         self.parameters.iter().filter_map(|p| match p.role {
-            Role::Free {
+            ParameterRole::Free {
                 start,
                 lower,
                 upper,
             } => Some((start, lower, upper)),
-            Role::Fixed { .. } | Role::TiedTo { .. } => None,
+            ParameterRole::Fixed { .. } | ParameterRole::TiedTo { .. } => None,
         })
     }
 
@@ -292,14 +292,14 @@ impl ParameterSet {
     pub(super) fn fill(&self, free_values: &[f64], full: &mut [f64]) {
         for (value, source) in full.iter_mut().zip(&self.sources) {
             *value = match *source {
-                Source::Free { free } => free_values[free],
-                Source::Multiple { free, ratio } => ratio * free_values[free],
-                Source::Constant { value } => value,
+                ValueSource::Free { free } => free_values[free],
+                ValueSource::Multiple { free, ratio } => ratio * free_values[free],
+                ValueSource::Constant { value } => value,
             };
         }
     }
 
-    pub(super) fn source(&self, index: usize) -> Source {
+    pub(super) fn source(&self, index: usize) -> ValueSource {
         self.sources[index]
     }
 
@@ -314,8 +314,8 @@ impl ParameterSet {
             .iter()
             .zip(&self.slots)
             .filter_map(|(source, slot)| match *source {
-                Source::Multiple { free, ratio } => slot.map(|slot| (slot, free, ratio)),
-                Source::Free { .. } | Source::Constant { .. } => None,
+                ValueSource::Multiple { free, ratio } => slot.map(|slot| (slot, free, ratio)),
+                ValueSource::Free { .. } | ValueSource::Constant { .. } => None,
             })
     }
 }
@@ -325,29 +325,29 @@ fn follow(
     parameters: &[Parameter],
     free: &[usize],
     first: usize,
-) -> Result<Source, LeastSquaresError> {
+) -> Result<ValueSource, LeastSquaresError> {
     let mut index = first;
     let mut total_ratio = 1.0;
     let mut visited = vec![first];
     loop {
         match parameters[index].role {
-            Role::Fixed { value } => {
-                return Ok(Source::Constant {
+            ParameterRole::Fixed { value } => {
+                return Ok(ValueSource::Constant {
                     value: total_ratio * value,
                 });
             }
-            Role::Free { .. } => {
+            ParameterRole::Free { .. } => {
                 let free = free.partition_point(|&candidate| candidate < index);
                 return Ok(if index == first {
-                    Source::Free { free }
+                    ValueSource::Free { free }
                 } else {
-                    Source::Multiple {
+                    ValueSource::Multiple {
                         free,
                         ratio: total_ratio,
                     }
                 });
             }
-            Role::TiedTo { parameter, ratio } => {
+            ParameterRole::TiedTo { parameter, ratio } => {
                 if parameter >= parameters.len() {
                     return Err(LeastSquaresError::UnknownTie {
                         name: parameters[index].name.clone(),

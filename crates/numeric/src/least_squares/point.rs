@@ -3,10 +3,10 @@
 use super::parameter::ParameterSet;
 use super::residual_function::{EvaluationFailure, JacobianView, ResidualFunction};
 use super::singular_values::dot;
-use super::trust_region::LinearModel;
+use super::trust_region::Linearisation;
 
 /// Everything known at one point.
-pub(super) struct Point {
+pub(super) struct EvaluatedPoint {
     pub(super) free: Vec<f64>,
     pub(super) full: Vec<f64>,
     pub(super) residuals: Vec<f64>,
@@ -15,7 +15,7 @@ pub(super) struct Point {
     pub(super) squared_norm: f64,
 }
 
-impl Point {
+impl EvaluatedPoint {
     pub(super) fn new(set: &ParameterSet, rows: usize) -> Self {
         let columns = set.slots().iter().flatten().count();
         let free = set.free_start();
@@ -92,12 +92,12 @@ impl Point {
 
 /// The problem linearised at a point.
 pub(super) fn linear_model<'a>(
-    point: &'a Point,
+    point: &'a EvaluatedPoint,
     bounds: &'a [(f64, f64)],
     held: &'a [bool],
     scale: &'a [f64],
-) -> LinearModel<'a> {
-    LinearModel {
+) -> Linearisation<'a> {
+    Linearisation {
         residuals: &point.residuals,
         squared_norm: point.squared_norm,
         jacobian: &point.jacobian,
@@ -110,7 +110,7 @@ pub(super) fn linear_model<'a>(
 }
 
 /// Marks the parameters that lie on a bound and would leave by it if they followed the negative gradient.
-pub(super) fn hold(point: &Point, bounds: &[(f64, f64)], held: &mut [bool]) {
+pub(super) fn hold(point: &EvaluatedPoint, bounds: &[(f64, f64)], held: &mut [bool]) {
     for (j, held) in held.iter_mut().enumerate() {
         let (lower, upper) = bounds[j];
         let (x, g) = (point.free[j], point.gradient[j]);

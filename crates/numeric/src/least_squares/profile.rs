@@ -2,10 +2,10 @@
 
 use crate::statistics::student_t_quantile;
 
-use super::covariance::{Covariance, SigmaMode};
+use super::covariance::{ParameterCovariance, SigmaMode};
 use super::error::LeastSquaresError;
 use super::minimise::{LeastSquaresFit, LeastSquaresSettings, Termination, minimise};
-use super::parameter::{Bound, ParameterSet, Role};
+use super::parameter::{Bound, ParameterRole, ParameterSet};
 use super::residual_function::ResidualFunction;
 use super::singular_values::norm;
 
@@ -161,7 +161,7 @@ pub fn profile(
     problem: &mut dyn ResidualFunction,
     set: &ParameterSet,
     fit: &LeastSquaresFit,
-    covariance: &Covariance,
+    covariance: &ParameterCovariance,
     parameter: usize,
     settings: &ProfileSettings,
 ) -> Result<ProfileInterval, LeastSquaresError> {
@@ -203,9 +203,9 @@ pub(super) fn bounds_of(
             count,
         })?;
     let role = match found.role {
-        Role::Free { lower, upper, .. } => return Ok((lower, upper)),
-        Role::Fixed { .. } => "fixed",
-        Role::TiedTo { .. } => "tied",
+        ParameterRole::Free { lower, upper, .. } => return Ok((lower, upper)),
+        ParameterRole::Fixed { .. } => "fixed",
+        ParameterRole::TiedTo { .. } => "tied",
     };
     Err(LeastSquaresError::NotFree {
         name: found.name.clone(),
@@ -219,7 +219,7 @@ pub(super) fn bounds_of(
 /// `NoDegreesOfFreedom`.
 pub(super) fn threshold(
     fit: &LeastSquaresFit,
-    covariance: &Covariance,
+    covariance: &ParameterCovariance,
 ) -> Result<f64, LeastSquaresError> {
     let no_dof = || LeastSquaresError::NoDegreesOfFreedom {
         residuals: fit.residuals.len(),

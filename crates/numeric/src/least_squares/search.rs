@@ -3,10 +3,10 @@
 use super::error::LeastSquaresError;
 use super::minimise::{Convergence, LeastSquaresFit, LeastSquaresSettings, Termination};
 use super::parameter::{Bound, ParameterSet};
-use super::point::{Point, hold, linear_model};
+use super::point::{EvaluatedPoint, hold, linear_model};
 use super::residual_function::{EvaluationFailure, ResidualFunction};
 use super::singular_values::norm;
-use super::trust_region::{LinearModel, Step, Subproblem, largest_cosine};
+use super::trust_region::{Linearisation, Subproblem, TrustRegionStep, largest_cosine};
 
 /// A promised relative reduction of ‖r‖² below this may be hidden by the rounding of the residuals; the gradient decides instead.
 const OBJECTIVE_NOISE: f64 = 1e-12;
@@ -20,13 +20,13 @@ const FIRST_RADIUS: f64 = 100.0;
 /// Each rejection shortens the radius at least to half: this many take it from any size to below rounding.
 const MAX_REJECTIONS: usize = 80;
 
-pub(super) struct Search<'a> {
+pub(super) struct LeastSquaresSearch<'a> {
     problem: &'a mut dyn ResidualFunction,
     set: &'a ParameterSet,
     settings: &'a LeastSquaresSettings,
     bounds: Vec<(f64, f64)>,
-    current: Point,
-    trial: Point,
+    current: EvaluatedPoint,
+    trial: EvaluatedPoint,
     held: Vec<bool>,
     scale: Vec<f64>,
     radius: Option<f64>,
@@ -38,7 +38,7 @@ pub(super) struct Search<'a> {
     restarted_at: usize,
 }
 
-impl<'a> Search<'a> {
+impl<'a> LeastSquaresSearch<'a> {
     pub(super) fn start(
         problem: &'a mut dyn ResidualFunction,
         set: &'a ParameterSet,
@@ -48,7 +48,7 @@ impl<'a> Search<'a> {
         if rows == 0 {
             return Err(LeastSquaresError::NoResiduals);
         }
-        let mut current = Point::new(set, rows);
+        let mut current = EvaluatedPoint::new(set, rows);
         current
             .evaluate(problem, set)
             .map_err(|source| LeastSquaresError::StartHasNoValue { source })?;
@@ -59,7 +59,7 @@ impl<'a> Search<'a> {
             settings,
             bounds: set.free_bounds(),
             current,
-            trial: Point::new(set, rows),
+            trial: EvaluatedPoint::new(set, rows),
             held: vec![false; columns],
             scale: vec![0.0; columns],
             radius: None,
@@ -112,11 +112,11 @@ impl<'a> Search<'a> {
         }
     }
 
-    fn model(&self) -> LinearModel<'_> {
+    fn model(&self) -> Linearisation<'_> {
         linear_model(&self.current, &self.bounds, &self.held, &self.scale)
     }
 
-    fn solve(&mut self, radius: f64) -> Step {
+    fn solve(&mut self, radius: f64) -> TrustRegionStep {
         let mut subproblem = std::mem::take(&mut self.subproblem);
         let step = subproblem.solve(&self.model(), radius);
         self.subproblem = subproblem;
@@ -177,7 +177,7 @@ impl<'a> Search<'a> {
         Some(self.why_no_step(size))
     }
 
-    fn convergence(&self, step: &Step) -> Option<Convergence> {
+    fn convergence(&self, step: &TrustRegionStep) -> Option<Convergence> {
         let mut moves = self.subproblem.step.iter().zip(&self.current.free);
         if moves.all(|(p, x)| p.abs() <= self.settings.step_tolerance * x.abs()) {
             Some(Convergence::Step)
@@ -192,7 +192,7 @@ impl<'a> Search<'a> {
     }
 
     /// Evaluates the target of a step: (accepted, next radius).
-    fn try_step(&mut self, step: &Step, radius: f64) -> (bool, f64) {
+    fn try_step(&mut self, step: &TrustRegionStep, radius: f64) -> (bool, f64) {
         let shorter = 0.25 * radius.min(step.scaled_norm);
         // Only after clipping at several bounds can a step predict no decrease; a shorter one follows the gradient.
         if step.predicted_reduction <= 0.0 {
@@ -210,7 +210,7 @@ impl<'a> Search<'a> {
             // From here on the steps succeed or fail by their values, not by the lack of one.
             self.last_failure = None;
         } else if actual.abs() <= LARGEST_NOISE {
-            let accepted = self.trial_promises_less();
+            let accepted = self.trial_predicts_less();
             let longer = radius.max(2.0 * step.scaled_norm);
             return (accepted, if accepted { longer } else { shorter });
         }
@@ -219,16 +219,16 @@ impl<'a> Search<'a> {
 
     /// Whether the linear model at the trial point predicts less than that at the current one: the size of the gradient in the
     /// measure of the problem itself, which still has digits when the objective has none left.
-    fn trial_promises_less(&mut self) -> bool {
+    fn trial_predicts_less(&mut self) -> bool {
         let mut held = self.held.clone();
-        let mut promise = |point: &Point| {
+        let mut predicted_decrease = |point: &EvaluatedPoint| {
             hold(point, &self.bounds, &mut held);
             let model = linear_model(point, &self.bounds, &held, &self.scale);
             self.subproblem
                 .solve(&model, f64::INFINITY)
                 .predicted_reduction
         };
-        promise(&self.trial) < promise(&self.current)
+        predicted_decrease(&self.trial) < predicted_decrease(&self.current)
     }
 
     /// No step was accepted: is this the floor of rounding, or a model that contradicts its derivatives?
@@ -247,7 +247,7 @@ impl<'a> Search<'a> {
     }
 
     pub(super) fn finish(self, termination: Termination) -> LeastSquaresFit {
-        let Point {
+        let EvaluatedPoint {
             free,
             full,
             residuals,
@@ -283,7 +283,7 @@ impl<'a> Search<'a> {
 }
 
 /// Moré's rule: accept what reduces at all, lengthen the radius where the linear model was good, shorten it where it was not.
-fn judge(step: &Step, actual: f64, radius: f64) -> (bool, f64) {
+fn judge(step: &TrustRegionStep, actual: f64, radius: f64) -> (bool, f64) {
     let ratio = actual / step.predicted_reduction;
     // ‖r‖ more than ten times as long carries no information on curvature any more.
     let hopeless = actual <= -99.0;

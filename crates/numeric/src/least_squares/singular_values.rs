@@ -9,7 +9,7 @@ use faer::linalg::qr::no_pivoting::factor::{qr_in_place, qr_in_place_scratch};
 use faer::linalg::svd::{ComputeSvdVectors, svd, svd_scratch};
 use faer::{Mat, MatMut, MatRef, Par, Spec};
 
-use crate::lanes::{sums_side_by_side, widest};
+use crate::simd::{sums_side_by_side, widest};
 
 /// The decomposition and the memory for it; matrices are stored by columns.
 #[derive(Debug, Clone, Default)]

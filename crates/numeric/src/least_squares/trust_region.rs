@@ -4,7 +4,7 @@ use super::singular_values::{SingularValues, dot, norm};
 
 /// The problem linearised at a point; matrices by columns, all slices over the free parameters unless stated otherwise.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct LinearModel<'a> {
+pub(super) struct Linearisation<'a> {
     /// Residuals at the point, one for each residual.
     pub(super) residuals: &'a [f64],
     /// ‖r‖².
@@ -23,7 +23,7 @@ pub(super) struct LinearModel<'a> {
     pub(super) scale: &'a [f64],
 }
 
-impl LinearModel<'_> {
+impl Linearisation<'_> {
     fn column(&self, j: usize) -> &[f64] {
         let rows = self.residuals.len();
         &self.jacobian[j * rows..(j + 1) * rows]
@@ -32,7 +32,7 @@ impl LinearModel<'_> {
 
 /// Predicted decrease of a step.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Step {
+pub(super) struct TrustRegionStep {
     /// ‖D p‖.
     pub(super) scaled_norm: f64,
     /// 1 − ‖r + J p‖²/‖r‖².
@@ -65,7 +65,7 @@ impl Subproblem {
     ///
     /// A parameter that would leave its range stops on the bound, the one reached first along the step before the others,
     /// and the rest is solved again with what is left of the radius. `step` and `target` hold the result.
-    pub(super) fn solve(&mut self, model: &LinearModel<'_>, radius: f64) -> Step {
+    pub(super) fn solve(&mut self, model: &Linearisation<'_>, radius: f64) -> TrustRegionStep {
         self.step.clear();
         self.step.resize(model.point.len(), 0.0);
         self.target.clear();
@@ -99,11 +99,11 @@ impl Subproblem {
             let (lower, upper) = model.bounds[j];
             self.target[j] = (model.point[j] + self.step[j]).clamp(lower, upper);
         }
-        self.promise(model, full)
+        self.predicted_decrease(model, full)
     }
 
     /// Fills `step` for the working parameters; returns whether the radius left it alone.
-    fn solve_working(&mut self, model: &LinearModel<'_>, radius: f64) -> bool {
+    fn solve_working(&mut self, model: &Linearisation<'_>, radius: f64) -> bool {
         let svd = &mut self.decomposition;
         svd.reshape(self.shifted.len(), self.working.len());
         for (place, &j) in self.working.iter().enumerate() {
@@ -136,7 +136,7 @@ impl Subproblem {
     }
 
     /// The working parameter that the step takes to its bound first: (place in `working`, bound).
-    fn first_crossing(&self, model: &LinearModel<'_>) -> Option<(usize, f64)> {
+    fn first_crossing(&self, model: &Linearisation<'_>) -> Option<(usize, f64)> {
         let mut first: Option<(usize, f64, f64)> = None;
         for (place, &j) in self.working.iter().enumerate() {
             let (lower, upper) = model.bounds[j];
@@ -156,7 +156,7 @@ impl Subproblem {
         first.map(|(place, bound, _)| (place, bound))
     }
 
-    fn promise(&mut self, model: &LinearModel<'_>, full: bool) -> Step {
+    fn predicted_decrease(&mut self, model: &Linearisation<'_>, full: bool) -> TrustRegionStep {
         self.product.clear();
         self.product.resize(model.residuals.len(), 0.0);
         for (j, &p) in self.step.iter().enumerate() {
@@ -174,7 +174,7 @@ impl Subproblem {
             .zip(model.scale)
             .map(|(p, d)| (p * d) * (p * d))
             .sum();
-        Step {
+        TrustRegionStep {
             scaled_norm: scaled.sqrt(),
             // From the slope and not from ‖r + J p‖, which has no digits left for the last steps.
             predicted_reduction: -2.0 * slope - curvature,
@@ -237,7 +237,7 @@ fn damping(svd: &SingularValues, useful: &[bool], radius: f64) -> f64 {
 }
 
 /// Largest |g_j|/(‖J_j‖ ‖r‖) over the parameters that are not held: the cosine between the residuals and a column.
-pub(super) fn largest_cosine(model: &LinearModel<'_>) -> f64 {
+pub(super) fn largest_cosine(model: &Linearisation<'_>) -> f64 {
     let residual_norm = model.squared_norm.sqrt();
     (0..model.point.len())
         .filter(|&j| !model.held[j] && model.gradient[j] != 0.0)
@@ -252,12 +252,12 @@ mod tests {
     const JACOBIAN: [f64; 6] = [1.0, 0.0, 1.0, 0.5, 2.0, 0.0];
     const RESIDUALS: [f64; 3] = [1.0, -2.0, 3.0];
 
-    fn solved(bounds: [(f64, f64); 2], radius: f64) -> (Subproblem, Step) {
+    fn solved(bounds: [(f64, f64); 2], radius: f64) -> (Subproblem, TrustRegionStep) {
         let gradient = [
             dot(&JACOBIAN[..3], &RESIDUALS),
             dot(&JACOBIAN[3..], &RESIDUALS),
         ];
-        let model = LinearModel {
+        let model = Linearisation {
             residuals: &RESIDUALS,
             squared_norm: dot(&RESIDUALS, &RESIDUALS),
             jacobian: &JACOBIAN,

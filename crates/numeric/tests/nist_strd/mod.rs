@@ -14,9 +14,9 @@ use models::{Model, PROBLEMS};
 use nalgebra::storage::Owned;
 use nalgebra::{DMatrix, DVector, Dyn};
 use stiffbench_numeric::least_squares::{
-    Bound, Covariance, CovarianceSettings, EvaluationFailure, JacobianView, LeastSquaresFit,
-    LeastSquaresSettings, Parameter, ParameterSet, ParameterStatus, ProfileSettings,
-    ResidualFunction, SigmaMode, check_derivatives, covariance, minimise, profile,
+    Bound, CovarianceSettings, EvaluationFailure, JacobianView, LeastSquaresFit,
+    LeastSquaresSettings, Parameter, ParameterCovariance, ParameterSet, ParameterStatus,
+    ProfileSettings, ResidualFunction, SigmaMode, check_derivatives, covariance, minimise, profile,
 };
 
 /// Correct digits asked for.
@@ -51,7 +51,7 @@ impl Nist {
         }
     }
 
-    fn solve(&mut self, start: usize) -> (LeastSquaresFit, Covariance) {
+    fn solve(&mut self, start: usize) -> (LeastSquaresFit, ParameterCovariance) {
         let set = unbounded(&self.certified.starts[start]);
         solve(self, &set)
     }
@@ -90,7 +90,10 @@ fn unbounded(start: &[f64]) -> ParameterSet {
     ParameterSet::new(parameters.collect()).unwrap()
 }
 
-fn solve(problem: &mut dyn ResidualFunction, set: &ParameterSet) -> (LeastSquaresFit, Covariance) {
+fn solve(
+    problem: &mut dyn ResidualFunction,
+    set: &ParameterSet,
+) -> (LeastSquaresFit, ParameterCovariance) {
     let fit = minimise(problem, set, &LeastSquaresSettings::default()).unwrap();
     let settings = CovarianceSettings::default();
     let covariance = covariance(set, &fit, SigmaMode::Estimated, &settings).unwrap();
@@ -114,7 +117,7 @@ fn fewest_digits(found: impl IntoIterator<Item = f64>, certified: &[f64]) -> f64
         .fold(CERTIFIED_DIGITS, f64::min)
 }
 
-fn standard_errors(covariance: &Covariance) -> Vec<f64> {
+fn standard_errors(covariance: &ParameterCovariance) -> Vec<f64> {
     let estimates = covariance.estimates.iter();
     estimates
         .map(|e| e.standard_error.unwrap_or(f64::NAN))

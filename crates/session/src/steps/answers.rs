@@ -4,7 +4,7 @@ use crate::event::{Event, Flagged, Noted, Skipped, Superseded, Surroundings};
 use crate::operator::{Answer, Prompt, PromptKind, SkipScope};
 use stiffbench_gauges::Channel;
 
-use super::load::Loading;
+use super::load::LoadApproach;
 use super::{Action, Job, Machine};
 
 /// What an open question is about.
@@ -24,7 +24,7 @@ pub(super) enum Why {
     ZeroNotShown(Channel),
     ForceOffset,
     ForceSign,
-    Doubt(&'static str),
+    CaptureCheck(&'static str),
     NotSettled,
     Changed,
     Drift,
@@ -40,7 +40,7 @@ impl Why {
             Self::ZeroNotShown(_)
             | Self::ForceOffset
             | Self::ForceSign
-            | Self::Doubt(_)
+            | Self::CaptureCheck(_)
             | Self::NotSettled
             | Self::Changed
             | Self::Way(_)
@@ -128,17 +128,17 @@ impl Machine {
 
     /// A question whose cause is gone is withdrawn.
     pub(super) fn withdraw_what_is_gone(&mut self, out: &mut Vec<Action>) {
-        let in_band = self.load.as_ref().is_some_and(Loading::is_in_band);
+        let in_band = self.load.as_ref().is_some_and(LoadApproach::is_in_band);
         let gone = match (self.pending.as_ref().map(|open| &open.why), self.job) {
             (Some(Why::ForceOffset | Why::ForceSign), _) => in_band,
             (Some(Why::NotSettled), Some(Job::Read { cell, index })) => self.is_ready(cell, index),
-            (Some(Why::Doubt(rule)), Some(Job::Read { cell, index })) => {
-                self.is_ready(cell, index) && !self.is_doubted(cell, index, rule)
+            (Some(Why::CaptureCheck(rule)), Some(Job::Read { cell, index })) => {
+                self.is_ready(cell, index) && !self.fails_a_check(cell, index, rule)
             }
             _ => false,
         };
         if gone && let Some(open) = self.pending.take() {
-            self.say(format!("withdrawn: {}", open.prompt.text), out);
+            self.notify(format!("withdrawn: {}", open.prompt.text), out);
         }
     }
 
@@ -182,14 +182,14 @@ impl Machine {
                 self.flip(Channel::Force, "loads went the other way", out);
             }
             Why::ForceOffset | Why::ForceSign => {}
-            Why::Doubt(rule) => self.doubt_answered(rule, word, out),
+            Why::CaptureCheck(rule) => self.capture_check_answered(rule, word, out),
             Why::NotSettled if word == "take" => self.take_unsettled(out),
             Why::NotSettled => {}
             Why::Changed => self.changed_answered(word),
             Why::Drift if word == "redo" => self.redo_zero(out),
             Why::Drift => {}
             Why::SkipReason(_) if word.trim().is_empty() => {
-                self.say("nothing is left out", out);
+                self.notify("nothing is left out", out);
             }
             Why::SkipReason(what) => self.skip(what, word, out),
             Why::NoteText => self.note(word, out),
@@ -219,13 +219,13 @@ impl Machine {
 
     fn way(&mut self, word: &str, way: [f64; 2], out: &mut Vec<Action>) {
         match word {
-            "minus" => self.way_told(-1.0, way, out),
-            "plus" => self.way_told(1.0, way, out),
+            "minus" => self.confirmed_sign(-1.0, way, out),
+            "plus" => self.confirmed_sign(1.0, way, out),
             _ => self.reroute(),
         }
     }
 
-    fn doubt_answered(&mut self, rule: &'static str, word: &str, out: &mut Vec<Action>) {
+    fn capture_check_answered(&mut self, rule: &'static str, word: &str, out: &mut Vec<Action>) {
         let coarse = Channel::ALL
             .into_iter()
             .zip(["force-steps", "displacement-steps"])
@@ -259,7 +259,7 @@ impl Machine {
 
     /// A gauge that counts in coarse steps does so by its setting, or all readings since then are doubtful.
     fn coarse_answered(&mut self, channel: Channel, accepted: bool, out: &mut Vec<Action>) {
-        let few = self.feed(channel).few_digits();
+        let few = self.stream(channel).few_digits();
         let known = self.state.instruments[channel.index()].as_ref();
         if let (true, Some(few), Some(known)) = (accepted, few, known) {
             let mut seen = known.clone();
@@ -274,7 +274,7 @@ impl Machine {
     pub(super) fn flag_few_digits(&mut self, channel: Channel, out: &mut Vec<Action>) {
         let known = self.state.instruments[channel.index()].as_ref();
         let confirmed = known.is_some_and(|known| known.step_si.is_some());
-        let Some(few) = self.feed(channel).few_digits().filter(|_| !confirmed) else {
+        let Some(few) = self.stream(channel).few_digits().filter(|_| !confirmed) else {
             return;
         };
         let flag = format!("the {channel} gauge showed few last digits");

@@ -5,7 +5,7 @@ use crate::operator::{Bell, Prompt};
 use stiffbench_gauges::Channel;
 
 use super::answers::Why;
-use super::plausibility::Doubt;
+use super::plausibility::CaptureCheck;
 use super::{Action, Applied, Machine};
 
 /// The operator is asked about a failed check that may pass by itself after this many dwells under the load without a gap.
@@ -32,7 +32,7 @@ impl Machine {
         let held_s = load
             .reached_s
             .map_or(0.0, |reached_s| self.now_s - reached_s);
-        let good = self.feeds.iter().all(|feed| feed.is_good(self.now_s));
+        let good = self.feeds.iter().all(|stream| stream.is_good(self.now_s));
         good && held_s >= hold_s
             && settle.dwell_s >= settle.dwell_needed_s
             && self.last_values_are_typical()
@@ -42,7 +42,7 @@ impl Machine {
     fn last_values_are_typical(&self) -> bool {
         let dwell_s = self.plan.procedure.settle.dwell_s;
         let mut feeds = self.feeds.iter();
-        feeds.all(|feed| feed.is_last_typical(feed.window_from_s(dwell_s, self.now_s)))
+        feeds.all(|stream| stream.is_last_typical(stream.window_from_s(dwell_s, self.now_s)))
     }
 
     /// Takes the reading, or asks what has to be asked first.
@@ -51,20 +51,20 @@ impl Machine {
             return;
         };
         let accepted = self.load.as_ref().map_or(&[][..], |load| &load.accepted);
-        let mut doubts = self.doubts(&taken).into_iter();
-        let open = doubts.find(|doubt| !accepted.contains(&doubt.rule));
-        if let Some(doubt) = open {
+        let mut failed_checks = self.failed_checks(&taken).into_iter();
+        let open = failed_checks.find(|capture_check| !accepted.contains(&capture_check.rule));
+        if let Some(capture_check) = open {
             let patient_s = PATIENT_DWELLS * self.plan.procedure.settle.dwell_s;
             let dwelt_s = self
                 .load
                 .as_ref()
                 .map_or(0.0, |load| load.dwell_s(self.now_s));
-            if !doubt.may_pass || dwelt_s >= patient_s {
-                self.ask_doubt(&doubt, out);
+            if !capture_check.may_pass || dwelt_s >= patient_s {
+                self.ask_capture_check(&capture_check, out);
             }
             return;
         }
-        if self.looks_at_zero_for_a_jump(&taken, out) {
+        if self.checks_zero_after_a_jump(&taken, out) {
             return;
         }
         self.applied = Some(Applied {
@@ -74,9 +74,9 @@ impl Machine {
         });
         self.note_shown();
         let from_s = self.now_s - self.plan.procedure.settle.dwell_s;
-        for feed in &mut self.feeds {
-            feed.learn_flicker(from_s);
-            feed.learn_digits();
+        for stream in &mut self.feeds {
+            stream.learn_flicker(from_s);
+            stream.learn_digits();
         }
         let text = format!(
             "reading {}: {:.2} N, {:.1} um",
@@ -86,12 +86,12 @@ impl Machine {
         );
         self.record(Event::Reading(Box::new(taken)), out);
         out.push(Action::Bell(Bell::Captured));
-        self.say(text, out);
+        self.notify(text, out);
         self.done();
     }
 
     /// A gauge that jumped while the other stood still has lost its zero, or its stand was moved: back to the preload, once for each load.
-    fn looks_at_zero_for_a_jump(&mut self, taken: &TakenReading, out: &mut Vec<Action>) -> bool {
+    fn checks_zero_after_a_jump(&mut self, taken: &TakenReading, out: &mut Vec<Action>) -> bool {
         let jumped = self.moved_alone(taken.cell);
         let Some(jumped) = jumped.filter(|_| taken.flag.is_empty()) else {
             return false;
@@ -113,9 +113,13 @@ impl Machine {
     }
 
     /// Whether the value that would be kept now fails a check.
-    pub(super) fn is_doubted(&self, cell: usize, index: usize, rule: &str) -> bool {
+    pub(super) fn fails_a_check(&self, cell: usize, index: usize, rule: &str) -> bool {
         let taken = self.reading(cell, index);
-        taken.is_none_or(|taken| self.doubts(&taken).iter().any(|doubt| doubt.rule == rule))
+        taken.is_none_or(|taken| {
+            self.failed_checks(&taken)
+                .iter()
+                .any(|capture_check| capture_check.rule == rule)
+        })
     }
 
     /// What would be kept now; `None` if a gauge has nothing that stands for now.
@@ -124,7 +128,7 @@ impl Machine {
         let planned = &place.readings[index];
         let load = self.load.as_ref()?;
         let zero = &self.state.zero.as_ref()?.set;
-        let last = |channel: Channel| self.feed(channel).last.as_ref();
+        let last = |channel: Channel| self.stream(channel).last.as_ref();
         let (force, displacement) = (last(Channel::Force)?, last(Channel::Displacement)?);
         let force_n = tidy(self.value(Channel::Force)?, force.resolution_si);
         let displacement_m = tidy(
@@ -163,7 +167,7 @@ impl Machine {
         })
     }
 
-    fn ask_doubt(&mut self, doubt: &Doubt, out: &mut Vec<Action>) {
+    fn ask_capture_check(&mut self, capture_check: &CaptureCheck, out: &mut Vec<Action>) {
         let accept = ("accept", "take it as it is; the reading is flagged");
         let again = (
             "again",
@@ -172,12 +176,12 @@ impl Machine {
         let skip = ("skip", "leave this reading out");
         let flip = ("flip", "the gauge is on the other side: reverse its sign");
         let mut choices = vec![again, accept, skip];
-        if doubt.rule == "displacement-sign" && !self.has_loaded_readings() {
+        if capture_check.rule == "displacement-sign" && !self.has_loaded_readings() {
             choices.push(flip);
         }
-        self.stood_still = doubt.still;
-        let prompt = Prompt::choice(doubt.rule, doubt.text.clone(), &choices);
-        self.ask(prompt, Why::Doubt(doubt.rule), out);
+        self.stood_still = capture_check.still;
+        let prompt = Prompt::choice(capture_check.rule, capture_check.text.clone(), &choices);
+        self.ask(prompt, Why::CaptureCheck(capture_check.rule), out);
     }
 
     /// Whether readings under load stand on the zero in use: their sign can no longer be turned.

@@ -1,6 +1,6 @@
 //! What comes from the gauges, and who they are.
 
-use crate::event::{Event, InstrumentSeen, LinkChange, Outcome};
+use crate::event::{Event, InstrumentSeen, LinkChange, SessionEnd};
 use crate::link_text::link_text;
 use crate::operator::Bell;
 use stiffbench_gauges::{Ask, Channel, GaugeEvent, LinkState};
@@ -16,16 +16,17 @@ impl Machine {
             // The other number of a packet is no value of this gauge.
             GaugeEvent::Sample { channel, sample } if sample.kind != channel.kind() => {}
             GaugeEvent::Sample { channel, sample } => {
-                let was_blocked = self.feed(channel).blocked.is_some();
-                let was_away = self.feed(channel).is_stale(sample.at_s);
-                if self.state.readings.is_empty() && self.feed(channel).is_set_otherwise(&sample) {
+                let was_blocked = self.stream(channel).blocked.is_some();
+                let was_away = self.stream(channel).is_stale(sample.at_s);
+                if self.state.readings.is_empty() && self.stream(channel).is_set_otherwise(&sample)
+                {
                     self.set_otherwise_before_the_first_reading(channel, out);
                 }
                 if let Err(reason) = self.feeds[channel.index()].sample(sample) {
                     self.hold_up(channel, reason, out);
                 } else {
                     if was_blocked {
-                        self.say(format!("the {channel} gauge is good again"), out);
+                        self.notify(format!("the {channel} gauge is good again"), out);
                     }
                     if was_away && self.settings.lag_s.is_finite() {
                         // Events in between were not observed.
@@ -36,7 +37,7 @@ impl Machine {
             }
             GaugeEvent::Rejected { channel, rejected } => {
                 let text = format!("{} [{}]", rejected.reason, rejected.raw);
-                if !self.feed(channel).is_said(&text, self.now_s) {
+                if !self.stream(channel).is_reported(&text, self.now_s) {
                     self.message(format!("{channel} gauge: {text}"), true, out);
                 }
                 self.feeds[channel.index()].reject(&rejected, self.now_s);
@@ -49,21 +50,21 @@ impl Machine {
             } => self.answered(channel, ask, answer, out),
             GaugeEvent::Link { channel, state, .. } => self.link(channel, &state, out),
             GaugeEvent::Note { channel, text, .. } => {
-                self.say(format!("{channel} gauge: {text}"), out);
+                self.notify(format!("{channel} gauge: {text}"), out);
             }
             GaugeEvent::Ended => {
-                self.end(Outcome::Partial, "the gauges send no more values", out);
+                self.end(SessionEnd::Partial, "the gauges send no more values", out);
             }
         }
     }
 
     /// Identity, unit and mode are asked for again; what was being done is computed again.
-    fn look_again(&mut self, channel: Channel, out: &mut Vec<Action>) {
+    fn recheck_instruments(&mut self, channel: Channel, out: &mut Vec<Action>) {
         self.checked = false;
         self.unit_unsure[channel.index()] = true;
         self.begin_histories();
         if let Some(open) = self.pending.take_if(|open| open.why.is_of_a_load()) {
-            self.say(format!("withdrawn: {}", open.prompt.text), out);
+            self.notify(format!("withdrawn: {}", open.prompt.text), out);
         }
         if self.pending.is_none() {
             self.reroute();
@@ -81,7 +82,7 @@ impl Machine {
             out,
         );
         self.unsure |= self.state.zero.is_some();
-        self.look_again(channel, out);
+        self.recheck_instruments(channel, out);
     }
 
     /// The line to a gauge went down or came back.
@@ -103,7 +104,7 @@ impl Machine {
         }
         if self.links[channel.index()] != text {
             self.links[channel.index()].clone_from(&text);
-            self.say(format!("{channel} gauge: {text}"), out);
+            self.notify(format!("{channel} gauge: {text}"), out);
             self.record(
                 Event::Link(LinkChange {
                     channel,
@@ -119,12 +120,12 @@ impl Machine {
     fn gauge_was_away(&mut self, channel: Channel, out: &mut Vec<Action>) {
         self.unsure |= self.state.zero.is_some();
         self.compares = self.unsure;
-        self.look_again(channel, out);
+        self.recheck_instruments(channel, out);
     }
 
     /// Nothing of a gauge may be used until it is good again.
     fn hold_up(&mut self, channel: Channel, reason: String, out: &mut Vec<Action>) {
-        if !self.feed(channel).is_said(&reason, self.now_s) {
+        if !self.stream(channel).is_reported(&reason, self.now_s) {
             self.message(reason.clone(), true, out);
             out.push(Action::Bell(Bell::Attention));
             let text = reason.clone();
@@ -164,7 +165,7 @@ impl Machine {
             return;
         }
         for channel in Channel::ALL {
-            if self.feed(channel).is_refused() {
+            if self.stream(channel).is_refused() {
                 self.asked_state_s = self.now_s;
                 out.push(Action::Ask(channel, Ask::State));
             }
@@ -187,7 +188,7 @@ impl Machine {
             let identity = self.identities[channel.index()].clone().unwrap_or_default();
             let known = self.state.instruments[channel.index()].as_ref();
             // A gauge that has not answered yet carries no information either.
-            let said = !identity.is_empty() || self.feed(channel).is_good(self.now_s);
+            let said = !identity.is_empty() || self.stream(channel).is_good(self.now_s);
             let other = said
                 && known
                     .is_some_and(|known| !known.identity.is_empty() && known.identity != identity);
@@ -196,12 +197,12 @@ impl Machine {
                 return;
             }
         }
-        if !self.feeds.iter().all(|feed| feed.is_good(self.now_s)) {
+        if !self.feeds.iter().all(|stream| stream.is_good(self.now_s)) {
             return;
         }
         for channel in Channel::ALL {
             let identity = self.identities[channel.index()].clone().unwrap_or_default();
-            let Some(last) = &self.feed(channel).last else {
+            let Some(last) = &self.stream(channel).last else {
                 return;
             };
             let known = self.state.instruments[channel.index()].as_ref();
@@ -215,7 +216,7 @@ impl Machine {
             };
             let changed = known != Some(&seen);
             if identity.is_empty() {
-                self.say(format!("the {channel} gauge does not identify itself"), out);
+                self.notify(format!("the {channel} gauge does not identify itself"), out);
             }
             if changed {
                 self.record(Event::Instrument(seen), out);

@@ -1,6 +1,6 @@
 //! Jumps of one gauge that the other does not explain.
 
-use crate::feed::Feed;
+use crate::gauge_stream::GaugeStream;
 use stiffbench_gauges::Channel;
 
 use super::Machine;
@@ -30,7 +30,10 @@ impl Machine {
     pub(super) fn moved_alone(&self, cell: usize) -> Option<MovedAlone> {
         let (_, from_s) = self.before.filter(|_| self.lag_s.is_finite())?;
         let (compliance, _) = self.compliance_m_per_n(cell)?;
-        let (force, displacement) = (self.feed(Channel::Force), self.feed(Channel::Displacement));
+        let (force, displacement) = (
+            self.stream(Channel::Force),
+            self.stream(Channel::Displacement),
+        );
         let digit_m = displacement.last.as_ref()?.resolution_si;
         let digit_n = force.last.as_ref()?.resolution_si;
         let spread_m = self.plan.procedure.settle.spread_m;
@@ -41,13 +44,19 @@ impl Machine {
         let signs = self.state.signs.map(|sign| sign.unwrap_or(1.0));
         // Both in metres along the axis, so that they are alike.
         let scales = [signs[0] * compliance, signs[1]];
-        let jumped = |of: &Feed, scale: f64, other: &Feed, other_scale: f64| {
+        let jumped = |of: &GaugeStream, scale: f64, other: &GaugeStream, other_scale: f64| {
             let lag_s = self.lag_s.max(other.period_s().unwrap_or(0.0));
             let other = Scaled {
-                feed: other,
+                stream: other,
                 scale: other_scale,
             };
-            net_jump(&Scaled { feed: of, scale }, &other, from_s, lag_s, least_m)
+            net_jump(
+                &Scaled { stream: of, scale },
+                &other,
+                from_s,
+                lag_s,
+                least_m,
+            )
         };
         let by_m = jumped(displacement, scales[1], force, scales[0]);
         if by_m.abs() > least_m {
@@ -66,7 +75,7 @@ impl Machine {
 
 /// A gauge whose values are multiplied.
 struct Scaled<'a> {
-    feed: &'a Feed,
+    stream: &'a GaugeStream,
     scale: f64,
 }
 
@@ -74,7 +83,7 @@ struct Scaled<'a> {
 /// the other did, `lag_s` before and after included, some times over in the same direction and a part of it in the other.
 fn net_jump(of: &Scaled<'_>, other: &Scaled<'_>, from_s: f64, lag_s: f64, least: f64) -> f64 {
     let values: Vec<(f64, f64)> = of
-        .feed
+        .stream
         .between(from_s - lag_s, f64::INFINITY)
         .map(|(at_s, value)| (at_s, of.scale * value))
         .collect();
@@ -88,8 +97,11 @@ fn net_jump(of: &Scaled<'_>, other: &Scaled<'_>, from_s: f64, lag_s: f64, least:
             .find(|(_, (end_s, end))| {
                 let step = end - begin;
                 let (from_s, to_s) = (begin_s - lag_s, end_s + lag_s);
-                let near = other.feed.range(from_s, to_s) * other.scale.abs();
-                let ends = other.feed.value_at(from_s).zip(other.feed.value_at(to_s));
+                let near = other.stream.range(from_s, to_s) * other.scale.abs();
+                let ends = other
+                    .stream
+                    .value_at(from_s)
+                    .zip(other.stream.value_at(to_s));
                 let way = ends.map_or(0.0, |(a, b)| (b - a) * other.scale);
                 let forward = way.abs() > near / 2.0 && way * step > 0.0;
                 let times = if forward || way.abs() <= near / 2.0 {

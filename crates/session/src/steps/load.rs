@@ -1,6 +1,6 @@
 //! Bringing the force to a target, and what settled means.
 
-use crate::feed::Window;
+use crate::gauge_stream::Window;
 use crate::operator::Prompt;
 use crate::view::{Purpose, SettleView};
 use stiffbench_gauges::Channel;
@@ -23,7 +23,7 @@ const STEADY_DWELLS: f64 = 3.0;
 
 /// The force on its way to a target.
 #[derive(Debug, Clone, PartialEq)]
-pub(super) struct Loading {
+pub(super) struct LoadApproach {
     pub(super) target_n: f64,
     pub(super) tolerance_n: f64,
     pub(super) purpose: Purpose,
@@ -42,7 +42,7 @@ pub(super) struct Loading {
     pub(super) accepted: Vec<&'static str>,
 }
 
-impl Loading {
+impl LoadApproach {
     pub(super) fn is_in_band(&self) -> bool {
         self.in_band_since_s.is_some()
     }
@@ -89,15 +89,15 @@ impl Machine {
         self.loaded |= matches!(purpose, Purpose::Reading | Purpose::Again);
         if purpose == Purpose::Again {
             let text = format!("apply {target_n} N again; it is not recorded");
-            self.say(text, out);
+            self.notify(text, out);
         }
         self.load = Some(match same.filter(|_| self.continues_a_load()) {
-            Some(on) => Loading {
+            Some(on) => LoadApproach {
                 accepted: Vec::new(),
                 asked: false,
                 ..on
             },
-            None => Loading {
+            None => LoadApproach {
                 target_n,
                 tolerance_n,
                 purpose,
@@ -134,7 +134,7 @@ impl Machine {
 
     /// Takes in the last sample of a gauge.
     pub(super) fn watch_load(&mut self, channel: Channel) {
-        let Some(force) = self.feed(channel).last.as_ref() else {
+        let Some(force) = self.stream(channel).last.as_ref() else {
             return;
         };
         let (at_s, value_si) = (force.at_s, force.value_si);
@@ -159,16 +159,16 @@ impl Machine {
         let dwell_needed_s = limits.dwell_s;
         let in_band_s = load.in_band_since_s;
         let window = |channel: Channel| {
-            let feed = self.feed(channel);
-            let from_s = feed.window_from_s(dwell_needed_s, self.now_s);
-            feed.window(in_band_s?.max(from_s))
+            let stream = self.stream(channel);
+            let from_s = stream.window_from_s(dwell_needed_s, self.now_s);
+            stream.window(in_band_s?.max(from_s))
         };
         let (force, displacement) = (window(Channel::Force), window(Channel::Displacement));
         let force_spread_limit_n = 2.0 * load.tolerance_n;
         // Across the band within one dwell.
         let force_slope_limit = force_spread_limit_n / dwell_needed_s.max(0.1);
         let dwell_s = load.dwell_s(self.now_s);
-        let fresh = self.feeds.iter().all(|feed| feed.is_good(self.now_s));
+        let fresh = self.feeds.iter().all(|stream| stream.is_good(self.now_s));
         let quiet = |window: Option<Window>, spread: f64, slope: f64| {
             window.is_some_and(|w| w.spread <= spread && w.slope_per_s.abs() <= slope)
         };
@@ -197,9 +197,11 @@ impl Machine {
             return false;
         };
         match load.purpose {
-            Purpose::Release => load.is_in_band() && self.feed(Channel::Force).is_good(self.now_s),
+            Purpose::Release => {
+                load.is_in_band() && self.stream(Channel::Force).is_good(self.now_s)
+            }
             Purpose::Again | Purpose::Free => {
-                let fresh = self.feeds.iter().all(|feed| feed.is_good(self.now_s));
+                let fresh = self.feeds.iter().all(|stream| stream.is_good(self.now_s));
                 fresh && settle.dwell_s >= settle.dwell_needed_s
             }
             Purpose::Preload | Purpose::Reading | Purpose::ZeroCheck => settle.settled,
@@ -214,7 +216,7 @@ impl Machine {
                 Purpose::Release | Purpose::Free | Purpose::Preload => self.released(),
                 Purpose::ZeroCheck => {
                     self.released();
-                    self.displacement_zero_looked_at();
+                    self.displacement_zero_checked();
                     return;
                 }
             }
@@ -304,8 +306,8 @@ impl Machine {
         if load.is_in_band() || self.now_s - load.began_s < steady_s {
             return;
         }
-        let feed = self.feed(Channel::Force);
-        let window = feed.window(self.now_s - steady_s);
+        let stream = self.stream(Channel::Force);
+        let window = stream.window(self.now_s - steady_s);
         let Some(window) = window.filter(|w| w.spread <= load.tolerance_n) else {
             return;
         };
@@ -318,7 +320,7 @@ impl Machine {
         let opposite = force_n * target_n < 0.0
             && (force_n + target_n).abs() <= (0.3 * target_n.abs()).max(load.tolerance_n);
         let asked = match purpose {
-            Purpose::Free if feed.is_good(self.now_s) => {
+            Purpose::Free if stream.is_good(self.now_s) => {
                 let prompt = Prompt::choice(
                     "force-offset",
                     format!("The force gauge shows {force_n:.2} N. Is it hanging free?"),

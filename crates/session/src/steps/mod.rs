@@ -16,7 +16,7 @@ mod route;
 mod settings;
 mod show;
 mod signs;
-mod zero_look;
+mod zero_check;
 mod zeroing;
 
 use std::collections::VecDeque;
@@ -24,8 +24,8 @@ use std::collections::VecDeque;
 use stiffbench_gauges::{Ask, Channel, GaugeEvent};
 use stiffbench_units_and_text::test_point::Cell;
 
-use super::event::{Ended, Event, Outcome, PoseSet};
-use super::feed::Feed;
+use super::event::{Ended, Event, PoseSet, SessionEnd};
+use super::gauge_stream::GaugeStream;
 use super::journal::Record;
 use super::live::cell_view;
 use super::operator::{Bell, OperatorEvent, Prompt, PromptKind};
@@ -35,7 +35,7 @@ use super::view::{CellView, Message, Purpose};
 
 use answers::Why;
 use job::{Applied, Job, ZeroDraft};
-use load::Loading;
+use load::LoadApproach;
 use signs::SignWatch;
 
 pub use settings::{Settings, lag_s};
@@ -74,7 +74,7 @@ pub enum Action {
     /// A line for the operator.
     Say(String),
     /// The session is over.
-    Finish(Outcome),
+    Finish(SessionEnd),
 }
 
 /// An open question.
@@ -94,13 +94,13 @@ pub struct Machine {
     plan: SessionPlan,
     settings: Settings,
     state: SessionState,
-    feeds: [Feed; 2],
+    feeds: [GaugeStream; 2],
     now_s: f64,
     queue: VecDeque<Job>,
     job: Option<Job>,
     /// How many jobs have begun.
     jobs: u64,
-    load: Option<Loading>,
+    load: Option<LoadApproach>,
     draft: Option<ZeroDraft>,
     watch: Option<SignWatch>,
     pending: Option<Pending>,
@@ -150,7 +150,7 @@ pub struct Machine {
     ports: [String; 2],
     paused: Option<String>,
     stopping: bool,
-    over: Option<Outcome>,
+    over: Option<SessionEnd>,
     unrecorded: usize,
     cell: CellView,
     messages: VecDeque<Message>,
@@ -162,15 +162,15 @@ impl Machine {
     pub fn new(plan: SessionPlan, settings: Settings, state: SessionState) -> Self {
         let lag_s = settings.lag_s;
         let compares = !state.readings.is_empty();
-        let feed = |channel: Channel| {
-            let mut feed = Feed::new(channel, settings.least_stale_s);
+        let stream = |channel: Channel| {
+            let mut stream = GaugeStream::new(channel, settings.least_stale_s);
             if let Some(known) = &state.instruments[channel.index()] {
-                feed.expect(&known.unit, known.resolution_si);
+                stream.expect(&known.unit, known.resolution_si);
             }
-            feed
+            stream
         };
         Self {
-            feeds: Channel::ALL.map(feed),
+            feeds: Channel::ALL.map(stream),
             focus: 0,
             now_s: state.last_s,
             signs_checked: state.signs.iter().all(Option::is_some),
@@ -224,7 +224,7 @@ impl Machine {
 
     /// How the session ended; `None` while it runs.
     #[must_use]
-    pub fn outcome(&self) -> Option<Outcome> {
+    pub fn outcome(&self) -> Option<SessionEnd> {
         self.over
     }
 
@@ -250,7 +250,7 @@ impl Machine {
         let mut out = Vec::new();
         self.now_s = self.now_s.max(now_s);
         if self.over.is_none() {
-            self.end(Outcome::Partial, reason, &mut out);
+            self.end(SessionEnd::Partial, reason, &mut out);
         }
         out
     }
@@ -283,12 +283,12 @@ impl Machine {
         self.state.apply(record);
         let changed = matches!(record.event, Event::Reading(_) | Event::Superseded(_));
         if changed || matches!(record.event, Event::PoseSet(_)) {
-            self.look_at_cell();
+            self.inspect_cell();
         }
     }
 
     /// Works out what the cell has given so far.
-    fn look_at_cell(&mut self) {
+    fn inspect_cell(&mut self) {
         if let Some(planned) = self.mounted.and_then(|cell| self.plan.cells.get(cell)) {
             let cell = Cell {
                 pose: planned.pose.clone(),
@@ -303,7 +303,7 @@ impl Machine {
         out.push(Action::Record(Box::new(event)));
     }
 
-    fn say(&mut self, text: impl Into<String>, out: &mut Vec<Action>) {
+    fn notify(&mut self, text: impl Into<String>, out: &mut Vec<Action>) {
         self.message(text.into(), false, out);
     }
 
@@ -324,7 +324,7 @@ impl Machine {
         self.pending = Some(Pending { prompt, why });
     }
 
-    fn feed(&self, channel: Channel) -> &Feed {
+    fn stream(&self, channel: Channel) -> &GaugeStream {
         &self.feeds[channel.index()]
     }
 
@@ -340,22 +340,23 @@ impl Machine {
 
     /// The last value along the axis, if it stands for now.
     fn value(&self, channel: Channel) -> Option<f64> {
-        let feed = self.feed(channel);
-        let last = feed.last.as_ref().filter(|_| feed.is_good(self.now_s))?;
+        let stream = self.stream(channel);
+        let good = stream.is_good(self.now_s);
+        let last = stream.last.as_ref().filter(|_| good)?;
         Some(self.along(channel, last.value_si))
     }
 
     /// Earlier values do not apply to later ones.
     fn begin_histories(&mut self) {
         self.before = None;
-        for feed in &mut self.feeds {
-            feed.begin_history();
+        for stream in &mut self.feeds {
+            stream.begin_history();
         }
     }
 
     fn forget_windows(&mut self) {
-        for feed in &mut self.feeds {
-            feed.forget();
+        for stream in &mut self.feeds {
+            stream.forget();
         }
         if let Some(load) = &mut self.load {
             load.left_band();
@@ -368,7 +369,7 @@ impl Machine {
             return;
         }
         if self.stopping && !self.in_the_middle_of_a_reading() {
-            self.end(Outcome::Partial, "the operator stopped it", out);
+            self.end(SessionEnd::Partial, "the operator stopped it", out);
             return;
         }
         self.withdraw_what_is_gone(out);
@@ -408,7 +409,7 @@ impl Machine {
                 let target_n = self.plan.cells[cell].readings[index].target_n;
                 self.begin_load(target_n, Purpose::Reading, out);
             }
-            Job::Finish => self.end(Outcome::Complete, "every planned reading is done", out),
+            Job::Finish => self.end(SessionEnd::Complete, "every planned reading is done", out),
         }
     }
 
@@ -417,7 +418,7 @@ impl Machine {
             Job::CheckInstruments => self.check_instruments(out),
             // These wait for an answer, which finishes them.
             Job::UnitShown(_) | Job::Ready | Job::Temperature | Job::SetUp(_) | Job::Finish => {}
-            Job::LookAtZero => self.work_zero_look(out),
+            Job::LookAtZero => self.work_zero_check(out),
             Job::SignCheck(cell) => self.work_sign_check(cell, out),
             Job::Load { purpose, .. } => self.work_load(purpose, out),
             Job::Zero {
@@ -479,11 +480,11 @@ impl Machine {
 
     fn in_the_middle_of_a_reading(&self) -> bool {
         let reading = matches!(self.job, Some(Job::Read { .. }));
-        let settling = self.load.as_ref().is_some_and(Loading::is_in_band);
+        let settling = self.load.as_ref().is_some_and(LoadApproach::is_in_band);
         reading && settling && self.pending.is_none() && self.paused.is_none()
     }
 
-    fn end(&mut self, outcome: Outcome, reason: &str, out: &mut Vec<Action>) {
+    fn end(&mut self, outcome: SessionEnd, reason: &str, out: &mut Vec<Action>) {
         self.over = Some(outcome);
         self.pending = None;
         let event = Event::Ended(Ended {

@@ -1,6 +1,6 @@
 //! What the operator does besides answering.
 
-use crate::event::{Event, Outcome, Paused, Superseded};
+use crate::event::{Event, Paused, SessionEnd, Superseded};
 use crate::operator::{OperatorEvent, Prompt, PromptKind, SkipScope};
 use stiffbench_gauges::{Ask, Channel};
 
@@ -14,17 +14,17 @@ impl Machine {
             OperatorEvent::Note { text: Some(text) } => self.note(&text, out),
             OperatorEvent::Interrupt => {
                 self.stopping = true;
-                self.say(
+                self.notify(
                     "stopping at the next safe point; once more to stop now",
                     out,
                 );
             }
             OperatorEvent::Abort => {
-                self.end(Outcome::Aborted, "the operator stopped it at once", out);
+                self.end(SessionEnd::Aborted, "the operator stopped it at once", out);
             }
             OperatorEvent::Pause => self.pause(out),
             _ if self.pending.is_some() => {
-                self.say("there is a question to be answered first", out);
+                self.notify("there is a question to be answered first", out);
             }
             _ if self.paused.is_some() => self.pause(out),
             OperatorEvent::Capture => self.capture_now(out),
@@ -55,11 +55,11 @@ impl Machine {
         if self.paused.take().is_some() {
             self.forget_windows();
             for channel in Channel::ALL {
-                if self.feed(channel).blocked.is_some() {
+                if self.stream(channel).blocked.is_some() {
                     out.push(Action::Ask(channel, Ask::Identity));
                 }
             }
-            self.say("going on", out);
+            self.notify("going on", out);
             return;
         }
         let reason = "by the operator".to_owned();
@@ -69,19 +69,22 @@ impl Machine {
 
     fn capture_now(&mut self, out: &mut Vec<Action>) {
         let Some(Job::Read { cell, index }) = self.job else {
-            self.say("no reading can be taken now", out);
+            self.notify("no reading can be taken now", out);
             return;
         };
         if self.is_ready(cell, index) {
             self.capture(cell, index, out);
             return;
         }
-        let good = self.feeds.iter().all(|feed| feed.is_good(self.now_s));
+        let good = self.feeds.iter().all(|stream| stream.is_good(self.now_s));
         if !good {
-            self.say("a gauge has no current value", out);
+            self.notify("a gauge has no current value", out);
             return;
         }
-        let in_band = self.load.as_ref().is_some_and(super::Loading::is_in_band);
+        let in_band = self
+            .load
+            .as_ref()
+            .is_some_and(super::LoadApproach::is_in_band);
         let text = if in_band {
             "The gauges have not settled yet."
         } else {
@@ -97,7 +100,7 @@ impl Machine {
 
     fn redo(&mut self, out: &mut Vec<Action>) {
         let Some(last) = self.state.last_accepted() else {
-            self.say("there is no reading yet", out);
+            self.notify("there is no reading yet", out);
             return;
         };
         let (number, cell, target_n) = (last.taken.number, last.taken.cell, last.taken.target_n);
@@ -109,7 +112,7 @@ impl Machine {
         }
         let reason = "taken once more".to_owned();
         self.record(Event::Superseded(Superseded { number, reason }), out);
-        self.say(format!("reading {number} is taken once more"), out);
+        self.notify(format!("reading {number} is taken once more"), out);
         self.focus = cell;
         self.queue.clear();
         self.job = None;
@@ -118,7 +121,7 @@ impl Machine {
     fn goto(&mut self, cell: usize, out: &mut Vec<Action>) {
         let Some(planned) = self.plan.cells.get(cell) else {
             let cells = self.plan.cells.len();
-            self.say(format!("there are cells 1 to {cells}"), out);
+            self.notify(format!("there are cells 1 to {cells}"), out);
             return;
         };
         let open =

@@ -1,7 +1,7 @@
 //! Plausibility checks of a reading: each gauge is compared with the other, and the reading with earlier readings of the cell.
 
 use crate::event::TakenReading;
-use crate::feed::Feed;
+use crate::gauge_stream::GaugeStream;
 use stiffbench_gauges::Channel;
 use stiffbench_units_and_text::test_point::Branch;
 
@@ -62,7 +62,7 @@ const AGAINST_SPREADS: f64 = 10.0;
 
 /// Why a reading is not taken without a question.
 #[derive(Debug, Clone, PartialEq)]
-pub(super) struct Doubt {
+pub(super) struct CaptureCheck {
     /// The rule, and the id of the prompt.
     pub(super) rule: &'static str,
     pub(super) text: String,
@@ -74,7 +74,7 @@ pub(super) struct Doubt {
 
 impl Machine {
     /// Checks that a reading fails.
-    pub(super) fn doubts(&self, taken: &TakenReading) -> Vec<Doubt> {
+    pub(super) fn failed_checks(&self, taken: &TakenReading) -> Vec<CaptureCheck> {
         let timed = self.settings.lag_s.is_finite().then(|| {
             [
                 self.displacement_stands_still(taken),
@@ -114,8 +114,14 @@ impl Machine {
     /// stands still would have to show, N or m; its flicker comes on top and is the last of what comes back.
     fn moved_behind(&self, still: Channel, visible: f64) -> Option<(f64, f64, f64)> {
         let (still, moving) = match still {
-            Channel::Force => (self.feed(Channel::Force), self.feed(Channel::Displacement)),
-            Channel::Displacement => (self.feed(Channel::Displacement), self.feed(Channel::Force)),
+            Channel::Force => (
+                self.stream(Channel::Force),
+                self.stream(Channel::Displacement),
+            ),
+            Channel::Displacement => (
+                self.stream(Channel::Displacement),
+                self.stream(Channel::Force),
+            ),
         };
         let digit = still.last.as_ref()?.resolution_si;
         let from_s = still.window_from_s(self.plan.procedure.settle.dwell_s, self.now_s);
@@ -146,7 +152,7 @@ impl Machine {
     }
 
     /// How far a gauge has moved bit by bit since a time, its lag taken off; 0 if half of it came at once: what was moved and put back.
-    fn crept_since(&self, moving: &Feed, since_s: f64) -> f64 {
+    fn crept_since(&self, moving: &GaugeStream, since_s: f64) -> f64 {
         let values = moving.between(since_s + self.settings.lag_s, f64::INFINITY);
         let values: Vec<f64> = values.map(|(_, value)| value).collect();
         let steps = values.windows(2).map(|pair| (pair[1] - pair[0]).abs());
@@ -160,10 +166,10 @@ impl Machine {
         }
     }
 
-    fn displacement_stands_still(&self, taken: &TakenReading) -> Option<Doubt> {
+    fn displacement_stands_still(&self, taken: &TakenReading) -> Option<CaptureCheck> {
         let settle = &self.plan.procedure.settle;
         let digit_m = self
-            .feed(Channel::Displacement)
+            .stream(Channel::Displacement)
             .last
             .as_ref()?
             .resolution_si;
@@ -176,7 +182,7 @@ impl Machine {
             Some((compliance, _)) => compliance * moved_n > visible_m + band_m,
             None => moved_n > STILL_TOLERANCES * settle.force_tolerance_n,
         };
-        still.then(|| Doubt {
+        still.then(|| CaptureCheck {
             rule: "frozen",
             text: format!(
                 "The displacement gauge has shown {} for {:.1} s while the force moved by {moved_n:.1} N: hold, end of travel, or not touching?",
@@ -188,10 +194,10 @@ impl Machine {
         })
     }
 
-    fn force_stands_still(&self, taken: &TakenReading) -> Option<Doubt> {
+    fn force_stands_still(&self, taken: &TakenReading) -> Option<CaptureCheck> {
         let settle = &self.plan.procedure.settle;
         let (compliance, _) = self.compliance_m_per_n(taken.cell)?;
-        let digit_n = self.feed(Channel::Force).last.as_ref()?.resolution_si;
+        let digit_n = self.stream(Channel::Force).last.as_ref()?.resolution_si;
         let mut visible_n = (STILL_DIGITS * digit_n)
             .max(settle.force_tolerance_n / STILL_TOLERANCES)
             .max(STILL_SHARE * taken.force_n.abs());
@@ -203,7 +209,7 @@ impl Machine {
             visible_n = visible_n.max(CREEP_SHARE * taken.force_n.abs());
         }
         let still = moved_m > settle.spread_m && moved_m > compliance * (visible_n + band_n);
-        still.then(|| Doubt {
+        still.then(|| CaptureCheck {
             rule: "frozen",
             text: format!(
                 "The force gauge has shown {} for {:.1} s while the displacement moved by {:.1} um: hold, peak mode, or overload?",
@@ -217,14 +223,14 @@ impl Machine {
     }
 
     /// Displays that used to flicker stand still since the dwell began: held, at a peak, or handed on by an adapter that repeats itself.
-    fn flicker_has_ended(&self, taken: &TakenReading) -> Option<Doubt> {
+    fn flicker_has_ended(&self, taken: &TakenReading) -> Option<CaptureCheck> {
         let dwell_s = self.load.as_ref()?.dwell_s(self.now_s);
         let from_s = self.now_s - dwell_s;
         let chances = self
             .feeds
             .iter()
-            .map(|feed| feed.chance_of_stillness(from_s));
-        (chances.product::<f64>() < CHANCE_OF_STILLNESS).then(|| Doubt {
+            .map(|stream| stream.chance_of_stillness(from_s));
+        (chances.product::<f64>() < CHANCE_OF_STILLNESS).then(|| CaptureCheck {
             rule: "frozen",
             text: format!(
                 "The displays flickered until now; for {dwell_s:.1} s they show {} and {} nearly without change: hold, peak mode, or an adapter that repeats itself?",
@@ -236,14 +242,14 @@ impl Machine {
         })
     }
 
-    fn against_the_force(&self, taken: &TakenReading) -> Option<Doubt> {
+    fn against_the_force(&self, taken: &TakenReading) -> Option<CaptureCheck> {
         let settle = &self.plan.procedure.settle;
         // The displacement counts from the preload: without load the end has moved back.
         let moved_n = taken.force_n - self.plan.procedure.preload_n;
         let clear = moved_n.abs() > settle.force_tolerance_n
             && taken.displacement_m.abs() > AGAINST_SPREADS * settle.spread_m;
         let against = moved_n * taken.displacement_m < 0.0;
-        (clear && against).then(|| Doubt {
+        (clear && against).then(|| CaptureCheck {
             rule: "displacement-sign",
             text: format!(
                 "The end moves by {:.1} um against a force of {:.1} N.",
@@ -256,7 +262,7 @@ impl Machine {
     }
 
     /// From one certain moment to the next, force and displacement change in proportion.
-    fn out_of_proportion(&self, taken: &TakenReading) -> Option<Doubt> {
+    fn out_of_proportion(&self, taken: &TakenReading) -> Option<CaptureCheck> {
         let settle = &self.plan.procedure.settle;
         let ([force_si, displacement_si], _) = self.before?;
         let before_n = self.along(Channel::Force, force_si);
@@ -271,7 +277,7 @@ impl Machine {
             factor = PROPORTION;
         }
         let digit_m = self
-            .feed(Channel::Displacement)
+            .stream(Channel::Displacement)
             .last
             .as_ref()?
             .resolution_si;
@@ -281,7 +287,7 @@ impl Machine {
         }
         let little = moved_m.abs() < expected_m / factor - slack_m;
         let much = moved_m.abs() > expected_m * factor + slack_m;
-        (little || much).then(|| Doubt {
+        (little || much).then(|| CaptureCheck {
             rule: "implausible",
             text: format!(
                 "The force changed by {changed_n:.1} N and the displacement by {:.1} um, where the cell so far lets expect {:.0} um: unit key, zero key, late display, or slip?",
@@ -316,7 +322,7 @@ impl Machine {
     }
 
     /// A displacement that is off what its repeats, or the other loads, let expect.
-    fn far_from_repeats(&self, taken: &TakenReading) -> Option<Doubt> {
+    fn far_from_repeats(&self, taken: &TakenReading) -> Option<CaptureCheck> {
         let spread_m = self.plan.procedure.settle.spread_m;
         let accepted = || {
             let all = self.state.readings.iter();
@@ -344,7 +350,7 @@ impl Machine {
             // The force was not exactly the same: a tolerance of force is that much displacement.
             let compliance = self
                 .compliance_m_per_n(taken.cell)
-                .map_or(0.0, |told| told.0);
+                .map_or(0.0, |is_known| is_known.0);
             let band_m = compliance * 2.0 * self.plan.procedure.settle.force_tolerance_n;
             let (mut squares, mut freedom) = (0.0, 0.0);
             let mut seen: Vec<&TakenReading> = Vec::new();
@@ -370,7 +376,7 @@ impl Machine {
             )
         };
         let off_m = (taken.displacement_m - expected_m).abs();
-        (off_m > limit_m).then(|| Doubt {
+        (off_m > limit_m).then(|| CaptureCheck {
             rule: "implausible",
             text: format!(
                 "{:.1} um at {:.1} N is {:.0} um off what {what} let expect.",
@@ -384,14 +390,14 @@ impl Machine {
     }
 
     /// A gauge that uses few last digits counts in coarser steps than it shows, or digits of it stand still.
-    fn few_digits(&self, channel: Channel) -> Option<Doubt> {
-        let feed = self.feed(channel);
+    fn few_digits(&self, channel: Channel) -> Option<CaptureCheck> {
+        let stream = self.stream(channel);
         let known = self.state.instruments[channel.index()].as_ref();
         if known.is_some_and(|known| known.step_si.is_some()) {
             return None;
         }
-        let few = feed.few_digits()?;
-        let digit = feed.last.as_ref()?.resolution_si;
+        let few = stream.few_digits()?;
+        let digit = stream.last.as_ref()?.resolution_si;
         let (factor, unit) = match channel {
             Channel::Force => (1.0, "N"),
             Channel::Displacement => (1e6, "um"),
@@ -400,7 +406,7 @@ impl Machine {
             Channel::Force => "force-steps",
             Channel::Displacement => "displacement-steps",
         };
-        Some(Doubt {
+        Some(CaptureCheck {
             rule,
             text: format!(
                 "The last digit of the {channel} gauge was only {} in {} different values; they are {:.3} {unit} apart: resolution key, or frozen digits?",
@@ -434,6 +440,6 @@ fn on_line(points: &[(f64, f64)], force_n: f64) -> Option<f64> {
         .iter()
         .map(|point| (point.0 - mean_n) * (point.1 - mean_m))
         .sum();
-    let told = points.len() >= 3 && sxx > 1.0;
-    told.then(|| mean_m + sxy / sxx * (force_n - mean_n))
+    let is_known = points.len() >= 3 && sxx > 1.0;
+    is_known.then(|| mean_m + sxy / sxx * (force_n - mean_n))
 }

@@ -1,7 +1,7 @@
 //! What a session is run with, besides its procedure.
 
 use stiffbench_measurement::procedure::Pace;
-use stiffbench_measurement::stiffness::Gauges as GaugeTerms;
+use stiffbench_measurement::stiffness::GaugePair as GaugeTerms;
 
 /// How far one gauge may be behind the other, s.
 const LAG_S: f64 = 0.1;

@@ -1,7 +1,9 @@
 //! The machine as a screen sees it.
 
-use crate::feed::Feed;
-use crate::view::{Band, GaugeView, Place, Progress, Purpose, SettleView, Task, View, ZeroView};
+use crate::gauge_stream::GaugeStream;
+use crate::view::{
+    Band, GaugeView, PlanPosition, Progress, Purpose, SessionView, SettleView, Task, ZeroView,
+};
 use stiffbench_gauges::Channel;
 
 use super::{Job, Machine};
@@ -9,9 +11,9 @@ use super::{Job, Machine};
 impl Machine {
     /// Where the session stands.
     #[must_use]
-    pub fn view(&self) -> View {
+    pub fn view(&self) -> SessionView {
         let started = self.state.started.as_ref();
-        View {
+        SessionView {
             session: started.map_or_else(String::new, |started| started.session.clone()),
             procedure: self.plan.procedure.name.clone(),
             now_s: self.now_s,
@@ -88,7 +90,7 @@ impl Machine {
         }
     }
 
-    fn place(&self) -> Option<Place> {
+    fn place(&self) -> Option<PlanPosition> {
         let open = match self.job {
             Some(Job::Read { cell, index }) => Some((cell, index)),
             _ => self.plan.next_open(&self.state, self.focus),
@@ -97,7 +99,7 @@ impl Machine {
         let planned = &self.plan.cells[cell];
         let reading = &planned.readings[index];
         let steps = planned.readings.iter().map(|reading| reading.step).max();
-        Some(Place {
+        Some(PlanPosition {
             pose: planned.pose.clone(),
             direction: planned.direction,
             branch: reading.branch,
@@ -114,12 +116,12 @@ impl Machine {
     }
 
     fn gauge_view(&self, channel: Channel) -> GaugeView {
-        let feed = self.feed(channel);
-        let last = feed.last.as_ref();
+        let stream = self.stream(channel);
+        let last = stream.last.as_ref();
         let seen = self.state.instruments[channel.index()].as_ref();
         let name = &self.settings.names[channel.index()];
         let identity = seen.map_or("", |seen| seen.identity.as_str());
-        let extremes = feed.extremes().map(|ends| {
+        let extremes = stream.extremes().map(|ends| {
             let [a, b] = ends.map(|value| self.along(channel, value));
             [a.min(b), a.max(b)]
         });
@@ -130,11 +132,11 @@ impl Machine {
             raw: last.map_or_else(String::new, |last| last.raw.to_string()),
             unit: last.map_or_else(String::new, |last| last.unit.to_string()),
             resolution_si: last.map(|last| last.resolution_si),
-            age_s: feed.age_s(self.now_s),
-            stale: feed.is_stale(self.now_s),
-            rate_hz: feed.period_s().filter(|s| *s > 0.0).map(|s| 1.0 / s),
+            age_s: stream.age_s(self.now_s),
+            stale: stream.is_stale(self.now_s),
+            rate_hz: stream.period_s().filter(|s| *s > 0.0).map(|s| 1.0 / s),
             extremes_si: extremes,
-            link: link(feed, &self.links[channel.index()]),
+            link: link(stream, &self.links[channel.index()]),
             sign_known: self.state.signs[channel.index()].is_some(),
         }
     }
@@ -172,13 +174,13 @@ impl Machine {
         let troubles = self
             .feeds
             .iter()
-            .filter_map(|feed| feed.trouble(self.now_s));
+            .filter_map(|stream| stream.trouble(self.now_s));
         let blocked = troubles.map(str::to_owned);
         let stale = self
             .feeds
             .iter()
-            .filter(|feed| feed.blocked.is_none() && feed.is_stale(self.now_s));
-        let stale = stale.map(|feed| format!("nothing comes from the {} gauge", feed.channel));
+            .filter(|stream| stream.blocked.is_none() && stream.is_stale(self.now_s));
+        let stale = stale.map(|stream| format!("nothing comes from the {} gauge", stream.channel));
         let unsteady = self
             .load
             .as_ref()
@@ -191,8 +193,8 @@ impl Machine {
 }
 
 /// How a line stands, in words; empty while all is well.
-fn link(feed: &Feed, text: &str) -> String {
-    match &feed.blocked {
+fn link(stream: &GaugeStream, text: &str) -> String {
+    match &stream.blocked {
         Some(_) if !text.is_empty() => text.to_owned(),
         Some(reason) => reason.clone(),
         None => String::new(),

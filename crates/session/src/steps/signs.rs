@@ -46,15 +46,15 @@ impl Machine {
         let text = format!(
             "let go, then push by hand on the force gauge toward {way}{direction}, {size_n:.0} N or more"
         );
-        self.say(text, out);
+        self.notify(text, out);
     }
 
     pub(super) fn work_sign_check(&mut self, cell: usize, out: &mut Vec<Action>) {
         let Some(watch) = self.watch else {
             return;
         };
-        let good = self.feeds.iter().all(|feed| feed.is_good(self.now_s));
-        let shown = |channel: Channel| Some(self.feed(channel).last.as_ref()?.value_si);
+        let good = self.feeds.iter().all(|stream| stream.is_good(self.now_s));
+        let shown = |channel: Channel| Some(self.stream(channel).last.as_ref()?.value_si);
         let (Some(force), Some(moved), true) =
             (shown(Channel::Force), shown(Channel::Displacement), good)
         else {
@@ -65,7 +65,7 @@ impl Machine {
             return;
         };
         let (force_n, moved_m) = (force - force_0, moved - moved_0);
-        let digit = self.feed(Channel::Displacement).last.as_ref();
+        let digit = self.stream(Channel::Displacement).last.as_ref();
         let least_m = (DIGITS * digit.map_or(0.0, |last| last.resolution_si)).max(DIGITS * noise);
         let push_n = self.push_n().abs();
         if force_n.abs() < push_n {
@@ -92,8 +92,8 @@ impl Machine {
     /// What the gauges show before the push.
     fn take_base(&mut self) {
         let window = |channel: Channel| {
-            let feed = self.feed(channel);
-            feed.window(feed.window_from_s(BASE_S, self.now_s))
+            let stream = self.stream(channel);
+            stream.window(stream.window_from_s(BASE_S, self.now_s))
         };
         let quiet_n = self.plan.procedure.settle.force_tolerance_n;
         let both = window(Channel::Force)
@@ -129,7 +129,7 @@ impl Machine {
 
     /// How far the end gave way, over all of the push and the way to the zero: at its first moments one gauge is behind the other.
     pub(super) fn learn_from_push(&mut self, cell: usize) {
-        let range = |channel: Channel| self.feed(channel).range(f64::NEG_INFINITY, f64::INFINITY);
+        let range = |channel: Channel| self.stream(channel).range(f64::NEG_INFINITY, f64::INFINITY);
         let (force_n, moved_m) = (range(Channel::Force), range(Channel::Displacement));
         if self.pushed.is_none() && force_n >= self.push_n().abs() {
             self.pushed = Some((cell, moved_m / force_n));
@@ -137,7 +137,7 @@ impl Machine {
     }
 
     /// The operator's answer on the direction of the push: `push` is 1 toward the positive end.
-    pub(super) fn way_told(&mut self, push: f64, way: [f64; 2], out: &mut Vec<Action>) {
+    pub(super) fn confirmed_sign(&mut self, push: f64, way: [f64; 2], out: &mut Vec<Action>) {
         let described = self.settings.compression_sign;
         if described.is_some_and(|sign| sign != way[0]) {
             let prompt = Prompt::choice(

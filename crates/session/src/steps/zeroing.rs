@@ -1,6 +1,6 @@
 //! Setting the zero: by the gauge where it has a command for it, else by taking off what it shows.
 
-use crate::event::{Event, ZeroMoment, Zeroed};
+use crate::event::{Event, ZeroOccasion, Zeroed};
 use crate::operator::Prompt;
 use stiffbench_gauges::{Ask, Channel};
 
@@ -44,7 +44,7 @@ impl Machine {
         draft.by_gauge[channel.index()] = answer.is_ok();
         self.feeds[channel.index()].forget();
         if let Err(reason) = answer {
-            self.say(
+            self.notify(
                 format!("the {channel} gauge is zeroed by taking off what it shows ({reason})"),
                 out,
             );
@@ -63,7 +63,7 @@ impl Machine {
             return;
         };
         let settle = self.plan.procedure.settle;
-        let feed = self.feed(channel);
+        let stream = self.stream(channel);
         let waited_s = self.now_s - since_s;
         let by_gauge = draft.by_gauge;
         // No sooner than this gauge has once needed.
@@ -73,8 +73,9 @@ impl Machine {
             0.0
         };
         let dwelt = waited_s >= settle.dwell_s.max(takes_s);
-        let from_s = since_s.max(feed.window_from_s(settle.dwell_s, self.now_s));
-        let (Some(window), true) = (feed.window(from_s), dwelt && feed.is_good(self.now_s)) else {
+        let from_s = since_s.max(stream.window_from_s(settle.dwell_s, self.now_s));
+        let (Some(window), true) = (stream.window(from_s), dwelt && stream.is_good(self.now_s))
+        else {
             return;
         };
         let limit = match channel {
@@ -84,9 +85,9 @@ impl Machine {
         if window.spread > limit {
             return;
         }
-        let digit = feed.last.as_ref().map_or(0.0, |last| last.resolution_si);
+        let digit = stream.last.as_ref().map_or(0.0, |last| last.resolution_si);
         // A gauge may acknowledge at once and set its zero a second later.
-        let last = |share: f64| feed.window(self.now_s - share * settle.dwell_s);
+        let last = |share: f64| stream.window(self.now_s - share * settle.dwell_s);
         if by_gauge[channel.index()]
             && waited_s < LEVEL_DWELLS * settle.dwell_s
             && last(0.25).or(last(0.5)).is_some_and(|later| {
@@ -126,7 +127,7 @@ impl Machine {
 
     /// A gauge that confirms its zero and shows another value holds its display, or its keys are locked.
     fn ask_zero_not_shown(&mut self, channel: Channel, out: &mut Vec<Action>) {
-        let shown = self.feed(channel).last.as_ref();
+        let shown = self.stream(channel).last.as_ref();
         let shown = shown.map_or_else(String::new, |last| last.raw.trim().to_owned());
         let text =
             format!("The {channel} gauge confirmed its zero, but shows {shown}: hold, or locked?");
@@ -163,9 +164,9 @@ impl Machine {
         self.draft = None;
         self.unsure = false;
         let from_s = self.now_s - self.plan.procedure.settle.dwell_s;
-        for feed in &mut self.feeds {
-            feed.learn_flicker(from_s);
-            feed.learn_digits();
+        for stream in &mut self.feeds {
+            stream.learn_flicker(from_s);
+            stream.learn_digits();
         }
         self.begin_histories();
         self.note_shown();
@@ -173,7 +174,7 @@ impl Machine {
             cell,
             scope,
             label: label.clone(),
-            moment: ZeroMoment::Before,
+            moment: ZeroOccasion::Before,
             force_offset_n,
             displacement_offset_m,
             by_gauge,
@@ -182,12 +183,12 @@ impl Machine {
             flag: String::new(),
         });
         self.record(event, out);
-        self.say(format!("zero {label} is set"), out);
+        self.notify(format!("zero {label} is set"), out);
     }
 
     /// Keeps what the gauges show now, to detect a frozen one later.
     pub(super) fn note_shown(&mut self) {
-        let shown = |channel: Channel| Some(self.feed(channel).last.as_ref()?.value_si);
+        let shown = |channel: Channel| Some(self.stream(channel).last.as_ref()?.value_si);
         let both = shown(Channel::Force).zip(shown(Channel::Displacement));
         self.before = both.map(|(force, displacement)| ([force, displacement], self.now_s));
     }

@@ -35,7 +35,7 @@ pub(super) struct CellKey {
 
 /// A cell, computed.
 #[derive(Debug)]
-pub(super) struct Cell {
+pub(super) struct SolvedCell {
     key: CellKey,
     setup: EmulatedSetup,
     planned: Vec<PlannedReading>,
@@ -49,7 +49,7 @@ pub(super) struct Cell {
     tip_m: f64,
 }
 
-impl Cell {
+impl SolvedCell {
     pub(super) fn new(
         key: CellKey,
         laws: &LawSet,

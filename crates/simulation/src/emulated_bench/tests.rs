@@ -91,7 +91,7 @@ fn without_noise_it_is_the_compliance_of_the_robot() {
 }
 
 #[test]
-fn what_is_read_depends_on_the_seed_and_not_on_who_reads_when() {
+fn readings_depend_on_the_seed_and_not_on_the_order_of_reading() {
     let procedure = procedure("paper");
     let setup = EmulatedSetup {
         seed: 3,

@@ -13,7 +13,7 @@ use super::table::Table;
 
 /// One step into a TOML document.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Step<'a> {
+pub enum DocumentStep<'a> {
     /// Into a table.
     Key(&'a str),
     /// Into an array.
@@ -46,19 +46,19 @@ impl<'a> Document<'a> {
 
     /// Bytes of the value at `path`; of the longest part of the path that exists otherwise.
     #[must_use]
-    pub fn value_span(&self, path: &[Step<'_>]) -> Range<usize> {
+    pub fn value_span(&self, path: &[DocumentStep<'_>]) -> Range<usize> {
         self.spans(path).0
     }
 
     /// Bytes of the key that the last step of `path` names; of the value if the path does not end at a key that exists.
     #[must_use]
-    pub fn key_span(&self, path: &[Step<'_>]) -> Range<usize> {
+    pub fn key_span(&self, path: &[DocumentStep<'_>]) -> Range<usize> {
         let (value, key) = self.spans(path);
         key.unwrap_or(value)
     }
 
     /// Spans of the last value on a path that exists and, if that is the end of the path, of its key.
-    fn spans(&self, path: &[Step<'_>]) -> (Range<usize>, Option<Range<usize>>) {
+    fn spans(&self, path: &[DocumentStep<'_>]) -> (Range<usize>, Option<Range<usize>>) {
         let mut spans = (0..0, None);
         let mut value: Option<&DeValue<'_>> = None;
         for (depth, step) in path.iter().enumerate() {
@@ -68,10 +68,10 @@ impl<'a> Document<'a> {
                 _ => None,
             };
             let next = match (step, value) {
-                (Step::Key(key), _) => table
+                (DocumentStep::Key(key), _) => table
                     .and_then(|table| table.get_key_value(*key))
                     .map(|(key, next)| (Some(key.span()), next)),
-                (Step::Index(index), Some(DeValue::Array(array))) => {
+                (DocumentStep::Index(index), Some(DeValue::Array(array))) => {
                     array.get(*index).map(|next| (None, next))
                 }
                 _ => None,
@@ -88,13 +88,13 @@ impl<'a> Document<'a> {
 impl SourceText {
     /// Bytes of the value at `path` in this TOML text; of the longest part of the path that exists otherwise.
     #[must_use]
-    pub fn toml_span(&self, path: &[Step<'_>]) -> Range<usize> {
+    pub fn toml_span(&self, path: &[DocumentStep<'_>]) -> Range<usize> {
         Document::parse(self).map_or(0..0, |document| document.value_span(path))
     }
 
     /// Bytes of the key that the last step of `path` names; of the value if the path does not end at a key that exists.
     #[must_use]
-    pub fn toml_key_span(&self, path: &[Step<'_>]) -> Range<usize> {
+    pub fn toml_key_span(&self, path: &[DocumentStep<'_>]) -> Range<usize> {
         Document::parse(self).map_or(0..0, |document| document.key_span(path))
     }
 }

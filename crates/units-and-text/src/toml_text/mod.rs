@@ -1,15 +1,15 @@
 //! TOML texts, read with the place of every key and value: the one way from a TOML file to what it says.
 //!
-//! A format with types of its own is read by [`read`]; one that is read key by key by [`Document`], [`Table`] and [`Value`].
+//! A format with types of its own is read by [`read`]; one that is read key by key by [`Document`], [`Table`] and [`TomlValue`].
 
 mod document;
 mod problem;
 mod table;
 mod types;
 
-pub use document::{Document, Step};
+pub use document::{Document, DocumentStep};
 pub use problem::{TomlError, TomlProblem, UnknownKey};
-pub use table::{Table, Value};
+pub use table::{Table, TomlValue};
 pub use types::{Known, read, read_types, remove_null};
 
 /// A value, or what is wrong in its place.

@@ -69,9 +69,9 @@ impl<'a> Table<'a> {
     }
 
     /// All keys with their places and values.
-    pub fn entries(&self) -> impl Iterator<Item = (&'a str, Range<usize>, Value<'a>)> {
+    pub fn entries(&self) -> impl Iterator<Item = (&'a str, Range<usize>, TomlValue<'a>)> {
         self.entries.iter().map(|(key, value)| {
-            let value = Value {
+            let value = TomlValue {
                 source: self.source,
                 path: self.path_of(key.get_ref()),
                 spanned: value,
@@ -82,9 +82,9 @@ impl<'a> Table<'a> {
 
     /// The value of a key.
     #[must_use]
-    pub fn get(&self, key: &str) -> Option<Value<'a>> {
+    pub fn get(&self, key: &str) -> Option<TomlValue<'a>> {
         self.asked.borrow_mut().push(key.to_owned());
-        Some(Value {
+        Some(TomlValue {
             source: self.source,
             path: self.path_of(key),
             spanned: self.entries.get(key)?,
@@ -95,7 +95,7 @@ impl<'a> Table<'a> {
     ///
     /// # Errors
     /// It is not there.
-    pub fn require(&self, key: &str) -> Read<Value<'a>> {
+    pub fn require(&self, key: &str) -> Read<TomlValue<'a>> {
         self.get(key).ok_or_else(|| {
             let (key, table) = (key.to_owned(), self.name());
             self.error(self.span(), TomlProblem::Missing { key, table })
@@ -106,7 +106,11 @@ impl<'a> Table<'a> {
     ///
     /// # Errors
     /// Those of `how`.
-    pub fn read<T>(&self, key: &str, how: impl FnOnce(&Value<'a>) -> Read<T>) -> Read<Option<T>> {
+    pub fn read<T>(
+        &self,
+        key: &str,
+        how: impl FnOnce(&TomlValue<'a>) -> Read<T>,
+    ) -> Read<Option<T>> {
         self.get(key).as_ref().map(how).transpose()
     }
 
@@ -114,7 +118,7 @@ impl<'a> Table<'a> {
     ///
     /// # Errors
     /// No array, and those of `how`.
-    pub fn read_all<T>(&self, key: &str, how: impl Fn(&Value<'a>) -> Read<T>) -> Read<Vec<T>> {
+    pub fn read_all<T>(&self, key: &str, how: impl Fn(&TomlValue<'a>) -> Read<T>) -> Read<Vec<T>> {
         match self.get(key) {
             Some(value) => value.items()?.iter().map(how).collect(),
             None => Ok(Vec::new()),
@@ -128,7 +132,7 @@ impl<'a> Table<'a> {
         stem: &str,
         suffix: &str,
         kind: Kind,
-    ) -> Option<(Range<usize>, &'a str, Value<'a>)> {
+    ) -> Option<(Range<usize>, &'a str, TomlValue<'a>)> {
         let usual = kind.units().split(", ").next().unwrap_or_default();
         self.asked
             .borrow_mut()
@@ -146,7 +150,7 @@ impl<'a> Table<'a> {
     pub fn wrong_unit(
         &self,
         key: Range<usize>,
-        value: &Value<'_>,
+        value: &TomlValue<'_>,
         unit: &str,
         kind: Kind,
     ) -> TomlError {
@@ -238,14 +242,14 @@ impl<'a> Table<'a> {
 
 /// A value in its text.
 #[derive(Debug, Clone)]
-pub struct Value<'a> {
+pub struct TomlValue<'a> {
     source: &'a SourceText,
     /// The keys that lead here.
     path: String,
     spanned: &'a Spanned<DeValue<'a>>,
 }
 
-impl<'a> Value<'a> {
+impl<'a> TomlValue<'a> {
     /// Where the value stands.
     #[must_use]
     pub fn span(&self) -> Range<usize> {
@@ -339,11 +343,11 @@ impl<'a> Value<'a> {
     ///
     /// # Errors
     /// No array.
-    pub fn items(&self) -> Read<Vec<Value<'a>>> {
+    pub fn items(&self) -> Read<Vec<TomlValue<'a>>> {
         let DeValue::Array(items) = self.parsed() else {
             return Err(self.wrong("an array"));
         };
-        let item = |spanned| Value {
+        let item = |spanned| TomlValue {
             source: self.source,
             path: self.path.clone(),
             spanned,

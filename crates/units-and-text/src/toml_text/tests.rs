@@ -9,15 +9,15 @@ const NESTED: &str = "a = 1\nlist = [\n  { x = 2, y = \"µ\" },\n  { x = 3 },\n]
 
 #[test]
 fn finds_values_and_keys_in_nested_toml() {
-    use Step::{Index, Key};
+    use DocumentStep::{Index, Key};
     let source = SourceText::new("f", NESTED);
-    let value = |path: &[Step<'_>]| source.line_and_column(source.toml_span(path).start);
+    let value = |path: &[DocumentStep<'_>]| source.line_and_column(source.toml_span(path).start);
     assert_eq!(value(&[Key("list"), Index(1), Key("x")]), (4, 9));
     assert_eq!(value(&[Key("t"), Key("u"), Key("v")]), (7, 5));
     // A path that leads nowhere points at the last thing that exists.
     assert_eq!(value(&[Key("list"), Index(0), Key("z")]), (3, 3));
     assert_eq!(source.toml_span(&[Index(0)]), 0..0);
-    let key = |path: &[Step<'_>]| source.line_and_column(source.toml_key_span(path).start);
+    let key = |path: &[DocumentStep<'_>]| source.line_and_column(source.toml_key_span(path).start);
     assert_eq!(key(&[Key("list"), Index(0), Key("y")]), (3, 12));
     assert_eq!(key(&[Key("t"), Key("u"), Key("v")]), (7, 1));
     assert_eq!(key(&[Key("list"), Index(1), Key("z")]), (4, 3));
@@ -30,16 +30,16 @@ fn values_are_read_with_their_places() {
     let source = SourceText::new("f.toml", text);
     let document = Document::parse(&source).unwrap();
     let root = document.root();
-    assert_eq!(root.read("n", Value::number).unwrap(), Some(1000.5));
-    assert_eq!(root.read("w", Value::count).unwrap(), Some(16_u8));
-    let serial = root.read("serial", Value::text_or_digits).unwrap();
+    assert_eq!(root.read("n", TomlValue::number).unwrap(), Some(1000.5));
+    assert_eq!(root.read("w", TomlValue::count).unwrap(), Some(16_u8));
+    let serial = root.read("serial", TomlValue::text_or_digits).unwrap();
     assert_eq!(serial.as_deref(), Some("42"));
     let (key, unit, value) = root.find_with_unit("d", "", Kind::Displacement).unwrap();
     assert_eq!((unit, value.digits().unwrap()), ("mm", "3"));
     let unit = root.wrong_unit(key, &value, unit, Kind::Force);
     assert_eq!(unit.0.place(), "f.toml:4:1");
     let table = root.require("t").unwrap().table().unwrap();
-    let error = table.read_all("names", Value::text).unwrap_err().0;
+    let error = table.read_all("names", TomlValue::text).unwrap_err().0;
     assert_eq!(
         error.to_string(),
         "f.toml:6:15: `t.names` is `7`, expected a text in quotes"
@@ -51,7 +51,7 @@ fn values_are_read_with_their_places() {
 }
 
 #[test]
-fn keys_that_nobody_asked_for_come_with_the_one_that_is_meant() {
+fn an_unknown_key_is_reported_with_the_nearest_known_key() {
     let source = SourceText::new("f", "[a]\ndwel_s = 1\ncolour = 2\nname = 3\n");
     let document = Document::parse(&source).unwrap();
     let table = document.root().require("a").unwrap().table().unwrap();

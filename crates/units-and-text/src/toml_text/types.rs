@@ -8,7 +8,7 @@ use crate::nearest::nearest;
 use crate::source_text::{PlacedError, SourceText};
 
 use super::problem::{TomlError, TomlProblem, UnknownKey};
-use super::{Document, Read, Step};
+use super::{Document, DocumentStep, Read};
 
 /// The content of a text, and the keys that belong to nothing in the format.
 pub type Known<T> = (T, Vec<UnknownKey>);
@@ -70,17 +70,17 @@ impl TomlError {
 }
 
 /// The way to an ignored key.
-fn collect_steps<'a>(path: &'a serde_ignored::Path<'_>, steps: &mut Vec<Step<'a>>) {
+fn collect_steps<'a>(path: &'a serde_ignored::Path<'_>, steps: &mut Vec<DocumentStep<'a>>) {
     use serde_ignored::Path;
     match path {
         Path::Root => {}
         Path::Seq { parent, index } => {
             collect_steps(parent, steps);
-            steps.push(Step::Index(*index));
+            steps.push(DocumentStep::Index(*index));
         }
         Path::Map { parent, key } => {
             collect_steps(parent, steps);
-            steps.push(Step::Key(key));
+            steps.push(DocumentStep::Key(key));
         }
         Path::Some { parent }
         | Path::NewtypeStruct { parent }

@@ -67,7 +67,7 @@ mod on_unix {
             let thread = thread::spawn(move || {
                 // The other side stays open, whoever comes and goes.
                 let _slave = slave;
-                if work.is_told_to_start() {
+                if work.starts_on_command() {
                     work.send();
                 }
             });
@@ -100,7 +100,7 @@ mod on_unix {
             self.stop.load(Ordering::Relaxed)
         }
 
-        fn is_told_to_start(&mut self) -> bool {
+        fn starts_on_command(&mut self) -> bool {
             let mut heard = Vec::new();
             let mut buffer = [0; 64];
             while !self.is_stopped() {

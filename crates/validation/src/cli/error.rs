@@ -8,11 +8,11 @@ use miette::Diagnostic;
 #[derive(Debug, thiserror::Error, Diagnostic)]
 pub(crate) enum ValidationError {
     /// A folder of proof data that is not there.
-    #[error("{path}: there is no such file or folder, and the proof needs it")]
+    #[error("{path}: there is no such file or folder, and the validation needs it")]
     #[diagnostic(
         code(stiffbench::input::proof_data),
         help(
-            "the concealed sessions and recordings are too large for the program and stand in the folder data of its repository: run \
+            "the concealed sessions and recordings are too large for the program and are in the folder data of its repository: run \
              stiffbench-validate prove in a clone of it, or name that folder with --data"
         )
     )]
@@ -43,11 +43,11 @@ pub(crate) enum ValidationError {
     NoCalculix {
         /// What was to be run.
         program: PathBuf,
-        /// What the system says.
+        /// The error of the operating system.
         source: std::io::Error,
     },
     /// Something else than CalculiX.
-    #[error("{program} is not CalculiX: it does not say its version")]
+    #[error("{program} is not CalculiX: it does not report its version")]
     #[diagnostic(
         code(stiffbench::reference::no_calculix),
         help("name the solver, ccx, with --ccx PATH; cgx is the viewer")

@@ -19,12 +19,12 @@ use stiffbench::instrument::emulator::{FaultScript, ScriptedFault};
 use stiffbench::procedure::{Procedure, Settle};
 use stiffbench::quantity::METRES_PER_MICROMETRE;
 use stiffbench::readings::{Reading, RepeatOrder, ZeroScope};
-use stiffbench::report::TextTable;
+use stiffbench::report::AlignedTable;
 use stiffbench::source_text::SourceText;
 use stiffbench::test_point::{Branch, Direction, PoseId};
 
 use super::rehearsal::{Rehearsal, Rehearsed};
-use stiffbench::cli::practice::PHASES;
+use stiffbench::cli::rehearsal::PHASES;
 
 /// Arguments of `faults`.
 #[derive(Debug, clap::Args)]
@@ -53,14 +53,14 @@ pub(crate) struct FaultsArgs {
 }
 
 /// A fault with its entry in a fault script, without its moment; and what mends it where it does not end by itself.
-struct Case {
+struct FaultCase {
     name: &'static str,
     entry: &'static str,
     mend: &'static str,
 }
 
-const fn case(name: &'static str, entry: &'static str) -> Case {
-    Case {
+const fn case(name: &'static str, entry: &'static str) -> FaultCase {
+    FaultCase {
         name,
         entry,
         mend: "",
@@ -68,7 +68,7 @@ const fn case(name: &'static str, entry: &'static str) -> Case {
 }
 
 /// Every fault, on one gauge or the other.
-const CASES: [Case; 22] = [
+const CASES: [FaultCase; 22] = [
     case(
         "partial packets",
         "gauge = \"force\"\nwhat = \"partial-packet\"\nby_s = 0.2\nfor_s = 4.0",
@@ -89,12 +89,12 @@ const CASES: [Case; 22] = [
         "NUL before a packet",
         "gauge = \"displacement\"\nwhat = \"nul\"\nfor_packets = 5",
     ),
-    Case {
+    FaultCase {
         name: "unit switched, force",
         entry: "gauge = \"force\"\nwhat = \"unit\"\nunit = \"lbF\"",
         mend: "force unit unit=N",
     },
-    Case {
+    FaultCase {
         name: "unit switched, displacement",
         entry: "gauge = \"displacement\"\nwhat = \"unit\"\nunit = \"inch\"",
         mend: "displacement unit unit=mm",
@@ -151,7 +151,7 @@ const CASES: [Case; 22] = [
         "unplugged",
         "gauge = \"displacement\"\nwhat = \"unplug\"\nfor_s = 3.0",
     ),
-    Case {
+    FaultCase {
         name: "adapters swapped",
         entry: "what = \"swap\"\nfor_s = 1.2",
         mend: "both swap for_s=1.2",
@@ -169,7 +169,7 @@ const SAME_N: f64 = 0.21;
 
 /// What a fault did.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum Effect {
+enum FaultEffect {
     /// The session went on by itself.
     Survived,
     /// It stopped with its reasons, and went on when it was taken up again.
@@ -180,7 +180,7 @@ enum Effect {
     FalseReading,
 }
 
-impl Effect {
+impl FaultEffect {
     fn word(self) -> &'static str {
         match self {
             Self::Survived => "went on",
@@ -192,7 +192,7 @@ impl Effect {
 }
 
 /// A fault in a phase.
-struct Trial {
+struct FaultTrial {
     case: usize,
     phase: &'static str,
 }
@@ -209,13 +209,13 @@ pub(crate) fn run(args: &FaultsArgs, global: &Global) -> Result<Outcome, Failure
         robot: Some("hp-robot".to_owned()),
         ..ModelChoice::default()
     };
-    let chosen = resolve(&choice, None)?;
-    let trials: Vec<Trial> = cases
+    let resolved = resolve(&choice, None)?;
+    let trials: Vec<FaultTrial> = cases
         .iter()
-        .flat_map(|&case| phases.iter().map(move |&phase| Trial { case, phase }))
+        .flat_map(|&case| phases.iter().map(move |&phase| FaultTrial { case, phase }))
         .collect();
     let bar = progress(global, "faults", trials.len() as u64);
-    let truths = [false, true].map(|at_load| rehearse(args, &chosen, at_load, None));
+    let truths = [false, true].map(|at_load| rehearse(args, &resolved, at_load, None));
     let [sweep, at_load] = truths;
     let truths = [sweep?, at_load?];
     let next = AtomicUsize::new(0);
@@ -224,7 +224,8 @@ pub(crate) fn run(args: &FaultsArgs, global: &Global) -> Result<Outcome, Failure
         for _ in 0..args.at_a_time {
             scope.spawn(|| {
                 while let Some(trial) = trials.get(next.fetch_add(1, Ordering::Relaxed)) {
-                    let rehearsed = rehearse(args, &chosen, trial.phase == "release", Some(trial));
+                    let rehearsed =
+                        rehearse(args, &resolved, trial.phase == "release", Some(trial));
                     let mut done = done
                         .lock()
                         .unwrap_or_else(std::sync::PoisonError::into_inner);
@@ -307,9 +308,9 @@ fn procedure(at_load: bool) -> Procedure {
 
 fn rehearse(
     args: &FaultsArgs,
-    chosen: &ResolvedModel,
+    resolved: &ResolvedModel,
     at_load: bool,
-    trial: Option<&Trial>,
+    trial: Option<&FaultTrial>,
 ) -> Result<Rehearsed, Failure> {
     let (faults, mend) = match trial {
         Some(trial) => script(&CASES[trial.case], trial.phase)?,
@@ -318,7 +319,7 @@ fn rehearse(
     let procedure = procedure(at_load);
     Rehearsal {
         emulation: Emulation {
-            chosen,
+            resolved,
             procedure: &procedure,
             force: &args.force_instrument,
             displacement: &args.displacement_instrument,
@@ -337,7 +338,7 @@ fn rehearse(
 }
 
 /// The script of a fault in a phase, and what mends it.
-fn script(case: &Case, phase: &str) -> Result<(FaultScript, Vec<ScriptedFault>), Failure> {
+fn script(case: &FaultCase, phase: &str) -> Result<(FaultScript, Vec<ScriptedFault>), Failure> {
     let text = format!(
         "schema = \"stiffbench/faults/1\"\n[[fault]]\n{}\nphase = {phase:?}\n",
         case.entry
@@ -351,17 +352,17 @@ fn script(case: &Case, phase: &str) -> Result<(FaultScript, Vec<ScriptedFault>),
 }
 
 /// Compares what was accepted with what the same bench gives without a fault; readings that differ are said.
-fn effect(rehearsed: &mut Rehearsed, truth: &Rehearsed) -> Effect {
+fn effect(rehearsed: &mut Rehearsed, truth: &Rehearsed) -> FaultEffect {
     let right = places(&truth.readings);
-    let same = |place: &Place| right.iter().find(|(known, _)| known == place);
-    let differs = |(place, reading): &&(Place, &Reading)| {
+    let same = |place: &ReadingKey| right.iter().find(|(known, _)| known == place);
+    let differs = |(place, reading): &&(ReadingKey, &Reading)| {
         same(place).is_none_or(|(_, same)| {
             (same.force_n - reading.force_n).abs() > SAME_N
                 || (same.displacement_m - reading.displacement_m).abs() > SAME_M
         })
     };
     let mut taken = places(&rehearsed.readings);
-    // A flag says that a reading is doubtful.
+    // A flag states that a reading is doubtful.
     taken.retain(|(_, reading)| !is_flagged(reading));
     let wrong = taken.iter().filter(differs).map(|(place, reading)| {
         let (step, repeat, branch) = (reading.step, reading.repeat, reading.branch);
@@ -370,17 +371,17 @@ fn effect(rehearsed: &mut Rehearsed, truth: &Rehearsed) -> Effect {
         format!("FALSE: step {step}, repeat {repeat}, {branch}: {reading}, not {right}")
     });
     let wrong: Vec<String> = wrong.collect();
-    // What a session says without a fault is nothing that the fault made it say.
+    // Messages of a session without a fault are no effect of the fault.
     rehearsed.said.retain(|line| !truth.said.contains(line));
     if !wrong.is_empty() {
         rehearsed.said.splice(0..0, wrong);
-        Effect::FalseReading
+        FaultEffect::FalseReading
     } else if rehearsed.readings.len() < rehearsed.planned {
-        Effect::Stuck
+        FaultEffect::Stuck
     } else if rehearsed.resumes > 0 {
-        Effect::Resumed
+        FaultEffect::Resumed
     } else {
-        Effect::Survived
+        FaultEffect::Survived
     }
 }
 
@@ -396,10 +397,10 @@ fn shown(reading: &Reading) -> String {
 }
 
 /// Which planned reading it is: step, repeat, branch, and which of those that share them, as holds do.
-type Place = (u32, u32, Branch, usize);
+type ReadingKey = (u32, u32, Branch, usize);
 
-fn places(readings: &[Reading]) -> Vec<(Place, &Reading)> {
-    let mut places: Vec<(Place, &Reading)> = Vec::new();
+fn places(readings: &[Reading]) -> Vec<(ReadingKey, &Reading)> {
+    let mut places: Vec<(ReadingKey, &Reading)> = Vec::new();
     for reading in readings {
         let of = (reading.step, reading.repeat, reading.branch);
         let same = places
@@ -411,7 +412,11 @@ fn places(readings: &[Reading]) -> Vec<(Place, &Reading)> {
     places
 }
 
-fn report(cases: &[usize], phases: &[&str], results: &[(&Trial, Effect, Rehearsed)]) -> Outcome {
+fn report(
+    cases: &[usize],
+    phases: &[&str],
+    results: &[(&FaultTrial, FaultEffect, Rehearsed)],
+) -> Outcome {
     let of = |case: usize, phase: &str| {
         results
             .iter()
@@ -419,7 +424,7 @@ fn report(cases: &[usize], phases: &[&str], results: &[(&Trial, Effect, Rehearse
     };
     let mut text = String::from("Every fault in every phase, and what became of the session\n\n");
     let heads: Vec<&str> = ["fault"].iter().chain(phases).copied().collect();
-    let mut table = TextTable::new(&heads);
+    let mut table = AlignedTable::new(&heads);
     for &case in cases {
         let effects = phases.iter().map(|phase| {
             let effect = of(case, phase).map(|(_, effect, _)| effect.word());
@@ -446,17 +451,17 @@ fn report(cases: &[usize], phases: &[&str], results: &[(&Trial, Effect, Rehearse
             let _ = writeln!(text, "    {line}");
         }
     }
-    let count = |wanted: Effect| {
+    let count = |wanted: FaultEffect| {
         results
             .iter()
             .filter(|(_, effect, _)| *effect == wanted)
             .count()
     };
     let [survived, resumed, stuck, wrong] = [
-        Effect::Survived,
-        Effect::Resumed,
-        Effect::Stuck,
-        Effect::FalseReading,
+        FaultEffect::Survived,
+        FaultEffect::Resumed,
+        FaultEffect::Stuck,
+        FaultEffect::FalseReading,
     ]
     .map(count);
     let _ = writeln!(

@@ -33,18 +33,18 @@ use stiffbench::cli::outcome::{Outcome, print_usage};
     max_term_width = 110,
     after_help = "Examples:\n  stiffbench-validate prove --quick                      blind test and error rates in a few minutes\n  stiffbench-validate recordings --from my-recordings    recordings by others, with their known answers\n  stiffbench-validate paper                              the paper's tables beside ours\n  stiffbench-validate reference compare                  beams beside solid elements\n  stiffbench-validate faults --phase settle              faults of gauges and lines in a session\n\nExit codes: those of stiffbench."
 )]
-struct Cli {
+struct ValidateCli {
     /// What all subcommands share.
     #[command(flatten)]
     global: Global,
     /// What to do.
     #[command(subcommand)]
-    command: Command,
+    command: ValidateCommand,
 }
 
 /// Subcommands.
 #[derive(Debug, Subcommand)]
-enum Command {
+enum ValidateCommand {
     /// Blind test of diagnoses on sessions by another simulator; error rates and power on simulated benches
     Prove(prove_args::ProveArgs),
     /// Diagnoses of recordings by others, read from a folder of yours, beside their known answers
@@ -74,7 +74,7 @@ const EXIT_CODES: &[(&str, u8)] = &[
 /// Runs the program on the given arguments (the first is its name) and prints what comes out.
 pub fn main(arguments: impl IntoIterator<Item = OsString>) -> ExitCode {
     let arguments: Vec<OsString> = arguments.into_iter().collect();
-    let cli = match Cli::try_parse_from(&arguments) {
+    let cli = match ValidateCli::try_parse_from(&arguments) {
         Ok(cli) => cli,
         Err(error) => return print_usage(&error, &arguments, "stiffbench-validate"),
     };
@@ -85,16 +85,16 @@ pub fn main(arguments: impl IntoIterator<Item = OsString>) -> ExitCode {
     }
 }
 
-fn run(cli: Cli) -> Result<Outcome, Failure> {
+fn run(cli: ValidateCli) -> Result<Outcome, Failure> {
     let global = &cli.global;
     match cli.command {
-        Command::Prove(args) => prove::run(&args, global),
-        Command::Recordings(args) => recordings::run(&args, global),
-        Command::Paper(args) => paper::run(&args),
-        Command::Reference(args) => reference::run(&args, global),
+        ValidateCommand::Prove(args) => prove::run(&args, global),
+        ValidateCommand::Recordings(args) => recordings::run(&args, global),
+        ValidateCommand::Paper(args) => paper::run(&args),
+        ValidateCommand::Reference(args) => reference::run(&args, global),
         #[cfg(unix)]
-        Command::Faults(args) => faults::run(&args, global),
+        ValidateCommand::Faults(args) => faults::run(&args, global),
         #[cfg(unix)]
-        Command::Sustain(args) => sustain::run(&args, global),
+        ValidateCommand::Sustain(args) => sustain::run(&args, global),
     }
 }

@@ -8,8 +8,9 @@ use stiffbench::analysis::{Inputs, ReadError, laws, robot_source, usual_plan};
 use serde_json::{Map, Value, json};
 
 use crate::prove::{
-    Answers, PowerOptions, Session, SessionTexts, Set, Sets, beside_idealised, calibrate,
-    calibration_plans, diagnose_all, power, score, twelve_values, unseal,
+    PowerOptions, SealedAnswers, SealedSets, SessionTexts, Set, ValidationSession,
+    beside_idealised, calibrate, calibration_plans, diagnose_all, power, score, twelve_values,
+    unseal,
 };
 use crate::report::{
     calibration_json, calibration_text, concealed_json, concealed_text, idealised_json,
@@ -34,7 +35,7 @@ use stiffbench::cli::progress::{progress, step_on};
 const TABLE_VI: &str = include_str!("../../../../data/paper/experiment-table-vi.csv");
 const TABLE_V: &str = include_str!("../../../../data/paper/reference.csv");
 
-/// Mechanisms whose standard errors are worked out: one arm, and all chains.
+/// Mechanisms whose standard errors are computed: one arm, and all chains.
 const ERROR_MECHANISMS: [&str; 2] = ["A", "F"];
 
 /// Sealed answers of the first two lists, and of the second proof list.
@@ -66,13 +67,13 @@ const QUICK_LAWS: [Law; 4] = [
 ];
 
 /// A part of the proof, what runs it.
-type Part = (
+type ValidationPart = (
     ProvePart,
     fn(&ProveArgs, &Global, &mut Done) -> Result<(), Failure>,
 );
 
 /// The parts, in order.
-const PARTS: [Part; 5] = [
+const PARTS: [ValidationPart; 5] = [
     (ProvePart::Concealed, concealed),
     (ProvePart::Calibration, calibration),
     (ProvePart::Power, power_part),
@@ -132,7 +133,7 @@ impl Done {
             args.seed,
             match args.earlier {
                 0 => String::new(),
-                count => format!(", noise told by {count} earlier sessions too"),
+                count => format!(", noise estimated from {count} earlier sessions too"),
             },
             self.text
         );
@@ -148,10 +149,10 @@ impl Done {
 /// Blind verdicts first, in a file; then the answers.
 fn concealed(args: &ProveArgs, global: &Global, done: &mut Done) -> Result<(), Failure> {
     let folder = args.data.join("concealed");
-    let chosen = chosen_sessions(args, &folder)?;
-    let sessions: Vec<Session> = chosen
+    let chosen = selected_sessions(args, &folder)?;
+    let sessions: Vec<ValidationSession> = chosen
         .iter()
-        .map(|(id, _)| Ok(Session::read(&session_texts(&folder, id)?)?))
+        .map(|(id, _)| Ok(ValidationSession::read(&session_texts(&folder, id)?)?))
         .collect::<Result<_, Failure>>()?;
     let bar = progress(global, "concealed sessions", sessions.len() as u64);
     let options = SearchOptions {
@@ -181,9 +182,9 @@ fn concealed(args: &ProveArgs, global: &Global, done: &mut Done) -> Result<(), F
 }
 
 /// Answers, opened.
-fn unsealed(sealed: &Path) -> Result<Answers, Failure> {
+fn unsealed(sealed: &Path) -> Result<SealedAnswers, Failure> {
     let plain = unseal(&read(sealed)?)?;
-    Ok(Answers::parse(&sealed.display().to_string(), &plain)?)
+    Ok(SealedAnswers::parse(&sealed.display().to_string(), &plain)?)
 }
 
 /// Null benches on the plans of the concealed sessions.
@@ -205,9 +206,9 @@ fn calibration(args: &ProveArgs, global: &Global, done: &mut Done) -> Result<(),
 
 /// Power and right names on the plans of the concealed sessions.
 fn power_part(args: &ProveArgs, global: &Global, done: &mut Done) -> Result<(), Failure> {
-    let sessions: Vec<Session> = plan_texts(args)?
+    let sessions: Vec<ValidationSession> = plan_texts(args)?
         .iter()
-        .map(|texts| Ok(Session::read(texts)?))
+        .map(|texts| Ok(ValidationSession::read(texts)?))
         .collect::<Result<_, Failure>>()?;
     let trials = (trials(args) / TRIALS_PER_POINT).max(LEAST_TRIALS);
     let options = PowerOptions {
@@ -287,7 +288,7 @@ fn trials(args: &ProveArgs) -> usize {
 fn plan_texts(args: &ProveArgs) -> Result<Vec<SessionTexts>, Failure> {
     let folder = args.data.join("concealed");
     let file = folder.join("sets.toml");
-    let sets = Sets::parse(&file.display().to_string(), &read(&file)?)?;
+    let sets = SealedSets::parse(&file.display().to_string(), &read(&file)?)?;
     sets.chosen(None)
         .iter()
         .filter(|(_, set)| *set != Set::Second)
@@ -296,9 +297,9 @@ fn plan_texts(args: &ProveArgs) -> Result<Vec<SessionTexts>, Failure> {
 }
 
 /// The sessions that are asked for, by name, with their lists.
-fn chosen_sessions(args: &ProveArgs, folder: &Path) -> Result<Vec<(String, Set)>, Failure> {
+fn selected_sessions(args: &ProveArgs, folder: &Path) -> Result<Vec<(String, Set)>, Failure> {
     let file = folder.join("sets.toml");
-    let sets = Sets::parse(&file.display().to_string(), &read(&file)?)?;
+    let sets = SealedSets::parse(&file.display().to_string(), &read(&file)?)?;
     let most = args.sessions.or(args.quick.then_some(QUICK_SESSIONS));
     let mut chosen = sets.chosen(most);
     chosen.retain(|(_, set)| match args.set {

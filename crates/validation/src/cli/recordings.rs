@@ -95,7 +95,7 @@ fn texts(
         let text = read_text(&path)?;
         if sha256(&text) != file.sha256 {
             warnings.push(format!(
-                "{} is not the file that the answer was worked out for: its SHA-256 differs",
+                "{} is not the file that the answer was computed for: its SHA-256 differs",
                 path.display()
             ));
         }

@@ -1,26 +1,27 @@
-//! A short session on an emulated bench with nobody there, to see what a fault does to it.
+//! A short session on an emulated bench without an operator, to see what a fault does to it.
 
 use std::collections::BTreeSet;
 use std::time::{Duration, Instant};
 
-use stiffbench::cli::emulated::{Emulation, Hand};
+use stiffbench::cli::emulated::{BenchOperator, Emulation};
 use stiffbench::cli::failure::Failure;
 use stiffbench::clock::Clock;
 use stiffbench::instrument::Channel;
 use stiffbench::instrument::description::SignMeaning;
 use stiffbench::instrument::driver::Acquisition;
 use stiffbench::instrument::emulator::ScriptedFault;
-use stiffbench::instrument::live::{LiveGauge, LiveGauges, Persistence};
-use stiffbench::instrument::port::{Patience, PortIdentity};
+use stiffbench::instrument::live::{LiveGauge, LiveGauges, RetryPolicy};
+use stiffbench::instrument::port::{PortIdentity, PortTimeouts};
 use stiffbench::procedure::Procedure;
 use stiffbench::readings::Reading;
 use stiffbench::session::{
-    Answers, Bell, Bench, Event, Journal, Machine, Operator, OperatorEvent, Outcome, Prompt,
-    Resumed, RunError, SessionPlan, SessionState, Settings, Started, View, lag_s, run,
+    Answers, Bell, Event, Journal, Machine, Operator, OperatorEvent, Prompt, Resumed, RunError,
+    SessionEnd, SessionInputs, SessionPlan, SessionState, SessionView, Settings, Started, lag_s,
+    run,
 };
 use stiffbench::shipped::shipped_instrument;
 
-use stiffbench::cli::practice::{HelpingHand, unit_in_use};
+use stiffbench::cli::rehearsal::{SimulatedOperator, unit_in_use};
 
 /// Real time after which a session that gets nowhere is ended, so that the fault can be mended.
 const PATIENCE: Duration = Duration::from_secs(8);
@@ -36,7 +37,7 @@ pub(crate) struct Rehearsed {
     pub(crate) planned: usize,
     /// How often it had to be taken up again.
     pub(crate) resumes: usize,
-    /// What it said that an operator would act on, once each, in order.
+    /// What it reported that an operator would act on, once each, in order.
     pub(crate) said: Vec<String>,
 }
 
@@ -62,13 +63,13 @@ impl Rehearsal<'_> {
             let taken = state.taken.len();
             let (after, outcome) = one_go(&hand, &gauges, &procedure, clock, state, &mut nobody)?;
             state = after;
-            if outcome == Some(Outcome::Complete) || resumes == MOST_RESUMES {
+            if outcome == Some(SessionEnd::Complete) || resumes == MOST_RESUMES {
                 break;
             }
             resumes += 1;
             // Who comes back and finds it stopped looks at the gauges first.
             let stuck = state.taken.len() == taken || nobody.gave_up;
-            if let Some(mend) = mend.take_if(|_| stuck || outcome != Some(Outcome::Complete)) {
+            if let Some(mend) = mend.take_if(|_| stuck || outcome != Some(SessionEnd::Complete)) {
                 for fault in mend {
                     hand.fail(fault);
                 }
@@ -87,13 +88,13 @@ impl Rehearsal<'_> {
 
 /// Runs from where the session stands until it ends or stops.
 fn one_go(
-    hand: &Hand,
+    hand: &BenchOperator,
     gauges: &[String; 2],
     procedure: &Procedure,
     clock: Clock,
     state: SessionState,
     nobody: &mut Nobody,
-) -> Result<(SessionState, Option<Outcome>), Failure> {
+) -> Result<(SessionState, Option<SessionEnd>), Failure> {
     let (mut live, compression_sign) = open(hand, gauges, clock)?;
     let plan = SessionPlan::new(procedure, &[]);
     let settings = Settings {
@@ -109,10 +110,10 @@ fn one_go(
     machine.recorded(&journal.append(first, clock.utc(), clock.now_s())?);
     nobody.until = Some(Instant::now() + PATIENCE);
     nobody.gave_up = false;
-    let mut operator = HelpingHand::new(nobody, hand);
+    let mut operator = SimulatedOperator::new(nobody, hand);
     let ended = run(
         &mut machine,
-        Bench {
+        SessionInputs {
             gauges: &mut live,
             operator: &mut operator,
             clock: &clock,
@@ -134,7 +135,7 @@ fn one_go(
 
 /// Opens both gauges as a session does.
 fn open(
-    hand: &Hand,
+    hand: &BenchOperator,
     gauges: &[String; 2],
     clock: Clock,
 ) -> Result<(LiveGauges, Option<f64>), Failure> {
@@ -158,11 +159,11 @@ fn open(
             description,
         });
     }
-    let persistence = Persistence {
+    let retry_policy = RetryPolicy {
         longest_s: 0.5,
-        ..Persistence::default()
+        ..RetryPolicy::default()
     };
-    let live = LiveGauges::start(live, clock, Patience::default(), persistence)?;
+    let live = LiveGauges::start(live, clock, PortTimeouts::default(), retry_policy)?;
     Ok((live, compression_sign))
 }
 
@@ -199,7 +200,7 @@ fn answers(resumed: bool) -> Answers {
         ..Answers::default()
     };
     for answer in CAREFUL {
-        // They are names of questions with answers of their kind; a test says so.
+        // They are names of questions with answers of their kind; a test states it.
         let _ = answers.take_argument(answer);
     }
     if resumed {
@@ -244,7 +245,7 @@ impl Nobody {
 }
 
 impl Operator for Nobody {
-    fn show(&mut self, view: &View) {
+    fn show(&mut self, view: &SessionView) {
         for text in &view.held_up {
             self.hear(text);
         }
@@ -270,7 +271,7 @@ impl Operator for Nobody {
 
     fn bell(&mut self, _bell: Bell) {}
 
-    fn say(&mut self, line: &str) {
+    fn notify(&mut self, line: &str) {
         if line.contains("Answered beforehand") {
             self.hear(line);
         }

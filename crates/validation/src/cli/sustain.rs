@@ -8,8 +8,8 @@ use serde_json::{Value, json};
 
 use stiffbench::clock::Clock;
 use stiffbench::instrument::driver::Acquisition;
-use stiffbench::instrument::live::{LiveGauge, LiveGauges, Persistence};
-use stiffbench::instrument::port::{Patience, PortIdentity};
+use stiffbench::instrument::live::{LiveGauge, LiveGauges, RetryPolicy};
+use stiffbench::instrument::port::{PortIdentity, PortTimeouts};
 use stiffbench::instrument::{Channel, GaugeEvent, Gauges, InstrumentDescription};
 
 use super::counter::Counter;
@@ -63,7 +63,7 @@ fields = [{ sign = { plus = ["+"], minus = ["-"] } }, { number = { count = [1, 9
 
 /// What came of one gauge.
 #[derive(Debug, Clone, Copy, Default)]
-struct Tally {
+struct GaugeTally {
     sent: u64,
     received: u64,
     last: u64,
@@ -71,7 +71,7 @@ struct Tally {
     rejected: u64,
 }
 
-impl Tally {
+impl GaugeTally {
     fn take(&mut self, value: f64) {
         let value = value as u64;
         self.received += 1;
@@ -102,7 +102,12 @@ pub(crate) fn run(args: &SustainArgs, global: &Global) -> Result<Outcome, Failur
         counters.push(counter);
     }
     let clock = Clock::default();
-    let mut live = LiveGauges::start(gauges, clock, Patience::default(), Persistence::default())?;
+    let mut live = LiveGauges::start(
+        gauges,
+        clock,
+        PortTimeouts::default(),
+        RetryPolicy::default(),
+    )?;
     let mut held = Held::default();
     let bar = progress(global, "streaming", args.seconds as u64);
     while held.is_going_on(totals, clock.now_s()) {
@@ -124,7 +129,7 @@ pub(crate) fn run(args: &SustainArgs, global: &Global) -> Result<Outcome, Failur
 /// What came so far.
 #[derive(Debug, Default)]
 struct Held {
-    tallies: [Tally; 2],
+    tallies: [GaugeTally; 2],
     at_start: Option<Usage>,
     faults: Vec<String>,
     last_s: f64,
@@ -202,7 +207,7 @@ struct Usage {
 /// Clock ticks a second in which Linux counts processor time, the same on all its machines.
 const TICKS_PER_S: f64 = 100.0;
 
-/// What the program has used so far, where the system tells.
+/// What the program has used so far, where the system reports it.
 fn usage(at_s: f64) -> Option<Usage> {
     let stat = std::fs::read_to_string("/proc/self/stat").ok()?;
     // The name in brackets may hold blanks; user and system time are the 12th and 13th field behind it.
@@ -219,7 +224,12 @@ fn usage(at_s: f64) -> Option<Usage> {
     })
 }
 
-fn report(tallies: &[Tally; 2], start: Option<Usage>, end: Option<Usage>, seconds: f64) -> Outcome {
+fn report(
+    tallies: &[GaugeTally; 2],
+    start: Option<Usage>,
+    end: Option<Usage>,
+    seconds: f64,
+) -> Outcome {
     let mut text = String::new();
     for (channel, tally) in Channel::ALL.into_iter().zip(tallies) {
         // Writing to a string cannot fail.
@@ -245,7 +255,7 @@ fn report(tallies: &[Tally; 2], start: Option<Usage>, end: Option<Usage>, second
                 start.resident_kb, end.resident_kb
             );
         }
-        _ => text.push_str("this system does not tell processor time and memory\n"),
+        _ => text.push_str("this system does not report processor time and memory\n"),
     }
     let is_clean = tallies
         .iter()
@@ -257,7 +267,7 @@ fn report(tallies: &[Tally; 2], start: Option<Usage>, end: Option<Usage>, second
         "processor_percent": share,
         "resident_start_kB": cost.map(|(start, _)| start.resident_kb),
         "resident_end_kB": cost.map(|(_, end)| end.resident_kb),
-        "reason": cost.is_none().then_some("the system does not tell processor time and memory"),
+        "reason": cost.is_none().then_some("the system does not report processor time and memory"),
     });
     Outcome::new("trace-sustain", text, data).with_strict_exit(u8::from(!is_clean))
 }

@@ -24,7 +24,7 @@ pub enum Expected {
     Named,
     /// The truth, also right with others beside it that are hard to tell apart.
     NamedOrAmbiguous,
-    /// The truth together with all that cannot be told apart from it.
+    /// The truth together with all that cannot be distinguished from it.
     Ambiguous,
     /// Structure that no law of the library explains.
     Unknown,
@@ -137,7 +137,7 @@ pub(super) fn place_words(place: &Value) -> String {
 
 /// The answer to a session.
 #[derive(Debug, Clone, PartialEq, Deserialize)]
-pub struct Answer {
+pub struct SealedAnswer {
     /// Mode of concealment, `a` to `i`, or `law`.
     pub mode: String,
     /// The right verdict.
@@ -159,14 +159,14 @@ pub struct Answer {
 
 /// Answers of a folder of concealed sessions.
 #[derive(Debug, Clone, PartialEq, Deserialize)]
-pub struct Answers {
+pub struct SealedAnswers {
     /// Form of the file.
     schema: String,
     /// Answers by session.
-    benches: BTreeMap<String, Answer>,
+    benches: BTreeMap<String, SealedAnswer>,
 }
 
-impl Answers {
+impl SealedAnswers {
     /// Reads answers that were opened.
     ///
     /// # Errors
@@ -192,7 +192,7 @@ impl Answers {
     ///
     /// # Errors
     /// [`ProveError::NoAnswer`].
-    pub fn get(&self, session: &str) -> Result<&Answer, ProveError> {
+    pub fn get(&self, session: &str) -> Result<&SealedAnswer, ProveError> {
         self.benches
             .get(session)
             .ok_or_else(|| ProveError::NoAnswer {
@@ -201,18 +201,18 @@ impl Answers {
     }
 
     /// All answers by session.
-    pub fn iter(&self) -> impl Iterator<Item = (&String, &Answer)> {
+    pub fn iter(&self) -> impl Iterator<Item = (&String, &SealedAnswer)> {
         self.benches.iter()
     }
 }
 
 /// The lists of sessions.
 #[derive(Debug, Clone, PartialEq, Eq, Deserialize)]
-pub struct Sets {
+pub struct SealedSets {
     schema: String,
     /// Sessions that the tool may be developed on.
     pub development: Vec<String>,
-    /// Sessions that are looked at by the scorer only.
+    /// Sessions that are checked by the scorer only.
     pub proof: Vec<String>,
     /// The same, made after the proof list had been scored.
     #[serde(default)]
@@ -242,7 +242,7 @@ impl Set {
     }
 }
 
-impl Sets {
+impl SealedSets {
     /// Reads the lists.
     ///
     /// # Errors
@@ -288,7 +288,7 @@ mod tests {
     #[test]
     fn lists_are_thinned_evenly_and_ordered_by_name() {
         let text = "schema = \"stiffbench/concealed-sets/1\"\ndevelopment = [\"d\", \"a\"]\nproof = [\"c\", \"b\", \"f\", \"e\"]\n";
-        let sets = Sets::parse("sets.toml", text).unwrap();
+        let sets = SealedSets::parse("sets.toml", text).unwrap();
         let names = |most| -> Vec<String> {
             let chosen = sets.chosen(most).into_iter();
             chosen
@@ -302,17 +302,17 @@ mod tests {
         assert_eq!(names(None).len(), 6);
         let other = text.replace("sets/1", "sets/9");
         assert!(matches!(
-            Sets::parse("s", &other),
+            SealedSets::parse("s", &other),
             Err(ProveError::Form { .. })
         ));
         assert!(matches!(
-            Sets::parse("s", "x"),
+            SealedSets::parse("s", "x"),
             Err(ProveError::Form { .. })
         ));
     }
 
     #[test]
-    fn the_unit_tells_the_drifts_apart() {
+    fn the_unit_distinguishes_the_drifts() {
         let drift = |unit: &str| -> TrueEffect {
             serde_json::from_value(json!({
                 "physics": "thermal-drift", "place": { "clock": true },
@@ -335,12 +335,12 @@ mod tests {
     fn answers_of_another_form_are_refused() {
         for text in ["", "{}", "{\"schema\": \"other\", \"benches\": {}}"] {
             assert!(matches!(
-                Answers::parse("a", text),
+                SealedAnswers::parse("a", text),
                 Err(ProveError::Form { .. })
             ));
         }
         let none = "{\"schema\": \"stiffbench/concealed-answers/1\", \"benches\": {}}";
-        let answers = Answers::parse("a", none).unwrap();
+        let answers = SealedAnswers::parse("a", none).unwrap();
         assert!(matches!(answers.get("x"), Err(ProveError::NoAnswer { .. })));
     }
 }

@@ -5,11 +5,11 @@ use std::collections::BTreeMap;
 use rayon::prelude::*;
 
 use stiffbench_diagnosis::mismatch::{
-    CriticalValues, Diagnosis, MismatchError, SearchOptions, diagnose,
+    Diagnosis, LawCriticalValues, MismatchError, SearchOptions, diagnose,
 };
 
 use super::error::ProveError;
-use super::session::Session;
+use super::session::ValidationSession;
 
 /// A verdict that was given before any answer was opened.
 #[derive(Debug)]
@@ -24,13 +24,13 @@ pub struct BlindVerdict {
 
 /// Diagnoses all sessions; the verdicts stand in the order of the sessions, and are the same for any number of threads.
 ///
-/// CriticalValues are worked out at the first session of each key and used for its others.
+/// CriticalValues are computed at the first session of each key and used for its others.
 ///
 /// # Arguments
 /// - `done`: called after each session.
 #[must_use]
 pub fn diagnose_all(
-    sessions: &[Session],
+    sessions: &[ValidationSession],
     options: &SearchOptions,
     done: &(dyn Fn() + Sync),
 ) -> Vec<BlindVerdict> {
@@ -42,7 +42,7 @@ pub fn diagnose_all(
     let mut verdicts: Vec<(usize, BlindVerdict)> = groups
         .into_par_iter()
         .flat_map(|group| {
-            let mut limits = None;
+            let mut critical = None;
             let mut first = Vec::new();
             let mut rest = group.into_iter();
             // A session that cannot be diagnosed has no limits; the next may have.
@@ -50,14 +50,14 @@ pub fn diagnose_all(
                 let (verdict, own) = blind(&sessions[place], options, None);
                 first.push((place, verdict));
                 done();
-                limits = own;
-                if limits.is_some() {
+                critical = own;
+                if critical.is_some() {
                     break;
                 }
             }
             let rest: Vec<usize> = rest.collect();
             let others = rest.into_par_iter().map(|place| {
-                let (verdict, _) = blind(&sessions[place], options, limits.as_ref());
+                let (verdict, _) = blind(&sessions[place], options, critical.as_ref());
                 done();
                 (place, verdict)
             });
@@ -70,16 +70,16 @@ pub fn diagnose_all(
 }
 
 fn blind(
-    session: &Session,
+    session: &ValidationSession,
     options: &SearchOptions,
-    known: Option<&CriticalValues>,
-) -> (BlindVerdict, Option<CriticalValues>) {
+    known: Option<&LawCriticalValues>,
+) -> (BlindVerdict, Option<LawCriticalValues>) {
     let result = session.baseline().and_then(|baseline| {
         diagnose(&baseline, &session.observations, options, known)
             .map_err(|error: MismatchError| error.into())
     });
-    let (diagnosis, limits) = match result {
-        Ok((diagnosis, limits)) => (Ok(diagnosis), Some(limits)),
+    let (diagnosis, critical) = match result {
+        Ok((diagnosis, critical)) => (Ok(diagnosis), Some(critical)),
         Err(error) => (Err(error), None),
     };
     let verdict = BlindVerdict {
@@ -87,5 +87,5 @@ fn blind(
         bench: session.bench(),
         diagnosis,
     };
-    (verdict, limits)
+    (verdict, critical)
 }

@@ -4,11 +4,11 @@ use rayon::prelude::*;
 
 use stiffbench_diagnosis::mismatch::SearchOptions;
 
+use super::answer_text::diagnosis_words;
 use super::error::ProveError;
-use super::session::{Session, SessionTexts, fewer_readings};
+use super::session::{SessionTexts, ValidationSession, fewer_readings};
 use super::share::Share;
 use super::trial_bench::{NoiseKind, TrialBench, factors_covered, is_alarm, seed_of};
-use super::words::diagnosis_words;
 
 /// What is special about a bench of the calibration.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
@@ -71,7 +71,7 @@ pub struct CalibrationPlan {
     /// What is special.
     pub variant: Variant,
     /// Robot, mechanism and plan.
-    pub session: Session,
+    pub session: ValidationSession,
 }
 
 /// Trials of one plan.
@@ -100,7 +100,10 @@ pub fn calibration_plans(
     texts: &[SessionTexts],
     each: Option<usize>,
 ) -> Result<Vec<CalibrationPlan>, ProveError> {
-    let sessions: Vec<Session> = texts.iter().map(Session::read).collect::<Result<_, _>>()?;
+    let sessions: Vec<ValidationSession> = texts
+        .iter()
+        .map(ValidationSession::read)
+        .collect::<Result<_, _>>()?;
     let full = places_of_benches(&sessions, is_full);
     let loading = places_of_benches(&sessions, |session| !has_unloading(session));
     let mut plans = Vec::new();
@@ -127,7 +130,7 @@ pub fn calibration_plans(
             };
             plans.push(CalibrationPlan {
                 variant,
-                session: Session::read(&cut)?,
+                session: ValidationSession::read(&cut)?,
             });
         }
     }
@@ -136,8 +139,8 @@ pub fn calibration_plans(
 
 /// The first session of each robot and mechanism that has a property.
 pub(super) fn places_of_benches(
-    sessions: &[Session],
-    property: impl Fn(&Session) -> bool,
+    sessions: &[ValidationSession],
+    property: impl Fn(&ValidationSession) -> bool,
 ) -> Vec<usize> {
     let mut benches: Vec<String> = Vec::new();
     let mut places = Vec::new();
@@ -150,14 +153,14 @@ pub(super) fn places_of_benches(
     places
 }
 
-pub(super) fn has_unloading(session: &Session) -> bool {
+pub(super) fn has_unloading(session: &ValidationSession) -> bool {
     let readings = &session.observations.readings;
     let unloading = stiffbench_units_and_text::test_point::Branch::Unloading;
     readings.iter().any(|reading| reading.branch == unloading)
 }
 
 /// Loading and unloading, four poses and five repeats, no long holds.
-pub(super) fn is_full(session: &Session) -> bool {
+pub(super) fn is_full(session: &ValidationSession) -> bool {
     let observations = &session.observations;
     let holds = observations.readings.iter().any(|r| r.hold_number > 0);
     let five = observations.cells.iter().all(|cell| cell.runs.len() >= 5);
@@ -172,7 +175,7 @@ pub(super) fn is_full(session: &Session) -> bool {
 /// - `done`: called after each trial.
 ///
 /// # Errors
-/// [`ProveError`] if a trial cannot be worked out.
+/// [`ProveError`] if a trial cannot be computed.
 pub fn calibrate(
     plans: &[CalibrationPlan],
     (trials, earlier): (usize, usize),

@@ -45,7 +45,7 @@ pub(super) fn testable(
         return Ok(in_runs(bench, law));
     }
     if law.is_missing_element() {
-        return Ok(bench.baseline.loose_effects());
+        return Ok(bench.baseline.missing_member_effects());
     }
     let joints = joints(bench)?;
     let mut places: Vec<(f64, Place)> = bench
@@ -120,9 +120,9 @@ pub(super) fn reaching(
 ///
 /// # Errors
 /// [`ProveError`].
-pub(super) fn loose(bench: &TrialBench<'_>) -> Result<Option<(Effect, f64)>, ProveError> {
+pub(super) fn missing_member(bench: &TrialBench<'_>) -> Result<Option<(Effect, f64)>, ProveError> {
     let mut best: Option<(Effect, f64)> = None;
-    for effect in bench.baseline.loose_effects() {
+    for effect in bench.baseline.missing_member_effects() {
         let mut truth = bench.first.0.clone();
         truth.effects.push(effect.clone());
         let size = standard_errors(&bench.baseline, &bench.plan, &truth)?;

@@ -81,7 +81,7 @@ pub enum ProveError {
     #[error(transparent)]
     #[diagnostic(transparent)]
     Specimen(#[from] SpecimenError),
-    /// A trial that cannot be worked out.
+    /// A trial that cannot be computed.
     #[error(transparent)]
     #[diagnostic(transparent)]
     Mismatch(#[from] MismatchError),

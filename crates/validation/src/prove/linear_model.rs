@@ -38,7 +38,7 @@ pub(super) struct LinearLaw {
 
 /// A measured stiffness.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct MeasuredCell {
+pub(super) struct ListedStiffness {
     pub(super) pose: usize,
     pub(super) direction: Direction,
     pub(super) ln_stiffness: f64,
@@ -62,7 +62,7 @@ fn is_turn(law: Law) -> bool {
 
 impl LinearLaw {
     /// Every linear law at every place that matters in some cell.
-    pub(super) fn all(mechanics: &Mechanics<'_>, cells: &[MeasuredCell]) -> Vec<Self> {
+    pub(super) fn all(mechanics: &Mechanics<'_>, cells: &[ListedStiffness]) -> Vec<Self> {
         let mut found = Vec::new();
         for (joint, name) in mechanics.joint_names().enumerate() {
             let place = Place::Joint(name.to_owned());
@@ -158,7 +158,7 @@ pub(super) struct StiffnessProblem<'a> {
     pub(super) mechanism: &'a Mechanism,
     pub(super) start: FittingFactors,
     pub(super) poses: Vec<Pose>,
-    pub(super) cells: Vec<MeasuredCell>,
+    pub(super) cells: Vec<ListedStiffness>,
 }
 
 impl StiffnessProblem<'_> {
@@ -186,7 +186,7 @@ impl StiffnessProblem<'_> {
         law: Option<&LinearLaw>,
         train: &dyn Fn(usize) -> bool,
     ) -> Result<LinearFit, ProveError> {
-        let cells: Vec<MeasuredCell> = self
+        let cells: Vec<ListedStiffness> = self
             .cells
             .iter()
             .filter(|cell| train(cell.pose))
@@ -196,7 +196,7 @@ impl StiffnessProblem<'_> {
         let starts: &[f64] = if law.is_some() { &STARTS } else { &[0.0] };
         for start in starts {
             let set = self.parameters(law, *start)?;
-            let mut residuals = Residuals {
+            let mut residuals = StiffnessResiduals {
                 mechanics,
                 factors: self.start.clone(),
                 cells: &cells,
@@ -279,7 +279,7 @@ fn set_factors(
 fn ln_stiffness(
     mechanics: &Mechanics<'_>,
     law: Option<&LinearLaw>,
-    cell: &MeasuredCell,
+    cell: &ListedStiffness,
     size: f64,
 ) -> f64 {
     let pose = mechanics.pose(cell.pose);
@@ -291,14 +291,14 @@ fn ln_stiffness(
 }
 
 /// ln K predicted less measured.
-struct Residuals<'p, 'm> {
+struct StiffnessResiduals<'p, 'm> {
     mechanics: &'p mut Mechanics<'m>,
     factors: FittingFactors,
-    cells: &'p [MeasuredCell],
+    cells: &'p [ListedStiffness],
     law: Option<&'p LinearLaw>,
 }
 
-impl Residuals<'_, '_> {
+impl StiffnessResiduals<'_, '_> {
     fn at(&mut self, parameters: &[f64], out: &mut [f64]) -> Result<(), EvaluationFailure> {
         set_factors(self.mechanics, self.factors.clone(), &parameters[..4])
             .map_err(EvaluationFailure::of_model)?;
@@ -310,7 +310,7 @@ impl Residuals<'_, '_> {
     }
 }
 
-impl ResidualFunction for Residuals<'_, '_> {
+impl ResidualFunction for StiffnessResiduals<'_, '_> {
     fn residual_count(&self) -> usize {
         self.cells.len()
     }

@@ -28,7 +28,7 @@ const JOINTS: usize = 5;
 const AXES: usize = 3;
 
 /// A candidate and its name.
-type Candidate = (String, LinearCandidate<&'static str>);
+type PoseCandidate = (String, LinearCandidate<&'static str>);
 
 /// Columns of a table of numbers by name; other fields are passed over.
 fn columns(name: &str, text: &str) -> Result<Vec<(String, Vec<f64>)>, ProveError> {
@@ -115,7 +115,7 @@ impl Poses {
         }
     }
 
-    fn candidates(&self) -> Vec<Candidate> {
+    fn candidates(&self) -> Vec<PoseCandidate> {
         let compliance = |(name, column): &(String, Vec<f64>)| {
             let joint = name.trim_start_matches("joint").chars().next();
             let candidate = LinearCandidate {
@@ -126,7 +126,7 @@ impl Poses {
             let name = format!("joint-compliance at joint {}", joint.unwrap_or('?'));
             (name, candidate)
         };
-        let mut out: Vec<Candidate> = self.compliance.iter().map(compliance).collect();
+        let mut out: Vec<PoseCandidate> = self.compliance.iter().map(compliance).collect();
         for joint in 0..JOINTS {
             for order in ORDERS {
                 let turn = |function: fn(f64) -> f64| -> Vec<f64> {
@@ -304,7 +304,7 @@ fn words(verdict: &str, search: &Found, left: [f64; AXES]) -> String {
     let chosen: Vec<String> = search
         .chosen
         .iter()
-        .map(|(name, gain)| format!("{name} ({:.0} standard errors)", gain.sqrt()))
+        .map(|(name, delta_chi2)| format!("{name} ({:.0} standard errors)", delta_chi2.sqrt()))
         .collect();
     let rejected: Vec<String> = search
         .rejected

@@ -6,10 +6,10 @@ use stiffbench_beams::physics::{Effect, Law, Needs, Place, laws};
 use stiffbench_diagnosis::mismatch::{IdealSearch, IdealSession, SearchOptions, Truth};
 
 use super::calibration::{is_full, places_of_benches};
-use super::cases::{loose, reaching, reshaped, scaled, testable};
+use super::cases::{missing_member, reaching, reshaped, scaled, testable};
 use super::error::ProveError;
 use super::score::is_apart;
-use super::session::Session;
+use super::session::ValidationSession;
 use super::share::Share;
 use super::trial_bench::{Judged, NoiseKind, TrialBench, seed_of};
 
@@ -19,10 +19,10 @@ const SHARE_FACTORS: usize = 8;
 /// Places of a law that are tried on one bench, from the one in the middle by its smallest visible size outwards.
 const MOST_PLACES: usize = 12;
 
-/// Sessions of an observer who knows the noise: shares are known to half a percent.
+/// Sessions of an observer with known noise: shares are known to half a percent.
 const IDEAL_SESSIONS: usize = 4000;
 
-/// Quantiles of the normal distribution for 80 and 95 %: slip is judged at its own limit and so much more.
+/// Quantiles of the normal distribution for 80 and 95 %: slip is assessed at its own limit and so much more.
 const SLIP_BEYOND_LIMIT: [f64; 2] = [0.84, 1.64];
 
 /// Sizes of both effects of a pair, standard errors.
@@ -64,7 +64,7 @@ pub struct PowerPoint {
     pub found: Share,
     /// A true effect named, alone or in whatever set.
     pub named: Share,
-    /// Each true effect named, alone or among those that cannot be told apart from it, and nothing else.
+    /// Each true effect named, alone or among those that cannot be distinguished from it, and nothing else.
     pub right: Share,
     /// Each true effect named by itself.
     pub alone: Share,
@@ -80,12 +80,12 @@ pub struct PowerPoint {
     pub ideal: Option<IdealPoint>,
 }
 
-/// Effects of the same law, places and size, seen by an observer who knows the noise and for whom each is one of the shapes that are searched.
+/// Effects of the same law, places and size, seen by an observer with known noise and for whom each is one of the shapes that are searched.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct IdealPoint {
     /// Something was found.
     pub found: Share,
-    /// The true effect named, alone or with what cannot be told apart from it, and nothing else.
+    /// The true effect named, alone or with what cannot be distinguished from it, and nothing else.
     pub right: Share,
     /// Found, and the likeliest is the true effect or may be named with it: no set around the likeliest can be right more often.
     pub nameable: Share,
@@ -116,9 +116,9 @@ pub struct PowerCase {
 /// - `so_far`: called after each law of a bench with all cases until then.
 ///
 /// # Errors
-/// [`ProveError`] if a trial cannot be worked out, and those of `so_far`.
+/// [`ProveError`] if a trial cannot be computed, and those of `so_far`.
 pub fn power<E: From<ProveError>>(
-    sessions: &[Session],
+    sessions: &[ValidationSession],
     options: &PowerOptions,
     done: &(dyn Fn() + Sync),
     so_far: &mut dyn FnMut(&[PowerCase]) -> Result<(), E>,
@@ -191,7 +191,7 @@ fn needs_holds(law: Law) -> bool {
     law.search.needs == Needs::Hold
 }
 
-fn has_holds(session: &Session) -> bool {
+fn has_holds(session: &ValidationSession) -> bool {
     let mut readings = session.observations.readings.iter();
     session.observations.poses.len() >= 4 && readings.any(|reading| reading.hold_number > 0)
 }
@@ -204,7 +204,7 @@ fn law_case(
     done: &(dyn Fn() + Sync),
 ) -> Result<Option<PowerCase>, ProveError> {
     let (effects, sizes) = if law.is_missing_element() {
-        let Some((effect, size)) = loose(bench)? else {
+        let Some((effect, size)) = missing_member(bench)? else {
             return Ok(None);
         };
         (vec![effect], vec![size])
@@ -257,7 +257,7 @@ fn law_case(
     }))
 }
 
-/// What an observer who knows the noise finds and names of effects, each as often as any other.
+/// What an observer with known noise finds and names of effects, each as often as any other.
 fn ideal_point(
     ideal: &IdealSearch,
     effects: &[Effect],
@@ -278,9 +278,9 @@ fn ideal_point(
     })
 }
 
-/// The sizes of a power curve; slip is judged at its own limit.
+/// The sizes of a power curve; slip is assessed at its own limit.
 fn sizes_of(bench: &TrialBench<'_>, law: Law, options: &PowerOptions) -> Vec<f64> {
-    let limit = bench.limits.laws.values.get(&(law, false));
+    let limit = bench.critical.laws.values.get(&(law, false));
     match limit.filter(|_| law.is_of_one_run()) {
         Some(limit) => SLIP_BEYOND_LIMIT
             .iter()
@@ -362,7 +362,7 @@ fn point(
                     done();
                     // A trial without a diagnosis found nothing.
                     diagnosis.map_or(Ok(Judged::default()), |diagnosis| {
-                        bench.judge(&truth, &diagnosis)
+                        bench.assess(&truth, &diagnosis)
                     })
                 })
                 .collect()

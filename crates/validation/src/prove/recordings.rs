@@ -12,8 +12,8 @@ use stiffbench_measurement::specimen::{SpecimenOptions, SpecimenTable};
 use stiffbench_units_and_text::source_text::SourceText;
 use stiffbench_units_and_text::toml_text::read_types;
 
+use super::answer_text::diagnosis_words;
 use super::error::ProveError;
-use super::words::diagnosis_words;
 
 const SCHEMA: &str = "stiffbench/recordings/1";
 
@@ -66,7 +66,7 @@ pub struct Recording {
 pub struct RecordingFile {
     /// Path below the folder.
     pub path: String,
-    /// SHA-256 of the file that the answer was worked out for, in hexadecimal.
+    /// SHA-256 of the file that the answer was computed for, in hexadecimal.
     pub sha256: String,
 }
 
@@ -172,7 +172,7 @@ pub fn score_recording(
         },
     ];
     figures.retain(|figure| figure.known.is_some() || figure.ours.is_some());
-    Ok(judge(recording, readings, &diagnosis, figures))
+    Ok(assess(recording, readings, &diagnosis, figures))
 }
 
 /// The known residual standard deviation of the best model that the recording's answer knows.
@@ -202,7 +202,7 @@ fn failed(recording: &Recording, readings: usize, error: &MismatchError) -> Reco
 
 /// Holds a diagnosis against the known answer.
 #[must_use]
-pub fn judge(
+pub fn assess(
     recording: &Recording,
     readings: usize,
     diagnosis: &Diagnosis,

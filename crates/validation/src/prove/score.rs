@@ -1,22 +1,22 @@
-//! Verdicts held against answers, by fixed rules.
+//! Verdicts compared with answers, by fixed rules.
 
 use stiffbench_beams::physics::{Effect, Law, Place};
 use stiffbench_diagnosis::mismatch::{Diagnosis, Finding, Verdict};
 
-use super::answers::{Answer, Expected, KnownRival, Set, TrueEffect, place_words};
+use super::answer_text::{answer_words, diagnosis_words};
+use super::answers::{Expected, KnownRival, SealedAnswer, Set, TrueEffect, place_words};
 use super::blind::BlindVerdict;
-use super::words::{answer_words, diagnosis_words};
 
-/// Rivals nearer than this cannot be told apart, standard errors.
+/// Rivals nearer than this cannot be distinguished, standard errors.
 pub const INSEPARABLE: f64 = 2.0;
 
-/// Rivals farther than this must be told apart, standard errors; and farther than [`APART_SHARE`] of the effect's own length.
+/// Rivals farther than this must be distinguished, standard errors; and farther than [`APART_SHARE`] of the effect's own length.
 pub const APART: f64 = 4.25;
 
 /// See [`APART`].
 pub const APART_SHARE: f64 = 0.62;
 
-/// Rivals that an answer lists at most; a full list says nothing about others.
+/// Rivals that an answer lists at most; a full list carries no information about others.
 const LISTED: usize = 8;
 
 /// Outside the library "unknown" is owed where the best three library effects leave this much, standard errors.
@@ -24,14 +24,14 @@ pub const UNKNOWN_FROM: f64 = 6.0;
 
 /// What a verdict is worth.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
-pub enum Outcome {
+pub enum VerdictOutcome {
     /// As expected.
     Right,
     /// Nothing was found, and nothing had to be.
     MayBeMissed,
-    /// The truth is named, but not all that cannot be told apart from it.
+    /// The truth is named, but not all that cannot be distinguished from it.
     Incomplete,
-    /// The truth is named among others from which it can be told apart.
+    /// The truth is named among others from which it can be distinguished.
     Padded,
     /// One of several effects is named, the others are not.
     Partly,
@@ -55,7 +55,7 @@ pub enum Outcome {
     Failed,
 }
 
-impl Outcome {
+impl VerdictOutcome {
     /// All, in the order of tables.
     pub const ALL: [Self; 14] = [
         Self::Right,
@@ -104,7 +104,7 @@ impl Outcome {
 
 /// How a true effect was named.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Named {
+pub enum NamedCause {
     /// Alone.
     Alone,
     /// In a set of so many.
@@ -123,10 +123,10 @@ pub struct TruthScore {
     /// Its length, the sizes of the other effects free, standard errors.
     pub standard_errors: f64,
     /// How it was named.
-    pub named: Named,
-    /// Members of its set from which it can be told apart.
+    pub named: NamedCause,
+    /// Members of its set from which it can be distinguished.
     pub padding: Vec<String>,
-    /// What cannot be told apart from it and is not in its set.
+    /// What cannot be distinguished from it and is not in its set.
     pub left_out: Vec<String>,
     /// Whether the 95 % interval of its size holds the true one; `None` where it is not named or has no interval.
     pub size_covered: Option<bool>,
@@ -150,7 +150,7 @@ pub struct Score {
     /// What was said; `None` without a diagnosis.
     pub verdict: Option<Verdict>,
     /// What that is worth.
-    pub outcome: Outcome,
+    pub outcome: VerdictOutcome,
     /// Each true effect.
     pub truths: Vec<TruthScore>,
     /// What three effects of the library leave, outside the library, standard errors.
@@ -177,12 +177,12 @@ impl Score {
 
 /// Scores a verdict.
 #[must_use]
-pub fn score(verdict: &BlindVerdict, answer: &Answer, set: Set) -> Score {
+pub fn score(verdict: &BlindVerdict, answer: &SealedAnswer, set: Set) -> Score {
     let diagnosis = verdict.diagnosis.as_ref().ok();
     let findings = diagnosis.map_or(&[][..], |d| &d.findings);
     let groups = groups(findings);
     let (truths, extra) = match_truths(&groups, &answer.truth);
-    let outcome = diagnosis.map_or(Outcome::Failed, |d| {
+    let outcome = diagnosis.map_or(VerdictOutcome::Failed, |d| {
         outcome(d.verdict, answer, &truths, extra)
     });
     let floor_m = answer.floor_rms_um * 1e-6;
@@ -259,9 +259,9 @@ fn truth_score(truth: &TrueEffect, group: Option<&Vec<&Finding>>) -> TruthScore 
         physics: truth.physics.clone(),
         standard_errors: truth.standard_errors_beside_the_others,
         named: match (own, members.len()) {
-            (None, _) => Named::No,
-            (Some(_), 1) => Named::Alone,
-            (Some(_), count) => Named::InSet(count),
+            (None, _) => NamedCause::No,
+            (Some(_), 1) => NamedCause::Alone,
+            (Some(_), count) => NamedCause::InSet(count),
         },
         padding: members
             .iter()
@@ -295,12 +295,12 @@ fn is_rival(rival: &KnownRival, truth: &TrueEffect, effect: &Effect) -> bool {
     rival.physics == effect.law.name && rival.place == effect.place.to_json() && !truth.is(effect)
 }
 
-/// Whether a rival must be told apart from an effect of a length, both in standard errors.
+/// Whether a rival must be distinguished from an effect of a length, both in standard errors.
 pub(super) fn is_apart(between: f64, length: f64) -> bool {
     between >= APART && between >= APART_SHARE * length
 }
 
-/// Whether a member of a set can be told apart from the truth, by the rules of the answers.
+/// Whether a member of a set can be distinguished from the truth, by the rules of the answers.
 fn is_padding(truth: &TrueEffect, member: &Effect) -> bool {
     if truth.is(member) {
         return false;
@@ -357,58 +357,68 @@ fn is_neighbouring_slip(truth: &TrueEffect, member: &Effect) -> bool {
     same_run && true_step.is_some_and(|true_step| true_step.abs_diff(u64::from(*step)) <= 1)
 }
 
-fn outcome(verdict: Verdict, answer: &Answer, truths: &[TruthScore], extra: bool) -> Outcome {
+fn outcome(
+    verdict: Verdict,
+    answer: &SealedAnswer,
+    truths: &[TruthScore],
+    extra: bool,
+) -> VerdictOutcome {
     match (answer.expected, verdict) {
-        (_, Verdict::InsufficientData) => Outcome::Undecided,
-        (Expected::NothingMissing, Verdict::NothingMissing) => Outcome::Right,
-        (Expected::NothingMissing, _) => Outcome::FalseAlarm,
-        (Expected::Unknown, Verdict::Unknown) => Outcome::Right,
+        (_, Verdict::InsufficientData) => VerdictOutcome::Undecided,
+        (Expected::NothingMissing, Verdict::NothingMissing) => VerdictOutcome::Right,
+        (Expected::NothingMissing, _) => VerdictOutcome::FalseAlarm,
+        (Expected::Unknown, Verdict::Unknown) => VerdictOutcome::Right,
         (Expected::Unknown, said) => {
             let owed = answer
                 .left_by_library
                 .is_none_or(|left| left >= UNKNOWN_FROM);
             match (said, owed && !answer.may_be_missed) {
-                (Verdict::NothingMissing, true) => Outcome::NotFound,
-                (Verdict::NothingMissing, false) => Outcome::MayBeMissed,
-                (_, true) => Outcome::WrongName,
-                (_, false) => Outcome::PartNamed,
+                (Verdict::NothingMissing, true) => VerdictOutcome::NotFound,
+                (Verdict::NothingMissing, false) => VerdictOutcome::MayBeMissed,
+                (_, true) => VerdictOutcome::WrongName,
+                (_, false) => VerdictOutcome::PartNamed,
             }
         }
-        (_, Verdict::NothingMissing) if answer.may_be_missed => Outcome::MayBeMissed,
-        (_, Verdict::NothingMissing) => Outcome::NotFound,
+        (_, Verdict::NothingMissing) if answer.may_be_missed => VerdictOutcome::MayBeMissed,
+        (_, Verdict::NothingMissing) => VerdictOutcome::NotFound,
         _ => named_outcome(verdict, answer, truths, extra),
     }
 }
 
 /// The outcome where effects of the library were to be named and something was found.
-fn named_outcome(verdict: Verdict, answer: &Answer, truths: &[TruthScore], extra: bool) -> Outcome {
-    let missing = truths.iter().filter(|t| t.named == Named::No).count();
+fn named_outcome(
+    verdict: Verdict,
+    answer: &SealedAnswer,
+    truths: &[TruthScore],
+    extra: bool,
+) -> VerdictOutcome {
+    let missing = truths.iter().filter(|t| t.named == NamedCause::No).count();
     let unknown = verdict == Verdict::Unknown;
     if missing > 0 {
         return match (unknown, extra) {
-            (true, _) => Outcome::UnknownInstead,
-            (false, true) => Outcome::WrongName,
-            (false, false) if answer.may_be_missed => Outcome::MayBeMissed,
-            (false, false) => Outcome::Partly,
+            (true, _) => VerdictOutcome::UnknownInstead,
+            (false, true) => VerdictOutcome::WrongName,
+            (false, false) if answer.may_be_missed => VerdictOutcome::MayBeMissed,
+            (false, false) => VerdictOutcome::Partly,
         };
     }
     if unknown {
-        Outcome::StructureClaimed
+        VerdictOutcome::StructureClaimed
     } else if extra {
-        Outcome::Extra
+        VerdictOutcome::Extra
     } else if truths.iter().any(|truth| !truth.padding.is_empty()) {
-        Outcome::Padded
+        VerdictOutcome::Padded
     } else if answer.expected == Expected::Ambiguous
         && truths.iter().any(|truth| !truth.left_out.is_empty())
     {
-        Outcome::Incomplete
+        VerdictOutcome::Incomplete
     } else {
-        Outcome::Right
+        VerdictOutcome::Right
     }
 }
 
 /// Identified factors whose intervals hold the truth, and all identified ones.
-fn factors_covered(diagnosis: &Diagnosis, answer: &Answer) -> [usize; 2] {
+fn factors_covered(diagnosis: &Diagnosis, answer: &SealedAnswer) -> [usize; 2] {
     let mut counts = [0, 0];
     // Outside the library no model is right, and no interval promises anything.
     if answer.expected == Expected::Unknown {

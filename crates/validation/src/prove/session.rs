@@ -31,7 +31,7 @@ pub struct SessionTexts {
 
 /// A session with its robot.
 #[derive(Debug)]
-pub struct Session {
+pub struct ValidationSession {
     /// Its name.
     pub id: String,
     /// Its robot.
@@ -46,7 +46,7 @@ pub struct Session {
     robot_file: String,
 }
 
-impl Session {
+impl ValidationSession {
     /// Reads the texts of a session.
     ///
     /// # Errors
@@ -78,7 +78,7 @@ impl Session {
         })
     }
 
-    /// The beam model that the readings are held against.
+    /// The beam model that the readings are compared with.
     ///
     /// # Errors
     /// [`ProveError::Robot`].

@@ -81,7 +81,7 @@ impl Target {
 
 /// A promise and what became of it.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Promise {
+pub struct AcceptanceCriterion {
     /// In words.
     pub what: &'static str,
     /// What its share must be; `None` where it is only counted.

@@ -5,7 +5,7 @@ use rand_chacha::ChaCha8Rng;
 
 use stiffbench_beams::physics::{Effect, Place};
 use stiffbench_diagnosis::mismatch::{
-    Baseline, CriticalValues, Diagnosis, EarlierNoise, IdealSearch, KnownNoise, Observations,
+    Baseline, Diagnosis, EarlierNoise, IdealSearch, KnownNoise, LawCriticalValues, Observations,
     ReadingNoise, RobotBaseline, SearchOptions, TrialNoise, Truth, Verdict, diagnose, simulate,
     standard_errors, standard_errors_between,
 };
@@ -13,7 +13,7 @@ use stiffbench_units_and_text::test_point::{Direction, PoseId};
 
 use super::error::ProveError;
 use super::score::{groups, is_apart};
-use super::session::Session;
+use super::session::ValidationSession;
 use super::share::Share;
 
 /// How far the beam factors of a trial lie from their start, as in the concealed sessions.
@@ -43,7 +43,7 @@ pub(super) enum NoiseKind {
 /// A plan with its noise, and the limits that belong to them.
 pub(super) struct TrialBench<'a> {
     /// Robot, mechanism and plan.
-    pub(super) session: &'a Session,
+    pub(super) session: &'a ValidationSession,
     /// The beam model.
     pub(super) baseline: RobotBaseline<'a>,
     /// The plan: the session's loads, the gauge steps of the trials.
@@ -51,7 +51,7 @@ pub(super) struct TrialBench<'a> {
     /// The noise of the trials.
     pub(super) noise: TrialNoise,
     /// CriticalValues, from the first trial.
-    pub(super) limits: CriticalValues,
+    pub(super) critical: LawCriticalValues,
     /// The first trial's truth, without an effect, and its diagnosis.
     pub(super) first: (Truth, Diagnosis),
     /// The readings of the first trial.
@@ -62,7 +62,7 @@ pub(super) struct TrialBench<'a> {
 }
 
 impl<'a> TrialBench<'a> {
-    /// A plan with noise drawn by a seed, its limits worked out on a first trial with nothing missing.
+    /// A plan with noise drawn by a seed, its limits computed on a first trial with nothing missing.
     ///
     /// # Arguments
     /// - `earlier`: sessions of the same bench before each trial.
@@ -70,7 +70,7 @@ impl<'a> TrialBench<'a> {
     /// # Errors
     /// [`ProveError`].
     pub(super) fn new(
-        session: &'a Session,
+        session: &'a ValidationSession,
         kind: NoiseKind,
         options: &SearchOptions,
         earlier: usize,
@@ -87,13 +87,13 @@ impl<'a> TrialBench<'a> {
             noise,
         };
         let readings = simulate(&baseline, &plan, &truth, seed)?;
-        let (diagnosis, limits) = diagnose(&baseline, &readings, options, None)?;
+        let (diagnosis, critical) = diagnose(&baseline, &readings, options, None)?;
         let mut bench = Self {
             session,
             baseline,
             plan,
             noise,
-            limits,
+            critical,
             first: (truth, diagnosis),
             readings,
             options: options.clone(),
@@ -106,12 +106,17 @@ impl<'a> TrialBench<'a> {
         Ok(bench)
     }
 
-    /// What is searched on this bench, for an observer who knows the noise.
+    /// What is searched on this bench, for an observer with known noise.
     ///
     /// # Errors
     /// [`ProveError::Mismatch`].
     pub(super) fn ideal(&self) -> Result<IdealSearch, ProveError> {
-        let search = IdealSearch::new(&self.baseline, &self.readings, &self.options, &self.limits);
+        let search = IdealSearch::new(
+            &self.baseline,
+            &self.readings,
+            &self.options,
+            &self.critical,
+        );
         Ok(search?)
     }
 
@@ -175,7 +180,7 @@ impl<'a> TrialBench<'a> {
     /// Diagnoses readings.
     fn search(&self, readings: &Observations, noise: KnownNoise) -> Result<Diagnosis, ProveError> {
         // Where a coarse gauge stands, its rounding depends on: limits are those of the readings, not of the plan.
-        let known = (self.noise.displacement_step_m < COARSE_STEP_M).then_some(&self.limits);
+        let known = (self.noise.displacement_step_m < COARSE_STEP_M).then_some(&self.critical);
         let options = SearchOptions {
             noise,
             ..self.options.clone()
@@ -188,7 +193,11 @@ impl<'a> TrialBench<'a> {
     ///
     /// # Errors
     /// [`ProveError::Mismatch`].
-    pub(super) fn judge(&self, truth: &Truth, diagnosis: &Diagnosis) -> Result<Judged, ProveError> {
+    pub(super) fn assess(
+        &self,
+        truth: &Truth,
+        diagnosis: &Diagnosis,
+    ) -> Result<Judged, ProveError> {
         let groups = groups(&diagnosis.findings);
         let mut named = 0;
         let mut alone = 0;
@@ -232,7 +241,7 @@ impl<'a> TrialBench<'a> {
         })
     }
 
-    /// Whether a member of a set can be told apart from the last effect of a truth.
+    /// Whether a member of a set can be distinguished from the last effect of a truth.
     fn is_padding(&self, truth: &Truth, member: &Effect) -> Result<bool, ProveError> {
         let last = truth.effects.last();
         if last.is_some_and(|own| member.law.contains(own.law) && member.place == own.place) {
@@ -244,7 +253,7 @@ impl<'a> TrialBench<'a> {
     }
 }
 
-/// A diagnosis held against the truth.
+/// A diagnosis compared with the truth.
 #[expect(
     clippy::struct_excessive_bools,
     reason = "each is counted by itself; they are no states"
@@ -257,7 +266,7 @@ pub(super) struct Judged {
     pub(super) named: bool,
     /// Each true effect is named by itself, and nothing else.
     pub(super) alone: bool,
-    /// Each true effect is named, by itself or among those that cannot be told apart from it, and nothing else.
+    /// Each true effect is named, by itself or among those that cannot be distinguished from it, and nothing else.
     pub(super) right: bool,
     /// Whatever is named lies in the run of the true slip, at whichever steps.
     pub(super) in_run: bool,
@@ -295,7 +304,7 @@ fn run_of(place: &Place) -> Option<(&PoseId, Direction, u32)> {
     }
 }
 
-/// Whether a diagnosis says that something is missing.
+/// Whether a diagnosis states that something is missing.
 pub(super) fn is_alarm(diagnosis: &Diagnosis) -> bool {
     !matches!(
         diagnosis.verdict,

@@ -16,7 +16,9 @@ use stiffbench_diagnosis::search::{
 use stiffbench_units_and_text::test_point::{Direction, PoseId};
 
 use super::error::ProveError;
-use super::linear_model::{LinearFit, LinearLaw, MeasuredCell, StiffnessProblem, compliance, grid};
+use super::linear_model::{
+    LinearFit, LinearLaw, ListedStiffness, StiffnessProblem, compliance, grid,
+};
 use super::smallest::smallest;
 
 /// Poses that the paper fits; it judges on the others.
@@ -28,7 +30,7 @@ const NULL_SAMPLES: usize = 20_000;
 /// Level of the search over all laws.
 const LEVEL: f64 = 0.04;
 
-/// Candidates for which a further measurement is looked for.
+/// Candidates for which a further measurement is searched for.
 const RIVALS: usize = 5;
 
 /// A law and what it does to the fit of the twelve values.
@@ -104,7 +106,7 @@ struct BenchRow {
 
 #[derive(Debug, Deserialize)]
 #[expect(non_snake_case, reason = "names of columns, which carry units")]
-struct ReferenceRow {
+struct ReferenceReading {
     pose: String,
     direction: Direction,
     force_N: f64,
@@ -148,7 +150,7 @@ fn values_under(
     is_asked_for: &dyn Fn(&LinearLaw) -> bool,
 ) -> Result<TwelveValues, ProveError> {
     let bench: Vec<BenchRow> = rows("experiment-table-vi.csv", bench)?;
-    let reference: Vec<ReferenceRow> = rows("reference.csv", reference)?;
+    let reference: Vec<ReferenceReading> = rows("reference.csv", reference)?;
     let mut names: Vec<PoseId> = Vec::new();
     for row in &bench {
         let name = PoseId::new(&row.pose);
@@ -157,10 +159,10 @@ fn values_under(
         }
     }
     let place = |pose: &str| names.iter().position(|name| name.as_str() == pose);
-    let cells: Vec<MeasuredCell> = bench
+    let cells: Vec<ListedStiffness> = bench
         .iter()
         .filter_map(|row| {
-            Some(MeasuredCell {
+            Some(ListedStiffness {
                 pose: place(&row.pose)?,
                 direction: row.direction,
                 ln_stiffness: (1e6 * row.bench).ln(),
@@ -242,8 +244,8 @@ impl Study<'_> {
         let best = fitted.first().map_or(f64::NAN, |(_, fit, _)| fit.squares);
         for (index, fit, candidate) in &mut fitted {
             let dof = values - 5.0;
-            let gain = (baseline_fit.squares - fit.squares).max(0.0);
-            candidate.f = gain / (fit.squares / dof);
+            let delta_chi2 = (baseline_fit.squares - fit.squares).max(0.0);
+            candidate.f = delta_chi2 / (fit.squares / dof);
             candidate.p_family = null.p(candidate.f);
             candidate.behind = 0.5 * values * (fit.squares / best).ln();
             (candidate.closes, candidate.value_alone) = alone[*index];
@@ -327,7 +329,7 @@ impl Study<'_> {
         self.problem.predict(mechanics, None, fit)?;
         let cells = &self.problem.cells;
         let column = |of: &dyn Fn(&PoseMechanics, Direction) -> f64| -> Vec<f64> {
-            let relative = |cell: &MeasuredCell| {
+            let relative = |cell: &ListedStiffness| {
                 let pose = mechanics.pose(cell.pose);
                 of(pose, cell.direction) / compliance(pose, cell.direction)
             };
@@ -354,7 +356,7 @@ impl Study<'_> {
         let of_samples = maxima.families.first().into_iter().flatten();
         let f = of_samples
             .zip(&maxima.squares)
-            .map(|(gain, squares)| gain / ((squares - gain) / dof));
+            .map(|(delta_chi2, squares)| delta_chi2 / ((squares - delta_chi2) / dof));
         Ok(NullDistribution::new(f.collect()))
     }
 
@@ -403,9 +405,9 @@ impl Study<'_> {
         near: &[usize],
     ) -> Result<Vec<FurtherCell>, ProveError> {
         let poses = grid(self.problem.robot, self.problem);
-        let cells: Vec<MeasuredCell> = (0..poses.len())
+        let cells: Vec<ListedStiffness> = (0..poses.len())
             .flat_map(|pose| {
-                Direction::ALL.map(|direction| MeasuredCell {
+                Direction::ALL.map(|direction| ListedStiffness {
                     pose,
                     direction,
                     ln_stiffness: 0.0,

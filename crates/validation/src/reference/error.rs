@@ -39,7 +39,7 @@ pub enum ReferenceError {
     #[error("node {node} is held in some freedoms and free in others")]
     #[diagnostic(
         code(stiffbench::reference::support),
-        help("the reference knows nodes that are held or free")
+        help("nodes of the reference are held or free")
     )]
     PartlyHeld {
         /// The node.
@@ -100,7 +100,7 @@ pub enum ReferenceError {
     #[diagnostic(
         code(stiffbench::reference::answer),
         help(
-            "CalculiX writes stars or NaN where a system is singular; look at the file of the same name that ends in .log"
+            "CalculiX writes stars or NaN where a system is singular; read the file of the same name that ends in .log"
         )
     )]
     Answer {
@@ -115,7 +115,7 @@ pub enum ReferenceError {
     #[error("{file}: the run was stopped after {done} of {} cases; {first} is the first without a result", done + missing)]
     #[diagnostic(
         code(stiffbench::reference::unfinished),
-        help("stiffbench-validate reference run FOLDER goes on where it was stopped")
+        help("stiffbench-validate reference run FOLDER continues where it stopped")
     )]
     Unfinished {
         /// The file.
@@ -128,7 +128,7 @@ pub enum ReferenceError {
         first: String,
     },
     /// A record of another format, or none.
-    #[error("{file} is no record of a reference: {problem}")]
+    #[error("{file} is not a record of a reference: {problem}")]
     #[diagnostic(
         code(stiffbench::reference::record),
         help(

@@ -188,7 +188,7 @@ fn rigid_nodes(structure: &Structure) -> Result<Vec<RigidNode>, ReferenceError> 
     Ok(joints)
 }
 
-/// The same structure with the constants that the prisms have: beams that solids can be held against.
+/// The same structure with the constants that the prisms have: beams that solids can be compared with.
 ///
 /// With shear, and with the warping of narrow rectangles held at both ends, as the rigid faces hold it: both are in the solids.
 #[must_use]

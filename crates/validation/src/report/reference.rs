@@ -1,6 +1,6 @@
 //! The paper's Table IV repeated: the 36-element model fitted to one pose beside a reference of solids.
 //!
-//! A second table says what the reference is worth: beams with the constants of the prisms and with shear, which solids of slender
+//! A second table states what the reference is worth: beams with the constants of the prisms and with shear, which solids of slender
 //! members must come near, and the beams of the robot file before any fit.
 
 use std::fmt::Write;
@@ -19,7 +19,7 @@ use stiffbench::structure::{Solver, StructureError};
 use stiffbench::test_point::{Cell, Direction, PoseId};
 
 use super::table_iv::{PaperRow, PaperTableIv};
-use stiffbench::report::{TextTable, significant};
+use stiffbench::report::{AlignedTable, significant};
 
 const UM_PER_M: f64 = 1e6;
 
@@ -236,8 +236,8 @@ impl ReferencePose {
     }
 
     /// Table IV with the paper's columns beside ours.
-    fn table(&self, seconds_per_solve: f64, paper: &PaperTableIv) -> TextTable {
-        let mut table = TextTable::new(&[
+    fn table(&self, seconds_per_solve: f64, paper: &PaperTableIv) -> AlignedTable {
+        let mut table = AlignedTable::new(&[
             "force, N",
             "solids, um",
             "fitted beams, um",
@@ -269,8 +269,8 @@ impl ReferencePose {
     }
 
     /// What the reference is worth: the same loads on beams that were not fitted.
-    fn check(&self) -> TextTable {
-        let mut table = TextTable::new(&[
+    fn check(&self) -> AlignedTable {
+        let mut table = AlignedTable::new(&[
             "force, N",
             "solids, um",
             "beams of the prisms, um",
@@ -346,7 +346,7 @@ impl ReferenceReport {
         };
         let saved = pose.time_saved_percent(self.seconds_per_solve);
         let largest = pose.largest().map(ReferenceRow::difference_percent);
-        let mut table = TextTable::new(&["Table IV in short", "here", "paper"]);
+        let mut table = AlignedTable::new(&["Table IV in short", "here", "paper"]);
         let mut row = |name: &str, here: String, paper: String| {
             table.row([name.to_owned(), here, paper]);
         };

@@ -1,11 +1,11 @@
 //! All supports of the robot rock as one body.
 
-use crate::physics::action::Action;
+use crate::physics::action::LawAction;
 use crate::physics::dimension::Dimension;
-use crate::physics::law::{Check, Curve, Driving, LawDefinition, LawFigure, Words};
-use crate::physics::parameter::{OF_A_SIZE, ParameterSpec, PlausibleRange, Sign, Typical};
+use crate::physics::law::{Check, Curve, Driving, LawDefinition, LawFigure, LawWording};
+use crate::physics::parameter::{OF_A_SIZE, ParameterSpec, PlausibleRange, SignConstraint, Typical};
 use crate::physics::place::{Place, PlaceKind};
-use crate::physics::search::{Needs, Search, Shape};
+use crate::physics::search::{Needs, SearchSpec, Shape};
 
 pub(super) static LAW: LawDefinition = LawDefinition {
     name: "base-compliance",
@@ -16,7 +16,7 @@ pub(super) static LAW: LawDefinition = LawDefinition {
         name: "c",
         word: "compliance",
         dimension: Dimension::RotationalCompliance,
-        sign: Sign::Positive,
+        sign: SignConstraint::Positive,
         plausible: PlausibleRange {
             bounds: |scale, _| scale.plausible_compliance(),
             reason: "up to ten times what the whole robot gives: a base softer than that is seen to rock",
@@ -28,8 +28,8 @@ pub(super) static LAW: LawDefinition = LawDefinition {
         fit: OF_A_SIZE,
     }],
     contains: &[],
-    action: Action::Base,
-    search: Search {
+    action: LawAction::Base,
+    search: SearchSpec {
         shapes: |scale| vec![Shape::of_any_size(vec![scale.visible()])],
         wide_shapes: None,
         phase: None,
@@ -40,7 +40,7 @@ pub(super) static LAW: LawDefinition = LawDefinition {
         unseen: TOO_LITTLE,
     },
     figure: OVER_FORCE,
-    words: Words {
+    words: LawWording {
         phrase: |at, _| format!("a base that rocks about {at}"),
         heading: |place| match place {
             Place::Axis(axis) => format!("a base that rocks about the {axis} axis"),

@@ -1,12 +1,12 @@
 //! A force that acts beside the one that the gauge reads.
 
 use super::base_compliance::{OVER_FORCE, TOO_LITTLE};
-use crate::physics::action::Action;
+use crate::physics::action::LawAction;
 use crate::physics::dimension::Dimension;
-use crate::physics::law::{Check, LawDefinition, Words};
-use crate::physics::parameter::{OF_A_SIZE, ParameterSpec, PlausibleRange, Sign, Typical};
+use crate::physics::law::{Check, LawDefinition, LawWording};
+use crate::physics::parameter::{OF_A_SIZE, ParameterSpec, PlausibleRange, SignConstraint, Typical};
 use crate::physics::place::PlaceKind;
-use crate::physics::search::{Needs, Search, Shape, VISIBLE_SHARE};
+use crate::physics::search::{Needs, SearchSpec, Shape, VISIBLE_SHARE};
 
 /// Share of the largest force that goes unseen beside it, 1.
 const UNSEEN: f64 = 0.3;
@@ -20,7 +20,7 @@ pub(super) static LAW: LawDefinition = LawDefinition {
         name: "w",
         word: "force",
         dimension: Dimension::Force,
-        sign: Sign::Either,
+        sign: SignConstraint::Either,
         plausible: PlausibleRange {
             bounds: |scale, _| [-1.0, 1.0].map(|side| side * UNSEEN * scale.force_n),
             reason: "up to three tenths of the largest force: a hook, a cable or a gauge that was not zeroed; more is seen on the display",
@@ -32,8 +32,8 @@ pub(super) static LAW: LawDefinition = LawDefinition {
         fit: OF_A_SIZE,
     }],
     contains: &[],
-    action: Action::Force(|&[w, ..], load| if load.is_unloaded { 0.0 } else { w }),
-    search: Search {
+    action: LawAction::Force(|&[w, ..], load| if load.is_unloaded { 0.0 } else { w }),
+    search: SearchSpec {
         shapes: |scale| vec![Shape::of_either_sign(vec![VISIBLE_SHARE * scale.force_n])],
         wide_shapes: None,
         phase: None,
@@ -48,7 +48,7 @@ pub(super) static LAW: LawDefinition = LawDefinition {
         unseen: TOO_LITTLE,
     },
     figure: OVER_FORCE,
-    words: Words {
+    words: LawWording {
         phrase: |at, _| format!("a constant force in {at}"),
         heading: |place| format!("a constant force, {place}"),
         explanation: "In every reading under load a force acts beside the one that the gauge reads, as of a hook that hangs on it; at the \
@@ -65,15 +65,15 @@ pub(super) static LAW: LawDefinition = LawDefinition {
 
 #[cfg(test)]
 mod tests {
-    use crate::physics::{Effect, LawSet, LoadPoint, PoseMechanics, RunLoads, Twists};
-    use crate::structure::TwistInfluence;
+    use crate::physics::{Effect, LawSet, LoadPoint, PoseMechanics, RunLoads, JointRotations};
+    use crate::structure::RotationInfluence;
     use stiffbench_units_and_text::test_point::Direction;
 
     #[test]
     fn it_acts_under_load_in_its_direction_and_not_at_the_zero() {
         let compliance_m_per_n = 3e-7;
         let pose = PoseMechanics {
-            influence: TwistInfluence::of_one_joint(compliance_m_per_n, 0.3),
+            influence: RotationInfluence::of_one_joint(compliance_m_per_n, 0.3),
             ..PoseMechanics::default()
         };
         let mut laws = LawSet::default();
@@ -92,7 +92,7 @@ mod tests {
                 loads: &loads,
             };
             let mut moved = [0.0; 3];
-            laws.displacements_m(&pose, &run, &mut Twists::default(), &mut moved);
+            laws.displacements_m(&pose, &run, &mut JointRotations::default(), &mut moved);
             let expected = [0.0, -10.0 + w_n, -20.0 + w_n].map(|acting| acting * compliance_m_per_n);
             assert!(
                 moved.iter().zip(expected).all(|(m, e)| (m - e).abs() < 1e-18),

@@ -1,14 +1,14 @@
 //! Displacement that grows with the logarithm of the time under load.
 
 use super::base_compliance::{TOO_LITTLE, TOO_LITTLE_AT_PLACE};
-use crate::physics::action::Action;
+use crate::physics::action::LawAction;
 use crate::physics::dimension::Dimension;
-use crate::physics::law::{Curve, Driving, LawDefinition, LawFigure, Words};
+use crate::physics::law::{Curve, Driving, LawDefinition, LawFigure, LawWording};
 use crate::physics::parameter::{
-    OF_A_SIZE, FitBy, ParameterSpec, PlausibleRange, Sign, Typical,
+    OF_A_SIZE, FitBy, ParameterSpec, PlausibleRange, SignConstraint, Typical,
 };
 use crate::physics::place::PlaceKind;
-use crate::physics::search::{Needs, PlaceScale, SHAPE_ROOM, Search, Shape};
+use crate::physics::search::{Needs, PlaceScale, SHAPE_ROOM, SearchSpec, Shape};
 
 pub(super) static LAW: LawDefinition = LawDefinition {
     name: "creep",
@@ -20,7 +20,7 @@ pub(super) static LAW: LawDefinition = LawDefinition {
             name: "k",
             word: "growth",
             dimension: Dimension::PerDecade,
-            sign: Sign::Positive,
+            sign: SignConstraint::Positive,
             plausible: PlausibleRange {
                 bounds: |_, _| [0.0, 0.3],
                 reason: "up to 30 % a decade of time: metals creep by less than 1 %, plastics by up to a third",
@@ -35,7 +35,7 @@ pub(super) static LAW: LawDefinition = LawDefinition {
             name: "t0",
             word: "t0",
             dimension: Dimension::Time,
-            sign: Sign::AboveZero,
+            sign: SignConstraint::AboveZero,
             plausible: PlausibleRange {
                 bounds: |_, _| [TIMES_S[0] / SHAPE_ROOM, TIMES_S[TIMES_S.len() - 1] * SHAPE_ROOM],
                 reason: "from a tenth of a second to half a minute: holds of seconds to minutes show no other",
@@ -48,8 +48,8 @@ pub(super) static LAW: LawDefinition = LawDefinition {
         },
     ],
     contains: &[],
-    action: Action::Growth(|&[k, t0, ..], load, _| k * log_time(load.hold_s, t0)),
-    search: Search {
+    action: LawAction::Growth(|&[k, t0, ..], load, _| k * log_time(load.hold_s, t0)),
+    search: SearchSpec {
         shapes,
         wide_shapes: None,
         phase: None,
@@ -68,7 +68,7 @@ pub(super) static LAW: LawDefinition = LawDefinition {
             log_time(hold_s, t0_s.max(f64::MIN_POSITIVE))
         }),
     },
-    words: Words {
+    words: LawWording {
         phrase: |_, _| "creep under a constant load".to_owned(),
         heading: |_| "creep".to_owned(),
         explanation: "The displacement grows with the logarithm of the time under load.",

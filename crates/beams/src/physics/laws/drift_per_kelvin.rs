@@ -2,12 +2,12 @@
 
 use super::base_compliance::{TOO_LITTLE, TOO_LITTLE_AT_PLACE};
 use super::drift_per_second::{BESIDE_A_THERMOMETER, MOST_DRIFT};
-use crate::physics::action::Action;
+use crate::physics::action::LawAction;
 use crate::physics::dimension::Dimension;
-use crate::physics::law::{Curve, Driving, LawDefinition, LawFigure, Words};
-use crate::physics::parameter::{OF_A_SIZE, ParameterSpec, PlausibleRange, Sign, Typical};
+use crate::physics::law::{Curve, Driving, LawDefinition, LawFigure, LawWording};
+use crate::physics::parameter::{OF_A_SIZE, ParameterSpec, PlausibleRange, SignConstraint, Typical};
 use crate::physics::place::PlaceKind;
-use crate::physics::search::{Needs, Search, Shape};
+use crate::physics::search::{Needs, SearchSpec, Shape};
 
 pub(super) static LAW: LawDefinition = LawDefinition {
     name: "thermal-drift",
@@ -18,7 +18,7 @@ pub(super) static LAW: LawDefinition = LawDefinition {
         name: "rate",
         word: "rate",
         dimension: Dimension::LengthPerTemperature,
-        sign: Sign::Either,
+        sign: SignConstraint::Either,
         plausible: PlausibleRange {
             bounds: |scale, _| [-1.0, 1.0].map(|side| side * scale.displacement_m / scale.warming_k),
             reason: MOST_DRIFT,
@@ -30,8 +30,8 @@ pub(super) static LAW: LawDefinition = LawDefinition {
         fit: OF_A_SIZE,
     }],
     contains: &[],
-    action: Action::Added(|&[rate, ..], load| rate * load.warming_k),
-    search: Search {
+    action: LawAction::Added(|&[rate, ..], load| rate * load.warming_k),
+    search: SearchSpec {
         shapes: |scale| {
             let shape = |warming_k: f64| Shape::of_either_sign(vec![1e-6 / warming_k]);
             (scale.warming_k > 0.0).then(|| shape(scale.warming_k)).into_iter().collect()
@@ -50,7 +50,7 @@ pub(super) static LAW: LawDefinition = LawDefinition {
         large_loads_only: false,
         curve: Curve::Lines,
     },
-    words: Words {
+    words: LawWording {
         phrase: |_, _| "a drift of the displacement gauge with temperature".to_owned(),
         heading: |_| "drift with temperature".to_owned(),
         explanation: "The displacement reading moves with the temperature, loaded or not.",

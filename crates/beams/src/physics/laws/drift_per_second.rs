@@ -1,12 +1,12 @@
 //! A reading that drifts with the clock.
 
 use super::base_compliance::{TOO_LITTLE, TOO_LITTLE_AT_PLACE};
-use crate::physics::action::Action;
+use crate::physics::action::LawAction;
 use crate::physics::dimension::Dimension;
-use crate::physics::law::{Check, Curve, Driving, LawDefinition, LawFigure, Words};
-use crate::physics::parameter::{OF_A_SIZE, ParameterSpec, PlausibleRange, Sign, Typical};
+use crate::physics::law::{Check, Curve, Driving, LawDefinition, LawFigure, LawWording};
+use crate::physics::parameter::{OF_A_SIZE, ParameterSpec, PlausibleRange, SignConstraint, Typical};
 use crate::physics::place::PlaceKind;
-use crate::physics::search::{Needs, Search, Shape};
+use crate::physics::search::{Needs, SearchSpec, Shape};
 
 pub(super) static LAW: LawDefinition = LawDefinition {
     name: "thermal-drift",
@@ -17,7 +17,7 @@ pub(super) static LAW: LawDefinition = LawDefinition {
         name: "rate",
         word: "rate",
         dimension: Dimension::LengthPerTime,
-        sign: Sign::Either,
+        sign: SignConstraint::Either,
         plausible: PlausibleRange {
             bounds: |scale, _| [-1.0, 1.0].map(|side| side * scale.displacement_m / scale.time_s),
             reason: MOST_DRIFT,
@@ -29,8 +29,8 @@ pub(super) static LAW: LawDefinition = LawDefinition {
         fit: OF_A_SIZE,
     }],
     contains: &[],
-    action: Action::Added(|&[rate, ..], load| rate * load.since_zero_s),
-    search: Search {
+    action: LawAction::Added(|&[rate, ..], load| rate * load.since_zero_s),
+    search: SearchSpec {
         shapes: |scale| {
             let shape = |time_s: f64| Shape::of_either_sign(vec![1e-6 / time_s]);
             (scale.time_s > 0.0).then(|| shape(scale.time_s)).into_iter().collect()
@@ -49,7 +49,7 @@ pub(super) static LAW: LawDefinition = LawDefinition {
         large_loads_only: false,
         curve: Curve::Lines,
     },
-    words: Words {
+    words: LawWording {
         phrase: |_, _| "a drift of the displacement gauge with time".to_owned(),
         heading: |_| "drift with time".to_owned(),
         explanation: "The displacement reading moves with the clock, loaded or not.",

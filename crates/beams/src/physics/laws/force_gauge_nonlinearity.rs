@@ -1,12 +1,12 @@
 //! A force gauge that is not linear.
 
 use super::base_compliance::{OVER_FORCE, TOO_LITTLE, TOO_LITTLE_AT_PLACE};
-use crate::physics::action::Action;
+use crate::physics::action::LawAction;
 use crate::physics::dimension::Dimension;
-use crate::physics::law::{Check, LawDefinition, Words};
-use crate::physics::parameter::{OF_A_SIZE, ParameterSpec, PlausibleRange, Sign, Typical};
+use crate::physics::law::{Check, LawDefinition, LawWording};
+use crate::physics::parameter::{OF_A_SIZE, ParameterSpec, PlausibleRange, SignConstraint, Typical};
 use crate::physics::place::PlaceKind;
-use crate::physics::search::{Needs, Search, Shape, VISIBLE_SHARE};
+use crate::physics::search::{Needs, SearchSpec, Shape, VISIBLE_SHARE};
 
 /// Share of its reading by which a gauge may err, 1.
 const BROKEN: f64 = 0.1;
@@ -20,7 +20,7 @@ pub(super) static LAW: LawDefinition = LawDefinition {
         name: "q",
         word: "error",
         dimension: Dimension::PerForce,
-        sign: Sign::Either,
+        sign: SignConstraint::Either,
         plausible: PlausibleRange {
             bounds: |scale, _| [-1.0, 1.0].map(|side| side * BROKEN / scale.force_n),
             reason: "up to a tenth of the largest force: a gauge that errs by more is broken",
@@ -32,8 +32,8 @@ pub(super) static LAW: LawDefinition = LawDefinition {
         fit: OF_A_SIZE,
     }],
     contains: &[],
-    action: Action::Force(|&[q, ..], load| q * load.force_n * load.force_n.abs()),
-    search: Search {
+    action: LawAction::Force(|&[q, ..], load| q * load.force_n * load.force_n.abs()),
+    search: SearchSpec {
         shapes: |scale| vec![Shape::of_either_sign(vec![VISIBLE_SHARE / scale.force_n])],
         wide_shapes: None,
         phase: None,
@@ -44,7 +44,7 @@ pub(super) static LAW: LawDefinition = LawDefinition {
         unseen: TOO_LITTLE,
     },
     figure: OVER_FORCE,
-    words: Words {
+    words: LawWording {
         phrase: |_, _| "a force gauge that does not read evenly".to_owned(),
         heading: |_| "the error of the force gauge".to_owned(),
         explanation: "The true force departs from the reading of the force gauge by an amount that grows with the square of the force.",

@@ -2,17 +2,17 @@
 
 use std::f64::consts::TAU;
 
-use stiffbench_numeric::lanes::waves;
+use stiffbench_numeric::simd::waves;
 
 use super::base_compliance::TOO_LITTLE_AT_PLACE;
-use crate::physics::action::{Action, GaugeError, Values};
+use crate::physics::action::{LawAction, GaugeError, Values};
 use crate::physics::dimension::Dimension;
-use crate::physics::law::{Check, Curve, Driving, LawDefinition, LawFigure, Words};
+use crate::physics::law::{Check, Curve, Driving, LawDefinition, LawFigure, LawWording};
 use crate::physics::parameter::{
-    OF_A_SIZE, FitBy, ParameterSpec, PlausibleRange, Sign, Typical,
+    OF_A_SIZE, FitBy, ParameterSpec, PlausibleRange, SignConstraint, Typical,
 };
 use crate::physics::place::PlaceKind;
-use crate::physics::search::{Needs, PlaceScale, Search, Shape};
+use crate::physics::search::{Needs, PlaceScale, SearchSpec, Shape};
 
 pub(super) static LAW: LawDefinition = LawDefinition {
     name: "gauge-periodic",
@@ -24,7 +24,7 @@ pub(super) static LAW: LawDefinition = LawDefinition {
             name: "amplitude",
             word: "amplitude",
             dimension: Dimension::Length,
-            sign: Sign::Positive,
+            sign: SignConstraint::Positive,
             plausible: PlausibleRange {
                 bounds: |_, values| [0.0, values.get(1).map_or(LONGEST_M, |period_m| *period_m) / TAU],
                 reason: "up to the period over 2 pi: with a larger one the gauge would run backwards",
@@ -39,7 +39,7 @@ pub(super) static LAW: LawDefinition = LawDefinition {
             name: "period",
             word: "period",
             dimension: Dimension::Length,
-            sign: Sign::AboveZero,
+            sign: SignConstraint::AboveZero,
             plausible: PlausibleRange {
                 bounds: |scale, _| {
                     // Both ends by the width of a wheel, a rack or a scale as it is made.
@@ -60,7 +60,7 @@ pub(super) static LAW: LawDefinition = LawDefinition {
             name: "phase",
             word: "phase",
             dimension: Dimension::Angle,
-            sign: Sign::Either,
+            sign: SignConstraint::Either,
             plausible: PlausibleRange {
                 bounds: |_, _| [f64::NEG_INFINITY, f64::INFINITY],
                 reason: "any angle: the position of a wheel at the zero is random",
@@ -73,8 +73,8 @@ pub(super) static LAW: LawDefinition = LawDefinition {
         },
     ],
     contains: &[],
-    action: Action::Gauge(&Periodic),
-    search: Search {
+    action: LawAction::Gauge(&Periodic),
+    search: SearchSpec {
         shapes: nominal,
         wide_shapes: Some(any_period),
         phase: Some(2),
@@ -99,7 +99,7 @@ pub(super) static LAW: LawDefinition = LawDefinition {
             },
         },
     },
-    words: Words {
+    words: LawWording {
         phrase: |_, _| "a periodic error of the displacement gauge".to_owned(),
         heading: |_| "the period of the gauge".to_owned(),
         explanation: "The gauge's error repeats itself over its travel.",

@@ -1,12 +1,12 @@
 //! The stand of the displacement gauge gives way in one direction.
 
 use super::base_compliance::{OVER_FORCE, TOO_LITTLE, TOO_LITTLE_AT_PLACE};
-use crate::physics::action::Action;
+use crate::physics::action::LawAction;
 use crate::physics::dimension::Dimension;
-use crate::physics::law::{Check, LawDefinition, Words};
-use crate::physics::parameter::{OF_A_SIZE, ParameterSpec, PlausibleRange, Sign, Typical};
+use crate::physics::law::{Check, LawDefinition, LawWording};
+use crate::physics::parameter::{OF_A_SIZE, ParameterSpec, PlausibleRange, SignConstraint, Typical};
 use crate::physics::place::{Place, PlaceKind};
-use crate::physics::search::{Needs, Search, Shape};
+use crate::physics::search::{Needs, SearchSpec, Shape};
 
 pub(super) static LAW: LawDefinition = LawDefinition {
     name: "gauge-stand-compliance",
@@ -17,7 +17,7 @@ pub(super) static LAW: LawDefinition = LawDefinition {
         name: "c",
         word: "compliance",
         dimension: Dimension::Compliance,
-        sign: Sign::Positive,
+        sign: SignConstraint::Positive,
         plausible: PlausibleRange {
             bounds: |scale, _| scale.plausible_compliance(),
             reason: "up to ten times the compliance of the robot where it is stiffest: a softer stand is seen to move",
@@ -29,8 +29,8 @@ pub(super) static LAW: LawDefinition = LawDefinition {
         fit: OF_A_SIZE,
     }],
     contains: &[],
-    action: Action::Added(|&[c, ..], load| c * load.force_n),
-    search: Search {
+    action: LawAction::Added(|&[c, ..], load| c * load.force_n),
+    search: SearchSpec {
         shapes: |scale| vec![Shape::of_any_size(vec![scale.visible()])],
         wide_shapes: None,
         phase: None,
@@ -41,7 +41,7 @@ pub(super) static LAW: LawDefinition = LawDefinition {
         unseen: TOO_LITTLE,
     },
     figure: OVER_FORCE,
-    words: Words {
+    words: LawWording {
         phrase: |at, _| format!("a stand of the displacement gauge that gives way in {at}"),
         heading: |place| format!("a yielding gauge stand, {place}"),
         explanation: "The gauge reads more than the robot moves, in proportion to the force, in every pose alike.",

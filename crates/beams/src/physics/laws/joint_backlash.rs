@@ -1,12 +1,12 @@
 //! A joint that turns freely through its play once its seat is overcome.
 
 use super::joint_compliance::{ACROSS_THE_JOINT, NO_SUCH_JOINT, OF_A_JOINT, UNSEEN_AT_JOINT};
-use crate::physics::action::{Action, Driven, TwistLaw, Values};
+use crate::physics::action::{LawAction, Driven, RotationLaw, Values};
 use crate::physics::dimension::Dimension;
-use crate::physics::law::{LawDefinition, Words};
-use crate::physics::parameter::{OF_A_SIZE, FitBy, ParameterSpec, PlausibleRange, Sign, Typical};
+use crate::physics::law::{LawDefinition, LawWording};
+use crate::physics::parameter::{OF_A_SIZE, FitBy, ParameterSpec, PlausibleRange, SignConstraint, Typical};
 use crate::physics::place::PlaceKind;
-use crate::physics::search::{Needs, PlaceScale, Search, Shape};
+use crate::physics::search::{Needs, PlaceScale, SearchSpec, Shape};
 use crate::physics::turning::JointPath;
 
 pub(super) static LAW: LawDefinition = LawDefinition {
@@ -19,7 +19,7 @@ pub(super) static LAW: LawDefinition = LawDefinition {
             name: "play",
             word: "play",
             dimension: Dimension::JointRotation,
-            sign: Sign::Positive,
+            sign: SignConstraint::Positive,
             plausible: PlausibleRange {
                 bounds: |scale, _| {
                     let [_, softest] = scale.plausible_compliance();
@@ -40,7 +40,7 @@ pub(super) static LAW: LawDefinition = LawDefinition {
             name: "seat_moment",
             word: "seat moment",
             dimension: Dimension::Moment,
-            sign: Sign::Positive,
+            sign: SignConstraint::Positive,
             plausible: PlausibleRange {
                 bounds: |scale, _| scale.moments([SEATS[0], SEATS[SEATS.len() - 1]]),
                 reason: "within the moments of the session: beyond them nothing moves",
@@ -53,8 +53,8 @@ pub(super) static LAW: LawDefinition = LawDefinition {
         },
     ],
     contains: &[],
-    action: Action::Joint(&Backlash),
-    search: Search {
+    action: LawAction::Joint(&Backlash),
+    search: SearchSpec {
         shapes,
         wide_shapes: None,
         phase: None,
@@ -65,7 +65,7 @@ pub(super) static LAW: LawDefinition = LawDefinition {
         unseen: NO_SUCH_JOINT,
     },
     figure: OF_A_JOINT,
-    words: Words {
+    words: LawWording {
         phrase: |at, _| format!("play in {at}"),
         heading: |place| format!("play in {place}"),
         explanation: "Once the moment on the joint overcomes its seat, the joint turns freely through its play; from then on it carries.",
@@ -111,7 +111,7 @@ struct Backlash;
 
 /// Twist of play behind a seat; all cases are computed, so that loads can be processed side by side.
 #[inline]
-fn twist([play, seat_moment]: [f64; 2], driving_nm: f64, k: f64) -> f64 {
+fn rotation([play, seat_moment]: [f64; 2], driving_nm: f64, k: f64) -> f64 {
     let beyond = driving_nm.abs() - seat_moment;
     let partly = beyond / k;
     let taken_up = if beyond >= k * play { play } else { partly };
@@ -119,14 +119,14 @@ fn twist([play, seat_moment]: [f64; 2], driving_nm: f64, k: f64) -> f64 {
     taken_up.copysign(driving_nm)
 }
 
-impl TwistLaw for Backlash {
-    fn twist_rad(&self, &[play, seat_moment, ..]: &Values, driven: Driven) -> f64 {
-        twist([play, seat_moment], driven.moment_nm, driven.stiffness_nm_per_rad)
+impl RotationLaw for Backlash {
+    fn rotation_rad(&self, &[play, seat_moment, ..]: &Values, driven: Driven) -> f64 {
+        rotation([play, seat_moment], driven.moment_nm, driven.stiffness_nm_per_rad)
     }
 
     fn slope_rad_per_nm(&self, values: &Values, driven: Driven) -> f64 {
-        let twist = self.twist_rad(values, driven);
-        if twist == 0.0 || twist.abs() >= values[0] {
+        let rotation = self.rotation_rad(values, driven);
+        if rotation == 0.0 || rotation.abs() >= values[0] {
             0.0
         } else {
             1.0 / driven.stiffness_nm_per_rad
@@ -144,7 +144,7 @@ impl TwistLaw for Backlash {
     fn added_m(&self, &[play, seat_moment, ..]: &Values, path: &JointPath, out: &mut [f64]) {
         path.side_by_side(
             #[inline(always)]
-            |t, k| twist([play, seat_moment], t, k),
+            |t, k| rotation([play, seat_moment], t, k),
             out,
         );
     }
@@ -165,11 +165,11 @@ mod tests {
         let values = [1e-3, 2.0, 0.0, 0.0];
         // k = 1000 N·m/rad takes up the play over 1 N·m.
         for (driving, expected) in [(1.9, 0.0), (2.5, 0.5e-3), (3.5, 1e-3), (-2.5, -0.5e-3)] {
-            let twist = Backlash.twist_rad(&values, at(driving, 1000.0, 0.0));
-            assert!((twist - expected).abs() < 1e-15);
+            let rotation = Backlash.rotation_rad(&values, at(driving, 1000.0, 0.0));
+            assert!((rotation - expected).abs() < 1e-15);
         }
-        assert_eq!(Backlash.twist_rad(&values, at(2.1, 0.0, 0.0)), 1e-3);
-        assert_eq!(Backlash.twist_rad(&values, at(2.0, 0.0, 0.0)), 0.0);
+        assert_eq!(Backlash.rotation_rad(&values, at(2.1, 0.0, 0.0)), 1e-3);
+        assert_eq!(Backlash.rotation_rad(&values, at(2.0, 0.0, 0.0)), 0.0);
     }
 
     proptest! {
@@ -178,10 +178,10 @@ mod tests {
         fn it_holds_its_seat(
             play in 1e-6..1e-2_f64, seat_moment in 0.0..20.0_f64, driving in -50.0..50.0_f64, k in 1.0..1e4_f64,
         ) {
-            let twist = Backlash.twist_rad(&[play, seat_moment, 0.0, 0.0], at(driving, k, 0.0));
-            prop_assert!(twist.abs() <= play && twist * driving >= 0.0);
-            let moment = (driving - k * twist).abs();
-            if twist != 0.0 && twist.abs() < play {
+            let rotation = Backlash.rotation_rad(&[play, seat_moment, 0.0, 0.0], at(driving, k, 0.0));
+            prop_assert!(rotation.abs() <= play && rotation * driving >= 0.0);
+            let moment = (driving - k * rotation).abs();
+            if rotation != 0.0 && rotation.abs() < play {
                 prop_assert!((moment - seat_moment).abs() < 1e-9 * driving.abs());
             }
         }

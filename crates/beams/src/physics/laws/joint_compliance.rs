@@ -1,11 +1,11 @@
 //! A joint that turns in proportion to its moment.
 
-use crate::physics::action::{Action, Driven, TwistLaw, Values};
+use crate::physics::action::{LawAction, Driven, RotationLaw, Values};
 use crate::physics::dimension::Dimension;
-use crate::physics::law::{Check, Curve, Driving, LawDefinition, LawFigure, Words};
-use crate::physics::parameter::{OF_A_SIZE, ParameterSpec, PlausibleRange, Sign, Typical};
+use crate::physics::law::{Check, Curve, Driving, LawDefinition, LawFigure, LawWording};
+use crate::physics::parameter::{OF_A_SIZE, ParameterSpec, PlausibleRange, SignConstraint, Typical};
 use crate::physics::place::{Place, PlaceKind};
-use crate::physics::search::{Needs, PlaceScale, Search};
+use crate::physics::search::{Needs, PlaceScale, SearchSpec};
 use crate::physics::turning::JointPath;
 
 pub(super) static LAW: LawDefinition = LawDefinition {
@@ -15,8 +15,8 @@ pub(super) static LAW: LawDefinition = LawDefinition {
     place_kind: PlaceKind::Joint,
     parameters: &[COMPLIANCE],
     contains: &[],
-    action: Action::Joint(&Compliance),
-    search: Search {
+    action: LawAction::Joint(&LinearRotation),
+    search: SearchSpec {
         shapes: PlaceScale::compliances,
         wide_shapes: None,
         phase: None,
@@ -28,7 +28,7 @@ pub(super) static LAW: LawDefinition = LawDefinition {
         unseen: NO_SUCH_JOINT,
     },
     figure: OF_A_JOINT,
-    words: Words {
+    words: LawWording {
         phrase: |at, _| format!("a springy {at}"),
         heading: |place| format!("a springy {place}"),
         explanation: "The joint turns in proportion to the moment on it, like a spring, where the model holds it rigid.",
@@ -41,7 +41,7 @@ pub(super) const COMPLIANCE: ParameterSpec = ParameterSpec {
     name: "c",
     word: "compliance",
     dimension: Dimension::RotationalCompliance,
-    sign: Sign::Positive,
+    sign: SignConstraint::Positive,
     plausible: PlausibleRange {
         bounds: |scale, _| scale.plausible_compliance(),
         reason: "up to ten times what the whole structure gives there: drives and bearings give up to nine tenths of what a heavy arm \
@@ -83,17 +83,17 @@ pub(super) const ACROSS_THE_JOINT: Check = Check {
 };
 
 #[derive(Debug)]
-struct Compliance;
+struct LinearRotation;
 
 /// Twist of c τ with τ = T - k twist.
 #[inline]
-fn twist(c: f64, driving_nm: f64, k: f64) -> f64 {
+fn rotation(c: f64, driving_nm: f64, k: f64) -> f64 {
     c * driving_nm / (1.0 + c * k)
 }
 
-impl TwistLaw for Compliance {
-    fn twist_rad(&self, &[c, ..]: &Values, driven: Driven) -> f64 {
-        twist(c, driven.moment_nm, driven.stiffness_nm_per_rad)
+impl RotationLaw for LinearRotation {
+    fn rotation_rad(&self, &[c, ..]: &Values, driven: Driven) -> f64 {
+        rotation(c, driven.moment_nm, driven.stiffness_nm_per_rad)
     }
 
     fn slope_rad_per_nm(&self, &[c, ..]: &Values, driven: Driven) -> f64 {
@@ -107,7 +107,7 @@ impl TwistLaw for Compliance {
     fn added_m(&self, &[c, ..]: &Values, path: &JointPath, out: &mut [f64]) {
         path.side_by_side(
             #[inline(always)]
-            |t, k| twist(c, t, k),
+            |t, k| rotation(c, t, k),
             out,
         );
     }

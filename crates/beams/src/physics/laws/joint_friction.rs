@@ -3,12 +3,12 @@
 use super::joint_compliance::{
     ACROSS_THE_JOINT, COMPLIANCE, NO_SUCH_JOINT, OF_A_JOINT, UNSEEN_AT_JOINT,
 };
-use crate::physics::action::{Action, Driven, TwistLaw, Values};
+use crate::physics::action::{LawAction, Driven, RotationLaw, Values};
 use crate::physics::dimension::Dimension;
-use crate::physics::law::{LawDefinition, Words};
-use crate::physics::parameter::{FitBy, ParameterSpec, PlausibleRange, Sign, Typical};
+use crate::physics::law::{LawDefinition, LawWording};
+use crate::physics::parameter::{FitBy, ParameterSpec, PlausibleRange, SignConstraint, Typical};
 use crate::physics::place::PlaceKind;
-use crate::physics::search::{Needs, PlaceScale, Search, Shape};
+use crate::physics::search::{Needs, PlaceScale, SearchSpec, Shape};
 use crate::physics::turning::JointPath;
 
 pub(super) static LAW: LawDefinition = LawDefinition {
@@ -22,7 +22,7 @@ pub(super) static LAW: LawDefinition = LawDefinition {
             name: "friction_moment",
             word: "friction moment",
             dimension: Dimension::Moment,
-            sign: Sign::Positive,
+            sign: SignConstraint::Positive,
             plausible: PlausibleRange {
                 bounds: |scale, _| scale.moments([MOMENTS[0], MOMENTS[MOMENTS.len() - 1]]),
                 reason: "within the moments of the session: beyond them the joint sticks",
@@ -35,8 +35,8 @@ pub(super) static LAW: LawDefinition = LawDefinition {
         },
     ],
     contains: &["joint-compliance"],
-    action: Action::Joint(&Friction),
-    search: Search {
+    action: LawAction::Joint(&Friction),
+    search: SearchSpec {
         shapes,
         wide_shapes: None,
         phase: None,
@@ -47,7 +47,7 @@ pub(super) static LAW: LawDefinition = LawDefinition {
         unseen: NO_SUCH_JOINT,
     },
     figure: OF_A_JOINT,
-    words: Words {
+    words: LawWording {
         phrase: |at, _| format!("friction in {at}"),
         heading: |place| format!("friction in {place}"),
         explanation: "The joint sticks until the moment on it exceeds the friction moment, then turns like a spring; when the load is taken \
@@ -73,7 +73,7 @@ fn shapes(scale: &PlaceScale) -> Vec<Shape> {
 struct Friction;
 
 #[inline]
-fn twist([c, friction_moment]: [f64; 2], driving_nm: f64, k: f64, before_rad: f64) -> f64 {
+fn rotation([c, friction_moment]: [f64; 2], driving_nm: f64, k: f64, before_rad: f64) -> f64 {
     if c == 0.0 {
         return 0.0;
     }
@@ -85,19 +85,19 @@ fn twist([c, friction_moment]: [f64; 2], driving_nm: f64, k: f64, before_rad: f6
     }
 }
 
-impl TwistLaw for Friction {
-    fn twist_rad(&self, &[c, friction_moment, ..]: &Values, driven: Driven) -> f64 {
+impl RotationLaw for Friction {
+    fn rotation_rad(&self, &[c, friction_moment, ..]: &Values, driven: Driven) -> f64 {
         let Driven {
             moment_nm,
             stiffness_nm_per_rad,
             before_rad,
         } = driven;
-        twist([c, friction_moment], moment_nm, stiffness_nm_per_rad, before_rad)
+        rotation([c, friction_moment], moment_nm, stiffness_nm_per_rad, before_rad)
     }
 
     fn slope_rad_per_nm(&self, values: &Values, driven: Driven) -> f64 {
         let c = values[0];
-        if self.twist_rad(values, driven) == driven.before_rad {
+        if self.rotation_rad(values, driven) == driven.before_rad {
             0.0
         } else {
             c / (1.0 + c * driven.stiffness_nm_per_rad)
@@ -113,7 +113,7 @@ impl TwistLaw for Friction {
     }
 
     fn added_m(&self, &[c, friction_moment, ..]: &Values, path: &JointPath, out: &mut [f64]) {
-        path.in_sequence(|t, k, before| twist([c, friction_moment], t, k, before), out);
+        path.in_sequence(|t, k, before| rotation([c, friction_moment], t, k, before), out);
     }
 
     fn is_linear(&self) -> bool {
@@ -128,7 +128,7 @@ mod tests {
 
     #[test]
     fn it_sticks_slips_and_sticks_until_twice_its_moment() {
-        let mut twist = 0.0;
+        let mut rotation = 0.0;
         let path = [
             (1.0, 0.0),
             (5.0, 3e-3),
@@ -137,8 +137,8 @@ mod tests {
             (0.0, 2e-3),
         ];
         for (moment, expected) in path {
-            twist = Friction.twist_rad(&[1e-3, 2.0, 0.0, 0.0], at(moment, 0.0, twist));
-            assert!((twist - expected).abs() < 1e-15, "{moment}: {twist}");
+            rotation = Friction.rotation_rad(&[1e-3, 2.0, 0.0, 0.0], at(moment, 0.0, rotation));
+            assert!((rotation - expected).abs() < 1e-15, "{moment}: {rotation}");
         }
     }
 }

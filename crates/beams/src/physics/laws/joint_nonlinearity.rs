@@ -3,12 +3,12 @@
 use super::joint_compliance::{
     ACROSS_THE_JOINT, COMPLIANCE, NO_SUCH_JOINT, OF_A_JOINT, UNSEEN_AT_JOINT,
 };
-use crate::physics::action::{Action, Driven, TwistLaw, Values};
+use crate::physics::action::{LawAction, Driven, RotationLaw, Values};
 use crate::physics::dimension::Dimension;
-use crate::physics::law::{LawDefinition, Words};
-use crate::physics::parameter::{FitBy, ParameterSpec, PlausibleRange, Sign, Typical};
+use crate::physics::law::{LawDefinition, LawWording};
+use crate::physics::parameter::{FitBy, ParameterSpec, PlausibleRange, SignConstraint, Typical};
 use crate::physics::place::PlaceKind;
-use crate::physics::search::{Needs, PlaceScale, SHAPE_ROOM, Search, Shape};
+use crate::physics::search::{Needs, PlaceScale, SHAPE_ROOM, SearchSpec, Shape};
 use crate::physics::turning::JointPath;
 
 pub(super) static LAW: LawDefinition = LawDefinition {
@@ -25,7 +25,7 @@ pub(super) static LAW: LawDefinition = LawDefinition {
             name: "q",
             word: "quadratic part",
             dimension: Dimension::QuadraticCompliance,
-            sign: Sign::Either,
+            sign: SignConstraint::Either,
             plausible: PlausibleRange {
                 bounds: plausible_ratio,
                 reason: "between minus half and twenty times the linear part at the largest moment: below it the joint would turn back",
@@ -38,8 +38,8 @@ pub(super) static LAW: LawDefinition = LawDefinition {
         },
     ],
     contains: &["joint-compliance"],
-    action: Action::Joint(&Nonlinearity),
-    search: Search {
+    action: LawAction::Joint(&Nonlinearity),
+    search: SearchSpec {
         shapes,
         wide_shapes: None,
         phase: None,
@@ -50,7 +50,7 @@ pub(super) static LAW: LawDefinition = LawDefinition {
         unseen: NO_SUCH_JOINT,
     },
     figure: OF_A_JOINT,
-    words: Words {
+    words: LawWording {
         phrase: |at, values| match values.get(1) {
             Some(q) if *q < 0.0 => format!("a {at} that grows stiffer under load"),
             Some(q) if *q > 0.0 => format!("a {at} that grows softer under load"),
@@ -98,31 +98,31 @@ struct Nonlinearity;
 ///
 /// With q below zero the law has a largest twist, c²/(4|q|), at the moment c/(2|q|): beyond it the joint is at its stop.
 #[inline]
-fn twist([c, q]: [f64; 2], driving_nm: f64, k: f64) -> f64 {
+fn rotation([c, q]: [f64; 2], driving_nm: f64, k: f64) -> f64 {
     let driving = driving_nm.abs();
     let linear = 1.0 + c * k;
     let root = linear * linear + 4.0 * q * k * driving;
     let stop = c / (-2.0 * q);
     let at_the_stop = q < 0.0 && driving >= stop + k * c * stop * 0.5;
     let moment = 2.0 * driving / (linear + root.sqrt());
-    let twist = if at_the_stop || root < 0.0 {
+    let rotation = if at_the_stop || root < 0.0 {
         c * c / (-4.0 * q)
     } else {
         (c + q * moment) * moment
     };
-    twist.copysign(driving_nm)
+    rotation.copysign(driving_nm)
 }
 
-impl TwistLaw for Nonlinearity {
-    fn twist_rad(&self, &[c, q, ..]: &Values, driven: Driven) -> f64 {
-        twist([c, q], driven.moment_nm, driven.stiffness_nm_per_rad)
+impl RotationLaw for Nonlinearity {
+    fn rotation_rad(&self, &[c, q, ..]: &Values, driven: Driven) -> f64 {
+        rotation([c, q], driven.moment_nm, driven.stiffness_nm_per_rad)
     }
 
     fn slope_rad_per_nm(&self, values: &Values, driven: Driven) -> f64 {
         let &[c, q, ..] = values;
         let k = driven.stiffness_nm_per_rad;
         // φ = c τ + q τ |τ|, τ = T - k φ.
-        let moment_nm = driven.moment_nm - k * self.twist_rad(values, driven);
+        let moment_nm = driven.moment_nm - k * self.rotation_rad(values, driven);
         let growth = (c + 2.0 * q * moment_nm.abs()).max(0.0);
         growth / (1.0 + growth * k)
     }
@@ -134,7 +134,7 @@ impl TwistLaw for Nonlinearity {
     fn added_m(&self, &[c, q, ..]: &Values, path: &JointPath, out: &mut [f64]) {
         path.side_by_side(
             #[inline(always)]
-            |t, k| twist([c, q], t, k),
+            |t, k| rotation([c, q], t, k),
             out,
         );
     }

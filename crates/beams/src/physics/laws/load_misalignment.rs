@@ -1,12 +1,12 @@
 //! The force acts turned toward another axis.
 
 use super::base_compliance::{OVER_FORCE, TOO_LITTLE};
-use crate::physics::action::Action;
+use crate::physics::action::LawAction;
 use crate::physics::dimension::Dimension;
-use crate::physics::law::{Check, LawDefinition, Words};
-use crate::physics::parameter::{OF_A_SIZE, ParameterSpec, PlausibleRange, Sign, Typical};
+use crate::physics::law::{Check, LawDefinition, LawWording};
+use crate::physics::parameter::{OF_A_SIZE, ParameterSpec, PlausibleRange, SignConstraint, Typical};
 use crate::physics::place::{Place, PlaceKind};
-use crate::physics::search::{Needs, Search, Shape};
+use crate::physics::search::{Needs, SearchSpec, Shape};
 
 /// About three degrees, rad.
 const SEEN_BY_EYE: f64 = 0.05;
@@ -20,7 +20,7 @@ pub(super) static LAW: LawDefinition = LawDefinition {
         name: "angle",
         word: "angle",
         dimension: Dimension::Angle,
-        sign: Sign::Either,
+        sign: SignConstraint::Either,
         plausible: PlausibleRange {
             bounds: |_, _| [-SEEN_BY_EYE, SEEN_BY_EYE],
             reason: "up to three degrees: more is seen by eye",
@@ -32,8 +32,8 @@ pub(super) static LAW: LawDefinition = LawDefinition {
         fit: OF_A_SIZE,
     }],
     contains: &[],
-    action: Action::Turn,
-    search: Search {
+    action: LawAction::Turn,
+    search: SearchSpec {
         shapes: |_| vec![Shape::of_either_sign(vec![1e-3])],
         wide_shapes: None,
         phase: None,
@@ -47,7 +47,7 @@ pub(super) static LAW: LawDefinition = LawDefinition {
         unseen: TOO_LITTLE,
     },
     figure: OVER_FORCE,
-    words: Words {
+    words: LawWording {
         phrase: |at, _| format!("a force {at}"),
         heading: |place| format!("a turned force, {place}"),
         explanation: "A part of the force acts across the direction in which it is meant to act.",

@@ -1,10 +1,10 @@
 //! An element that carries nothing.
 
 use super::base_compliance::OVER_FORCE;
-use crate::physics::action::Action;
-use crate::physics::law::{Check, LawDefinition, Words};
+use crate::physics::action::LawAction;
+use crate::physics::law::{Check, LawDefinition, LawWording};
 use crate::physics::place::{Place, PlaceKind};
-use crate::physics::search::{Needs, Search};
+use crate::physics::search::{Needs, SearchSpec};
 
 pub(super) static LAW: LawDefinition = LawDefinition {
     name: "loose-member",
@@ -13,8 +13,8 @@ pub(super) static LAW: LawDefinition = LawDefinition {
     place_kind: PlaceKind::Element,
     parameters: &[],
     contains: &[],
-    action: Action::Missing,
-    search: Search {
+    action: LawAction::Missing,
+    search: SearchSpec {
         // It has no size: each structure without an element is solved.
         shapes: |_| Vec::new(),
         wide_shapes: None,
@@ -32,7 +32,7 @@ pub(super) static LAW: LawDefinition = LawDefinition {
         ),
     },
     figure: OVER_FORCE,
-    words: Words {
+    words: LawWording {
         phrase: |at, _| format!("a loose {at}"),
         heading: |place| format!("{place} loose"),
         explanation: "The robot behaves as if this member were not there.",

@@ -1,14 +1,14 @@
 //! First repeats that give more, or less, than the later ones.
 
 use super::base_compliance::TOO_LITTLE_AT_PLACE;
-use crate::physics::action::Action;
+use crate::physics::action::LawAction;
 use crate::physics::dimension::Dimension;
-use crate::physics::law::{Check, Curve, Driving, LawDefinition, LawFigure, Words};
+use crate::physics::law::{Check, Curve, Driving, LawDefinition, LawFigure, LawWording};
 use crate::physics::parameter::{
-    OF_A_SIZE, FitBy, ParameterSpec, PlausibleRange, Sign, Typical,
+    OF_A_SIZE, FitBy, ParameterSpec, PlausibleRange, SignConstraint, Typical,
 };
 use crate::physics::place::PlaceKind;
-use crate::physics::search::{Needs, PlaceScale, SHAPE_ROOM, Search, Shape};
+use crate::physics::search::{Needs, PlaceScale, SHAPE_ROOM, SearchSpec, Shape};
 
 pub(super) static LAW: LawDefinition = LawDefinition {
     name: "setting-in",
@@ -20,7 +20,7 @@ pub(super) static LAW: LawDefinition = LawDefinition {
             name: "k",
             word: "share",
             dimension: Dimension::Share,
-            sign: Sign::Either,
+            sign: SignConstraint::Either,
             plausible: PlausibleRange {
                 bounds: |_, _| [-0.5, 0.5],
                 reason: "up to half of the displacement: a robot that gives more is loose",
@@ -35,7 +35,7 @@ pub(super) static LAW: LawDefinition = LawDefinition {
             name: "decay",
             word: "decay",
             dimension: Dimension::Repeats,
-            sign: Sign::AboveZero,
+            sign: SignConstraint::AboveZero,
             plausible: PlausibleRange {
                 bounds: |_, _| [DECAYS[0] / SHAPE_ROOM, DECAYS[DECAYS.len() - 1] * SHAPE_ROOM],
                 reason: "from half a repeat to six: less is the first repeat alone, more is a slope over all",
@@ -48,10 +48,10 @@ pub(super) static LAW: LawDefinition = LawDefinition {
         },
     ],
     contains: &[],
-    action: Action::Growth(|&[k, decay, ..], _, repeat| {
+    action: LawAction::Growth(|&[k, decay, ..], _, repeat| {
         k * (-(f64::from(repeat) - 1.0) / decay).exp()
     }),
-    search: Search {
+    search: SearchSpec {
         shapes,
         wide_shapes: None,
         phase: None,
@@ -70,7 +70,7 @@ pub(super) static LAW: LawDefinition = LawDefinition {
         large_loads_only: true,
         curve: Curve::Lines,
     },
-    words: Words {
+    words: LawWording {
         phrase: |_, values| match values.first() {
             Some(k) if *k < 0.0 => "setting in (the first repeats give way less)".to_owned(),
             _ => "setting in (the first repeats give way more)".to_owned(),

@@ -1,12 +1,12 @@
 //! Something that slipped, once.
 
 use super::base_compliance::TOO_LITTLE_AT_PLACE;
-use crate::physics::action::Action;
+use crate::physics::action::LawAction;
 use crate::physics::dimension::Dimension;
-use crate::physics::law::{Check, Curve, Driving, LawDefinition, LawFigure, Words};
-use crate::physics::parameter::{OF_A_SIZE, ParameterSpec, PlausibleRange, Sign, Typical};
+use crate::physics::law::{Check, Curve, Driving, LawDefinition, LawFigure, LawWording};
+use crate::physics::parameter::{OF_A_SIZE, ParameterSpec, PlausibleRange, SignConstraint, Typical};
 use crate::physics::place::{Place, PlaceKind};
-use crate::physics::search::{Needs, Search, Shape};
+use crate::physics::search::{Needs, SearchSpec, Shape};
 
 pub(super) static LAW: LawDefinition = LawDefinition {
     name: "slip",
@@ -17,7 +17,7 @@ pub(super) static LAW: LawDefinition = LawDefinition {
         name: "jump",
         word: "jump",
         dimension: Dimension::Length,
-        sign: Sign::Either,
+        sign: SignConstraint::Either,
         plausible: PlausibleRange {
             bounds: |scale, _| [-scale.displacement_m, scale.displacement_m],
             reason: "up to the largest displacement: a larger jump is seen as the readings come",
@@ -29,8 +29,8 @@ pub(super) static LAW: LawDefinition = LawDefinition {
         fit: OF_A_SIZE,
     }],
     contains: &[],
-    action: Action::Added(|&[jump, ..], _| jump),
-    search: Search {
+    action: LawAction::Added(|&[jump, ..], _| jump),
+    search: SearchSpec {
         shapes: |_| vec![Shape::of_either_sign(vec![1e-6])],
         wide_shapes: None,
         phase: None,
@@ -49,7 +49,7 @@ pub(super) static LAW: LawDefinition = LawDefinition {
         large_loads_only: false,
         curve: Curve::Steps,
     },
-    words: Words {
+    words: LawWording {
         phrase: |at, _| format!("a slip {at}"),
         heading: |place| match place {
             Place::Run {

@@ -1,7 +1,7 @@
 use proptest::prelude::*;
 
 use super::*;
-use crate::physics::action::{Action, Driven, TwistLaw, Values};
+use crate::physics::action::{Driven, LawAction, RotationLaw, Values};
 
 /// A joint driven by a moment against a loop.
 pub(in crate::physics) fn at(moment_nm: f64, stiffness_nm_per_rad: f64, before_rad: f64) -> Driven {
@@ -12,8 +12,8 @@ pub(in crate::physics) fn at(moment_nm: f64, stiffness_nm_per_rad: f64, before_r
     }
 }
 
-fn twist_law(law: Law) -> &'static dyn TwistLaw {
-    let Action::Joint(law) = law.action else {
+fn twist_law(law: Law) -> &'static dyn RotationLaw {
+    let LawAction::Joint(law) = law.action else {
         panic!("{law} is no law of a joint")
     };
     law
@@ -97,14 +97,14 @@ proptest! {
         c in 1e-6..1e-2_f64, q in -1e-4..1e-3_f64, driving in -50.0..50.0_f64, k in 0.0..1e4_f64,
     ) {
         let values: Values = [c, q, 0.0, 0.0];
-        let twist = twist_law(JOINT_COMPLIANCE).twist_rad(&values, at(driving, k, 0.0));
-        let moment = driving - k * twist;
-        prop_assert!((twist - c * moment).abs() <= 1e-9 * (c * driving).abs());
-        let twist = twist_law(JOINT_NONLINEARITY).twist_rad(&values, at(driving, k, 0.0));
-        let moment = driving - k * twist;
+        let rotation = twist_law(JOINT_COMPLIANCE).rotation_rad(&values, at(driving, k, 0.0));
+        let moment = driving - k * rotation;
+        prop_assert!((rotation - c * moment).abs() <= 1e-9 * (c * driving).abs());
+        let rotation = twist_law(JOINT_NONLINEARITY).rotation_rad(&values, at(driving, k, 0.0));
+        let moment = driving - k * rotation;
         let stop = q < 0.0 && moment.abs() >= c / (-2.0 * q) * (1.0 - 1e-6);
         let law = c * moment + q * moment * moment.abs();
-        prop_assert!(stop || (twist - law).abs() <= 1e-8 * (c * driving).abs(), "{twist} {law}");
+        prop_assert!(stop || (rotation - law).abs() <= 1e-8 * (c * driving).abs(), "{rotation} {law}");
     }
 
     /// The slope of every law is that of its twist, away from its kinks.
@@ -113,9 +113,9 @@ proptest! {
         for law in LAWS.iter().filter(|law| law.is_of_a_joint()) {
             let values = [2e-4, 0.3, 0.0, 0.0];
             let twist_law = twist_law(*law);
-            let twist = |moment| twist_law.twist_rad(&values, at(moment, k, 0.0));
+            let rotation = |moment| twist_law.rotation_rad(&values, at(moment, k, 0.0));
             let step = 1e-6 * driving;
-            let [down, up] = [driving - step, driving + step].map(twist);
+            let [down, up] = [driving - step, driving + step].map(rotation);
             let slope = twist_law.slope_rad_per_nm(&values, at(driving, k, 0.0));
             let difference = (up - down) / (2.0 * step);
             let kink = [down, up].iter().any(|t| (t.abs() - 2e-4).abs() < 1e-9) || down == 0.0;

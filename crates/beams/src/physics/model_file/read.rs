@@ -12,12 +12,12 @@ use crate::physics::place::{Place, PlaceKind};
 use crate::robot::FittingFactors;
 use stiffbench_units_and_text::source_text::SourceText;
 use stiffbench_units_and_text::test_point::{Direction, PoseId};
-use stiffbench_units_and_text::toml_text::{Document, Table, Value};
+use stiffbench_units_and_text::toml_text::{Document, Table, TomlValue};
 
 use super::error::ModelFileError;
 use super::{FoundEffect, MODEL_SCHEMA, ModelFile, ParameterUncertainty, Provenance};
 
-type Read<T> = Result<T, ModelFileError>;
+type ModelRead<T> = Result<T, ModelFileError>;
 
 /// A value of a parameter as it stands in the file.
 struct Written<'a> {
@@ -27,7 +27,7 @@ struct Written<'a> {
     table: Table<'a>,
 }
 
-pub(super) fn model(source: &SourceText) -> Read<ModelFile> {
+pub(super) fn model(source: &SourceText) -> ModelRead<ModelFile> {
     let document = Document::parse(source)?;
     let root = document.root();
     // The schema first: of a newer version the other keys may be anything.
@@ -42,8 +42,8 @@ pub(super) fn model(source: &SourceText) -> Read<ModelFile> {
         "effects",
         "alternatives",
     ])?;
-    let effects = |key| -> Read<Vec<FoundEffect>> {
-        let tables = root.read_all(key, Value::table)?;
+    let effects = |key| -> ModelRead<Vec<FoundEffect>> {
+        let tables = root.read_all(key, TomlValue::table)?;
         tables.iter().map(effect).collect()
     };
     Ok(ModelFile {
@@ -61,16 +61,16 @@ pub(super) fn model(source: &SourceText) -> Read<ModelFile> {
     })
 }
 
-fn text(table: &Table<'_>, key: &str) -> Read<Option<String>> {
-    Ok(table.read(key, Value::text)?.map(str::to_owned))
+fn text(table: &Table<'_>, key: &str) -> ModelRead<Option<String>> {
+    Ok(table.read(key, TomlValue::text)?.map(str::to_owned))
 }
 
 fn error(table: &Table<'_>, span: Range<usize>, problem: EffectProblem) -> ModelFileError {
     ModelFileError::new(table.source(), span, problem.into())
 }
 
-fn provenance(root: &Table<'_>) -> Read<Provenance> {
-    let Some(table) = root.read("provenance", Value::table)? else {
+fn provenance(root: &Table<'_>) -> ModelRead<Provenance> {
+    let Some(table) = root.read("provenance", TomlValue::table)? else {
         return Ok(Provenance::default());
     };
     table.only(&["session", "software", "verdict"])?;
@@ -81,7 +81,7 @@ fn provenance(root: &Table<'_>) -> Read<Provenance> {
     })
 }
 
-fn factor_tables(value: &Value<'_>) -> Read<FittingFactors> {
+fn factor_tables(value: &TomlValue<'_>) -> ModelRead<FittingFactors> {
     let table = value.table()?;
     table.only(&[
         "beam",
@@ -90,7 +90,7 @@ fn factor_tables(value: &Value<'_>) -> Read<FittingFactors> {
         "joints_rad_per_Nm",
         "base_rad_per_Nm",
     ])?;
-    let four = |value: &Value<'_>| -> Read<[f64; 4]> {
+    let four = |value: &TomlValue<'_>| -> ModelRead<[f64; 4]> {
         const KEYS: [&str; 4] = ["A", "Iy", "Iz", "J"];
         let class = value.table()?;
         class.only(&KEYS)?;
@@ -108,25 +108,25 @@ fn factor_tables(value: &Value<'_>) -> Read<FittingFactors> {
         four(&table.require("beam")?)?,
         four(&table.require("link")?)?,
     );
-    if let Some(sections) = table.read("sections", Value::table)? {
+    if let Some(sections) = table.read("sections", TomlValue::table)? {
         for (name, _, value) in sections.entries() {
             factors.sections.insert(name.to_owned(), four(&value)?);
         }
     }
-    let compliance = |value: &Value<'_>| -> Read<f64> {
+    let compliance = |value: &TomlValue<'_>| -> ModelRead<f64> {
         let compliance = value.number()?;
         if compliance < 0.0 {
             return Err(value.wrong("zero or above").into());
         }
         Ok(compliance)
     };
-    if let Some(joints) = table.read("joints_rad_per_Nm", Value::table)? {
+    if let Some(joints) = table.read("joints_rad_per_Nm", TomlValue::table)? {
         for (name, _, value) in joints.entries() {
             let joint = name.to_owned();
             factors.joints_rad_per_nm.insert(joint, compliance(&value)?);
         }
     }
-    if let Some(base) = table.read("base_rad_per_Nm", Value::table)? {
+    if let Some(base) = table.read("base_rad_per_Nm", TomlValue::table)? {
         base.only(&["x", "y", "z"])?;
         for (own, axis) in factors.base_rad_per_nm.iter_mut().zip(["x", "y", "z"]) {
             if let Some(value) = base.get(axis) {
@@ -137,7 +137,7 @@ fn factor_tables(value: &Value<'_>) -> Read<FittingFactors> {
     Ok(factors)
 }
 
-fn effect(table: &Table<'_>) -> Read<FoundEffect> {
+fn effect(table: &Table<'_>) -> ModelRead<FoundEffect> {
     table.only(&["physics", "place", "parameters", "alternative_group"])?;
     let name_value = table.require("physics")?;
     let problem = |span, problem| error(table, span, problem);
@@ -181,17 +181,17 @@ fn effect(table: &Table<'_>) -> Read<FoundEffect> {
                 uncertainty(value, spec.dimension)
             })
         })
-        .collect::<Read<_>>()?;
+        .collect::<ModelRead<_>>()?;
     Ok(FoundEffect {
         effect,
         uncertainties,
-        alternative_group: table.read("alternative_group", Value::count)?,
+        alternative_group: table.read("alternative_group", TomlValue::count)?,
     })
 }
 
 /// The values of an effect, each `{ value, unit }` and what is known of it.
-fn parameters<'a>(table: &Table<'a>, law: Law) -> Read<Vec<Written<'a>>> {
-    let Some(parameters) = table.read("parameters", Value::table)? else {
+fn parameters<'a>(table: &Table<'a>, law: Law) -> ModelRead<Vec<Written<'a>>> {
+    let Some(parameters) = table.read("parameters", TomlValue::table)? else {
         return Ok(Vec::new());
     };
     let mut written = Vec::new();
@@ -211,9 +211,9 @@ fn parameters<'a>(table: &Table<'a>, law: Law) -> Read<Vec<Written<'a>>> {
 }
 
 /// Known properties of a value, in SI.
-fn uncertainty(value: &Written<'_>, dimension: Dimension) -> Read<ParameterUncertainty> {
+fn uncertainty(value: &Written<'_>, dimension: Dimension) -> ModelRead<ParameterUncertainty> {
     let table = &value.table;
-    let number = |key: &str| -> Read<Option<f64>> {
+    let number = |key: &str| -> ModelRead<Option<f64>> {
         Ok(table.read(key, |value| {
             let number = value.number()?;
             if number < 0.0 {
@@ -243,12 +243,12 @@ fn uncertainty(value: &Written<'_>, dimension: Dimension) -> Read<ParameterUncer
 }
 
 /// The place of a law, in the form that JSON has too.
-fn place(law: Law, value: &Value<'_>) -> Read<Place> {
+fn place(law: Law, value: &TomlValue<'_>) -> ModelRead<Place> {
     let table = value.table()?;
     let direction = |key: &str| direction(&table, key);
     let name = |key: &str| name(&table, key).map(str::to_owned);
     // A place with one possible value: the file must agree with it.
-    let fixed = |key: &'static str, expected: &'static str, there: Place| -> Read<Place> {
+    let fixed = |key: &'static str, expected: &'static str, there: Place| -> ModelRead<Place> {
         table.only(&[key])?;
         let value = table.require(key)?;
         let agrees = match value.parsed() {
@@ -298,19 +298,19 @@ fn place(law: Law, value: &Value<'_>) -> Read<Place> {
     }
 }
 
-fn direction(table: &Table<'_>, key: &str) -> Read<Direction> {
+fn direction(table: &Table<'_>, key: &str) -> ModelRead<Direction> {
     let value = table.require(key)?;
     let text = value.parsed().as_str().and_then(|text| text.parse().ok());
     text.ok_or_else(|| value.wrong("\"x\", \"y\" or \"z\"").into())
 }
 
-fn name<'a>(table: &Table<'a>, key: &str) -> Read<&'a str> {
+fn name<'a>(table: &Table<'a>, key: &str) -> ModelRead<&'a str> {
     let value = table.require(key)?;
     let text = value.parsed().as_str().filter(|name| !name.is_empty());
     text.ok_or_else(|| value.wrong("a name in quotes").into())
 }
 
-fn run(place: &Table<'_>) -> Read<Place> {
+fn run(place: &Table<'_>) -> ModelRead<Place> {
     place.only(&["run", "step"])?;
     let run = place.require("run")?.table()?;
     run.only(&["pose", "direction", "repeat"])?;

@@ -228,7 +228,7 @@ fn every_mistake_is_shown_in_its_place() {
 }
 
 #[test]
-fn fixed_places_must_agree_with_what_the_file_says() {
+fn fixed_places_must_agree_with_the_file() {
     let creep = |place: &str| {
         parse(&format!(
             "schema = \"{MODEL_SCHEMA}\"\n[[effects]]\nphysics = \"creep\"\n{place}\nparameters = {{ k = {{ value = 0.01, unit = \"1/decade\" }}, \

@@ -3,7 +3,7 @@
 use crate::robot::error::{RobotError, RobotProblem};
 use crate::robot::file;
 use crate::robot::model::{Angle, Body, BodyPlace, Joint, Limit, Plane, Variable};
-use stiffbench_units_and_text::toml_text::Step::{Index, Key};
+use stiffbench_units_and_text::toml_text::DocumentStep::{Index, Key};
 
 use super::Compiler;
 

@@ -8,7 +8,7 @@ use crate::robot::file;
 use crate::robot::mechanism::Mechanism;
 use crate::robot::model::Member;
 use crate::structure::{Material, Section, ShearCoefficients};
-use stiffbench_units_and_text::toml_text::Step::{self, Index, Key};
+use stiffbench_units_and_text::toml_text::DocumentStep::{self, Index, Key};
 
 use super::Compiler;
 
@@ -126,7 +126,7 @@ impl Compiler<'_> {
                     known,
                 )?;
             }
-            let element = |compiler: &Self, name: &str, path: &[Step<'_>]| {
+            let element = |compiler: &Self, name: &str, path: &[DocumentStep<'_>]| {
                 let known = compiler.file.elements.iter().map(|e| e.id.as_str());
                 compiler.found(
                     compiler.elements.get(name).copied(),

@@ -11,7 +11,7 @@ use std::collections::HashMap;
 use std::ops::Range;
 
 use stiffbench_units_and_text::source_text::SourceText;
-use stiffbench_units_and_text::toml_text::Step::{self, Index, Key};
+use stiffbench_units_and_text::toml_text::DocumentStep::{self, Index, Key};
 use stiffbench_units_and_text::toml_text::read;
 
 use super::Robot;
@@ -67,12 +67,12 @@ impl<'a> Compiler<'a> {
     }
 
     /// An error at a place of the file.
-    fn error(&self, path: &[Step<'_>], problem: RobotProblem) -> RobotError {
+    fn error(&self, path: &[DocumentStep<'_>], problem: RobotProblem) -> RobotError {
         RobotError::at(self.source, self.source.toml_span(path), problem, None)
     }
 
     fn check_format(&self) -> Result<(), RobotError> {
-        let unsupported = |path: &[Step<'_>], what, found: &str, expected| {
+        let unsupported = |path: &[DocumentStep<'_>], what, found: &str, expected| {
             self.error(
                 path,
                 RobotProblem::Unsupported {

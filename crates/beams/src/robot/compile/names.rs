@@ -5,7 +5,7 @@ use std::ops::Range;
 
 use crate::robot::error::{RobotError, RobotProblem};
 use stiffbench_units_and_text::nearest::nearest;
-use stiffbench_units_and_text::toml_text::Step::{self, Index, Key};
+use stiffbench_units_and_text::toml_text::DocumentStep::{self, Index, Key};
 
 use super::Compiler;
 
@@ -34,7 +34,7 @@ impl<'a> Compiler<'a> {
     pub(super) fn found<'k>(
         &self,
         place: Option<usize>,
-        path: &[Step<'_>],
+        path: &[DocumentStep<'_>],
         kind: &'static str,
         name: &str,
         known: impl Iterator<Item = &'k str>,
@@ -70,8 +70,8 @@ impl<'a> Compiler<'a> {
     pub(super) fn names(
         &self,
         names: &[String],
-        path: &[Step<'_>],
-        find: impl Fn(&Self, &str, &[Step<'_>]) -> Result<usize, RobotError>,
+        path: &[DocumentStep<'_>],
+        find: impl Fn(&Self, &str, &[DocumentStep<'_>]) -> Result<usize, RobotError>,
     ) -> Result<Vec<usize>, RobotError> {
         names
             .iter()
@@ -80,7 +80,7 @@ impl<'a> Compiler<'a> {
             .collect()
     }
 
-    pub(super) fn node(&self, name: &str, path: &[Step<'_>]) -> Result<usize, RobotError> {
+    pub(super) fn node(&self, name: &str, path: &[DocumentStep<'_>]) -> Result<usize, RobotError> {
         let nodes = &self.file.nodes;
         self.found(
             nodes.get_index_of(name),
@@ -91,17 +91,17 @@ impl<'a> Compiler<'a> {
         )
     }
 
-    pub(super) fn body(&self, name: &str, path: &[Step<'_>]) -> Result<usize, RobotError> {
+    pub(super) fn body(&self, name: &str, path: &[DocumentStep<'_>]) -> Result<usize, RobotError> {
         let known = self.file.bodies.iter().map(|b| b.id.as_str());
         self.found(self.bodies.get(name).copied(), path, "body", name, known)
     }
 
-    pub(super) fn joint(&self, name: &str, path: &[Step<'_>]) -> Result<usize, RobotError> {
+    pub(super) fn joint(&self, name: &str, path: &[DocumentStep<'_>]) -> Result<usize, RobotError> {
         let known = self.file.joints.iter().map(|j| j.id.as_str());
         self.found(self.joints.get(name).copied(), path, "joint", name, known)
     }
 
-    pub(super) fn plane(&self, name: &str, path: &[Step<'_>]) -> Result<usize, RobotError> {
+    pub(super) fn plane(&self, name: &str, path: &[DocumentStep<'_>]) -> Result<usize, RobotError> {
         let planes = &self.file.planes;
         self.found(
             planes.get_index_of(name),
@@ -113,7 +113,11 @@ impl<'a> Compiler<'a> {
     }
 
     /// Place of a variable that a file names as the last key of `path`.
-    pub(super) fn variable(&self, name: &str, path: &[Step<'_>]) -> Result<usize, RobotError> {
+    pub(super) fn variable(
+        &self,
+        name: &str,
+        path: &[DocumentStep<'_>],
+    ) -> Result<usize, RobotError> {
         let variables = &self.file.variables;
         let known = variables.keys().map(String::as_str);
         let span = || self.source.toml_key_span(path);

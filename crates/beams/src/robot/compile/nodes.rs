@@ -5,7 +5,7 @@ use std::sync::Arc;
 use crate::robot::error::{RobotError, RobotProblem};
 use crate::robot::file::{NodeEntry, Radius};
 use crate::robot::model::{NodePlace, RadiusOf, RobotNode};
-use stiffbench_units_and_text::toml_text::Step::{self, Index, Key};
+use stiffbench_units_and_text::toml_text::DocumentStep::{self, Index, Key};
 
 use super::Compiler;
 
@@ -81,7 +81,7 @@ impl Compiler<'_> {
         }
     }
 
-    fn radius(&self, radius: &Radius, path: &[Step<'_>]) -> Result<RadiusOf, RobotError> {
+    fn radius(&self, radius: &Radius, path: &[DocumentStep<'_>]) -> Result<RadiusOf, RobotError> {
         match radius {
             Radius::Distance { dist } => {
                 let node = |place: usize| {
@@ -117,7 +117,7 @@ impl Compiler<'_> {
     pub(super) fn apart(
         &self,
         [first, second]: [usize; 2],
-        path: &[Step<'_>],
+        path: &[DocumentStep<'_>],
         message: &'static str,
     ) -> Result<(), RobotError> {
         if first == second {

@@ -8,7 +8,7 @@ use crate::robot::file::PoseValue;
 use crate::robot::model::{NamedPose, Pose};
 use crate::structure::Property;
 use stiffbench_units_and_text::test_point::{Direction, PoseId};
-use stiffbench_units_and_text::toml_text::Step::{self, Index, Key};
+use stiffbench_units_and_text::toml_text::DocumentStep::{self, Index, Key};
 
 use super::Compiler;
 
@@ -16,7 +16,7 @@ impl Compiler<'_> {
     pub(super) fn factors(&self) -> Result<IndexMap<String, FittingFactors>, RobotError> {
         let mut sets = IndexMap::new();
         for (name, entry) in &self.file.factors {
-            let factors = |path: &[Step<'_>], of: String, values: [f64; 4]| {
+            let factors = |path: &[DocumentStep<'_>], of: String, values: [f64; 4]| {
                 for (value, property) in values.into_iter().zip(Property::ALL) {
                     let (key, what) = (
                         property.name(),

@@ -7,7 +7,7 @@ use crate::robot::expression::{Expression, ExpressionError, in_range};
 use crate::robot::parameters::{self, ParameterProblem};
 use stiffbench_numeric::vector::norm;
 use stiffbench_units_and_text::nearest::nearest;
-use stiffbench_units_and_text::toml_text::Step::{self, Key};
+use stiffbench_units_and_text::toml_text::DocumentStep::{self, Key};
 
 use super::Compiler;
 
@@ -34,7 +34,7 @@ impl<'a> Compiler<'a> {
     pub(super) fn value(
         &self,
         expression: &Expression,
-        path: &[Step<'_>],
+        path: &[DocumentStep<'_>],
     ) -> Result<f64, RobotError> {
         expression
             .value(&|name| self.parameters.get(name).copied())
@@ -42,7 +42,7 @@ impl<'a> Compiler<'a> {
     }
 
     /// The error for an expression without value, with the nearest parameter as help.
-    fn no_value(&self, problem: ExpressionError, path: &[Step<'_>]) -> RobotError {
+    fn no_value(&self, problem: ExpressionError, path: &[DocumentStep<'_>]) -> RobotError {
         let help = match &problem {
             ExpressionError::UnknownName { name } => {
                 let known = self.file.parameters.keys().map(String::as_str);
@@ -59,7 +59,7 @@ impl<'a> Compiler<'a> {
     }
 
     /// A coefficient or coordinate that is a plain number.
-    pub(super) fn number(&self, value: f64, path: &[Step<'_>]) -> Result<f64, RobotError> {
+    pub(super) fn number(&self, value: f64, path: &[DocumentStep<'_>]) -> Result<f64, RobotError> {
         in_range(value).map_err(|problem| self.error(path, problem.into()))
     }
 
@@ -67,7 +67,7 @@ impl<'a> Compiler<'a> {
     pub(super) fn positive(
         &self,
         value: f64,
-        path: &[Step<'_>],
+        path: &[DocumentStep<'_>],
         what: String,
     ) -> Result<f64, RobotError> {
         if value.is_finite() && value > 0.0 {
@@ -81,7 +81,7 @@ impl<'a> Compiler<'a> {
     pub(super) fn unit_vector(
         &self,
         vector: [f64; 3],
-        path: &[Step<'_>],
+        path: &[DocumentStep<'_>],
     ) -> Result<[f64; 3], RobotError> {
         // Scaled by the largest component first: squares of very large or small numbers leave the range of an f64.
         let largest = vector.iter().fold(0.0_f64, |m, c| m.max(c.abs()));

@@ -15,7 +15,7 @@
 
 mod order;
 
-use stiffbench_numeric::lanes::{
+use stiffbench_numeric::simd::{
     Aligned, Number, cross, dot, multiply_add, multiply_subtract, scale, sin_cos_deg, subtract,
 };
 

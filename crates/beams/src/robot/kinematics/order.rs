@@ -37,8 +37,8 @@ impl Order {
     ) -> Result<Self, Circular> {
         let mut search = Search {
             robot,
-            body_state: vec![State::New; robot.bodies.len()],
-            node_state: vec![State::New; robot.nodes.len()],
+            body_state: vec![VisitState::New; robot.bodies.len()],
+            node_state: vec![VisitState::New; robot.nodes.len()],
             path: Vec::new(),
             order: Vec::new(),
         };
@@ -50,7 +50,7 @@ impl Order {
 }
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum State {
+enum VisitState {
     New,
     Open,
     Done,
@@ -59,14 +59,14 @@ enum State {
 /// Depth-first search for the order.
 struct Search<'a> {
     robot: &'a Robot,
-    body_state: Vec<State>,
-    node_state: Vec<State>,
+    body_state: Vec<VisitState>,
+    node_state: Vec<VisitState>,
     path: Vec<Item>,
     order: Vec<Item>,
 }
 
 impl Search<'_> {
-    fn state(&mut self, item: Item) -> &mut State {
+    fn state(&mut self, item: Item) -> &mut VisitState {
         match item {
             Item::Body(body) => &mut self.body_state[body],
             Item::Node(node) => &mut self.node_state[node],
@@ -83,16 +83,16 @@ impl Search<'_> {
                 // Everything the last item of the path needs is in the order.
                 waiting.pop();
                 if let Some(done) = self.path.pop() {
-                    *self.state(done) = State::Done;
+                    *self.state(done) = VisitState::Done;
                     self.order.push(done);
                 }
                 continue;
             };
             match *self.state(next) {
-                State::Done => {}
-                State::Open => return Err(self.circular(next)),
-                State::New => {
-                    *self.state(next) = State::Open;
+                VisitState::Done => {}
+                VisitState::Open => return Err(self.circular(next)),
+                VisitState::New => {
+                    *self.state(next) = VisitState::Open;
                     self.path.push(next);
                     let mut needed = needs(self.robot, next);
                     needed.reverse();

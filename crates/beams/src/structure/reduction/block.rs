@@ -2,7 +2,7 @@
 
 use pulp::Simd;
 
-use stiffbench_numeric::lanes::{Lane, Number, multiply_add, multiply_subtract};
+use stiffbench_numeric::simd::{Lane, Number, multiply_add, multiply_subtract};
 
 /// A matrix, row by row; of a symmetric one the upper triangle.
 pub(super) type Block<S, const N: usize> = [[Lane<S>; N]; N];

@@ -6,8 +6,8 @@ use super::block::{
     Block, add, add_product, back_substitute, factorise, inverse, mirror, reduce, solve,
     subtract_square,
 };
-use super::schedule::{Form, Op, Piece, Schedule, Slot, Update};
-use stiffbench_numeric::lanes::{Aligned, Lane, Number, multiply_add};
+use super::schedule::{Op, ReductionForm, Schedule, SchedulePiece, Slot, Update};
+use stiffbench_numeric::simd::{Aligned, Lane, Number, multiply_add};
 
 /// Loads that are followed at once.
 pub(super) const LOADS: usize = 3;
@@ -17,7 +17,7 @@ pub(super) type States<S, const N: usize, const H: usize> = [[[Lane<S>; N]; LOAD
 
 /// The matrices of a schedule: `H` uncoupled halves of `N` freedoms each.
 #[derive(Debug)]
-pub(super) struct Memory<S: Simd, const N: usize, const H: usize> {
+pub(super) struct SolverBuffers<S: Simd, const N: usize, const H: usize> {
     slots: Vec<Aligned<[Block<S, N>; H]>>,
     /// Panels of the node at its turn, not yet divided by D.
     undivided: Vec<Aligned<[Block<S, N>; H]>>,
@@ -27,15 +27,15 @@ pub(super) struct Memory<S: Simd, const N: usize, const H: usize> {
 
 /// What gives a schedule its elements and hinges.
 pub(super) trait Members<S: Simd, const N: usize, const H: usize> {
-    fn member(&mut self, piece: Piece, form: Form) -> [Block<S, N>; H];
+    fn member(&mut self, piece: SchedulePiece, form: ReductionForm) -> [Block<S, N>; H];
 }
 
 /// What takes the loads that elements and hinges carry.
 pub(super) trait Carriers<S: Simd, const N: usize, const H: usize> {
-    fn carry(&mut self, piece: Piece, form: Form, states: &States<S, N, H>);
+    fn carry(&mut self, piece: SchedulePiece, form: ReductionForm, states: &States<S, N, H>);
 }
 
-impl<S: Simd, const N: usize, const H: usize> Memory<S, N, H> {
+impl<S: Simd, const N: usize, const H: usize> SolverBuffers<S, N, H> {
     /// # Arguments
     /// - `follow`: whether loads are to be followed.
     pub(super) fn new(simd: S, schedule: &Schedule, follow: bool) -> Self {

@@ -6,12 +6,12 @@
 use pulp::Simd;
 
 use super::block::Block;
-use super::execute::{Carriers, Memory};
+use super::execute::{Carriers, SolverBuffers};
 use super::member::{components, energies_in_plane, energies_in_space};
-use super::schedule::{Form, Piece};
+use super::schedule::{ReductionForm, SchedulePiece};
 use super::solve::{Placed, Reducer, see_in_plane, see_in_space};
 use super::substructure::{Reduction, Substructure};
-use stiffbench_numeric::lanes::{Aligned, Kernel, Lane, Number, cross, run, subtract};
+use stiffbench_numeric::simd::{Aligned, Kernel, Lane, Number, cross, run, subtract};
 
 /// Derivatives of the displacement along three directions per force along each, to ln A, ln Iy, ln Iz, ln J of all elements of a group,
 /// m/N.
@@ -38,7 +38,7 @@ impl<S: Simd> Reducer<S> {
                 Some(_) => state.solution.bent,
                 None => Lane::one(self.simd),
             };
-            let mut sums = Sums {
+            let mut sums = EnergySums {
                 reduction,
                 groups,
                 bent,
@@ -48,7 +48,7 @@ impl<S: Simd> Reducer<S> {
                 let (flat, memory) = (&mut self.flat, &mut state.planar);
                 run(
                     self.simd,
-                    InPlane {
+                    PlaneLoads {
                         part,
                         plane,
                         placed,
@@ -63,7 +63,7 @@ impl<S: Simd> Reducer<S> {
                 let (deep, memory) = (&mut self.deep, &mut state.spatial);
                 run(
                     self.simd,
-                    InSpace {
+                    SpaceLoads {
                         part,
                         placed,
                         units,
@@ -78,7 +78,7 @@ impl<S: Simd> Reducer<S> {
 }
 
 /// Where energies are added up.
-struct Sums<'a, S: Simd> {
+struct EnergySums<'a, S: Simd> {
     reduction: &'a Reduction,
     groups: &'a [usize],
     /// Above zero in poses in which the part was solved in space.
@@ -86,7 +86,7 @@ struct Sums<'a, S: Simd> {
     gradient: &'a mut [GroupGradient<S>],
 }
 
-impl<S: Simd> Sums<'_, S> {
+impl<S: Simd> EnergySums<'_, S> {
     /// Subtracts the energies of an element in the poses that were solved in this way.
     #[inline(always)]
     fn subtract(&mut self, element: usize, energies: &GroupGradient<S>, planar: bool) {
@@ -106,17 +106,17 @@ impl<S: Simd> Sums<'_, S> {
 }
 
 /// Follows the loads through a part in its plane.
-struct InPlane<'a, 's, S: Simd> {
+struct PlaneLoads<'a, 's, S: Simd> {
     part: &'a Substructure,
     plane: usize,
     placed: &'a Placed<S>,
     units: &'a [[Lane<S>; 3]; 3],
     flat: &'a mut [Aligned<[Lane<S>; 2]>],
-    memory: &'a mut Memory<S, 3, 2>,
-    sums: &'a mut Sums<'s, S>,
+    memory: &'a mut SolverBuffers<S, 3, 2>,
+    sums: &'a mut EnergySums<'s, S>,
 }
 
-impl<S: Simd> Kernel for InPlane<'_, '_, S> {
+impl<S: Simd> Kernel for PlaneLoads<'_, '_, S> {
     #[inline(always)]
     fn run(self) {
         let Self { part, placed, .. } = self;
@@ -138,13 +138,13 @@ impl<S: Simd> Kernel for InPlane<'_, '_, S> {
 
 struct FlatCarriers<'a, 's, S: Simd> {
     nodes: &'a [Aligned<[Lane<S>; 2]>],
-    sums: &'a mut Sums<'s, S>,
+    sums: &'a mut EnergySums<'s, S>,
 }
 
 impl<S: Simd> Carriers<S, 3, 2> for FlatCarriers<'_, '_, S> {
     #[inline(always)]
-    fn carry(&mut self, piece: Piece, form: Form, states: &[Block<S, 3>; 2]) {
-        if let Piece::Element(element) = piece {
+    fn carry(&mut self, piece: SchedulePiece, form: ReductionForm, states: &[Block<S, 3>; 2]) {
+        if let SchedulePiece::Element(element) = piece {
             let reduction = self.sums.reduction;
             let [first, second] = reduction.ends[element];
             let ends = [self.nodes[first].0, self.nodes[second].0];
@@ -155,16 +155,16 @@ impl<S: Simd> Carriers<S, 3, 2> for FlatCarriers<'_, '_, S> {
 }
 
 /// Follows the loads through a part in space.
-struct InSpace<'a, 's, S: Simd> {
+struct SpaceLoads<'a, 's, S: Simd> {
     part: &'a Substructure,
     placed: &'a Placed<S>,
     units: &'a [[Lane<S>; 3]; 3],
     deep: &'a mut [Aligned<[Lane<S>; 3]>],
-    memory: &'a mut Memory<S, 6, 1>,
-    sums: &'a mut Sums<'s, S>,
+    memory: &'a mut SolverBuffers<S, 6, 1>,
+    sums: &'a mut EnergySums<'s, S>,
 }
 
-impl<S: Simd> Kernel for InSpace<'_, '_, S> {
+impl<S: Simd> Kernel for SpaceLoads<'_, '_, S> {
     #[inline(always)]
     fn run(self) {
         let Self { part, placed, .. } = self;
@@ -187,13 +187,18 @@ impl<S: Simd> Kernel for InSpace<'_, '_, S> {
 struct DeepCarriers<'a, 's, S: Simd> {
     nodes: &'a [Aligned<[Lane<S>; 3]>],
     normals: &'a [Aligned<[Lane<S>; 3]>],
-    sums: &'a mut Sums<'s, S>,
+    sums: &'a mut EnergySums<'s, S>,
 }
 
 impl<S: Simd> Carriers<S, 6, 1> for DeepCarriers<'_, '_, S> {
     #[inline(always)]
-    fn carry(&mut self, piece: Piece, form: Form, [states]: &[[[Lane<S>; 6]; 3]; 1]) {
-        if let Piece::Element(element) = piece {
+    fn carry(
+        &mut self,
+        piece: SchedulePiece,
+        form: ReductionForm,
+        [states]: &[[[Lane<S>; 6]; 3]; 1],
+    ) {
+        if let SchedulePiece::Element(element) = piece {
             let reduction = self.sums.reduction;
             let [first, second] = reduction.ends[element];
             let ends = [&self.nodes[first].0, &self.nodes[second].0];

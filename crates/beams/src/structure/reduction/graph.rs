@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use super::schedule::Piece;
+use super::schedule::SchedulePiece;
 use crate::structure::parts::{Attachment, Structure};
 use crate::structure::topology::held_freedoms;
 
@@ -21,7 +21,7 @@ pub(super) struct Segment {
 /// A piece and its two vertices.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) struct Edge {
-    pub(super) piece: Piece,
+    pub(super) piece: SchedulePiece,
     pub(super) ends: [usize; 2],
 }
 
@@ -59,14 +59,14 @@ impl Graph {
                 return None;
             }
             edges.push(Edge {
-                piece: Piece::Element(element),
+                piece: SchedulePiece::Element(element),
                 ends: [vertex(&parts.ends[0])?, vertex(&parts.ends[1])?],
             });
         }
         for hinge in 0..structure.hinges.len() {
             let node = structure.node_of_hinge(hinge)?;
             edges.push(Edge {
-                piece: Piece::Hinge(hinge),
+                piece: SchedulePiece::Hinge(hinge),
                 ends: [on_node(node), first_behind + hinge],
             });
             nodes.push(node);

@@ -19,9 +19,9 @@
 use pulp::Simd;
 
 use super::block::Block;
-use super::schedule::Form;
+use super::schedule::ReductionForm;
 use crate::structure::element::Element;
-use stiffbench_numeric::lanes::{
+use stiffbench_numeric::simd::{
     Lane, Number, across, cross, dot, multiply_add, multiply_subtract, scale, subtract,
 };
 
@@ -80,21 +80,21 @@ impl<S: Simd> Middle<S> {
     /// # Arguments
     /// - `length`, `inverse`: L and 1/L, m and 1/m.
     #[inline(always)]
-    fn of(constants: &Constants, form: Form, length: Lane<S>, inverse: Lane<S>) -> Self {
+    fn of(constants: &Constants, form: ReductionForm, length: Lane<S>, inverse: Lane<S>) -> Self {
         let ([a, ry, rz, j], factor) = match form {
-            Form::Compliance => (constants.compliance, length),
-            Form::Stiffness => (constants.stiffness, inverse),
+            ReductionForm::Compliance => (constants.compliance, length),
+            ReductionForm::Stiffness => (constants.stiffness, inverse),
         };
         let mut sway = [length; 2];
         for plane in 0..2 {
             sway[plane] = match form {
-                Form::Compliance => sway_compliance(constants, plane, length),
+                ReductionForm::Compliance => sway_compliance(constants, plane, length),
                 // 12 EI/L³ needs no division.
-                Form::Stiffness if constants.shear[plane] == 0.0 => {
+                ReductionForm::Stiffness if constants.shear[plane] == 0.0 => {
                     let twelve_ei = length.of(12.0 * constants.stiffness[1 + plane]);
                     inverse * inverse * inverse * twelve_ei
                 }
-                Form::Stiffness => sway_compliance(constants, plane, length).inverse(),
+                ReductionForm::Stiffness => sway_compliance(constants, plane, length).inverse(),
             };
         }
         Self {
@@ -112,7 +112,12 @@ impl<S: Simd> Middle<S> {
     /// # Arguments
     /// - `state`: forces and moments at the middle, or motions against each other, along and about x, y, z.
     #[inline(always)]
-    fn energies(&self, constants: &Constants, length: Lane<S>, state: &State<S>) -> [Lane<S>; 4] {
+    fn energies(
+        &self,
+        constants: &Constants,
+        length: Lane<S>,
+        state: &ElementState<S>,
+    ) -> [Lane<S>; 4] {
         let [mut along, mut about] = [self.along, self.about];
         for i in 0..3 {
             along[i] = along[i] * state.along[i] * state.along[i];
@@ -134,13 +139,13 @@ impl<S: Simd> Middle<S> {
 }
 
 /// What an element carries, or how it deforms, at its middle: along and about its axes x, y, z.
-struct State<S: Simd> {
+struct ElementState<S: Simd> {
     along: [Lane<S>; 3],
     about: [Lane<S>; 3],
 }
 
 /// Where an element lies in the plane of a frame n, p, q.
-struct InPlane<S: Simd> {
+struct PlaneFrame<S: Simd> {
     /// Components of local x.
     c: Lane<S>,
     s: Lane<S>,
@@ -151,7 +156,7 @@ struct InPlane<S: Simd> {
     inverse: Lane<S>,
 }
 
-impl<S: Simd> InPlane<S> {
+impl<S: Simd> PlaneFrame<S> {
     /// # Arguments
     /// - `ends`: components p and q of the two ends, seen from the point, m.
     #[inline(always)]
@@ -205,27 +210,27 @@ fn sway_compliance<S: Simd>(constants: &Constants, plane: usize, length: Lane<S>
 #[inline(always)]
 pub(super) fn in_plane<S: Simd>(
     constants: &Constants,
-    form: Form,
+    form: ReductionForm,
     ends: [[Lane<S>; 2]; 2],
 ) -> [Block<S, 3>; 2] {
-    let InPlane {
+    let PlaneFrame {
         c,
         s,
         mp,
         mq,
         length,
         inverse,
-    } = InPlane::of(ends);
+    } = PlaneFrame::of(ends);
     let Middle { along, about } = Middle::of(constants, form, length, inverse);
     // Local y is the normal, up to a sign; x and z lie in the plane.
     let displacements = dyads(c, s, along[0], along[2]);
     let turns = dyads(c, s, about[0], about[2]);
     match form {
-        Form::Compliance => [
+        ReductionForm::Compliance => [
             reached(displacements, about[1], mp, mq),
             carried(turns, along[1], mp, mq),
         ],
-        Form::Stiffness => [
+        ReductionForm::Stiffness => [
             carried(displacements, about[1], mp, mq),
             reached(turns, along[1], mp, mq),
         ],
@@ -239,19 +244,19 @@ pub(super) fn in_plane<S: Simd>(
 #[inline(always)]
 pub(super) fn energies_in_plane<S: Simd>(
     constants: &Constants,
-    form: Form,
+    form: ReductionForm,
     ends: [[Lane<S>; 2]; 2],
     [within, across]: &[Block<S, 3>; 2],
 ) -> [[Lane<S>; 4]; 3] {
-    let at = InPlane::of(ends);
+    let at = PlaneFrame::of(ends);
     let middle = Middle::of(constants, form, at.length, at.inverse);
     let mut energies = [[at.length; 4]; 3];
     for load in 0..3 {
         let (moved, turned) = match form {
-            Form::Compliance => (at.reached(within[load]), at.carried(across[load])),
-            Form::Stiffness => (at.carried(within[load]), at.reached(across[load])),
+            ReductionForm::Compliance => (at.reached(within[load]), at.carried(across[load])),
+            ReductionForm::Stiffness => (at.carried(within[load]), at.reached(across[load])),
         };
-        let state = State {
+        let state = ElementState {
             along: [moved[0], turned[1], moved[2]],
             about: [turned[0], moved[1], turned[2]],
         };
@@ -299,7 +304,7 @@ fn reached<S: Simd>(
 }
 
 /// Where an element lies in space.
-struct InSpace<S: Simd> {
+struct SpaceFrame<S: Simd> {
     /// Local x, y, z.
     axes: [[Lane<S>; 3]; 3],
     /// Its middle, seen from the point, m.
@@ -308,7 +313,7 @@ struct InSpace<S: Simd> {
     inverse: Lane<S>,
 }
 
-impl<S: Simd> InSpace<S> {
+impl<S: Simd> SpaceFrame<S> {
     /// Arguments as of [`in_space`].
     #[inline(always)]
     fn of(
@@ -352,23 +357,23 @@ pub(super) fn components<S: Simd>(axes: &[[Lane<S>; 3]; 3], v: &[Lane<S>; 3]) ->
 #[inline(always)]
 pub(super) fn energies_in_space<S: Simd>(
     constants: &Constants,
-    form: Form,
+    form: ReductionForm,
     ends: [&[Lane<S>; 3]; 2],
     toward_y: &[Lane<S>; 3],
     states: &[[Lane<S>; 6]; 3],
 ) -> [[Lane<S>; 4]; 3] {
     let mut fault = toward_y[0].of(0.0);
-    let at = InSpace::of(ends, toward_y, &mut fault);
+    let at = SpaceFrame::of(ends, toward_y, &mut fault);
     let middle = Middle::of(constants, form, at.length, at.inverse);
     let mut energies = [[at.length; 4]; 3];
     for load in 0..3 {
         let [ux, uy, uz, rx, ry, rz] = states[load];
         let (mut along, mut about) = ([ux, uy, uz], [rx, ry, rz]);
         match form {
-            Form::Compliance => about = subtract(&about, &cross(&at.middle, &along)),
-            Form::Stiffness => along = subtract(&along, &cross(&at.middle, &about)),
+            ReductionForm::Compliance => about = subtract(&about, &cross(&at.middle, &along)),
+            ReductionForm::Stiffness => along = subtract(&along, &cross(&at.middle, &about)),
         }
-        let state = State {
+        let state = ElementState {
             along: components(&at.axes, &along),
             about: components(&at.axes, &about),
         };
@@ -386,23 +391,23 @@ pub(super) fn energies_in_space<S: Simd>(
 #[inline(always)]
 pub(super) fn in_space<S: Simd>(
     constants: &Constants,
-    form: Form,
+    form: ReductionForm,
     ends: [&[Lane<S>; 3]; 2],
     toward_y: &[Lane<S>; 3],
     fault: &mut Lane<S>,
 ) -> [Block<S, 6>; 1] {
-    let InSpace {
+    let SpaceFrame {
         axes,
         middle,
         length,
         inverse,
-    } = InSpace::of(ends, toward_y, fault);
+    } = SpaceFrame::of(ends, toward_y, fault);
     let Middle { along, about } = Middle::of(constants, form, length, inverse);
     let (displacements, turns) = (triad(&axes, &along), triad(&axes, &about));
     let mut whole = [[length; 6]; 6];
     let (stays, other, first) = match form {
-        Form::Compliance => (&turns, &displacements, 3),
-        Form::Stiffness => (&displacements, &turns, 0),
+        ReductionForm::Compliance => (&turns, &displacements, 3),
+        ReductionForm::Stiffness => (&displacements, &turns, 0),
     };
     let second = 3 - first;
     for i in 0..3 {

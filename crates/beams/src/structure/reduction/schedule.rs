@@ -5,7 +5,7 @@ pub(super) type Slot = usize;
 
 /// In which way a two-ended part is written down: what adds up in series, or what adds up side by side.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Form {
+pub(super) enum ReductionForm {
     /// Motion of one end against the other per force.
     Compliance,
     /// Its inverse.
@@ -14,7 +14,7 @@ pub(super) enum Form {
 
 /// What a structure is put together of.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Piece {
+pub(super) enum SchedulePiece {
     /// An element, by its index.
     Element(usize),
     /// A hinge, by its index. It has a compliance only: nothing but a turn about its axis moves its sides against each other.
@@ -26,8 +26,8 @@ pub(super) enum Piece {
 pub(super) enum Op {
     /// Adds an element or a hinge; of the matrix only the upper triangle is kept.
     Piece {
-        piece: Piece,
-        form: Form,
+        piece: SchedulePiece,
+        form: ReductionForm,
         into: Slot,
         fresh: bool,
     },
@@ -89,8 +89,8 @@ impl Schedule {
         let of_op = |op: &Op| match op {
             Op::Piece { piece, fresh, .. } => {
                 let own = match piece {
-                    Piece::Element(_) => of_element,
-                    Piece::Hinge(_) => of_hinge,
+                    SchedulePiece::Element(_) => of_element,
+                    SchedulePiece::Hinge(_) => of_hinge,
                 };
                 own + halves * sum(*fresh, triangle)
             }

@@ -3,13 +3,13 @@
 use std::collections::{BTreeMap, BTreeSet};
 
 use super::graph::{Edge, GROUND, Segment};
-use super::schedule::{Form, Op, Piece, Schedule, Slot, Update};
+use super::schedule::{Op, ReductionForm, Schedule, SchedulePiece, Slot, Update};
 use crate::structure::ordering::{Eliminated, minimum_degree_before};
 
 /// An assembly that hangs on the rest by two nodes: motions of its parts add up in series, their forces side by side.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(super) enum SeriesParallel {
-    Piece(Piece),
+    Piece(SchedulePiece),
     Series(Vec<SeriesParallel>),
     Parallel(Vec<SeriesParallel>),
 }
@@ -24,15 +24,16 @@ struct Link {
 impl SeriesParallel {
     /// Whether it can be written down in a form: a hinge, which is rigid but for its turn, has a stiffness only together with what it is
     /// in series with.
-    fn has(&self, form: Form) -> bool {
+    fn has(&self, form: ReductionForm) -> bool {
         match self {
-            Self::Piece(Piece::Element(_)) => true,
-            Self::Piece(Piece::Hinge(_)) => form == Form::Compliance,
+            Self::Piece(SchedulePiece::Element(_)) => true,
+            Self::Piece(SchedulePiece::Hinge(_)) => form == ReductionForm::Compliance,
             Self::Series(parts) => {
-                let sum = parts.iter().all(|part| part.has(Form::Compliance));
-                sum && (form == Form::Compliance || parts.iter().any(|p| p.has(Form::Stiffness)))
+                let sum = parts.iter().all(|part| part.has(ReductionForm::Compliance));
+                sum && (form == ReductionForm::Compliance
+                    || parts.iter().any(|p| p.has(ReductionForm::Stiffness)))
             }
-            Self::Parallel(parts) => parts.iter().all(|part| part.has(Form::Stiffness)),
+            Self::Parallel(parts) => parts.iter().all(|part| part.has(ReductionForm::Stiffness)),
         }
     }
 
@@ -126,12 +127,12 @@ impl Builder {
             let links = merged(segment);
             let all_have = |form| links.iter().all(|link| link.assembly.has(form));
             if let [link] = &links[..] {
-                if !all_have(Form::Compliance) {
+                if !all_have(ReductionForm::Compliance) {
                     return None;
                 }
-                builder.evaluate(&link.assembly, Form::Compliance, 0);
+                builder.evaluate(&link.assembly, ReductionForm::Compliance, 0);
             } else {
-                if !all_have(Form::Stiffness) {
+                if !all_have(ReductionForm::Stiffness) {
                     return None;
                 }
                 builder.eliminate(&links, segment.terminals);
@@ -151,7 +152,7 @@ impl Builder {
     }
 
     /// Adds an assembly to a slot as compliance or stiffness.
-    fn evaluate(&mut self, assembly: &SeriesParallel, form: Form, into: Slot) {
+    fn evaluate(&mut self, assembly: &SeriesParallel, form: ReductionForm, into: Slot) {
         let (parts, own) = match assembly {
             SeriesParallel::Piece(piece) => {
                 let (piece, fresh) = (*piece, self.begins(into));
@@ -163,8 +164,8 @@ impl Builder {
                 });
                 return;
             }
-            SeriesParallel::Series(parts) => (parts, Form::Compliance),
-            SeriesParallel::Parallel(parts) => (parts, Form::Stiffness),
+            SeriesParallel::Series(parts) => (parts, ReductionForm::Compliance),
+            SeriesParallel::Parallel(parts) => (parts, ReductionForm::Stiffness),
         };
         if own == form {
             for part in parts {
@@ -212,7 +213,7 @@ impl Builder {
             match stands {
                 [Some(a), Some(b)] => {
                     let panel = panels[&(a.min(b), a.max(b))];
-                    self.evaluate(&link.assembly, Form::Stiffness, panel);
+                    self.evaluate(&link.assembly, ReductionForm::Stiffness, panel);
                     for end in [a, b] {
                         let (into, from) = (diagonals[end], panel);
                         let fresh = self.begins(into);
@@ -221,7 +222,7 @@ impl Builder {
                     self.schedule.ops.push(Op::Mirror { slot: panel });
                 }
                 [Some(end), None] | [None, Some(end)] => {
-                    self.evaluate(&link.assembly, Form::Stiffness, diagonals[end]);
+                    self.evaluate(&link.assembly, ReductionForm::Stiffness, diagonals[end]);
                 }
                 [None, None] => {}
             }

@@ -3,12 +3,12 @@
 use pulp::Simd;
 
 use super::block::Block;
-use super::execute::{Members, Memory};
+use super::execute::{Members, SolverBuffers};
 use super::member::{components, hinge_in_plane, hinge_in_space, in_plane, in_space};
-use super::schedule::{Form, Piece};
+use super::schedule::{ReductionForm, SchedulePiece};
 use super::substructure::{Reduction, Substructure};
 use crate::structure::solve::LOST_PIVOT;
-use stiffbench_numeric::lanes::{
+use stiffbench_numeric::simd::{
     Aligned, Kernel, Lane, Number, cross, dot, frame_on, multiply_add, run, subtract,
 };
 
@@ -64,8 +64,8 @@ pub(crate) struct Reducer<S: Simd> {
 /// A part, and what it gave the last time.
 #[derive(Debug)]
 pub(super) struct SubstructureState<S: Simd> {
-    pub(super) planar: Memory<S, 3, 2>,
-    pub(super) spatial: Memory<S, 6, 1>,
+    pub(super) planar: SolverBuffers<S, 3, 2>,
+    pub(super) spatial: SolverBuffers<S, 6, 1>,
     /// Nodes and normals of the last time; none before the first.
     stood: Vec<[Lane<S>; 3]>,
     pub(super) solution: Solution<S>,
@@ -88,8 +88,8 @@ impl<S: Simd> Reducer<S> {
     pub(crate) fn new(simd: S, reduction: &Reduction, derivatives: bool) -> Self {
         let zero = Lane::zero(simd);
         let state = |part: &Substructure| SubstructureState {
-            planar: Memory::new(simd, &part.schedule, derivatives),
-            spatial: Memory::new(simd, &part.schedule, derivatives),
+            planar: SolverBuffers::new(simd, &part.schedule, derivatives),
+            spatial: SolverBuffers::new(simd, &part.schedule, derivatives),
             stood: Vec::with_capacity(part.nodes.len() + part.planes.len()),
             solution: Solution {
                 compliance: [[zero; 6]; 6],
@@ -150,7 +150,7 @@ impl<S: Simd> Reducer<S> {
             let solution = &mut state.solution;
             run(
                 self.simd,
-                InPlane {
+                PlaneSolve {
                     reduction,
                     part,
                     plane,
@@ -170,7 +170,7 @@ impl<S: Simd> Reducer<S> {
         let solution = &mut state.solution;
         run(
             self.simd,
-            InSpace {
+            SpaceSolve {
                 reduction,
                 part,
                 placed,
@@ -217,17 +217,17 @@ impl<S: Simd> SubstructureState<S> {
 }
 
 /// Solves a part in its plane and across it.
-struct InPlane<'a, S: Simd> {
+struct PlaneSolve<'a, S: Simd> {
     reduction: &'a Reduction,
     part: &'a Substructure,
     plane: usize,
     placed: &'a Placed<S>,
     flat: &'a mut [Aligned<[Lane<S>; 2]>],
-    memory: &'a mut Memory<S, 3, 2>,
+    memory: &'a mut SolverBuffers<S, 3, 2>,
     solution: &'a mut Solution<S>,
 }
 
-impl<S: Simd> Kernel for InPlane<'_, S> {
+impl<S: Simd> Kernel for PlaneSolve<'_, S> {
     #[inline(always)]
     fn run(self) {
         let Self { part, placed, .. } = self;
@@ -290,14 +290,14 @@ struct FlatMembers<'a, S: Simd> {
 
 impl<S: Simd> Members<S, 3, 2> for FlatMembers<'_, S> {
     #[inline(always)]
-    fn member(&mut self, piece: Piece, form: Form) -> [Block<S, 3>; 2] {
+    fn member(&mut self, piece: SchedulePiece, form: ReductionForm) -> [Block<S, 3>; 2] {
         match piece {
-            Piece::Element(element) => {
+            SchedulePiece::Element(element) => {
                 let [first, second] = self.reduction.ends[element];
                 let constants = &self.reduction.constants[element];
                 in_plane(constants, form, [self.nodes[first].0, self.nodes[second].0])
             }
-            Piece::Hinge(hinge) => {
+            SchedulePiece::Hinge(hinge) => {
                 let hinge = &self.reduction.hinges[hinge];
                 hinge_in_plane(hinge.rad_per_nm, self.nodes[hinge.node].0)
             }
@@ -306,16 +306,16 @@ impl<S: Simd> Members<S, 3, 2> for FlatMembers<'_, S> {
 }
 
 /// Solves a part in space.
-struct InSpace<'a, S: Simd> {
+struct SpaceSolve<'a, S: Simd> {
     reduction: &'a Reduction,
     part: &'a Substructure,
     placed: &'a Placed<S>,
     deep: &'a mut [Aligned<[Lane<S>; 3]>],
-    memory: &'a mut Memory<S, 6, 1>,
+    memory: &'a mut SolverBuffers<S, 6, 1>,
     solution: &'a mut Solution<S>,
 }
 
-impl<S: Simd> Kernel for InSpace<'_, S> {
+impl<S: Simd> Kernel for SpaceSolve<'_, S> {
     #[inline(always)]
     fn run(self) {
         let Self { part, placed, .. } = self;
@@ -350,9 +350,9 @@ struct DeepMembers<'a, S: Simd> {
 
 impl<S: Simd> Members<S, 6, 1> for DeepMembers<'_, S> {
     #[inline(always)]
-    fn member(&mut self, piece: Piece, form: Form) -> [Block<S, 6>; 1] {
+    fn member(&mut self, piece: SchedulePiece, form: ReductionForm) -> [Block<S, 6>; 1] {
         match piece {
-            Piece::Element(element) => {
+            SchedulePiece::Element(element) => {
                 let [first, second] = self.reduction.ends[element];
                 in_space(
                     &self.reduction.constants[element],
@@ -362,7 +362,7 @@ impl<S: Simd> Members<S, 6, 1> for DeepMembers<'_, S> {
                     &mut self.faults,
                 )
             }
-            Piece::Hinge(hinge) => {
+            SchedulePiece::Hinge(hinge) => {
                 let hinge = &self.reduction.hinges[hinge];
                 let axis = &self.normals[hinge.plane].0;
                 hinge_in_space(hinge.rad_per_nm, &self.nodes[hinge.node].0, axis)

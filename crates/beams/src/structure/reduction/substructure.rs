@@ -5,7 +5,7 @@ use std::fmt;
 
 use super::graph::{Graph, Segment};
 use super::member::Constants;
-use super::schedule::{Op, Piece, Schedule};
+use super::schedule::{Op, Schedule, SchedulePiece};
 use super::series_parallel::Builder;
 use crate::structure::parts::Structure;
 
@@ -129,9 +129,9 @@ impl Reduction {
         let graph = Graph::of(structure)?;
         let segments = graph.segments();
         let hinges = yielding_hinges(structure, hinge_planes)?;
-        let plane_of_piece = |piece: Piece| match piece {
-            Piece::Element(element) => planes[element],
-            Piece::Hinge(hinge) => hinge_planes[hinge],
+        let plane_of_piece = |piece: SchedulePiece| match piece {
+            SchedulePiece::Element(element) => planes[element],
+            SchedulePiece::Hinge(hinge) => hinge_planes[hinge],
         };
         let plane_of = |segment: &Segment| {
             let mut planes = segment.edges.iter().map(|edge| plane_of_piece(edge.piece));
@@ -151,17 +151,17 @@ impl Reduction {
         for run in runs {
             let (near, far) = (run[0].terminals[0], run[run.len() - 1].terminals[1]);
             let edges = run.iter().flat_map(|segment| &segment.edges);
-            let pieces: Vec<Piece> = edges.map(|edge| edge.piece).collect();
+            let pieces: Vec<SchedulePiece> = edges.map(|edge| edge.piece).collect();
             let mut elements = 0;
             for piece in &pieces {
-                if let Piece::Element(element) = piece {
+                if let SchedulePiece::Element(element) = piece {
                     elements += 1;
                     idle.remove(element);
                 }
             }
-            let nodes_of = |piece: Piece| match piece {
-                Piece::Element(element) => ends[element],
-                Piece::Hinge(hinge) => [hinges[hinge].node; 2],
+            let nodes_of = |piece: SchedulePiece| match piece {
+                SchedulePiece::Element(element) => ends[element],
+                SchedulePiece::Hinge(hinge) => [hinges[hinge].node; 2],
             };
             let distinct = |all: &mut dyn Iterator<Item = usize>| -> Vec<usize> {
                 all.collect::<BTreeSet<usize>>().into_iter().collect()

@@ -2,13 +2,13 @@ use std::sync::Arc;
 
 use pulp::Simd;
 
-use super::schedule::{Form, Op, Piece, Schedule};
+use super::schedule::{Op, ReductionForm, Schedule, SchedulePiece};
 use super::*;
 use crate::structure::{
     Attachment, Compliance6, Element, Hinge, Material, Node, Section, ShearCoefficients, Solver,
     Structure, Support,
 };
-use stiffbench_numeric::lanes::{InstructionSet, Lane};
+use stiffbench_numeric::simd::{InstructionSet, Lane};
 
 const SHEAR: ShearCoefficients = ShearCoefficients {
     along_y: 0.5,
@@ -312,7 +312,7 @@ fn a_pose_out_of_its_plane_is_solved_beside_others_that_are_in_theirs() {
 }
 
 #[test]
-fn what_cannot_be_solved_is_told_pose_by_pose() {
+fn unsolvable_poses_are_reported_one_by_one() {
     let sound = square(0.0, None);
     let mut short = sound.clone();
     short.nodes[5].position_m = short.nodes[4].position_m;
@@ -410,8 +410,8 @@ fn structures_for_the_general_solver_are_passed_on() {
 fn operations_are_counted() {
     let mut schedule = Schedule::default();
     schedule.ops.push(Op::Piece {
-        piece: Piece::Element(0),
-        form: Form::Compliance,
+        piece: SchedulePiece::Element(0),
+        form: ReductionForm::Compliance,
         into: 1,
         fresh: true,
     });
@@ -426,8 +426,8 @@ fn operations_are_counted() {
     assert_eq!(schedule.operations(2, 2, [7, 5]), 7 + 2 * (7 + 6 + 3));
     // A hinge is written into a slot that holds something: once 5, and a sum.
     schedule.ops.push(Op::Piece {
-        piece: Piece::Hinge(0),
-        form: Form::Compliance,
+        piece: SchedulePiece::Hinge(0),
+        form: ReductionForm::Compliance,
         into: 1,
         fresh: false,
     });

@@ -3,11 +3,11 @@
 use rayon::prelude::*;
 
 use crate::distribution::map::{MapModel, StiffnessMap};
-use crate::distribution::pose_set::PoseSet;
+use crate::distribution::pose_set::PoseSample;
 use stiffbench_beams::robot::{
     JointModel, Mechanism, MechanismModel, Pose, Predictor, Robot, RobotError, Theory,
 };
-use stiffbench_beams::structure::{Solver, TwistInfluence};
+use stiffbench_beams::structure::{RotationInfluence, Solver};
 
 /// Poses that a thread takes at a time.
 const CHUNK: usize = 128;
@@ -130,14 +130,14 @@ fn joint_gradients(
             source,
         };
         let mut solver = Solver::new(rigid.structure()).map_err(wrap)?;
-        let mut influence = TwistInfluence::default();
+        let mut influence = RotationInfluence::default();
         let mut found = Vec::with_capacity(poses.len());
         for pose in poses {
             rigid.place(pose)?;
             hinged.place(pose)?;
             solver.update(rigid.structure()).map_err(wrap)?;
             let compliance = solver.end_translation_compliance(rigid.structure())[axis][axis];
-            solver.twist_influence(rigid.structure(), hinged.structure(), &mut influence);
+            solver.rotation_influence(rigid.structure(), hinged.structure(), &mut influence);
             let structure = rigid.structure();
             let end_m = structure.nodes[structure.end.node].position_m;
             let whole = compliance + model.rocking_m_per_n(end_m, axis);
@@ -161,7 +161,7 @@ fn rows_of_mean(map: &StiffnessMap) -> Vec<usize> {
 }
 
 /// The poses of rows.
-fn poses_of(map: &StiffnessMap, poses: &PoseSet, rows: &[usize]) -> Vec<Pose> {
+fn poses_of(map: &StiffnessMap, poses: &PoseSample, rows: &[usize]) -> Vec<Pose> {
     let pose = |&row: &usize| poses.pose(map.places[row] as usize);
     rows.iter().map(pose).collect()
 }
@@ -208,7 +208,7 @@ impl LeastAndMean {
 pub fn design_sensitivity(
     model: &MapModel<'_>,
     map: &StiffnessMap,
-    poses: &PoseSet,
+    poses: &PoseSample,
     axis: usize,
 ) -> Result<Option<DesignSensitivity>, RobotError> {
     let column = map

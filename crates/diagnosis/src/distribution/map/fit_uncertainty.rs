@@ -13,7 +13,7 @@ use super::column::{MapColumn, stiffness_and_unit};
 use super::model::MapModel;
 use super::statistics::ColumnStatistics;
 use super::stiffness_map::StiffnessMap;
-use crate::distribution::pose_set::PoseSet;
+use crate::distribution::pose_set::PoseSample;
 
 /// Columns that one solution has derivatives of.
 const AT_ONCE: usize = 3;
@@ -26,7 +26,7 @@ const CHUNK: usize = 2048;
 
 /// How well the factors of a model are known.
 #[derive(Debug, Clone, PartialEq, serde::Serialize, serde::Deserialize)]
-pub struct ParameterCovariance {
+pub struct FittedCovariance {
     /// The parameters.
     pub parameters: Vec<ModelParameter>,
     /// Covariance of ln a of factors and of the compliance of springs, row by row; zero where a parameter was not fitted.
@@ -56,8 +56,8 @@ type Gradient = Vec<f64>;
 pub fn fit_uncertainty(
     model: &MapModel<'_>,
     map: &StiffnessMap,
-    poses: &PoseSet,
-    covariance: &ParameterCovariance,
+    poses: &PoseSample,
+    covariance: &FittedCovariance,
     statistics: &[ColumnStatistics],
 ) -> Result<Vec<Option<FitUncertainty>>, RobotError> {
     if !model.is_linear() || map.is_empty() {
@@ -91,7 +91,7 @@ pub fn fit_uncertainty(
 fn mean_gradients(
     model: &MapModel<'_>,
     map: &StiffnessMap,
-    poses: &PoseSet,
+    poses: &PoseSample,
     columns: &[MapColumn],
     parameters: &[ModelParameter],
 ) -> Result<[Gradient; AT_ONCE], RobotError> {
@@ -112,7 +112,7 @@ fn mean_gradients(
     Ok(sums)
 }
 
-impl ParameterCovariance {
+impl FittedCovariance {
     /// The standard uncertainty of what has this gradient.
     fn carried(&self, gradient: &[f64]) -> f64 {
         let rows = self.matrix.iter().zip(gradient);
@@ -138,7 +138,7 @@ fn add(mut sum: [Gradient; AT_ONCE], more: &[Gradient; AT_ONCE]) -> [Gradient; A
 fn gradients(
     model: &MapModel<'_>,
     map: &StiffnessMap,
-    poses: &PoseSet,
+    poses: &PoseSample,
     columns: &[MapColumn],
     parameters: &[ModelParameter],
     rows: &[usize],

@@ -1,7 +1,7 @@
 //! Stiffness of the end of a mechanism over poses.
 //!
 //! A [`MapModel`] is a mechanism with its factors and found physics; a [`StiffnessMap`] is what it gives in the poses of a
-//! [`super::PoseSet`]: one row of numbers a pose, each the same whatever the other poses are. All that is said of a map afterwards
+//! [`super::PoseSample`]: one row of numbers a pose, each the same whatever the other poses are. All that is said of a map afterwards
 //! (statistics, regions, files) comes from these rows, so that a map put together from shares is the map of the whole.
 
 mod column;
@@ -15,7 +15,7 @@ mod study;
 mod surface;
 
 pub use column::{MapColumn, row_width};
-pub use fit_uncertainty::{FitUncertainty, ParameterCovariance, fit_uncertainty};
+pub use fit_uncertainty::{FitUncertainty, FittedCovariance, fit_uncertainty};
 pub use model::{MapModel, NoMap};
 pub use refine::RefinedStiffness;
 pub use regions::{Level, Region, regions};

@@ -9,7 +9,7 @@ mod whole;
 use rayon::prelude::*;
 
 use stiffbench_beams::physics::{
-    ActingPhysics, EffectError, LoadPoint, Mechanics, Place, RunLoads, Twists,
+    ActingPhysics, EffectError, JointRotations, LoadPoint, Mechanics, Place, RunLoads,
 };
 use stiffbench_beams::robot::{
     FittingFactors, JointModel, Keep, Mechanism, MechanismModel, Pose, PoseBundles, PoseSweep,
@@ -38,7 +38,7 @@ pub enum NoMap {
     #[error("{effect} is not linear: its stiffness depends on the load, and none is stated")]
     #[diagnostic(
         code(stiffbench::distribution::no_load),
-        help("state the load of which the secant stiffness is wanted, for example --at-load 50")
+        help("state the load for the secant stiffness, for example --at-load 50")
     )]
     NoLoad {
         /// The law and its place.
@@ -76,14 +76,14 @@ pub struct MapModel<'a> {
     robot: &'a Robot,
     physics: &'a ActingPhysics,
     factors: FittingFactors,
-    means: Means<'a>,
+    means: SolutionMethod<'a>,
     /// Where the base rocks, m; `None` where it stands firm.
     rocks_at_m: Option<[f64; 3]>,
 }
 
 /// How the poses are solved.
 #[derive(Debug)]
-enum Means<'a> {
+enum SolutionMethod<'a> {
     /// Linear.
     Sweep {
         sweep: Box<PoseSweep<'a>>,
@@ -119,7 +119,7 @@ impl<'a> MapModel<'a> {
                     effect: effect.title(),
                 });
             }
-            (Some(effect), Some(load_n)) => Means::Secant {
+            (Some(effect), Some(load_n)) => SolutionMethod::Secant {
                 load_n,
                 effect: effect.title(),
             },
@@ -128,7 +128,7 @@ impl<'a> MapModel<'a> {
                 let (theory, path) = (Theory::EulerBernoulli, SolutionPath::Fastest);
                 let all = joints.clone();
                 let sweep = PoseSweep::with(robot, mechanism, all, theory, factors, path)?;
-                Means::Sweep {
+                SolutionMethod::Sweep {
                     sweep: Box::new(sweep),
                     joints,
                 }
@@ -169,8 +169,8 @@ impl<'a> MapModel<'a> {
     /// The joints, if all laws in them are linear.
     pub(in crate::distribution) fn joints(&self) -> Option<&JointModel> {
         match &self.means {
-            Means::Sweep { joints, .. } => Some(joints),
-            Means::Secant { .. } => None,
+            SolutionMethod::Sweep { joints, .. } => Some(joints),
+            SolutionMethod::Secant { .. } => None,
         }
     }
 
@@ -184,18 +184,18 @@ impl<'a> MapModel<'a> {
     #[must_use]
     pub fn method(&self) -> Vec<String> {
         let mut words: Vec<String> = match &self.means {
-            Means::Sweep { sweep, .. } if !sweep.methods().is_empty() => {
+            SolutionMethod::Sweep { sweep, .. } if !sweep.methods().is_empty() => {
                 let (name, lanes) = sweep.instructions();
                 let parts = sweep.methods().iter().map(ToString::to_string);
                 let set = format!("{lanes} poses at once, instruction set {name}");
                 parts.chain([set]).collect()
             }
-            Means::Sweep { joints, .. } => vec![match joints {
+            SolutionMethod::Sweep { joints, .. } => vec![match joints {
                 JointModel::Rigid => "general solver, pose by pose".to_owned(),
                 _ => "general solver, pose by pose: with these yielding joints and sections there are no parts in series"
                     .to_owned(),
             }],
-            Means::Secant { load_n, effect } => vec![format!(
+            SolutionMethod::Secant { load_n, effect } => vec![format!(
                 "secant stiffness from no load to {load_n} N, pose by pose: {effect} is not linear"
             )],
         };
@@ -214,8 +214,8 @@ impl<'a> MapModel<'a> {
     ) -> Result<Vec<(usize, String)>, NoMap> {
         self.check(columns)?;
         Ok(match &self.means {
-            Means::Sweep { sweep, .. } => self.swept_rows(sweep, poses, columns, rows),
-            Means::Secant { .. } => self.rows_alone(poses, columns, rows),
+            SolutionMethod::Sweep { sweep, .. } => self.swept_rows(sweep, poses, columns, rows),
+            SolutionMethod::Secant { .. } => self.rows_alone(poses, columns, rows),
         })
     }
 
@@ -257,7 +257,7 @@ impl<'a> MapModel<'a> {
         let failed: Vec<Vec<(usize, String)>> = chunks
             .enumerate()
             .map(|(chunk, (poses, rows))| {
-                let mut alone = PoseSolver::new(self);
+                let mut alone = SinglePoseSolver::new(self);
                 let solved = poses.iter().zip(rows.chunks_exact_mut(width)).enumerate();
                 let failed = solved.filter_map(|(place, (pose, row))| {
                     let error = alone.row(pose, columns, row).err()?;
@@ -281,7 +281,7 @@ impl<'a> MapModel<'a> {
     /// # Errors
     /// [`NoMap::AxesOnly`].
     pub fn check(&self, columns: &[MapColumn]) -> Result<(), NoMap> {
-        let Means::Secant { effect, .. } = &self.means else {
+        let SolutionMethod::Secant { effect, .. } = &self.means else {
             return Ok(());
         };
         match columns.iter().find(|column| column.axis().is_none()) {
@@ -296,23 +296,23 @@ impl<'a> MapModel<'a> {
     /// Whether directions other than the axes, and principal stiffnesses, exist.
     #[must_use]
     pub fn is_linear(&self) -> bool {
-        matches!(self.means, Means::Sweep { .. })
+        matches!(self.means, SolutionMethod::Sweep { .. })
     }
 }
 
 /// Solves one pose after another.
-pub(super) struct PoseSolver<'m, 'a> {
+pub(super) struct SinglePoseSolver<'m, 'a> {
     model: &'m MapModel<'a>,
     lanes: Option<PoseBundles<'m>>,
     general: Option<Predictor<'a>>,
-    secant: Option<(Mechanics<'a>, Twists)>,
+    secant: Option<(Mechanics<'a>, JointRotations)>,
 }
 
-impl<'m, 'a> PoseSolver<'m, 'a> {
+impl<'m, 'a> SinglePoseSolver<'m, 'a> {
     pub(super) fn new(model: &'m MapModel<'a>) -> Self {
         let lanes = match &model.means {
-            Means::Sweep { sweep, .. } => sweep.bundles(1),
-            Means::Secant { .. } => None,
+            SolutionMethod::Sweep { sweep, .. } => sweep.bundles(1),
+            SolutionMethod::Secant { .. } => None,
         };
         Self {
             model,
@@ -334,8 +334,10 @@ impl<'m, 'a> PoseSolver<'m, 'a> {
     ) -> Result<(), RobotError> {
         let model = self.model;
         let joints = match &model.means {
-            Means::Secant { load_n, .. } => return self.secant_row(pose, *load_n, columns, row),
-            Means::Sweep { joints, .. } => joints,
+            SolutionMethod::Secant { load_n, .. } => {
+                return self.secant_row(pose, *load_n, columns, row);
+            }
+            SolutionMethod::Sweep { joints, .. } => joints,
         };
         let solved = self.lanes.as_mut().and_then(|lanes| lanes.one(pose));
         let (end_m, compliance) = if let Some((swept, compliance)) = solved {
@@ -370,7 +372,7 @@ impl<'m, 'a> PoseSolver<'m, 'a> {
         row: &mut [f64],
     ) -> Result<(), RobotError> {
         let model = self.model;
-        let (mechanics, twists) = match &mut self.secant {
+        let (mechanics, joint_rotations) = match &mut self.secant {
             Some(known) => {
                 known.0.move_to(0, pose)?;
                 known.0.solve_joints(|_| true)?;
@@ -380,7 +382,7 @@ impl<'m, 'a> PoseSolver<'m, 'a> {
                 let poses = std::slice::from_ref(pose);
                 let mechanics =
                     Mechanics::new(model.robot, model.mechanism(), &model.factors, poses)?;
-                empty.insert((mechanics, Twists::default()))
+                empty.insert((mechanics, JointRotations::default()))
             }
         };
         row[..3].copy_from_slice(&mechanics.end_m(0));
@@ -400,7 +402,12 @@ impl<'m, 'a> PoseSolver<'m, 'a> {
             };
             let mut displacement_m = [0.0];
             let laws = &model.physics.laws;
-            laws.displacements_m(mechanics.pose(0), &run, twists, &mut displacement_m);
+            laws.displacements_m(
+                mechanics.pose(0),
+                &run,
+                joint_rotations,
+                &mut displacement_m,
+            );
             *value = load_n / displacement_m[0];
         }
         Ok(())

@@ -3,10 +3,10 @@
 use stiffbench_beams::robot::{Pose, RobotError};
 
 use super::column::{MapColumn, row_width};
-use super::model::{MapModel, PoseSolver};
+use super::model::{MapModel, SinglePoseSolver};
 use super::stiffness_map::StiffnessMap;
-use crate::distribution::climb::{Climb, Hill};
-use crate::distribution::pose_set::PoseSet;
+use crate::distribution::pose_set::PoseSample;
+use crate::distribution::projected_ascent::{AscentObjective, ProjectedAscent};
 
 /// An extreme of the stiffness over the workspace itself, next to that of the sample.
 #[derive(Debug, Clone, PartialEq)]
@@ -33,27 +33,31 @@ impl StiffnessMap {
     pub fn refined(
         &self,
         model: &MapModel<'_>,
-        poses: &PoseSet,
+        poses: &PoseSample,
         column: usize,
         row: usize,
         largest: bool,
     ) -> Result<RefinedStiffness, RobotError> {
         let columns = vec![self.columns[column].clone()];
-        let hill = Stiffness {
+        let objective = LogStiffness {
             row: vec![0.0; row_width(&columns)],
             columns,
-            solver: PoseSolver::new(model),
+            solver: SinglePoseSolver::new(model),
             sign: if largest { 1.0 } else { -1.0 },
         };
         let start = poses.pose(self.places[row] as usize);
-        let mut climb = Climb::new(model.robot(), poses.free.clone(), hill, start);
-        let slope_per_deg = climb.climb_out()?;
-        let limits = climb.limits_in_words();
-        let Climb { mut hill, pose, .. } = climb;
-        hill.solve(&pose)?;
+        let mut ascend = ProjectedAscent::new(model.robot(), poses.free.clone(), objective, start);
+        let slope_per_deg = ascend.leave_the_minimum()?;
+        let limits = ascend.limits_in_words();
+        let ProjectedAscent {
+            mut objective,
+            pose,
+            ..
+        } = ascend;
+        objective.solve(&pose)?;
         Ok(RefinedStiffness {
-            end_m: [hill.row[0], hill.row[1], hill.row[2]],
-            stiffness_n_per_m: hill.row[3],
+            end_m: [objective.row[0], objective.row[1], objective.row[2]],
+            stiffness_n_per_m: objective.row[3],
             pose,
             limits,
             slope_per_deg,
@@ -62,20 +66,20 @@ impl StiffnessMap {
 }
 
 /// The logarithm of a stiffness, or its opposite.
-struct Stiffness<'m, 'a> {
-    solver: PoseSolver<'m, 'a>,
+struct LogStiffness<'m, 'a> {
+    solver: SinglePoseSolver<'m, 'a>,
     columns: Vec<MapColumn>,
     row: Vec<f64>,
     sign: f64,
 }
 
-impl Stiffness<'_, '_> {
+impl LogStiffness<'_, '_> {
     fn solve(&mut self, pose: &Pose) -> Result<(), RobotError> {
         self.solver.row(pose, &self.columns, &mut self.row)
     }
 }
 
-impl Hill for Stiffness<'_, '_> {
+impl AscentObjective for LogStiffness<'_, '_> {
     /// Rounding of the stiffness, 1e-11 or so of it, then makes slopes of 1e-9; truncation is near that.
     const STEP_DEG: f64 = 3e-3;
     /// What is left to gain over a degree is then a ten-millionth.

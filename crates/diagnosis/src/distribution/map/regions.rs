@@ -6,7 +6,7 @@
 use super::statistics::ColumnStatistics;
 use super::stiffness_map::StiffnessMap;
 use crate::distribution::extreme::Extreme;
-use crate::distribution::pose_set::PoseSet;
+use crate::distribution::pose_set::PoseSample;
 use crate::distribution::workspace::WorkspacePlan;
 
 /// A third of the range.
@@ -36,7 +36,7 @@ pub struct Region {
     pub centre_m: Option<[f64; 2]>,
     /// Smallest and largest reach, smallest and largest height, m.
     pub extent_m: Option<[[f64; 2]; 2]>,
-    /// Smallest and largest value of each free variable, degrees, in the order of [`PoseSet::free`].
+    /// Smallest and largest value of each free variable, degrees, in the order of [`PoseSample::free`].
     pub angles_deg: Vec<[f64; 2]>,
     /// Outermost points of the map that lie in it.
     pub holds: Vec<Extreme>,
@@ -46,7 +46,7 @@ pub struct Region {
 #[must_use]
 pub fn regions(
     map: &StiffnessMap,
-    poses: &PoseSet,
+    poses: &PoseSample,
     surface: Option<&[[u32; 3]]>,
     statistics: &ColumnStatistics,
     column: usize,

@@ -3,7 +3,7 @@
 use stiffbench_numeric::statistics::{Estimate, normal_quantile};
 
 use super::stiffness_map::StiffnessMap;
-use crate::distribution::pose_set::{PoseSet, SHIFTS, Sampling};
+use crate::distribution::pose_set::{PoseSample, SHIFTS, Sampling};
 
 /// Shares of the poses whose quantiles are told: the middle, its half, and nine tenths.
 const SHARES: [f64; 5] = [0.05, 0.25, 0.5, 0.75, 0.95];
@@ -54,7 +54,7 @@ pub struct ColumnStatistics {
 #[must_use]
 pub fn column_statistics(
     map: &StiffnessMap,
-    poses: &PoseSet,
+    poses: &PoseSample,
     sampling: Sampling,
     column: usize,
 ) -> Option<ColumnStatistics> {
@@ -119,7 +119,7 @@ fn extremes(values: &[f64]) -> Option<(SampledExtreme, SampledExtreme)> {
 }
 
 /// The mean, with the uncertainty that the means of the shifts show.
-fn mean_of_shifts(map: &StiffnessMap, poses: &PoseSet, values: &[f64], mean: f64) -> Estimate {
+fn mean_of_shifts(map: &StiffnessMap, poses: &PoseSample, values: &[f64], mean: f64) -> Estimate {
     let mut sums = [(0.0, 0_usize); SHIFTS as usize];
     for (&place, value) in map.places.iter().zip(values) {
         let shift = poses.ids[place as usize] % SHIFTS;

@@ -6,9 +6,9 @@ use stiffbench_beams::robot::Pose;
 
 use super::column::{MapColumn, row_width};
 use super::model::{MapModel, NoMap};
-use crate::distribution::pose_set::PoseSet;
+use crate::distribution::pose_set::PoseSample;
 
-/// Poses worked out before their full compliances are let go: memory grows with the rows alone.
+/// Poses computed before their full compliances are let go: memory grows with the rows alone.
 const AT_ONCE: usize = 1 << 16;
 
 /// The stiffness of a mechanism in the poses of a set.
@@ -33,7 +33,7 @@ impl StiffnessMap {
     /// [`NoMap`] if the model cannot be solved at all; a pose that cannot be taken is listed in `failed`.
     pub fn over(
         model: &MapModel<'_>,
-        poses: &PoseSet,
+        poses: &PoseSample,
         columns: &[MapColumn],
     ) -> Result<Self, NoMap> {
         let width = row_width(columns);

@@ -5,20 +5,20 @@ use rayon::prelude::*;
 use stiffbench_beams::robot::RobotError;
 
 use super::column::MapColumn;
-use super::fit_uncertainty::{FitUncertainty, ParameterCovariance, fit_uncertainty};
+use super::fit_uncertainty::{FitUncertainty, FittedCovariance, fit_uncertainty};
 use super::model::MapModel;
 use super::refine::RefinedStiffness;
 use super::regions::{Region, regions};
 use super::statistics::{ColumnStatistics, column_statistics};
 use super::stiffness_map::StiffnessMap;
 use super::surface::Surface;
-use crate::distribution::pose_set::{PoseSet, Sampling};
+use crate::distribution::pose_set::{PoseSample, Sampling};
 
 /// Poses, how they were chosen, and the triangles between them.
 #[derive(Debug)]
 pub struct StudyPoses {
     /// The poses.
-    pub set: PoseSet,
+    pub set: PoseSample,
     /// How they were chosen.
     pub sampling: Sampling,
     /// The triangles, where poses make a surface.
@@ -28,7 +28,7 @@ pub struct StudyPoses {
 impl StudyPoses {
     /// Joins poses to a surface where they make one.
     #[must_use]
-    pub fn new(set: PoseSet, sampling: Sampling) -> Self {
+    pub fn new(set: PoseSample, sampling: Sampling) -> Self {
         Self {
             surface: Surface::over(&set),
             set,
@@ -74,7 +74,7 @@ impl MechanismStudy {
         model: &MapModel<'_>,
         map: StiffnessMap,
         poses: &StudyPoses,
-        covariance: Option<&ParameterCovariance>,
+        covariance: Option<&FittedCovariance>,
     ) -> Result<Self, RobotError> {
         let surface = poses.surface.as_ref();
         let triangles = surface.map(|surface| surface.rows_of(&map, &poses.set));

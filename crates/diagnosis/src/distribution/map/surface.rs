@@ -6,7 +6,7 @@
 use delaunator::{Point, triangulate};
 
 use super::stiffness_map::StiffnessMap;
-use crate::distribution::pose_set::PoseSet;
+use crate::distribution::pose_set::PoseSample;
 
 /// Longest edge of a triangle, in mean distances between poses. Longer are slivers along the limits only: straight in the angles, they
 /// would cut across the bends of the edge of the workspace.
@@ -22,7 +22,7 @@ pub struct Surface {
 impl Surface {
     /// Joins the poses; `None` unless two variables vary and there are three poses that do not lie in a line.
     #[must_use]
-    pub fn over(poses: &PoseSet) -> Option<Self> {
+    pub fn over(poses: &PoseSample) -> Option<Self> {
         if poses.free.len() != 2 {
             return None;
         }
@@ -47,7 +47,7 @@ impl Surface {
 
     /// The triangles of which all corners have a row in a map, as rows.
     #[must_use]
-    pub fn rows_of(&self, map: &StiffnessMap, poses: &PoseSet) -> Vec<[u32; 3]> {
+    pub fn rows_of(&self, map: &StiffnessMap, poses: &PoseSample) -> Vec<[u32; 3]> {
         if map.failed.is_empty() && map.len() == poses.len() {
             return self.triangles.clone();
         }

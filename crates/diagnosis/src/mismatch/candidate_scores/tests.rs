@@ -79,9 +79,9 @@ fn all_scores_of_a_session_are_those_of_the_plain_engine() {
     let v = 1e12 * dense(&observations, &state, &compliance);
     let plain = Plain::new(&v, &prior_sd(&baseline), &columns, space.basis(), &y);
     let fast = Batched::new(&space, &residuals);
-    let frozen = predictor.frozen(&model.parameters, &[]).unwrap();
-    let changes = Changes::new(&observations, &frozen, &[]).unwrap();
-    let list = candidates(&observations, &frozen, &[]);
+    let linearised = predictor.linearised(&model.parameters, &[]).unwrap();
+    let changes = Changes::new(&observations, &linearised, &[]).unwrap();
+    let list = candidates(&observations, &linearised, &[]);
     let scored = score_candidates(&changes, &fast, list);
     let whites = white_candidates(&changes, &space, &scored);
     let mut count = 0;

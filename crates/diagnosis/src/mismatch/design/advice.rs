@@ -3,17 +3,17 @@
 use super::bench::Suspect;
 
 /// A check in words and the minutes it takes.
-pub(super) struct Advice {
+pub(super) struct RecommendedCheck {
     pub(super) text: String,
     pub(super) minutes: f64,
 }
 
 /// The measurement that tells two apart where no load plan does: the check of the one that is checked most directly.
-pub(super) fn advice(first: &Suspect, second: &Suspect) -> Option<Advice> {
+pub(super) fn advice(first: &Suspect, second: &Suspect) -> Option<RecommendedCheck> {
     let checks = [first, second].into_iter();
     let checks = checks.filter_map(|suspect| Some((suspect.law.check?, &suspect.place)));
     let (check, place) = checks.min_by_key(|(check, _)| check.rank)?;
-    Some(Advice {
+    Some(RecommendedCheck {
         text: (check.text)(place),
         minutes: check.minutes,
     })

@@ -14,10 +14,10 @@ use crate::mismatch::observations::{GaugeSteps, Observations};
 use crate::mismatch::plan::PlannedCell;
 use crate::mismatch::restricted_likelihood::EstimatedNoise;
 
-/// Expected log-likelihood ratio below which a pair cannot be told apart.
+/// Expected log-likelihood ratio below which a pair cannot be distinguished.
 pub const CANNOT_TELL: f64 = 3.0;
 
-/// Expected log-likelihood ratio from which a pair is told apart.
+/// Expected log-likelihood ratio from which a pair is distinguished.
 pub const CAN_TELL: f64 = 5.0;
 
 /// Noise of a bench of which nothing is known yet.

@@ -161,7 +161,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_known_of_a_factor_limits_what_it_absorbs() {
+    fn the_prior_of_a_factor_limits_what_it_absorbs() {
         // A factor known to s = 1 that looks like the effect leaves 1/(1 + n) of its square: Bayesian regression by hand.
         let column = vec![1.0; 9];
         let mut gram = Gram::of_prior(&[1.0], 1);

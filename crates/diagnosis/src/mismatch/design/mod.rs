@@ -6,7 +6,7 @@
 //!   J = ½ a² ‖(I - P[factors, e_j]) e_i‖²,       e white under the noise of the planned readings
 //! ```
 //!
-//! with every law solved in the structure itself, along the planned loads, holds and clock. Below J = 3 the pair cannot be told apart,
+//! with every law solved in the structure itself, along the planned loads, holds and clock. Below J = 3 the pair cannot be distinguished,
 //! from J = 5 on it will be. The rival may take any size and any course (seat, friction moment, time constant) that physics allows it;
 //! the smaller of the two directions counts.
 

@@ -9,14 +9,14 @@ use stiffbench_units_and_text::test_point::Direction;
 
 use super::advice::advice;
 use super::bench::{CAN_TELL, CANNOT_TELL, DesignBench, Suspect};
-use super::plans::{Loading, ProposedMeasurement, loadings};
+use super::plans::{LoadingPlan, ProposedMeasurement, loadings};
 use super::separation::{CellGram, Effects};
-use super::unexplained::look_closer;
+use super::unexplained::refine_scores;
 
 /// Pairs that are planned for, those with the largest posterior.
 const MOST_PAIRS: usize = 6;
 
-/// Two explanations that are not told apart.
+/// Two explanations that are indistinguishable.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct OpenPair {
     pub(super) effects: [usize; 2],
@@ -45,7 +45,7 @@ pub fn next_measurements(
 ) -> Result<Vec<ProposedMeasurement>, MismatchError> {
     let (fitted, pairs) = open_pairs(&diagnosis.findings);
     let closer = if diagnosis.verdict == Verdict::Unknown {
-        look_closer(bench, done, &diagnosis.left_over, base)
+        refine_scores(bench, done, &diagnosis.unexplained, base)
     } else {
         None
     };
@@ -199,12 +199,12 @@ pub(super) fn plan_for(
             });
         }
     }
-    let chosen = choose(&rated, pairs.len());
+    let selected = select(&rated, pairs.len());
     let mut out = Vec::new();
     for (place, pair) in pairs.iter().enumerate() {
         let [first, second] = pair.effects.map(|effect| &suspects[effect]);
         let separates = [first.to_string(), second.to_string()];
-        let plan = &rated[chosen[place]];
+        let plan = &rated[selected[place]];
         let reached = plan.log_lr[place];
         if reached >= CANNOT_TELL {
             out.push(ProposedMeasurement {
@@ -235,7 +235,7 @@ pub(super) fn plan_for(
 }
 
 /// For each pair the plan to follow.
-fn choose(rated: &[Rated], pairs: usize) -> Vec<usize> {
+fn select(rated: &[Rated], pairs: usize) -> Vec<usize> {
     let quickest = |wanted: &dyn Fn(&Rated) -> bool| {
         (0..rated.len())
             .filter(|&plan| wanted(&rated[plan]))
@@ -323,7 +323,7 @@ impl Coverage {
     }
 
     /// The plan in words, and as a procedure.
-    fn of(&self, bench: &DesignBench<'_>, loading: &Loading) -> (String, Procedure) {
+    fn of(&self, bench: &DesignBench<'_>, loading: &LoadingPlan) -> (String, Procedure) {
         let words = format!("{}, {}", self.words, loading.words);
         let poses = self.poses.iter().map(|&pose| bench.poses[pose].clone());
         let procedure = Procedure {

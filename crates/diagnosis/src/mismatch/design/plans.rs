@@ -26,7 +26,7 @@ pub struct ProposedMeasurement {
 }
 
 impl ProposedMeasurement {
-    /// Whether the pair will be told apart.
+    /// Whether the pair will be distinguished.
     #[must_use]
     pub fn decides(&self) -> bool {
         self.expected_log_lr.is_none_or(|j| j >= CAN_TELL)
@@ -34,13 +34,13 @@ impl ProposedMeasurement {
 }
 
 /// A way of loading, in words.
-pub(super) struct Loading {
+pub(super) struct LoadingPlan {
     pub(super) words: String,
     pub(super) procedure: Procedure,
 }
 
 /// Ways of loading, derived from a procedure; each can be followed.
-pub(super) fn loadings(base: &Procedure) -> Vec<Loading> {
+pub(super) fn loadings(base: &Procedure) -> Vec<LoadingPlan> {
     let sweeps = Procedure {
         unloading: false,
         repeat_order: RepeatOrder::Sweep,
@@ -104,8 +104,8 @@ pub(super) fn loadings(base: &Procedure) -> Vec<Loading> {
     out
 }
 
-fn loading(words: &str, name: &str, procedure: Procedure) -> Loading {
-    Loading {
+fn loading(words: &str, name: &str, procedure: Procedure) -> LoadingPlan {
+    LoadingPlan {
         words: words.to_owned(),
         procedure: Procedure {
             name: name.to_owned(),

@@ -6,11 +6,11 @@ use crate::mismatch::baseline::prior_sd;
 use crate::mismatch::candidate::candidates;
 use crate::mismatch::candidate_scores::{WhiteCandidate, score_candidates, white_candidates};
 use crate::mismatch::changes::Changes;
-use crate::mismatch::critical_values::{CriticalValues, critical_values};
+use crate::mismatch::critical_values::{LawCriticalValues, critical_values};
 use crate::mismatch::error::MismatchError;
 use crate::mismatch::observations::Observations;
 use crate::mismatch::problem::DiagnosisProblem;
-use crate::mismatch::refit::Fitted;
+use crate::mismatch::refit::FittedModel;
 use crate::mismatch::state::State;
 use crate::search::WhiteSpace;
 use crate::search::constants::NULL_SAMPLES;
@@ -35,7 +35,7 @@ pub struct DesignReport {
     pub minutes: f64,
     /// Each law at each place, in the order of the library.
     pub laws: Vec<LawDesign>,
-    /// Laws and places of which none can be told from the others whatever its size, up to the largest that is plausible.
+    /// Laws and places of which none can be distinguished from the others whatever its size, up to the largest that is plausible.
     pub inseparable: Vec<Vec<Suspect>>,
     /// Laws and places that these readings do not show at any plausible size.
     pub unseen: Vec<Unseen>,
@@ -70,7 +70,7 @@ pub struct LawDesign {
 /// A slip is not in it: its places are the loads themselves, and it is told from everything by its one run.
 ///
 /// # Arguments
-/// - `known`: limits worked out before for the same robot and plan; worked out here if `None`.
+/// - `known`: limits computed before for the same robot and plan; computed here if `None`.
 /// - `seed`: of the limits' draws.
 ///
 /// # Errors
@@ -78,13 +78,13 @@ pub struct LawDesign {
 pub fn design_of_plan(
     bench: &DesignBench<'_>,
     procedure: &Procedure,
-    known: Option<&CriticalValues>,
+    known: Option<&LawCriticalValues>,
     seed: u64,
 ) -> Result<DesignReport, MismatchError> {
     let observations = bench.observations(procedure)?;
     let (seen, space) = bench.white_candidates(&observations)?;
     let worked_out;
-    let limits = if let Some(known) = known {
+    let critical = if let Some(known) = known {
         known
     } else {
         let noise = NullNoise::normal(NULL_SAMPLES, seed);
@@ -92,7 +92,7 @@ pub fn design_of_plan(
         &worked_out
     };
     let root = |law: Law| {
-        let limit = limits.laws.values.get(&(law, false));
+        let limit = critical.laws.values.get(&(law, false));
         limit.map_or(f64::INFINITY, |limit| limit.sqrt())
     };
     let views: Vec<EasiestShape<'_>> = seen
@@ -164,12 +164,12 @@ impl DesignBench<'_> {
             &prior_sd(self.baseline),
             &columns,
         );
-        let frozen = predictor.frozen(&model.parameters, &[])?;
+        let linearised = predictor.linearised(&model.parameters, &[])?;
         // What happens once is nothing to plan for.
         let happens_once = Law::ALL.iter().filter(|law| law.is_of_one_run());
         let happens_once: Vec<Law> = happens_once.copied().collect();
-        let list = candidates(&observations, &frozen, &happens_once);
-        let changes = Changes::new(&observations, &frozen, &[]).ok_or(MismatchError::Empty)?;
+        let list = candidates(&observations, &linearised, &happens_once);
+        let changes = Changes::new(&observations, &linearised, &[]).ok_or(MismatchError::Empty)?;
         let nothing_left = vec![0.0; space.length];
         let engine = Batched::new(&space, &nothing_left);
         let shapes = score_candidates(&changes, &engine, list);
@@ -178,7 +178,7 @@ impl DesignBench<'_> {
             space.project(vector);
         }
         let state = State {
-            fitted: Fitted {
+            fitted: FittedModel {
                 model,
                 squares: 0.0,
             },

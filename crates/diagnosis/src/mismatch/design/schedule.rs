@@ -32,7 +32,7 @@ impl DesignBench<'_> {
         &self,
         procedure: &Procedure,
     ) -> Result<Observations, MismatchError> {
-        let mut clock = Clock {
+        let mut clock = ScheduleClock {
             rng: ChaCha8Rng::seed_from_u64(SEED),
             time_s: 0.0,
         };
@@ -57,7 +57,12 @@ impl DesignBench<'_> {
         self.lay_out(&cells, procedure.release_n())
     }
 
-    fn loads(&self, procedure: &Procedure, cell: u32, clock: &mut Clock) -> Vec<PlannedLoad> {
+    fn loads(
+        &self,
+        procedure: &Procedure,
+        cell: u32,
+        clock: &mut ScheduleClock,
+    ) -> Vec<PlannedLoad> {
         let released_s = procedure.release_n().map_or(0.0, |_| self.pace.release_s);
         let (mut force_n, mut hold_s) = (0.0, 0.0);
         let mut loads = Vec::new();
@@ -92,12 +97,12 @@ impl DesignBench<'_> {
     }
 }
 
-struct Clock {
+struct ScheduleClock {
     rng: ChaCha8Rng,
     time_s: f64,
 }
 
-impl Clock {
+impl ScheduleClock {
     fn varied(&mut self, mean_s: f64) -> f64 {
         mean_s * (1.0 + TIMES_VARY * (2.0 * self.rng.random::<f64>() - 1.0))
     }

@@ -7,7 +7,7 @@ use crate::mismatch::error::MismatchError;
 use crate::mismatch::observations::Observations;
 use crate::mismatch::problem::DiagnosisProblem;
 use crate::mismatch::refit::Model;
-use stiffbench_beams::physics::{Effect, Place, Sign, Twists};
+use stiffbench_beams::physics::{Effect, JointRotations, Place, SignConstraint};
 use stiffbench_units_and_text::test_point::Direction;
 
 use super::bench::DesignBench;
@@ -49,11 +49,11 @@ impl Effects {
         done: &Observations,
         fitted: Vec<Effect>,
     ) -> Result<Self, MismatchError> {
-        let frozen = bench
+        let linearised = bench
             .bench(done)
             .predictor()
-            .frozen(&bench.model().parameters, &[])?;
-        let known = candidates(done, &frozen, &[]);
+            .linearised(&bench.model().parameters, &[])?;
+        let known = candidates(done, &linearised, &[]);
         let count = fitted.len();
         let mut every = Self {
             all: fitted,
@@ -109,7 +109,7 @@ impl Effects {
             let parameters = self.all[rival].law.parameters;
             let any_sign = parameters
                 .first()
-                .is_some_and(|parameter| parameter.sign == Sign::Either);
+                .is_some_and(|parameter| parameter.sign == SignConstraint::Either);
             self.courses[rival]
                 .iter()
                 .map(|&course| projected.expected_log_lr(truth, course, any_sign))
@@ -154,7 +154,7 @@ impl<'a> DesignBench<'a> {
         let whitening = bench.whitening(&mut predictor, &model, &self.known_noise())?;
         let mut columns = bench.columns(&mut predictor, &model)?;
         let factors = columns.len();
-        let frozen = predictor.frozen(&model.parameters, &[])?;
+        let linearised = predictor.linearised(&model.parameters, &[])?;
         let mut without = vec![0.0; observations.len()];
         predictor.predict(&model.parameters, &[], &mut without)?;
         for effect in &effects.all {
@@ -165,7 +165,7 @@ impl<'a> DesignBench<'a> {
                 let loose = std::slice::from_ref(effect);
                 predictor.predict(&model.parameters, loose, &mut with)?;
             } else {
-                predict(&frozen, observations, effect, &mut with);
+                predict(&linearised, observations, effect, &mut with);
             }
             for (value, without) in with.iter_mut().zip(&without) {
                 *value -= without;
@@ -208,15 +208,15 @@ impl<'a> DesignBench<'a> {
 
 /// Displacements under an effect; a joint that is not there changes nothing.
 fn predict(
-    frozen: &LinearisedModel,
+    linearised: &LinearisedModel,
     observations: &Observations,
     effect: &Effect,
     out: &mut [f64],
 ) {
-    let mut twists = Twists::default();
-    let there = frozen.predict(observations, &[effect], &mut twists, out);
+    let mut joint_rotations = JointRotations::default();
+    let there = linearised.predict(observations, &[effect], &mut joint_rotations, out);
     if there.is_none() {
-        let none = frozen.predict(observations, &[], &mut twists, out);
+        let none = linearised.predict(observations, &[], &mut joint_rotations, out);
         debug_assert!(none.is_some());
     }
 }

@@ -1,4 +1,4 @@
-//! What can never be told apart, and how plans compare, on the shipped robots.
+//! What can never be distinguished, and how plans compare, on the shipped robots.
 
 use super::gram::Projected;
 use super::separation::Effects;
@@ -276,7 +276,7 @@ fn plans_compare_as_in_the_method() {
         rows.push(row);
     }
     let [load, shuffled, held, unload, held_unload, both] = [0, 1, 2, 3, 4, 5].map(|i| rows[i]);
-    // Loading alone does not tell play from friction, nor does a hold; shuffling does, unloading better, both signs best.
+    // Loading alone does not distinguish play from friction, nor does a hold; shuffling does, unloading better, both signs best.
     assert!(load[0] < 0.5 && held[0] < 0.5, "{rows:?}");
     assert!(shuffled[0] > 20.0 && unload[0] > shuffled[0] && both[0] > 2.0 * unload[0]);
     // Creep needs a hold.
@@ -348,7 +348,7 @@ fn pair(weight: f64) -> next::OpenPair {
 }
 
 #[test]
-fn the_next_measurement_is_quick_and_tells_apart() {
+fn the_next_measurement_is_short_and_distinguishes_the_rivals() {
     let (robot, poses) = (robot("hp-robot"), poses());
     let baseline = baseline(&robot, "A", &poses);
     let bench = bench(&baseline, &poses);

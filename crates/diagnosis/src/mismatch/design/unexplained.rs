@@ -40,7 +40,7 @@ fn loading_for(stratum: Stratum) -> (&'static str, &'static str) {
 /// - `done`: the readings already made.
 /// - `left`: where they fail.
 /// - `base`: the procedure by which they were made, or one like it.
-pub(super) fn look_closer(
+pub(super) fn refine_scores(
     bench: &DesignBench<'_>,
     done: &Observations,
     left: &Location,

@@ -20,7 +20,7 @@ pub struct NearRival {
     pub size_5: Option<f64>,
     /// Largest change of a reading at `size_5`, m.
     pub end_effect_5_m: Option<f64>,
-    /// Whether the two are not told apart at any plausible size.
+    /// Whether the two are indistinguishable at any plausible size.
     pub never: bool,
 }
 
@@ -88,7 +88,7 @@ impl<'a> EasiestShape<'a> {
     /// Multiple of the shape from which a rival's shape is told from it with an expected log-likelihood ratio, and the cosine of the two.
     ///
     /// The rival takes the size t within its range that comes nearest: J = ½ ‖s v - t w‖².
-    fn scale_against(&self, rival: &Shape, wanted: f64) -> f64 {
+    fn scale_against(&self, rival: &RivalShape, wanted: f64) -> f64 {
         let (vv, ww) = (self.shape.square, rival.square);
         let vw = rival.cosine * (vv * ww).sqrt();
         let free = (2.0 * wanted / (vv - vw * vw / ww).max(f64::MIN_POSITIVE)).sqrt();
@@ -105,7 +105,7 @@ impl<'a> EasiestShape<'a> {
     }
 
     /// Expected log-likelihood ratio of the shape as it stands against a rival's shape.
-    fn log_lr_against(&self, rival: &Shape) -> f64 {
+    fn log_lr_against(&self, rival: &RivalShape) -> f64 {
         let (vv, ww) = (self.shape.square, rival.square);
         let vw = rival.cosine.max(0.0) * (vv * ww).sqrt();
         let t = (vw / ww).clamp(rival.smallest, rival.largest);
@@ -113,7 +113,7 @@ impl<'a> EasiestShape<'a> {
     }
 
     /// Shapes of another candidate, as seen from this one.
-    fn shapes_of(&self, other: &WhiteCandidate) -> impl Iterator<Item = Shape> {
+    fn shapes_of(&self, other: &WhiteCandidate) -> impl Iterator<Item = RivalShape> {
         let own = &self.shape.vectors[0];
         let length = dot(own, own).sqrt();
         let shapes = other.shapes.iter().map(move |shape| {
@@ -121,7 +121,7 @@ impl<'a> EasiestShape<'a> {
                 |vector: &Vec<f64>| dot(own, vector) / (length * dot(vector, vector).sqrt());
             let cosine = along(&shape.vectors[0]);
             let either = shape.shape.scale[0] < 0.0;
-            Shape {
+            RivalShape {
                 cosine: match &shape.vectors[..] {
                     [_, second] => cosine.hypot(along(second)),
                     _ if either => cosine.abs(),
@@ -138,7 +138,7 @@ impl<'a> EasiestShape<'a> {
 }
 
 /// A rival's shape as seen from a view.
-struct Shape {
+struct RivalShape {
     /// With the sign that the rival's size can have.
     cosine: f64,
     square: f64,
@@ -167,7 +167,7 @@ pub(super) fn nearest(view: &EasiestShape<'_>, views: &[EasiestShape<'_>]) -> Ve
 /// How a rival is told from a view, and the multiple of the view's shape it takes.
 fn rival(view: &EasiestShape<'_>, other: &WhiteCandidate) -> Option<(NearRival, f64)> {
     let fixed = view.candidate.candidate.law.is_missing_element();
-    let hardness = |shape: &Shape| {
+    let hardness = |shape: &RivalShape| {
         if fixed {
             // The less is left, the harder.
             CAN_TELL / view.log_lr_against(shape).max(f64::MIN_POSITIVE)

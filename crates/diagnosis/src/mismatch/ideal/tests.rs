@@ -37,7 +37,7 @@ const SESSIONS: usize = 40_000;
 const NEAR: f64 = 4.0 * 0.5 / 200.0;
 
 #[test]
-fn an_effect_of_one_shape_is_found_as_often_as_a_normal_number_passes() {
+fn an_effect_of_one_shape_is_found_with_normal_power() {
     let ideal = along_readings(&[(laws::CREEP, vec![vec![1.0, 0.0, 0.0, 0.0]])], 9.0);
     for size in [2.0, 3.0, 4.5] {
         let sessions = ideal.sessions((laws::CREEP, &Place::Structure), size, SESSIONS, 5);
@@ -52,7 +52,7 @@ fn an_effect_of_one_shape_is_found_as_often_as_a_normal_number_passes() {
 }
 
 #[test]
-fn the_likelier_of_two_at_an_angle_is_wrong_as_often_as_half_their_distance_says() {
+fn the_error_rate_between_two_effects_is_the_normal_tail_of_half_their_distance() {
     // At 60 degrees, 4 standard errors long: 4 apart along the line between them, and 4 sin 60 from the nearest of the other's sizes.
     let (cosine, sine) = (0.5, 0.75_f32.sqrt());
     let laws = [
@@ -85,7 +85,7 @@ fn a_phase_makes_two_directions_one_effect() {
 }
 
 #[test]
-fn what_has_one_size_is_held_against_an_effect_with_it() {
+fn a_law_of_fixed_size_is_compared_with_an_effect_of_that_size() {
     let mut ideal = along_readings(&[(laws::LOOSE_MEMBER, vec![vec![1.0, 0.0, 0.0, 0.0]])], 9.0);
     let left =
         |ideal: &IdealSearch, effect: [f32; 4]| ideal.left_by(&ideal.candidates[0], &effect, 4.0);

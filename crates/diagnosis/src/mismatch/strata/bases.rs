@@ -24,11 +24,11 @@ pub(super) struct Stage<'a> {
 /// Orthonormal columns of each cell, stage by stage.
 #[derive(Debug, Clone)]
 pub(super) struct LocalBasis {
-    cells: Vec<CellBasis>,
+    cells: Vec<StratumBasis>,
 }
 
 #[derive(Debug, Clone)]
-struct CellBasis {
+struct StratumBasis {
     readings: Range<usize>,
     columns: CellColumns,
     /// Number of columns up to each stage.
@@ -48,7 +48,7 @@ impl LocalBasis {
             .iter()
             .enumerate()
             .map(|(index, cell)| {
-                let mut basis = CellBasis {
+                let mut basis = StratumBasis {
                     readings: cell.readings.clone(),
                     columns: Vec::new(),
                     ends: Vec::new(),

@@ -30,7 +30,7 @@ pub(super) struct Setting<'a> {
 const ABSORBS_NOTHING: f64 = 0.05;
 
 /// Global columns by what they are for.
-pub(super) struct Sets {
+pub(super) struct ColumnSets {
     pub(super) globals: Vec<GlobalColumn>,
     pub(super) model: Vec<usize>,
     pub(super) clock: Vec<usize>,
@@ -43,7 +43,7 @@ pub(super) fn bases(
     whitening: &NoiseCovariance,
     mixed: bool,
 ) -> [LocalBasis; 4] {
-    let cells = Columns { observations };
+    let cells = CellColumnSet { observations };
     let none = |_: usize| CellColumns::new();
     let zeros = |cell| cells.zeros(cell);
     let runs = |cell| cells.run_slopes(cell);
@@ -100,11 +100,11 @@ pub(super) fn bases(
 }
 
 /// Columns of one cell.
-struct Columns<'a> {
+struct CellColumnSet<'a> {
     observations: &'a Observations,
 }
 
-impl Columns<'_> {
+impl CellColumnSet<'_> {
     /// A function of force and place, with forces as shares of the largest.
     fn of(&self, cell: usize, value: impl Fn(f64, usize) -> f64) -> Vec<f64> {
         let readings = self.observations.cells[cell].readings.clone();
@@ -188,7 +188,7 @@ impl Columns<'_> {
 }
 
 /// All global columns, white.
-pub(super) fn sets(setting: &Setting<'_>) -> Sets {
+pub(super) fn sets(setting: &Setting<'_>) -> ColumnSets {
     let observations = setting.observations;
     let mut globals: Vec<GlobalColumn> = Vec::new();
     let mut push = |columns: Vec<Vec<f64>>, least_share: f64, least: &dyn Fn(usize) -> f64| {
@@ -213,7 +213,7 @@ pub(super) fn sets(setting: &Setting<'_>) -> Sets {
         TESTED,
         &|_| 0.0,
     );
-    Sets {
+    ColumnSets {
         globals,
         model,
         clock,

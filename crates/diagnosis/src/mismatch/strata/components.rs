@@ -10,12 +10,12 @@ use stiffbench_beams::physics::{Place, PoseMechanics};
 use stiffbench_units_and_text::test_point::{Branch, Direction};
 
 use super::contrasts::ErrorTerm;
-use super::decomposition::{Comparison, Decomposition, squares};
+use super::decomposition::{Decomposition, FitContrast, squares};
 use super::levels::{indicators, levels};
 use super::results::{Contrast, ExplainedShare, SuspectComponent};
 use super::tails::tail;
 
-/// Parts whose effects are as alike as this (cosine) cannot be told apart.
+/// Parts whose effects are as alike as this (cosine) cannot be distinguished.
 const INSEPARABLE: f64 = 0.98;
 
 /// Compliance of a joint times the stiffness of its loop, as linearised, beyond which even a pin does not do; above 1 for the poses
@@ -33,10 +33,10 @@ const HIDDEN: f64 = 1e-3;
 
 /// Parts of a structure with what they do in each cell.
 #[derive(Debug, Default)]
-pub(super) struct Parts(Vec<Part>);
+pub(super) struct SuspectComponents(Vec<ComponentResponse>);
 
 #[derive(Debug)]
-struct Part {
+struct ComponentResponse {
     component: SuspectComponent,
     /// Compliance along each cell's direction for a unit of compliance in the part, m/N.
     compliance: Vec<f64>,
@@ -48,42 +48,47 @@ struct Part {
 
 impl DiagnosisProblem<'_> {
     /// The parts of the baseline in a state.
-    pub(super) fn parts(&self, state: &State) -> Result<Parts, MismatchError> {
+    pub(super) fn parts(&self, state: &State) -> Result<SuspectComponents, MismatchError> {
         let parameters = &state.fitted.model.parameters;
-        let frozen = self.predictor().frozen(parameters, &[])?;
+        let linearised = self.predictor().linearised(parameters, &[])?;
         let cells = &self.observations.cells;
-        let mut parts: Vec<Part> = Vec::new();
+        let mut parts: Vec<ComponentResponse> = Vec::new();
         let squared = |levers: &[f64]| levers.iter().map(|m| m * m).collect::<Vec<f64>>();
-        for (joint, name) in frozen.joints.iter().enumerate() {
+        for (joint, name) in linearised.joints.iter().enumerate() {
             let lever = |cell: &ObservedCell| {
-                let levers = &frozen.poses[cell.pose].influence.levers_m;
+                let levers = &linearised.poses[cell.pose].influence.levers_m;
                 levers[joint][cell.direction.index()].abs()
             };
             let levers: Vec<f64> = cells.iter().map(lever).collect();
             let stiffness = |pose: &PoseMechanics| pose.influence.stiffness(joint, joint);
-            parts.push(Part {
-                stiffness: frozen
+            parts.push(ComponentResponse {
+                stiffness: linearised
                     .poses
                     .iter()
                     .map(stiffness)
                     .fold(f64::INFINITY, f64::min),
-                ..Part::new(Place::Joint(name.clone()), squared(&levers), Some(levers))
+                ..ComponentResponse::new(Place::Joint(name.clone()), squared(&levers), Some(levers))
             });
         }
         for axis in [Direction::X, Direction::Z] {
             let lever = |cell: &ObservedCell| {
-                frozen.poses[cell.pose].base_levers_m[axis.index()][cell.direction.index()].abs()
+                linearised.poses[cell.pose].base_levers_m[axis.index()][cell.direction.index()]
+                    .abs()
             };
             let levers: Vec<f64> = cells.iter().map(lever).collect();
             let compliance = squared(&levers);
-            parts.push(Part::new(Place::Axis(axis), compliance, Some(levers)));
+            parts.push(ComponentResponse::new(
+                Place::Axis(axis),
+                compliance,
+                Some(levers),
+            ));
         }
         for direction in Direction::ALL {
             let own = cells
                 .iter()
                 .map(|cell| f64::from(u8::from(cell.direction == direction)));
             let own: Vec<f64> = own.collect();
-            parts.push(Part::new(
+            parts.push(ComponentResponse::new(
                 Place::Direction(direction),
                 own.clone(),
                 Some(own),
@@ -96,19 +101,23 @@ impl DiagnosisProblem<'_> {
                     -element.gradient_m_per_n[cell.pose][property][cell.direction.index()]
                 });
                 let place = Place::Element(element.element.clone());
-                let part = Part::new(place, compliance.collect(), None);
+                let part = ComponentResponse::new(place, compliance.collect(), None);
                 parts.push(part.of_property(name));
             }
         }
         parts.retain(|part| part.compliance.iter().any(|value| *value != 0.0));
-        Ok(Parts(parts))
+        Ok(SuspectComponents(parts))
     }
 }
 
 impl Decomposition<'_> {
     /// Parts by how much of the misfit of the cells' slopes each explains alone.
-    pub(super) fn slope_components(&self, parts: &Parts, white: &[f64]) -> Vec<ExplainedShare> {
-        let contrast = |c: &&Comparison| c.contrast == Contrast::CellSlope;
+    pub(super) fn slope_components(
+        &self,
+        parts: &SuspectComponents,
+        white: &[f64],
+    ) -> Vec<ExplainedShare> {
+        let contrast = |c: &&FitContrast| c.contrast == Contrast::CellSlope;
         let Some(comparison) = self.comparisons.iter().find(contrast) else {
             return Vec::new();
         };
@@ -139,7 +148,11 @@ impl Decomposition<'_> {
     /// Joints and supports by how much of the curves, steps and loops over the load a law in each explains alone.
     ///
     /// The course over the load is left free; what is tested is its size from cell to cell, which follows the lever.
-    pub(super) fn shape_components(&self, parts: &Parts, white: &[f64]) -> Vec<ExplainedShare> {
+    pub(super) fn shape_components(
+        &self,
+        parts: &SuspectComponents,
+        white: &[f64],
+    ) -> Vec<ExplainedShare> {
         let (pattern, d1) = self.shape(white);
         let error = self.error(ErrorTerm::Pure, white);
         let misfit = Misfit {
@@ -192,7 +205,7 @@ struct Misfit {
 impl Misfit {
     fn explained_share(
         &self,
-        part: &Part,
+        part: &ComponentResponse,
         explained: f64,
         dof: f64,
         size: Option<f64>,
@@ -220,7 +233,7 @@ impl Misfit {
     }
 }
 
-impl Part {
+impl ComponentResponse {
     fn new(place: Place, compliance: Vec<f64>, lever: Option<Vec<f64>>) -> Self {
         Self {
             component: SuspectComponent {
@@ -253,7 +266,7 @@ impl Part {
     }
 }
 
-/// Those that are possible first, of these the most first; parts that cannot be told from an earlier one stand with it.
+/// Those that are possible first, of these the most first; parts that cannot be distinguished from an earlier one stand with it.
 fn grouped(mut ranked: Vec<(ExplainedShare, Vec<f64>)>) -> Vec<ExplainedShare> {
     ranked.sort_by(|(a, _), (b, _)| {
         let possible = b.possible.cmp(&a.possible);

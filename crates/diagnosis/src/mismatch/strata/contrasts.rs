@@ -78,7 +78,7 @@ pub(super) enum Common {
     Repeat,
 }
 
-/// A contrast before its spaces are worked out.
+/// A contrast before its spaces are computed.
 pub(super) struct Plan {
     pub(super) contrast: Contrast,
     pub(super) error: ErrorTerm,

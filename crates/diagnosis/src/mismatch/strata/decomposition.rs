@@ -11,7 +11,7 @@ use super::contrasts::{
 use super::results::{Contrast, Untested};
 
 /// A contrast: what one fit explains beyond another.
-pub(super) struct Comparison {
+pub(super) struct FitContrast {
     pub(super) contrast: Contrast,
     pub(super) error: ErrorTerm,
     basis: usize,
@@ -33,7 +33,7 @@ pub(super) struct Decomposition<'a> {
     globals: Vec<GlobalColumn>,
     #[cfg(test)]
     model: Vec<usize>,
-    pub(super) comparisons: Vec<Comparison>,
+    pub(super) comparisons: Vec<FitContrast>,
     run_slope: [Fit; 2],
     run_zero: [Fit; 2],
     shape: [Fit; 2],
@@ -104,7 +104,7 @@ impl<'a> Decomposition<'a> {
                 });
                 continue;
             }
-            comparisons.push(Comparison {
+            comparisons.push(FitContrast {
                 contrast: plan.contrast,
                 error: plan.error,
                 basis: plan.basis,
@@ -153,7 +153,7 @@ impl<'a> Decomposition<'a> {
     }
 
     /// What a contrast explains of a white vector, and its degrees of freedom.
-    pub(super) fn pattern(&self, comparison: &Comparison, white: &[f64]) -> (Vec<f64>, f64) {
+    pub(super) fn pattern(&self, comparison: &FitContrast, white: &[f64]) -> (Vec<f64>, f64) {
         self.between_fits(
             comparison.basis,
             &comparison.without,
@@ -165,7 +165,7 @@ impl<'a> Decomposition<'a> {
     /// The same for the part of the contrast that lies in some cells.
     pub(super) fn pattern_in(
         &self,
-        comparison: &Comparison,
+        comparison: &FitContrast,
         white: &[f64],
         inside: &dyn Fn(usize) -> bool,
     ) -> (Vec<f64>, f64) {
@@ -217,7 +217,7 @@ impl<'a> Decomposition<'a> {
     }
 
     /// What a contrast would explain of columns of readings (m), in white, with all that is taken out before it taken out.
-    pub(super) fn seen(&self, comparison: &Comparison, column_m: &[f64]) -> Vec<f64> {
+    pub(super) fn seen(&self, comparison: &FitContrast, column_m: &[f64]) -> Vec<f64> {
         self.pattern(comparison, &self.white(column_m)).0
     }
 

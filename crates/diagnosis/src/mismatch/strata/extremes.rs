@@ -10,7 +10,7 @@ use super::decomposition::{Decomposition, squares};
 use super::results::{Contrast, Spot, StratumTest};
 use super::tails::tail;
 
-/// Readings of which less than this share of their own error is left say nothing of themselves.
+/// Readings of which less than this share of their own error is left carry no information on themselves.
 const SAYS_NOTHING: f64 = 0.05;
 
 /// Degrees of freedom above which a variance counts as known.

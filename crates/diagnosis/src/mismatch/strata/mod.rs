@@ -14,7 +14,7 @@
 //!   hold            all but holds               the same
 //! ```
 //!
-//! Everything is worked out on white readings with the derivatives to the model's parameters taken out. The contrasts are orthogonal to
+//! Everything is computed on white readings with the derivatives to the model's parameters taken out. The contrasts are orthogonal to
 //! what they are tested against, so with normal noise each ratio is exactly F, whatever the size of the noise; within runs also whatever
 //! the scatter of zeros and slopes, which are taken out whole. The family is all tests together, by Holm's step-down (Scand. J. Statist. 6
 //! (1979) 65), which needs no independence.
@@ -123,7 +123,7 @@ impl DiagnosisProblem<'_> {
         let parts = if slopes || shapes {
             self.parts(state)?
         } else {
-            components::Parts::default()
+            components::SuspectComponents::default()
         };
         Ok(Located {
             slope_components: if slopes {

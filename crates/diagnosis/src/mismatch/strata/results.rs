@@ -88,7 +88,7 @@ impl Contrast {
             Self::Repeat => "no load sequence was repeated",
             Self::CellOffset => "the zeros are taken by the slopes of the runs",
             Self::Clock if !observations.recorded.time => "no times were recorded",
-            Self::Clock => "the clock ran with the load: it cannot be told from it",
+            Self::Clock => "time and load increase together: they cannot be distinguished",
             Self::Sign => "the loads have one sign",
             Self::Curve => "two loads show no curve",
             Self::LoadStep => "there are no more levels of load than a smooth curve fits",
@@ -238,7 +238,7 @@ impl fmt::Display for SuspectComponent {
 pub struct ExplainedShare {
     /// The part.
     pub component: SuspectComponent,
-    /// Parts that cannot be told from it with these cells.
+    /// Parts that cannot be distinguished from it with these cells.
     pub alike: Vec<SuspectComponent>,
     /// Share of the misfit's squares, the factors refitted: cosine² of the two patterns.
     pub share: f64,

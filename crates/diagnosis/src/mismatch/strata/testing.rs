@@ -4,7 +4,7 @@ use crate::mismatch::observations::Observations;
 use crate::mismatch::restricted_likelihood::EstimatedNoise;
 use stiffbench_units_and_text::test_point::Direction;
 
-use super::decomposition::{Comparison, Decomposition, squares};
+use super::decomposition::{Decomposition, FitContrast, squares};
 use super::extremes::Period;
 use super::results::{Contrast, STRATUM_LEVEL, Spot, StratumTest, Untested};
 use super::tails::{holm, tail};
@@ -69,7 +69,7 @@ impl Decomposition<'_> {
         (tests, untested)
     }
 
-    pub(super) fn test(&self, comparison: &Comparison, white: &[f64]) -> StratumTest {
+    pub(super) fn test(&self, comparison: &FitContrast, white: &[f64]) -> StratumTest {
         let (pattern, d1) = self.pattern(comparison, white);
         let (error, d2) = self.error(comparison.error, white);
         let statistic = (squares(&pattern) / d1) / (error / d2).max(f64::MIN_POSITIVE);
@@ -95,7 +95,7 @@ impl Decomposition<'_> {
     }
 
     /// Each pose, direction and cell alone.
-    fn spots(&self, comparison: &Comparison, test: &StratumTest, white: &[f64]) -> Vec<Spot> {
+    fn spots(&self, comparison: &FitContrast, test: &StratumTest, white: &[f64]) -> Vec<Spot> {
         let (error, d2) = self.error(comparison.error, white);
         let whole = squares(&self.pattern(comparison, white).0);
         let mut spots: Vec<(Spot, f64)> = groups(self.observations)

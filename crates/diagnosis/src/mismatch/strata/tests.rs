@@ -5,7 +5,6 @@ use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, StandardNormal};
 
 use super::decomposition::squares;
-use super::tails::holm;
 use super::*;
 use crate::mismatch::KnownNoise;
 use crate::mismatch::noise::NoiseCovariance;
@@ -194,7 +193,7 @@ fn up_and_down(mechanism: &str, check: impl FnOnce(&Fixture, &DiagnosisProblem<'
     check(&fixture, &bench, &ready);
 }
 
-const DRAWS: usize = 2000;
+const NULL_SAMPLES: usize = 2000;
 
 /// Distance that 2000 uniform values exceed once in ten thousand (Kolmogorov's limit law: 2 exp(-2 n d²)).
 const FARTHEST: f64 = 0.0497;
@@ -208,7 +207,7 @@ fn on_noise_every_chance_is_uniform() {
         let mut chances: std::collections::BTreeMap<Contrast, Vec<f64>> =
             std::collections::BTreeMap::new();
         let mut families = 0;
-        for seed in 0..DRAWS as u64 {
+        for seed in 0..NULL_SAMPLES as u64 {
             let white = white_noise(fixture.observations.len(), seed);
             let (tests, _) = decomposition.tests(&white, &periods, Some(&known));
             families += usize::from(tests.iter().any(|test| test.p_family <= 0.05));
@@ -236,15 +235,18 @@ fn on_noise_every_chance_is_uniform() {
             if matches!(contrast, Contrast::Outlier | Contrast::Period) {
                 // Bonferroni's bound: not uniform, never too small.
                 let small = values.iter().filter(|p| **p <= 0.05).count();
-                assert!(small <= 130, "{contrast:?}: {small} of {DRAWS}");
-                assert!(small >= 20, "{contrast:?}: {small} of {DRAWS}");
+                assert!(small <= 130, "{contrast:?}: {small} of {NULL_SAMPLES}");
+                assert!(small >= 20, "{contrast:?}: {small} of {NULL_SAMPLES}");
                 continue;
             }
             let distance = distance_from_uniform(&mut values);
             assert!(distance < FARTHEST, "{contrast:?}: {distance}");
         }
         // Holm: at most 5 %; 130 of 2000 is three standard deviations above.
-        assert!((50..=130).contains(&families), "{families} of {DRAWS}");
+        assert!(
+            (50..=130).contains(&families),
+            "{families} of {NULL_SAMPLES}"
+        );
     });
 }
 
@@ -259,7 +261,7 @@ fn within_runs_the_scatter_of_zeros_and_slopes_need_not_be_known() {
         let real = ready(bench, &truth);
         let decomposition = assumed.decomposition(&fixture.observations);
         let mut chances = vec![Vec::new(); 4];
-        for seed in 0..DRAWS as u64 {
+        for seed in 0..NULL_SAMPLES as u64 {
             let mut readings_m = white_noise(fixture.observations.len(), seed);
             real.whitening.covariance.unwhiten(&mut readings_m);
             let white = decomposition.white(&readings_m);
@@ -430,7 +432,7 @@ fn a_compliant_joint_carries_the_misfit_of_slopes() {
 }
 
 #[test]
-fn what_a_plan_lacks_is_said() {
+fn missing_features_of_a_plan_are_listed() {
     // One load up, no hold, one sign: no curve, no branch, no hold, no sign.
     let two_loads = fixture(&[0.0, -70.0], false);
     let nothing = effect(laws::JOINT_COMPLIANCE, joint("A3"), &[1e-12]);
@@ -485,15 +487,4 @@ fn play_under_both_signs_is_a_step_and_odd() {
     assert_eq!(strata(&found).first(), Some(&Stratum::LoadStep));
     let sign = found.tests.iter().find(|t| t.contrast == Contrast::Sign);
     assert!(sign.is_some_and(|test| test.p > 0.01), "{sign:?}");
-}
-
-#[test]
-fn holm_steps_down() {
-    // Holm's own rule by hand: 4 · 0.01, 3 · 0.015, then never less.
-    let family = holm(&[0.03, 0.01, 0.015, 0.9]);
-    let expected = [0.06, 0.04, 0.045, 0.9];
-    for (found, expected) in family.iter().zip(expected) {
-        assert!((found - expected).abs() < 1e-12, "{family:?}");
-    }
-    assert_eq!(holm(&[0.4, 0.5]), [0.8, 0.8]);
 }

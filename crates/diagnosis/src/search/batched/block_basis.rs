@@ -5,7 +5,7 @@
 
 use std::ops::Range;
 
-use stiffbench_numeric::lanes::sums_of_blocks;
+use stiffbench_numeric::simd::sums_of_blocks;
 
 use crate::search::constants::{LEFT_OUT, MOST_DIRECTIONS, SAMPLES_TOGETHER};
 use crate::search::engine::NullShape;
@@ -22,13 +22,13 @@ pub(super) struct BlockBasis {
 /// Directions of all groups.
 #[derive(Debug)]
 pub(super) struct Directions {
-    blocks: Vec<Block>,
+    blocks: Vec<BasisBlock>,
     count: usize,
 }
 
 /// Directions of all groups in one block.
 #[derive(Debug)]
-struct Block {
+struct BasisBlock {
     rows: Range<usize>,
     /// Columns of all bases, one after the other.
     columns: Vec<f32>,
@@ -107,7 +107,7 @@ impl Directions {
     /// # Arguments
     /// - `blocks`: rows of each.
     pub(super) fn new(blocks: &[Range<usize>]) -> Self {
-        let block = |rows: &Range<usize>| Block {
+        let block = |rows: &Range<usize>| BasisBlock {
             rows: rows.clone(),
             columns: Vec::new(),
             places: Vec::new(),

@@ -3,7 +3,7 @@
 use faer::linalg::matmul::matmul;
 use faer::{Accum, MatMut, MatRef, Par};
 
-use stiffbench_numeric::lanes::widest;
+use stiffbench_numeric::simd::widest;
 
 use crate::search::constants::LEFT_OUT;
 

@@ -16,7 +16,7 @@ use std::ops::Range;
 
 use rayon::prelude::*;
 
-use stiffbench_numeric::lanes::{sums_side_by_side, widest};
+use stiffbench_numeric::simd::{sums_side_by_side, widest};
 
 use super::constants::{CANCELLED, SAMPLES_TOGETHER};
 use super::covariance::LowRankBlock;
@@ -24,7 +24,7 @@ use super::engine::{Moments, NullMaxima, NullShape, PairMoments, ScoreEngine};
 use super::null_noise::NullNoise;
 use super::vectors::dot;
 use super::white_space::WhiteSpace;
-use null_table::{BlockMaxima, NullTable, Scratch};
+use null_table::{BlockMaxima, NullScratch, NullTable};
 
 /// Scores by products with a few columns of each block of rows.
 #[derive(Debug)]
@@ -155,7 +155,7 @@ impl ScoreEngine for Batched<'_> {
         let table = NullTable::new(self.space, blocks, families, shapes);
         let maxima: Vec<BlockMaxima> = (0..noise.blocks())
             .into_par_iter()
-            .map_init(Scratch::default, |scratch, block| {
+            .map_init(NullScratch::default, |scratch, block| {
                 table.maxima(&mut noise.block(block, self.space.length), scratch)
             })
             .collect();

@@ -13,7 +13,7 @@ use faer::linalg::matmul::matmul;
 use faer::{Accum, MatMut, MatRef, Par};
 use rayon::prelude::*;
 
-use stiffbench_numeric::lanes::sums_of_blocks;
+use stiffbench_numeric::simd::sums_of_blocks;
 
 use super::block_basis::{BlockBasis, Directions, Source, left_out};
 use super::low_rank::LowRank;
@@ -30,12 +30,12 @@ pub(super) struct NullTable {
     /// The basis of the baseline, column by column.
     absorbed: Vec<f32>,
     directions: Directions,
-    parts: Vec<Part>,
+    parts: Vec<SamplePart>,
 }
 
 /// Noise along directions and along the low-rank basis of a part; memory of one thread.
 #[derive(Debug, Default)]
-pub(super) struct Scratch {
+pub(super) struct NullScratch {
     directions: Vec<[f32; SAMPLES_TOGETHER]>,
     basis: Vec<[f32; SAMPLES_TOGETHER]>,
 }
@@ -49,7 +49,7 @@ pub(super) struct BlockMaxima {
 }
 
 /// Vectors of one group that live in the same blocks.
-struct Group {
+struct VectorGroup {
     shapes: Vec<NullShape>,
     /// Blocks by number, and the basis in each.
     bases: Vec<(usize, BlockBasis)>,
@@ -57,18 +57,18 @@ struct Group {
 
 /// Vectors that are sums over the same directions.
 #[derive(Debug)]
-struct Part {
+struct SamplePart {
     source: Source,
     /// Shares of the directions in a low-rank basis, one vector after the other; `None` if the vectors are sums over the directions.
     basis: Option<Vec<f32>>,
     /// Shares of the basis or else of the directions, vector by vector.
     shares: Vec<f32>,
-    scores: Vec<Score>,
+    scores: Vec<VectorScore>,
 }
 
 /// What is asked of the product with a vector.
 #[derive(Debug, Clone, Copy)]
-struct Score {
+struct VectorScore {
     family: usize,
     of: Of,
 }
@@ -106,9 +106,9 @@ impl NullTable {
             let group = alike.entry((shape.group, lived_in)).or_default();
             group.push(shape);
         }
-        let groups: Vec<Group> = alike
+        let groups: Vec<VectorGroup> = alike
             .into_par_iter()
-            .map(|((_, lived_in), shapes)| Group::new(&lived_in, shapes, blocks))
+            .map(|((_, lived_in), shapes)| VectorGroup::new(&lived_in, shapes, blocks))
             .collect();
         let mut directions = Directions::new(blocks);
         let sources: Vec<Source> = groups
@@ -134,7 +134,7 @@ impl NullTable {
     ///
     /// # Arguments
     /// - `noise`: white noise, [`SAMPLES_TOGETHER`] samples of each row, one row after the other; overwritten.
-    pub(super) fn maxima(&self, noise: &mut [f32], scratch: &mut Scratch) -> BlockMaxima {
+    pub(super) fn maxima(&self, noise: &mut [f32], scratch: &mut NullScratch) -> BlockMaxima {
         self.project(noise);
         let (noise, _) = noise.as_chunks();
         let mut squares = [0.0_f32; SAMPLES_TOGETHER];
@@ -188,7 +188,7 @@ fn lived_on(block: &Range<usize>, shapes: &[NullShape]) -> Range<usize> {
     first..last + 1
 }
 
-impl Group {
+impl VectorGroup {
     fn new(lived_in: &[usize], shapes: Vec<NullShape>, blocks: &[Range<usize>]) -> Self {
         let basis = |block: &usize| match lived_in {
             [_] => BlockBasis::of_rows(&lived_on(&blocks[*block], &shapes)),
@@ -203,7 +203,7 @@ impl Group {
         }
     }
 
-    fn parts(&self, space: &WhiteSpace, source: &Source) -> Vec<Part> {
+    fn parts(&self, space: &WhiteSpace, source: &Source) -> Vec<SamplePart> {
         let vectors: usize = self.shapes.iter().map(|shape| shape.units.len()).sum();
         let each = self
             .shapes
@@ -211,12 +211,12 @@ impl Group {
             .div_ceil(vectors.div_ceil(VECTORS_TOGETHER).max(1));
         let parts = self.shapes.chunks(each);
         parts
-            .map(|shapes| Part::new(space, shapes, &self.bases, source.clone()))
+            .map(|shapes| SamplePart::new(space, shapes, &self.bases, source.clone()))
             .collect()
     }
 }
 
-impl Part {
+impl SamplePart {
     fn new(
         space: &WhiteSpace,
         shapes: &[NullShape],
@@ -243,14 +243,14 @@ impl Part {
             source,
             basis,
             shares,
-            scores: shapes.iter().flat_map(Score::of).collect(),
+            scores: shapes.iter().flat_map(VectorScore::of).collect(),
         }
     }
 
     fn add_to(
         &self,
         noise: &[[f32; SAMPLES_TOGETHER]],
-        scratch: &mut Scratch,
+        scratch: &mut NullScratch,
         largest: &mut [[f32; SAMPLES_TOGETHER]],
     ) {
         let mut along = match &self.source {
@@ -280,7 +280,7 @@ impl Part {
     }
 }
 
-impl Score {
+impl VectorScore {
     /// What is asked of the products with the vectors of one [`NullShape`].
     fn of(shape: &NullShape) -> impl Iterator<Item = Self> {
         let size = || {

@@ -39,7 +39,7 @@ fn described(
     y: &[f64],
     parameters: Vec<Parameter>,
     mode: SigmaMode,
-) -> Result<Covariance, LeastSquaresError> {
+) -> Result<ParameterCovariance, LeastSquaresError> {
     let mut problem = Linear {
         rows: rows.iter().map(|row| row.to_vec()).collect(),
         y: y.to_vec(),

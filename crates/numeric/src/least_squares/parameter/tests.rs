@@ -113,7 +113,7 @@ fn a_circle_of_ties_is_named() {
 }
 
 #[test]
-fn a_parameter_tied_to_itself_is_a_circle() {
+fn a_parameter_tied_to_itself_is_an_error() {
     let error = error_of(vec![
         Parameter::tied("a", 0, 1.0),
         Parameter::unbounded("b", 0.0),

@@ -85,7 +85,7 @@ fn of_a_line_the_profile_is_the_quadratic_interval() {
 }
 
 #[test]
-fn of_a_curved_model_the_ends_are_the_exact_ones_and_the_difference_is_told() {
+fn a_curved_model_has_exact_interval_ends_and_reports_the_difference() {
     let found = profiled(
         &mut logarithm(2.0),
         vec![Parameter::unbounded("u", 1.0)],
@@ -178,7 +178,7 @@ fn a_region_without_a_value_stops_the_walk_at_its_edge() {
 }
 
 #[test]
-fn a_lower_minimum_met_on_the_way_is_told() {
+fn a_lower_minimum_met_while_profiling_is_reported() {
     // A fit that was stopped at its start; refitting `a` alone already does better.
     let mut line = Curve(3, |p: &[f64], i| {
         (p[0] + p[1] * i as f64 - 10.0, vec![1.0, i as f64])

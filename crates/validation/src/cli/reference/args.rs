@@ -21,7 +21,7 @@ pub(crate) enum ReferenceCommand {
     /// Write the robot in a pose as a mesh of solids for CalculiX
     Export(ExportArgs),
     /// Run CalculiX on a model that was exported, and keep the displacements
-    Run(RunArgs),
+    Run(ReferenceRunArgs),
     /// The paper's Table IV on it: fitted beams beside the solids, elements, times, largest difference
     Compare(ReferenceCompareArgs),
 }
@@ -67,7 +67,7 @@ pub(crate) struct ExportArgs {
 
 /// Arguments of `reference run`.
 #[derive(Debug, Args)]
-pub(crate) struct RunArgs {
+pub(crate) struct ReferenceRunArgs {
     /// Folder of a model that was exported
     #[arg(value_name = "DIR")]
     pub(crate) folder: PathBuf,

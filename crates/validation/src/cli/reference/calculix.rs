@@ -7,7 +7,7 @@ use std::time::Instant;
 
 use serde_json::json;
 
-use super::args::RunArgs;
+use super::args::ReferenceRunArgs;
 use crate::cli::error::ValidationError;
 use crate::reference::{
     LoadCase, PoseModel, ReferenceCell, ReferenceModel, ReferenceRecord, RunBy, end_displacement_m,
@@ -17,12 +17,12 @@ use stiffbench::cli::failure::{CliError, Failure};
 use stiffbench::cli::figure_files::write;
 use stiffbench::cli::outcome::Outcome;
 use stiffbench::cli::progress::{progress, step_on};
-use stiffbench::report::{TextTable, significant};
+use stiffbench::report::{AlignedTable, significant};
 
 use super::{LIST_FILE, MODEL_FILE, RECORD_FILE, read};
 
 /// Runs every case of a model and keeps the displacements.
-pub(crate) fn run_calculix(args: &RunArgs, global: &Global) -> Result<Outcome, Failure> {
+pub(crate) fn run_calculix(args: &ReferenceRunArgs, global: &Global) -> Result<Outcome, Failure> {
     let file = args.folder.join(MODEL_FILE);
     let model = ReferenceModel::parse(&file.display().to_string(), &read(&file)?)?;
     let mut record = ReferenceRecord {
@@ -41,7 +41,7 @@ pub(crate) fn run_calculix(args: &RunArgs, global: &Global) -> Result<Outcome, F
         .iter()
         .flat_map(|pose| pose.cases.iter().map(move |case| (pose, case)));
     let bar = progress(global, "CalculiX", cases.clone().count() as u64);
-    let mut table = TextTable::new(&["case", "displacement, um", "time, s"]);
+    let mut table = AlignedTable::new(&["case", "displacement, um", "time, s"]);
     for (pose, case) in cases {
         let cell = match earlier.iter().find(|cell| cell.is_of(pose, case)) {
             Some(cell) => cell.clone(),
@@ -78,7 +78,7 @@ pub(crate) fn run_calculix(args: &RunArgs, global: &Global) -> Result<Outcome, F
 }
 
 /// What a run of the same model by the same program computed before it was stopped; nothing if it came to its end.
-fn of_a_stopped_run(args: &RunArgs, now: &ReferenceRecord) -> Vec<ReferenceCell> {
+fn of_a_stopped_run(args: &ReferenceRunArgs, now: &ReferenceRecord) -> Vec<ReferenceCell> {
     let file = args.folder.join(RECORD_FILE);
     let text = fs::read_to_string(&file).unwrap_or_default();
     let Ok(before) = ReferenceRecord::parse(&file.display().to_string(), &text) else {
@@ -120,7 +120,11 @@ fn version_of(program: &Path) -> Result<String, ValidationError> {
 }
 
 /// Runs one case and reads the displacement of the end.
-fn run_case(args: &RunArgs, pose: &PoseModel, case: &LoadCase) -> Result<ReferenceCell, Failure> {
+fn run_case(
+    args: &ReferenceRunArgs,
+    pose: &PoseModel,
+    case: &LoadCase,
+) -> Result<ReferenceCell, Failure> {
     let of_job = |ending: &str| args.folder.join(format!("{}.{ending}", case.job));
     let dat = of_job("dat");
     // What an earlier run left must not pass for this one's.

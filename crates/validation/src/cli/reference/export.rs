@@ -12,7 +12,7 @@ use stiffbench::analysis::{Inputs, ModelChoice, ReadError, ResolvedModel, resolv
 use stiffbench::cli::failure::{CliError, Failure};
 use stiffbench::cli::figure_files::write;
 use stiffbench::cli::outcome::Outcome;
-use stiffbench::report::{TextTable, significant};
+use stiffbench::report::{AlignedTable, significant};
 use stiffbench::robot::{JointModel, MechanismModel, Theory};
 use stiffbench::test_point::{Direction, PoseId};
 
@@ -27,23 +27,25 @@ pub(crate) fn export(args: &ExportArgs) -> Result<Outcome, Failure> {
         factors: Some(args.factors.clone()),
         ..ModelChoice::default()
     };
-    let chosen = resolve(&choice, None)?;
-    let poses = match (args.pose.as_slice(), chosen.robot.poses.first()) {
+    let resolved = resolve(&choice, None)?;
+    let poses = match (args.pose.as_slice(), resolved.robot.poses.first()) {
         ([], Some(first)) => vec![first.id.clone()],
         ([], None) => {
             return Err(CliError::Argument {
                 argument: "--pose".to_owned(),
-                problem: format!("{} has no named pose", chosen.source.name),
+                problem: format!("{} has no named pose", resolved.source.name),
                 help: Some("add [poses.NAME] to the robot file".to_owned()),
             }
             .into());
         }
         (names, _) => names.iter().map(|name| PoseId::new(name)).collect(),
     };
-    let mut model = empty_model(&chosen, args)?;
+    let mut model = empty_model(&resolved, args)?;
     for pose in &poses {
-        let solids = solids_in(&chosen, pose, args.size_mm)?;
-        model.poses.push(write_pose(args, &chosen, pose, &solids)?);
+        let solids = solids_in(&resolved, pose, args.size_mm)?;
+        model
+            .poses
+            .push(write_pose(args, &resolved, pose, &solids)?);
         if model.members.is_empty() {
             model.beams = solids.members.len();
             model.members = solids.members;
@@ -56,8 +58,8 @@ pub(crate) fn export(args: &ExportArgs) -> Result<Outcome, Failure> {
         format!("{:#}\n", json!(model)).as_bytes(),
     )?;
     Ok(Outcome::new("reference-export", text, data)
-        .with_inputs(Inputs::default().with_model(&chosen))
-        .with_warnings(chosen.warnings))
+        .with_inputs(Inputs::default().with_model(&resolved))
+        .with_warnings(resolved.warnings))
 }
 
 /// Refuses loads that move nothing, poses named twice, and a folder in use.
@@ -105,8 +107,8 @@ fn check_export(args: &ExportArgs) -> Result<(), CliError> {
     Ok(())
 }
 
-fn empty_model(chosen: &ResolvedModel, args: &ExportArgs) -> Result<ReferenceModel, Failure> {
-    let path = Path::new(&chosen.source.name);
+fn empty_model(resolved: &ResolvedModel, args: &ExportArgs) -> Result<ReferenceModel, Failure> {
+    let path = Path::new(&resolved.source.name);
     // Read again from wherever the program is run.
     let robot = if path.is_file() {
         path.canonicalize().map_err(ReadError::of(path))?
@@ -117,10 +119,10 @@ fn empty_model(chosen: &ResolvedModel, args: &ExportArgs) -> Result<ReferenceMod
         schema: ReferenceModel::schema(),
         software: env!("CARGO_PKG_VERSION").to_owned(),
         robot: robot.display().to_string(),
-        robot_sha256: sha256(&chosen.source.text),
-        mechanism: chosen.mechanism.clone(),
-        factors: chosen.factors_name.clone(),
-        factor_values: [chosen.factors.beam, chosen.factors.link],
+        robot_sha256: sha256(&resolved.source.text),
+        mechanism: resolved.mechanism.clone(),
+        factors: resolved.factors_name.clone(),
+        factor_values: [resolved.factors.beam, resolved.factors.link],
         beams: 0,
         element: "C3D20R".to_owned(),
         size_mm: args.size_mm,
@@ -130,15 +132,15 @@ fn empty_model(chosen: &ResolvedModel, args: &ExportArgs) -> Result<ReferenceMod
     })
 }
 
-fn solids_in(chosen: &ResolvedModel, pose: &PoseId, size_mm: f64) -> Result<SolidModel, Failure> {
-    let robot = &chosen.robot;
-    let mechanism = robot.mechanism(Some(&chosen.mechanism))?;
+fn solids_in(resolved: &ResolvedModel, pose: &PoseId, size_mm: f64) -> Result<SolidModel, Failure> {
+    let robot = &resolved.robot;
+    let mechanism = robot.mechanism(Some(&resolved.mechanism))?;
     let mut beams = MechanismModel::new(
         robot,
         mechanism,
         &JointModel::Rigid,
         Theory::EulerBernoulli,
-        &chosen.factors,
+        &resolved.factors,
     )?;
     beams.place(robot.pose(pose)?)?;
     let names: Vec<&str> = beams.members().map(|member| member.name.as_str()).collect();
@@ -148,7 +150,7 @@ fn solids_in(chosen: &ResolvedModel, pose: &PoseId, size_mm: f64) -> Result<Soli
 /// Writes mesh and cases of one pose.
 fn write_pose(
     args: &ExportArgs,
-    chosen: &ResolvedModel,
+    resolved: &ResolvedModel,
     pose: &PoseId,
     solids: &SolidModel,
 ) -> Result<PoseModel, Failure> {
@@ -165,7 +167,7 @@ fn write_pose(
         ),
         format!(
             "{}, mechanism {}, pose {pose}, factors {}",
-            chosen.robot.name, chosen.mechanism, chosen.factors_name
+            resolved.robot.name, resolved.mechanism, resolved.factors_name
         ),
     ];
     write(&args.out.join(&file), solids.deck(&about).as_bytes())?;
@@ -192,7 +194,7 @@ fn write_pose(
 }
 
 fn export_text(model: &ReferenceModel, folder: &Path) -> String {
-    let mut table = TextTable::new(&[
+    let mut table = AlignedTable::new(&[
         "member",
         "length, mm",
         "along y, mm",

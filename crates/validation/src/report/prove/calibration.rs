@@ -5,7 +5,7 @@ use std::fmt::Write;
 use serde_json::{Value, json};
 
 use crate::prove::{CalibrationRow, Share, Variant};
-use stiffbench::report::TextTable;
+use stiffbench::report::AlignedTable;
 use stiffbench::search::constants::{LAW_LEVEL, UNEXPLAINED_LEVEL};
 
 use super::{share_json, share_words};
@@ -31,7 +31,7 @@ pub fn calibration_text(rows: &[CalibrationRow]) -> String {
         100.0 * LAW_LEVEL,
         100.0 * UNEXPLAINED_LEVEL
     );
-    let mut table = TextTable::new(&[
+    let mut table = AlignedTable::new(&[
         "variant",
         "bench",
         "alarms",

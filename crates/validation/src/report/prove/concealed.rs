@@ -5,11 +5,11 @@ use std::fmt::Write;
 
 use serde_json::{Value, json};
 
-use crate::prove::{Named, Outcome, Score, Set, Share, TruthScore, promises};
+use crate::prove::{NamedCause, Score, Set, Share, TruthScore, VerdictOutcome, criteria};
 use stiffbench::mismatch::Verdict;
 
-use super::{promise_table, promises_json, share_json, share_words};
-use stiffbench::report::TextTable;
+use super::{criteria_json, criteria_table, share_json, share_words};
+use stiffbench::report::AlignedTable;
 
 /// What the modes of concealment are.
 const MODES: [(&str, &str); 10] = [
@@ -42,7 +42,7 @@ pub fn concealed_text(scores: &[Score]) -> String {
         );
         text.push_str(&modes_table(&of_set));
         text.push('\n');
-        text.push_str(&promise_table(&promises(&of_set)));
+        text.push_str(&criteria_table(&criteria(&of_set)));
         text.push('\n');
         text.push_str(&failures(&of_set));
         text.push('\n');
@@ -51,11 +51,11 @@ pub fn concealed_text(scores: &[Score]) -> String {
 }
 
 fn modes_table(scores: &[Score]) -> String {
-    let outcomes: BTreeSet<Outcome> = scores.iter().map(|score| score.outcome).collect();
+    let outcomes: BTreeSet<VerdictOutcome> = scores.iter().map(|score| score.outcome).collect();
     let mut heads = vec!["mode", "sessions"];
     heads.extend(outcomes.iter().map(|outcome| outcome.name()));
     heads.extend(["right, %", "95 % interval"]);
-    let mut rows = TextTable::new(&heads);
+    let mut rows = AlignedTable::new(&heads);
     let mut add = |name: String, of_mode: &[&Score]| {
         let mut cells = vec![name, of_mode.len().to_string()];
         for outcome in &outcomes {
@@ -93,10 +93,13 @@ fn failures(scores: &[Score]) -> String {
         );
         for truth in &score.truths {
             for padding in &truth.padding {
-                let _ = writeln!(text, "    told apart, and named all the same: {padding}");
+                let _ = writeln!(
+                    text,
+                    "    distinguishable, and named all the same: {padding}"
+                );
             }
             for rival in &truth.left_out {
-                let _ = writeln!(text, "    not told apart, and left out: {rival}");
+                let _ = writeln!(text, "    indistinguishable, and left out: {rival}");
             }
         }
     }
@@ -117,7 +120,7 @@ pub fn concealed_json(scores: &[Score]) -> Value {
             .filter_map(|(mode, _)| {
                 let of_mode: Vec<&Score> = of_set.iter().filter(|s| s.mode == *mode).collect();
                 let right = Share::of(of_mode.iter(), |score| score.outcome.is_right());
-                let outcomes: serde_json::Map<String, Value> = Outcome::ALL
+                let outcomes: serde_json::Map<String, Value> = VerdictOutcome::ALL
                     .iter()
                     .filter_map(|outcome| {
                         let count = of_mode.iter().filter(|s| s.outcome == *outcome).count();
@@ -131,7 +134,7 @@ pub fn concealed_json(scores: &[Score]) -> Value {
         json!({
             "sessions": of_set.len(),
             "modes": modes,
-            "promises": promises_json(&promises(&of_set)),
+            "promises": criteria_json(&criteria(&of_set)),
             "scores": of_set.iter().map(score_json).collect::<Vec<_>>(),
         })
     };
@@ -162,9 +165,9 @@ fn truth_json(truth: &TruthScore) -> Value {
         "title": truth.title,
         "standard_errors": truth.standard_errors,
         "named": match truth.named {
-            Named::Alone => json!("alone"),
-            Named::InSet(count) => json!({ "in_set_of": count }),
-            Named::No => json!("no"),
+            NamedCause::Alone => json!("alone"),
+            NamedCause::InSet(count) => json!({ "in_set_of": count }),
+            NamedCause::No => json!("no"),
         },
         "padding": truth.padding,
         "left_out": truth.left_out,

@@ -5,7 +5,7 @@ use serde_json::{Value, json};
 use crate::prove::ErrorRow;
 use stiffbench::mismatch::DesignReport;
 use stiffbench::quantity::METRES_PER_MICROMETRE;
-use stiffbench::report::TextTable;
+use stiffbench::report::AlignedTable;
 
 fn um(length_m: f64) -> f64 {
     length_m / METRES_PER_MICROMETRE
@@ -17,7 +17,7 @@ pub fn idealised_text(benches: &[String], plans: &[DesignReport], rows: &[ErrorR
     let heads: Vec<String> = benches.iter().map(|bench| format!("{bench}, um")).collect();
     let mut columns = vec!["law", "idealised bench, um"];
     columns.extend(heads.iter().map(String::as_str));
-    let mut table = TextTable::new(&columns);
+    let mut table = AlignedTable::new(&columns);
     for row in rows {
         let mut cells = vec![
             row.law.name.to_owned(),
@@ -38,7 +38,7 @@ pub fn idealised_text(benches: &[String], plans: &[DesignReport], rows: &[ErrorR
         .map(|plan| format!("{} readings by {}", plan.readings, plan.procedure))
         .collect();
     format!(
-        "Standard errors of the laws as the largest change of a reading, beside those of an idealised bench of the same plan ({}), with a\ndial gauge of 10 um read to 6 um. The idealised bench has three factors with random patterns and knows noise and shapes beforehand.\n\n{}\n",
+        "Standard errors of the laws as the largest change of a reading, beside those of an idealised bench of the same plan ({}), with a\ndial gauge of 10 um read to 6 um. The idealised bench has three factors with random patterns and known noise and shapes.\n\n{}\n",
         readings.join("; "),
         table.text()
     )

@@ -18,9 +18,9 @@ pub use verdicts::verdicts_json;
 
 use serde_json::{Value, json};
 
-use crate::prove::{Promise, Share, Target};
+use crate::prove::{AcceptanceCriterion, Share, Target};
 
-use stiffbench::report::TextTable;
+use stiffbench::report::AlignedTable;
 
 /// A share with its interval, percent.
 fn share_words(share: &Share) -> [String; 3] {
@@ -57,16 +57,17 @@ fn share_json(share: &Share) -> Value {
 }
 
 /// Promises beside what became of them.
-fn promise_table(promises: &[Promise]) -> String {
-    let mut rows = TextTable::new(&["promise", "target, %", "hits", "%", "95 % interval", "kept"]);
-    for promise in promises {
-        let [hits, share, interval] = share_words(&promise.share);
-        let kept = promise
+fn criteria_table(criteria: &[AcceptanceCriterion]) -> String {
+    let mut rows =
+        AlignedTable::new(&["promise", "target, %", "hits", "%", "95 % interval", "kept"]);
+    for criterion in criteria {
+        let [hits, share, interval] = share_words(&criterion.share);
+        let kept = criterion
             .target
-            .and_then(|target| target.is_met(&promise.share));
+            .and_then(|target| target.is_met(&criterion.share));
         rows.row([
-            promise.what.to_owned(),
-            target_words(promise.target),
+            criterion.what.to_owned(),
+            target_words(criterion.target),
             hits,
             share,
             interval,
@@ -81,21 +82,21 @@ fn promise_table(promises: &[Promise]) -> String {
     rows.text()
 }
 
-fn promises_json(promises: &[Promise]) -> Value {
-    promises
+fn criteria_json(criteria: &[AcceptanceCriterion]) -> Value {
+    criteria
         .iter()
-        .map(|promise| {
-            let target = match promise.target {
+        .map(|criterion| {
+            let target = match criterion.target {
                 None => Value::Null,
                 Some(Target::AtLeast(least)) => json!({ "at_least": least }),
                 Some(Target::AtMost(most)) => json!({ "at_most": most }),
                 Some(Target::Between(least, most)) => json!({ "between": [least, most] }),
             };
             json!({
-                "what": promise.what,
+                "what": criterion.what,
                 "target": target,
-                "share": share_json(&promise.share),
-                "kept": promise.target.and_then(|target| target.is_met(&promise.share)),
+                "share": share_json(&criterion.share),
+                "kept": criterion.target.and_then(|target| target.is_met(&criterion.share)),
             })
         })
         .collect()

@@ -2,12 +2,12 @@
 
 use serde_json::{Value, json};
 
-use crate::prove::{IdealPoint, PowerCase, PowerPoint, Promise, Share, Target};
+use crate::prove::{AcceptanceCriterion, IdealPoint, PowerCase, PowerPoint, Share, Target};
 use stiffbench::physics::{Law, Place};
 use stiffbench::plot::{Figure, LawPower, PowerAtSize, PowerCurves, Rate, power_curves};
-use stiffbench::report::TextTable;
+use stiffbench::report::AlignedTable;
 
-use super::{promise_table, promises_json, share_json, share_words};
+use super::{criteria_json, criteria_table, share_json, share_words};
 
 /// Sizes, standard errors, at which 80 % are to be rightly named, and those at which 95 % are and intervals are held to their promise.
 const AT_80: [f64; 2] = [4.49, 5.9];
@@ -19,7 +19,7 @@ type Counted = fn(&PowerPoint) -> Share;
 /// The table of all points, and what was promised.
 #[must_use]
 pub fn power_text(cases: &[PowerCase]) -> String {
-    let mut table = TextTable::new(&[
+    let mut table = AlignedTable::new(&[
         "effect",
         "bench",
         "loop",
@@ -57,16 +57,16 @@ pub fn power_text(cases: &[PowerCase]) -> String {
         }
     }
     format!(
-        "Power and right names against size in standard errors; right: named alone, or with what cannot be told apart, and nothing else\n\n{}\n{}\n{IDEAL}\n\n{}\n{}\n",
+        "Power and right names against size in standard errors; right: named alone, or with indistinguishable effects, and nothing else\n\n{}\n{}\n{IDEAL}\n\n{}\n{}\n",
         table.text(),
         law_table(cases).text(),
         ideal_table(cases).text(),
-        promise_table(&promises(cases))
+        criteria_table(&criteria(cases))
     )
 }
 
 /// What the second table of laws holds the counts against.
-const IDEAL: &str = "The same beside an observer who knows the noise, and for whom each effect is one of the shapes that are searched; limits and rules are the same. \
+const IDEAL: &str = "The same beside an ideal observer: known noise, and each effect is one of the searched shapes; limits and rules are the same. \
 Nameable: found, and the likeliest is the truth or may be named with it, which no set around the likeliest exceeds";
 
 /// Laws and places of a case; the two drifts share a name.
@@ -78,8 +78,8 @@ fn title(case: &PowerCase) -> String {
 }
 
 /// Each law by itself, all its benches together.
-fn law_table(cases: &[PowerCase]) -> TextTable {
-    let mut table = TextTable::new(&[
+fn law_table(cases: &[PowerCase]) -> AlignedTable {
+    let mut table = AlignedTable::new(&[
         "law",
         "benches",
         "4.5: right",
@@ -132,8 +132,8 @@ fn of_law<'a>(cases: &'a [PowerCase], name: &str, [least, most]: [f64; 2]) -> Ve
 }
 
 /// Each law by itself, counted and at best.
-fn ideal_table(cases: &[PowerCase]) -> TextTable {
-    let mut table = TextTable::new(&[
+fn ideal_table(cases: &[PowerCase]) -> AlignedTable {
+    let mut table = AlignedTable::new(&[
         "law",
         "size",
         "counted: right, %",
@@ -198,7 +198,7 @@ fn sum<'a>(points: impl Iterator<Item = &'a PowerPoint>, of: Counted) -> Share {
     points.fold(Share::default(), |sum, point| sum.with(of(point)))
 }
 
-fn promises(cases: &[PowerCase]) -> Vec<Promise> {
+fn criteria(cases: &[PowerCase]) -> Vec<AcceptanceCriterion> {
     let right = |point: &PowerPoint| point.right;
     let of_slip = |number: usize| {
         cases
@@ -210,48 +210,48 @@ fn promises(cases: &[PowerCase]) -> Vec<Promise> {
         .iter()
         .filter(|case| case.laws.len() == 2)
         .flat_map(|case| &case.points);
-    let promise = |what, target, share| Promise {
+    let criterion = |what, target, share| AcceptanceCriterion {
         what,
         target: Some(target),
         share,
     };
     vec![
-        promise(
+        criterion(
             "4.5 standard errors, not slip: rightly named",
             Target::AtLeast(0.80),
             sum(points(cases, false, AT_80), right),
         ),
-        promise(
+        criterion(
             "6 and more, not slip: rightly named",
             Target::AtLeast(0.95),
             sum(points(cases, false, FROM_95), right),
         ),
-        promise(
+        criterion(
             "slip at its limit + 0.84: rightly named",
             Target::AtLeast(0.80),
             sum(of_slip(0), right),
         ),
-        promise(
+        criterion(
             "slip at its limit + 1.64: rightly named",
             Target::AtLeast(0.95),
             sum(of_slip(1), right),
         ),
-        Promise {
+        AcceptanceCriterion {
             what: "the same: nothing but slips of its run named",
             target: None,
             share: sum(of_slip(1), |point| point.in_run),
         },
-        promise(
+        criterion(
             "two effects of 12 each: both rightly named and nothing else",
             Target::AtLeast(0.90),
             sum(pairs, right),
         ),
-        promise(
+        criterion(
             "sizes of 6 and more inside their 95 % intervals",
             Target::Between(0.93, 0.97),
             sum(points(cases, false, FROM_95), |p| p.sizes),
         ),
-        promise(
+        criterion(
             "identified factors inside their 95 % intervals, 6 and more",
             Target::Between(0.93, 0.97),
             sum(points(cases, false, FROM_95), |p| p.factors),
@@ -297,7 +297,7 @@ pub fn power_figure(cases: &[PowerCase]) -> Figure {
 #[must_use]
 pub fn power_json(cases: &[PowerCase]) -> Value {
     json!({
-        "promises": promises_json(&promises(cases)),
+        "promises": criteria_json(&criteria(cases)),
         "cases": cases.iter().map(|case| json!({
             "laws": case.laws.iter().map(|law| law.name).collect::<Vec<_>>(),
             "effects": case.title,

@@ -5,7 +5,7 @@ use std::fmt::Write;
 use serde_json::{Value, json};
 
 use crate::prove::RecordingScore;
-use stiffbench::report::{TextTable, significant};
+use stiffbench::report::{AlignedTable, significant};
 
 /// Verdicts beside known answers, and known figures beside ours.
 #[must_use]
@@ -15,7 +15,8 @@ pub fn recordings_text(scores: &[RecordingScore]) -> String {
         "Recordings by others: {right} of {} verdicts as known\n\n",
         scores.len()
     );
-    let mut table = TextTable::new(&["recording", "readings", "right", "said", "false names", ""]);
+    let mut table =
+        AlignedTable::new(&["recording", "readings", "right", "said", "false names", ""]);
     for score in scores {
         table.row([
             score.name.clone(),
@@ -28,7 +29,7 @@ pub fn recordings_text(scores: &[RecordingScore]) -> String {
     }
     text.push_str(&table.text());
     text.push('\n');
-    let mut figures = TextTable::new(&["recording", "figure", "known", "ours"]);
+    let mut figures = AlignedTable::new(&["recording", "figure", "known", "ours"]);
     let number = |value: Option<f64>| value.map_or_else(|| "-".to_owned(), |v| significant(v, 4));
     for score in scores {
         for figure in &score.figures {

@@ -5,7 +5,7 @@ use std::fmt::Write;
 use serde_json::{Value, json};
 
 use crate::prove::{FittedLaw, FurtherCell, TwelveValues};
-use stiffbench::report::{TextTable, significant};
+use stiffbench::report::{AlignedTable, significant};
 
 /// Laws that are printed.
 const PRINTED: usize = 16;
@@ -16,7 +16,7 @@ pub fn twelve_values_text(found: &TwelveValues) -> String {
     let mut text = String::from(
         "The paper's bench (Table VI) against its finite elements (Table V): stiffness of the elements over that of the bench\n\n",
     );
-    let mut gap = TextTable::new(&["pose", "direction", "elements over bench"]);
+    let mut gap = AlignedTable::new(&["pose", "direction", "elements over bench"]);
     for (pose, direction, ratio) in &found.gap {
         gap.row([
             pose.to_string(),
@@ -30,7 +30,7 @@ pub fn twelve_values_text(found: &TwelveValues) -> String {
     );
     let mut alone: Vec<&FittedLaw> = found.candidates.iter().collect();
     alone.sort_by(|a, b| b.closes.total_cmp(&a.closes));
-    let mut rows = TextTable::new(&["law", "value", "closes, %"]);
+    let mut rows = AlignedTable::new(&["law", "value", "closes, %"]);
     for candidate in alone.iter().take(PRINTED) {
         rows.row([
             candidate.title.clone(),
@@ -55,7 +55,7 @@ pub fn twelve_values_text(found: &TwelveValues) -> String {
 }
 
 fn fitted_table(found: &TwelveValues) -> String {
-    let mut rows = TextTable::new(&[
+    let mut rows = AlignedTable::new(&[
         "law",
         "value",
         "rms of 12, %",
@@ -95,7 +95,7 @@ fn conclusions(found: &TwelveValues) -> String {
     });
     let _ = writeln!(
         text,
-        "\nLaws that pass the limit of the search: {passes}. Best fit: {}. Laws within 3 of its log likelihood, which twelve values do not tell apart from it: {}.",
+        "\nLaws that pass the limit of the search: {passes}. Best fit: {}. Laws within 3 of its log likelihood, which twelve values do not distinguish from it: {}.",
         best.map_or("none", |candidate| candidate.title.as_str()),
         found.not_distinguishable
     );
@@ -110,9 +110,9 @@ fn conclusions(found: &TwelveValues) -> String {
         );
     }
     text.push_str(
-        "All these laws are linear in the load: no reading of a higher load tells them apart, other poses and other gauges do. A second gauge at the base, at the\nstand and across a joint decides between base, stand and joint at once. With the end's gauge alone, one more cell decides most for each pair:\n\n",
+        "All these laws are linear in the load: readings at higher loads do not distinguish them, other poses and other gauges do. A second gauge at the base, at the\nstand and across a joint decides between base, stand and joint at once. With the end's gauge alone, one more cell decides most for each pair:\n\n",
     );
-    let mut rows = TextTable::new(&[
+    let mut rows = AlignedTable::new(&[
         "best against",
         "pose",
         "direction",

@@ -4,7 +4,7 @@ use crate::distribution::end_load::EndShift;
 use stiffbench_beams::robot::{Keep, Pose};
 use stiffbench_beams::structure::Compliance6;
 
-use super::{MapModel, Means, NoMap};
+use super::{MapModel, NoMap, SolutionMethod};
 
 /// Where the end is and its whole compliance, or why there is none.
 type WholeCompliance = Result<([f64; 3], Compliance6), String>;
@@ -15,7 +15,7 @@ impl MapModel<'_> {
         &self,
         poses: &[Pose],
     ) -> Result<Vec<WholeCompliance>, NoMap> {
-        let Means::Sweep { sweep, .. } = &self.means else {
+        let SolutionMethod::Sweep { sweep, .. } = &self.means else {
             self.check_linear()?;
             return Ok(Vec::new());
         };
@@ -49,8 +49,8 @@ impl MapModel<'_> {
     /// Refuses laws that are not linear.
     pub(in crate::distribution) fn check_linear(&self) -> Result<(), NoMap> {
         match &self.means {
-            Means::Sweep { .. } => Ok(()),
-            Means::Secant { effect, .. } => Err(NoMap::LinearOnly {
+            SolutionMethod::Sweep { .. } => Ok(()),
+            SolutionMethod::Secant { effect, .. } => Err(NoMap::LinearOnly {
                 effect: effect.clone(),
             }),
         }

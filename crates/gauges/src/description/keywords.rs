@@ -10,7 +10,8 @@ use crate::Mark;
 /// How far a description can be trusted.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "lowercase")]
-pub enum Status {
+#[schemars(rename = "Status")]
+pub enum DescriptionStatus {
     /// The maker's manual or protocol sheet was read.
     Documented,
     /// Seen working in public code; the manual was not read.
@@ -19,7 +20,7 @@ pub enum Status {
     Recalled,
 }
 
-impl fmt::Display for Status {
+impl fmt::Display for DescriptionStatus {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.pad(match self {
             Self::Documented => "documented",

@@ -4,7 +4,7 @@ use std::fmt::Write;
 
 use stiffbench_diagnosis::mismatch::{Diagnosis, Finding, Verdict};
 
-use super::answers::Answer;
+use super::answers::SealedAnswer;
 
 /// A diagnosis in one line.
 #[must_use]
@@ -24,7 +24,7 @@ pub fn diagnosis_words(diagnosis: &Diagnosis) -> String {
         group = finding.alternative_group;
     }
     if diagnosis.verdict == Verdict::Unknown {
-        let left = &diagnosis.left_over;
+        let left = &diagnosis.unexplained;
         let pose = left.pose.as_ref().map_or("all poses", |pose| pose.as_str());
         let direction = left
             .direction
@@ -49,7 +49,7 @@ fn finding_words(finding: &Finding) -> String {
 
 /// An answer in one line.
 #[must_use]
-pub fn answer_words(answer: &Answer) -> String {
+pub fn answer_words(answer: &SealedAnswer) -> String {
     let mut parts = vec![answer.expected.name().to_owned()];
     for truth in &answer.truth {
         let mut words = format!(

@@ -1,4 +1,4 @@
-//! What a search has worked out already.
+//! What a search has computed already.
 //!
 //! A search asks the same of the same model again and again: to swap an effect, to weigh it, to list its rivals; and a second search,
 //! with what was found in the gauge's positions, differs from the first in the gauge's periods only. What is kept here would come out the
@@ -13,14 +13,14 @@ use super::candidate_scores::ScoredCandidate;
 use super::changes::MissingMemberChange;
 use super::known_noise::KnownNoise;
 use super::noise::ReadingNoise;
-use super::ranked::Ranked;
+use super::ranked_candidate::Ranked;
 use super::refit::Model;
 use super::restricted_likelihood::EstimatedNoise;
 use super::state::State;
 
 /// Results of searches that share baseline and readings, but for where the gauge stood.
 #[derive(Debug, Default)]
-pub(super) struct Memory {
+pub(super) struct SearchMemo {
     models: Memo<(Model, KnownNoise), Option<State>>,
     seen: Memo<StateKey, Vec<ScoredCandidate>>,
     fitted: Memo<(StateKey, Effect), Option<Ranked>>,
@@ -29,7 +29,7 @@ pub(super) struct Memory {
     scales: OnceLock<PlaceScales>,
 }
 
-/// What tells a state from others under the same readings.
+/// What distinguishes a state from others under the same readings.
 pub(super) type StateKey = (Model, EstimatedNoise);
 
 /// The key of a state.
@@ -42,8 +42,8 @@ fn stands_anywhere(effects: &[Effect]) -> bool {
     effects.iter().all(|effect| !effect.law.is_gauge_error())
 }
 
-impl Memory {
-    /// A fitted model with its noise; worked out with `work` if it is not known.
+impl SearchMemo {
+    /// A fitted model with its noise; computed with `work` if it is not known.
     pub(super) fn model<E>(
         &self,
         start: Model,

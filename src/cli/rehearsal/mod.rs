@@ -1,11 +1,11 @@
 //! Sessions on an emulated bench: the hand that does what is asked for, and what faults do to a session.
 
-mod hand;
+mod simulated_operator;
 
 use crate::instrument::description::UnitSource;
 use crate::instrument::{Channel, InstrumentDescription};
 
-pub use hand::{HelpingHand, PHASES};
+pub use simulated_operator::{PHASES, SimulatedOperator};
 
 /// The unit that an emulated gauge is in where its packets do not say; `None` where they do.
 #[must_use]

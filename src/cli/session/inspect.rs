@@ -1,4 +1,4 @@
-//! `session status` and `session log`: a session is looked at, never touched.
+//! `session status` and `session log`: a session is checked, never touched.
 
 use std::fmt::Write;
 use std::path::Path;
@@ -12,7 +12,7 @@ use crate::cli::outcome::Outcome;
 use crate::instrument::Channel;
 use crate::procedure::Pace;
 use crate::report::{NextReading, SessionOutcome, StatusReport};
-use crate::session::{Event, JournalEnd, SessionState, ZeroMoment, read_folder};
+use crate::session::{Event, JournalEnd, SessionState, ZeroOccasion, read_folder};
 
 use super::prepare::{calibration_warnings, plan_of};
 
@@ -22,7 +22,7 @@ pub(super) fn status(folder: &Path) -> Result<Outcome, Failure> {
     let (plan, header, _) = plan_of(&read)?;
     let state = SessionState::fold(&read.journal.records);
     let ended = state.ended.as_ref();
-    // Where no event says that it ended, it runs, or it was cut off.
+    // Where no event states that it ended, it runs, or it was cut off.
     let outcome = ended.map_or(SessionOutcome::RunningOrCrashed, |ended| {
         ended.outcome.into()
     });
@@ -105,7 +105,7 @@ pub(super) fn log(folder: &Path) -> Result<Outcome, Failure> {
             record.seq,
             record.utc.strftime("%Y-%m-%d %H:%M:%SZ"),
             record.t_s,
-            told(&record.event)
+            event_text(&record.event)
         );
     }
     let warnings = end_warning(&read.journal.end).into_iter().collect();
@@ -114,7 +114,7 @@ pub(super) fn log(folder: &Path) -> Result<Outcome, Failure> {
 }
 
 /// An event in words.
-fn told(event: &Event) -> String {
+fn event_text(event: &Event) -> String {
     match event {
         Event::Started(started) => format!(
             "session {} began, procedure {}",
@@ -151,15 +151,15 @@ fn told(event: &Event) -> String {
                 }
             });
             match zero.moment {
-                ZeroMoment::Before => format!(
+                ZeroOccasion::Before => format!(
                     "zero {} set (force {}, displacement {})",
                     zero.label, how[0], how[1]
                 ),
-                ZeroMoment::After => format!("zero {} looked at{drift}", zero.label),
-                ZeroMoment::Kept if zero.flag.is_empty() => {
+                ZeroOccasion::After => format!("zero {} checked{drift}", zero.label),
+                ZeroOccasion::Kept if zero.flag.is_empty() => {
                     format!("zero {} still holds{drift}", zero.label)
                 }
-                ZeroMoment::Kept => format!("zero {} no longer holds{drift}", zero.label),
+                ZeroOccasion::Kept => format!("zero {} no longer holds{drift}", zero.label),
             }
         }
         Event::Reading(taken) => format!(
@@ -196,7 +196,7 @@ fn told(event: &Event) -> String {
             skipped.reason
         ),
         Event::Note(noted) => format!("note: {}", noted.text),
-        Event::Environment(told) => format!("{} degC", told.temperature_deg_c),
+        Event::Environment(event_text) => format!("{} degC", event_text.temperature_deg_c),
         Event::Link(link) => format!("{} gauge: {}", link.channel, link.text),
         Event::Gap(gap) => format!("nothing ran for {:.0} s", gap.seconds),
         Event::ClockJump(jump) => format!("the clock jumped by {:.0} s", jump.seconds),

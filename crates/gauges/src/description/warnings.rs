@@ -1,10 +1,10 @@
 //! What a description leaves open, and where it would take one packet for another.
 
 use crate::decode::{Decoded, Decoder};
-use crate::grammar::{ChoiceWord, Field, Pattern, UnitWord, ValuePacket};
-use crate::write::{Said, State};
+use crate::grammar::{ChoiceWord, FieldPattern, PacketField, UnitWord, ValuePacket};
+use crate::write::{PacketContent, WrittenState};
 
-use super::{InstrumentDescription, Role, Trouble, UnitSource};
+use super::{CommandRole, InstrumentDescription, Trouble, UnitSource};
 
 /// Numbers that are tried, as shares of the capacity.
 const TRIED: [f64; 5] = [0.0, 0.001, 0.12, -0.34, -0.56];
@@ -15,35 +15,35 @@ const SOME_CAPACITY_SI: [f64; 2] = [100.0, 0.01];
 impl InstrumentDescription {
     /// What a description leaves open, and where it would take one packet for another, each with what to do.
     #[must_use]
-    pub fn doubts(&self) -> Vec<String> {
-        let mut doubts = self.gaps();
+    pub fn warnings(&self) -> Vec<String> {
+        let mut warnings = self.gaps();
         for (place, packet) in self.grammar.values.iter().enumerate() {
             let ValuePacket::Text(pattern) = packet else {
                 continue;
             };
             let name = format!("value[{place}]");
             let loose = pattern.fields.iter().enumerate();
-            doubts.extend(loose.filter_map(|(field, entry)| {
+            warnings.extend(loose.filter_map(|(field, entry)| {
                 let passed_over = passed_over(pattern, field, entry)?;
                 Some(format!(
                     "{name}.fields[{field}]: `any` skips {passed_over}; if these bytes carry a sign, a mode or an overload, describe them by a choice, or leave them out of `of`"
                 ))
             }));
             if self.units.source == UnitSource::Packet && !has_unit(pattern) {
-                doubts.push(format!(
+                warnings.push(format!(
                     "{name} carries no unit, and unit.from is \"packet\": a unit switched at the gauge is then not detected; make the gauge send it, or give the decimals of each unit (physical.decimals)"
                 ));
             }
-            doubts.extend(self.mistaken(&name, pattern));
+            warnings.extend(self.mistaken(&name, pattern));
         }
-        doubts
+        warnings
     }
 
     /// What it leaves open.
     fn gaps(&self) -> Vec<String> {
         let mut gaps = Vec::new();
         let physical = &self.physical;
-        if !self.tells_overload() && physical.plausible_si.is_none() {
+        if !self.reports_overload() && physical.plausible_si.is_none() {
             gaps.push(
                 "what the gauge sends when it is overloaded is not described, and would be a value: overload it a little by hand, and add an [[error]] with meaning = \"overload\", or physical.plausible"
                     .to_owned(),
@@ -67,19 +67,19 @@ impl InstrumentDescription {
         gaps
     }
 
-    fn tells_overload(&self) -> bool {
+    fn reports_overload(&self) -> bool {
         let grammar = &self.grammar;
         let errors = grammar.errors.iter();
         let mut errors = errors.filter(|error| error.meaning == Trouble::Overload);
         errors.next().is_some()
             || grammar.values.iter().any(|packet| match packet {
-                ValuePacket::Text(pattern) => pattern.fields.iter().any(tells_overload),
+                ValuePacket::Text(pattern) => pattern.fields.iter().any(reports_overload),
                 ValuePacket::Registers(registers) => !registers.require.is_empty(),
             })
     }
 
     /// Packets of a pattern that are taken for something else.
-    fn mistaken(&self, name: &str, pattern: &Pattern) -> Option<String> {
+    fn mistaken(&self, name: &str, pattern: &FieldPattern) -> Option<String> {
         let kind = self.channel.kind();
         let capacity_si = self.physical.capacity_si.unwrap_or(match self.channel {
             crate::Channel::Force => SOME_CAPACITY_SI[0],
@@ -95,12 +95,12 @@ impl InstrumentDescription {
                 .next()
                 .and_then(|(_, possible)| possible.first().copied());
             for share in TRIED {
-                let said = Said {
+                let said = PacketContent {
                     value: share * capacity_si / factor,
                     decimals: decimals.unwrap_or(2),
                     unit,
                     unit_place: place,
-                    state: State::Running,
+                    state: WrittenState::Running,
                     list: None,
                 };
                 let Some(packet) = pattern.write(&said) else {
@@ -118,16 +118,16 @@ impl InstrumentDescription {
         &self,
         name: &str,
         unit: &str,
-        said: &Said<'_>,
+        said: &PacketContent<'_>,
         packet: &[u8],
-        pattern: &Pattern,
+        pattern: &FieldPattern,
     ) -> Option<String> {
         let unit_is_sent = has_unit(pattern);
         let configured = (!unit_is_sent).then_some(unit);
         let mut decoder = Decoder::new(self, configured)
             .or_else(|_| Decoder::new(self, None))
             .ok()?;
-        decoder.asked(Role::Read);
+        decoder.asked(CommandRole::Read);
         let mut decoded = Vec::new();
         decoder.push(&self.framing.ended(packet.to_vec()), 0.0, &mut decoded);
         decoder.idle(1.0, &mut decoded);
@@ -159,18 +159,23 @@ impl InstrumentDescription {
     }
 }
 
-fn has_unit(pattern: &Pattern) -> bool {
-    let is_unit = |field: &Field| matches!(field, Field::Unit { .. } | Field::UnitPlace { .. });
+fn has_unit(pattern: &FieldPattern) -> bool {
+    let is_unit = |field: &PacketField| {
+        matches!(
+            field,
+            PacketField::Unit { .. } | PacketField::UnitPlace { .. }
+        )
+    };
     pattern.fields.iter().any(is_unit)
 }
 
-fn tells_overload(field: &Field) -> bool {
-    let tells = |why: &str| State::Overload.is_told_by(why);
+fn reports_overload(field: &PacketField) -> bool {
+    let tells = |why: &str| WrittenState::Overload.is_reported_by(why);
     match field {
-        Field::Choice(texts) => texts
+        PacketField::Choice(texts) => texts
             .iter()
             .any(|(_, word)| matches!(word, ChoiceWord::Refuse(why) if tells(why))),
-        Field::Unit { codes, .. } => codes
+        PacketField::Unit { codes, .. } => codes
             .iter()
             .any(|(_, word)| matches!(word, UnitWord::Refuse(why) if tells(why))),
         _ => false,
@@ -178,14 +183,14 @@ fn tells_overload(field: &Field) -> bool {
 }
 
 /// What a field without meaning passes over that could have one.
-fn passed_over(pattern: &Pattern, place: usize, field: &Field) -> Option<&'static str> {
-    let Field::Any { set, .. } = field else {
+fn passed_over(pattern: &FieldPattern, place: usize, field: &PacketField) -> Option<&'static str> {
+    let PacketField::Any { set, .. } = field else {
         return None;
     };
     let next = pattern.fields.get(place + 1);
     let before_number = matches!(
         next,
-        Some(Field::Sign(_) | Field::Number(_) | Field::Integer(_))
+        Some(PacketField::Sign(_) | PacketField::Number(_) | PacketField::Integer(_))
     );
     if before_number && set.contains(b'-') {
         Some("what may be a sign")

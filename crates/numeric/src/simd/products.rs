@@ -21,20 +21,20 @@ pub fn sums_of_blocks<const N: usize>(
     vectors: &[f32],
     each: impl FnMut(&[f32; N]),
 ) {
-    pulp::Arch::new().dispatch(Sums {
+    pulp::Arch::new().dispatch(BlockSums {
         blocks,
         vectors,
         each,
     });
 }
 
-struct Sums<'a, const N: usize, F> {
+struct BlockSums<'a, const N: usize, F> {
     blocks: &'a [[f32; N]],
     vectors: &'a [f32],
     each: F,
 }
 
-impl<const N: usize, F: FnMut(&[f32; N])> WithSimd for Sums<'_, N, F> {
+impl<const N: usize, F: FnMut(&[f32; N])> WithSimd for BlockSums<'_, N, F> {
     type Output = ();
 
     #[inline(always)]
@@ -54,7 +54,7 @@ impl<const N: usize, F: FnMut(&[f32; N])> WithSimd for Sums<'_, N, F> {
     }
 }
 
-impl<const N: usize, F: FnMut(&[f32; N])> Sums<'_, N, F> {
+impl<const N: usize, F: FnMut(&[f32; N])> BlockSums<'_, N, F> {
     /// Hands on the sums for `V` vectors.
     #[inline(always)]
     fn take<S: Simd, const V: usize>(&mut self, simd: S, vectors: &[f32]) {

@@ -2,8 +2,8 @@
 
 use std::time::Duration;
 
-use crate::cli::emulated::Hand;
-use crate::session::{Bell, Operator, OperatorEvent, Prompt, Purpose, Task, View};
+use crate::cli::emulated::BenchOperator;
+use crate::session::{Bell, Operator, OperatorEvent, Prompt, Purpose, SessionView, Task};
 use crate::test_point::{Direction, PoseId};
 
 /// Views in a row that show the same force outside the band before it is corrected; they are 50 ms apart at least, however fast the session.
@@ -18,11 +18,11 @@ const MOST_CORRECTED: u32 = 3;
 /// An operator whose jack, robot and gauges are emulated: whoever looks and answers is behind it, the turning is done here.
 ///
 /// It acts on what is shown, as a person would, and knows nothing else of the session.
-pub struct HelpingHand<'a> {
+pub struct SimulatedOperator<'a> {
     /// Who looks at the screen and answers.
     operator: &'a mut dyn Operator,
-    hand: &'a Hand,
-    done: Option<Deed>,
+    hand: &'a BenchOperator,
+    done: Option<OperatorAction>,
     /// What the force gauge has shown outside the band, jack at rest, and in how many views in a row.
     seen: (String, u32),
     /// How often this load was corrected.
@@ -30,9 +30,9 @@ pub struct HelpingHand<'a> {
     phase: &'static str,
 }
 
-/// What a hand can do, told apart as far as it makes a difference to what is to be done.
+/// What a hand can do, distinguished as far as it makes a difference to what has to be done.
 #[derive(Debug, Clone, PartialEq)]
-enum Deed {
+enum OperatorAction {
     SetUp(PoseId, Direction),
     LetGo,
     Push(f64),
@@ -47,9 +47,9 @@ enum Deed {
     },
 }
 
-impl<'a> HelpingHand<'a> {
+impl<'a> SimulatedOperator<'a> {
     /// A hand on a bench.
-    pub fn new(operator: &'a mut dyn Operator, hand: &'a Hand) -> Self {
+    pub fn new(operator: &'a mut dyn Operator, hand: &'a BenchOperator) -> Self {
         Self {
             operator,
             hand,
@@ -61,37 +61,37 @@ impl<'a> HelpingHand<'a> {
     }
 
     /// Tells the faults of a script where the session is.
-    fn tell_phase(&mut self, view: &View) {
+    fn announce_phase(&mut self, view: &SessionView) {
         let phase = phase(view);
         if std::mem::replace(&mut self.phase, phase) != phase {
             self.hand.phase(phase);
         }
     }
 
-    fn act(&mut self, view: &View) {
-        let Some(deed) = deed(view) else { return };
-        if self.done.as_ref() == Some(&deed) {
-            if matches!(deed, Deed::Load { .. }) {
+    fn act(&mut self, view: &SessionView) {
+        let Some(action) = action(view) else { return };
+        if self.done.as_ref() == Some(&action) {
+            if matches!(action, OperatorAction::Load { .. }) {
                 self.correct(view);
             }
             return;
         }
         self.seen = <(String, u32)>::default();
         self.corrected = 0;
-        match &deed {
-            Deed::SetUp(pose, direction) => {
+        match &action {
+            OperatorAction::SetUp(pose, direction) => {
                 let moved = self.hand.set_pose(pose);
                 let moved = moved.and_then(|()| self.hand.set_direction(*direction));
                 if let Err(error) = moved {
                     self.operator
-                        .say(&format!("the emulated bench stays: {}", error.message()));
+                        .notify(&format!("the emulated bench stays: {}", error.message()));
                 }
             }
-            Deed::LetGo => self.hand.let_go(),
-            Deed::Push(force_n) => self.hand.push(*force_n),
-            Deed::Free(repeat) => self.hand.begin_run(*repeat),
-            Deed::Preload => self.hand.preload(),
-            Deed::Load {
+            OperatorAction::LetGo => self.hand.let_go(),
+            OperatorAction::Push(force_n) => self.hand.push(*force_n),
+            OperatorAction::Free(repeat) => self.hand.begin_run(*repeat),
+            OperatorAction::Preload => self.hand.preload(),
+            OperatorAction::Load {
                 target_n,
                 step,
                 repeat,
@@ -100,11 +100,11 @@ impl<'a> HelpingHand<'a> {
                 self.hand.apply(*target_n, (*step, *repeat));
             }
         }
-        self.done = Some(deed);
+        self.done = Some(action);
     }
 
     /// Turns the jack a little where the display stays outside the band: the zero is off by some digits, and the jack stopped near its limit.
-    fn correct(&mut self, view: &View) {
+    fn correct(&mut self, view: &SessionView) {
         let outside = view.band.filter(|band| !band.inside);
         let shown = view.force.value_si.filter(|_| !view.force.stale);
         let (Some(band), Some(shown_n), true) = (outside, shown, self.hand.is_at_rest()) else {
@@ -125,9 +125,9 @@ impl<'a> HelpingHand<'a> {
     }
 }
 
-impl Operator for HelpingHand<'_> {
-    fn show(&mut self, view: &View) {
-        self.tell_phase(view);
+impl Operator for SimulatedOperator<'_> {
+    fn show(&mut self, view: &SessionView) {
+        self.announce_phase(view);
         self.act(view);
         self.operator.show(view);
     }
@@ -144,23 +144,25 @@ impl Operator for HelpingHand<'_> {
         self.operator.bell(bell);
     }
 
-    fn say(&mut self, line: &str) {
-        self.operator.say(line);
+    fn notify(&mut self, line: &str) {
+        self.operator.notify(line);
     }
 }
 
 /// What a view asks the hand to do; `None` if it is to keep still.
-fn deed(view: &View) -> Option<Deed> {
+fn action(view: &SessionView) -> Option<OperatorAction> {
     let place = view.place.as_ref();
     let repeat = place.map_or(1, |place| place.repeat);
     match &view.task {
-        Task::SetUp { pose, direction } => Some(Deed::SetUp(pose.clone(), *direction)),
-        Task::PushByHand { let_go: true, .. } => Some(Deed::LetGo),
-        Task::PushByHand { force_n, .. } => Some(Deed::Push(*force_n)),
+        Task::SetUp { pose, direction } => Some(OperatorAction::SetUp(pose.clone(), *direction)),
+        Task::PushByHand { let_go: true, .. } => Some(OperatorAction::LetGo),
+        Task::PushByHand { force_n, .. } => Some(OperatorAction::Push(*force_n)),
         Task::Load { target_n, purpose } => match purpose {
-            Purpose::Free => Some(Deed::Free(repeat)),
-            Purpose::Preload | Purpose::Release | Purpose::ZeroCheck => Some(Deed::Preload),
-            Purpose::Again | Purpose::Reading => place.map(|place| Deed::Load {
+            Purpose::Free => Some(OperatorAction::Free(repeat)),
+            Purpose::Preload | Purpose::Release | Purpose::ZeroCheck => {
+                Some(OperatorAction::Preload)
+            }
+            Purpose::Again | Purpose::Reading => place.map(|place| OperatorAction::Load {
                 target_n: *target_n,
                 step: place.step,
                 repeat,
@@ -189,7 +191,7 @@ pub const PHASES: [&str; 12] = [
 ];
 
 /// The phase that a view belongs to: one of [`PHASES`], or nothing between them.
-fn phase(view: &View) -> &'static str {
+fn phase(view: &SessionView) -> &'static str {
     match &view.task {
         Task::CheckInstruments => "instruments",
         Task::SetUp { .. } => "set-up",

@@ -24,7 +24,7 @@ struct LinearLimit {
 }
 
 /// Something that has a value in every pose.
-pub(super) trait Hill {
+pub(super) trait AscentObjective {
     /// Step of the differences that give slopes, degrees.
     const STEP_DEG: f64;
     /// A slope below this is flat, a degree.
@@ -38,8 +38,8 @@ pub(super) trait Hill {
 }
 
 /// The way up a hill within the limits of a robot.
-pub(super) struct Climb<H> {
-    pub(super) hill: H,
+pub(super) struct ProjectedAscent<H> {
+    pub(super) objective: H,
     /// Indices of the free variables.
     free: Vec<usize>,
     limits: Vec<LinearLimit>,
@@ -47,22 +47,22 @@ pub(super) struct Climb<H> {
     pub(super) pose: Pose,
 }
 
-impl<H: Hill> Climb<H> {
-    pub(super) fn new(robot: &Robot, free: Vec<usize>, hill: H, pose: Pose) -> Self {
+impl<H: AscentObjective> ProjectedAscent<H> {
+    pub(super) fn new(robot: &Robot, free: Vec<usize>, objective: H, pose: Pose) -> Self {
         Self {
-            hill,
+            objective,
             limits: linear_limits(robot, &free, &pose),
             free,
             pose,
         }
     }
 
-    /// Goes on until no limit lets it; returns the steepest way that is left, a degree: above [`Hill::FLAT_PER_DEG`] only where it
+    /// Goes on until no limit lets it; returns the steepest way that is left, a degree: above [`AscentObjective::FLAT_PER_DEG`] only where it
     /// gave up.
     ///
     /// # Errors
     /// [`RobotError`] if a pose on the way cannot be taken.
-    pub(super) fn climb_out(&mut self) -> Result<f64, RobotError> {
+    pub(super) fn leave_the_minimum(&mut self) -> Result<f64, RobotError> {
         let mut slope = f64::INFINITY;
         for _ in 0..MOST_MOVES {
             let direction = self.way_on()?;
@@ -103,10 +103,10 @@ impl<H: Hill> Climb<H> {
 
     fn value(&mut self, x: &DVector<f64>) -> Result<f64, RobotError> {
         let pose = self.pose_at(x);
-        self.hill.height(&pose)
+        self.objective.height(&pose)
     }
 
-    /// Slope at `x` along a unit direction, a degree, and the mean of the two heights that it is worked out from.
+    /// Slope at `x` along a unit direction, a degree, and the mean of the two heights that it is computed from.
     fn slope(
         &mut self,
         x: &DVector<f64>,
@@ -242,9 +242,9 @@ mod tests {
     use stiffbench_test_files::shipped_robot;
 
     /// A height over one angle, degrees.
-    struct Profile(fn(f64) -> f64, usize);
+    struct AngleProfile(fn(f64) -> f64, usize);
 
-    impl Hill for Profile {
+    impl AscentObjective for AngleProfile {
         const STEP_DEG: f64 = 1e-3;
         const FLAT_PER_DEG: f64 = 1e-6;
 
@@ -263,9 +263,10 @@ mod tests {
             .unwrap();
         let mut pose = robot.poses[0].pose.clone();
         pose.angles_deg[axis] = start_deg;
-        let mut climb = Climb::new(&robot, vec![axis], Profile(profile, axis), pose);
-        climb.climb_out().unwrap();
-        climb.pose.angles_deg[axis]
+        let mut ascend =
+            ProjectedAscent::new(&robot, vec![axis], AngleProfile(profile, axis), pose);
+        ascend.leave_the_minimum().unwrap();
+        ascend.pose.angles_deg[axis]
     }
 
     #[test]

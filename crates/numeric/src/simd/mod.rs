@@ -17,17 +17,17 @@
 )]
 
 mod angle;
+mod instruction_set;
 mod lane;
 mod number;
 mod products;
-mod simd;
 mod sums;
 
 pub use angle::{sin_cos_deg, waves};
+pub use instruction_set::InstructionSet;
 pub use lane::{Aligned, Kernel, Lane, run, widest};
 pub use number::{
     Number, across, cross, dot, frame_on, multiply_add, multiply_subtract, scale, subtract,
 };
 pub use products::sums_of_blocks;
-pub use simd::InstructionSet;
 pub use sums::sums_side_by_side;

@@ -66,7 +66,7 @@ pub(super) fn task(task: &Task) -> String {
             format!("Set the robot to {pose}; jack and gauges along {direction}")
         }
         Task::PushByHand { let_go: true, .. } => {
-            "Let go of robot and gauges: their rest is looked at first".to_owned()
+            "Let go of robot and gauges: their rest is observed first".to_owned()
         }
         Task::PushByHand {
             direction, force_n, ..
@@ -113,7 +113,7 @@ pub(super) fn to_go(force_n: f64, target_n: f64, tolerance_n: f64) -> String {
     format!("{:.1} N {word}", short_n.abs())
 }
 
-/// Share of the stiffness below which an uncertainty is owed to the gauges' last digits and says nothing.
+/// Share of the stiffness below which an uncertainty is owed to the gauges' last digits and carries no information.
 const NEGLIGIBLE: f64 = 1e-5;
 
 /// Stiffness so far with what its uncertainty holds, and what one more repeat would buy.

@@ -56,7 +56,7 @@ pub(super) struct Window {
 
 /// One gauge, live.
 #[derive(Debug, Clone)]
-pub(super) struct Feed {
+pub(super) struct GaugeStream {
     pub(super) channel: Channel,
     /// Time and value as sent, oldest first.
     kept: VecDeque<(f64, f64)>,
@@ -86,7 +86,7 @@ pub(super) struct Feed {
     pub(super) least_stale_s: f64,
 }
 
-impl Feed {
+impl GaugeStream {
     pub(super) fn new(channel: Channel, least_stale_s: f64) -> Self {
         Self {
             channel,
@@ -182,7 +182,7 @@ impl Feed {
     }
 
     /// Whether a reason was reported already and still holds.
-    pub(super) fn is_said(&self, reason: &str, now_s: f64) -> bool {
+    pub(super) fn is_reported(&self, reason: &str, now_s: f64) -> bool {
         let refused = self.refused.as_ref();
         refused.is_some_and(|(said, at_s)| said.contains(reason) && now_s - at_s < SAID_AGAIN_S)
     }
@@ -276,7 +276,7 @@ impl Feed {
     /// Whether it uses few last digits where it rests.
     pub(super) fn few_digits(&self) -> Option<FewDigits> {
         let last = self.last.as_ref()?;
-        self.digits.few(last.value_si, last.resolution_si)
+        self.digits.coarse_steps(last.value_si, last.resolution_si)
     }
 
     /// Learns how a display that stands still flickers, from a rest that began at `from_s`.
@@ -447,42 +447,42 @@ mod tests {
 
     #[test]
     fn slope_and_spread_by_hand() {
-        let mut feed = Feed::new(Channel::Displacement, 0.5);
+        let mut stream = GaugeStream::new(Channel::Displacement, 0.5);
         for (at_s, value) in [(0.0, 9.0), (1.0, 1.0), (2.0, 3.0), (3.0, 5.0), (4.0, 5.0)] {
-            feed.least_stale_s = 2.0;
-            feed.sample(sample(at_s, value)).unwrap();
+            stream.least_stale_s = 2.0;
+            stream.sample(sample(at_s, value)).unwrap();
         }
-        let window = feed.window(1.0).unwrap();
+        let window = stream.window(1.0).unwrap();
         // Times 1 2 3 4 about 2.5, values 1 3 5 5 about 3.5: (3.75 + 0.25 + 0.75 + 2.25)/5.
         assert_eq!((window.n, window.mean, window.spread), (4, 3.5, 4.0));
         assert!((window.slope_per_s - 1.4).abs() < 1e-12);
-        assert_eq!(feed.window(3.0), None);
+        assert_eq!(stream.window(3.0), None);
     }
 
     #[test]
     fn a_gauge_is_stale_after_three_periods_and_a_gap_clears_the_window() {
-        let mut feed = Feed::new(Channel::Force, 0.1);
-        assert!(feed.is_stale(0.0));
+        let mut stream = GaugeStream::new(Channel::Force, 0.1);
+        assert!(stream.is_stale(0.0));
         for i in 0..10 {
-            feed.sample(sample(f64::from(i) * 0.1, 0.0)).unwrap();
+            stream.sample(sample(f64::from(i) * 0.1, 0.0)).unwrap();
         }
-        assert!(!feed.is_stale(1.15) && feed.is_stale(1.25));
-        assert!(feed.window(0.0).is_some());
-        feed.sample(sample(2.0, 0.0)).unwrap();
-        assert_eq!(feed.window(0.0), None);
+        assert!(!stream.is_stale(1.15) && stream.is_stale(1.25));
+        assert!(stream.window(0.0).is_some());
+        stream.sample(sample(2.0, 0.0)).unwrap();
+        assert_eq!(stream.window(0.0), None);
     }
 
     #[test]
     fn another_unit_is_refused_and_a_value_clears_what_was_wrong() {
-        let mut feed = Feed::new(Channel::Displacement, 0.1);
-        feed.sample(sample(0.0, 1.0)).unwrap();
+        let mut stream = GaugeStream::new(Channel::Displacement, 0.1);
+        stream.sample(sample(0.0, 1.0)).unwrap();
         let mut inch = sample(0.1, 1.0);
         inch.unit = "in".into();
-        let reason = feed.sample(inch).unwrap_err();
+        let reason = stream.sample(inch).unwrap_err();
         assert!(reason.contains("sends in and was in mm"), "{reason}");
-        feed.block(reason, 0.1);
-        assert!(!feed.is_good(0.1));
-        feed.sample(sample(0.2, 1.0)).unwrap();
-        assert!(feed.is_good(0.2));
+        stream.block(reason, 0.1);
+        assert!(!stream.is_good(0.1));
+        stream.sample(sample(0.2, 1.0)).unwrap();
+        assert!(stream.is_good(0.2));
     }
 }

@@ -2,22 +2,22 @@
 
 use rayon::prelude::*;
 
-use stiffbench_beams::physics::{Effect, Law, Twists};
+use stiffbench_beams::physics::{Effect, JointRotations, Law};
 
 use super::candidate::{Candidate, candidates};
 use super::candidate_scores::{
     BestShape, ScoredCandidate, WhiteCandidate, best_shapes, score_candidates, white_candidates,
 };
 use super::changes::{Changes, LinearisedModel};
-use super::critical_values::CriticalValues;
+use super::critical_values::LawCriticalValues;
 use super::diagnosis::Impossible;
 use super::error::MismatchError;
-use super::memory::{StateKey, key_of};
+use super::memo::{StateKey, key_of};
 use super::noise::ReadingNoise;
 use super::predictor::ReadingPredictor;
 use super::problem::DiagnosisProblem;
-use super::ranked::Ranked;
-use super::refit::{Fitted, Model, Refit, WarmStart};
+use super::ranked_candidate::Ranked;
+use super::refit::{FittedModel, Model, WarmStart, WeightedFit};
 use super::state::State;
 use crate::search::constants::{
     FITTED_WITHIN, MOST_FITTED, MOST_SLIPS_FITTED, WORTH_A_SHAPE_SEARCH,
@@ -25,7 +25,7 @@ use crate::search::constants::{
 use crate::search::{Batched, Evidence, ScoreEngine, WhiteSpace, dot};
 
 /// Where candidates are fitted: a state, and the white space of its residuals.
-struct Field<'a> {
+struct FitContext<'a> {
     state: &'a State,
     key: &'a StateKey,
     space: &'a WhiteSpace,
@@ -38,7 +38,7 @@ pub(super) struct CandidateScores {
     /// The candidates with their shapes; loose members, which have none, are not among them.
     pub(super) seen: Vec<ScoredCandidate>,
     /// The poses and the space in which they were seen.
-    pub(super) frozen: LinearisedModel,
+    pub(super) linearised: LinearisedModel,
     pub(super) space: WhiteSpace,
     /// White residuals of the state.
     pub(super) residuals: Vec<f64>,
@@ -61,8 +61,8 @@ impl DiagnosisProblem<'_> {
         state: &State,
         without: &[Law],
     ) -> Result<CandidateScores, MismatchError> {
-        let mut view = self.empty_view(state)?;
-        let mut list = candidates(self.observations, &view.frozen, without);
+        let mut scores = self.empty_scores(state)?;
+        let mut list = candidates(self.observations, &scores.linearised, without);
         let baseline = self.baseline;
         list.retain(|candidate| !baseline.contains(candidate.law, &candidate.place));
         let (periods, list): (Vec<Candidate>, Vec<Candidate>) = list
@@ -70,10 +70,10 @@ impl DiagnosisProblem<'_> {
             .partition(|candidate| candidate.law.is_gauge_error());
         let mut seen = self
             .memory
-            .seen(&key_of(state), || self.see(state, &view, list));
-        seen.extend(self.see(state, &view, periods));
-        view.seen = seen;
-        Ok(view)
+            .seen(&key_of(state), || self.see(state, &scores, list));
+        seen.extend(self.see(state, &scores, periods));
+        scores.seen = seen;
+        Ok(scores)
     }
 
     /// The same again under another noise, of those candidates only that may reach a share of their limits.
@@ -84,28 +84,30 @@ impl DiagnosisProblem<'_> {
         &self,
         state: &State,
         (before, noise_before): (&CandidateScores, &ReadingNoise),
-        (limits, least): (&CriticalValues, f64),
+        (critical, least): (&LawCriticalValues, f64),
     ) -> Result<CandidateScores, MismatchError> {
         // A gain grows about as the inverse of the variances: by no more than that of them falls which falls most.
         let growth = noise_before.largest_variance_ratio(&state.noise.noise);
         let screened = best_shapes(&before.seen);
         let list = before.seen.iter().zip(screened).filter(|(seen, screened)| {
-            let limit = limits.laws.of(seen.candidate.family());
+            let limit = critical.laws.of(seen.candidate.family());
             screened.is_some_and(|screened| growth * screened.best.delta_chi2 >= least * limit)
         });
         let list = list.map(|(seen, _)| seen.candidate.clone()).collect();
-        let mut view = self.empty_view(state)?;
-        view.seen = self.see(state, &view, list);
-        Ok(view)
+        let mut scores = self.empty_scores(state)?;
+        scores.seen = self.see(state, &scores, list);
+        Ok(scores)
     }
 
     /// A view of no candidate.
-    fn empty_view(&self, state: &State) -> Result<CandidateScores, MismatchError> {
+    fn empty_scores(&self, state: &State) -> Result<CandidateScores, MismatchError> {
         let (space, residuals) = self.space(state)?;
         let model = &state.fitted.model;
         Ok(CandidateScores {
             seen: Vec::new(),
-            frozen: self.predictor().frozen(&model.parameters, &model.effects)?,
+            linearised: self
+                .predictor()
+                .linearised(&model.parameters, &model.effects)?,
             space,
             residuals,
         })
@@ -115,12 +117,12 @@ impl DiagnosisProblem<'_> {
     fn see(
         &self,
         state: &State,
-        view: &CandidateScores,
+        scores: &CandidateScores,
         list: Vec<Candidate>,
     ) -> Vec<ScoredCandidate> {
         let effects = &state.fitted.model.effects;
-        let changes = Changes::new(self.observations, &view.frozen, effects);
-        let engine = Batched::new(&view.space, &view.residuals);
+        let changes = Changes::new(self.observations, &scores.linearised, effects);
+        let engine = Batched::new(&scores.space, &scores.residuals);
         changes.map_or_else(Vec::new, |changes| {
             score_candidates(&changes, &engine, list)
         })
@@ -129,15 +131,15 @@ impl DiagnosisProblem<'_> {
     /// All that is searched, as white vectors: what a view shows, and loose members.
     pub(super) fn white_shapes(
         &self,
-        view: &CandidateScores,
+        scores: &CandidateScores,
         state: &State,
     ) -> Result<Vec<WhiteCandidate>, MismatchError> {
         let effects = &state.fitted.model.effects;
-        let changes = Changes::new(self.observations, &view.frozen, effects);
+        let changes = Changes::new(self.observations, &scores.linearised, effects);
         let mut white = changes.map_or_else(Vec::new, |changes| {
-            white_candidates(&changes, &view.space, &view.seen)
+            white_candidates(&changes, &scores.space, &scores.seen)
         });
-        white.extend(self.missing_member_shapes(state, &view.space)?);
+        white.extend(self.missing_member_shapes(state, &scores.space)?);
         Ok(white)
     }
 
@@ -149,45 +151,46 @@ impl DiagnosisProblem<'_> {
     pub(super) fn rank(
         &self,
         state: &State,
-        view: &CandidateScores,
+        scores: &CandidateScores,
         without: &[Law],
-        (limits, least): (&CriticalValues, f64),
+        (critical, least): (&LawCriticalValues, f64),
     ) -> Result<Vec<Ranked>, MismatchError> {
         let effects = &state.fitted.model.effects;
-        let enough = |law, wide, gain: f64| gain >= least * limits.laws.of((law, wide));
+        let enough =
+            |law, wide, delta_chi2: f64| delta_chi2 >= least * critical.laws.of((law, wide));
         let mut ranked = Vec::new();
-        if let Some(changes) = &Changes::new(self.observations, &view.frozen, effects) {
-            let field = Field {
+        if let Some(changes) = &Changes::new(self.observations, &scores.linearised, effects) {
+            let field = FitContext {
                 state,
                 key: &key_of(state),
-                space: &view.space,
+                space: &scores.space,
                 changes,
-                engine: &Batched::new(&view.space, &view.residuals),
+                engine: &Batched::new(&scores.space, &scores.residuals),
             };
-            let mut chosen = choose(&view.seen, &best_shapes(&view.seen), effects);
-            chosen.retain(|&(place, screened)| {
-                let Candidate { law, wide, .. } = view.seen[place].candidate;
+            let mut selected = select(&scores.seen, &best_shapes(&scores.seen), effects);
+            selected.retain(|&(place, screened)| {
+                let Candidate { law, wide, .. } = scores.seen[place].candidate;
                 enough(law, wide, screened.best.delta_chi2)
             });
-            ranked = self.fit_chosen(&field, &view.seen, &chosen)?;
+            ranked = self.fit_selected(&field, &scores.seen, &selected)?;
         }
-        let worth = |law, gain| !without.contains(&law) && enough(law, false, gain);
-        ranked.extend(self.missing_members(state, view, worth)?);
+        let worth = |law, delta_chi2| !without.contains(&law) && enough(law, false, delta_chi2);
+        ranked.extend(self.missing_members(state, scores, worth)?);
         for ranked in &mut ranked {
-            ranked.evidence.critical_value = limits.laws.of(ranked.family());
+            ranked.evidence.critical_value = critical.laws.of(ranked.family());
         }
         ranked.sort_by(|a, b| b.evidence.log_bayes().total_cmp(&a.evidence.log_bayes()));
         Ok(ranked)
     }
 
     /// Fits the candidates that the screen has chosen.
-    fn fit_chosen(
+    fn fit_selected(
         &self,
-        field: &Field<'_>,
+        field: &FitContext<'_>,
         seen: &[ScoredCandidate],
-        chosen: &[(usize, BestShape)],
+        selected: &[(usize, BestShape)],
     ) -> Result<Vec<Ranked>, MismatchError> {
-        let fitted: Vec<Option<Ranked>> = chosen
+        let fitted: Vec<Option<Ranked>> = selected
             .par_iter()
             .map_init(
                 || self.predictor(),
@@ -202,7 +205,7 @@ impl DiagnosisProblem<'_> {
     /// Fits one candidate in full.
     fn fit_candidate(
         &self,
-        field: &Field<'_>,
+        field: &FitContext<'_>,
         predictor: &mut ReadingPredictor<'_>,
         seen: &ScoredCandidate,
         screened: BestShape,
@@ -227,23 +230,23 @@ impl DiagnosisProblem<'_> {
     /// Fits a candidate from an effect.
     fn fit_from(
         &self,
-        field: &Field<'_>,
+        field: &FitContext<'_>,
         predictor: &mut ReadingPredictor<'_>,
         bounds: &[[f64; 2]],
         effect: &Effect,
-    ) -> Option<Fitted> {
+    ) -> Option<FittedModel> {
         let state = field.state;
         let existing = &state.fitted.model.effects;
         let start = Model {
             parameters: state.fitted.model.parameters.clone(),
             effects: existing.iter().chain([effect]).cloned().collect(),
         };
-        let refit = Refit {
+        let refit = WeightedFit {
             bounds_of_last: Some(bounds),
             ..self.refit(&state.whitening)
         };
-        let first = Refit {
-            near: Some(WarmStart::Known(field.changes.frozen())),
+        let first = WeightedFit {
+            warm_start: Some(WarmStart::Known(field.changes.linearised())),
             ..refit
         };
         let mut fitted = first.fit(predictor, &start, true)?;
@@ -257,10 +260,10 @@ impl DiagnosisProblem<'_> {
     /// A fitted candidate, not yet weighed.
     fn ranked(
         &self,
-        field: &Field<'_>,
+        field: &FitContext<'_>,
         predictor: &mut ReadingPredictor<'_>,
         (candidate, linear_delta_chi2): (&Candidate, f64),
-        fitted: Fitted,
+        fitted: FittedModel,
     ) -> Result<Option<Ranked>, MismatchError> {
         let state = field.state;
         let Some(effect) = fitted.model.effects.last().cloned() else {
@@ -315,17 +318,17 @@ impl DiagnosisProblem<'_> {
     }
 }
 
-impl Field<'_> {
+impl FitContext<'_> {
     /// Moves the values that readings depend on by kinks to where the linear gain is largest.
     fn polish(&self, bounds: &[[f64; 2]], effect: &mut Effect) {
         let Some(value) = kinked(effect) else { return };
         let mut change_m = vec![0.0; self.changes.readings()];
-        let (mut twists, mut scratch) = (Twists::default(), Vec::new());
+        let (mut joint_rotations, mut scratch) = (JointRotations::default(), Vec::new());
         let path = self.changes.path(&effect.place);
         let mut gain_of = |effect: &Effect| -> f64 {
-            let Some(range) = self
-                .changes
-                .of(effect, path.as_ref(), &mut twists, &mut change_m)
+            let Some(range) =
+                self.changes
+                    .of(effect, path.as_ref(), &mut joint_rotations, &mut change_m)
             else {
                 return f64::NEG_INFINITY;
             };
@@ -343,9 +346,9 @@ impl Field<'_> {
                 let mut trial = effect.clone();
                 let [lower, upper] = bounds[value];
                 trial.values[value] = (trial.values[value] * factor).clamp(lower, upper);
-                let gain = gain_of(&trial);
-                if gain > best {
-                    best = gain;
+                let delta_chi2 = gain_of(&trial);
+                if delta_chi2 > best {
+                    best = delta_chi2;
                     *effect = trial;
                     moved = true;
                     break;
@@ -363,11 +366,11 @@ impl Field<'_> {
 
 /// Moves the value that readings depend on by kinks to where the squares are smallest, with full fits.
 fn search_shape(
-    refit: &Refit<'_>,
+    refit: &WeightedFit<'_>,
     predictor: &mut ReadingPredictor<'_>,
     bounds: &[[f64; 2]],
-    start: Fitted,
-) -> Fitted {
+    start: FittedModel,
+) -> FittedModel {
     let last = start.model.effects.len() - 1;
     let Some(value) = kinked(&start.model.effects[last]) else {
         return start;
@@ -405,7 +408,7 @@ fn kinked(effect: &Effect) -> Option<usize> {
 }
 
 /// Candidates to fit in full: the best, and those near enough to be its rivals; of slips only the best few.
-fn choose(
+fn select(
     seen: &[ScoredCandidate],
     screened: &[Option<BestShape>],
     existing: &[Effect],
@@ -447,14 +450,14 @@ fn impossible_ones(seen: &[ScoredCandidate], screened: &[Option<BestShape>]) -> 
         .iter()
         .zip(screened)
         .filter_map(|(candidate, screened)| {
-            let gain = screened.as_ref()?.best.forbidden_delta_chi2;
-            (gain > 0.0).then(|| Impossible {
+            let delta_chi2 = screened.as_ref()?.best.forbidden_delta_chi2;
+            (delta_chi2 > 0.0).then(|| Impossible {
                 law: candidate.candidate.law,
                 place: candidate.candidate.place.clone(),
-                gain,
+                delta_chi2,
             })
         })
         .collect();
-    out.sort_by(|a, b| b.gain.total_cmp(&a.gain));
+    out.sort_by(|a, b| b.delta_chi2.total_cmp(&a.delta_chi2));
     out
 }

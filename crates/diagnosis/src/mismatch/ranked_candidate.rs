@@ -2,7 +2,7 @@
 
 use stiffbench_beams::physics::{Effect, Law};
 
-use super::refit::Fitted;
+use super::refit::FittedModel;
 use crate::search::Evidence;
 
 /// A candidate with its fit and its evidence.
@@ -13,7 +13,7 @@ pub(super) struct Ranked {
     /// What speaks for it against the state.
     pub(super) evidence: Evidence,
     /// The model with the candidate in it.
-    pub(super) fitted: Fitted,
+    pub(super) fitted: FittedModel,
     /// Its effect, white and projected, at the fitted size.
     pub(super) white: Vec<f64>,
     /// Squared length of the effect before projection.

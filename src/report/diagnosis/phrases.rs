@@ -102,7 +102,7 @@ fn rounded(value: f64) -> String {
 /// How strong an evidence is, in a word.
 pub(super) fn strength(log_bayes: f64) -> &'static str {
     match log_bayes {
-        l if l < 1.0 => "no evidence to speak of",
+        l if l < 1.0 => "no appreciable evidence",
         l if l < 3.0 => "a hint",
         l if l < 6.0 => "clear",
         l if l < 12.0 => "strong",
@@ -167,7 +167,7 @@ mod tests {
     use crate::physics::laws;
 
     #[test]
-    fn odds_are_told_without_exponents() {
+    fn odds_are_printed_without_exponents() {
         assert_eq!(likelier(41.0), "more than a million times likelier");
         assert_eq!(likelier(8.0), "about 3000 times likelier");
         assert_eq!(likelier(3.0), "about 20 times likelier");

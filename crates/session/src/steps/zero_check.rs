@@ -1,6 +1,6 @@
 //! Checking the zero again: whether it has moved, and what that means for the readings on it.
 
-use crate::event::{Event, Superseded, ZeroMoment};
+use crate::event::{Event, Superseded, ZeroOccasion};
 use crate::operator::Prompt;
 use stiffbench_gauges::Channel;
 
@@ -21,10 +21,10 @@ const MOST_REDONE: u32 = 3;
 
 impl Machine {
     /// What the displacement gauge shows under the preload is how far its zero has moved.
-    pub(super) fn displacement_zero_looked_at(&mut self) {
-        let feed = self.feed(Channel::Displacement);
+    pub(super) fn displacement_zero_checked(&mut self) {
+        let stream = self.stream(Channel::Displacement);
         let length_s = self.plan.procedure.settle.dwell_s;
-        let window = feed.window(feed.window_from_s(length_s, self.now_s));
+        let window = stream.window(stream.window_from_s(length_s, self.now_s));
         let Some(window) = window else {
             return;
         };
@@ -33,13 +33,13 @@ impl Machine {
     }
 
     /// What the force gauge shows hanging free is how far its zero has moved: both drifts are kept, and asked about where they are large.
-    pub(super) fn work_zero_look(&mut self, out: &mut Vec<Action>) {
-        let feed = self.feed(Channel::Force);
+    pub(super) fn work_zero_check(&mut self, out: &mut Vec<Action>) {
+        let stream = self.stream(Channel::Force);
         // On the way to hanging free it was inside the wide band already: a dwell of its own.
         let dwelt = self.now_s - self.look_since_s >= self.plan.procedure.settle.dwell_s;
-        let window = feed
+        let window = stream
             .window(self.look_since_s)
-            .filter(|_| dwelt && feed.is_good(self.now_s));
+            .filter(|_| dwelt && stream.is_good(self.now_s));
         let (Some(zero), Some(drift_m)) = (self.state.zero.as_ref(), self.drift_m) else {
             self.done();
             return;
@@ -70,11 +70,11 @@ impl Machine {
         zeroed.force_drift_n = Some(drift_n);
         zeroed.flag = moved.join(" and ");
         zeroed.moment = if goes_on {
-            ZeroMoment::Kept
+            ZeroOccasion::Kept
         } else {
-            ZeroMoment::After
+            ZeroOccasion::After
         };
-        self.say(
+        self.notify(
             format!("zero drift: {:.1} um, {drift_n:.2} N", drift_m * 1e6),
             out,
         );
@@ -131,7 +131,7 @@ impl Machine {
     /// Drift of the displacement zero that matters: a share of what is measured on it, no less than the gauge can show.
     pub(super) fn drift_limit_m(&self) -> f64 {
         let settle = &self.plan.procedure.settle;
-        let digit_m = self.feed(Channel::Displacement).last.as_ref();
+        let digit_m = self.stream(Channel::Displacement).last.as_ref();
         let digit_m = digit_m.map_or(0.0, |last| last.resolution_si);
         let least_m = settle.spread_m.max(DRIFT_DIGITS * digit_m);
         let zero = self.state.zero.as_ref();
@@ -150,7 +150,7 @@ impl Machine {
 
     /// Drift of the force zero that matters.
     fn drift_limit_n(&self) -> f64 {
-        let digit_n = self.feed(Channel::Force).last.as_ref();
+        let digit_n = self.stream(Channel::Force).last.as_ref();
         let digit_n = digit_n.map_or(0.0, |last| last.resolution_si);
         (FORCE_DRIFT_SHARE * self.plan.largest_n()).max(DRIFT_DIGITS * digit_n)
     }
