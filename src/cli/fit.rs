@@ -3,7 +3,7 @@
 use crate::analysis::{Data, FitData, FitSettings, PaperFitSettings, doubts_about_fit};
 use crate::fit::{FactorStatus, FitOutcome, PaperFit};
 use crate::least_squares::SigmaMode;
-use crate::report::{fit_figures, fit_json, fit_text, paper_steps_json, paper_steps_text};
+use crate::report::{FitReport, fit_figures, fit_text, paper_steps_text};
 use crate::stiffness::Method as StiffnessMethod;
 
 use super::args::{FitArgs, Global, MethodArg, Sigma};
@@ -23,13 +23,12 @@ pub(super) fn run(args: &FitArgs, global: &Global) -> Result<Outcome, Failure> {
     let prepared = FitData::new(data, &args.model.choice()?, method)?;
     let fitted = match args.method {
         MethodArg::LeastSquares => least_squares(args, &prepared, global).map(|outcome| {
-            let (text, data) = (fit_text(&outcome), fit_json(&outcome));
+            let (text, data) = (fit_text(&outcome), FitReport::from(&outcome));
             (outcome, text, data)
         }),
         MethodArg::Paper => paper(args, &prepared, global).map(|fit| {
             let text = paper_steps_text(&fit) + &fit_text(&fit.outcome);
-            let mut data = fit_json(&fit.outcome);
-            data["steps"] = paper_steps_json(&fit);
+            let data = FitReport::from(&fit);
             (fit.outcome, text, data)
         }),
     };

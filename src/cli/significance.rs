@@ -2,7 +2,7 @@
 
 use crate::analysis::{Inputs, fixed_physics};
 use crate::fit::{Scope, significance};
-use crate::report::{significance_json, significance_with_sequence};
+use crate::report::{SignificanceReport, significance_with_sequence};
 use crate::robot::ModelParameter;
 use crate::stiffness::Method;
 use crate::test_point::PoseId;
@@ -52,7 +52,7 @@ pub(super) fn run(args: &SignificanceArgs) -> Result<Outcome, Failure> {
         significance_with_sequence(&found)
     );
     Ok(
-        Outcome::new("significance", text, significance_json(&found))
+        Outcome::new("significance", text, SignificanceReport::from(&found))
             .with_inputs(Inputs::default().with_model(&resolved))
             .with_warnings(resolved.warnings.clone()),
     )

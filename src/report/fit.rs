@@ -2,113 +2,14 @@
 
 use std::fmt::Write;
 
-use serde_json::{Value, json};
-
 use crate::fit::{
-    FactorEstimate, FactorStatus, FitMethod, FitOutcome, FittedCell, MonteCarloFit, PaperFit,
-    PoseFit, WeightBasis,
+    FactorStatus, FitMethod, FitOutcome, MonteCarloFit, PaperFit, PoseFit, WeightBasis,
 };
 use crate::least_squares::SigmaMode;
-use crate::physics::Effect;
 use crate::quantity::NEWTON_PER_METRE_PER_NEWTON_PER_MICROMETRE as N_PER_UM;
-use crate::reported::Reported;
 
-use super::significance::{sequence_text, significance_json, significance_text};
+use super::significance::{sequence_text, significance_text};
 use super::text::{AlignedTable, interval, significant};
-
-/// The JSON contract's `data` of a fit.
-#[must_use]
-pub fn fit_json(outcome: &FitOutcome) -> Value {
-    let class = |first: usize| -> Value {
-        let of = |estimate: &FactorEstimate| {
-            (
-                estimate
-                    .name
-                    .rsplit('.')
-                    .next()
-                    .unwrap_or(&estimate.name)
-                    .to_owned(),
-                factor_json(estimate),
-            )
-        };
-        Value::Object(outcome.estimates[first..first + 4].iter().map(of).collect())
-    };
-    json!({
-        "method": outcome.method,
-        "mechanism": outcome.mechanism,
-        "physics": outcome.physics.iter().map(Effect::to_json).collect::<Vec<_>>(),
-        "factors": { "beam": class(0), "link": class(4) },
-        "parameters": outcome.estimates.iter().map(parameter_json).collect::<Vec<_>>(),
-        "correlation": outcome.correlation,
-        "sigma": outcome.agreement.as_ref().map(|a| sigma_word(a.sigma)),
-        "weights": outcome.agreement.as_ref().map(|a| a.basis),
-        "dof": outcome.agreement.as_ref().map(|a| a.dof),
-        "reduced_chi2": outcome.agreement.as_ref().and_then(|a| a.reduced_chi_squared),
-        "p": outcome.agreement.as_ref().and_then(|a| a.p_value),
-        "cells": outcome.cells.iter().map(cell_json).collect::<Vec<_>>(),
-        "max_error_percent": outcome.max_error_percent(),
-        "termination": outcome.termination,
-        "advice": outcome.advice,
-    })
-}
-
-fn factor_json(estimate: &FactorEstimate) -> Value {
-    let words = match &estimate.status {
-        FactorStatus::AtBound { words, .. } | FactorStatus::NotIdentified { words } => {
-            Some(words.clone())
-        }
-        FactorStatus::Tied { to } => Some(format!("in proportion to {to}")),
-        FactorStatus::Free | FactorStatus::Fixed => None,
-    };
-    let tied_to = match &estimate.status {
-        FactorStatus::Tied { to } => Some(to),
-        _ => None,
-    };
-    json!({
-        "value": estimate.value,
-        "ci95": estimate.interval_95,
-        "islands": estimate.islands_95,
-        "ci95_quadratic": estimate.quadratic_interval_95,
-        "ci95_bootstrap": estimate.bootstrap_interval_95,
-        "status": estimate.status.word(),
-        "tied_to": tied_to,
-        "start": estimate.start,
-        "words": words,
-    })
-}
-
-/// One member of the list of parameters.
-fn parameter_json(estimate: &FactorEstimate) -> Value {
-    let mut entry = json!({
-        "name": estimate.name,
-        "value": estimate.value,
-        "unit": estimate.parameter.unit(),
-        "se": estimate.standard_uncertainty,
-        "ci95": estimate.interval_95,
-        "islands": estimate.islands_95,
-        "bounds": estimate.bounds,
-        "status": estimate.status.word(),
-        "start": estimate.start,
-    });
-    if let FactorStatus::Tied { to } = &estimate.status {
-        entry["tied_to"] = json!(to);
-    }
-    entry
-}
-
-fn cell_json(cell: &FittedCell) -> Value {
-    let measured = Reported::exact(cell.measured_n_per_m / N_PER_UM, "N/um");
-    json!({
-        "pose": cell.cell.pose,
-        "direction": cell.cell.direction,
-        "measured": measured,
-        "predicted": Reported::exact(cell.predicted_n_per_m / N_PER_UM, "N/um"),
-        "ratio_percent": cell.ratio_percent(),
-        "ln_uncertainty": cell.ln_uncertainty,
-        "held_out": cell.held_out,
-        "predicted_without_its_pose": cell.predicted_without_its_pose_n_per_m.map(|k| Reported::exact(k / N_PER_UM, "N/um")),
-    })
-}
 
 /// Factors, cells, and what to think of them.
 #[must_use]
@@ -329,38 +230,6 @@ fn method_words(method: FitMethod) -> &'static str {
         FitMethod::LeastSquares => "least squares on ln K of all training cells",
         FitMethod::Paper => "the paper's procedure",
     }
-}
-
-fn sigma_word(sigma: SigmaMode) -> &'static str {
-    match sigma {
-        SigmaMode::Known => "known",
-        SigmaMode::Estimated => "estimated",
-    }
-}
-
-/// The nine steps for programs.
-#[must_use]
-pub fn paper_steps_json(fit: &PaperFit) -> Value {
-    let pose = |fit: &PoseFit| {
-        json!({
-            "pose": fit.pose,
-            "weight": fit.weight,
-            "significance": significance_json(&fit.significance),
-            "sequence": fit.sequence,
-            "trials": { "steps": fit.fit.steps, "evaluations": fit.fit.evaluations },
-            "factors": fit.fit.factors,
-        })
-    };
-    json!({
-        "1_objective": format!("multi-source model of mechanism {}", fit.outcome.mechanism),
-        "2_to_4_single_source": fit.single_source.iter().map(pose).collect::<Vec<_>>(),
-        "single_source_given": fit.single_source_given,
-        "single_source_factors": fit.single_source_factors,
-        "5_start_with_link_factors": fit.start,
-        "6_and_7_multi_source": fit.multi_source.iter().map(pose).collect::<Vec<_>>(),
-        "8_combined_factors": fit.outcome.factors,
-        "9_validation": fit.outcome.cells.iter().map(cell_json).collect::<Vec<_>>(),
-    })
 }
 
 /// The nine steps for people, up to the combination; step 9 is [`fit_text`].

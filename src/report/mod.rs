@@ -9,6 +9,7 @@ mod diagnosis;
 mod diagnosis_figures;
 mod figures;
 mod fit;
+mod fit_report;
 mod instrument;
 mod map;
 pub mod paper;
@@ -32,7 +33,11 @@ pub use figures::{
     FitFigures, correlation_figure, fit_figures, load_displacement_figure, residuals_figure,
     robot_figure, workspace_figure,
 };
-pub use fit::{fit_json, fit_text, paper_steps_json, paper_steps_text};
+pub use fit::{fit_text, paper_steps_text};
+pub use fit_report::{
+    ClassFactors, FactorReport, FitReport, FittedCellReport, PaperSteps, ParameterReport,
+    PoseFitReport, TrialReport,
+};
 pub use instrument::*;
 #[cfg(feature = "parquet")]
 pub use map::points_parquet;
@@ -50,7 +55,9 @@ pub use robot::{
 };
 pub use schemas::schemas;
 pub use session::*;
-pub use significance::{significance_json, significance_with_sequence};
+pub use significance::{
+    ByDirection, FurtherSignificance, SignificanceReport, significance_with_sequence,
+};
 pub use simulation::*;
 pub use specimen::{SpecimenReport, specimen_json, specimen_text};
 pub use stiffness::stiffness_text;

@@ -19,6 +19,7 @@ use crate::test_point::{Cell, Direction, PoseId};
 
 use models::PaperModels;
 
+use super::fit_report::FitReport;
 use super::text::{AlignedTable, significant};
 
 /// The transcribed tables.
@@ -288,8 +289,8 @@ impl PaperReport {
         json!({
             "cells": cells,
             "stated_worst_percent": self.stated_worst_percent,
-            "procedure": super::fit::fit_json(&self.procedure),
-            "joint": super::fit::fit_json(&self.joint),
+            "procedure": FitReport::from(&self.procedure),
+            "joint": FitReport::from(&self.joint),
         })
     }
 }

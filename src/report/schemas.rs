@@ -7,10 +7,10 @@ use crate::stiffness::StiffnessTable;
 
 use super::{
     BindingReport, ComparisonReport, ComplianceReport, DecodeReport, DesignSummary,
-    EmulationReport, FigureReport, InstrumentList, InstrumentReport, InstrumentSummary,
+    EmulationReport, FigureReport, FitReport, InstrumentList, InstrumentReport, InstrumentSummary,
     JournalReport, MapResult, MobilityReport, PlanReport, PortList, ReadReport, RecordReport,
-    ReplayReport, RobotCheck, RobotReport, RunReport, ShardReport, SimulationReport, StatusReport,
-    TraceReport, TraceValues, VerifyReport, WorkspaceReport,
+    ReplayReport, RobotCheck, RobotReport, RunReport, ShardReport, SignificanceReport,
+    SimulationReport, StatusReport, TraceReport, TraceValues, VerifyReport, WorkspaceReport,
 };
 
 /// The schema of `data` of each kind of result, as far as the result is a struct.
@@ -20,6 +20,7 @@ pub fn schemas() -> Vec<(&'static str, Schema)> {
         ("compare", of::<ComparisonReport>()),
         ("design", of::<DesignSummary>()),
         ("emulate", of::<EmulationReport>()),
+        ("fit", of::<FitReport>()),
         ("instrument", of::<InstrumentReport>()),
         ("instrument-check", of::<InstrumentSummary>()),
         ("instrument-decode", of::<DecodeReport>()),
@@ -40,6 +41,7 @@ pub fn schemas() -> Vec<(&'static str, Schema)> {
         ("session-run", of::<RunReport>()),
         ("session-status", of::<StatusReport>()),
         ("session-verify", of::<VerifyReport>()),
+        ("significance", of::<SignificanceReport>()),
         ("simulate", of::<SimulationReport>()),
         ("stiffness", of::<StiffnessTable>()),
         ("trace", of::<TraceReport>()),

@@ -1,10 +1,14 @@
 //! Significance of the section constants, for people and for programs.
 
-use serde_json::{Value, json};
+use std::collections::BTreeMap;
+
+use schemars::JsonSchema;
+use serde::Serialize;
 
 use crate::fit::{Scope, SectionSignificance, SequenceStep};
+use crate::robot::FittingFactors;
 use crate::structure::Property;
-use crate::test_point::Direction;
+use crate::test_point::PoseId;
 
 use super::text::{AlignedTable, significant};
 
@@ -102,46 +106,94 @@ pub(super) fn sequence_text(sequence: &[SequenceStep]) -> String {
     sequence.iter().map(step).collect::<Vec<_>>().join(", ")
 }
 
-/// The same for programs.
-#[must_use]
-pub fn significance_json(significance: &SectionSignificance) -> Value {
-    let by_direction = |values: [f64; 3]| -> Value {
-        Value::Object(
-            Direction::ALL
-                .into_iter()
-                .map(|d| (d.to_string(), json!(values[d.index()])))
-                .collect(),
-        )
-    };
-    let by_property = |rows: [[f64; 3]; 4]| -> Value {
-        Value::Object(
-            Property::ALL
-                .into_iter()
-                .map(|p| (p.name().to_owned(), by_direction(rows[p.index()])))
-                .collect(),
-        )
-    };
-    json!({
-        "pose": significance.pose,
-        "scope": significance.scope,
-        "factors": significance.factors,
-        "compliance_um_per_N": by_direction(significance.compliance_m_per_n.map(|c| c * 1e6)),
-        "remaining_at_100": by_property(significance.remaining),
-        "share": by_property(significance.shares),
-        "share_of_others": by_direction(significance.share_of_others),
-        "sequence": significance.sequence(),
-        "further": significance.further.iter().map(|further| json!({
-            "name": further.parameter.to_string(),
-            "value": further.value,
-            "unit": further.parameter.unit(),
-            "remaining_at_100": by_direction(further.remaining),
-            "share": by_direction(further.shares),
-            "adds_one_percent_at": Direction::ALL
-                .into_iter()
-                .map(|d| (d.to_string(), json!(further.adds_a_hundredth[d.index()])))
-                .collect::<serde_json::Map<_, _>>(),
-        })).collect::<Vec<_>>(),
-    })
+/// Significance as the data of `stiffbench significance --json`.
+#[derive(Debug, Clone, Serialize, JsonSchema)]
+pub struct SignificanceReport {
+    /// The pose.
+    pub pose: PoseId,
+    /// Elements in which the constants were changed.
+    pub scope: Scope,
+    /// The factors around which they were changed.
+    pub factors: FittingFactors,
+    /// Displacement per force, um/N.
+    #[serde(rename = "compliance_um_per_N")]
+    pub compliance_um_per_n: ByDirection<f64>,
+    /// What remains of the displacement when a constant is multiplied by 100, by constant, 1.
+    pub remaining_at_100: BTreeMap<&'static str, ByDirection<f64>>,
+    /// Share of each constant in the compliance, 1.
+    pub share: BTreeMap<&'static str, ByDirection<f64>>,
+    /// Share of everything else, 1.
+    pub share_of_others: ByDirection<f64>,
+    /// The fitting sequence.
+    pub sequence: Vec<SequenceStep>,
+    /// Single sections and springs.
+    pub further: Vec<FurtherSignificance>,
+}
+
+/// A value along each axis.
+#[derive(Debug, Clone, Serialize, JsonSchema)]
+pub struct ByDirection<T> {
+    /// Along x.
+    pub x: T,
+    /// Along y.
+    pub y: T,
+    /// Along z.
+    pub z: T,
+}
+
+/// Significance of a single section constant or a spring.
+#[derive(Debug, Clone, Serialize, JsonSchema)]
+pub struct FurtherSignificance {
+    /// Its name.
+    pub name: String,
+    /// Its value in `unit`.
+    pub value: f64,
+    /// `1` of a factor, `rad/(N*m)` of a spring.
+    pub unit: &'static str,
+    /// What remains of the displacement when it is a hundred times as stiff, 1.
+    pub remaining_at_100: ByDirection<f64>,
+    /// Its share in the compliance, 1.
+    pub share: ByDirection<f64>,
+    /// Compliance of a spring that adds 1 % to the displacement, rad/(N*m); `null` where no load acts on it, and for factors.
+    pub adds_one_percent_at: ByDirection<Option<f64>>,
+}
+
+impl<T> From<[T; 3]> for ByDirection<T> {
+    fn from([x, y, z]: [T; 3]) -> Self {
+        Self { x, y, z }
+    }
+}
+
+impl From<&SectionSignificance> for SignificanceReport {
+    fn from(significance: &SectionSignificance) -> Self {
+        let by_property = |rows: &[[f64; 3]; 4]| {
+            let rows = Property::ALL.into_iter().zip(rows);
+            rows.map(|(property, row)| (property.name(), (*row).into()))
+                .collect()
+        };
+        let further = significance
+            .further
+            .iter()
+            .map(|further| FurtherSignificance {
+                name: further.parameter.to_string(),
+                value: further.value,
+                unit: further.parameter.unit(),
+                remaining_at_100: further.remaining.into(),
+                share: further.shares.into(),
+                adds_one_percent_at: further.adds_a_hundredth.into(),
+            });
+        Self {
+            pose: significance.pose.clone(),
+            scope: significance.scope,
+            factors: significance.factors.clone(),
+            compliance_um_per_n: significance.compliance_m_per_n.map(|c| c * 1e6).into(),
+            remaining_at_100: by_property(&significance.remaining),
+            share: by_property(&significance.shares),
+            share_of_others: significance.share_of_others.into(),
+            sequence: significance.sequence(),
+            further: further.collect(),
+        }
+    }
 }
 
 /// Table and sequence together.

@@ -190,6 +190,10 @@ fn arguments_without_meaning() {
             ["two numbers", "--bounds 0.1..10"],
         ),
         (
+            "session run s --no-input --effect gauge-stand-compliance@y:c=1um/N",
+            ["emulated bench only", "--emulated"],
+        ),
+        (
             "fit paper-experiment --tie link.A",
             ["equals sign", "--tie link.A=beam.A"],
         ),

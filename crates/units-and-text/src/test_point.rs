@@ -159,7 +159,7 @@ impl fmt::Display for Branch {
 }
 
 /// One cell of the experiment: all readings of one pose along one direction.
-#[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize)]
+#[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, schemars::JsonSchema)]
 pub struct Cell {
     /// The pose held.
     pub pose: PoseId,

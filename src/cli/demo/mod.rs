@@ -9,7 +9,7 @@ use serde_json::json;
 
 use crate::analysis::{Data, FitData, FitSettings, LoadedSession, ModelChoice};
 use crate::report::{
-    fit_figures, fit_json, fit_text, load_displacement_figure, paper_report, robot_figure,
+    FitReport, fit_figures, fit_text, load_displacement_figure, paper_report, robot_figure,
     stiffness_text,
 };
 use crate::robot::Predictor;
@@ -122,7 +122,7 @@ pub(super) fn run(args: &DemoArgs, global: &Global) -> Result<Outcome, Failure> 
     );
     let data = json!({
         "stiffness": table,
-        "fit": fit_json(&outcome),
+        "fit": FitReport::from(&outcome),
         "paper_table_vi": { "stated_worst_percent": paper.stated_worst_percent, "procedure": paper.procedure.max_error_percent(), "joint": paper.joint.max_error_percent() },
         "files": files,
     });

@@ -50,7 +50,15 @@ pub(super) fn emulate(
     use crate::instrument::emulator::FaultScript;
 
     if !args.emulated {
-        return Ok(None);
+        if resolved.physics.effects.is_empty() {
+            return Ok(None);
+        }
+        return Err(CliError::Argument {
+            argument: "--effect, --model".to_owned(),
+            problem: "effects act on an emulated bench only".to_owned(),
+            help: Some("add --emulated, or leave them out".to_owned()),
+        }
+        .into());
     }
     let [force, displacement] = GAUGES.map(str::to_owned);
     let force = args.force_instrument.get_or_insert(force).clone();

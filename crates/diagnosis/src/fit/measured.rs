@@ -39,7 +39,7 @@ impl LnUncertainty {
 }
 
 /// Where the cells' own uncertainties come from.
-#[derive(Debug, Clone, Copy, PartialEq, serde::Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, serde::Serialize, schemars::JsonSchema)]
 #[serde(rename_all = "kebab-case", tag = "basis")]
 pub enum WeightBasis {
     /// Scatter of run slopes and of readings, each pooled over all cells.

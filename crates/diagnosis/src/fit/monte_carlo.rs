@@ -47,7 +47,7 @@ impl Default for MonteCarloSettings {
 const LAST_RANGE: f64 = 1e-4;
 
 /// One factor fitted in one pass.
-#[derive(Debug, Clone, PartialEq, serde::Serialize)]
+#[derive(Debug, Clone, PartialEq, serde::Serialize, schemars::JsonSchema)]
 pub struct MonteCarloStep {
     /// Pass, from 1.
     pub pass: usize,

@@ -8,7 +8,7 @@ use stiffbench_units_and_text::test_point::Cell;
 use super::measured::{MeasuredStiffness, WeightBasis};
 
 /// How the factors were found.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize, schemars::JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum FitMethod {
     /// All cells at once, weights from their uncertainties.
@@ -135,7 +135,7 @@ impl FittedCell {
 }
 
 /// Correlations of the factors the data determine.
-#[derive(Debug, Clone, PartialEq, serde::Serialize)]
+#[derive(Debug, Clone, PartialEq, serde::Serialize, schemars::JsonSchema)]
 pub struct FactorCorrelations {
     /// Names, in the order of rows and columns.
     pub names: Vec<String>,
@@ -164,7 +164,7 @@ pub struct FitAgreement {
 }
 
 /// The single further cell that would help most with one factor.
-#[derive(Debug, Clone, PartialEq, serde::Serialize)]
+#[derive(Debug, Clone, PartialEq, serde::Serialize, schemars::JsonSchema)]
 pub struct Advice {
     /// The parameter.
     pub factor: String,

@@ -1,0 +1,329 @@
+//! A fit as the data of `stiffbench fit --json`.
+
+use std::collections::BTreeMap;
+
+use schemars::JsonSchema;
+use serde::Serialize;
+use serde_json::Value;
+
+use crate::fit::{
+    Advice, FactorCorrelations, FactorEstimate, FactorStatus, FitMethod, FitOutcome, FittedCell,
+    MonteCarloStep, PaperFit, PoseFit, SequenceStep, WeightBasis,
+};
+use crate::least_squares::SigmaMode;
+use crate::physics::Effect;
+use crate::quantity::NEWTON_PER_METRE_PER_NEWTON_PER_MICROMETRE as N_PER_UM;
+use crate::reported::Reported;
+use crate::robot::{ElementClass, FittingFactors, ModelParameter};
+use crate::test_point::{Direction, PoseId};
+
+use super::significance::SignificanceReport;
+
+/// A fit.
+#[derive(Debug, Clone, Serialize, JsonSchema)]
+pub struct FitReport {
+    /// How the parameters were found.
+    pub method: FitMethod,
+    /// The mechanism that was fitted.
+    pub mechanism: String,
+    /// What acted beside the beams, held fixed: law, place and parameters.
+    pub physics: Vec<Value>,
+    /// The factors of beams and links by section constant, A, Iy, Iz, J.
+    pub factors: ClassFactors,
+    /// Every parameter of the model: factors of classes, then single sections and springs.
+    pub parameters: Vec<ParameterReport>,
+    /// Correlations of the determined parameters; `null` without intervals.
+    pub correlation: Option<FactorCorrelations>,
+    /// Where the standard deviation of the residuals comes from: `known` or `estimated`.
+    pub sigma: Option<&'static str>,
+    /// Where the weights come from.
+    pub weights: Option<WeightBasis>,
+    /// Residuals less determined parameters.
+    pub dof: Option<usize>,
+    /// Sum of squared residuals over `dof`.
+    pub reduced_chi2: Option<f64>,
+    /// Probability of a sum of squares at least as large if model and uncertainties are right.
+    pub p: Option<f64>,
+    /// Every measured cell.
+    pub cells: Vec<FittedCellReport>,
+    /// Largest |ratio - 100| over held-out cells, else over all.
+    pub max_error_percent: Option<f64>,
+    /// Why the search ended.
+    pub termination: String,
+    /// What to measure for parameters that are not determined well.
+    pub advice: Vec<Advice>,
+    /// The nine steps, of the paper's method only.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub steps: Option<PaperSteps>,
+}
+
+/// Factors by class of element and section constant.
+#[derive(Debug, Clone, Serialize, JsonSchema)]
+pub struct ClassFactors {
+    /// Of beams.
+    pub beam: BTreeMap<&'static str, FactorReport>,
+    /// Of links.
+    pub link: BTreeMap<&'static str, FactorReport>,
+}
+
+/// A factor of a class.
+#[derive(Debug, Clone, Serialize, JsonSchema)]
+pub struct FactorReport {
+    /// Its value, 1.
+    pub value: f64,
+    /// 95 % likelihood-ratio interval, from the first island to the last.
+    pub ci95: Option<[f64; 2]>,
+    /// Islands of that interval; empty if it has no gaps.
+    pub islands: Vec<[f64; 2]>,
+    /// 95 % interval from the covariance.
+    pub ci95_quadratic: Option<[f64; 2]>,
+    /// 95 % interval of the bootstrap over runs.
+    pub ci95_bootstrap: Option<[f64; 2]>,
+    /// `free`, `fixed`, `tied`, `at_bound` or `not_identified`.
+    pub status: &'static str,
+    /// The parameter that it is tied to.
+    pub tied_to: Option<String>,
+    /// Where the fit began.
+    pub start: f64,
+    /// What the data show of it instead of an interval.
+    pub words: Option<String>,
+}
+
+/// A parameter of the model.
+#[derive(Debug, Clone, Serialize, JsonSchema)]
+pub struct ParameterReport {
+    /// Its name, for example `beam.Iy`, `section.rod.A`, `joint.J2` or `base.x`.
+    pub name: String,
+    /// Its value in `unit`.
+    pub value: f64,
+    /// `1` of a factor, `rad/(N*m)` of a spring.
+    pub unit: &'static str,
+    /// Standard uncertainty.
+    pub se: Option<f64>,
+    /// 95 % likelihood-ratio interval, from the first island to the last.
+    pub ci95: Option<[f64; 2]>,
+    /// Islands of that interval; empty if it has no gaps.
+    pub islands: Vec<[f64; 2]>,
+    /// Smallest and largest value that the fit could give it; `null` of one that it does not move.
+    pub bounds: Option<[f64; 2]>,
+    /// `free`, `fixed`, `tied`, `at_bound` or `not_identified`.
+    pub status: &'static str,
+    /// Where the fit began.
+    pub start: f64,
+    /// The parameter that it is tied to.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub tied_to: Option<String>,
+}
+
+/// A measured cell beside its prediction.
+#[derive(Debug, Clone, Serialize, JsonSchema)]
+pub struct FittedCellReport {
+    /// The pose.
+    pub pose: PoseId,
+    /// The direction.
+    pub direction: Direction,
+    /// Measured stiffness.
+    pub measured: Reported,
+    /// Stiffness of the fitted model.
+    pub predicted: Reported,
+    /// Predicted over measured, %.
+    pub ratio_percent: f64,
+    /// Combined standard uncertainty of ln K measured.
+    pub ln_uncertainty: Option<f64>,
+    /// Whether its pose took no part in the fit.
+    pub held_out: bool,
+    /// Stiffness predicted by a fit without this pose.
+    pub predicted_without_its_pose: Option<Reported>,
+}
+
+/// The nine steps of the paper.
+#[derive(Debug, Clone, Serialize, JsonSchema)]
+pub struct PaperSteps {
+    /// Step 1.
+    #[serde(rename = "1_objective")]
+    pub objective: String,
+    /// Steps 2 to 4, by pose; empty if the factors were given.
+    #[serde(rename = "2_to_4_single_source")]
+    pub single_source: Vec<PoseFitReport>,
+    /// The set of factors that was given instead.
+    pub single_source_given: Option<String>,
+    /// Single-source factors.
+    pub single_source_factors: FittingFactors,
+    /// Step 5.
+    #[serde(rename = "5_start_with_link_factors")]
+    pub start: FittingFactors,
+    /// Steps 6 and 7, by pose.
+    #[serde(rename = "6_and_7_multi_source")]
+    pub multi_source: Vec<PoseFitReport>,
+    /// Step 8.
+    #[serde(rename = "8_combined_factors")]
+    pub combined: FittingFactors,
+    /// Step 9.
+    #[serde(rename = "9_validation")]
+    pub validation: Vec<FittedCellReport>,
+}
+
+/// The fit of one pose.
+#[derive(Debug, Clone, Serialize, JsonSchema)]
+pub struct PoseFitReport {
+    /// The pose.
+    pub pose: PoseId,
+    /// Its weight in the combination.
+    pub weight: f64,
+    /// Significance around the start.
+    pub significance: SignificanceReport,
+    /// Sequence that follows from it.
+    pub sequence: Vec<SequenceStep>,
+    /// The random trials.
+    pub trials: TrialReport,
+    /// The factors it ended with.
+    pub factors: FittingFactors,
+}
+
+/// Random trials.
+#[derive(Debug, Clone, Serialize, JsonSchema)]
+pub struct TrialReport {
+    /// Every step on the way.
+    pub steps: Vec<MonteCarloStep>,
+    /// Structures solved.
+    pub evaluations: usize,
+}
+
+impl From<&FitOutcome> for FitReport {
+    fn from(outcome: &FitOutcome) -> Self {
+        let agreement = outcome.agreement.as_ref();
+        let of_class = |class: ElementClass| {
+            let estimates = outcome.estimates.iter();
+            estimates
+                .filter_map(|estimate| match &estimate.parameter {
+                    ModelParameter::Class(own, property) if *own == class => {
+                        Some((property.name(), FactorReport::from(estimate)))
+                    }
+                    _ => None,
+                })
+                .collect()
+        };
+        Self {
+            method: outcome.method,
+            mechanism: outcome.mechanism.clone(),
+            physics: outcome.physics.iter().map(Effect::to_json).collect(),
+            factors: ClassFactors {
+                beam: of_class(ElementClass::Beam),
+                link: of_class(ElementClass::Link),
+            },
+            parameters: outcome.estimates.iter().map(Into::into).collect(),
+            correlation: outcome.correlation.clone(),
+            sigma: agreement.map(|agreement| match agreement.sigma {
+                SigmaMode::Known => "known",
+                SigmaMode::Estimated => "estimated",
+            }),
+            weights: agreement.map(|agreement| agreement.basis),
+            dof: agreement.map(|agreement| agreement.dof),
+            reduced_chi2: agreement.and_then(|agreement| agreement.reduced_chi_squared),
+            p: agreement.and_then(|agreement| agreement.p_value),
+            cells: outcome.cells.iter().map(Into::into).collect(),
+            max_error_percent: outcome.max_error_percent(),
+            termination: outcome.termination.clone(),
+            advice: outcome.advice.clone(),
+            steps: None,
+        }
+    }
+}
+
+impl From<&PaperFit> for FitReport {
+    fn from(fit: &PaperFit) -> Self {
+        let of_poses = |fits: &[PoseFit]| fits.iter().map(Into::into).collect();
+        Self {
+            steps: Some(PaperSteps {
+                objective: format!("multi-source model of mechanism {}", fit.outcome.mechanism),
+                single_source: of_poses(&fit.single_source),
+                single_source_given: fit.single_source_given.clone(),
+                single_source_factors: fit.single_source_factors.clone(),
+                start: fit.start.clone(),
+                multi_source: of_poses(&fit.multi_source),
+                combined: fit.outcome.factors.clone(),
+                validation: fit.outcome.cells.iter().map(Into::into).collect(),
+            }),
+            ..Self::from(&fit.outcome)
+        }
+    }
+}
+
+/// The parameter that one is tied to.
+fn tied_to(estimate: &FactorEstimate) -> Option<String> {
+    match &estimate.status {
+        FactorStatus::Tied { to } => Some(to.clone()),
+        _ => None,
+    }
+}
+
+impl From<&FactorEstimate> for FactorReport {
+    fn from(estimate: &FactorEstimate) -> Self {
+        Self {
+            value: estimate.value,
+            ci95: estimate.interval_95,
+            islands: estimate.islands_95.clone(),
+            ci95_quadratic: estimate.quadratic_interval_95,
+            ci95_bootstrap: estimate.bootstrap_interval_95,
+            status: estimate.status.word(),
+            tied_to: tied_to(estimate),
+            start: estimate.start,
+            words: match &estimate.status {
+                FactorStatus::AtBound { words, .. } | FactorStatus::NotIdentified { words } => {
+                    Some(words.clone())
+                }
+                FactorStatus::Tied { to } => Some(format!("in proportion to {to}")),
+                FactorStatus::Free | FactorStatus::Fixed => None,
+            },
+        }
+    }
+}
+
+impl From<&FactorEstimate> for ParameterReport {
+    fn from(estimate: &FactorEstimate) -> Self {
+        Self {
+            name: estimate.name.clone(),
+            value: estimate.value,
+            unit: estimate.parameter.unit(),
+            se: estimate.standard_uncertainty,
+            ci95: estimate.interval_95,
+            islands: estimate.islands_95.clone(),
+            bounds: estimate.bounds,
+            status: estimate.status.word(),
+            start: estimate.start,
+            tied_to: tied_to(estimate),
+        }
+    }
+}
+
+impl From<&FittedCell> for FittedCellReport {
+    fn from(cell: &FittedCell) -> Self {
+        let stiffness = |n_per_m: f64| Reported::exact(n_per_m / N_PER_UM, "N/um");
+        Self {
+            pose: cell.cell.pose.clone(),
+            direction: cell.cell.direction,
+            measured: stiffness(cell.measured_n_per_m),
+            predicted: stiffness(cell.predicted_n_per_m),
+            ratio_percent: cell.ratio_percent(),
+            ln_uncertainty: cell.ln_uncertainty,
+            held_out: cell.held_out,
+            predicted_without_its_pose: cell.predicted_without_its_pose_n_per_m.map(stiffness),
+        }
+    }
+}
+
+impl From<&PoseFit> for PoseFitReport {
+    fn from(fit: &PoseFit) -> Self {
+        Self {
+            pose: fit.pose.clone(),
+            weight: fit.weight,
+            significance: (&fit.significance).into(),
+            sequence: fit.sequence.clone(),
+            trials: TrialReport {
+                steps: fit.fit.steps.clone(),
+                evaluations: fit.fit.evaluations,
+            },
+            factors: fit.fit.factors.clone(),
+        }
+    }
+}
