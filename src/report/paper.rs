@@ -73,7 +73,7 @@ impl PaperCell {
 pub struct PaperReport {
     /// Every printed cell of Tables I and III to VI.
     pub cells: Vec<PaperCell>,
-    /// The paper's procedure on the measured stiffness of Table VI, P1 and P3, judged on P2 and P4.
+    /// The paper's procedure on the measured stiffness of Table VI, P1 and P3, validated on P2 and P4.
     pub procedure: FitOutcome,
     /// The joint fit on the same cells.
     pub joint: FitOutcome,
@@ -259,7 +259,7 @@ impl PaperReport {
                 .collect::<Vec<_>>()
         };
         let mut rows = AlignedTable::new(&[
-            "fit to the measured stiffness of P1 and P3, judged on P2 and P4",
+            "fit to the measured stiffness of P1 and P3, validated on P2 and P4",
             "largest error",
             "second",
         ]);
