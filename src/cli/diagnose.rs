@@ -3,7 +3,7 @@
 use std::fmt::Write;
 use std::path::{Path, PathBuf};
 
-use serde_json::{Value, json};
+use serde_json::json;
 
 use crate::analysis::{
     DiagnoseSettings, DiagnosisReport, Inputs, LoadedSession, NoiseSource, ResolvedModel, diagnose,
@@ -11,7 +11,9 @@ use crate::analysis::{
 };
 use crate::mismatch::{Diagnosis, Verdict};
 use crate::physics::{Law, ModelFile};
-use crate::report::{diagnosis_appendix, diagnosis_figures, diagnosis_json, diagnosis_page};
+use crate::report::{
+    DiagnosisResult, DiagnosisSummary, diagnosis_appendix, diagnosis_figures, diagnosis_page,
+};
 
 use super::args::Global;
 use super::design;
@@ -64,7 +66,7 @@ fn of_session(
     let mut text = diagnosis_page(&report);
     let whole = format!("{text}\n{}", diagnosis_appendix(&report));
     let with_inputs = format!("{}{whole}", inputs.text());
-    let mut data = diagnosis_json(&report);
+    let mut data = Box::new(DiagnosisSummary::from(&report));
     if let Some(folder) = folder(args) {
         let result = model_file(&report, &model, &folder).map_err(Failure::from);
         let written = result.and_then(|model| {
@@ -84,7 +86,7 @@ fn of_session(
                     "\nThis page with all numbers behind it, the data and the figures: {}",
                     folder.display()
                 );
-                data["files"] = json!(written);
+                data.files = Some(written);
             }
             Err(failure) if args.out.is_some() => return Err(failure),
             // A verdict is not withheld because the session may only be read.
@@ -100,10 +102,12 @@ fn of_session(
         text = whole;
     }
     bar.finish_and_clear();
-    Ok(Outcome::new("diagnosis", text, data)
-        .with_inputs(inputs)
-        .with_warnings(warnings)
-        .with_strict_exit(strict_exit(&report.diagnosis)))
+    Ok(
+        Outcome::new("diagnosis", text, DiagnosisResult::Session(data))
+            .with_inputs(inputs)
+            .with_warnings(warnings)
+            .with_strict_exit(strict_exit(&report.diagnosis)),
+    )
 }
 
 /// The model with what was found in it, for a file in `folder`; where the readings cannot decide there is none to give back.
@@ -202,7 +206,7 @@ fn folder(args: &DiagnoseArgs) -> Option<PathBuf> {
 struct Page<'a> {
     text: &'a str,
     inputs: &'a Inputs,
-    data: &'a Value,
+    data: &'a DiagnosisSummary,
     model: Option<&'a ModelFile>,
     warnings: &'a [String],
 }
@@ -216,7 +220,7 @@ fn write_all(
 ) -> Result<Vec<PathBuf>, Failure> {
     let mut object = envelope("diagnosis", true);
     object["inputs"] = json!(page.inputs);
-    object["data"] = page.data.clone();
+    object["data"] = json!(page.data);
     object["warnings"] = json!(page.warnings);
     let mut files = vec![
         ("verdict.txt", page.text.to_owned()),

@@ -5,7 +5,7 @@ use serde_json::json;
 use crate::analysis::{Inputs, read_bytes, sha256};
 use crate::mismatch::{SearchOptions, diagnose, laws_that_need_a_robot, specimen_bench};
 use crate::physics::Law;
-use crate::report::{SpecimenReport, specimen_json, specimen_text};
+use crate::report::{DiagnosisResult, SpecimenSummary};
 use crate::specimen::{SpecimenOptions, read_specimen};
 
 use super::diagnose::data;
@@ -35,18 +35,13 @@ pub(super) fn run(
         ..SearchOptions::default()
     };
     let (diagnosis, _) = diagnose(&baseline, &observations, &search, None)?;
-    let report = SpecimenReport {
-        table: &table,
-        scale: &scale,
-        diagnosis: &diagnosis,
-        seed: args.seed,
-    };
-    let text = specimen_text(&report);
-    let data = specimen_json(&report);
+    let summary = SpecimenSummary::new(&table, &scale, &diagnosis, args.seed);
+    let text = summary.text();
+    let data = DiagnosisResult::Specimen(Box::new(summary));
     if let Some(folder) = &args.out {
         let mut object = envelope("diagnosis", true);
         object["inputs"] = json!(inputs);
-        object["data"] = data.clone();
+        object["data"] = json!(data);
         let text = format!("{}{text}", inputs.text());
         write(&folder.join("verdict.txt"), text.as_bytes())?;
         write(

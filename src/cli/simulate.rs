@@ -82,12 +82,7 @@ pub(super) fn run(args: &SimulateArgs) -> Result<Outcome, Failure> {
         minutes: minutes.round(),
         mechanism: resolved.mechanism.clone(),
         factors: truth,
-        physics: resolved
-            .physics
-            .effects
-            .iter()
-            .map(Effect::to_json)
-            .collect(),
+        physics: resolved.physics.effects.clone(),
         noise,
     };
     warnings.extend(resolved.warnings.iter().cloned());

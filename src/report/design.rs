@@ -4,10 +4,9 @@ use std::fmt::Write;
 
 use schemars::JsonSchema;
 use serde::Serialize;
-use serde_json::Value;
 
 use crate::mismatch::{DesignReport, LawDesign, NearRival, Suspect};
-use crate::physics::{ParameterSpec, title};
+use crate::physics::{Effect, Law, ParameterSpec, Place, title};
 
 use super::text::AlignedTable;
 
@@ -35,9 +34,9 @@ pub struct DesignSummary {
 #[derive(Debug, Clone, Serialize, JsonSchema)]
 pub struct LawAtPlace {
     /// The law.
-    pub physics: &'static str,
+    pub physics: Law,
     /// The place.
-    pub place: Value,
+    pub place: Place,
 }
 
 /// From which size on a law is found at a place.
@@ -82,11 +81,28 @@ pub struct UnseenLaw {
     pub size_needed: Option<f64>,
 }
 
+impl LawAtPlace {
+    /// The law and its place in words.
+    #[must_use]
+    pub fn title(&self) -> String {
+        title(self.physics, &self.place)
+    }
+}
+
 impl From<&Suspect> for LawAtPlace {
     fn from(suspect: &Suspect) -> Self {
         Self {
-            physics: suspect.law.name,
-            place: suspect.place.to_json(),
+            physics: suspect.law,
+            place: suspect.place.clone(),
+        }
+    }
+}
+
+impl From<&Effect> for LawAtPlace {
+    fn from(effect: &Effect) -> Self {
+        Self {
+            physics: effect.law,
+            place: effect.place.clone(),
         }
     }
 }

@@ -2,109 +2,34 @@
 
 mod answer;
 mod appendix;
-mod limits_json;
+mod detection_limits;
 mod noise;
 mod open_questions;
 mod page;
 mod phrases;
+mod summary;
 mod tables;
-mod testable;
-mod where_json;
-
-use serde_json::{Map, Value, json};
 
 use crate::analysis::DiagnosisReport;
 use crate::mismatch::{
-    FactorChange, Finding, Impossible, LawCriticalValues, Location, NextMeasurement, Quality,
-    ReadingTrace,
+    EstimatedValue, FactorChange, Finding, Impossible, LawCriticalValues, ReadingTrace,
 };
 use crate::physics::{Law, SignConstraint};
-use crate::quantity::METRES_PER_MICROMETRE;
 use crate::search::constants::{LAW_LEVEL, NULL_SAMPLES};
 use crate::test_point::Direction;
 
 pub(super) use answer::DiagnosisAnswer;
 pub use appendix::diagnosis_appendix;
-use limits_json::{detection_limits_json, levels_json};
-use noise::noise_json;
+pub use detection_limits::{DetectionLimitReport, LawLevel, SearchLevels, SeenLimit, UnseenReason};
+pub use noise::{EarlierReport, NoiseDeviation, NoiseDeviations, NoiseReport};
 pub use page::diagnosis_page;
 pub(super) use phrases::{listed, short_phrase};
-use where_json::{components_json, location_json, strata_json, where_json};
-
-/// The JSON contract's `data` of a diagnosis.
-#[must_use]
-pub fn diagnosis_json(report: &DiagnosisReport) -> Value {
-    let diagnosis = &report.diagnosis;
-    json!({
-        "verdict": diagnosis.verdict.name(),
-        "lacking": diagnosis.lacking,
-        "where": where_json(report),
-        "findings": diagnosis.findings.iter().map(finding_json).collect::<Vec<_>>(),
-        "left_over": unexplained_json(&diagnosis.unexplained),
-        "before": quality_json(report, &diagnosis.before, |reading| [reading.before_m, reading.before_within_run_m]),
-        "after": quality_json(report, &diagnosis.after, |reading| [reading.after_m, reading.after_within_run_m]),
-        "factors": report.factor_shifts().map(|(factor, status)| factor_json(factor, status)).collect::<Vec<_>>(),
-        "strata": strata_json(report),
-        "carriers": components_json(report),
-        "impossible": report.impossible().map(|one| json!({
-            "physics": one.law.name,
-            "place": one.place.to_json(),
-            "gain": finite(one.delta_chi2),
-            "reason": phrases::impossible(one.law),
-        })).collect::<Vec<_>>(),
-        "next_measurement": report.next.iter().map(next_json).collect::<Vec<_>>(),
-        "detection_limits": detection_limits_json(report),
-        "noise": noise_json(report),
-        "levels": levels_json(&report.critical),
-        "robot": report.robot,
-        "mechanism": report.mechanism,
-        "start_factors": report.factors,
-        "readings": report.observations.len(),
-        "without": names(&report.without),
-        "seed": report.seed,
-        "version": env!("CARGO_PKG_VERSION"),
-    })
-}
-
-/// A number, or null for one that JSON cannot hold.
-fn finite(value: f64) -> Value {
-    serde_json::Number::from_f64(value).map_or(Value::Null, Value::Number)
-}
-
-/// A length in µm.
-fn um(value_m: f64) -> Value {
-    finite(value_m / METRES_PER_MICROMETRE)
-}
-
-/// Names of laws, each once: the two drifts share one.
-fn names(laws: &[Law]) -> Vec<&'static str> {
-    let mut names: Vec<&'static str> = laws.iter().map(|law| law.name).collect();
-    names.dedup();
-    names
-}
-
-fn unexplained_json(left: &Location) -> Value {
-    let mut value = location_json(left);
-    value["p"] = value["p_family"].take();
-    if let Some(object) = value.as_object_mut() {
-        object.remove("p_family");
-    }
-    value
-}
-
-/// A quantity with its interval, or the reason why there is none.
-fn quantity_json(value: f64, unit: &str, ci95: Option<[f64; 2]>, why_none: &str) -> Value {
-    let ci95 = ci95.filter(|ends| ends.iter().all(|end| end.is_finite()));
-    let mut quantity = json!({ "value": finite(value), "unit": unit, "ci95": ci95 });
-    if ci95.is_none() {
-        quantity["reason"] = json!(why_none);
-    }
-    quantity
-}
-
-/// Why a parameter has no interval.
-const STEPPED: &str =
-    "the readings change with this parameter by steps, so that no standard error can be given";
+pub(super) use summary::STEPPED;
+pub use summary::{
+    ComponentShares, Determination, DiagnosisResult, DiagnosisSummary, FactorChangeReport,
+    FindingReport, FittedParameter, HeldOutReport, QualityReport, RejectedLaw, RivalReport, Strata,
+    UnexplainedReport, UntestedContrast,
+};
 
 /// The 95 % interval of a parameter of a finding; where physics forbids negative values it ends at zero.
 fn parameter_interval(finding: &Finding, place: usize) -> Option<[f64; 2]> {
@@ -116,94 +41,9 @@ fn parameter_interval(finding: &Finding, place: usize) -> Option<[f64; 2]> {
     })
 }
 
-fn finding_json(finding: &Finding) -> Value {
-    let law = finding.effect.law;
-    let parameters: Map<String, Value> = law
-        .parameters
-        .iter()
-        .enumerate()
-        .zip(&finding.values)
-        .map(|((place, spec), value)| {
-            let interval = parameter_interval(finding, place);
-            let quantity = quantity_json(value.value, spec.unit(), interval, STEPPED);
-            (spec.name.to_owned(), quantity)
-        })
-        .collect();
-    let rivals = finding.rivals.iter().map(|rival| {
-        json!({
-            "physics": rival.effect.law.name,
-            "place": rival.effect.place.to_json(),
-            "log_bayes_factor_to_winner": finite(rival.log_bayes_to_winner),
-            "cosine": finite(rival.cosine),
-        })
-    });
-    let mut value = json!({
-        "physics": law.name,
-        "place": finding.effect.place.to_json(),
-        "parameters": parameters,
-        "end_effect_um": um(finding.end_effect_m),
-        "absorbed_share": finite(finding.absorbed_share),
-        "log_bayes_factor": finite(finding.log_bayes),
-        "standard_errors": finite(finding.standard_errors),
-        "p_family": finite(finding.p_family),
-        "rivals": rivals.collect::<Vec<_>>(),
-    });
-    if let Some(group) = finding.alternative_group {
-        value["alternative_group"] = json!(group);
-    }
-    value
-}
-
-fn quality_json(
-    report: &DiagnosisReport,
-    quality: &Quality,
-    residuals: impl Fn(&ReadingTrace) -> [f64; 2],
-) -> Value {
-    let by_direction: Map<String, Value> = report
-        .directions()
-        .map(|direction| {
-            let [rms_m, _] = report.rms_m(&residuals, Some(direction));
-            (direction.to_string(), um(rms_m))
-        })
-        .collect();
-    let [_, within_runs_m] = report.rms_m(&residuals, None);
-    let percent = |rms_m: f64| finite(100.0 * rms_m / report.trace.displacement_rms_m);
-    json!({
-        "rms_um": um(quality.rms_m),
-        "rms_percent": percent(quality.rms_m),
-        "rms_um_by_direction": by_direction,
-        "within_runs_rms_um": um(within_runs_m),
-        "held_out_rms_um": quality.held_out_rms_m.map(um),
-        "held_out_rms_percent": quality.held_out_rms_m.map(percent),
-        "noise_units": finite(quality.reduced_chi2.sqrt()),
-        "held_out_noise_units": quality.held_out_noise_units.map(finite),
-        "held_out": quality.held_out.iter().map(|(pose, rms_m)| json!({ "pose": pose.as_str(), "rms_um": um(*rms_m) })).collect::<Vec<_>>(),
-        "reduced_chi2": finite(quality.reduced_chi2),
-    })
-}
-
-/// Whether the readings determine a factor.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum Determination {
-    Free,
-    AtBound,
-    NotIdentified,
-}
-
-impl Determination {
-    /// Word in files.
-    fn word(self) -> &'static str {
-        match self {
-            Self::Free => "free",
-            Self::AtBound => "at_bound",
-            Self::NotIdentified => "not_identified",
-        }
-    }
-}
-
 impl DiagnosisReport {
     /// The factors with what became of them.
-    fn factor_shifts(&self) -> impl Iterator<Item = (&FactorChange, Determination)> {
+    pub(super) fn factor_changes(&self) -> impl Iterator<Item = FactorChangeReport> {
         /// As far from its bound as a factor may stand to count as on it, in logarithms.
         const ON_BOUND: f64 = 1e-6;
         let parameters = &self.parameters;
@@ -220,7 +60,7 @@ impl DiagnosisReport {
                 (false, true) => Determination::Free,
                 (false, false) => Determination::NotIdentified,
             };
-            (factor, status)
+            FactorChangeReport::new(factor, status)
         })
     }
 
@@ -271,54 +111,13 @@ impl DiagnosisReport {
 }
 
 /// Value of a parameter from its fitted one, with its interval.
-pub(super) fn factor_value(
-    factor: &FactorChange,
-    fitted: &crate::mismatch::EstimatedValue,
-) -> (f64, Option<[f64; 2]>) {
+fn factor_value(factor: &FactorChange, fitted: &EstimatedValue) -> (f64, Option<[f64; 2]>) {
     let value = |fitted: f64| match factor.spring_rad_per_nm {
         None => fitted.exp(),
         Some(scale) => scale * fitted,
     };
     let interval = fitted.interval_95().map(|ends| ends.map(value));
     (value(fitted.value), interval)
-}
-
-fn factor_json(factor: &FactorChange, status: Determination) -> Value {
-    let unit = if factor.spring_rad_per_nm.is_some() {
-        "rad/(N*m)"
-    } else {
-        "1"
-    };
-    let quantity = |fitted: &crate::mismatch::EstimatedValue| {
-        let (value, interval) = factor_value(factor, fitted);
-        let reason = "the data do not determine this factor";
-        quantity_json(value, unit, interval, reason)
-    };
-    let [before, after] = [&factor.before, &factor.after].map(|of| factor_value(factor, of).0);
-    let change = match factor.spring_rad_per_nm {
-        None => 100.0 * (factor.after.value - factor.before.value).exp_m1(),
-        Some(_) => 100.0 * (after / before - 1.0),
-    };
-    json!({
-        "name": factor.name,
-        "before": quantity(&factor.before),
-        "after": quantity(&factor.after),
-        "change_percent": finite(change),
-        "status": status.word(),
-    })
-}
-
-fn next_json(next: &NextMeasurement) -> Value {
-    let mut value = json!({
-        "plan": next.plan,
-        "separates": next.separates,
-        "expected_log_lr": next.expected_log_lr.map(finite),
-        "minutes": finite(next.minutes),
-    });
-    if let Some(file) = &next.file {
-        value["file"] = json!(file);
-    }
-    value
 }
 
 /// The smallest chance that the draws of noise can show of a pattern.

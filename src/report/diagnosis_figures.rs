@@ -13,7 +13,7 @@ use crate::plot::{
 };
 use crate::search::constants::DISTINGUISHABLE;
 
-use super::diagnosis::{DiagnosisAnswer, factor_value, listed, short_phrase};
+use super::diagnosis::{DiagnosisAnswer, FittedParameter, listed, short_phrase};
 use crate::analysis::DiagnosisReport;
 
 /// All figures of a diagnosis with the names of their files; those that compare with a finding only where there is one.
@@ -176,19 +176,17 @@ fn evidence(
 }
 
 fn shift(report: &DiagnosisReport, found: &str) -> FactorShift {
+    let value = |fitted: &FittedParameter| FactorValue {
+        value: fitted.value,
+        ci95: fitted.ci95,
+    };
     // Springs have another unit, and their axis another scale.
-    let factors = report.diagnosis.factors.iter();
-    let factors = factors.filter(|factor| factor.spring_rad_per_nm.is_none());
-    let factors = factors.map(|factor| {
-        let value = |fitted: &crate::mismatch::EstimatedValue| {
-            let (value, ci95) = factor_value(factor, fitted);
-            FactorValue { value, ci95 }
-        };
-        ShiftedFactor {
-            name: factor.name.replace('.', " "),
-            before: value(&factor.before),
-            after: value(&factor.after),
-        }
+    let factors = report.factor_changes();
+    let factors = factors.filter(|factor| factor.after.unit == "1");
+    let factors = factors.map(|factor| ShiftedFactor {
+        name: factor.name.replace('.', " "),
+        before: value(&factor.before),
+        after: value(&factor.after),
     });
     FactorShift {
         found: found.to_owned(),

@@ -4,7 +4,6 @@ use std::collections::BTreeMap;
 
 use schemars::JsonSchema;
 use serde::Serialize;
-use serde_json::Value;
 
 use crate::fit::{
     Advice, FactorCorrelations, FactorEstimate, FactorStatus, FitMethod, FitOutcome, FittedCell,
@@ -27,7 +26,7 @@ pub struct FitReport {
     /// The mechanism that was fitted.
     pub mechanism: String,
     /// What acted beside the beams, held fixed: law, place and parameters.
-    pub physics: Vec<Value>,
+    pub physics: Vec<Effect>,
     /// The factors of beams and links by section constant, A, Iy, Iz, J.
     pub factors: ClassFactors,
     /// Every parameter of the model: factors of classes, then single sections and springs.
@@ -206,7 +205,7 @@ impl From<&FitOutcome> for FitReport {
         Self {
             method: outcome.method,
             mechanism: outcome.mechanism.clone(),
-            physics: outcome.physics.iter().map(Effect::to_json).collect(),
+            physics: outcome.physics.clone(),
             factors: ClassFactors {
                 beam: of_class(ElementClass::Beam),
                 link: of_class(ElementClass::Link),

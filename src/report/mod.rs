@@ -1,9 +1,9 @@
 //! Results as text tables, JSON and inputs of figures.
 //!
-//! A result is a struct: JSON is its fields, its schema is in [`schemas()`], and text tables are printed from it. Fits, significance and
-//! diagnoses still have a function for people and one for programs side by side.
+//! A result is a struct: JSON is its fields, and its schema is in [`schemas()`].
 
 mod compare;
+mod demo;
 mod design;
 mod diagnosis;
 mod diagnosis_figures;
@@ -26,8 +26,15 @@ pub use compare::{
     CellDifference, CellNotCompared, ComparisonReport, ComparisonVerdict, MeasuredDifference,
     OverallDifference,
 };
+pub use demo::{DemoReport, DemoTableVi};
 pub use design::{DesignSummary, LawAtPlace, LawDetection, NearLaw, UnseenLaw, design_text};
-pub use diagnosis::{diagnosis_appendix, diagnosis_json, diagnosis_page};
+pub use diagnosis::{
+    ComponentShares, DetectionLimitReport, Determination, DiagnosisResult, DiagnosisSummary,
+    EarlierReport, FactorChangeReport, FindingReport, FittedParameter, HeldOutReport, LawLevel,
+    NoiseDeviation, NoiseDeviations, NoiseReport, QualityReport, RejectedLaw, RivalReport,
+    SearchLevels, SeenLimit, Strata, UnexplainedReport, UnseenReason, UntestedContrast,
+    diagnosis_appendix, diagnosis_page,
+};
 pub use diagnosis_figures::diagnosis_figures;
 pub use figures::{
     FitFigures, correlation_figure, fit_figures, load_displacement_figure, residuals_figure,
@@ -48,7 +55,7 @@ pub use map::{
     Sensitivities, SensitivityReport, ShiftCause, ShiftReport, ShiftStatistics, ShiftSummary,
     StiffnessQuantile, StiffnessRegion, WorstPose, mesh_of, points_csv, sensitivity_text, vtu,
 };
-pub use paper::{PaperCell, PaperCellSummary, PaperReport, paper_report};
+pub use paper::{PaperCell, PaperCellSummary, PaperReport, PaperSummary, paper_report};
 pub use robot::{
     CheckedPose, ComplianceReport, MechanismRank, MechanismReport, MobilityReport, OutermostPoint,
     PoseReport, RobotCheck, RobotReport, VariableReport, WorkspaceReport,
@@ -59,6 +66,9 @@ pub use significance::{
     ByDirection, FurtherSignificance, SignificanceReport, significance_with_sequence,
 };
 pub use simulation::*;
-pub use specimen::{SpecimenReport, specimen_json, specimen_text};
+pub use specimen::{
+    SpecimenFinding, SpecimenNoise, SpecimenQuality, SpecimenSlope, SpecimenSummary,
+    SpecimenUnexplained,
+};
 pub use stiffness::stiffness_text;
 pub use text::{AlignedTable, significant};

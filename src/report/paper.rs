@@ -8,7 +8,6 @@ use std::fmt::Write;
 
 use schemars::JsonSchema;
 use serde::Serialize;
-use serde_json::{Value, json};
 
 use crate::fit::{
     FitError, FitOptions, FitOutcome, FitProblem, MeasuredCell, MeasuredStiffness,
@@ -281,17 +280,29 @@ impl PaperReport {
         }
         rows.text()
     }
+}
 
-    /// The same for programs.
-    #[must_use]
-    pub fn json(&self) -> Value {
-        let cells: Vec<PaperCellSummary> = self.cells.iter().map(Into::into).collect();
-        json!({
-            "cells": cells,
-            "stated_worst_percent": self.stated_worst_percent,
-            "procedure": FitReport::from(&self.procedure),
-            "joint": FitReport::from(&self.joint),
-        })
+/// The paper's tables beside ours, and the fits to its measured stiffness.
+#[derive(Debug, Clone, Serialize, JsonSchema)]
+pub struct PaperSummary {
+    /// Every printed cell of Tables I and III to VI.
+    pub cells: Vec<PaperCellSummary>,
+    /// The two largest errors that the paper states for its own model, %.
+    pub stated_worst_percent: [f64; 2],
+    /// The paper's procedure on the measured stiffness of Table VI.
+    pub procedure: FitReport,
+    /// The joint fit on the same cells.
+    pub joint: FitReport,
+}
+
+impl From<&PaperReport> for PaperSummary {
+    fn from(report: &PaperReport) -> Self {
+        Self {
+            cells: report.cells.iter().map(Into::into).collect(),
+            stated_worst_percent: report.stated_worst_percent,
+            procedure: (&report.procedure).into(),
+            joint: (&report.joint).into(),
+        }
     }
 }
 

@@ -5,7 +5,6 @@ use std::fmt::Write;
 use indexmap::IndexMap;
 use schemars::JsonSchema;
 use serde::Serialize;
-use serde_json::Value;
 
 use crate::physics::{ActingPhysics, Effect};
 use crate::robot::{ChainMobility, FittingFactors, MechanismModel, Mobility, Robot};
@@ -274,7 +273,7 @@ pub struct ComplianceReport {
     /// Positions of the nodes, m.
     pub nodes: IndexMap<String, [f64; 3]>,
     /// Effects beside the beams.
-    pub physics: Vec<Value>,
+    pub physics: Vec<Effect>,
 }
 
 impl ComplianceReport {
@@ -294,7 +293,7 @@ impl ComplianceReport {
             nodes: nodes
                 .map(|node| (node.name.to_string(), node.position_m))
                 .collect(),
-            physics: physics.effects.iter().map(Effect::to_json).collect(),
+            physics: physics.effects.clone(),
         }
     }
 

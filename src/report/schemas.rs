@@ -6,19 +6,22 @@ use schemars::{JsonSchema, Schema};
 use crate::stiffness::StiffnessTable;
 
 use super::{
-    BindingReport, ComparisonReport, ComplianceReport, DecodeReport, DesignSummary,
-    EmulationReport, FigureReport, FitReport, InstrumentList, InstrumentReport, InstrumentSummary,
-    JournalReport, MapResult, MobilityReport, PlanReport, PortList, ReadReport, RecordReport,
-    ReplayReport, RobotCheck, RobotReport, RunReport, ShardReport, SignificanceReport,
-    SimulationReport, StatusReport, TraceReport, TraceValues, VerifyReport, WorkspaceReport,
+    BindingReport, ComparisonReport, ComplianceReport, DecodeReport, DemoReport, DesignSummary,
+    DiagnosisResult, EmulationReport, FigureReport, FitReport, InstrumentList, InstrumentReport,
+    InstrumentSummary, JournalReport, MapResult, MobilityReport, PaperSummary, PlanReport,
+    PortList, ReadReport, RecordReport, ReplayReport, RobotCheck, RobotReport, RunReport,
+    SessionLog, ShardReport, SignificanceReport, SimulationReport, StatusReport, TraceReport,
+    TraceValues, VerifyReport, WorkspaceReport,
 };
 
-/// The schema of `data` of each kind of result, as far as the result is a struct.
+/// The schema of `data` of each kind of result.
 #[must_use]
 pub fn schemas() -> Vec<(&'static str, Schema)> {
     vec![
         ("compare", of::<ComparisonReport>()),
+        ("demo", of::<DemoReport>()),
         ("design", of::<DesignSummary>()),
+        ("diagnosis", of::<DiagnosisResult>()),
         ("emulate", of::<EmulationReport>()),
         ("fit", of::<FitReport>()),
         ("instrument", of::<InstrumentReport>()),
@@ -28,6 +31,7 @@ pub fn schemas() -> Vec<(&'static str, Schema)> {
         ("instrument-read", of::<ReadReport>()),
         ("map", of::<MapResult>()),
         ("map-shard", of::<ShardReport>()),
+        ("paper", of::<PaperSummary>()),
         ("plot", of::<FigureReport>()),
         ("port-binding", of::<BindingReport>()),
         ("ports", of::<PortList>()),
@@ -36,6 +40,7 @@ pub fn schemas() -> Vec<(&'static str, Schema)> {
         ("robot-compliance", of::<ComplianceReport>()),
         ("robot-mobility", of::<MobilityReport>()),
         ("robot-workspace", of::<WorkspaceReport>()),
+        ("session-log", of::<SessionLog>()),
         ("session-plan", of::<PlanReport>()),
         ("session-recover", of::<JournalReport>()),
         ("session-run", of::<RunReport>()),

@@ -5,8 +5,15 @@ use std::path::PathBuf;
 use schemars::JsonSchema;
 use serde::Serialize;
 
-use crate::session::{PROMPTS, SessionCell, SessionEnd, SessionPlan};
+use crate::session::{PROMPTS, Record, SessionCell, SessionEnd, SessionPlan};
 use crate::test_point::{Branch, Direction, PoseId};
+
+/// What happened in a session.
+#[derive(Debug, Clone, Serialize, JsonSchema)]
+pub struct SessionLog {
+    /// The records of its journal, in order.
+    pub events: Vec<Record>,
+}
 
 /// What a session will ask for.
 #[derive(Debug, Clone, Serialize, JsonSchema)]

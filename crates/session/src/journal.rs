@@ -7,6 +7,7 @@ use std::io::{self, Write};
 
 use jiff::Timestamp;
 use miette::Diagnostic;
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
@@ -16,12 +17,13 @@ use super::event::{Event, Noted};
 const SEAL_BYTES: usize = 18;
 
 /// One event with its place in the session.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct Record {
     /// 1 for the first event of a session, then counted on without a gap.
     pub seq: u64,
     /// When, by the system's clock.
     #[serde(serialize_with = "write_time", deserialize_with = "read_time")]
+    #[schemars(with = "String")]
     pub utc: Timestamp,
     /// When, s since the session began.
     pub t_s: f64,

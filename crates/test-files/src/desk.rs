@@ -127,11 +127,43 @@ impl Ran {
         self
     }
 
-    /// Standard output as one JSON object.
+    /// Standard output as one JSON object, whose `data` follow the published schema of their kind.
     pub fn json(&self) -> Value {
-        serde_json::from_str(&self.stdout)
-            .unwrap_or_else(|error| panic!("{error}: {}", self.stdout))
+        let object = serde_json::from_str(&self.stdout)
+            .unwrap_or_else(|error| panic!("{error}: {}", self.stdout));
+        assert_follows_schema(&object);
+        object
     }
+}
+
+/// Kinds of results without a schema: schemas themselves, texts, and results of `stiffbench-validate`.
+const WITHOUT_SCHEMA: [&str; 11] = [
+    "completions",
+    "instrument-schema",
+    "man",
+    "prove",
+    "recordings",
+    "reference-compare",
+    "reference-export",
+    "reference-run",
+    "robot-schema",
+    "session-faults",
+    "trace-sustain",
+];
+
+/// The `data` of a result follow the published schema of their kind.
+pub fn assert_follows_schema(object: &Value) {
+    let kind = object["kind"].as_str().unwrap_or_default();
+    if object["ok"] != true || WITHOUT_SCHEMA.contains(&kind) {
+        return;
+    }
+    let schema = super::text(&format!("docs/schemas/{kind}.json"));
+    let validator = jsonschema::validator_for(&serde_json::from_str(schema).unwrap()).unwrap();
+    let errors = validator.iter_errors(&object["data"]);
+    let errors: Vec<String> = errors
+        .map(|error| format!("{}: {error}", error.instance_path()))
+        .collect();
+    assert!(errors.is_empty(), "{kind}: {}", errors.join("\n"));
 }
 
 /// An error object whose message and help contain all words.

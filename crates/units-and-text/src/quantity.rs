@@ -18,6 +18,21 @@ pub type Compliance = UomQuantity<ISQ<Z0, N1, P2, Z0, Z0, Z0, Z0>, SI<f64>, f64>
 /// Metres in a micrometre.
 pub const METRES_PER_MICROMETRE: f64 = 1e-6;
 
+/// Writes metres as micrometres, for fields of results that end in `_um`.
+///
+/// # Errors
+/// Those of the serializer.
+#[expect(
+    clippy::trivially_copy_pass_by_ref,
+    reason = "serde calls it with a reference"
+)]
+pub fn in_micrometres<S: serde::Serializer>(
+    metres: &f64,
+    serializer: S,
+) -> Result<S::Ok, S::Error> {
+    serializer.serialize_f64(metres / METRES_PER_MICROMETRE)
+}
+
 /// Stiffness in the unit of files and print: 1 N/µm is 1e6 N/m.
 pub const NEWTON_PER_METRE_PER_NEWTON_PER_MICROMETRE: f64 = 1e6;
 

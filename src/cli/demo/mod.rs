@@ -5,12 +5,11 @@ mod measure;
 use std::path::{Path, PathBuf};
 
 use clap::Args;
-use serde_json::json;
 
 use crate::analysis::{Data, FitData, FitSettings, LoadedSession, ModelChoice};
 use crate::report::{
-    FitReport, fit_figures, fit_text, load_displacement_figure, paper_report, robot_figure,
-    stiffness_text,
+    DemoReport, DemoTableVi, FitReport, fit_figures, fit_text, load_displacement_figure,
+    paper_report, robot_figure, stiffness_text,
 };
 use crate::robot::Predictor;
 use crate::stiffness::{Branches, Method};
@@ -120,12 +119,16 @@ pub(super) fn run(args: &DemoArgs, global: &Global) -> Result<Outcome, Failure> 
         listing.join("\n"),
         folder.display()
     );
-    let data = json!({
-        "stiffness": table,
-        "fit": FitReport::from(&outcome),
-        "paper_table_vi": { "stated_worst_percent": paper.stated_worst_percent, "procedure": paper.procedure.max_error_percent(), "joint": paper.joint.max_error_percent() },
-        "files": files,
-    });
+    let data = DemoReport {
+        stiffness: table,
+        fit: FitReport::from(&outcome),
+        paper_table_vi: DemoTableVi {
+            stated_worst_percent: paper.stated_worst_percent,
+            procedure: paper.procedure.max_error_percent(),
+            joint: paper.joint.max_error_percent(),
+        },
+        files,
+    };
     Ok(Outcome::new("demo", text, data)
         .with_inputs(prepared.inputs)
         .with_warnings(prepared.warnings))

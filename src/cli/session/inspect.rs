@@ -4,14 +4,13 @@ use std::fmt::Write;
 use std::path::Path;
 
 use jiff::{Timestamp, tz::TimeZone};
-use serde_json::json;
 
 use crate::analysis::Inputs;
 use crate::cli::failure::Failure;
 use crate::cli::outcome::Outcome;
 use crate::instrument::Channel;
 use crate::procedure::Pace;
-use crate::report::{NextReading, SessionOutcome, StatusReport};
+use crate::report::{NextReading, SessionLog, SessionOutcome, StatusReport};
 use crate::session::{Event, JournalEnd, SessionState, ZeroOccasion, read_folder};
 
 use super::prepare::{calibration_warnings, plan_of};
@@ -109,8 +108,10 @@ pub(super) fn log(folder: &Path) -> Result<Outcome, Failure> {
         );
     }
     let warnings = end_warning(&read.journal.end).into_iter().collect();
-    let outcome = Outcome::new("session-log", text, json!({ "events": records }));
-    Ok(outcome.with_warnings(warnings))
+    let report = SessionLog {
+        events: read.journal.records,
+    };
+    Ok(Outcome::new("session-log", text, report).with_warnings(warnings))
 }
 
 /// An event in words.

@@ -18,7 +18,7 @@ pub fn diagnosis_appendix(report: &DiagnosisReport) -> String {
     let diagnosis = &report.diagnosis;
     let mut text = "APPENDIX: THE NUMBERS\n".to_owned();
     text.push_str(&provenance(report));
-    text.push_str(&noise_text(report));
+    text.push_str(&noise_text(&report.into()));
     if !diagnosis.findings.is_empty() {
         text.push_str("\nFindings. absorbed: share of the whitened effect that the factors take; p: chance that noise alone gives any law as much.\n");
         text.push_str(&findings(&diagnosis.findings));
@@ -232,7 +232,8 @@ fn spot(spot: &Spot) -> String {
     let parts = [
         spot.pose.as_ref().map(ToString::to_string),
         spot.direction.map(|direction| direction.to_string()),
-        spot.reading
+        spot.repeat
+            .zip(spot.step)
             .map(|(repeat, step)| format!("repeat {repeat} step {step}")),
     ];
     let parts: Vec<String> = parts.into_iter().flatten().collect();

@@ -1,83 +1,144 @@
 //! The noise of a diagnosis, and where it comes from.
 
-use serde_json::{Value, json};
+use schemars::JsonSchema;
+use serde::Serialize;
 
 use crate::analysis::{DiagnosisReport, EarlierSession, NoiseOrigin};
 use crate::mismatch::ReadingNoise;
-use crate::quantity::METRES_PER_MICROMETRE;
 use crate::report::{AlignedTable, significant};
 
-use super::phrases::{paragraph, um};
-use super::{finite, is_known};
+use super::phrases::{paragraph, um_shown};
+use super::{is_known, summary::um};
 
-/// The standard deviations of the noise, and where they come from.
-pub(super) fn noise_json(report: &DiagnosisReport) -> Value {
-    let diagnosis = &report.diagnosis;
-    let mut object = deviations_json(&diagnosis.noise, diagnosis.noise_dof);
-    object["source"] = json!(match &report.noise_origin {
-        NoiseOrigin::Readings => "estimated",
-        NoiseOrigin::Records => "records",
-        NoiseOrigin::EarlierSessions(_) => "earlier-sessions",
-    });
-    if let NoiseOrigin::EarlierSessions(sessions) = &report.noise_origin {
-        object["earlier"] = sessions.iter().map(earlier_json).collect();
-    }
-    object["floor_rms_um"] = super::um(report.noise_floor_m());
-    object
+/// The noise, and where it comes from.
+#[derive(Debug, Clone, Serialize, JsonSchema)]
+pub struct NoiseReport {
+    /// Its standard deviations.
+    #[serde(flatten)]
+    pub deviations: NoiseDeviations,
+    /// Where they come from: `estimated`, `records` or `earlier-sessions`.
+    pub source: &'static str,
+    /// What each earlier session showed.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub earlier: Option<Vec<EarlierReport>>,
+    /// Root mean square that noise alone would leave, µm.
+    pub floor_rms_um: f64,
 }
 
-fn earlier_json(earlier: &EarlierSession) -> Value {
-    let mut object = deviations_json(&earlier.noise.noise(), earlier.noise.degrees_of_freedom());
-    object["session"] = json!(earlier.name);
-    object["p_same"] = finite(earlier.chance);
-    object["used"] = json!(earlier.used);
-    object
+/// Standard deviations of the noise of readings.
+#[derive(Debug, Clone, Serialize, JsonSchema)]
+pub struct NoiseDeviations {
+    /// Of a reading, the step of its gauge included.
+    pub reading_sd: NoiseDeviation,
+    /// Of a gauge zero.
+    pub zero_sd: NoiseDeviation,
+    /// Of the slope of a run, relative.
+    pub run_slope_sd: NoiseDeviation,
 }
 
-fn deviations_json(noise: &ReadingNoise, dof: [f64; 3]) -> Value {
-    let one = |value: f64, unit: &str, dof: f64| {
-        let mut quantity = json!({ "value": finite(value), "unit": unit, "dof": finite(dof) });
-        if is_known(dof) {
-            quantity["dof"] = Value::Null;
-            quantity["reason"] = json!("given, not estimated");
+/// A standard deviation.
+#[derive(Debug, Clone, Serialize, JsonSchema)]
+pub struct NoiseDeviation {
+    /// The value in `unit`.
+    pub value: f64,
+    /// ASCII unit.
+    pub unit: &'static str,
+    /// Degrees of freedom; `null` of one that was given.
+    pub dof: Option<f64>,
+    /// Why there are no degrees of freedom.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub reason: Option<&'static str>,
+}
+
+/// The noise of an earlier session.
+#[derive(Debug, Clone, Serialize, JsonSchema)]
+pub struct EarlierReport {
+    /// Its standard deviations.
+    #[serde(flatten)]
+    pub deviations: NoiseDeviations,
+    /// Name of the session.
+    pub session: String,
+    /// Chance that two sessions with the same noise differ as much.
+    #[schemars(range(min = 0.0, max = 1.0))]
+    pub p_same: f64,
+    /// Whether it counts; one that scatters otherwise does not.
+    pub used: bool,
+}
+
+impl From<&DiagnosisReport> for NoiseReport {
+    fn from(report: &DiagnosisReport) -> Self {
+        let diagnosis = &report.diagnosis;
+        let (source, earlier) = match &report.noise_origin {
+            NoiseOrigin::Readings => ("estimated", None),
+            NoiseOrigin::Records => ("records", None),
+            NoiseOrigin::EarlierSessions(sessions) => {
+                let sessions = sessions.iter().map(Into::into).collect();
+                ("earlier-sessions", Some(sessions))
+            }
+        };
+        Self {
+            deviations: NoiseDeviations::new(&diagnosis.noise, diagnosis.noise_dof),
+            source,
+            earlier,
+            floor_rms_um: um(report.noise_floor_m()),
         }
-        quantity
-    };
-    let [reading, zero, slope] = dof;
-    json!({
-        "reading_sd": one(noise.reading_sd_m / METRES_PER_MICROMETRE, "um", reading),
-        "zero_sd": one(noise.zero_sd_m / METRES_PER_MICROMETRE, "um", zero),
-        "run_slope_sd": one(noise.run_slope_sd, "1", slope),
-    })
+    }
+}
+
+impl From<&EarlierSession> for EarlierReport {
+    fn from(earlier: &EarlierSession) -> Self {
+        let noise = &earlier.noise;
+        Self {
+            deviations: NoiseDeviations::new(&noise.noise(), noise.degrees_of_freedom()),
+            session: earlier.name.clone(),
+            p_same: earlier.chance,
+            used: earlier.used,
+        }
+    }
+}
+
+impl NoiseDeviations {
+    fn new(noise: &ReadingNoise, [reading, zero, slope]: [f64; 3]) -> Self {
+        let one = |value: f64, unit: &'static str, dof: f64| NoiseDeviation {
+            value,
+            unit,
+            dof: (!is_known(dof)).then_some(dof),
+            reason: is_known(dof).then_some("given, not estimated"),
+        };
+        Self {
+            reading_sd: one(um(noise.reading_sd_m), "um", reading),
+            zero_sd: one(um(noise.zero_sd_m), "um", zero),
+            run_slope_sd: one(noise.run_slope_sd, "1", slope),
+        }
+    }
 }
 
 /// The standard deviations of the noise; where earlier sessions tell them too, a table of what each told.
-pub(super) fn noise_text(report: &DiagnosisReport) -> String {
-    match &report.noise_origin {
-        NoiseOrigin::EarlierSessions(sessions) => noise_table(report, sessions),
-        NoiseOrigin::Readings | NoiseOrigin::Records => noise_sentence(report),
+pub(super) fn noise_text(noise: &NoiseReport) -> String {
+    match &noise.earlier {
+        Some(sessions) => noise_table(&noise.deviations, sessions),
+        None => noise_sentence(&noise.deviations),
     }
 }
 
-fn noise_sentence(report: &DiagnosisReport) -> String {
-    let noise = &report.diagnosis.noise;
-    let [reading, zero, slope] = report.diagnosis.noise_dof.map(|dof| {
-        if is_known(dof) {
-            "given".to_owned()
-        } else {
-            format!("{dof:.0} degrees of freedom")
-        }
-    });
+fn noise_sentence(noise: &NoiseDeviations) -> String {
+    let dof = |of: &NoiseDeviation| {
+        let in_words = |dof| format!("{dof:.0} degrees of freedom");
+        of.dof.map_or_else(|| "given".to_owned(), in_words)
+    };
     let sentence = format!(
-        "Noise, standard deviations: reading {} ({reading}), gauge zero {} ({zero}), slope of a run {} % ({slope}).",
-        um(noise.reading_sd_m),
-        um(noise.zero_sd_m),
-        percent(noise.run_slope_sd)
+        "Noise, standard deviations: reading {} ({}), gauge zero {} ({}), slope of a run {} % ({}).",
+        um_shown(noise.reading_sd.value),
+        dof(&noise.reading_sd),
+        um_shown(noise.zero_sd.value),
+        dof(&noise.zero_sd),
+        percent(noise.run_slope_sd.value),
+        dof(&noise.run_slope_sd)
     );
     paragraph(&sentence, "", "")
 }
 
-fn noise_table(report: &DiagnosisReport, sessions: &[EarlierSession]) -> String {
+fn noise_table(together: &NoiseDeviations, sessions: &[EarlierReport]) -> String {
     let mut rows = AlignedTable::new(&[
         "noise estimated from",
         "reading, um",
@@ -89,31 +150,32 @@ fn noise_table(report: &DiagnosisReport, sessions: &[EarlierSession]) -> String 
         "p same",
         "counts",
     ]);
-    let mut row = |name: &str, noise: &ReadingNoise, dof: [f64; 3], same: &str, counts: &str| {
-        let [reading, zero, slope] = dof.map(|dof| format!("{dof:.0}"));
+    let mut row = |name: &str, noise: &NoiseDeviations, same: &str, counts: &str| {
+        let dof = |of: &NoiseDeviation| {
+            of.dof
+                .map_or_else(|| "given".to_owned(), |dof| format!("{dof:.0}"))
+        };
         rows.row([
             name.to_owned(),
-            significant(noise.reading_sd_m / METRES_PER_MICROMETRE, 2),
-            reading,
-            significant(noise.zero_sd_m / METRES_PER_MICROMETRE, 2),
-            zero,
-            percent(noise.run_slope_sd),
-            slope,
+            significant(noise.reading_sd.value, 2),
+            dof(&noise.reading_sd),
+            significant(noise.zero_sd.value, 2),
+            dof(&noise.zero_sd),
+            percent(noise.run_slope_sd.value),
+            dof(&noise.run_slope_sd),
             same.to_owned(),
             counts.to_owned(),
         ]);
     };
     for earlier in sessions {
         row(
-            &earlier.name,
-            &earlier.noise.noise(),
-            earlier.noise.degrees_of_freedom(),
-            &significant(earlier.chance, 2),
+            &earlier.session,
+            &earlier.deviations,
+            &significant(earlier.p_same, 2),
             if earlier.used { "yes" } else { "no" },
         );
     }
-    let diagnosis = &report.diagnosis;
-    row("together", &diagnosis.noise, diagnosis.noise_dof, "", "");
+    row("together", together, "", "");
     let head = "Noise, standard deviations with their degrees of freedom (dof): of earlier sessions, and of those that count together with this one. \
                 p same: chance that two sessions with the same noise differ as much as the earlier one and this.";
     format!("{}{}", paragraph(head, "", ""), rows.text())

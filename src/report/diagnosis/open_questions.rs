@@ -6,9 +6,9 @@ use crate::mismatch::NextMeasurement;
 use crate::physics::{Law, title};
 use crate::test_point::Branch;
 
+use super::detection_limits::{DetectionLimitReport, UnseenReason};
 use super::page::{capital, head};
 use super::phrases::{impossible, listed, paragraph};
-use super::testable::{Untestable, untestable};
 use crate::analysis::DiagnosisReport;
 
 /// Places that one sentence names; the appendix has all.
@@ -16,7 +16,11 @@ const PLACES: usize = 8;
 
 /// What could not be tested: laws that fail for one reason at the same places share a paragraph.
 pub(super) fn not_tested(report: &DiagnosisReport) -> String {
-    let all = untestable(report);
+    let limits = report.detection_limits();
+    let all: Vec<(&DetectionLimitReport, UnseenReason)> = limits
+        .iter()
+        .filter_map(|limit| Some((limit, limit.unseen?)))
+        .collect();
     let readings = &report.observations.readings;
     let loading_only = readings.iter().all(|r| r.branch == Branch::Loading);
     if all.is_empty() && !loading_only {
@@ -31,23 +35,24 @@ pub(super) fn not_tested(report: &DiagnosisReport) -> String {
             "  ",
         ));
     }
-    let mut by_law: Vec<(Vec<Law>, Vec<String>, &Untestable<'_>)> = Vec::new();
+    let mut by_law: Vec<(Vec<Law>, Vec<String>, UnseenReason)> = Vec::new();
     for &law in Law::ALL {
-        let own: Vec<&Untestable<'_>> = all.iter().filter(|one| one.law == law).collect();
-        let Some(first) = own.first() else { continue };
-        let places: Vec<String> = own
-            .iter()
-            .filter_map(|one| one.place.as_ref().map(ToString::to_string))
+        let own = || all.iter().filter(|(limit, _)| limit.physics == law);
+        let Some((_, first)) = own().next() else {
+            continue;
+        };
+        let places: Vec<String> = own()
+            .filter_map(|(limit, _)| limit.place.as_ref().map(ToString::to_string))
             .collect();
         let same = by_law
             .iter_mut()
-            .find(|(_, other, one)| *other == places && one.reason == first.reason);
+            .find(|(_, other, why)| *other == places && why.reason == first.reason);
         match same {
             Some((laws, ..)) => laws.push(law),
-            None => by_law.push((vec![law], places, first)),
+            None => by_law.push((vec![law], places, *first)),
         }
     }
-    for (laws, places, one) in by_law {
+    for (laws, places, why) in by_law {
         let laws: Vec<String> = laws.into_iter().map(|law| law.row.to_owned()).collect();
         let at = match places.len() {
             0 => String::new(),
@@ -58,13 +63,13 @@ pub(super) fn not_tested(report: &DiagnosisReport) -> String {
             ),
             _ => format!(" at {}", listed(&places, "and")),
         };
-        let remedy = one
+        let remedy = why
             .remedy
             .map_or_else(String::new, |remedy| format!(" To test it: {remedy}."));
         let sentence = format!(
             "{}{at}: {}.{remedy}",
             capital(&listed(&laws, "and")),
-            one.reason
+            why.reason
         );
         text.push_str(&paragraph(&sentence, "- ", "  "));
     }

@@ -50,7 +50,11 @@ pub(super) fn printed(dimension: Dimension, value: f64) -> String {
 
 /// A length in µm with as many digits as help.
 pub(super) fn um(value_m: f64) -> String {
-    let value = value_m * 1e6;
+    um_shown(value_m * 1e6)
+}
+
+/// The same of a length in µm.
+pub(super) fn um_shown(value: f64) -> String {
     if value.abs() >= 99.95 {
         format!("{value:.0} um")
     } else {

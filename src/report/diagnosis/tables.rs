@@ -4,9 +4,9 @@ use crate::mismatch::{DetectionLimit, Quality, ReadingTrace};
 use crate::physics::Law;
 use crate::report::{AlignedTable, significant};
 
+use super::Determination;
 use super::page::head;
 use super::phrases::{paragraph, um};
-use super::{Determination, factor_value};
 use crate::analysis::DiagnosisReport;
 
 /// The factors, and how they move back once what was missing is there.
@@ -37,25 +37,24 @@ pub(super) fn factors(report: &DiagnosisReport) -> String {
         &["factor", "value", "95 % interval", "determined"]
     };
     let mut rows = AlignedTable::new(heads);
-    for (factor, status) in report.factor_shifts() {
-        let (before, _) = factor_value(factor, &factor.before);
-        let (after, interval) = factor_value(factor, &factor.after);
-        let mut cells = vec![match factor.spring_rad_per_nm {
-            None => factor.name.clone(),
-            Some(_) => format!("{}, rad/(N*m)", factor.name),
+    for factor in report.factor_changes() {
+        let after = &factor.after;
+        let mut cells = vec![match after.unit.as_str() {
+            "1" => factor.name,
+            unit => format!("{}, {unit}", factor.name),
         }];
         if found {
-            cells.push(significant(before, 4));
+            cells.push(significant(factor.before.value, 4));
         }
-        cells.push(significant(after, 4));
+        cells.push(significant(after.value, 4));
         if found {
             // Adding zero makes a change that rounds to nothing +0.0.
-            let percent = (1000.0 * (after / before - 1.0)).round() / 10.0 + 0.0;
+            let percent = (10.0 * factor.change_percent).round() / 10.0 + 0.0;
             cells.push(format!("{percent:+.1} %"));
         }
-        cells.push(crate::report::text::interval(interval, 3));
+        cells.push(crate::report::text::interval(after.ci95, 3));
         cells.push(
-            match status {
+            match factor.status {
                 Determination::Free => "yes",
                 Determination::AtBound => "no, at its bound",
                 Determination::NotIdentified => "no",

@@ -71,23 +71,6 @@ fn the_table_of_plausible_ranges_is_the_programs() {
 }
 
 #[test]
-fn the_schema_of_a_diagnosis_has_every_law() {
-    let text = stiffbench_test_files::text("docs/diagnosis.schema.json");
-    let schema: serde_json::Value = serde_json::from_str(text).unwrap();
-    let mut listed: Vec<&str> = schema["$defs"]["physics"]["enum"]
-        .as_array()
-        .unwrap()
-        .iter()
-        .filter_map(serde_json::Value::as_str)
-        .collect();
-    let mut names: Vec<&str> = Law::ALL.iter().map(|law| law.name).collect();
-    names.dedup();
-    listed.sort_unstable();
-    names.sort_unstable();
-    assert_eq!(listed, names);
-}
-
-#[test]
 fn examples_of_the_command_line_are_effects() {
     let lines = document()
         .lines()

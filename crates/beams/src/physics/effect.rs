@@ -2,6 +2,10 @@
 
 use std::fmt;
 
+use indexmap::IndexMap;
+use schemars::JsonSchema;
+use serde::Serialize;
+
 use crate::robot::{FittingFactors, ModelParameter};
 
 use super::action::LawAction;
@@ -9,7 +13,8 @@ use super::law::Law;
 use super::place::Place;
 
 /// A law, where it acts, and its values in SI units, in the order of [`super::LawDefinition::parameters`].
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
+#[serde(into = "EffectObject")]
 pub struct Effect {
     /// The law.
     pub law: Law,
@@ -17,6 +22,40 @@ pub struct Effect {
     pub place: Place,
     /// Values of its parameters, SI.
     pub values: Vec<f64>,
+}
+
+/// An effect as results write it.
+#[derive(Serialize, JsonSchema)]
+struct EffectObject {
+    /// The law.
+    physics: Law,
+    /// Where it acts.
+    place: Place,
+    /// Its parameters by name.
+    parameters: IndexMap<&'static str, EffectParameter>,
+}
+
+/// A parameter of an effect as results write it.
+#[derive(Serialize, JsonSchema)]
+struct EffectParameter {
+    /// Its value in `unit`.
+    value: f64,
+    /// ASCII unit.
+    unit: &'static str,
+}
+
+impl From<Effect> for EffectObject {
+    fn from(Effect { law, place, values }: Effect) -> Self {
+        let parameters = law.parameters.iter().zip(values).map(|(parameter, value)| {
+            let unit = parameter.unit();
+            (parameter.name, EffectParameter { value, unit })
+        });
+        Self {
+            physics: law,
+            place,
+            parameters: parameters.collect(),
+        }
+    }
 }
 
 /// Why an effect is none.
@@ -145,26 +184,6 @@ impl Effect {
             }
         }
         Ok(Self { law, place, values })
-    }
-
-    /// The JSON form: `physics`, `place`, and `parameters` with value and unit.
-    #[must_use]
-    pub fn to_json(&self) -> serde_json::Value {
-        let parameters: serde_json::Map<String, serde_json::Value> = self
-            .law
-            .parameters
-            .iter()
-            .zip(&self.values)
-            .map(|(parameter, value)| {
-                let quantity = serde_json::json!({ "value": value, "unit": parameter.unit() });
-                (parameter.name.to_owned(), quantity)
-            })
-            .collect();
-        serde_json::json!({
-            "physics": self.law.name,
-            "place": self.place.to_json(),
-            "parameters": parameters,
-        })
     }
 
     /// The law and its place in words: "joint-backlash at joint A3".

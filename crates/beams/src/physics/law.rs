@@ -1,9 +1,13 @@
 //! What a law is: all properties of one physical effect, in one value.
 
+use std::borrow::Cow;
 use std::cmp::Ordering;
 use std::fmt;
 use std::hash::{Hash, Hasher};
 use std::ops::Deref;
+
+use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
+use serde::{Serialize, Serializer};
 
 use super::action::LawAction;
 use super::laws::LAWS;
@@ -206,6 +210,25 @@ impl Hash for Law {
 impl fmt::Debug for Law {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(self.row)
+    }
+}
+
+/// Its name.
+impl Serialize for Law {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        serializer.serialize_str(self.name)
+    }
+}
+
+impl JsonSchema for Law {
+    fn schema_name() -> Cow<'static, str> {
+        "Law".into()
+    }
+
+    fn json_schema(_: &mut SchemaGenerator) -> Schema {
+        let mut names: Vec<&str> = Self::ALL.iter().map(|law| law.name).collect();
+        names.dedup();
+        json_schema!({ "description": "Name of a law.", "type": "string", "enum": names })
     }
 }
 

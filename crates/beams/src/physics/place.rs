@@ -2,6 +2,8 @@
 
 use std::fmt;
 
+use schemars::JsonSchema;
+use serde::Serialize;
 use stiffbench_units_and_text::test_point::{Direction, PoseId};
 
 /// Kinds of places; each law has one.
@@ -114,7 +116,8 @@ impl PlaceKind {
 }
 
 /// The place of an effect, as it stands in files.
-#[derive(Debug, Clone, PartialEq, Eq, Hash, PartialOrd, Ord)]
+#[derive(Debug, Clone, PartialEq, Eq, Hash, PartialOrd, Ord, Serialize, JsonSchema)]
+#[serde(into = "PlaceObject")]
 pub enum Place {
     /// A joint of the robot, by name.
     Joint(String),
@@ -212,32 +215,81 @@ impl Place {
             } => format!("{pose}.{direction}.{repeat}.{step}"),
         }
     }
+}
 
-    /// The JSON form, for example `{"joint": "A3"}`.
-    #[must_use]
-    pub fn to_json(&self) -> serde_json::Value {
-        use serde_json::json;
-        match self {
-            Self::Joint(joint) => json!({ "joint": joint }),
-            Self::Axis(axis) => json!({ "axis": axis }),
-            Self::Direction(direction) => json!({ "direction": direction }),
-            Self::Toward { direction, toward } => {
-                json!({ "direction": direction, "toward": toward })
-            }
-            Self::Element(element) => json!({ "element": element }),
-            Self::ForceGauge => json!({ "gauge": "force" }),
-            Self::DisplacementGauge => json!({ "gauge": "displacement" }),
-            Self::Structure => json!({ "structure": true }),
-            Self::Clock => json!({ "clock": true }),
-            Self::Run {
+/// A place as results and answers write it, for example `{"joint": "A3"}`.
+#[derive(Serialize, JsonSchema)]
+#[serde(untagged)]
+#[schemars(deny_unknown_fields)]
+enum PlaceObject {
+    /// A joint of the robot, by name.
+    Joint { joint: String },
+    /// An axis through the first support.
+    Axis { axis: Direction },
+    /// A direction of measurement.
+    Direction { direction: Direction },
+    /// A direction of loading, and the axis toward which the force turns.
+    Toward {
+        direction: Direction,
+        toward: Direction,
+    },
+    /// An element of the robot, by name.
+    Element { element: String },
+    /// A gauge.
+    Gauge {
+        #[schemars(extend("enum" = ["force", "displacement"]))]
+        gauge: &'static str,
+    },
+    /// The whole structure.
+    Structure {
+        #[schemars(extend("const" = true))]
+        structure: bool,
+    },
+    /// The clock.
+    Clock {
+        #[schemars(extend("const" = true))]
+        clock: bool,
+    },
+    /// One run, from one step on.
+    Run { run: RunObject, step: u32 },
+}
+
+/// A run as results write it.
+#[derive(Serialize, JsonSchema)]
+#[schemars(deny_unknown_fields)]
+struct RunObject {
+    pose: PoseId,
+    direction: Direction,
+    repeat: u32,
+}
+
+impl From<Place> for PlaceObject {
+    fn from(place: Place) -> Self {
+        match place {
+            Place::Joint(joint) => Self::Joint { joint },
+            Place::Axis(axis) => Self::Axis { axis },
+            Place::Direction(direction) => Self::Direction { direction },
+            Place::Toward { direction, toward } => Self::Toward { direction, toward },
+            Place::Element(element) => Self::Element { element },
+            Place::ForceGauge => Self::Gauge { gauge: "force" },
+            Place::DisplacementGauge => Self::Gauge {
+                gauge: "displacement",
+            },
+            Place::Structure => Self::Structure { structure: true },
+            Place::Clock => Self::Clock { clock: true },
+            Place::Run {
                 pose,
                 direction,
                 repeat,
                 step,
-            } => json!({
-                "run": { "pose": pose.as_str(), "direction": direction, "repeat": repeat },
-                "step": step
-            }),
+            } => Self::Run {
+                run: RunObject {
+                    pose,
+                    direction,
+                    repeat,
+                },
+                step,
+            },
         }
     }
 }
@@ -285,7 +337,7 @@ mod tests {
                 json!({"run": {"pose": "P3.low", "direction": "z", "repeat": 2}, "step": 5}),
             ),
         ] {
-            assert_eq!(place.to_json(), expected);
+            assert_eq!(json!(place), expected);
             assert_eq!(place.compact(), compact);
             assert_eq!(place.kind().read(compact), Some(place));
         }

@@ -1,14 +1,18 @@
 //! The answer of a search, ready to be told.
 
+use schemars::JsonSchema;
+use serde::Serialize;
 use stiffbench_beams::physics::{Effect, Law, Place};
 use stiffbench_numeric::statistics::student_t_quantile;
+use stiffbench_units_and_text::quantity::in_micrometres;
 use stiffbench_units_and_text::test_point::{Direction, PoseId};
 
 use super::noise::ReadingNoise;
 use super::stratum::Stratum;
 
 /// What is to be said of a session.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
 pub enum Verdict {
     /// The mismatch has one explanation.
     Explained,
@@ -92,7 +96,7 @@ pub struct Finding {
 }
 
 /// A place where the baseline fails.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
 pub struct Location {
     /// What fails.
     pub stratum: Stratum,
@@ -101,8 +105,10 @@ pub struct Location {
     /// In which direction, if in one.
     pub direction: Option<Direction>,
     /// Chance that noise alone shows as much anywhere.
+    #[schemars(range(min = 0.0, max = 1.0))]
     pub p_family: f64,
-    /// Largest change of a reading by the pattern, m.
+    /// Largest change of a reading by the pattern, m; in files µm.
+    #[serde(rename = "size_um", serialize_with = "in_micrometres")]
     pub size_m: f64,
 }
 

@@ -1,7 +1,10 @@
 //! What to measure next.
 
+use schemars::JsonSchema;
+use serde::Serialize;
+
 /// A plan that would separate what these readings leave open.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
 pub struct NextMeasurement {
     /// What to do, in one sentence.
     pub plan: String,
@@ -13,5 +16,6 @@ pub struct NextMeasurement {
     /// Time at the bench, minutes.
     pub minutes: f64,
     /// Procedure file of the plan, where one was written.
+    #[serde(skip_serializing_if = "Option::is_none")]
     pub file: Option<String>,
 }

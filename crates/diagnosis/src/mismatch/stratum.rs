@@ -1,7 +1,11 @@
 //! Where in the residuals structure sits.
 
+use schemars::JsonSchema;
+use serde::Serialize;
+
 /// A row of the decomposition of the residuals.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord, Serialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
 pub enum Stratum {
     /// One set of factors does not serve all cells.
     CellSlope,

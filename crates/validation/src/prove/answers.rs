@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 
 use serde::Deserialize;
-use serde_json::Value;
+use serde_json::{Value, json};
 
 use stiffbench_beams::physics::{Effect, Law};
 use stiffbench_units_and_text::source_text::SourceText;
@@ -89,7 +89,7 @@ impl TrueEffect {
     /// Whether this is an effect's law and place; the unit tells the two drifts apart.
     #[must_use]
     pub fn is(&self, effect: &Effect) -> bool {
-        self.law() == Some(effect.law) && self.place == effect.place.to_json()
+        self.law() == Some(effect.law) && self.place == json!(effect.place)
     }
 
     /// Its law; `None` outside the library.

@@ -1,5 +1,7 @@
 //! Verdicts compared with answers, by fixed rules.
 
+use serde_json::json;
+
 use stiffbench_beams::physics::{Effect, Law, Place};
 use stiffbench_diagnosis::mismatch::{Diagnosis, Finding, Verdict};
 
@@ -292,7 +294,7 @@ fn rival_title(rival: &KnownRival) -> String {
 
 /// Whether a listed rival is this effect. Beside a drift, another drift can only be that of the other unit.
 fn is_rival(rival: &KnownRival, truth: &TrueEffect, effect: &Effect) -> bool {
-    rival.physics == effect.law.name && rival.place == effect.place.to_json() && !truth.is(effect)
+    rival.physics == effect.law.name && rival.place == json!(effect.place) && !truth.is(effect)
 }
 
 /// Whether a rival must be distinguished from an effect of a length, both in standard errors.
@@ -352,7 +354,7 @@ fn is_neighbouring_slip(truth: &TrueEffect, member: &Effect) -> bool {
         return false;
     };
     let same_run = truth.place.get("run").is_some()
-        && truth.place.get("run") == member.place.to_json().get("run");
+        && truth.place.get("run") == json!(member.place).get("run");
     let true_step = truth.place.get("step").and_then(serde_json::Value::as_u64);
     same_run && true_step.is_some_and(|true_step| true_step.abs_diff(u64::from(*step)) <= 1)
 }

@@ -97,9 +97,8 @@ impl Decomposition<'_> {
             spots: vec![Spot {
                 pose: Some(self.observations.poses[cell.pose].clone()),
                 direction: Some(cell.direction),
-                reading: Some((run.repeat, self.observations.loads[place].step)),
-                statistic,
-                dof: [1.0, dof - 1.0],
+                repeat: Some(run.repeat),
+                step: Some(self.observations.loads[place].step),
                 p_family: p,
                 size_m,
                 share: 1.0,

@@ -2,10 +2,14 @@
 
 use std::fmt;
 
+use schemars::JsonSchema;
+use serde::Serialize;
+
 use crate::mismatch::diagnosis::Location;
 use crate::mismatch::observations::Observations;
 use crate::mismatch::stratum::Stratum;
 use stiffbench_beams::physics::Place;
+use stiffbench_units_and_text::quantity::in_micrometres;
 use stiffbench_units_and_text::test_point::{Direction, PoseId};
 
 use super::map::MapEntry;
@@ -17,7 +21,8 @@ pub const STRATUM_LEVEL: f64 = 0.05;
 const HOLDS_IT: f64 = 0.8;
 
 /// What is compared within a stratum.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord, Serialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
 pub enum Contrast {
     /// Slopes of cells beyond one set of factors.
     CellSlope,
@@ -101,7 +106,7 @@ impl Contrast {
 }
 
 /// A test of one contrast.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
 pub struct StratumTest {
     /// Where it belongs.
     pub stratum: Stratum,
@@ -110,12 +115,16 @@ pub struct StratumTest {
     /// F; of the largest outlier t², of a period the largest F.
     pub statistic: f64,
     /// Degrees of freedom of numerator and denominator; the second is infinite where the variance is known.
+    #[schemars(with = "[Option<f64>; 2]")]
     pub dof: [f64; 2],
     /// Chance that noise alone gives as much; for the largest of several at most that (Bonferroni). Zero means below 1e-300.
+    #[schemars(range(min = 0.0, max = 1.0))]
     pub p: f64,
     /// The same for the family of all tests, by Holm.
+    #[schemars(range(min = 0.0, max = 1.0))]
     pub p_family: f64,
-    /// Largest departure of a reading, m, once the fit has absorbed what it can.
+    /// Largest departure of a reading, m, once the fit has absorbed what it can; in files µm.
+    #[serde(rename = "size_um", serialize_with = "in_micrometres")]
     pub size_m: f64,
     /// Part of all weighted squares beyond noise that lies here; 0 where noise alone gives as much once in twenty times.
     pub share: f64,
@@ -125,21 +134,21 @@ pub struct StratumTest {
 }
 
 /// Part of a contrast.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
 pub struct Spot {
     /// The pose, if one.
     pub pose: Option<PoseId>,
     /// The direction, if one.
     pub direction: Option<Direction>,
-    /// The repeat and step, if it is one reading.
-    pub reading: Option<(u32, u32)>,
-    /// F of this part alone.
-    pub statistic: f64,
-    /// Its degrees of freedom.
-    pub dof: [f64; 2],
+    /// The repeat, if it is one reading.
+    pub repeat: Option<u32>,
+    /// The step, if it is one reading.
+    pub step: Option<u32>,
     /// Chance that noise alone gives as much in this or another spot of the stratum (Holm), not below that of the stratum.
+    #[schemars(range(min = 0.0, max = 1.0))]
     pub p_family: f64,
-    /// Largest departure of a reading there, m.
+    /// Largest departure of a reading there, m; in files µm.
+    #[serde(rename = "size_um", serialize_with = "in_micrometres")]
     pub size_m: f64,
     /// Share of the contrast's squares that letting this part go free explains.
     pub share: f64,
@@ -215,7 +224,7 @@ impl Located {
 }
 
 /// A part of the structure that may give way.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
 pub struct SuspectComponent {
     /// The joint, element, base axis or direction of the gauge's stand.
     pub place: Place,
@@ -234,17 +243,20 @@ impl fmt::Display for SuspectComponent {
 }
 
 /// How much of a misfit a part of the structure explains alone.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
 pub struct ExplainedShare {
     /// The part.
+    #[serde(flatten)]
     pub component: SuspectComponent,
     /// Parts that cannot be distinguished from it with these cells.
     pub alike: Vec<SuspectComponent>,
     /// Share of the misfit's squares, the factors refitted: cosine² of the two patterns.
     pub share: f64,
     /// Chance that noise alone gives as much.
+    #[schemars(range(min = 0.0, max = 1.0))]
     pub p: f64,
     /// Chance that noise alone leaves what this part does not explain; above 0.05 it suffices.
+    #[schemars(range(min = 0.0, max = 1.0))]
     pub p_left: f64,
     /// What it would take: compliance beyond the model's, rad/(N·m) of a joint or the base, m/N of a stand, 1 of an element (relative).
     /// `None` for shapes over the load, which have no one size, and where no size would do.

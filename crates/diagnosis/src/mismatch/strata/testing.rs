@@ -115,9 +115,8 @@ impl Decomposition<'_> {
                 let spot = Spot {
                     pose: pose.map(|pose| self.observations.poses[pose].clone()),
                     direction,
-                    reading: None,
-                    statistic,
-                    dof: [d1, d2],
+                    repeat: None,
+                    step: None,
                     p_family: 1.0,
                     size_m: self.size_m(pattern),
                     share: explained / whole,

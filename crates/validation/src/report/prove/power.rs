@@ -3,7 +3,7 @@
 use serde_json::{Value, json};
 
 use crate::prove::{AcceptanceCriterion, IdealPoint, PowerCase, PowerPoint, Share, Target};
-use stiffbench::physics::{Law, Place};
+use stiffbench::physics::Law;
 use stiffbench::plot::{Figure, LawPower, PowerAtSize, PowerCurves, Rate, power_curves};
 use stiffbench::report::AlignedTable;
 
@@ -301,7 +301,7 @@ pub fn power_json(cases: &[PowerCase]) -> Value {
         "cases": cases.iter().map(|case| json!({
             "laws": case.laws.iter().map(|law| law.name).collect::<Vec<_>>(),
             "effects": case.title,
-            "places": case.places.iter().map(Place::to_json).collect::<Vec<_>>(),
+            "places": case.places,
             "bench": case.bench,
             "in_closed_loop": case.in_closed_loop,
             "points": case.points.iter().map(|point| json!({

@@ -82,7 +82,7 @@ fn finding_json(finding: &Finding) -> Value {
         .collect();
     json!({
         "physics": finding.effect.law.name,
-        "place": finding.effect.place.to_json(),
+        "place": finding.effect.place,
         "parameters": parameters,
         "alternative_group": finding.alternative_group,
         "standard_errors": finding.standard_errors,

@@ -1,0 +1,444 @@
+//! A diagnosis as the data of `stiffbench diagnose --json`.
+
+use std::collections::BTreeMap;
+use std::path::PathBuf;
+
+use indexmap::IndexMap;
+use schemars::JsonSchema;
+use serde::Serialize;
+
+use crate::analysis::DiagnosisReport;
+use crate::mismatch::{
+    Contrast, ExplainedShare, FactorChange, Finding, Impossible, Location, NextMeasurement,
+    Quality, ReadingTrace, Rival, Stratum, StratumTest, Verdict,
+};
+use crate::physics::Law;
+use crate::quantity::METRES_PER_MICROMETRE;
+use crate::report::{LawAtPlace, SpecimenSummary};
+use crate::test_point::{Direction, PoseId};
+
+use super::detection_limits::{DetectionLimitReport, SearchLevels};
+use super::noise::NoiseReport;
+use super::{factor_value, parameter_interval, phrases};
+
+/// What `diagnose` gives: of a session, or of a table without a robot.
+#[derive(Debug, Clone, Serialize, JsonSchema)]
+#[serde(untagged)]
+pub enum DiagnosisResult {
+    /// Of a session.
+    Session(Box<DiagnosisSummary>),
+    /// Of a table without a robot.
+    Specimen(Box<SpecimenSummary>),
+}
+
+/// A diagnosis.
+#[derive(Debug, Clone, Serialize, JsonSchema)]
+pub struct DiagnosisSummary {
+    /// The verdict.
+    pub verdict: Verdict,
+    /// What the readings lack, where they cannot decide.
+    pub lacking: Vec<String>,
+    /// Where the model without effects fails.
+    #[serde(rename = "where")]
+    pub locations: Vec<Location>,
+    /// What is missing; with the verdict `unknown` what explains part of it.
+    pub findings: Vec<FindingReport>,
+    /// What the final model leaves.
+    #[serde(rename = "left_over")]
+    pub unexplained: UnexplainedReport,
+    /// The model without effects.
+    pub before: QualityReport,
+    /// The final model.
+    pub after: QualityReport,
+    /// The factors without and with what was found.
+    pub factors: Vec<FactorChangeReport>,
+    /// The tests behind `where`.
+    pub strata: Strata,
+    /// Which parts of the structure carry the misfit.
+    #[serde(rename = "carriers")]
+    pub component_shares: ComponentShares,
+    /// Laws rejected because only an impossible value would serve.
+    pub impossible: Vec<RejectedLaw>,
+    /// Plans that would separate what is open.
+    pub next_measurement: Vec<NextMeasurement>,
+    /// Size of each law and place that these readings would have shown, or the reason why there is none.
+    pub detection_limits: Vec<DetectionLimitReport>,
+    /// The noise of the final model.
+    pub noise: NoiseReport,
+    /// How the level is split between the laws, and the critical values that follow.
+    pub levels: SearchLevels,
+    /// Name of the robot.
+    pub robot: String,
+    /// Name of the mechanism.
+    pub mechanism: String,
+    /// Name of the factors that the search started from.
+    pub start_factors: String,
+    /// Number of readings.
+    pub readings: usize,
+    /// Laws that the search left out.
+    pub without: Vec<Law>,
+    /// Seed of the simulated noise.
+    pub seed: u64,
+    /// Version of the program.
+    pub version: &'static str,
+    /// Files that were written.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub files: Option<Vec<PathBuf>>,
+}
+
+/// A found effect.
+#[derive(Debug, Clone, Serialize, JsonSchema)]
+pub struct FindingReport {
+    /// The law and its place.
+    #[serde(flatten)]
+    pub law: LawAtPlace,
+    /// Its parameters by name.
+    pub parameters: IndexMap<&'static str, FittedParameter>,
+    /// Largest change of a reading, µm.
+    pub end_effect_um: f64,
+    /// Share of the effect that the factors had absorbed.
+    pub absorbed_share: f64,
+    /// Natural logarithm of the Bayes factor against the model without it.
+    pub log_bayes_factor: f64,
+    /// Its length in standard errors.
+    pub standard_errors: f64,
+    /// Chance that noise alone gives any law as much.
+    #[schemars(range(min = 0.0, max = 1.0))]
+    pub p_family: f64,
+    /// Rivals that are distinguished, the nearest first.
+    pub rivals: Vec<RivalReport>,
+    /// Findings of one group exclude each other and are indistinguishable.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub alternative_group: Option<u32>,
+}
+
+/// A fitted value.
+#[derive(Debug, Clone, Serialize, JsonSchema)]
+pub struct FittedParameter {
+    /// The value in `unit`.
+    pub value: f64,
+    /// ASCII unit.
+    pub unit: String,
+    /// 95 % interval in `unit`.
+    pub ci95: Option<[f64; 2]>,
+    /// Why there is no interval.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub reason: Option<&'static str>,
+}
+
+/// A rival of a finding.
+#[derive(Debug, Clone, Serialize, JsonSchema)]
+pub struct RivalReport {
+    /// The law and its place.
+    #[serde(flatten)]
+    pub law: LawAtPlace,
+    /// Natural logarithm of the Bayes factor of the finding against it.
+    pub log_bayes_factor_to_winner: f64,
+    /// Cosine of the angle between the two effects on the readings.
+    pub cosine: f64,
+}
+
+/// What a model leaves.
+#[derive(Debug, Clone, Serialize, JsonSchema)]
+pub struct UnexplainedReport {
+    /// The stratum that shows most.
+    pub stratum: Stratum,
+    /// The pose, if it is one.
+    pub pose: Option<PoseId>,
+    /// The direction, if it is one.
+    pub direction: Option<Direction>,
+    /// Chance that noise alone shows as much anywhere.
+    #[schemars(range(min = 0.0, max = 1.0))]
+    pub p: f64,
+    /// Largest change of a reading by the pattern, µm.
+    pub size_um: f64,
+}
+
+/// How well a model serves.
+#[derive(Debug, Clone, Serialize, JsonSchema)]
+pub struct QualityReport {
+    /// Root mean square of the residuals, each gauge zero fitted, µm.
+    pub rms_um: f64,
+    /// The same in percent of the root mean square displacement.
+    pub rms_percent: f64,
+    /// The same by direction.
+    pub rms_um_by_direction: BTreeMap<Direction, f64>,
+    /// Root mean square of the residuals without zero and slope of each run, µm.
+    pub within_runs_rms_um: f64,
+    /// Root mean square in poses left out of the fit, µm; `null` with one pose.
+    pub held_out_rms_um: Option<f64>,
+    /// The same in percent of the root mean square displacement.
+    pub held_out_rms_percent: Option<f64>,
+    /// Root mean square in units of the noise.
+    pub noise_units: f64,
+    /// The same in poses left out of the fit; `null` with one pose.
+    pub held_out_noise_units: Option<f64>,
+    /// Each pose left out of the fit.
+    pub held_out: Vec<HeldOutReport>,
+    /// Weighted squares over degrees of freedom.
+    pub reduced_chi2: f64,
+}
+
+/// A pose left out of a fit.
+#[derive(Debug, Clone, Serialize, JsonSchema)]
+pub struct HeldOutReport {
+    /// The pose.
+    pub pose: PoseId,
+    /// Root mean square there, µm.
+    pub rms_um: f64,
+}
+
+/// A factor or spring without and with what was found.
+#[derive(Debug, Clone, Serialize, JsonSchema)]
+pub struct FactorChangeReport {
+    /// Its name.
+    pub name: String,
+    /// In the model without effects.
+    pub before: FittedParameter,
+    /// In the final model.
+    pub after: FittedParameter,
+    /// Change from the one to the other, %.
+    pub change_percent: f64,
+    /// Whether the readings determine it.
+    pub status: Determination,
+}
+
+/// Whether readings determine a factor.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum Determination {
+    /// They do.
+    Free,
+    /// It stands at its bound.
+    AtBound,
+    /// They do not.
+    NotIdentified,
+}
+
+/// The tests of strata.
+#[derive(Debug, Clone, Serialize, JsonSchema)]
+pub struct Strata {
+    /// All tests, in the order of the strata.
+    pub tests: Vec<StratumTest>,
+    /// What could not be tested.
+    pub untested: Vec<UntestedContrast>,
+}
+
+/// A contrast that these readings cannot test.
+#[derive(Debug, Clone, Serialize, JsonSchema)]
+pub struct UntestedContrast {
+    /// What would be compared.
+    pub contrast: Contrast,
+    /// Where it belongs.
+    pub stratum: Stratum,
+    /// Why it cannot be tested.
+    pub reason: String,
+}
+
+/// Parts of the structure by how much of the misfit each explains alone, the most first.
+#[derive(Debug, Clone, Serialize, JsonSchema)]
+pub struct ComponentShares {
+    /// Of slopes; empty if they do not misfit.
+    pub slopes: Vec<ExplainedShare>,
+    /// Of curves, steps and loops over the load.
+    pub shapes: Vec<ExplainedShare>,
+}
+
+/// A law that would explain the readings with an impossible value.
+#[derive(Debug, Clone, Serialize, JsonSchema)]
+pub struct RejectedLaw {
+    /// The law and its place.
+    #[serde(flatten)]
+    pub law: LawAtPlace,
+    /// Fall of the weighted squares that the impossible sign would give.
+    pub gain: f64,
+    /// Why it was rejected.
+    pub reason: String,
+}
+
+impl From<&DiagnosisReport> for DiagnosisSummary {
+    fn from(report: &DiagnosisReport) -> Self {
+        let diagnosis = &report.diagnosis;
+        let left = &diagnosis.unexplained;
+        let located = &report.located;
+        let untested = located.untested.iter().map(|one| UntestedContrast {
+            contrast: one.contrast,
+            stratum: one.contrast.stratum(),
+            reason: one.why.clone(),
+        });
+        let mut without = report.without.clone();
+        // The two drifts share a name.
+        without.dedup_by_key(|law| law.name);
+        Self {
+            verdict: diagnosis.verdict,
+            lacking: diagnosis.lacking.clone(),
+            locations: located.locations(),
+            findings: diagnosis.findings.iter().map(Into::into).collect(),
+            unexplained: UnexplainedReport {
+                stratum: left.stratum,
+                pose: left.pose.clone(),
+                direction: left.direction,
+                p: left.p_family,
+                size_um: um(left.size_m),
+            },
+            before: QualityReport::new(report, &diagnosis.before, |r| {
+                [r.before_m, r.before_within_run_m]
+            }),
+            after: QualityReport::new(report, &diagnosis.after, |r| {
+                [r.after_m, r.after_within_run_m]
+            }),
+            factors: report.factor_changes().collect(),
+            strata: Strata {
+                tests: located.tests.clone(),
+                untested: untested.collect(),
+            },
+            component_shares: ComponentShares {
+                slopes: located.slope_components.clone(),
+                shapes: located.shape_components.clone(),
+            },
+            impossible: report.impossible().map(Into::into).collect(),
+            next_measurement: report.next.clone(),
+            detection_limits: report.detection_limits(),
+            noise: report.into(),
+            levels: (&report.critical).into(),
+            robot: report.robot.clone(),
+            mechanism: report.mechanism.clone(),
+            start_factors: report.factors.clone(),
+            readings: report.observations.len(),
+            without,
+            seed: report.seed,
+            version: env!("CARGO_PKG_VERSION"),
+            files: None,
+        }
+    }
+}
+
+impl From<&Finding> for FindingReport {
+    fn from(finding: &Finding) -> Self {
+        let specs = finding.effect.law.parameters.iter().enumerate();
+        let parameters = specs.zip(&finding.values).map(|((place, spec), value)| {
+            let interval = parameter_interval(finding, place);
+            let unit = spec.unit().to_owned();
+            let fitted = FittedParameter::new(value.value, unit, interval, STEPPED);
+            (spec.name, fitted)
+        });
+        Self {
+            law: (&finding.effect).into(),
+            parameters: parameters.collect(),
+            end_effect_um: um(finding.end_effect_m),
+            absorbed_share: finding.absorbed_share,
+            log_bayes_factor: finding.log_bayes,
+            standard_errors: finding.standard_errors,
+            p_family: finding.p_family,
+            rivals: finding.rivals.iter().map(Into::into).collect(),
+            alternative_group: finding.alternative_group,
+        }
+    }
+}
+
+/// Why a parameter has no interval.
+pub(in crate::report) const STEPPED: &str =
+    "the readings change with this parameter by steps, so that no standard error can be given";
+
+impl FittedParameter {
+    /// A value with its interval, or the reason why there is none.
+    pub(in crate::report) fn new(
+        value: f64,
+        unit: String,
+        ci95: Option<[f64; 2]>,
+        why_none: &'static str,
+    ) -> Self {
+        let ci95 = ci95.filter(|ends| ends.iter().all(|end| end.is_finite()));
+        Self {
+            value,
+            unit,
+            ci95,
+            reason: ci95.is_none().then_some(why_none),
+        }
+    }
+}
+
+impl From<&Rival> for RivalReport {
+    fn from(rival: &Rival) -> Self {
+        Self {
+            law: (&rival.effect).into(),
+            log_bayes_factor_to_winner: rival.log_bayes_to_winner,
+            cosine: rival.cosine,
+        }
+    }
+}
+
+impl From<&Impossible> for RejectedLaw {
+    fn from(one: &Impossible) -> Self {
+        Self {
+            law: LawAtPlace {
+                physics: one.law,
+                place: one.place.clone(),
+            },
+            gain: one.delta_chi2,
+            reason: phrases::impossible(one.law),
+        }
+    }
+}
+
+impl QualityReport {
+    fn new(
+        report: &DiagnosisReport,
+        quality: &Quality,
+        residuals: impl Fn(&ReadingTrace) -> [f64; 2],
+    ) -> Self {
+        let by_direction = report.directions().map(|direction| {
+            let [rms_m, _] = report.rms_m(&residuals, Some(direction));
+            (direction, um(rms_m))
+        });
+        let [_, within_runs_m] = report.rms_m(&residuals, None);
+        let percent = |rms_m: f64| 100.0 * rms_m / report.trace.displacement_rms_m;
+        let held_out = quality.held_out.iter().map(|(pose, rms_m)| HeldOutReport {
+            pose: pose.clone(),
+            rms_um: um(*rms_m),
+        });
+        Self {
+            rms_um: um(quality.rms_m),
+            rms_percent: percent(quality.rms_m),
+            rms_um_by_direction: by_direction.collect(),
+            within_runs_rms_um: um(within_runs_m),
+            held_out_rms_um: quality.held_out_rms_m.map(um),
+            held_out_rms_percent: quality.held_out_rms_m.map(percent),
+            noise_units: quality.reduced_chi2.sqrt(),
+            held_out_noise_units: quality.held_out_noise_units,
+            held_out: held_out.collect(),
+            reduced_chi2: quality.reduced_chi2,
+        }
+    }
+}
+
+impl FactorChangeReport {
+    /// A factor with what became of it.
+    pub(super) fn new(factor: &FactorChange, status: Determination) -> Self {
+        let unit = match factor.spring_rad_per_nm {
+            None => "1",
+            Some(_) => "rad/(N*m)",
+        };
+        let [before, after] = [&factor.before, &factor.after].map(|fitted| {
+            let (value, interval) = factor_value(factor, fitted);
+            let reason = "the data do not determine this factor";
+            FittedParameter::new(value, unit.to_owned(), interval, reason)
+        });
+        let change_percent = match factor.spring_rad_per_nm {
+            None => 100.0 * (factor.after.value - factor.before.value).exp_m1(),
+            Some(_) => 100.0 * (after.value / before.value - 1.0),
+        };
+        Self {
+            name: factor.name.clone(),
+            before,
+            after,
+            change_percent,
+            status,
+        }
+    }
+}
+
+/// A length in µm.
+pub(super) fn um(value_m: f64) -> f64 {
+    value_m / METRES_PER_MICROMETRE
+}
