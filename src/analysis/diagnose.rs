@@ -12,7 +12,7 @@ use crate::robot::FittingFactors;
 use super::data::LoadedSession;
 use super::design::{baseline, proposals};
 use super::earlier::{EarlierSession, MeasuredNoise, pooled_noise};
-use super::error::AnalysisError;
+use super::error::{AnalysisError, ArgumentError};
 use super::model::ResolvedModel;
 
 /// The scatter of the readings may exceed what the records state by this much before there is a warning.
@@ -160,19 +160,15 @@ pub fn diagnose(
 }
 
 /// The search begins with the beams alone; physics that is known already would be found again, or hidden.
-fn refuse_known_physics(model: &ResolvedModel) -> Result<(), AnalysisError> {
+fn refuse_known_physics(model: &ResolvedModel) -> Result<(), ArgumentError> {
     if model.physics.effects.is_empty() {
         return Ok(());
     }
-    Err(AnalysisError::Argument {
-        argument: "--model and --effect".to_owned(),
-        problem: "diagnose searches from the beams alone, without physics that is known already"
-            .to_owned(),
-        help: Some(
-            "leave them out: known physics is found again, and what is missing beside it too"
-                .to_owned(),
-        ),
-    })
+    Err(ArgumentError::new(
+        "--model and --effect",
+        "diagnose searches from the beams alone, without physics that is known already",
+        "leave them out: known physics is found again, and what is missing beside it too",
+    ))
 }
 
 /// The noise, its part of single readings from the records of the instruments.

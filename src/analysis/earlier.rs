@@ -9,7 +9,7 @@ use crate::readings::{InstrumentRecord, SessionHeader};
 
 use super::data::LoadedSession;
 use super::design::baseline;
-use super::error::AnalysisError;
+use super::error::{AnalysisError, ArgumentError};
 use super::model::ResolvedModel;
 
 /// An earlier session and how it scattered.
@@ -54,13 +54,15 @@ pub fn noise_of(
         without: without.to_vec(),
     };
     let (diagnosis, _) = diagnose(&baseline, &observations, &search, None)?;
-    let noise = EarlierNoise::of(&diagnosis).ok_or_else(|| AnalysisError::Argument {
-        argument: format!("--earlier {}", session.name),
-        problem: format!(
-            "its readings do not determine their scatter: {}",
-            diagnosis.lacking.join("; ")
-        ),
-        help: Some("leave it out, or name a session with repeats".to_owned()),
+    let noise = EarlierNoise::of(&diagnosis).ok_or_else(|| {
+        ArgumentError::new(
+            format!("--earlier {}", session.name),
+            format!(
+                "its readings do not determine their scatter: {}",
+                diagnosis.lacking.join("; ")
+            ),
+            "leave it out, or name a session with repeats",
+        )
     })?;
     session.warnings.extend(model.warnings.iter().cloned());
     Ok(MeasuredNoise { session, noise })
@@ -79,7 +81,7 @@ pub(super) fn pooled_noise(
     for (place, MeasuredNoise { session: other, .. }) in others.iter().enumerate() {
         let mut before = others[..place].iter().map(|before| &before.session);
         if is_same(other, session) || before.any(|before| is_same(other, before)) {
-            return Err(counted_twice(other));
+            return Err(counted_twice(other).into());
         }
     }
     let own = EarlierNoise::of(&diagnose(baseline, observations, search, None)?.0);
@@ -133,12 +135,12 @@ fn is_same(session: &LoadedSession, other: &LoadedSession) -> bool {
     place(session) == place(other) || (id(session).is_some() && id(session) == id(other))
 }
 
-fn counted_twice(session: &LoadedSession) -> AnalysisError {
-    AnalysisError::Argument {
-        argument: format!("--earlier {}", session.name),
-        problem: "this session is there already: its scatter would count twice".to_owned(),
-        help: Some("name other sessions of the same bench".to_owned()),
-    }
+fn counted_twice(session: &LoadedSession) -> ArgumentError {
+    ArgumentError::new(
+        format!("--earlier {}", session.name),
+        "this session is there already: its scatter would count twice",
+        "name other sessions of the same bench",
+    )
 }
 
 /// A warning for each gauge that is known to be another than in this session.

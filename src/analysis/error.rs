@@ -12,6 +12,35 @@ use crate::stiffness::StiffnessError;
 
 use super::files::ReadError;
 
+/// An option with a value that cannot be. It bears the name of the command line.
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error, miette::Diagnostic)]
+#[error("{argument}: {problem}")]
+#[diagnostic(code(stiffbench::usage::argument))]
+pub struct ArgumentError {
+    /// The option and its value.
+    pub argument: String,
+    /// What is wrong with it.
+    pub problem: String,
+    /// What to write instead.
+    #[help]
+    pub help: Option<String>,
+}
+
+impl ArgumentError {
+    /// An error with what to write instead.
+    pub fn new(
+        argument: impl Into<String>,
+        problem: impl Into<String>,
+        help: impl Into<String>,
+    ) -> Self {
+        Self {
+            argument: argument.into(),
+            problem: problem.into(),
+            help: Some(help.into()),
+        }
+    }
+}
+
 /// Errors of the way from files to results.
 #[derive(Debug, thiserror::Error, miette::Diagnostic)]
 pub enum AnalysisError {
@@ -134,18 +163,10 @@ pub enum AnalysisError {
         /// Which gauges, since when.
         instruments: String,
     },
-    /// An option with a value that cannot be. It bears the name of the command line.
-    #[error("{argument}: {problem}")]
-    #[diagnostic(code(stiffbench::usage::argument))]
-    Argument {
-        /// The option and its value.
-        argument: String,
-        /// What is wrong with it.
-        problem: String,
-        /// What to write instead.
-        #[help]
-        help: Option<String>,
-    },
+    /// An option with a value that cannot be.
+    #[error(transparent)]
+    #[diagnostic(transparent)]
+    Argument(#[from] ArgumentError),
     /// A file that cannot be read.
     #[error(transparent)]
     #[diagnostic(transparent)]

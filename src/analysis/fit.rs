@@ -13,7 +13,7 @@ use crate::stiffness::{Branches, Method, StiffnessTable};
 use crate::test_point::PoseId;
 
 use super::data::{Data, LoadedSession, is_shipped_list};
-use super::error::AnalysisError;
+use super::error::{AnalysisError, ArgumentError};
 use super::inputs::Inputs;
 use super::model::{ModelChoice, ResolvedModel, no_robot, resolve};
 use super::plausible::doubts_about_stiffness;
@@ -173,14 +173,12 @@ impl FitData {
         let problem = self.problem()?;
         let train = self.training(settings.train.as_deref())?;
         if settings.sigma == Some(SigmaMode::Known) && !self.measured.has_uncertainties() {
-            return Err(AnalysisError::Argument {
-                argument: "--sigma known".to_owned(),
-                problem: "the data state no uncertainty of the stiffnesses".to_owned(),
-                help: Some(
-                    "give readings with repeats or a column u_N_per_um, or use --sigma estimated"
-                        .to_owned(),
-                ),
-            });
+            return Err(ArgumentError::new(
+                "--sigma known",
+                "the data state no uncertainty of the stiffnesses",
+                "give readings with repeats or a column u_N_per_um, or use --sigma estimated",
+            )
+            .into());
         }
         let options = FitOptions {
             train,
@@ -274,15 +272,16 @@ impl FitData {
         let weights = settings.weights.clone();
         let weights = weights.unwrap_or_else(|| vec![1.0; poses.len()]);
         if weights.len() != poses.len() {
-            return Err(AnalysisError::Argument {
-                argument: "--weights".to_owned(),
-                problem: format!(
+            return Err(ArgumentError::new(
+                "--weights",
+                format!(
                     "{} weights for {} training poses",
                     weights.len(),
                     poses.len()
                 ),
-                help: Some("give one weight a pose, in the order of --train".to_owned()),
-            });
+                "give one weight a pose, in the order of --train",
+            )
+            .into());
         }
         let source = match (&settings.reference, self.model.robot.factors.get("s_fsd")) {
             (Some(reference), _) => PaperSource::Reference(reference.clone()),
@@ -307,7 +306,7 @@ impl FitData {
     }
 
     /// The training poses, each of which the data must have.
-    fn training(&self, names: Option<&[String]>) -> Result<Option<Vec<PoseId>>, AnalysisError> {
+    fn training(&self, names: Option<&[String]>) -> Result<Option<Vec<PoseId>>, ArgumentError> {
         let Some(names) = names else { return Ok(None) };
         let measured = self.measured.cells.iter().map(|cell| &cell.cell);
         let unusable = self.measured.unusable.iter().map(|(cell, _)| cell);
@@ -317,7 +316,7 @@ impl FitData {
                 known.push(cell.pose.as_str());
             }
         }
-        let wrong = |name: &str, problem: String, help| AnalysisError::Argument {
+        let wrong = |name: &str, problem: String, help| ArgumentError {
             argument: format!("--train {name}"),
             problem,
             help,

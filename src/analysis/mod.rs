@@ -36,7 +36,7 @@ pub use data::{CalibrationCheck, Data, LoadedSession, OpenSettings};
 pub use design::{design, usual_plan};
 pub use diagnose::{DiagnoseSettings, DiagnosisReport, NoiseOrigin, NoiseSource, diagnose};
 pub use earlier::{EarlierSession, MeasuredNoise, noise_of};
-pub use error::AnalysisError;
+pub use error::{AnalysisError, ArgumentError};
 pub use files::{ReadError, read_bytes, read_text};
 pub use fit::{FitData, FitSettings, PaperFitSettings, fixed_physics};
 pub use hash::sha256;

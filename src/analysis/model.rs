@@ -13,7 +13,7 @@ use crate::test_point::PoseId;
 use crate::toml_text::{TomlError, read_types};
 
 use super::data::LoadedSession;
-use super::error::AnalysisError;
+use super::error::{AnalysisError, ArgumentError};
 use super::files::read_text;
 use super::hash::sha256;
 
@@ -78,11 +78,12 @@ pub fn robot_source(name: &str, named_by: Option<&Path>) -> Result<SourceText, A
             return AnalysisError::NamedRobot { file, robot };
         }
         let shipped = shipped_robots().collect::<Vec<_>>().join(", ");
-        AnalysisError::Argument {
-            argument: format!("--robot {name}"),
-            problem: "there is no such file and no shipped robot of that name".to_owned(),
-            help: Some(format!("shipped robots are {shipped}")),
-        }
+        ArgumentError::new(
+            format!("--robot {name}"),
+            "there is no such file and no shipped robot of that name",
+            format!("shipped robots are {shipped}"),
+        )
+        .into()
     })
 }
 

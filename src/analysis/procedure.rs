@@ -7,7 +7,7 @@ use crate::procedure::Procedure;
 use crate::shipped::{shipped_procedure, shipped_procedures};
 use crate::source_text::SourceText;
 
-use super::error::AnalysisError;
+use super::error::{AnalysisError, ArgumentError};
 use super::files::read_text;
 
 /// A procedure by the name of a file or of a shipped one, and what a user should know of its file.
@@ -28,10 +28,11 @@ fn procedure_source(name: &str) -> Result<SourceText, AnalysisError> {
         let shipped = shipped_procedures().collect::<Vec<_>>().join(", ");
         let meant = nearest(name, shipped_procedures())
             .map_or_else(String::new, |near| format!("did you mean {near}? "));
-        AnalysisError::Argument {
-            argument: format!("--procedure {name}"),
-            problem: "there is no such file and no shipped procedure of that name".to_owned(),
-            help: Some(format!("{meant}shipped procedures are {shipped}")),
-        }
+        ArgumentError::new(
+            format!("--procedure {name}"),
+            "there is no such file and no shipped procedure of that name",
+            format!("{meant}shipped procedures are {shipped}"),
+        )
+        .into()
     })
 }

@@ -13,7 +13,6 @@ use crate::test_point::{Direction, PoseId};
 use super::compare::CompareArgs;
 use super::demo::DemoArgs;
 use super::diagnose_args::DiagnoseArgs;
-use super::failure::CliError;
 use super::instrument_args::InstrumentArgs;
 use super::map::MapArgs;
 use super::moved::MovedArgs;
@@ -23,6 +22,7 @@ use super::procedure::ProcedureArgs;
 use super::robot_args::RobotArgs;
 use super::session::SessionArgs;
 use super::trace::TraceArgs;
+use crate::analysis::ArgumentError;
 
 /// From two gauges on a robot bench to a stiffness model that can be trusted.
 #[derive(Debug, Parser)]
@@ -181,7 +181,7 @@ pub(super) struct LogArgs {
 
 impl LogArgs {
     /// What the log does not say; `None` without pose and direction.
-    pub(super) fn options(&self) -> Result<Option<GaugeLogOptions>, CliError> {
+    pub(super) fn options(&self) -> Result<Option<GaugeLogOptions>, ArgumentError> {
         match (&self.pose, self.direction) {
             (Some(pose), Some(direction)) => Ok(Some(GaugeLogOptions {
                 pose: PoseId::new(pose),
@@ -195,11 +195,11 @@ impl LogArgs {
                 text: ReadOptions::default(),
             })),
             (None, None) => Ok(None),
-            _ => Err(CliError::Argument {
-                argument: "--pose and --direction".to_owned(),
-                problem: "a gauge's own log needs both".to_owned(),
-                help: Some("stiffbench stiffness LOG --pose P1 --direction x".to_owned()),
-            }),
+            _ => Err(ArgumentError::new(
+                "--pose and --direction",
+                "a gauge's own log needs both",
+                "stiffbench stiffness LOG --pose P1 --direction x",
+            )),
         }
     }
 }

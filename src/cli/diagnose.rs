@@ -6,8 +6,8 @@ use std::path::{Path, PathBuf};
 use serde_json::json;
 
 use crate::analysis::{
-    DiagnoseSettings, DiagnosisReport, Inputs, LoadedSession, NoiseSource, ResolvedModel, diagnose,
-    laws, noise_of, sha256,
+    ArgumentError, DiagnoseSettings, DiagnosisReport, Inputs, LoadedSession, NoiseSource,
+    ResolvedModel, diagnose, laws, noise_of, sha256,
 };
 use crate::mismatch::{Diagnosis, Verdict};
 use crate::physics::{Law, ModelFile};
@@ -32,11 +32,11 @@ pub(super) fn run(args: &DiagnoseArgs, global: &Global) -> Result<Outcome, Failu
     }
     if let Some(options) = args.specimen.options() {
         if !args.parameters.is_default() {
-            return Err(CliError::Argument {
-                argument: "--free, --fix, --tie, --bounds".to_owned(),
-                problem: "they name parameters of a robot, and a specimen has none".to_owned(),
-                help: Some("leave them out".to_owned()),
-            }
+            return Err(ArgumentError::new(
+                "--free, --fix, --tie, --bounds",
+                "they name parameters of a robot, and a specimen has none",
+                "leave them out",
+            )
             .into());
         }
         return diagnose_specimen::run(args, &options, without);
@@ -162,12 +162,11 @@ fn robot_seen_from(resolved: &ResolvedModel, folder: &Path) -> Result<String, Cl
 fn noise(args: &DiagnoseArgs, without: &[Law], global: &Global) -> Result<NoiseSource, Failure> {
     if args.noise == NoiseChoice::Records {
         if !args.earlier.is_empty() {
-            return Err(CliError::Argument {
-                argument: "--earlier".to_owned(),
-                problem: "the records of the instruments give the scatter of readings already"
-                    .to_owned(),
-                help: Some("leave out --noise records, or --earlier".to_owned()),
-            }
+            return Err(ArgumentError::new(
+                "--earlier",
+                "the records of the instruments give the scatter of readings already",
+                "leave out --noise records, or --earlier",
+            )
             .into());
         }
         return Ok(NoiseSource::Records);
@@ -257,10 +256,12 @@ fn strict_exit(diagnosis: &Diagnosis) -> u8 {
 }
 
 /// The data of a diagnosis; clap asks for it unless a procedure is assessed.
-pub(super) fn data(args: &DiagnoseArgs) -> Result<&Path, CliError> {
-    args.data.as_deref().ok_or_else(|| CliError::Argument {
-        argument: "DATA".to_owned(),
-        problem: "there is nothing to diagnose".to_owned(),
-        help: Some("name a session folder or a readings file".to_owned()),
+pub(super) fn data(args: &DiagnoseArgs) -> Result<&Path, ArgumentError> {
+    args.data.as_deref().ok_or_else(|| {
+        ArgumentError::new(
+            "DATA",
+            "there is nothing to diagnose",
+            "name a session folder or a readings file",
+        )
     })
 }

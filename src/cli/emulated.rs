@@ -18,7 +18,7 @@ use crate::test_point::{Direction, PoseId};
 use super::descriptions::{all_descriptions, find_description};
 use super::failure::{CliError, Failure};
 use super::instrument_args::ProtocolsArgs;
-use crate::analysis::ResolvedModel;
+use crate::analysis::{ArgumentError, ResolvedModel};
 
 /// How many times as fast as real lines the emulated ones are run at most; streams and delays of a gauge get shorter, programs do not.
 const FASTEST_LINE: f64 = 10.0;
@@ -119,11 +119,11 @@ fn line(
         let fitting = all.iter().map(|found| &found.description);
         let fitting = fitting.filter(|other| other.channel == channel);
         let fitting: Vec<&str> = fitting.map(|other| other.name.as_str()).collect();
-        return Err(CliError::Argument {
-            argument: format!("--{channel} {name}"),
-            problem: format!("this gauge measures {}", description.channel),
-            help: Some(format!("gauges of {channel} are {}", fitting.join(", "))),
-        }
+        return Err(ArgumentError::new(
+            format!("--{channel} {name}"),
+            format!("this gauge measures {}", description.channel),
+            format!("gauges of {channel} are {}", fitting.join(", ")),
+        )
         .into());
     }
     Ok(EmulatedLine::new(EmulatedGauge::described(

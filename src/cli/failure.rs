@@ -46,18 +46,6 @@ pub enum CliError {
         /// The session.
         folder: PathBuf,
     },
-    /// An argument with a meaning that cannot be.
-    #[error("{argument}: {problem}")]
-    #[diagnostic(code(stiffbench::usage::argument))]
-    Argument {
-        /// The argument.
-        argument: String,
-        /// What is wrong with it.
-        problem: String,
-        /// What to write instead.
-        #[help]
-        help: Option<String>,
-    },
     /// A command that checks the program, no longer part of it.
     #[error("stiffbench {command} has moved to another program: {now}")]
     #[diagnostic(

@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use crate::plot::{Figure, to_png};
 
 use super::failure::{CliError, Failure};
-use crate::analysis::Inputs;
+use crate::analysis::{ArgumentError, Inputs};
 
 /// Pixels in a unit of the drawing: sharp on a page and on a screen.
 const PNG_SCALE: f64 = 2.0;
@@ -32,11 +32,11 @@ pub fn write_figure(
         .as_deref()
         .filter(|wanted| OTHER_FORMATS.contains(wanted))
     {
-        return Err(CliError::Argument {
-            argument: path.display().to_string(),
-            problem: format!("figures are written as SVG and PNG, not as {other}"),
-            help: Some("end the name with .svg or .png, or with nothing for both".to_owned()),
-        }
+        return Err(ArgumentError::new(
+            path.display().to_string(),
+            format!("figures are written as SVG and PNG, not as {other}"),
+            "end the name with .svg or .png, or with nothing for both",
+        )
         .into());
     }
     let base = match wanted.as_deref() {

@@ -1,13 +1,15 @@
 //! `stiffbench fit`.
 
-use crate::analysis::{Data, FitData, FitSettings, PaperFitSettings, doubts_about_fit};
+use crate::analysis::{
+    ArgumentError, Data, FitData, FitSettings, PaperFitSettings, doubts_about_fit,
+};
 use crate::fit::{FactorStatus, FitOutcome, PaperFit};
 use crate::least_squares::SigmaMode;
 use crate::report::{FitReport, fit_figures, fit_text, paper_steps_text};
 use crate::stiffness::Method as StiffnessMethod;
 
 use super::args::{FitArgs, Global, MethodArg, Sigma};
-use super::failure::{CliError, Failure};
+use super::failure::Failure;
 use super::figure_files::{write, write_figure};
 use super::outcome::Outcome;
 use super::progress::progress;
@@ -88,7 +90,7 @@ pub(super) fn run(args: &FitArgs, global: &Global) -> Result<Outcome, Failure> {
 }
 
 /// Options without effect are a misunderstanding, and worth an error.
-fn refuse_what_the_method_ignores(args: &FitArgs) -> Result<(), CliError> {
+fn refuse_what_the_method_ignores(args: &FitArgs) -> Result<(), ArgumentError> {
     let of_paper = [
         ("--weights", args.weights.is_some()),
         ("--reference", args.reference.is_some()),
@@ -108,11 +110,11 @@ fn refuse_what_the_method_ignores(args: &FitArgs) -> Result<(), CliError> {
     };
     match ignored.iter().find(|(_, given)| *given) {
         None => Ok(()),
-        Some((option, _)) => Err(CliError::Argument {
-            argument: (*option).to_owned(),
-            problem: format!("it belongs to --method {method}"),
-            help: Some(format!("add --method {method}, or leave {option} out")),
-        }),
+        Some((option, _)) => Err(ArgumentError::new(
+            (*option).to_owned(),
+            format!("it belongs to --method {method}"),
+            format!("add --method {method}, or leave {option} out"),
+        )),
     }
 }
 

@@ -1,6 +1,6 @@
 //! Which instrument on which port.
 
-use crate::analysis::read_text;
+use crate::analysis::{ArgumentError, read_text};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
@@ -17,7 +17,7 @@ use crate::instrument::{Channel, CommandRole, Decoder, InstrumentDescription};
 use crate::source_text::SourceText;
 
 use super::descriptions::{LocatedDescription, find_description};
-use super::failure::{CliError, Failure};
+use super::failure::Failure;
 use super::instrument_args::ProtocolsArgs;
 use super::outcome::print_error;
 
@@ -158,49 +158,49 @@ impl Gauge {
     }
 }
 
-fn check_permission(description: &InstrumentDescription, args: &PortArgs) -> Result<(), CliError> {
+fn check_permission(
+    description: &InstrumentDescription,
+    args: &PortArgs,
+) -> Result<(), ArgumentError> {
     if !description.is_unverified() || args.allow_unverified {
         return Ok(());
     }
-    Err(CliError::Argument {
-        argument: description.name.clone(),
-        problem: "this description was not verified with a gauge or a manual".to_owned(),
-        help: Some(
-            "compare its values with the display, and allow it with --allow-unverified".to_owned(),
-        ),
-    })
+    Err(ArgumentError::new(
+        description.name.clone(),
+        "this description was not verified with a gauge or a manual",
+        "compare its values with the display, and allow it with --allow-unverified",
+    ))
 }
 
-fn acquisition(description: &InstrumentDescription, stream: bool) -> Result<Acquisition, CliError> {
+fn acquisition(
+    description: &InstrumentDescription,
+    stream: bool,
+) -> Result<Acquisition, ArgumentError> {
     if !stream {
         return Ok(Acquisition::surest(description));
     }
     if description.command(CommandRole::StreamStart).is_some() {
         return Ok(Acquisition::Stream);
     }
-    Err(CliError::Argument {
-        argument: "--stream".to_owned(),
-        problem: format!("{} has no command that starts a stream", description.name),
-        help: Some("leave it out".to_owned()),
-    })
+    Err(ArgumentError::new(
+        "--stream",
+        format!("{} has no command that starts a stream", description.name),
+        "leave it out",
+    ))
 }
 
 fn port_identity(
     description: &InstrumentDescription,
     args: &PortArgs,
     bound: Option<&Binding>,
-) -> Result<PortIdentity, CliError> {
+) -> Result<PortIdentity, ArgumentError> {
     if let Some(path) = &args.port {
         return Ok(PortIdentity::Path(path.clone()));
     }
-    bound.and_then(Binding::port).ok_or_else(|| CliError::Argument {
-        argument: "--port".to_owned(),
-        problem: format!("no port is named, and {} binds {} to none", args.bindings.display(), description.name),
-        help: Some(match description.no_tty(std::env::consts::OS) {
+    bound.and_then(Binding::port).ok_or_else(|| ArgumentError::new("--port", format!("no port is named, and {} binds {} to none", args.bindings.display(), description.name), match description.no_tty(std::env::consts::OS) {
             Some(note) => format!("on this system: {note}"),
             None => "name it with --port, see the ports with stiffbench ports, or bind the gauge once with stiffbench ports --wait".to_owned(),
-        }),
-    })
+        }))
 }
 
 /// Parses a channel.

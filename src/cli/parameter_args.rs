@@ -2,11 +2,11 @@
 
 use clap::Args;
 
-use crate::analysis::ResolvedModel;
+use crate::analysis::{ArgumentError, ResolvedModel};
 use crate::parameters::{FitRole, ParameterChoice};
 use crate::robot::ModelParameter;
 
-use super::failure::{CliError, Failure};
+use super::failure::Failure;
 
 /// The list of model parameters that a fit moves, keeps or ties.
 #[derive(Debug, Clone, Default, Args)]
@@ -50,23 +50,22 @@ impl ParameterArgs {
         }
         for tie in &self.tie {
             let Some((one, other)) = tie.split_once('=') else {
-                return Err(CliError::Argument {
-                    argument: format!("--tie {tie}"),
-                    problem: "two parameters with an equals sign between them are needed"
-                        .to_owned(),
-                    help: Some("--tie link.A=beam.A".to_owned()),
-                }
+                return Err(ArgumentError::new(
+                    format!("--tie {tie}"),
+                    "two parameters with an equals sign between them are needed",
+                    "--tie link.A=beam.A",
+                )
                 .into());
             };
             choice.set(&find(one)?, FitRole::TiedTo(find(other)?));
         }
         for bounds in &self.bounds {
-            let wrong = |problem: &str| CliError::Argument {
-                argument: format!("--bounds {bounds}"),
-                problem: problem.to_owned(),
-                help: Some(
-                    "--bounds 0.1..10, or of one parameter --bounds beam.Iz=0.5..4".to_owned(),
-                ),
+            let wrong = |problem: &str| {
+                ArgumentError::new(
+                    format!("--bounds {bounds}"),
+                    problem,
+                    "--bounds 0.1..10, or of one parameter --bounds beam.Iz=0.5..4",
+                )
             };
             let (name, range) = bounds.split_once('=').unwrap_or(("", bounds));
             let ends = range.split_once("..").and_then(|(low, high)| {

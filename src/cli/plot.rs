@@ -2,7 +2,9 @@
 
 use std::path::PathBuf;
 
-use crate::analysis::{AnalysisError, Data, FitData, FitSettings, Inputs, LoadedSession};
+use crate::analysis::{
+    AnalysisError, ArgumentError, Data, FitData, FitSettings, Inputs, LoadedSession,
+};
 use crate::fit::FitOutcome;
 use crate::physics::{Effect, PlaceKind};
 use crate::plot::Figure;
@@ -14,7 +16,7 @@ use crate::stiffness::{Branches, Method};
 use crate::test_point::PoseId;
 
 use super::args::{FigureName, Global, PlotArgs};
-use super::failure::{CliError, Failure};
+use super::failure::Failure;
 use super::figure_files::write_figure;
 use super::outcome::Outcome;
 use super::robot::workspace_projection;
@@ -53,11 +55,13 @@ pub(super) fn run(args: &PlotArgs, global: &Global) -> Result<Outcome, Failure> 
 /// A figure with its name and what it shows.
 type NamedFigure = (&'static str, Figure, Inputs);
 
-fn first_data(args: &PlotArgs) -> Result<&PathBuf, CliError> {
-    args.data.first().ok_or_else(|| CliError::Argument {
-        argument: "DATA".to_owned(),
-        problem: "this figure needs measured data".to_owned(),
-        help: Some("stiffbench plot residuals my-session".to_owned()),
+fn first_data(args: &PlotArgs) -> Result<&PathBuf, ArgumentError> {
+    args.data.first().ok_or_else(|| {
+        ArgumentError::new(
+            "DATA",
+            "this figure needs measured data",
+            "stiffbench plot residuals my-session",
+        )
     })
 }
 
@@ -121,12 +125,11 @@ fn of_fit(
         FigureName::Factors => Ok(("factors", figures.factors, prepared.inputs)),
         FigureName::Correlation => match figures.correlation {
             Some(figure) => Ok(("correlation", figure, prepared.inputs)),
-            None => Err(CliError::Argument {
-                argument: "correlation".to_owned(),
-                problem: "the data determine fewer than two factors, so there is no correlation"
-                    .to_owned(),
-                help: Some("train on more poses".to_owned()),
-            }
+            None => Err(ArgumentError::new(
+                "correlation",
+                "the data determine fewer than two factors, so there is no correlation",
+                "train on more poses",
+            )
             .into()),
         },
         _ => Ok(("stiffness", figures.comparison, prepared.inputs)),

@@ -7,6 +7,7 @@ use std::time::Duration;
 
 use clap::Args;
 
+use crate::analysis::ArgumentError;
 use crate::clock::Clock;
 use crate::instrument::port::{
     Binding, PortError, PortIdentity, PortInfo, list_ports, newly_plugged,
@@ -129,13 +130,13 @@ fn wait_for_port(args: &PortsArgs, global: &Global) -> Result<PortInfo, Failure>
     .into())
 }
 
-fn several_plugged(ports: &[PortInfo]) -> CliError {
+fn several_plugged(ports: &[PortInfo]) -> ArgumentError {
     let paths: Vec<&str> = ports.iter().map(|port| port.path.as_str()).collect();
-    CliError::Argument {
-        argument: "--wait".to_owned(),
-        problem: format!("more than one port came at once: {}", paths.join(", ")),
-        help: Some("plug in one at a time, or name the one that is meant with --port".to_owned()),
-    }
+    ArgumentError::new(
+        "--wait",
+        format!("more than one port came at once: {}", paths.join(", ")),
+        "plug in one at a time, or name the one that is meant with --port",
+    )
 }
 
 /// The descriptions to try.
@@ -242,12 +243,12 @@ fn write_binding(
     Ok(warnings)
 }
 
-fn not_one(ports: &[PortInfo]) -> CliError {
-    CliError::Argument {
-        argument: "--bind".to_owned(),
-        problem: format!("{} ports are there, and one has to be meant", ports.len()),
-        help: Some("name it with --port, or plug it in after --wait".to_owned()),
-    }
+fn not_one(ports: &[PortInfo]) -> ArgumentError {
+    ArgumentError::new(
+        "--bind",
+        format!("{} ports are there, and one has to be meant", ports.len()),
+        "name it with --port, or plug it in after --wait",
+    )
 }
 
 fn not_clear(port: &PortInfo, findings: &[ProbeFinding]) -> Failure {
@@ -268,15 +269,15 @@ fn not_clear(port: &PortInfo, findings: &[ProbeFinding]) -> Failure {
     .into()
 }
 
-fn check_channel(description: &InstrumentDescription, bound: Channel) -> Result<(), CliError> {
+fn check_channel(description: &InstrumentDescription, bound: Channel) -> Result<(), ArgumentError> {
     if description.channel == bound {
         return Ok(());
     }
-    Err(CliError::Argument {
-        argument: format!("--bind {bound}"),
-        problem: format!("{} is a {} gauge", description.name, description.channel),
-        help: Some(format!("bind it as {}", description.channel)),
-    })
+    Err(ArgumentError::new(
+        format!("--bind {bound}"),
+        format!("{} is a {} gauge", description.name, description.channel),
+        format!("bind it as {}", description.channel),
+    ))
 }
 
 fn probed(probe_port: ProbeResult) -> ProbeReport {

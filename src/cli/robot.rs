@@ -12,12 +12,12 @@ use crate::robot::{
 };
 use crate::test_point::PoseId;
 
-use super::failure::{CliError, Failure};
+use super::failure::Failure;
 use super::figure_files::write_figure;
 use super::model::physics_text;
 use super::outcome::Outcome;
 use super::robot_args::{ComplianceArgs, RobotArgs, RobotCommand, ShowArgs, WorkspaceArgs};
-use crate::analysis::{Inputs, robot_source};
+use crate::analysis::{ArgumentError, Inputs, robot_source};
 
 /// Looks at a robot.
 pub(super) fn run(args: RobotArgs) -> Result<Outcome, Failure> {
@@ -320,11 +320,11 @@ fn compliance(args: &ComplianceArgs) -> Result<Outcome, Failure> {
             Some((name, value.parse::<f64>().ok().filter(|v| v.is_finite())?))
         });
         let Some((name, degrees)) = value else {
-            return Err(CliError::Argument {
-                argument: format!("--set {setting}"),
-                problem: "a variable, an equals sign and a number of degrees are needed".to_owned(),
-                help: Some("--set theta2=397.3".to_owned()),
-            }
+            return Err(ArgumentError::new(
+                format!("--set {setting}"),
+                "a variable, an equals sign and a number of degrees are needed",
+                "--set theta2=397.3",
+            )
             .into());
         };
         pose.angles_deg[robot.variable(name)?] = degrees;
@@ -369,13 +369,13 @@ fn compliance(args: &ComplianceArgs) -> Result<Outcome, Failure> {
 }
 
 /// A joint that turns freely has no law.
-fn refuse_laws_of_free_joints(physics: &ActingPhysics) -> Result<(), CliError> {
+fn refuse_laws_of_free_joints(physics: &ActingPhysics) -> Result<(), ArgumentError> {
     match physics.effects.iter().find(|e| e.law.is_of_a_joint()) {
         None => Ok(()),
-        Some(effect) => Err(CliError::Argument {
-            argument: "--pinned".to_owned(),
-            problem: format!("{} says how its joint turns", effect.title()),
-            help: Some("leave out --pinned, or the effect".to_owned()),
-        }),
+        Some(effect) => Err(ArgumentError::new(
+            "--pinned",
+            format!("{} says how its joint turns", effect.title()),
+            "leave out --pinned, or the effect",
+        )),
     }
 }

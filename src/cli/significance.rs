@@ -1,6 +1,6 @@
 //! `stiffbench significance`.
 
-use crate::analysis::{Inputs, fixed_physics};
+use crate::analysis::{ArgumentError, Inputs, fixed_physics};
 use crate::fit::{Scope, significance};
 use crate::report::{SignificanceReport, significance_with_sequence};
 use crate::robot::ModelParameter;
@@ -8,7 +8,7 @@ use crate::stiffness::Method;
 use crate::test_point::PoseId;
 
 use super::args::SignificanceArgs;
-use super::failure::{CliError, Failure};
+use super::failure::Failure;
 use super::model::physics_text;
 use super::outcome::Outcome;
 
@@ -19,11 +19,11 @@ pub(super) fn run(args: &SignificanceArgs) -> Result<Outcome, Failure> {
         (Some(pose), _) => PoseId::new(pose),
         (None, Some(first)) => first.id.clone(),
         (None, None) => {
-            return Err(CliError::Argument {
-                argument: "--pose".to_owned(),
-                problem: format!("{} has no named pose", resolved.source.name),
-                help: Some("add [poses.NAME] to the robot file".to_owned()),
-            }
+            return Err(ArgumentError::new(
+                "--pose",
+                format!("{} has no named pose", resolved.source.name),
+                "add [poses.NAME] to the robot file",
+            )
             .into());
         }
     };

@@ -17,7 +17,7 @@ use super::figure_files::write;
 use super::model::{effects_text, physics_text};
 use super::outcome::Outcome;
 use super::procedure::resolve_procedure;
-use crate::analysis::{Inputs, ResolvedModel, sha256};
+use crate::analysis::{ArgumentError, Inputs, ResolvedModel, sha256};
 
 /// A session folder from a virtual bench.
 pub(super) fn run(args: &SimulateArgs) -> Result<Outcome, Failure> {
@@ -124,10 +124,12 @@ fn true_factors(args: &SimulateArgs, resolved: &ResolvedModel) -> Result<Fitting
     let (robot, mut truth) = (&resolved.robot, resolved.factors.clone());
     let mechanism = robot.mechanism(Some(&resolved.mechanism))?;
     for setting in &args.true_factor {
-        let wrong = |problem: &str| CliError::Argument {
-            argument: format!("--true-factor {setting}"),
-            problem: problem.to_owned(),
-            help: Some("--true-factor beam.Iy=0.006".to_owned()),
+        let wrong = |problem: &str| {
+            ArgumentError::new(
+                format!("--true-factor {setting}"),
+                problem,
+                "--true-factor beam.Iy=0.006",
+            )
         };
         let (name, value) = setting
             .split_once('=')

@@ -10,7 +10,7 @@ use std::time::Duration;
 
 use clap::{Args, Subcommand};
 
-use crate::analysis::read_bytes;
+use crate::analysis::{ArgumentError, read_bytes};
 use crate::clock::Clock;
 use crate::instrument::trace::{
     GaugeTrace, Replay, ReplayPace, TraceSink, TraceWriter, What, escaped, events_of,
@@ -319,11 +319,11 @@ fn events(
 ) -> Result<(Events, Vec<String>), Failure> {
     let (trace, mut warnings) = read(file)?;
     let Some(name) = instrument.or(trace.header.instrument.as_deref()) else {
-        return Err(CliError::Argument {
-            argument: "--instrument".to_owned(),
-            problem: format!("{} does not name its instrument", file.display()),
-            help: Some("name it; stiffbench instrument list shows what is known".to_owned()),
-        }
+        return Err(ArgumentError::new(
+            "--instrument",
+            format!("{} does not name its instrument", file.display()),
+            "name it; stiffbench instrument list shows what is known",
+        )
         .into());
     };
     let found = find_description(name, protocols)?;

@@ -6,14 +6,12 @@ use rayon::prelude::*;
 use serde::Serialize;
 use serde_json::json;
 
-use crate::analysis::Inputs;
+use crate::analysis::{ArgumentError, Inputs};
 use crate::cli::failure::Failure;
 use crate::cli::figure_files::{write, write_figure};
 use crate::cli::outcome::envelope;
 use crate::plot::Figure;
 use crate::report::{MapReport, MapSummary, mesh_of, points_csv};
-
-use super::job::wrong;
 
 /// Figures that go with a map.
 #[derive(Debug, Clone, PartialEq, Default)]
@@ -68,7 +66,7 @@ pub(super) fn write_all(
                 .mechanisms
                 .iter()
                 .map(|(_, study)| study.map.mechanism.as_str());
-            wrong(
+            ArgumentError::new(
                 &format!("--difference {before},{after}"),
                 "one of them is not among the maps".to_owned(),
                 &format!("the maps are of {}", known.collect::<Vec<_>>().join(", ")),

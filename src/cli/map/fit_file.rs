@@ -1,6 +1,6 @@
 //! Factors with their covariance, from what `stiffbench fit --json` printed.
 
-use crate::analysis::read_text;
+use crate::analysis::{ArgumentError, read_text};
 use std::path::Path;
 
 use serde_json::Value;
@@ -8,8 +8,6 @@ use serde_json::Value;
 use crate::cli::failure::Failure;
 use crate::distribution::FittedCovariance;
 use crate::robot::{FittingFactors, ModelParameter};
-
-use super::job::wrong;
 
 /// What a fit found.
 pub(super) struct FitFile {
@@ -24,7 +22,7 @@ pub(super) struct FitFile {
 pub(super) fn read_fit(path: &Path) -> Result<FitFile, Failure> {
     let text = read_text(path)?;
     let refuse = |problem: String| {
-        wrong(
+        ArgumentError::new(
             &format!("--fit {}", path.display()),
             problem,
             "stiffbench fit DATA --json > fit.json, then --fit fit.json",

@@ -3,7 +3,7 @@
 use serde::{Deserialize, Serialize};
 
 use crate::analysis::Inputs;
-use crate::cli::failure::{CliError, Failure};
+use crate::cli::failure::Failure;
 use crate::distribution::{
     FittedCovariance, MapColumn, MapModel, MechanismStudy, PosePlan, PoseSample, Sampling, Shard,
     StiffnessMap, StudyPoses,
@@ -138,14 +138,5 @@ impl MapJob {
             mechanisms,
             at_load_n: self.at_load_n,
         })
-    }
-}
-
-/// The error for a study that cannot be.
-pub(super) fn wrong(argument: &str, problem: String, help: &str) -> CliError {
-    CliError::Argument {
-        argument: argument.to_owned(),
-        problem,
-        help: Some(help.to_owned()),
     }
 }

@@ -1,6 +1,6 @@
 //! From the arguments to a study.
 
-use crate::analysis::ResolvedModel;
+use crate::analysis::{ArgumentError, ResolvedModel};
 use crate::cli::args::ModelArgs;
 use crate::cli::failure::Failure;
 use crate::distribution::{MapColumn, variables_beside_the_plane};
@@ -9,7 +9,7 @@ use crate::robot::{Mechanism, Robot};
 
 use super::args::StudyArgs;
 use super::fit_file::{FitFile, read_fit};
-use super::job::{MapJob, MechanismJob, SCHEMA, wrong};
+use super::job::{MapJob, MechanismJob, SCHEMA};
 
 /// The study that the arguments ask for, and what a user should know of it.
 pub(super) fn prepare(args: &StudyArgs) -> Result<(MapJob, Vec<String>), Failure> {
@@ -115,7 +115,7 @@ fn mechanisms(
     for name in &args.mechanism {
         robot.mechanism(Some(name))?;
         if names.contains(name) {
-            return Err(wrong(
+            return Err(ArgumentError::new(
                 &format!("--mechanisms {name}"),
                 "it is named twice".to_owned(),
                 "name each mechanism once, for example --mechanisms A,F",

@@ -2,6 +2,7 @@
 
 use std::path::Path;
 
+use crate::analysis::ArgumentError;
 use crate::cli::failure::Failure;
 use crate::cli::outcome::Outcome;
 use crate::distribution::{
@@ -17,7 +18,7 @@ use crate::robot::{JointModel, Masses, MechanismModel, Robot, Theory};
 
 use super::args::Asked;
 use super::files::{write_figures, write_text};
-use super::job::{MapJob, wrong};
+use super::job::MapJob;
 
 const MM: f64 = 1e-3;
 
@@ -133,7 +134,7 @@ fn masses(
         found.push((masses, model.mass_kg()));
     }
     if found.iter().all(|(masses, _)| masses.is_empty()) {
-        return Err(wrong(
+        return Err(ArgumentError::new(
             "--sag",
             format!("{} has no masses, so nothing is known of its weight", robot.name),
             "give its sections mass_per_m (kg/m) or their material a density (kg/m3), and nodes with motors or tools a mass under [masses]: docs/robot-file.md, Masses",
@@ -164,7 +165,7 @@ fn design(
         }
     }
     if text.is_empty() {
-        return Err(wrong(
+        return Err(ArgumentError::new(
             "--sensitivity",
             "laws that are not linear have no derivatives, and neither have directions that are no axes".to_owned(),
             "leave out the law, or name an axis, for example --directions y",

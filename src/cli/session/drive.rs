@@ -5,9 +5,9 @@ use std::path::Path;
 
 use jiff::{Timestamp, tz::TimeZone};
 
-use crate::analysis::{AnalysisError, sha256};
+use crate::analysis::{AnalysisError, ArgumentError, sha256};
 use crate::cli::args::Global;
-use crate::cli::failure::{CliError, Failure};
+use crate::cli::failure::Failure;
 use crate::cli::outcome::{Outcome as Printed, print_error};
 use crate::cli::procedure::resolve_procedure;
 use crate::cli::screen::Screen;
@@ -144,15 +144,11 @@ pub(super) fn resume(args: &ResumeArgs, global: &Global) -> Result<Printed, Fail
         .as_ref()
         .map(|started| started.procedure_sha256.as_str());
     if began_with.is_some_and(|began_with| began_with != hash) {
-        return Err(CliError::Argument {
-            argument: args.folder.display().to_string(),
-            problem: "the procedure in session.toml is not the one that the session began with"
-                .to_owned(),
-            help: Some(
-                "put session.toml back as it was; the journal holds the SHA-256 of its procedure"
-                    .to_owned(),
-            ),
-        }
+        return Err(ArgumentError::new(
+            args.folder.display().to_string(),
+            "the procedure in session.toml is not the one that the session began with",
+            "put session.toml back as it was; the journal holds the SHA-256 of its procedure",
+        )
         .into());
     }
     let mut warnings = Vec::new();

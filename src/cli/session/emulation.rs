@@ -2,9 +2,9 @@
 
 use std::path::Path;
 
-use crate::analysis::ResolvedModel;
+use crate::analysis::{ArgumentError, ResolvedModel};
 use crate::cli::args::ModelArgs;
-use crate::cli::failure::{CliError, Failure};
+use crate::cli::failure::Failure;
 use crate::cli::model::effects_text;
 use crate::clock::Clock;
 use crate::physics::ActingPhysics;
@@ -53,11 +53,11 @@ pub(super) fn emulate(
         if resolved.physics.effects.is_empty() {
             return Ok(None);
         }
-        return Err(CliError::Argument {
-            argument: "--effect, --model".to_owned(),
-            problem: "effects act on an emulated bench only".to_owned(),
-            help: Some("add --emulated, or leave them out".to_owned()),
-        }
+        return Err(ArgumentError::new(
+            "--effect, --model",
+            "effects act on an emulated bench only",
+            "add --emulated, or leave them out",
+        )
         .into());
     }
     let [force, displacement] = GAUGES.map(str::to_owned);
@@ -149,7 +149,10 @@ pub(super) fn origin(args: &BenchArgs, physics: &ActingPhysics) -> Option<String
 }
 
 /// Refuses to go on with measured readings by emulated ones, or the other way round.
-pub(super) fn refuse_mixture(args: &BenchArgs, header: &SessionHeader) -> Result<(), CliError> {
+pub(super) fn refuse_mixture(
+    args: &BenchArgs,
+    header: &SessionHeader,
+) -> Result<(), ArgumentError> {
     let (problem, help) = match (is_emulated(args), &header.origin) {
         (true, None) => (
             "the readings of this session were measured; emulated ones would be mixed with them",
@@ -161,11 +164,7 @@ pub(super) fn refuse_mixture(args: &BenchArgs, header: &SessionHeader) -> Result
         ),
         (true, Some(_)) | (false, None) => return Ok(()),
     };
-    Err(CliError::Argument {
-        argument: "--emulated".to_owned(),
-        problem: problem.to_owned(),
-        help: Some(help.to_owned()),
-    })
+    Err(ArgumentError::new("--emulated", problem, help))
 }
 
 fn is_emulated(args: &BenchArgs) -> bool {

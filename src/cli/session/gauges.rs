@@ -1,6 +1,6 @@
 //! The gauges that a session is measured with, from arguments, bindings, and what the session knows of them.
 
-use crate::analysis::AnalysisError;
+use crate::analysis::{AnalysisError, ArgumentError};
 use std::fs::File;
 use std::io::BufWriter;
 use std::path::Path;
@@ -111,12 +111,14 @@ fn resolve_gauge(
             &args.displacement_unit,
         ),
     };
-    let needed = |what: &str| CliError::Argument {
-        argument: format!("--{channel}-{what}"),
-        problem: format!("{what} of the {channel} gauge is missing"),
-        help: Some(format!(
-            "name it, or bind the gauge once with stiffbench ports --wait and give the file with --bindings; stiffbench instrument list names the descriptions, stiffbench ports the ports (--{channel}-{what})"
-        )),
+    let needed = |what: &str| {
+        ArgumentError::new(
+            format!("--{channel}-{what}"),
+            format!("{what} of the {channel} gauge is missing"),
+            format!(
+                "name it, or bind the gauge once with stiffbench ports --wait and give the file with --bindings; stiffbench instrument list names the descriptions, stiffbench ports the ports (--{channel}-{what})"
+            ),
+        )
     };
     let name = instrument
         .as_deref()
@@ -127,23 +129,20 @@ fn resolve_gauge(
     warnings.extend(found.warnings);
     let description = found.description;
     if description.channel != channel {
-        return Err(CliError::Argument {
-            argument: format!("--{channel}-instrument {name}"),
-            problem: format!("it measures {}", description.channel),
-            help: Some("stiffbench instrument list shows what each measures".to_owned()),
-        }
+        return Err(ArgumentError::new(
+            format!("--{channel}-instrument {name}"),
+            format!("it measures {}", description.channel),
+            "stiffbench instrument list shows what each measures",
+        )
         .into());
     }
     if description.is_unverified() {
         if !args.allow_unverified {
-            return Err(CliError::Argument {
-                argument: format!("--{channel}-instrument {name}"),
-                problem: "this description was not verified with the gauge".to_owned(),
-                help: Some(
-                    "check its values against the display first, then give --allow-unverified"
-                        .to_owned(),
-                ),
-            }
+            return Err(ArgumentError::new(
+                format!("--{channel}-instrument {name}"),
+                "this description was not verified with the gauge",
+                "check its values against the display first, then give --allow-unverified",
+            )
             .into());
         }
         warnings.push(format!("the description {name} is not verified"));

@@ -13,6 +13,7 @@ mod repair;
 
 pub(super) use args::SessionArgs;
 
+use crate::analysis::ArgumentError;
 use crate::session::Operator;
 
 use super::args::{Cli, Command, Global};
@@ -45,7 +46,7 @@ pub(super) fn run_command(
     operator: Box<dyn Operator>,
     global: &Global,
 ) -> Result<(), Failure> {
-    let cli = Cli::try_parse_from(words).map_err(|error| CliError::Argument {
+    let cli = Cli::try_parse_from(words).map_err(|error| ArgumentError {
         argument: words.join(" "),
         problem: error.to_string(),
         help: None,

@@ -1,16 +1,16 @@
 //! An emulated gauge behind a pseudo-terminal that sends its count at a steady rate.
 
-use stiffbench::cli::failure::CliError;
+use stiffbench::analysis::ArgumentError;
 
 #[cfg(unix)]
 pub(crate) use on_unix::Counter;
 
-fn no_pseudo_terminal(problem: &str) -> CliError {
-    CliError::Argument {
-        argument: "sustain".to_owned(),
-        problem: format!("the system gives no pseudo-terminal: {problem}"),
-        help: Some("run it on Linux or macOS".to_owned()),
-    }
+fn no_pseudo_terminal(problem: &str) -> ArgumentError {
+    ArgumentError::new(
+        "sustain",
+        format!("the system gives no pseudo-terminal: {problem}"),
+        "run it on Linux or macOS",
+    )
 }
 
 #[cfg(unix)]
@@ -25,7 +25,7 @@ mod on_unix {
 
     use stiffbench::clock::Clock;
 
-    use super::{CliError, no_pseudo_terminal};
+    use super::{ArgumentError, no_pseudo_terminal};
 
     /// The gauge; dropped, it stops.
     pub(crate) struct Counter {
@@ -48,7 +48,11 @@ mod on_unix {
 
     impl Counter {
         /// A gauge that sends `total` values in `unit` once it is told to, `per_s` a second.
-        pub(crate) fn start(unit: &'static str, per_s: u32, total: u64) -> Result<Self, CliError> {
+        pub(crate) fn start(
+            unit: &'static str,
+            per_s: u32,
+            total: u64,
+        ) -> Result<Self, ArgumentError> {
             let refused = |error: serialport::Error| no_pseudo_terminal(&error.to_string());
             let (mut master, slave) = TTYPort::pair().map_err(refused)?;
             master
@@ -147,7 +151,7 @@ pub(crate) struct Counter {
 
 #[cfg(not(unix))]
 impl Counter {
-    pub(crate) fn start(_: &'static str, _: u32, _: u64) -> Result<Self, CliError> {
+    pub(crate) fn start(_: &'static str, _: u32, _: u64) -> Result<Self, ArgumentError> {
         Err(no_pseudo_terminal("it has none"))
     }
 

@@ -6,11 +6,11 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 
 use serde_json::json;
 
-use stiffbench::analysis::{ModelChoice, ResolvedModel, resolve};
+use stiffbench::analysis::{ArgumentError, ModelChoice, ResolvedModel, resolve};
 use stiffbench::bench::EmulatedSetup;
 use stiffbench::cli::args::Global;
 use stiffbench::cli::emulated::Emulation;
-use stiffbench::cli::failure::{CliError, Failure};
+use stiffbench::cli::failure::Failure;
 use stiffbench::cli::instrument_args::ProtocolsArgs;
 use stiffbench::cli::outcome::Outcome;
 use stiffbench::cli::progress::progress;
@@ -255,7 +255,7 @@ fn chosen_of<'a>(
     given: &[String],
     known: impl Iterator<Item = &'a str>,
     argument: &str,
-) -> Result<Vec<usize>, CliError> {
+) -> Result<Vec<usize>, ArgumentError> {
     let known: Vec<&str> = known.collect();
     if given.is_empty() {
         return Ok((0..known.len()).collect());
@@ -266,11 +266,11 @@ fn chosen_of<'a>(
             .filter(|&at| known[at].contains(name.as_str()))
             .collect();
         if matching.is_empty() {
-            return Err(CliError::Argument {
-                argument: format!("{argument} {name}"),
-                problem: "there is none of that name".to_owned(),
-                help: Some(known.join(", ")),
-            });
+            return Err(ArgumentError::new(
+                format!("{argument} {name}"),
+                "there is none of that name",
+                known.join(", "),
+            ));
         }
         places.extend(matching);
     }

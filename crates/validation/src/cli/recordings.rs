@@ -6,9 +6,9 @@ use std::path::{Path, PathBuf};
 use clap::Args;
 use serde_json::json;
 
-use stiffbench::analysis::{ReadError, read_text, sha256};
+use stiffbench::analysis::{ArgumentError, ReadError, read_text, sha256};
 use stiffbench::cli::args::Global;
-use stiffbench::cli::failure::{CliError, Failure};
+use stiffbench::cli::failure::Failure;
 use stiffbench::cli::outcome::Outcome;
 use stiffbench::cli::progress::progress;
 use stiffbench::specimen::read_specimen;
@@ -109,7 +109,7 @@ fn scored(recording: &Recording, texts: &[String], seed: u64) -> Result<Recordin
     let Some(options) = &recording.specimen else {
         // Columns to regress on, and the poses they were made from.
         let [columns, poses] = texts else {
-            return Err(CliError::Argument {
+            return Err(ArgumentError {
                 argument: recording.name.clone(),
                 problem: "poses need two files: regressors and angles".to_owned(),
                 help: None,

@@ -8,8 +8,10 @@ use serde_json::json;
 
 use super::args::ExportArgs;
 use crate::reference::{LoadCase, PoseModel, ReferenceModel, SolidMember, SolidModel};
-use stiffbench::analysis::{Inputs, ModelChoice, ReadError, ResolvedModel, resolve, sha256};
-use stiffbench::cli::failure::{CliError, Failure};
+use stiffbench::analysis::{
+    ArgumentError, Inputs, ModelChoice, ReadError, ResolvedModel, resolve, sha256,
+};
+use stiffbench::cli::failure::Failure;
 use stiffbench::cli::figure_files::write;
 use stiffbench::cli::outcome::Outcome;
 use stiffbench::report::{AlignedTable, significant};
@@ -31,11 +33,11 @@ pub(crate) fn export(args: &ExportArgs) -> Result<Outcome, Failure> {
     let poses = match (args.pose.as_slice(), resolved.robot.poses.first()) {
         ([], Some(first)) => vec![first.id.clone()],
         ([], None) => {
-            return Err(CliError::Argument {
-                argument: "--pose".to_owned(),
-                problem: format!("{} has no named pose", resolved.source.name),
-                help: Some("add [poses.NAME] to the robot file".to_owned()),
-            }
+            return Err(ArgumentError::new(
+                "--pose",
+                format!("{} has no named pose", resolved.source.name),
+                "add [poses.NAME] to the robot file",
+            )
             .into());
         }
         (names, _) => names.iter().map(|name| PoseId::new(name)).collect(),
@@ -63,13 +65,9 @@ pub(crate) fn export(args: &ExportArgs) -> Result<Outcome, Failure> {
 }
 
 /// Refuses loads that move nothing, poses named twice, and a folder in use.
-fn check_export(args: &ExportArgs) -> Result<(), CliError> {
+fn check_export(args: &ExportArgs) -> Result<(), ArgumentError> {
     let wrong = |argument: String, problem: &str, help: &str| {
-        Err(CliError::Argument {
-            argument,
-            problem: problem.to_owned(),
-            help: Some(help.to_owned()),
-        })
+        Err(ArgumentError::new(argument, problem, help))
     };
     for (place, load) in args.loads.iter().enumerate() {
         if !(load.is_finite() && *load != 0.0) {
