@@ -201,14 +201,14 @@ fn held_out(report: &DiagnosisReport, found: &str) -> HeldOutError {
         .held_out
         .iter()
         .zip(&diagnosis.after.held_out);
-    let poses = pairs.map(|((pose, before), (_, after))| {
+    let poses = pairs.map(|(before, after)| {
         let readings = report.trace.readings.iter();
         HeldOutPose {
-            pose: pose.clone(),
-            before: *before,
-            after: *after,
+            pose: before.pose.clone(),
+            before: before.noise_units,
+            after: after.noise_units,
             n: readings
-                .filter(|reading| reading.cell.pose == *pose)
+                .filter(|reading| reading.cell.pose == before.pose)
                 .count(),
         }
     });

@@ -308,6 +308,15 @@ fn earlier_sessions_contribute_to_the_noise() {
     };
     let alone = told("");
     let object = told("--earlier before --earlier long-before --earlier worn");
+    // The errors of single poses are those of which the whole is made.
+    let after = &object["data"]["after"];
+    let poses = after["held_out"].as_array().unwrap();
+    let squares = poses
+        .iter()
+        .map(|pose| pose["rms_um"].as_f64().unwrap().powi(2));
+    let rms_um = (squares.sum::<f64>() / poses.len() as f64).sqrt();
+    let whole_um = after["held_out_rms_um"].as_f64().unwrap();
+    assert!(poses.len() > 1 && (rms_um / whole_um - 1.0).abs() < 1e-9);
     let noise = &object["data"]["noise"];
     assert_eq!(noise["source"], "earlier-sessions");
     let sessions = noise["earlier"].as_array().unwrap();

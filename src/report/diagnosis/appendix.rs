@@ -290,8 +290,8 @@ fn quality(report: &DiagnosisReport) -> String {
         before.reduced_chi2, after.reduced_chi2
     );
     let mut rows = AlignedTable::new(&["pose left out", "before", "after"]);
-    for ((pose, before), (_, after)) in before.held_out.iter().zip(&after.held_out) {
-        rows.row([pose.to_string(), um(*before), um(*after)]);
+    for (before, after) in before.held_out.iter().zip(&after.held_out) {
+        rows.row([before.pose.to_string(), um(before.rms_m), um(after.rms_m)]);
     }
     if before.held_out.is_empty() {
         text.push_str("only one pose was measured\n");

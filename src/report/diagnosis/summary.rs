@@ -9,8 +9,8 @@ use serde::Serialize;
 
 use crate::analysis::DiagnosisReport;
 use crate::mismatch::{
-    Contrast, ExplainedShare, FactorChange, Finding, Impossible, Location, NextMeasurement,
-    Quality, ReadingTrace, Rival, Stratum, StratumTest, Verdict,
+    Contrast, ExplainedShare, FactorChange, Finding, HeldOut, Impossible, Location,
+    NextMeasurement, Quality, ReadingTrace, Rival, Stratum, StratumTest, Verdict,
 };
 use crate::physics::Law;
 use crate::quantity::METRES_PER_MICROMETRE;
@@ -174,18 +174,9 @@ pub struct QualityReport {
     /// The same in poses left out of the fit; `null` with one pose.
     pub held_out_noise_units: Option<f64>,
     /// Each pose left out of the fit.
-    pub held_out: Vec<HeldOutReport>,
+    pub held_out: Vec<HeldOut>,
     /// Weighted squares over degrees of freedom.
     pub reduced_chi2: f64,
-}
-
-/// A pose left out of a fit.
-#[derive(Debug, Clone, Serialize, JsonSchema)]
-pub struct HeldOutReport {
-    /// The pose.
-    pub pose: PoseId,
-    /// Root mean square there, µm.
-    pub rms_um: f64,
 }
 
 /// A factor or spring without and with what was found.
@@ -393,10 +384,6 @@ impl QualityReport {
         });
         let [_, within_runs_m] = report.rms_m(&residuals, None);
         let percent = |rms_m: f64| 100.0 * rms_m / report.trace.displacement_rms_m;
-        let held_out = quality.held_out.iter().map(|(pose, rms_m)| HeldOutReport {
-            pose: pose.clone(),
-            rms_um: um(*rms_m),
-        });
         Self {
             rms_um: um(quality.rms_m),
             rms_percent: percent(quality.rms_m),
@@ -406,7 +393,7 @@ impl QualityReport {
             held_out_rms_percent: quality.held_out_rms_m.map(percent),
             noise_units: quality.reduced_chi2.sqrt(),
             held_out_noise_units: quality.held_out_noise_units,
-            held_out: held_out.collect(),
+            held_out: quality.held_out.clone(),
             reduced_chi2: quality.reduced_chi2,
         }
     }

@@ -112,6 +112,18 @@ pub struct Location {
     pub size_m: f64,
 }
 
+/// How well a model serves in a pose that was left out of its fit.
+#[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
+pub struct HeldOut {
+    /// The pose.
+    pub pose: PoseId,
+    /// Root mean square of the residuals, m; in files µm.
+    #[serde(rename = "rms_um", serialize_with = "in_micrometres")]
+    pub rms_m: f64,
+    /// The same with every reading as a multiple of its noise.
+    pub noise_units: f64,
+}
+
 /// How well a model serves.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Quality {
@@ -121,8 +133,8 @@ pub struct Quality {
     pub held_out_rms_m: Option<f64>,
     /// The same with every reading as a multiple of its noise: 1 is noise alone, however soft the direction; `None` with one pose.
     pub held_out_noise_units: Option<f64>,
-    /// For each pose left out: its rms with every reading as a multiple of its noise.
-    pub held_out: Vec<(PoseId, f64)>,
+    /// Each pose left out; none with one pose.
+    pub held_out: Vec<HeldOut>,
     /// Weighted squares over degrees of freedom.
     pub reduced_chi2: f64,
 }

@@ -2,9 +2,7 @@
 
 use rayon::prelude::*;
 
-use stiffbench_units_and_text::test_point::PoseId;
-
-use super::diagnosis::Quality;
+use super::diagnosis::{HeldOut, Quality};
 use super::error::MismatchError;
 use super::problem::DiagnosisProblem;
 use super::refit::{Model, WeightedFit};
@@ -25,15 +23,16 @@ impl DiagnosisProblem<'_> {
             .map(|pose| self.without_pose(state, model, pose))
             .collect::<Result<_, MismatchError>>()?;
         let squares: f64 = predicted.iter().map(|(_, white)| white).sum();
-        let held_out: Vec<(PoseId, f64)> = self
+        let held_out = self
             .observations
             .poses
             .iter()
             .zip(&predicted)
             .enumerate()
-            .map(|(pose, (name, (_, white)))| {
-                let readings = self.readings_of_pose(pose) as f64;
-                (name.clone(), (white / readings).sqrt())
+            .map(|(pose, (name, (rms_m, white)))| HeldOut {
+                pose: name.clone(),
+                rms_m: *rms_m,
+                noise_units: (white / self.readings_of_pose(pose) as f64).sqrt(),
             })
             .collect();
         let mean =

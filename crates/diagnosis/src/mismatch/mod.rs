@@ -53,8 +53,8 @@ pub use design::{
     Suspect, USUAL_NOISE, Unseen, design_of_plan, next_measurements, poses_at_hand,
 };
 pub use diagnosis::{
-    DetectionLimit, Diagnosis, EstimatedValue, FactorChange, Finding, Impossible, Location,
-    Quality, Rival, Verdict,
+    DetectionLimit, Diagnosis, EstimatedValue, FactorChange, Finding, HeldOut, Impossible,
+    Location, Quality, Rival, Verdict,
 };
 pub use earlier_noise::EarlierNoise;
 pub use error::MismatchError;
