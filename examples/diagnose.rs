@@ -44,7 +44,7 @@ pub(crate) fn report() -> Result<String, Box<dyn Error>> {
 
     // The search knows the beams only.
     let report = diagnose(&session, &beams, DiagnoseSettings::default(), &|| ())?;
-    let mut text = format!("verdict: {}\n", report.diagnosis.verdict.name());
+    let mut text = format!("verdict: {}\n", report.diagnosis.verdict);
     for finding in &report.diagnosis.findings {
         writeln!(text, "{}", finding.effect)?;
     }

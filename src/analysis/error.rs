@@ -28,6 +28,7 @@ pub struct ArgumentError {
 
 impl ArgumentError {
     /// An error with what to write instead.
+    #[must_use]
     pub fn new(
         argument: impl Into<String>,
         problem: impl Into<String>,

@@ -6,8 +6,9 @@ use indexmap::IndexMap;
 use schemars::JsonSchema;
 use serde::Serialize;
 
-use crate::mismatch::{Diagnosis, Finding, NextMeasurement, SpecimenScale, Stratum, Verdict};
-use crate::mismatch::{EstimatedValue, Quality};
+use crate::mismatch::{
+    Diagnosis, EstimatedValue, Finding, NextMeasurement, Quality, SpecimenScale, Stratum, Verdict,
+};
 use crate::physics::{Dimension, ParameterSpec};
 use crate::reported::Reported;
 use crate::specimen::{ColumnScale, ResponseVariable, SpecimenTable};
@@ -260,7 +261,7 @@ impl SpecimenSummary {
             text,
             "What is left would be seen in {} of tables with noise alone (largest in {}).",
             share_of_tables(self.unexplained.p),
-            self.unexplained.stratum.name()
+            self.unexplained.stratum
         );
         if self.order_is_clock {
             text.push_str("There is no time column: the order of the readings is used as time.\n");

@@ -50,10 +50,7 @@ impl Channel {
 
 impl fmt::Display for Channel {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.pad(match self {
-            Self::Force => "force",
-            Self::Displacement => "displacement",
-        })
+        self.serialize(f)
     }
 }
 

@@ -22,10 +22,6 @@ pub const METRES_PER_MICROMETRE: f64 = 1e-6;
 ///
 /// # Errors
 /// Those of the serializer.
-#[expect(
-    clippy::trivially_copy_pass_by_ref,
-    reason = "serde calls it with a reference"
-)]
 pub fn in_micrometres<S: serde::Serializer>(
     metres: &f64,
     serializer: S,

@@ -99,11 +99,7 @@ impl Direction {
 
 impl fmt::Display for Direction {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.pad(match self {
-            Self::X => "x",
-            Self::Y => "y",
-            Self::Z => "z",
-        })
+        self.serialize(f)
     }
 }
 
@@ -151,10 +147,7 @@ pub enum Branch {
 
 impl fmt::Display for Branch {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.pad(match self {
-            Self::Loading => "loading",
-            Self::Unloading => "unloading",
-        })
+        self.serialize(f)
     }
 }
 

@@ -82,9 +82,8 @@ pub(super) fn run(
     warnings.extend(overdue(&instruments, global)?);
     let answers = answers(&args.bench)?;
     let now = Timestamp::now();
-    let id = session_id(&args.out, now);
     let header = SessionHeader {
-        id: Some(id.clone()),
+        id: Some(session_id(&args.out, now)),
         robot: Some("robot.toml".to_owned()),
         robot_sha256: Some(sha256(&robot.source.text)),
         mechanism: Some(robot.mechanism.clone()),
@@ -103,17 +102,7 @@ pub(super) fn run(
     };
     let text = &robot.source.text;
     let (folder, journal) = SessionFolder::create(&args.out, &header.to_toml(), Some(text), now)?;
-    let first = Event::Started(Started {
-        session: id,
-        procedure: procedure.name.clone(),
-        procedure_sha256: sha256(procedure.to_toml()),
-        software: SOFTWARE.to_owned(),
-        pid: std::process::id(),
-        host: host(),
-        robot_sha256: header.robot_sha256.clone(),
-        mechanism: header.mechanism.clone(),
-        origin: header.origin.clone(),
-    });
+    let first = started(&header, &procedure.name, sha256(procedure.to_toml()));
     let ready = Ready {
         folder,
         journal,
@@ -174,17 +163,7 @@ pub(super) fn resume(args: &ResumeArgs, global: &Global) -> Result<Printed, Fail
         })
     } else {
         // It stopped before its first event was on the disk.
-        Event::Started(Started {
-            session: header.id.clone().unwrap_or_default(),
-            procedure: plan.procedure.name.clone(),
-            procedure_sha256: hash,
-            software: SOFTWARE.to_owned(),
-            pid: std::process::id(),
-            host: host(),
-            robot_sha256: header.robot_sha256.clone(),
-            mechanism: header.mechanism.clone(),
-            origin: header.origin.clone(),
-        })
+        started(&header, &plan.procedure.name, hash)
     };
     let ready = Ready {
         folder,
@@ -323,6 +302,21 @@ fn name_models(instruments: &mut Instruments, resolved: &[ResolvedGauge]) {
         let record = record.get_or_insert_with(InstrumentRecord::default);
         record.model = Some(gauge.description.name.clone());
     }
+}
+
+/// The first event of a session.
+fn started(header: &SessionHeader, procedure: &str, procedure_sha256: String) -> Event {
+    Event::Started(Started {
+        session: header.id.clone().unwrap_or_default(),
+        procedure: procedure.to_owned(),
+        procedure_sha256,
+        software: SOFTWARE.to_owned(),
+        pid: std::process::id(),
+        host: host(),
+        robot_sha256: header.robot_sha256.clone(),
+        mechanism: header.mechanism.clone(),
+        origin: header.origin.clone(),
+    })
 }
 
 /// Warns of overdue calibration, or refuses under `--strict`.

@@ -198,8 +198,8 @@ fn strata(report: &DiagnosisReport) -> String {
             "known".to_owned()
         };
         rows.row([
-            test.contrast.name().to_owned(),
-            test.stratum.name().to_owned(),
+            test.contrast.to_string(),
+            test.stratum.to_string(),
             significant(test.statistic, 3),
             format!("{above:.0}, {below}"),
             significant(test.p_family, 2),
@@ -210,12 +210,12 @@ fn strata(report: &DiagnosisReport) -> String {
     }
     let mut text = rows.text();
     for one in &report.located.untested {
-        let _ = writeln!(text, "{} was not tested: {}.", one.contrast.name(), one.why);
+        let _ = writeln!(text, "{} was not tested: {}.", one.contrast, one.why);
     }
     let left = &report.diagnosis.unexplained;
     let sentence = format!(
         "The final model leaves, as its largest pattern, {} in {}, {} (p {}).",
-        left.stratum.name(),
+        left.stratum,
         left.pose
             .as_ref()
             .map_or_else(|| "all poses".to_owned(), ToString::to_string),

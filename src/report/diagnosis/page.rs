@@ -31,49 +31,21 @@ pub fn diagnosis_page(report: &DiagnosisReport) -> String {
     let answers = DiagnosisAnswer::all(&diagnosis.findings);
     let decided = diagnosis.verdict != Verdict::InsufficientData;
     let mut text = paragraph(&headline(report, &answers), "", "");
+    let when = |shown: bool, section: &dyn Fn() -> String| {
+        if shown { section() } else { String::new() }
+    };
+    let nothing = diagnosis.verdict == Verdict::NothingMissing;
     let sections = [
         lacking(report, &answers),
-        if decided {
-            missing(diagnosis.verdict, &answers)
-        } else {
-            String::new()
-        },
-        if decided {
-            sure(report, &answers)
-        } else {
-            String::new()
-        },
-        if decided {
-            else_(&answers)
-        } else {
-            String::new()
-        },
-        if decided {
-            where_(report)
-        } else {
-            String::new()
-        },
-        if decided {
-            factors(report)
-        } else {
-            String::new()
-        },
-        if decided {
-            errors(report)
-        } else {
-            String::new()
-        },
-        if diagnosis.verdict == Verdict::NothingMissing {
-            upper_limits(&diagnosis.detection_limits)
-        } else {
-            String::new()
-        },
+        when(decided, &|| missing(diagnosis.verdict, &answers)),
+        when(decided, &|| sure(report, &answers)),
+        when(decided, &|| else_(&answers)),
+        when(decided, &|| where_(report)),
+        when(decided, &|| factors(report)),
+        when(decided, &|| errors(report)),
+        when(nothing, &|| upper_limits(&diagnosis.detection_limits)),
         not_tested(report),
-        if decided {
-            rejected(report)
-        } else {
-            String::new()
-        },
+        when(decided, &|| rejected(report)),
         next(report),
     ];
     for section in sections.iter().filter(|section| !section.is_empty()) {

@@ -1,5 +1,7 @@
 //! The answer of a search, ready to be told.
 
+use std::fmt;
+
 use schemars::JsonSchema;
 use serde::Serialize;
 use stiffbench_beams::physics::{Effect, Law, Place};
@@ -26,17 +28,10 @@ pub enum Verdict {
     InsufficientData,
 }
 
-impl Verdict {
-    /// Name in files.
-    #[must_use]
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Explained => "explained",
-            Self::Ambiguous => "ambiguous",
-            Self::Unknown => "unknown",
-            Self::NothingMissing => "nothing-missing",
-            Self::InsufficientData => "insufficient-data",
-        }
+/// Its name in files.
+impl fmt::Display for Verdict {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        self.serialize(f)
     }
 }
 

@@ -17,7 +17,7 @@ impl Diagnosis {
         let mut model = ModelFile {
             factors,
             provenance: Provenance {
-                verdict: Some(self.verdict.name().to_owned()),
+                verdict: Some(self.verdict.to_string()),
                 ..Provenance::default()
             },
             ..ModelFile::default()

@@ -1,5 +1,7 @@
 //! Where in the residuals structure sits.
 
+use std::fmt;
+
 use schemars::JsonSchema;
 use serde::Serialize;
 
@@ -21,6 +23,13 @@ pub enum Stratum {
     Rest,
 }
 
+/// Its name in files.
+impl fmt::Display for Stratum {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        self.serialize(f)
+    }
+}
+
 impl Stratum {
     /// All strata, in the order of the method.
     pub const ALL: [Self; 6] = [
@@ -31,17 +40,4 @@ impl Stratum {
         Self::Sign,
         Self::Rest,
     ];
-
-    /// Name in files.
-    #[must_use]
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::CellSlope => "cell-slope",
-            Self::LoadStep => "load-step",
-            Self::Branch => "branch",
-            Self::RepeatTime => "repeat-time",
-            Self::Sign => "sign",
-            Self::Rest => "rest",
-        }
-    }
 }

@@ -22,11 +22,7 @@ pub enum DescriptionStatus {
 
 impl fmt::Display for DescriptionStatus {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.pad(match self {
-            Self::Documented => "documented",
-            Self::Implemented => "implemented",
-            Self::Recalled => "recalled",
-        })
+        self.serialize(f)
     }
 }
 

@@ -21,11 +21,7 @@ pub enum ReadingStatus {
 
 impl fmt::Display for ReadingStatus {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.pad(match self {
-            Self::Accepted => "accepted",
-            Self::Superseded => "superseded",
-            Self::Rejected => "rejected",
-        })
+        self.serialize(f)
     }
 }
 

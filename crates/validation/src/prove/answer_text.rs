@@ -9,7 +9,7 @@ use super::answers::SealedAnswer;
 /// A diagnosis in one line.
 #[must_use]
 pub fn diagnosis_words(diagnosis: &Diagnosis) -> String {
-    let mut parts = vec![diagnosis.verdict.name().to_owned()];
+    let mut parts = vec![diagnosis.verdict.to_string()];
     parts.extend(diagnosis.lacking.iter().cloned());
     let mut group = None;
     for finding in &diagnosis.findings {
@@ -31,8 +31,7 @@ pub fn diagnosis_words(diagnosis: &Diagnosis) -> String {
             .map_or_else(String::new, |direction| format!(" {direction}"));
         parts.push(format!(
             "left: {} in {pose}{direction} (p {:.4})",
-            left.stratum.name(),
-            left.p_family
+            left.stratum, left.p_family
         ));
     }
     parts.join("; ")

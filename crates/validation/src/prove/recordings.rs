@@ -208,7 +208,7 @@ pub fn assess(
     diagnosis: &Diagnosis,
     figures: Vec<ComparedFigure>,
 ) -> RecordingScore {
-    let said = diagnosis.verdict.name();
+    let said = diagnosis.verdict.to_string();
     let mut expected = vec![recording.verdict.clone()];
     expected.extend(recording.also_right.iter().cloned());
     let mut false_names: Vec<String> = Vec::new();
@@ -225,9 +225,9 @@ pub fn assess(
     RecordingScore {
         name: recording.name.clone(),
         readings,
-        verdict_is_right: expected.iter().any(|right| right == said),
+        verdict_is_right: expected.iter().any(|right| *right == said),
         expected,
-        verdict: said.to_owned(),
+        verdict: said,
         words: diagnosis_words(diagnosis),
         false_names,
         why: recording.why.clone(),

@@ -52,6 +52,13 @@ pub enum Contrast {
     Period,
 }
 
+/// Its name in files.
+impl fmt::Display for Contrast {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        self.serialize(f)
+    }
+}
+
 impl Contrast {
     /// The stratum it belongs to.
     #[must_use]
@@ -63,26 +70,6 @@ impl Contrast {
             Self::Sign => Stratum::Sign,
             Self::Loop | Self::Branch => Stratum::Branch,
             Self::NoiseSize | Self::Outlier | Self::Period => Stratum::Rest,
-        }
-    }
-
-    /// Name in files.
-    #[must_use]
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::CellSlope => "cell-slope",
-            Self::Repeat => "repeat",
-            Self::CellOffset => "cell-offset",
-            Self::Clock => "clock",
-            Self::Sign => "sign",
-            Self::Curve => "curve",
-            Self::LoadStep => "load-step",
-            Self::Loop => "loop",
-            Self::Branch => "branch",
-            Self::Hold => "hold",
-            Self::NoiseSize => "noise-size",
-            Self::Outlier => "outlier",
-            Self::Period => "period",
         }
     }
 

@@ -6,7 +6,6 @@ use std::fmt::Write;
 use serde_json::{Value, json};
 
 use crate::prove::{NamedCause, Score, Set, Share, TruthScore, VerdictOutcome, criteria};
-use stiffbench::mismatch::Verdict;
 
 use super::{criteria_json, criteria_table, share_json, share_words};
 use stiffbench::report::AlignedTable;
@@ -147,7 +146,7 @@ fn score_json(score: &Score) -> Value {
         "bench": score.bench,
         "mode": score.mode,
         "expected": score.expected.name(),
-        "verdict": score.verdict.map(Verdict::name),
+        "verdict": score.verdict,
         "outcome": score.outcome.name(),
         "answer": score.answer_words,
         "said": score.verdict_words,

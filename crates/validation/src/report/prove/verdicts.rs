@@ -25,12 +25,12 @@ fn verdict_json(verdict: &BlindVerdict) -> Value {
         Err(error) => json!({ "bench": verdict.bench, "error": error.to_string() }),
         Ok(diagnosis) => json!({
             "bench": verdict.bench,
-            "verdict": diagnosis.verdict.name(),
+            "verdict": diagnosis.verdict,
             "words": diagnosis_words(diagnosis),
             "lacking": diagnosis.lacking,
             "findings": diagnosis.findings.iter().map(finding_json).collect::<Vec<_>>(),
             "left_over": {
-                "stratum": diagnosis.unexplained.stratum.name(),
+                "stratum": diagnosis.unexplained.stratum,
                 "pose": diagnosis.unexplained.pose,
                 "direction": diagnosis.unexplained.direction,
                 "p": diagnosis.unexplained.p_family,
