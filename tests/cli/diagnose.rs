@@ -303,8 +303,8 @@ fn earlier_sessions_contribute_to_the_noise() {
     simulate("worn", "--seed 4 --run-slope-sd 0.012");
     let told = |options: &str| {
         let run = desk.run(&format!("diagnose now --no-figures {options} --json"));
-        let object = run.succeeds().json();
-        object
+
+        run.succeeds().json()
     };
     let alone = told("");
     let object = told("--earlier before --earlier long-before --earlier worn");

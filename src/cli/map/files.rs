@@ -67,9 +67,9 @@ pub(super) fn write_all(
                 .iter()
                 .map(|(_, study)| study.map.mechanism.as_str());
             ArgumentError::new(
-                &format!("--difference {before},{after}"),
+                format!("--difference {before},{after}"),
                 "one of them is not among the maps".to_owned(),
-                &format!("the maps are of {}", known.collect::<Vec<_>>().join(", ")),
+                format!("the maps are of {}", known.collect::<Vec<_>>().join(", ")),
             )
         })?;
         figures.extend(of_two);

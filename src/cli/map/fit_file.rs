@@ -23,7 +23,7 @@ pub(super) fn read_fit(path: &Path) -> Result<FitFile, Failure> {
     let text = read_text(path)?;
     let refuse = |problem: String| {
         ArgumentError::new(
-            &format!("--fit {}", path.display()),
+            format!("--fit {}", path.display()),
             problem,
             "stiffbench fit DATA --json > fit.json, then --fit fit.json",
         )

@@ -116,7 +116,7 @@ fn mechanisms(
         robot.mechanism(Some(name))?;
         if names.contains(name) {
             return Err(ArgumentError::new(
-                &format!("--mechanisms {name}"),
+                format!("--mechanisms {name}"),
                 "it is named twice".to_owned(),
                 "name each mechanism once, for example --mechanisms A,F",
             )

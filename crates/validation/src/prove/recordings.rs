@@ -225,7 +225,7 @@ pub fn assess(
     RecordingScore {
         name: recording.name.clone(),
         readings,
-        verdict_is_right: expected.iter().any(|right| *right == said),
+        verdict_is_right: expected.contains(&said),
         expected,
         verdict: said,
         words: diagnosis_words(diagnosis),
