@@ -11,6 +11,7 @@ use stiffbench_numeric::simd::{sums_side_by_side, widest};
 use super::earlier_noise::EarlierNoise;
 use super::noise::{NoiseCovariance, ReadingNoise};
 use super::observations::Observations;
+use crate::search::constants::{PRIOR_LOG_VARIANCE_SD, PRIOR_RUN_SLOPE_SD, SAME_STEP};
 
 /// Standard deviations are found between these multiples of the start.
 const RANGE: f64 = 1e4;
@@ -88,7 +89,7 @@ pub(super) fn estimate_noise(
     let centre = Vector3::new(
         (rough * rough).ln(),
         (rough * rough).ln(),
-        (3e-3_f64).powi(2).ln(),
+        PRIOR_RUN_SLOPE_SD.powi(2).ln(),
     );
     let start = warm_start.map_or(centre, |warm_start| {
         problem.log_variances(warm_start, &centre)
@@ -187,10 +188,9 @@ impl VarianceProblem<'_> {
         let noise = self.noise(log_variances);
         let whitening = self.whitening(&noise);
         let (squares, log_determinant, _) = self.restricted_sum(&whitening);
-        // Standard deviation 4 of a log variance: a factor of seven either way of the standard deviation.
         let prior: f64 = (log_variances - centre)
             .iter()
-            .map(|d| (d / 4.0).powi(2))
+            .map(|d| (d / PRIOR_LOG_VARIANCE_SD).powi(2))
             .sum();
         let earlier = self.earlier.map_or(0.0, |earlier| earlier.misfit(&noise));
         whitening.covariance.log_determinant() + log_determinant + squares + earlier + prior
@@ -372,8 +372,7 @@ fn fixed_part(observations: &Observations, cell: usize) -> FixedPart {
             keys.push(key(place));
         }
     }
-    // Steps whose forces differ by more than a twentieth of the largest are not the same step.
-    if cell.runs.len() > 1 && within_steps(&keys, &force, key) < 0.05 {
+    if cell.runs.len() > 1 && within_steps(&keys, &force, key) < SAME_STEP {
         for wanted in &keys {
             columns.push(
                 (0..loads.len())

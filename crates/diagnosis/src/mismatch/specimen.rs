@@ -16,15 +16,10 @@ use super::error::MismatchError;
 use super::observations::{
     GaugeSteps, Observations, ObservedCell, ObservedReading, ObservedRun, Recorded,
 };
+use crate::search::constants::{LARGEST_DISPLACEMENT, LARGEST_LOAD};
 
 /// Name of the joint that stands for the specimen.
 pub const SPECIMEN_JOINT: &str = "specimen";
-
-/// Largest load after scaling, N.
-const LARGEST_LOAD: f64 = 70.0;
-
-/// Largest displacement after scaling, m.
-const LARGEST_DISPLACEMENT: f64 = 1e-3;
 
 /// Laws that need a robot, or that a straight line with a free slope contains.
 #[must_use]

@@ -5,12 +5,11 @@
 //! - **stated**: part of what the search promises;
 //! - **source**: a book or paper;
 //! - **by hand**: chosen by hand on simulated benches (`stiffbench-validate prove --only errors`, `--only calibration`, `--only concealed`), in
-//!   the commit given, without a record of what half or twice the value does; where a trial was counted, its seed and result are those of the
-//!   table in `CHANGELOG.md`;
+//!   the commit given; where a trial was counted, its seed and result are those of the table in `CHANGELOG.md`;
 //! - **numerics**: rounding, work or memory; no verdict depends on it beyond its tolerance.
 //!
-//! Numbers that belong to one physical law stand in the file of the law; those of the noise model and of the strata stand beside their
-//! formulas.
+//! What half and twice a number changes on sessions with known answers is the table of `docs/method.md`, section 11; a test holds its values to
+//! those here. Numbers that belong to one physical law stand in the file of the law.
 
 // Level and critical values.
 
@@ -115,6 +114,24 @@ pub const ONE_READING: f64 = 0.5;
 
 /// Standard errors of skewness and kurtosis from which on residuals are not normal. By hand (fc4705d).
 pub const NOT_NORMAL: f64 = 5.0;
+
+// Noise of the readings.
+
+/// Standard deviation of the prior of the logarithm of each variance of the noise (1): a factor of seven either way of a standard deviation. By
+/// hand (750d6b5).
+pub const PRIOR_LOG_VARIANCE_SD: f64 = 4.0;
+
+/// Relative error of the slope of a run about which that prior lies (1). By hand (750d6b5).
+pub const PRIOR_RUN_SLOPE_SD: f64 = 3e-3;
+
+/// Scatter of forces within a load step, as a share of the largest force, above which repeats of the step are not the same load (1). By hand.
+pub const SAME_STEP: f64 = 0.05;
+
+/// Largest load and displacement of a table without a robot after scaling, N and m: those of the paper's bench, for which plausible ranges
+/// were written. Stated.
+pub const LARGEST_LOAD: f64 = 70.0;
+/// See [`LARGEST_LOAD`].
+pub const LARGEST_DISPLACEMENT: f64 = 1e-3;
 
 // Noise of a coarse gauge.
 
@@ -221,3 +238,78 @@ pub const LONG: f64 = 1e3;
 
 /// Directions in one block of rows from which on the rows themselves are as good a basis (1). Numerics.
 pub const MOST_DIRECTIONS: usize = 64;
+
+// Where a model fails: the strata. No verdict depends on these.
+
+/// Level, all tests together, below which a stratum is looked into (1). Stated.
+pub const STRATUM_LEVEL: f64 = 0.05;
+
+/// Share of a stratum's squares above which one spot is said to hold it (1). By hand.
+pub const ONE_SPOT: f64 = 0.8;
+
+/// Forces closer than this share of the usual distance between loads are one level (1). By hand.
+pub const ONE_LEVEL: f64 = 0.3;
+
+/// Forces closer than this share of the largest are one level in any case (1): no jack is set more closely. By hand.
+pub const SAME_FORCE: f64 = 0.01;
+
+/// A reading of whose own error the model leaves less than this share carries no information on itself (1). By hand.
+pub const UNSEEN_READING: f64 = 0.05;
+
+/// A factor that moves no reading by more than this many standard errors within all that is known of it is left out: it absorbs nothing. By
+/// hand.
+pub const ABSORBS_NOTHING: f64 = 0.05;
+
+/// A column of which what is taken out first leaves less than this share is not worth a degree of freedom (1). By hand.
+pub const COLUMN_LEFT: f64 = 1e-2;
+
+/// Degrees of freedom above which a variance counts as known (1). Numerics.
+pub const KNOWN_VARIANCE: f64 = 1e5;
+
+/// A period longer than this share of the displacement is a curve over the load (1). By hand.
+pub const LONGEST_PERIOD: f64 = 0.5;
+
+/// Parts with a larger cosine between their effects cannot be distinguished (1). By hand.
+pub const INSEPARABLE_PARTS: f64 = 0.98;
+
+/// Compliance of a joint times the stiffness of its loop beyond which even a pin does not explain it (1); above 1 for poses in which the loop is
+/// stiffer. By hand.
+pub const A_PIN: f64 = 1.5;
+
+/// A joint or base that turns by more than this under a newton metre does not hold a pose, rad/(N·m). By hand.
+pub const SOFTEST: f64 = 1e-2;
+
+/// Factor by which no property of an element is wrong (1): the bounds of the factors. Stated.
+pub const MOST_WRONG: f64 = 10.0;
+
+/// A part of whose effect the factors leave less than this share is not seen (1). Numerics.
+pub const HIDDEN_PART: f64 = 1e-3;
+
+// The next measurement. No verdict depends on these.
+
+/// Expected log-likelihood ratio below which a plan does not distinguish a pair: as a diagnosis would not.
+pub const CANNOT_TELL: f64 = STRONG_EVIDENCE;
+
+/// Expected log-likelihood ratio from which a plan distinguishes a pair: as a diagnosis would.
+pub const CAN_TELL: f64 = DISTINGUISHABLE;
+
+/// Pairs that are planned for (1), those with the largest posterior. By hand.
+pub const MOST_PAIRS: usize = 6;
+
+/// Courses of a law that are kept for each rival it may imitate (1): those nearest to it. By hand.
+pub const IMITATIONS: usize = 6;
+
+/// Rivals that are listed for each law and place (1).
+pub const NEAREST: usize = 3;
+
+/// Share by which a planned time varies from one reading to the next, at most (1). By hand.
+pub const TIMES_VARY: f64 = 0.2;
+
+/// Scatter of a reading on a bench of which nothing is known yet, m: a dial gauge with a step of 10 µm, read to 6 µm, √(6² + 10²/12). Stated.
+pub const USUAL_READING_SD_M: f64 = 6.66e-6;
+
+/// Scatter of its zero, m. Stated.
+pub const USUAL_ZERO_SD_M: f64 = 5e-6;
+
+/// Relative scatter of its slope from run to run (1): how well the fixture seats. Stated.
+pub const USUAL_RUN_SLOPE_SD: f64 = 5e-3;

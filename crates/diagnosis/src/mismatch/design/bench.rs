@@ -13,21 +13,15 @@ use crate::mismatch::noise::ReadingNoise;
 use crate::mismatch::observations::{GaugeSteps, Observations};
 use crate::mismatch::plan::PlannedCell;
 use crate::mismatch::restricted_likelihood::EstimatedNoise;
-
-/// Expected log-likelihood ratio below which a pair cannot be distinguished.
-pub const CANNOT_TELL: f64 = 3.0;
-
-/// Expected log-likelihood ratio from which a pair is distinguished.
-pub const CAN_TELL: f64 = 5.0;
+use crate::search::constants::{USUAL_READING_SD_M, USUAL_RUN_SLOPE_SD, USUAL_ZERO_SD_M};
 
 /// Noise of a bench of which nothing is known yet.
 ///
-/// That of a dial gauge with a step of 10 µm, read to 6 µm, zeroed to 5 µm, in a fixture that seats to 0.5 %.
+/// That of a dial gauge in a fixture.
 pub const USUAL_NOISE: ReadingNoise = ReadingNoise {
-    // √(6² + 10²/12)
-    reading_sd_m: 6.66e-6,
-    zero_sd_m: 5e-6,
-    run_slope_sd: 5e-3,
+    reading_sd_m: USUAL_READING_SD_M,
+    zero_sd_m: USUAL_ZERO_SD_M,
+    run_slope_sd: USUAL_RUN_SLOPE_SD,
 };
 
 /// A law at a place.

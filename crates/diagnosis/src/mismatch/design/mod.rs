@@ -23,7 +23,8 @@ mod tests;
 mod unexplained;
 mod views;
 
-pub use bench::{CAN_TELL, CANNOT_TELL, DesignBench, Suspect, USUAL_NOISE, poses_at_hand};
+pub use crate::search::constants::{CAN_TELL, CANNOT_TELL};
+pub use bench::{DesignBench, Suspect, USUAL_NOISE, poses_at_hand};
 pub use next::next_measurements;
 pub use plans::ProposedMeasurement;
 pub use report::{DesignReport, LawDesign, Unseen, design_of_plan};

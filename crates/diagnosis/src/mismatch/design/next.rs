@@ -3,18 +3,16 @@
 use crate::mismatch::diagnosis::{Diagnosis, Finding, Verdict};
 use crate::mismatch::error::MismatchError;
 use crate::mismatch::observations::Observations;
+use crate::search::constants::{CAN_TELL, CANNOT_TELL, MOST_PAIRS};
 use stiffbench_beams::physics::Effect;
 use stiffbench_measurement::procedure::Procedure;
 use stiffbench_units_and_text::test_point::Direction;
 
 use super::advice::advice;
-use super::bench::{CAN_TELL, CANNOT_TELL, DesignBench, Suspect};
+use super::bench::{DesignBench, Suspect};
 use super::plans::{LoadingPlan, ProposedMeasurement, loadings};
 use super::separation::{CellGram, Effects};
 use super::unexplained::refine_scores;
-
-/// Pairs that are planned for, those with the largest posterior.
-const MOST_PAIRS: usize = 6;
 
 /// Two explanations that are indistinguishable.
 #[derive(Debug, Clone, PartialEq)]

@@ -3,7 +3,7 @@
 use stiffbench_measurement::procedure::Procedure;
 use stiffbench_measurement::readings::{LoadOrder, RepeatOrder, ZeroScope};
 
-use super::bench::CAN_TELL;
+use crate::search::constants::CAN_TELL;
 
 /// A plan, and what it tells apart.
 #[derive(Debug, Clone, PartialEq)]

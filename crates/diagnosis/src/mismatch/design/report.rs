@@ -13,16 +13,13 @@ use crate::mismatch::problem::DiagnosisProblem;
 use crate::mismatch::refit::FittedModel;
 use crate::mismatch::state::State;
 use crate::search::WhiteSpace;
-use crate::search::constants::NULL_SAMPLES;
+use crate::search::constants::{NEAREST, NULL_SAMPLES};
 use crate::search::{Batched, NullNoise};
 use stiffbench_beams::physics::Law;
 use stiffbench_measurement::procedure::Procedure;
 
 use super::bench::{DesignBench, Suspect};
 use super::views::{EasiestShape, NearRival, groups, nearest, suspect};
-
-/// Rivals that are listed for each law and place.
-const NEAREST: usize = 3;
 
 /// What a plan can show.
 #[derive(Debug, Clone, PartialEq)]

@@ -6,13 +6,11 @@ use rand_chacha::ChaCha8Rng;
 use crate::mismatch::error::MismatchError;
 use crate::mismatch::observations::Observations;
 use crate::mismatch::plan::{PlannedCell, PlannedLoad};
+use crate::search::constants::TIMES_VARY;
 use stiffbench_measurement::procedure::Procedure;
 use stiffbench_units_and_text::test_point::PoseId;
 
 use super::bench::DesignBench;
-
-/// Share by which a time varies from one reading to the next, at most.
-const TIMES_VARY: f64 = 0.2;
 
 /// Seed of times and forces: a plan has one schedule.
 const SEED: u64 = 0;

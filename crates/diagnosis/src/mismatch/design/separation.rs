@@ -7,14 +7,12 @@ use crate::mismatch::error::MismatchError;
 use crate::mismatch::observations::Observations;
 use crate::mismatch::problem::DiagnosisProblem;
 use crate::mismatch::refit::Model;
+use crate::search::constants::IMITATIONS;
 use stiffbench_beams::physics::{Effect, JointRotations, Place, SignConstraint};
 use stiffbench_units_and_text::test_point::Direction;
 
 use super::bench::DesignBench;
 use super::gram::{Gram, Projected};
-
-/// Courses of a law that are kept for each rival it may imitate: those nearest to it.
-const IMITATIONS: usize = 6;
 
 /// Products of one cell.
 #[derive(Debug, Clone)]

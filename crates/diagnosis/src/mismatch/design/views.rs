@@ -1,10 +1,10 @@
 //! One law at one place as planned readings see it, and how far it is from another.
 
 use crate::mismatch::candidate_scores::{WhiteCandidate, WhiteShape};
-use crate::search::constants::POWER_80;
+use crate::search::constants::{CAN_TELL, CANNOT_TELL, POWER_80};
 use crate::search::dot;
 
-use super::bench::{CAN_TELL, CANNOT_TELL, Suspect};
+use super::bench::Suspect;
 
 /// How well a rival is told from a law.
 #[derive(Debug, Clone, PartialEq)]

@@ -6,10 +6,7 @@ use stiffbench_units_and_text::test_point::Branch;
 
 use super::bases::{CellColumns, GlobalColumn, LocalBasis, Stage};
 use super::levels::{indicators, levels};
-use crate::search::constants::ROUNDING;
-
-/// A tested column of which less than this is left, by what is taken out first, is not worth a degree of freedom.
-const TESTED: f64 = 1e-2;
+use crate::search::constants::{ABSORBS_NOTHING, COLUMN_LEFT, ROUNDING};
 
 /// What a decomposition is made for.
 pub(super) struct Setting<'a> {
@@ -24,10 +21,6 @@ pub(super) struct Setting<'a> {
     /// Prediction of the linear structure, m.
     pub(super) slope_m: &'a [f64],
 }
-
-/// A factor that moves no reading by more than this, in standard errors, within all that is known of it, is left out: it cannot absorb
-/// anything.
-const ABSORBS_NOTHING: f64 = 0.05;
 
 /// Global columns by what they are for.
 pub(super) struct ColumnSets {
@@ -68,17 +61,17 @@ pub(super) fn bases(
         basis(&[
             stage(&zeros, ROUNDING),
             stage(&runs, ROUNDING),
-            stage(&holds, TESTED),
-            stage(sign_within, TESTED),
-            stage(&curves, TESTED),
-            stage(&levels, TESTED),
-            stage(&loops, TESTED),
-            stage(&branches, TESTED),
+            stage(&holds, COLUMN_LEFT),
+            stage(sign_within, COLUMN_LEFT),
+            stage(&curves, COLUMN_LEFT),
+            stage(&levels, COLUMN_LEFT),
+            stage(&loops, COLUMN_LEFT),
+            stage(&branches, COLUMN_LEFT),
         ]),
         basis(&[
             stage(&zeros, ROUNDING),
             stage(&slope, ROUNDING),
-            stage(sign_between, TESTED),
+            stage(sign_between, COLUMN_LEFT),
             stage(&runs, ROUNDING),
         ]),
         basis(&[
@@ -89,12 +82,12 @@ pub(super) fn bases(
         basis(&[
             stage(&zeros, ROUNDING),
             stage(&runs, ROUNDING),
-            stage(sign_within, TESTED),
-            stage(&curves, TESTED),
-            stage(&levels, TESTED),
-            stage(&loops, TESTED),
-            stage(&branches, TESTED),
-            stage(&holds, TESTED),
+            stage(sign_within, COLUMN_LEFT),
+            stage(&curves, COLUMN_LEFT),
+            stage(&levels, COLUMN_LEFT),
+            stage(&loops, COLUMN_LEFT),
+            stage(&branches, COLUMN_LEFT),
+            stage(&holds, COLUMN_LEFT),
         ]),
     ]
 }
@@ -207,10 +200,10 @@ pub(super) fn sets(setting: &Setting<'_>) -> ColumnSets {
         let prior_sd = setting.prior_sd.get(place);
         prior_sd.map_or(0.0, |prior_sd| ABSORBS_NOTHING / prior_sd)
     });
-    let clock = push(clock_columns(observations), TESTED, &|_| 0.0);
+    let clock = push(clock_columns(observations), COLUMN_LEFT, &|_| 0.0);
     let repeat = push(
         repeat_columns(observations, setting.slope_m),
-        TESTED,
+        COLUMN_LEFT,
         &|_| 0.0,
     );
     ColumnSets {

@@ -5,6 +5,7 @@ use crate::mismatch::error::MismatchError;
 use crate::mismatch::observations::{Observations, ObservedCell};
 use crate::mismatch::problem::DiagnosisProblem;
 use crate::mismatch::state::State;
+use crate::search::constants::{A_PIN, HIDDEN_PART, INSEPARABLE_PARTS, MOST_WRONG, SOFTEST};
 use crate::search::{dot, norm, push_orthonormal};
 use stiffbench_beams::physics::{Place, PoseMechanics};
 use stiffbench_units_and_text::test_point::{Branch, Direction};
@@ -14,22 +15,6 @@ use super::decomposition::{Decomposition, FitContrast, squares};
 use super::levels::{indicators, levels};
 use super::results::{Contrast, ExplainedShare, SuspectComponent};
 use super::tails::tail;
-
-/// Parts whose effects are as alike as this (cosine) cannot be distinguished.
-const INSEPARABLE: f64 = 0.98;
-
-/// Compliance of a joint times the stiffness of its loop, as linearised, beyond which even a pin does not do; above 1 for the poses
-/// in which the loop is stiffer.
-const A_PIN: f64 = 1.5;
-
-/// A joint or base that turns by more than this under a newton metre does not hold a pose, rad/(N·m).
-const SOFTEST: f64 = 1e-2;
-
-/// Factor by which no property of an element is wrong.
-const MOST_WRONG: f64 = 10.0;
-
-/// A part of whose effect the factors leave less than this share is not seen.
-const HIDDEN: f64 = 1e-3;
 
 /// Parts of a structure with what they do in each cell.
 #[derive(Debug, Default)]
@@ -132,7 +117,7 @@ impl Decomposition<'_> {
             let column = self.per_cell(&part.compliance, |force_n| force_n);
             let white = self.white(&column);
             let seen = self.seen(comparison, &column);
-            (norm(&seen) > HIDDEN * norm(&white)).then_some((part, seen))
+            (norm(&seen) > HIDDEN_PART * norm(&white)).then_some((part, seen))
         });
         let ranked = seen.map(|(part, seen)| {
             let along = dot(&seen, &pattern) / squares(&seen);
@@ -172,7 +157,7 @@ impl Decomposition<'_> {
                 let column: Vec<f64> = node.iter().zip(&sizes).map(|(n, s)| n * s).collect();
                 let white = self.white(&column);
                 let seen = self.shape(&white).0;
-                push_orthonormal(&mut units, seen, 0.0, 10.0 * HIDDEN * norm(&white));
+                push_orthonormal(&mut units, seen, 0.0, 10.0 * HIDDEN_PART * norm(&white));
             }
             let explained = units.iter().map(|unit| dot(unit, &pattern).powi(2)).sum();
             let dof = units.len() as f64;
@@ -276,7 +261,7 @@ fn grouped(mut ranked: Vec<(ExplainedShare, Vec<f64>)>) -> Vec<ExplainedShare> {
     for (share_of, seen) in ranked {
         let same = out.iter_mut().find(|(first, other)| {
             first.possible == share_of.possible
-                && dot(other, &seen).abs() > INSEPARABLE * norm(other) * norm(&seen)
+                && dot(other, &seen).abs() > INSEPARABLE_PARTS * norm(other) * norm(&seen)
         });
         match same {
             Some((first, _)) => first.alike.push(share_of.component),

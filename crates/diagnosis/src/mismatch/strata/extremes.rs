@@ -1,6 +1,7 @@
 //! What the strata leave: the size of the noise, the largest single departure, a period in the reading.
 
 use crate::mismatch::restricted_likelihood::EstimatedNoise;
+use crate::search::constants::{COLUMN_LEFT, KNOWN_VARIANCE, LONGEST_PERIOD, UNSEEN_READING};
 use crate::search::dot;
 use stiffbench_beams::physics::laws::NOMINAL_PERIODS_M;
 
@@ -9,18 +10,6 @@ use super::contrasts::ErrorTerm;
 use super::decomposition::{Decomposition, squares};
 use super::results::{Contrast, Spot, StratumTest};
 use super::tails::tail;
-
-/// Readings of which less than this share of their own error is left carry no information on themselves.
-const SAYS_NOTHING: f64 = 0.05;
-
-/// Degrees of freedom above which a variance counts as known.
-const KNOWN: f64 = 1e5;
-
-/// A period longer than this share of the displacement is a curve over the load.
-const LONGEST_SHARE: f64 = 0.5;
-
-/// A column of a period of which less is left is spanned by the load.
-const SPANNED: f64 = 1e-2;
 
 impl Decomposition<'_> {
     /// The scatter within runs and levels against a noise that was known beforehand; both too much and too little count.
@@ -35,7 +24,7 @@ impl Decomposition<'_> {
             return None;
         }
         let of_known = known.degrees_of_freedom([1.0, 0.0, 0.0]);
-        let d2 = if of_known > KNOWN {
+        let d2 = if of_known > KNOWN_VARIANCE {
             f64::INFINITY
         } else {
             of_known
@@ -66,7 +55,7 @@ impl Decomposition<'_> {
         let shares = self.leverage_left();
         let (mut count, mut largest) = (0.0, None);
         for (place, (value, share)) in left.iter().zip(&shares).enumerate() {
-            if *share < SAYS_NOTHING {
+            if *share < UNSEEN_READING {
                 continue;
             }
             count += 1.0;
@@ -116,14 +105,14 @@ impl Decomposition<'_> {
             .fold(0.0_f64, |most, d| most.max(d.abs()));
         NOMINAL_PERIODS_M
             .into_iter()
-            .filter(|period| *period < LONGEST_SHARE * range_m)
+            .filter(|period| *period < LONGEST_PERIOD * range_m)
             .map(|period| {
                 let columns = [0.0, std::f64::consts::FRAC_PI_2].map(|phase| {
                     let turns = |d: &f64| std::f64::consts::TAU * d / period + phase;
                     let values: Vec<f64> = positions_m.iter().map(|d| turns(d).sin()).collect();
                     GlobalColumn {
                         white: self.white(&values),
-                        least_share: SPANNED,
+                        least_share: COLUMN_LEFT,
                         least: 0.0,
                     }
                 });

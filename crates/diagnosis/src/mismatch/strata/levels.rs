@@ -1,13 +1,8 @@
 //! Which readings of a cell have the same load, whatever the order in which the loads came.
 
 use crate::mismatch::observations::Observations;
+use crate::search::constants::{ONE_LEVEL, SAME_FORCE};
 use stiffbench_units_and_text::test_point::Branch;
-
-/// Forces closer than this share of the usual distance between loads are one level.
-const ONE_LEVEL: f64 = 0.3;
-
-/// Forces closer than this share of the largest are one level in any case: no jack is set more closely.
-const SAME_FORCE: f64 = 0.01;
 
 /// For each reading of a cell the index of its level of load; levels count up with the force.
 ///

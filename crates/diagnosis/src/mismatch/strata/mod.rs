@@ -41,9 +41,10 @@ use super::restricted_likelihood::EstimatedNoise;
 use super::search::SearchOptions;
 use super::state::State;
 
+pub use crate::search::constants::STRATUM_LEVEL;
 pub use map::MapEntry;
 pub use results::{
-    Contrast, ExplainedShare, Located, STRATUM_LEVEL, Spot, StratumTest, SuspectComponent, Untested,
+    Contrast, ExplainedShare, Located, Spot, StratumTest, SuspectComponent, Untested,
 };
 
 use columns::Setting;

@@ -8,17 +8,12 @@ use serde::Serialize;
 use crate::mismatch::diagnosis::Location;
 use crate::mismatch::observations::Observations;
 use crate::mismatch::stratum::Stratum;
+use crate::search::constants::{ONE_SPOT, STRATUM_LEVEL};
 use stiffbench_beams::physics::Place;
 use stiffbench_units_and_text::quantity::in_micrometres;
 use stiffbench_units_and_text::test_point::{Direction, PoseId};
 
 use super::map::MapEntry;
-
-/// Family-wise level below which a stratum is looked into.
-pub const STRATUM_LEVEL: f64 = 0.05;
-
-/// Share of a stratum's squares above which one spot is said to hold it.
-const HOLDS_IT: f64 = 0.8;
 
 /// What is compared within a stratum.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord, Serialize, JsonSchema)]
@@ -196,7 +191,7 @@ impl Located {
             let held = test
                 .spots
                 .iter()
-                .filter(|spot| spot.share >= HOLDS_IT)
+                .filter(|spot| spot.share >= ONE_SPOT)
                 .min_by_key(|spot| (spot.pose.is_none(), spot.direction.is_none()));
             out.push(Location {
                 stratum: test.stratum,

@@ -6,8 +6,9 @@ use stiffbench_units_and_text::test_point::Direction;
 
 use super::decomposition::{Decomposition, FitContrast, squares};
 use super::extremes::Period;
-use super::results::{Contrast, STRATUM_LEVEL, Spot, StratumTest, Untested};
+use super::results::{Contrast, Spot, StratumTest, Untested};
 use super::tails::{holm, tail};
+use crate::search::constants::STRATUM_LEVEL;
 
 impl Decomposition<'_> {
     /// All tests of a white residual.
