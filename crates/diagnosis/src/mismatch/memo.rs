@@ -3,6 +3,9 @@
 //! A search asks the same of the same model again and again: to swap an effect, to weigh it, to list its rivals; and a second search,
 //! with what was found in the gauge's positions, differs from the first in the gauge's periods only. What is kept here would come out the
 //! same to the last bit, but for the noise of the first model, from which other models are only given a start.
+//!
+//! It stands beside [`crate::search::ScoreEngine`], not behind it: an engine lives as long as one model and knows its columns; what is kept are
+//! fits and noises of many models, found by the effects that they hold, which rows and columns do not show.
 
 use std::sync::{Arc, Mutex, OnceLock, PoisonError};
 
@@ -142,5 +145,68 @@ impl<K: PartialEq + Clone, V> Memo<K, V> {
         let value = Arc::new(work()?);
         kept().push((key.clone(), Arc::clone(&value)));
         Ok(value)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use stiffbench_beams::robot::Robot;
+    use stiffbench_measurement::readings::{ReadOptions, SessionHeader, read_readings};
+    use stiffbench_test_files::text;
+    use stiffbench_units_and_text::source_text::SourceText;
+
+    use super::*;
+    use crate::mismatch::baseline::RobotBaseline;
+    use crate::mismatch::observations::Observations;
+    use crate::mismatch::problem::DiagnosisProblem;
+    use crate::mismatch::search::{SearchOptions, SearchResult};
+    use crate::parameters::ParameterChoice;
+    use crate::search::Evidence;
+
+    /// The model that a search ends with, and for each of its effects the ranked candidates.
+    type Said = (StateKey, Vec<Vec<(Effect, Evidence)>>);
+
+    fn said(found: &SearchResult) -> Said {
+        let ranked = |ranked: &Vec<Ranked>| {
+            let each = ranked.iter();
+            each.map(|one| (one.effect.clone(), one.evidence)).collect()
+        };
+        let resolved = found.resolved.iter();
+        (
+            key_of(&found.after),
+            resolved.map(|one| ranked(&one.ranked)).collect(),
+        )
+    }
+
+    #[test]
+    fn a_search_that_remembers_ends_as_one_that_does_not() {
+        let file = |path: &str| text(&format!("data/concealed/{path}"));
+        let header = file("sessions/2b464bf8/session.toml");
+        let header = SessionHeader::from_toml("session.toml", header).unwrap();
+        let readings = file("sessions/2b464bf8/readings.csv");
+        let table = read_readings("2b464bf8", readings.as_bytes(), &ReadOptions::default());
+        let observations = Observations::new(&table.unwrap(), Some(&header.header));
+        let robot = file("robots/serial-arm-more-poses.toml");
+        let robot = Robot::parse(&SourceText::new("robot", robot)).unwrap();
+        let poses = observations.poses.iter();
+        let baseline = RobotBaseline::new(
+            &robot,
+            robot.mechanism(Some("A")).unwrap(),
+            robot.factor_set("m_fsd").unwrap(),
+            poses
+                .map(|pose| robot.pose(pose).unwrap().clone())
+                .collect(),
+            &ParameterChoice::default(),
+        )
+        .unwrap();
+        let options = SearchOptions::default();
+        let bench = DiagnosisProblem::new(&baseline, &observations);
+        let (_, critical) = bench.search(&options, None).unwrap();
+        let (again, _) = bench.search(&options, Some(&critical)).unwrap();
+        let anew = DiagnosisProblem::new(&baseline, &observations);
+        let (anew, _) = anew.search(&options, Some(&critical)).unwrap();
+        let said_again = said(&again);
+        assert!(!said_again.1.is_empty());
+        assert_eq!(said_again, said(&anew));
     }
 }
