@@ -6,12 +6,11 @@
 use stiffbench_beams::physics::{ActingPhysics, Effect, Law, Place, laws};
 use stiffbench_beams::robot::{FittingFactors, Pose, Robot};
 use stiffbench_diagnosis::mismatch::{
-    Baseline, Diagnosis, IdealSearch, LawCriticalValues, Observations, ReadingNoise, RobotBaseline,
+    Baseline, Diagnosis, LawCriticalValues, Observations, ReadingNoise, RobotBaseline,
     SearchOptions, Stratum, TrialNoise, Truth, Verdict, diagnose, scale_to, simulate,
     standard_errors, standard_errors_between,
 };
 use stiffbench_diagnosis::parameters::ParameterChoice;
-use stiffbench_diagnosis::search::constants::LAW_LEVEL;
 use stiffbench_measurement::procedure::Procedure;
 use stiffbench_test_files::shipped_procedure;
 use stiffbench_test_files::shipped_robot;
@@ -311,41 +310,4 @@ fn a_missing_member_is_compared_with_an_effect_of_its_size() {
             .iter()
             .any(|member| length(&truth(vec![member.clone()])) > 30.0)
     );
-}
-
-/// The draws of the limits and the sessions of the observer are two ways to the same chances: over few vectors, and over all of them.
-#[test]
-fn with_known_noise_the_false_alarm_rate_is_the_level_of_the_laws() {
-    let arm = Arm::new("load-unload");
-    let null = simulate(&arm.baseline, &arm.plan, &truth(Vec::new()), 77).unwrap();
-    let options = SearchOptions::default();
-    let ideal = IdealSearch::new(&arm.baseline, &null, &options, &arm.critical).unwrap();
-    let run = &arm.plan.runs[arm.plan.runs.len() / 2];
-    let cell = &arm.plan.cells[run.cell];
-    let slip = Place::Run {
-        pose: arm.plan.poses[cell.pose].clone(),
-        direction: cell.direction,
-        repeat: run.repeat,
-        step: 7,
-    };
-    let found = |size: f64| {
-        let sessions = ideal.sessions((laws::SLIP, &slip), size, 20_000, 3);
-        assert_eq!(sessions.len(), 20_000);
-        sessions.iter().filter(|session| session.found).count() as f64 / 20_000.0
-    };
-    // Four standard errors of the share of 20 000 sessions, and of the limits, which 10 000 draws tell.
-    let alarms = found(0.0);
-    let near = 4.0 * (LAW_LEVEL * (1.0 / 20_000.0 + 1.0 / 10_000.0)).sqrt();
-    assert!((alarms - LAW_LEVEL).abs() < near, "{alarms}");
-    // The slip itself passes its limit in 80 %; with what noise adds elsewhere and at the steps beside it a little more is found.
-    let limit = arm.critical.laws.of((laws::SLIP, false)).sqrt();
-    let seen = found(limit + 0.84);
-    assert!((0.79..0.86).contains(&seen), "{seen}");
-    // The same seed gives the same sessions, whatever the number of threads.
-    let again = || ideal.sessions((laws::SLIP, &slip), 5.0, 100, 9);
-    let pool = rayon::ThreadPoolBuilder::new()
-        .num_threads(1)
-        .build()
-        .unwrap();
-    assert_eq!(pool.install(again), again());
 }

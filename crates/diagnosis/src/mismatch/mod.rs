@@ -17,7 +17,6 @@ mod error;
 mod found_model;
 mod given_noise;
 mod held_out;
-mod ideal;
 mod known_noise;
 mod memo;
 mod missing_members;
@@ -43,6 +42,7 @@ mod stratum;
 mod trace;
 mod trial;
 mod verdict;
+mod white_laws;
 
 pub use baseline::{
     Baseline, BaselineParameter, ElementCompliance, PROPERTIES, PoseSolver, RobotBaseline,
@@ -59,7 +59,6 @@ pub use diagnosis::{
 pub use earlier_noise::EarlierNoise;
 pub use error::MismatchError;
 pub use given_noise::{GivenNoise, given_noise};
-pub use ideal::{IdealSearch, IdealSession};
 pub use known_noise::KnownNoise;
 pub use next_measurement::NextMeasurement;
 pub use noise::ReadingNoise;
@@ -80,6 +79,7 @@ pub use stratum::Stratum;
 pub use trace::{DiagnosisTrace, EffectTrace, ReadingTrace, trace};
 pub use trial::{TrialNoise, Truth, scale_to, simulate, standard_errors, standard_errors_between};
 pub use verdict::first_of_alternatives;
+pub use white_laws::{WhiteLaw, WhiteLawShape, white_laws};
 
 use problem::DiagnosisProblem;
 use stiffbench_beams::physics::laws::SHORTEST_PERIOD_M;

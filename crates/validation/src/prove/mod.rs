@@ -10,6 +10,7 @@ mod calibration;
 mod cases;
 mod criteria;
 mod error;
+mod ideal;
 mod idealised;
 mod linear_model;
 mod pose_errors;

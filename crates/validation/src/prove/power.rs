@@ -3,11 +3,12 @@
 use rayon::prelude::*;
 
 use stiffbench_beams::physics::{Effect, Law, Needs, Place, laws};
-use stiffbench_diagnosis::mismatch::{IdealSearch, IdealSession, SearchOptions, Truth};
+use stiffbench_diagnosis::mismatch::{SearchOptions, Truth};
 
 use super::calibration::{is_full, places_of_benches};
 use super::cases::{missing_member, reaching, reshaped, scaled, testable};
 use super::error::ProveError;
+use super::ideal::{IdealSearch, IdealSession};
 use super::score::is_apart;
 use super::session::ValidationSession;
 use super::share::Share;

@@ -5,13 +5,14 @@ use rand_chacha::ChaCha8Rng;
 
 use stiffbench_beams::physics::{Effect, Place};
 use stiffbench_diagnosis::mismatch::{
-    Baseline, Diagnosis, EarlierNoise, IdealSearch, KnownNoise, LawCriticalValues, Observations,
-    ReadingNoise, RobotBaseline, SearchOptions, TrialNoise, Truth, Verdict, diagnose, simulate,
-    standard_errors, standard_errors_between,
+    Baseline, Diagnosis, EarlierNoise, KnownNoise, LawCriticalValues, Observations, ReadingNoise,
+    RobotBaseline, SearchOptions, TrialNoise, Truth, Verdict, diagnose, simulate, standard_errors,
+    standard_errors_between, white_laws,
 };
 use stiffbench_units_and_text::test_point::{Direction, PoseId};
 
 use super::error::ProveError;
+use super::ideal::IdealSearch;
 use super::score::{groups, is_apart};
 use super::session::ValidationSession;
 use super::share::Share;
@@ -111,13 +112,13 @@ impl<'a> TrialBench<'a> {
     /// # Errors
     /// [`ProveError::Mismatch`].
     pub(super) fn ideal(&self) -> Result<IdealSearch, ProveError> {
-        let search = IdealSearch::new(
+        let laws = white_laws(
             &self.baseline,
             &self.readings,
             &self.options,
             &self.critical,
         );
-        Ok(search?)
+        Ok(IdealSearch::new(laws?))
     }
 
     /// A truth without effects, its factors drawn by a seed.
