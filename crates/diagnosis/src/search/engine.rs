@@ -130,6 +130,21 @@ pub struct NullMaxima {
     pub squares: Vec<f64>,
 }
 
+impl NullMaxima {
+    /// The maxima where the variance of all rows is estimated from what the best amplitude leaves: each is an F statistic.
+    ///
+    /// # Arguments
+    /// - `dof`: degrees of freedom that the baseline and one amplitude leave.
+    #[must_use]
+    pub fn under_estimated_variance(&self, dof: f64) -> Vec<Vec<f64>> {
+        let ratio = |(delta_chi2, squares): (&f64, &f64)| dof * delta_chi2 / (squares - delta_chi2);
+        let families = self.families.iter();
+        families
+            .map(|family| family.iter().zip(&self.squares).map(ratio).collect())
+            .collect()
+    }
+}
+
 /// Scores of shapes against one white residual in one white space, and null samples of them.
 ///
 /// Implementations differ in speed alone: [`super::Batched`] is for searches, the plain one of the tests is what it is compared with.

@@ -215,3 +215,20 @@ fn alone_the_shape_counts_that_critical_values_are_of() {
     assert_eq!(evidence(10.0, 12.0).judged(true), 10.0);
     assert_eq!(evidence(9.0, 9.0).log_bayes(), 0.0);
 }
+
+#[test]
+fn the_null_maximum_of_one_shape_under_an_estimated_variance_is_an_f_statistic() {
+    use stiffbench_numeric::statistics::f_upper_tail;
+    let space = WhiteSpace::new(Covariance::equal(ROWS, 1.0), &[], &[]);
+    let candidate = LinearCandidate {
+        family: "one",
+        columns: vec![wave(1, 60)],
+        multiples: [f64::NEG_INFINITY, f64::INFINITY],
+    };
+    let dof = (ROWS - 1) as f64;
+    let (_, maxima) = null_maxima(&space, &[candidate], &NullNoise::normal(16_000, 5));
+    let ratios = NullDistribution::new(maxima.under_estimated_variance(dof).remove(0));
+    let expected = f_upper_tail(4.0, 1.0, dof).unwrap();
+    // Four standard errors of a share of 16 000 samples.
+    assert!((ratios.p(4.0) - expected).abs() < 4.0 * (expected / 16_000.0).sqrt());
+}

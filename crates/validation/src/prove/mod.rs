@@ -21,6 +21,7 @@ mod sealed;
 mod session;
 mod share;
 mod smallest;
+mod stiffness_search;
 mod trial_bench;
 mod twelve_values;
 

@@ -4,15 +4,14 @@
 //! law: how much of that gap it closes alone, the finite elements left as they are; and whether it still improves anything once the beam
 //! factors have been fitted to the bench, as the paper does.
 
+use std::convert::Infallible;
+
 use rayon::prelude::*;
 use serde::Deserialize;
 
-use stiffbench_beams::physics::{Mechanics, PoseMechanics, title};
+use stiffbench_beams::physics::{Mechanics, title};
 use stiffbench_beams::robot::{Pose, Robot};
-use stiffbench_diagnosis::search::constants::STRONG_EVIDENCE;
-use stiffbench_diagnosis::search::{
-    Covariance, LinearCandidate, NullDistribution, NullNoise, WhiteSpace, null_maxima,
-};
+use stiffbench_diagnosis::search::{ForwardProblem, forward_selection, rivals};
 use stiffbench_units_and_text::test_point::{Direction, PoseId};
 
 use super::error::ProveError;
@@ -20,15 +19,10 @@ use super::linear_model::{
     LinearFit, LinearLaw, ListedStiffness, StiffnessProblem, compliance, grid,
 };
 use super::smallest::smallest;
+use super::stiffness_search::{FittedCandidate, StiffnessSearch};
 
 /// Poses that the paper fits; it judges on the others.
 const TRAIN: [&str; 2] = ["P1", "P3"];
-
-/// Null samples.
-const NULL_SAMPLES: usize = 20_000;
-
-/// Level of the search over all laws.
-const LEVEL: f64 = 0.04;
 
 /// Candidates for which a further measurement is searched for.
 const RIVALS: usize = 5;
@@ -46,9 +40,9 @@ pub struct FittedLaw {
     pub rms_percent: f64,
     /// F of the improvement, 1 and 7 degrees of freedom.
     pub f: f64,
-    /// Chance that noise alone gives any law as much.
+    /// Chance that noise alone gives any law as much, by the smaller of fitted and linear F.
     pub p_family: f64,
-    /// Logarithm of the likelihood ratio of the best candidate to this one.
+    /// Logarithm of the likelihood ratio of the best candidate to this one, under the variance that the best leaves.
     pub behind: f64,
     /// Largest error of the cells left out pose by pose, percent.
     pub worst_left_out_percent: f64,
@@ -86,6 +80,8 @@ pub struct TwelveValues {
     pub candidates: Vec<FittedLaw>,
     /// F that noise alone exceeds in 4 % of searches.
     pub f_limit: f64,
+    /// The law that forward selection names.
+    pub named: Option<String>,
     /// Largest error on P2 and P4 that the paper prints for its own model, percent.
     pub paper_worst_percent: f64,
     /// Laws that are not distinguishable from the best.
@@ -229,40 +225,42 @@ impl Study<'_> {
         let mut mechanics = self.problem.mechanics()?;
         let mut laws = LinearLaw::all(&mechanics, &self.problem.cells);
         laws.retain(is_asked_for);
-        let (baseline_fit, mut baseline) = self.candidate(None)?;
-        let null = self.largest_f(&mut mechanics, &laws, &baseline_fit, seed)?;
-        let alone: Vec<(f64, f64)> = self.alone(&mut mechanics, &laws)?;
-        let mut fitted: Vec<(usize, LinearFit, FittedLaw)> = (0..laws.len())
-            .into_par_iter()
-            .map(|index| {
-                let (fit, candidate) = self.candidate(Some(&laws[index]))?;
-                Ok((index, fit, candidate))
-            })
-            .collect::<Result<_, ProveError>>()?;
-        fitted.sort_by(|a, b| a.1.squares.total_cmp(&b.1.squares));
-        let values = self.problem.cells.len() as f64;
-        let best = fitted.first().map_or(f64::NAN, |(_, fit, _)| fit.squares);
-        for (index, fit, candidate) in &mut fitted {
-            let dof = values - 5.0;
-            let delta_chi2 = (baseline_fit.squares - fit.squares).max(0.0);
-            candidate.f = delta_chi2 / (fit.squares / dof);
-            candidate.p_family = null.p(candidate.f);
-            candidate.behind = 0.5 * values * (fit.squares / best).ln();
-            (candidate.closes, candidate.value_alone) = alone[*index];
+        let (start, mut baseline) = self.candidate(None)?;
+        let mut fitted: Vec<(LinearFit, FittedLaw)> = laws
+            .par_iter()
+            .map(|law| self.candidate(Some(law)))
+            .collect::<Result<_, _>>()?;
+        let fits: Vec<&LinearFit> = fitted.iter().map(|(fit, _)| fit).collect();
+        let search =
+            StiffnessSearch::new(self.problem, &mut mechanics, &laws, (&start, &fits), seed)?;
+        let (selected, ranked) = selected(&search);
+        let fall = |place: usize| {
+            ranked
+                .get(place)
+                .map_or(0.0, |one| search.evidence(one).delta_chi2)
+        };
+        baseline.behind = 0.5 * fall(0);
+        for (place, one) in ranked.iter().enumerate() {
+            let (evidence, p) = search.weighed(one.law);
+            let candidate = &mut fitted[one.law].1;
+            candidate.f = evidence.delta_chi2;
+            candidate.p_family = p;
+            candidate.behind = 0.5 * (fall(0) - fall(place));
         }
-        baseline.behind = 0.5 * values * (baseline_fit.squares / best).ln();
-        let near: Vec<usize> = (0..fitted.len())
-            .filter(|&place| fitted[place].2.behind < STRONG_EVIDENCE)
-            .collect();
-        let further = self.further(&laws, &fitted, &near)?;
+        let alone = self.alone(&mut mechanics, &laws)?;
+        for ((_, candidate), alone) in fitted.iter_mut().zip(alone) {
+            (candidate.closes, candidate.value_alone) = alone;
+        }
+        let near = search.not_distinguishable(&ranked);
         Ok(TwelveValues {
             gap: Vec::new(),
             baseline,
-            f_limit: null.quantile(1.0 - LEVEL),
+            f_limit: search.critical_value(),
+            named: selected.map(|law| fitted[law].1.title.clone()),
             paper_worst_percent: 0.0,
             not_distinguishable: near.len(),
-            further,
-            candidates: fitted.into_iter().map(|(_, _, c)| c).collect(),
+            further: self.further(&laws, &fitted, &near)?,
+            candidates: ranked.iter().map(|one| fitted[one.law].1.clone()).collect(),
         })
     }
 
@@ -318,48 +316,6 @@ impl Study<'_> {
             .fold(0.0, f64::max))
     }
 
-    /// Largest F of any law on noise alone: the linear problem at the fitted factors.
-    fn largest_f(
-        &self,
-        mechanics: &mut Mechanics<'_>,
-        laws: &[LinearLaw],
-        fit: &LinearFit,
-        seed: u64,
-    ) -> Result<NullDistribution, ProveError> {
-        self.problem.predict(mechanics, None, fit)?;
-        let cells = &self.problem.cells;
-        let column = |of: &dyn Fn(&PoseMechanics, Direction) -> f64| -> Vec<f64> {
-            let relative = |cell: &ListedStiffness| {
-                let pose = mechanics.pose(cell.pose);
-                of(pose, cell.direction) / compliance(pose, cell.direction)
-            };
-            cells.iter().map(relative).collect()
-        };
-        let factor = |factor: usize| {
-            column(&|pose, direction| pose.compliance_gradient[factor][direction.index()])
-        };
-        let factors: Vec<Vec<f64>> = (0..4).map(factor).collect();
-        let candidate = |law: &LinearLaw| LinearCandidate {
-            family: (),
-            columns: vec![column(&|pose, direction| law.softening(pose, direction))],
-            multiples: if law.size_range()[0] < 0.0 {
-                [f64::NEG_INFINITY, f64::INFINITY]
-            } else {
-                [0.0, f64::INFINITY]
-            },
-        };
-        let candidates: Vec<LinearCandidate<()>> = laws.iter().map(candidate).collect();
-        let space = WhiteSpace::new(Covariance::equal(cells.len(), 1.0), &[], &factors);
-        let dof = (cells.len() - space.basis().len() - 1) as f64;
-        let noise = NullNoise::normal(NULL_SAMPLES, seed);
-        let (_, maxima) = null_maxima(&space, &candidates, &noise);
-        let of_samples = maxima.families.first().into_iter().flatten();
-        let f = of_samples
-            .zip(&maxima.squares)
-            .map(|(delta_chi2, squares)| delta_chi2 / ((squares - delta_chi2) / dof));
-        Ok(NullDistribution::new(f.collect()))
-    }
-
     /// For each law: share of the gap between finite elements and bench that it closes alone, and the value at which it does.
     fn alone(
         &self,
@@ -398,10 +354,13 @@ impl Study<'_> {
     }
 
     /// Cells in which the best candidate and its nearest rivals differ most, over a grid of poses.
+    ///
+    /// # Arguments
+    /// - `near`: numbers of the laws, the best first.
     fn further(
         &self,
         laws: &[LinearLaw],
-        fitted: &[(usize, LinearFit, FittedLaw)],
+        fitted: &[(LinearFit, FittedLaw)],
         near: &[usize],
     ) -> Result<Vec<FurtherCell>, ProveError> {
         let poses = grid(self.problem.robot, self.problem);
@@ -422,10 +381,8 @@ impl Study<'_> {
             cells,
         };
         let mut mechanics = problem.mechanics()?;
-        let mut predicted = |place: usize| {
-            let (law, fit, _) = &fitted[place];
-            problem.predict(&mut mechanics, Some(&laws[*law]), fit)
-        };
+        let mut predicted =
+            |law: usize| problem.predict(&mut mechanics, Some(&laws[law]), &fitted[law].0);
         let Some((&best, rivals)) = near.split_first() else {
             return Ok(Vec::new());
         };
@@ -444,7 +401,7 @@ impl Study<'_> {
             };
             let cell = &problem.cells[place];
             found.push(FurtherCell {
-                rival: fitted[rival].2.title.clone(),
+                rival: fitted[rival].1.title.clone(),
                 pose: self
                     .problem
                     .robot
@@ -455,11 +412,31 @@ impl Study<'_> {
                     .collect(),
                 direction: cell.direction,
                 difference_percent: 100.0 * (difference.exp() - 1.0),
-                rms_percent: fitted[best].2.rms_percent,
+                rms_percent: fitted[best].1.rms_percent,
             });
         }
         Ok(found)
     }
+}
+
+/// The law that forward selection names, and all laws under the variance that the best of them leaves, the largest evidence first.
+fn selected(search: &StiffnessSearch) -> (Option<usize>, Vec<FittedCandidate>) {
+    let found = || {
+        let start = search.start();
+        let scores = search.score(&start)?;
+        let named = forward_selection(search, &start, &scores)?.model.law;
+        let ranked = search.rank(&start, &scores, f64::NEG_INFINITY)?;
+        let best = match ranked.first() {
+            Some(first) => search.with(first)?,
+            None => None,
+        };
+        let ranked = match &best {
+            Some(best) => rivals(search, best, 0)?,
+            None => ranked,
+        };
+        Ok((named, ranked))
+    };
+    found().unwrap_or_else(|never: Infallible| match never {})
 }
 
 #[cfg(test)]

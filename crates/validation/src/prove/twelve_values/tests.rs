@@ -61,6 +61,24 @@ fn a_compliant_joint_is_found_in_stiffness_values_that_hold_one() {
     assert!(with.squares < 1e-8, "{with:?}");
     assert!(without.squares > 1e3 * with.squares, "{without:?}");
     assert!((with.size - 0.4).abs() < 1e-3, "{with:?}");
+    // The search names it among all laws, and nothing where the stiffness is that of the factors.
+    let named = |problem: &StiffnessProblem<'_>| {
+        let mut mechanics = problem.mechanics().unwrap();
+        let start = problem.fit(&mut mechanics, None, &|_| true).unwrap();
+        let mut fit = |law| problem.fit(&mut mechanics, Some(law), &|_| true).unwrap();
+        let fits: Vec<LinearFit> = laws.iter().map(&mut fit).collect();
+        let fits: Vec<&LinearFit> = fits.iter().collect();
+        let search =
+            StiffnessSearch::new(problem, &mut mechanics, &laws, (&start, &fits), 0).unwrap();
+        selected(&search).0.map(|place| &laws[place])
+    };
+    assert_eq!(named(&problem), Some(law));
+    let without = problem.predict(&mut mechanics, None, &truth).unwrap();
+    drop(mechanics);
+    for (number, (cell, ln)) in problem.cells.iter_mut().zip(without).enumerate() {
+        cell.ln_stiffness = ln + 0.05 * (1.7 * number as f64).sin();
+    }
+    assert_eq!(named(&problem), None);
 }
 
 /// What the study says of the laws that follow from every choice of them.

@@ -84,18 +84,14 @@ fn fitted_table(found: &TwelveValues) -> String {
 fn conclusions(found: &TwelveValues) -> String {
     let mut text = String::new();
     let best = found.candidates.first();
-    let passes = found
-        .candidates
-        .iter()
-        .filter(|candidate| candidate.f > found.f_limit)
-        .count();
     let least = found.candidates.iter().min_by(|a, b| {
         a.worst_held_out_percent
             .total_cmp(&b.worst_held_out_percent)
     });
     let _ = writeln!(
         text,
-        "\nLaws that pass the limit of the search: {passes}. Best fit: {}. Laws within 3 of its log likelihood, which twelve values do not distinguish from it: {}.",
+        "\nLaw that the search names: {}. Best fit: {}. Laws that twelve values do not distinguish from the best, itself counted: {}.",
+        found.named.as_deref().unwrap_or("none"),
         best.map_or("none", |candidate| candidate.title.as_str()),
         found.not_distinguishable
     );
@@ -171,6 +167,7 @@ pub fn twelve_values_json(found: &TwelveValues) -> Value {
             "pose": pose, "direction": direction, "ratio": ratio,
         })).collect::<Vec<_>>(),
         "f_limit": found.f_limit,
+        "named": found.named,
         "baseline": candidate(&found.baseline),
         "candidates": found.candidates.iter().map(candidate).collect::<Vec<_>>(),
         "paper_worst_percent": found.paper_worst_percent,
