@@ -193,6 +193,30 @@ fn files_of_the_search_exist() {
 }
 
 #[test]
+fn numbers_of_the_search_on_the_page_are_those_of_the_code() {
+    let text = |path: &str| fs::read_to_string(root().join(path)).unwrap();
+    let code = text("crates/diagnosis/src/search/constants.rs");
+    let page = text("docs/method.md");
+    let (_, section) = page.split_once("\n## 11. ").unwrap();
+    let section = section.split("\n## ").next().unwrap();
+    let rows: Vec<&str> = section.lines().filter(|l| l.starts_with("| `")).collect();
+    assert!(rows.len() >= 16, "{} rows", rows.len());
+    for row in rows {
+        let cells: Vec<&str> = row.split('|').map(str::trim).collect();
+        let name = cells[1].trim_matches('`');
+        let start = format!("pub const {name}: ");
+        let line = code.lines().find(|line| line.starts_with(&start));
+        let value = line.and_then(|line| line.rsplit_once(" = "));
+        let value = value.map(|(_, value)| value.trim_end_matches(';').replace('_', ""));
+        assert_eq!(
+            value.as_deref(),
+            Some(&*cells[2].replace(' ', "")),
+            "{name}"
+        );
+    }
+}
+
+#[test]
 fn links_and_files_are_found_in_prose_only() {
     let markdown = "see [a](b.md#c), ![d](e.png), [f](https://g.h) and [i](#j); `src/k.rs`, `src/l/<name>.rs`, `m`\n```text\n[n](o) `src/p.rs`\n```\n";
     assert_eq!(targets(markdown), ["b.md", "e.png"]);
