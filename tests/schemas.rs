@@ -2,15 +2,13 @@
 
 use std::collections::BTreeSet;
 use std::fs;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 use serde_json::{Value, json};
 
 use stiffbench::report::schemas;
 use stiffbench_test_files::desk::assert_follows_schema;
-
-/// How the goldens are kept too.
-const MODE: &str = "STIFFBENCH_GOLDENS";
+use stiffbench_test_files::schemas::are_published;
 
 fn root() -> &'static Path {
     Path::new(env!("CARGO_MANIFEST_DIR"))
@@ -18,23 +16,11 @@ fn root() -> &'static Path {
 
 #[test]
 fn the_schemas_are_published() {
-    let folder = root().join("docs/schemas");
-    let write = std::env::var(MODE).is_ok_and(|mode| mode == "write");
-    let mut names = BTreeSet::new();
-    for (kind, schema) in schemas() {
-        let file = folder.join(format!("{kind}.json"));
-        let text = format!("{:#}\n", json!(schema));
-        if write {
-            fs::create_dir_all(&folder).unwrap();
-            fs::write(&file, &text).unwrap();
-        }
-        let published = fs::read_to_string(&file).unwrap_or_default();
-        assert_eq!(published, text, "{}: just goldens", file.display());
-        names.insert(file);
-    }
-    let files = fs::read_dir(&folder).unwrap();
-    let files: BTreeSet<PathBuf> = files.map(|file| file.unwrap().path()).collect();
-    assert_eq!(files, names);
+    let schemas = schemas().into_iter();
+    are_published(
+        "docs/schemas",
+        schemas.map(|(kind, schema)| (kind, json!(schema))),
+    );
 }
 
 /// What the goldens keep of `--json`.

@@ -11,6 +11,7 @@ use serde_json::{Value, json};
 use super::args::{Cli, Global};
 use super::failure::CliError;
 use crate::analysis::Inputs;
+use crate::report::{CompletionScript, ManualPage};
 
 /// A result: text for people, data for programs, and notes for both.
 #[derive(Debug, Default)]
@@ -227,7 +228,8 @@ pub(super) fn completions(shell: clap_complete::Shell) -> Outcome {
     let mut text = Vec::new();
     clap_complete::generate(shell, &mut Cli::command(), "stiffbench", &mut text);
     let text = String::from_utf8_lossy(&text).into_owned();
-    Outcome::new("completions", text.clone(), json!({ "script": text }))
+    let script = text.clone();
+    Outcome::new("completions", text, CompletionScript { script })
 }
 
 /// The manual page.
@@ -240,5 +242,6 @@ pub(super) fn man_page() -> Result<Outcome, CliError> {
             source,
         })?;
     let text = String::from_utf8_lossy(&text).into_owned();
-    Ok(Outcome::new("man", text.clone(), json!({ "roff": text })))
+    let roff = text.clone();
+    Ok(Outcome::new("man", text, ManualPage { roff }))
 }

@@ -13,6 +13,7 @@ mod fit_report;
 mod instrument;
 mod map;
 pub mod paper;
+mod program;
 mod robot;
 mod schemas;
 mod session;
@@ -55,11 +56,12 @@ pub use map::{
     StiffnessQuantile, StiffnessRegion, WorstPose, mesh_of, points_csv, sensitivity_text, vtu,
 };
 pub use paper::{PaperCell, PaperCellSummary, PaperReport, PaperSummary, paper_report};
+pub use program::{CompletionScript, ManualPage};
 pub use robot::{
     CheckedPose, ComplianceReport, MechanismRank, MechanismReport, MobilityReport, OutermostPoint,
     PoseReport, RobotCheck, RobotReport, VariableReport, WorkspaceReport,
 };
-pub use schemas::schemas;
+pub use schemas::{schema_of, schemas};
 pub use session::*;
 pub use significance::{
     ByDirection, FurtherSignificance, SignificanceReport, significance_with_sequence,

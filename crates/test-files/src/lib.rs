@@ -12,6 +12,7 @@
 
 pub mod desk;
 pub mod goldens;
+pub mod schemas;
 
 use std::fs;
 use std::path::{Path, PathBuf};

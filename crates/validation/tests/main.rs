@@ -12,3 +12,4 @@ mod prove;
 mod recordings;
 mod reference;
 mod reference_commands;
+mod schemas;

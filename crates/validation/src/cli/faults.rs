@@ -4,8 +4,6 @@ use std::fmt::Write;
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
-use serde_json::json;
-
 use stiffbench::analysis::{ArgumentError, ModelChoice, ResolvedModel, resolve};
 use stiffbench::bench::EmulatedSetup;
 use stiffbench::cli::args::Global;
@@ -22,6 +20,8 @@ use stiffbench::readings::{Reading, RepeatOrder, ZeroScope};
 use stiffbench::report::AlignedTable;
 use stiffbench::source_text::SourceText;
 use stiffbench::test_point::{Branch, Direction, PoseId};
+
+use crate::report::{FaultEffect, FaultReport, FaultTrialReport};
 
 use super::rehearsal::{Rehearsal, Rehearsed};
 use stiffbench::cli::rehearsal::PHASES;
@@ -166,30 +166,6 @@ const SPEED: f64 = 4.0;
 /// force gauge.
 const SAME_M: f64 = 4e-6;
 const SAME_N: f64 = 0.21;
-
-/// What a fault did.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum FaultEffect {
-    /// The session went on by itself.
-    Survived,
-    /// It stopped with its reasons, and went on when it was taken up again.
-    Resumed,
-    /// It never ended.
-    Stuck,
-    /// A reading was accepted that is not what the bench shows.
-    FalseReading,
-}
-
-impl FaultEffect {
-    fn word(self) -> &'static str {
-        match self {
-            Self::Survived => "went on",
-            Self::Resumed => "resumed",
-            Self::Stuck => "STUCK",
-            Self::FalseReading => "FALSE",
-        }
-    }
-}
 
 /// A fault in a phase.
 struct FaultTrial {
@@ -427,8 +403,8 @@ fn report(
     let mut table = AlignedTable::new(&heads);
     for &case in cases {
         let effects = phases.iter().map(|phase| {
-            let effect = of(case, phase).map(|(_, effect, _)| effect.word());
-            effect.unwrap_or("").to_owned()
+            let effect = of(case, phase).map(|(_, effect, _)| effect.to_string());
+            effect.unwrap_or_default()
         });
         table.row([CASES[case].name.to_owned()].into_iter().chain(effects));
     }
@@ -469,20 +445,22 @@ fn report(
         "\n{} sessions: {survived} went on by themselves, {resumed} stopped and were resumed, {stuck} stuck, {wrong} with a false reading",
         results.len()
     );
-    let data = json!({
-        "sessions": results.len(),
-        "went_on": survived,
-        "resumed": resumed,
-        "stuck": stuck,
-        "false_readings": wrong,
-        "trials": results.iter().map(|(trial, effect, rehearsed)| json!({
-            "fault": CASES[trial.case].name,
-            "phase": trial.phase,
-            "effect": effect.word(),
-            "resumes": rehearsed.resumes,
-            "said": rehearsed.said,
-        })).collect::<Vec<_>>(),
-    });
+    let trial =
+        |(trial, effect, rehearsed): &(&FaultTrial, FaultEffect, Rehearsed)| FaultTrialReport {
+            fault: CASES[trial.case].name,
+            phase: trial.phase,
+            effect: *effect,
+            resumes: rehearsed.resumes,
+            said: rehearsed.said.clone(),
+        };
+    let data = FaultReport {
+        sessions: results.len(),
+        went_on: survived,
+        resumed,
+        stuck,
+        false_readings: wrong,
+        trials: results.iter().map(trial).collect(),
+    };
     let exit = u8::from(stuck + wrong > 0);
     Outcome::new("session-faults", text, data).with_exit(exit)
 }

@@ -5,7 +5,7 @@ use std::path::Path;
 use std::time::Instant;
 use stiffbench::analysis::{Inputs, ReadError, laws, robot_source, usual_plan};
 
-use serde_json::{Map, Value, json};
+use serde_json::json;
 
 use crate::prove::{
     PowerOptions, SealedAnswers, SealedSets, SessionTexts, Set, ValidationSession,
@@ -13,9 +13,9 @@ use crate::prove::{
     unseal,
 };
 use crate::report::{
-    calibration_json, calibration_text, concealed_json, concealed_text, idealised_json,
-    idealised_text, power_figure, power_json, power_text, twelve_values_json, twelve_values_text,
-    verdicts_json,
+    BlindVerdicts, CalibrationReport, ConcealedReport, IdealisedErrors, PowerReport, ProveParts,
+    ProveReport, calibration_text, concealed_text, idealised_text, power_figure, power_text,
+    twelve_values_text,
 };
 use stiffbench::mismatch::SearchOptions;
 use stiffbench::physics::{Law, laws};
@@ -87,15 +87,15 @@ pub(crate) fn run(args: &ProveArgs, global: &Global) -> Result<Outcome, Failure>
     let mut done = Done {
         started,
         text: String::new(),
-        json: Map::new(),
+        parts: ProveParts::default(),
     };
-    let (mut text, mut data) = (String::new(), Value::Null);
     for (part, run_part) in PARTS {
         if args.only.is_empty() || args.only.contains(&part) {
             run_part(args, global, &mut done)?;
-            (text, data) = done.save(args)?;
+            done.save(args)?;
         }
     }
+    let (text, data) = done.save(args)?;
     let text = format!("{text}\nWritten to {}\n", args.out.display());
     Ok(Outcome::new("prove", text, data))
 }
@@ -105,27 +105,22 @@ pub(crate) fn run(args: &ProveArgs, global: &Global) -> Result<Outcome, Failure>
 struct Done {
     started: Instant,
     text: String,
-    json: Map<String, Value>,
+    parts: ProveParts,
 }
 
 impl Done {
-    fn add(&mut self, name: &str, text: &str, json: Value) {
-        self.text.push_str(text);
-        self.json.insert(name.to_owned(), json);
-    }
-
     /// Writes what there is; returns it as text and for programs.
-    fn save(&self, args: &ProveArgs) -> Result<(String, Value), Failure> {
+    fn save(&self, args: &ProveArgs) -> Result<(String, ProveReport), Failure> {
         let seconds = self.started.elapsed().as_secs_f64();
         let threads = rayon::current_num_threads();
-        let data = json!({
-            "quick": args.quick,
-            "seed": args.seed,
-            "earlier_sessions": args.earlier,
-            "seconds": seconds.round(),
-            "threads": threads,
-            "parts": self.json,
-        });
+        let data = ProveReport {
+            quick: args.quick,
+            seed: args.seed,
+            earlier_sessions: args.earlier,
+            seconds: seconds.round(),
+            threads,
+            parts: self.parts.clone(),
+        };
         let text = format!(
             "stiffbench-validate {} prove{}, seed {}{}, {seconds:.0} s on {threads} threads\n\n{}",
             env!("CARGO_PKG_VERSION"),
@@ -138,7 +133,7 @@ impl Done {
             self.text
         );
         let mut stored = stiffbench::cli::outcome::envelope("prove", true);
-        stored["data"] = data.clone();
+        stored["data"] = json!(data);
         let stored = format!("{stored:#}\n");
         write(&args.out.join("prove.json"), stored.as_bytes())?;
         write(&args.out.join("tables.txt"), text.as_bytes())?;
@@ -161,7 +156,7 @@ fn concealed(args: &ProveArgs, global: &Global, done: &mut Done) -> Result<(), F
     };
     let verdicts = diagnose_all(&sessions, &options, &|| bar.inc(1));
     bar.finish_and_clear();
-    let written = format!("{:#}\n", verdicts_json(&verdicts, args.seed));
+    let written = format!("{:#}\n", json!(BlindVerdicts::new(&verdicts, args.seed)));
     write(&args.out.join("verdicts.json"), written.as_bytes())?;
 
     let mut answers = unsealed(&folder.join(ANSWERS))?;
@@ -173,11 +168,8 @@ fn concealed(args: &ProveArgs, global: &Global, done: &mut Done) -> Result<(), F
         .zip(&chosen)
         .map(|(verdict, (id, set))| Ok(score(verdict, answers.get(id)?, *set)))
         .collect::<Result<Vec<_>, Failure>>()?;
-    done.add(
-        "concealed",
-        &concealed_text(&scores),
-        concealed_json(&scores),
-    );
+    done.text.push_str(&concealed_text(&scores));
+    done.parts.concealed = Some(ConcealedReport::new(&scores));
     Ok(())
 }
 
@@ -196,11 +188,8 @@ fn calibration(args: &ProveArgs, global: &Global, done: &mut Done) -> Result<(),
     let done_one = || step_on(global, &bar, "benches with nothing missing");
     let rows = calibrate(&plans, (trials, args.earlier), args.seed, &done_one)?;
     bar.finish_and_clear();
-    done.add(
-        "calibration",
-        &calibration_text(&rows),
-        calibration_json(&rows),
-    );
+    done.text.push_str(&calibration_text(&rows));
+    done.parts.calibration = Some(CalibrationReport::new(rows));
     Ok(())
 }
 
@@ -235,7 +224,8 @@ fn power_part(args: &ProveArgs, global: &Global, done: &mut Done) -> Result<(), 
     // What is done is kept, if the rest is not waited for.
     power(&sessions, &options, &step, &mut |cases| {
         done.text.clone_from(&before);
-        done.add("power", &power_text(cases), power_json(cases));
+        done.text.push_str(&power_text(cases));
+        done.parts.power = Some(PowerReport::new(cases));
         done.save(args)?;
         let figure = args.out.join("figures").join("power");
         write_figure(&figure, &power_figure(cases), &Inputs::default())?;
@@ -251,11 +241,8 @@ fn paper(args: &ProveArgs, global: &Global, done: &mut Done) -> Result<(), Failu
     let bar = progress(global, "the paper's stiffness values", 1);
     let found = twelve_values(&robot, TABLE_VI, TABLE_V, args.seed)?;
     bar.finish_and_clear();
-    done.add(
-        "paper",
-        &twelve_values_text(&found),
-        twelve_values_json(&found),
-    );
+    done.text.push_str(&twelve_values_text(&found));
+    done.parts.paper = Some(found);
     Ok(())
 }
 
@@ -271,11 +258,8 @@ fn errors(args: &ProveArgs, global: &Global, done: &mut Done) -> Result<(), Fail
     bar.finish_and_clear();
     let benches = ERROR_MECHANISMS.map(|mechanism| format!("mechanism {mechanism}"));
     let rows = beside_idealised(&plans);
-    done.add(
-        "errors",
-        &idealised_text(&benches, &plans, &rows),
-        idealised_json(&benches, &rows),
-    );
+    done.text.push_str(&idealised_text(&benches, &plans, &rows));
+    done.parts.errors = Some(IdealisedErrors::all(&benches, &rows));
     Ok(())
 }
 

@@ -4,7 +4,6 @@ use std::fmt::Write;
 use std::path::{Path, PathBuf};
 
 use clap::Args;
-use serde_json::json;
 
 use stiffbench::analysis::{ArgumentError, ReadError, read_text, sha256};
 use stiffbench::cli::args::Global;
@@ -14,7 +13,7 @@ use stiffbench::cli::progress::progress;
 use stiffbench::specimen::read_specimen;
 
 use crate::prove::{Recording, RecordingScore, Recordings, score_pose_errors, score_recording};
-use crate::report::{recordings_json, recordings_text};
+use crate::report::{RecordingsReport, recordings_text};
 
 use super::error::ValidationError;
 
@@ -68,13 +67,16 @@ pub(crate) fn run(args: &RecordingsArgs, global: &Global) -> Result<Outcome, Fai
             recording.name, recording.source
         );
     }
-    let data = json!({
-        "folder": args.from,
-        "seed": args.seed,
-        "recordings": recordings_json(&scores),
-        "absent": absent.iter().map(|recording| &recording.name).collect::<Vec<_>>(),
-    });
     let wrong = scores.iter().any(|score| !score.is_right());
+    let data = RecordingsReport {
+        folder: args.from.clone(),
+        seed: args.seed,
+        recordings: scores.into_iter().map(Into::into).collect(),
+        absent: absent
+            .into_iter()
+            .map(|recording| recording.name.clone())
+            .collect(),
+    };
     Ok(Outcome::new("recordings", text, data)
         .with_warnings(warnings)
         .with_strict_exit(u8::from(wrong)))

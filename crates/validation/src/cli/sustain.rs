@@ -4,13 +4,14 @@ use std::fmt::Write as _;
 use std::time::Duration;
 
 use clap::Args;
-use serde_json::{Value, json};
 
 use stiffbench::clock::Clock;
 use stiffbench::instrument::driver::Acquisition;
 use stiffbench::instrument::live::{LiveGauge, LiveGauges, RetryPolicy};
 use stiffbench::instrument::port::{PortIdentity, PortTimeouts};
 use stiffbench::instrument::{Channel, GaugeEvent, Gauges, InstrumentDescription};
+
+use crate::report::{GaugeTallyReport, SustainReport};
 
 use super::counter::Counter;
 use stiffbench::cli::args::{Global, seconds};
@@ -86,8 +87,14 @@ impl GaugeTally {
         (self.sent + self.out_of_order).saturating_sub(self.received)
     }
 
-    fn json(&self) -> Value {
-        json!({ "sent": self.sent, "received": self.received, "lost": self.lost(), "out_of_order": self.out_of_order, "rejected": self.rejected })
+    fn report(&self) -> GaugeTallyReport {
+        GaugeTallyReport {
+            sent: self.sent,
+            received: self.received,
+            lost: self.lost(),
+            out_of_order: self.out_of_order,
+            rejected: self.rejected,
+        }
     }
 }
 
@@ -260,14 +267,16 @@ fn report(
     let is_clean = tallies
         .iter()
         .all(|tally| tally.lost() + tally.out_of_order + tally.rejected == 0);
-    let data = json!({
-        "seconds": seconds,
-        "force": tallies[0].json(),
-        "displacement": tallies[1].json(),
-        "processor_percent": share,
-        "resident_start_kB": cost.map(|(start, _)| start.resident_kb),
-        "resident_end_kB": cost.map(|(_, end)| end.resident_kb),
-        "reason": cost.is_none().then_some("the system does not report processor time and memory"),
-    });
+    let data = SustainReport {
+        seconds,
+        force: tallies[0].report(),
+        displacement: tallies[1].report(),
+        processor_percent: share,
+        resident_start_kb: cost.map(|(start, _)| start.resident_kb),
+        resident_end_kb: cost.map(|(_, end)| end.resident_kb),
+        reason: cost
+            .is_none()
+            .then_some("the system does not report processor time and memory"),
+    };
     Outcome::new("trace-sustain", text, data).with_strict_exit(u8::from(!is_clean))
 }

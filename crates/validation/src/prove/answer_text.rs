@@ -49,7 +49,7 @@ fn finding_words(finding: &Finding) -> String {
 /// An answer in one line.
 #[must_use]
 pub fn answer_words(answer: &SealedAnswer) -> String {
-    let mut parts = vec![answer.expected.name().to_owned()];
+    let mut parts = vec![answer.expected.to_string()];
     for truth in &answer.truth {
         let mut words = format!(
             "{} ({:.1} standard errors",

@@ -1,8 +1,10 @@
 //! The answers to concealed sessions, and the lists of sessions.
 
 use std::collections::BTreeMap;
+use std::fmt;
 
-use serde::Deserialize;
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
 use serde_json::{Value, json};
 
 use stiffbench_beams::physics::{Effect, Law};
@@ -15,7 +17,7 @@ const ANSWERS_SCHEMA: &str = "stiffbench/concealed-answers/1";
 const SETS_SCHEMA: &str = "stiffbench/concealed-sets/1";
 
 /// What the right verdict on a session is.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize, Serialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum Expected {
     /// Nothing is there to find.
@@ -30,17 +32,9 @@ pub enum Expected {
     Unknown,
 }
 
-impl Expected {
-    /// Name in files.
-    #[must_use]
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::NothingMissing => "nothing-missing",
-            Self::Named => "named",
-            Self::NamedOrAmbiguous => "named-or-ambiguous",
-            Self::Ambiguous => "ambiguous",
-            Self::Unknown => "unknown",
-        }
+impl fmt::Display for Expected {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        self.serialize(f)
     }
 }
 

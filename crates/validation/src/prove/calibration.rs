@@ -1,6 +1,10 @@
 //! How often something is found where nothing is missing, and how often intervals hold what they promise.
 
+use std::fmt;
+
 use rayon::prelude::*;
+use schemars::JsonSchema;
+use serde::Serialize;
 
 use stiffbench_diagnosis::mismatch::SearchOptions;
 
@@ -11,21 +15,28 @@ use super::share::Share;
 use super::trial_bench::{NoiseKind, TrialBench, factors_covered, is_alarm, seed_of};
 
 /// What is special about a bench of the calibration.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, JsonSchema)]
+#[serde(rename_all = "lowercase")]
 pub enum Variant {
     /// Nothing: loading and unloading, five repeats, all poses, normal errors.
     Plain,
     /// Loading only.
+    #[serde(rename = "loading only")]
     LoadingOnly,
     /// Skewed errors.
+    #[serde(rename = "skewed errors")]
     Skewed,
     /// Displacement gauge of 10 µm, errors of 6 µm.
+    #[serde(rename = "10 um gauge, errors of 6 um")]
     Coarse,
     /// Displacement gauge of 10 µm, errors of a micrometre or two.
+    #[serde(rename = "10 um gauge, errors of 1 to 2 um")]
     CoarseQuiet,
     /// Three repeats.
+    #[serde(rename = "three repeats")]
     ThreeRepeats,
     /// One pose.
+    #[serde(rename = "one pose")]
     OnePose,
 }
 
@@ -41,20 +52,6 @@ impl Variant {
         Self::OnePose,
     ];
 
-    /// In words.
-    #[must_use]
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Plain => "plain",
-            Self::LoadingOnly => "loading only",
-            Self::Skewed => "skewed errors",
-            Self::Coarse => "10 um gauge, errors of 6 um",
-            Self::CoarseQuiet => "10 um gauge, errors of 1 to 2 um",
-            Self::ThreeRepeats => "three repeats",
-            Self::OnePose => "one pose",
-        }
-    }
-
     fn noise(self) -> NoiseKind {
         match self {
             Self::Skewed => NoiseKind::Skewed,
@@ -62,6 +59,13 @@ impl Variant {
             Self::CoarseQuiet => NoiseKind::CoarseQuiet,
             _ => NoiseKind::Normal,
         }
+    }
+}
+
+/// In words.
+impl fmt::Display for Variant {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        self.serialize(f)
     }
 }
 
@@ -75,7 +79,7 @@ pub struct CalibrationPlan {
 }
 
 /// Trials of one plan.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
 pub struct CalibrationRow {
     /// What is special.
     pub variant: Variant,
@@ -84,9 +88,20 @@ pub struct CalibrationRow {
     /// Trials in which something was found.
     pub alarms: Share,
     /// Identified factors inside their 95 % intervals.
+    #[serde(rename = "factors_in_intervals")]
     pub factors: Share,
-    /// Each false alarm: its seed, and what was said.
-    pub said: Vec<(u64, String)>,
+    /// Each false alarm.
+    #[serde(rename = "said")]
+    pub false_alarms: Vec<FalseAlarm>,
+}
+
+/// A false alarm.
+#[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
+pub struct FalseAlarm {
+    /// Seed of the trial, in decimal: it has more digits than a JSON number keeps.
+    pub seed: String,
+    /// What was said.
+    pub said: String,
 }
 
 /// Plans for the calibration, from the sessions of a folder: what was measured, never what was found.
@@ -242,9 +257,14 @@ fn calibrate_plan(
         factors: counted
             .iter()
             .fold(Share::default(), |sum, (_, _, share)| sum.with(*share)),
-        said: counted
+        false_alarms: counted
             .into_iter()
-            .filter_map(|(seed, words, _)| words.map(|words| (seed, words)))
+            .filter_map(|(seed, words, _)| {
+                words.map(|said| FalseAlarm {
+                    seed: seed.to_string(),
+                    said,
+                })
+            })
             .collect(),
     })
 }

@@ -157,7 +157,7 @@ fn on_numbers(scores: &[Score]) -> Vec<AcceptanceCriterion> {
             what: "identified factors inside their 95 % intervals",
             target: Some(Target::Between(0.93, 0.97)),
             share: scores.iter().fold(Share::default(), |sum, score| {
-                let [hits, trials] = score.factors_covered;
+                let (hits, trials) = (score.factors_in_intervals, score.factors_identified);
                 sum.with(Share { hits, trials })
             }),
         },

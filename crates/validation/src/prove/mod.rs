@@ -30,7 +30,9 @@ pub use answers::{
     Expected, KnownRival, SealedAnswer, SealedAnswers, SealedSets, Set, TrueEffect, TrueParameter,
 };
 pub use blind::{BlindVerdict, diagnose_all};
-pub use calibration::{CalibrationPlan, CalibrationRow, Variant, calibrate, calibration_plans};
+pub use calibration::{
+    CalibrationPlan, CalibrationRow, FalseAlarm, Variant, calibrate, calibration_plans,
+};
 pub use cases::LARGEST_SIZE;
 pub use criteria::criteria;
 pub use error::ProveError;
@@ -47,4 +49,4 @@ pub use score::{
 pub use sealed::unseal;
 pub use session::{SessionTexts, ValidationSession, fewer_readings};
 pub use share::{AcceptanceCriterion, Share, Target};
-pub use twelve_values::{FittedLaw, FurtherCell, TwelveValues, twelve_values};
+pub use twelve_values::{CellRatio, FittedLaw, FurtherCell, TwelveValues, twelve_values};

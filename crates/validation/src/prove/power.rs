@@ -1,6 +1,8 @@
 //! How often an effect is found, and under its right name, against its size.
 
 use rayon::prelude::*;
+use schemars::JsonSchema;
+use serde::Serialize;
 
 use stiffbench_beams::physics::{Effect, Law, Needs, Place, laws};
 use stiffbench_diagnosis::mismatch::{SearchOptions, Truth};
@@ -57,9 +59,10 @@ pub struct PowerOptions {
 }
 
 /// Trials of one law at one size.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, JsonSchema)]
 pub struct PowerPoint {
     /// Its size, standard errors.
+    #[serde(rename = "standard_errors")]
     pub size: f64,
     /// Something was found.
     pub found: Share,
@@ -74,15 +77,17 @@ pub struct PowerPoint {
     /// Something named that is not there.
     pub wrong: Share,
     /// Sizes of named effects inside their 95 % intervals.
+    #[serde(rename = "sizes_in_intervals")]
     pub sizes: Share,
     /// Identified factors inside their 95 % intervals.
+    #[serde(rename = "factors_in_intervals")]
     pub factors: Share,
     /// What could be counted at best; `None` of pairs and of what has no size.
     pub ideal: Option<IdealPoint>,
 }
 
 /// Effects of the same law, places and size, seen by an observer with known noise and for whom each is one of the shapes that are searched.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, JsonSchema)]
 pub struct IdealPoint {
     /// Something was found.
     pub found: Share,
@@ -93,11 +98,12 @@ pub struct IdealPoint {
 }
 
 /// Trials of one law on one bench, or of a pair.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
 pub struct PowerCase {
     /// The laws: one, or two.
     pub laws: Vec<Law>,
     /// Laws and places in words; of several places their number.
+    #[serde(rename = "effects")]
     pub title: String,
     /// The places, one for each block of trials in turn; of a pair one for each law.
     pub places: Vec<Place>,

@@ -2,7 +2,8 @@
 
 use std::collections::BTreeMap;
 
-use serde::Deserialize;
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
 
 use stiffbench_diagnosis::mismatch::{
     Diagnosis, MismatchError, SearchOptions, Verdict, diagnose, laws_that_need_a_robot,
@@ -111,7 +112,7 @@ pub struct RecordingScore {
 }
 
 /// A known figure and ours.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
 pub struct ComparedFigure {
     /// What it is.
     pub name: String,

@@ -1,5 +1,9 @@
 //! Verdicts compared with answers, by fixed rules.
 
+use std::fmt;
+
+use schemars::JsonSchema;
+use serde::Serialize;
 use serde_json::json;
 
 use stiffbench_beams::physics::{Effect, Law, Place};
@@ -25,11 +29,13 @@ const LISTED: usize = 8;
 pub const UNKNOWN_FROM: f64 = 6.0;
 
 /// What a verdict is worth.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, JsonSchema)]
+#[serde(rename_all = "lowercase")]
 pub enum VerdictOutcome {
     /// As expected.
     Right,
     /// Nothing was found, and nothing had to be.
+    #[serde(rename = "may be missed")]
     MayBeMissed,
     /// The truth is named, but not all that cannot be distinguished from it.
     Incomplete,
@@ -40,16 +46,22 @@ pub enum VerdictOutcome {
     /// All of the truth is named, and something besides.
     Extra,
     /// All of the truth is named, and structure is said to be left.
+    #[serde(rename = "structure claimed")]
     StructureClaimed,
     /// Structure is said to be left where a law of the library acts that was not named.
+    #[serde(rename = "unknown instead")]
     UnknownInstead,
     /// Something outside the library is named as what explains a part of it, and too little is left to owe "unknown".
+    #[serde(rename = "part named")]
     PartNamed,
     /// Nothing was found where something should have been.
+    #[serde(rename = "not found")]
     NotFound,
     /// Something is named that is not there.
+    #[serde(rename = "wrong name")]
     WrongName,
     /// Something was found where nothing is.
+    #[serde(rename = "false alarm")]
     FalseAlarm,
     /// The data were called insufficient.
     Undecided,
@@ -76,27 +88,6 @@ impl VerdictOutcome {
         Self::Failed,
     ];
 
-    /// Name in files and tables.
-    #[must_use]
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Right => "right",
-            Self::MayBeMissed => "may be missed",
-            Self::Incomplete => "incomplete",
-            Self::Padded => "padded",
-            Self::Partly => "partly",
-            Self::Extra => "extra",
-            Self::StructureClaimed => "structure claimed",
-            Self::UnknownInstead => "unknown instead",
-            Self::PartNamed => "part named",
-            Self::NotFound => "not found",
-            Self::WrongName => "wrong name",
-            Self::FalseAlarm => "false alarm",
-            Self::Undecided => "undecided",
-            Self::Failed => "failed",
-        }
-    }
-
     /// Whether it counts as a success.
     #[must_use]
     pub fn is_right(self) -> bool {
@@ -104,23 +95,33 @@ impl VerdictOutcome {
     }
 }
 
+/// Its name in files and tables.
+impl fmt::Display for VerdictOutcome {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        self.serialize(f)
+    }
+}
+
 /// How a true effect was named.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
 pub enum NamedCause {
     /// Alone.
     Alone,
     /// In a set of so many.
+    #[serde(rename = "in_set_of")]
     InSet(usize),
     /// Not at all.
     No,
 }
 
 /// A true effect and what became of it.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
 pub struct TruthScore {
     /// Law and place in words.
     pub title: String,
     /// Its physics.
+    #[serde(skip)]
     pub physics: String,
     /// Its length, the sizes of the other effects free, standard errors.
     pub standard_errors: f64,
@@ -131,19 +132,22 @@ pub struct TruthScore {
     /// What cannot be distinguished from it and is not in its set.
     pub left_out: Vec<String>,
     /// Whether the 95 % interval of its size holds the true one; `None` where it is not named or has no interval.
+    #[serde(rename = "size_in_interval")]
     pub size_covered: Option<bool>,
     /// Found over true size; `None` where it is not named.
+    #[serde(rename = "size_over_truth")]
     pub size_ratio: Option<f64>,
 }
 
 /// Verdict and answer of one session.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
 pub struct Score {
     /// The session.
     pub session: String,
     /// Robot and mechanism.
     pub bench: String,
     /// Which list it is of.
+    #[serde(skip)]
     pub set: Set,
     /// Mode of concealment.
     pub mode: String,
@@ -153,20 +157,26 @@ pub struct Score {
     pub verdict: Option<Verdict>,
     /// What that is worth.
     pub outcome: VerdictOutcome,
+    /// The answer in words.
+    #[serde(rename = "answer")]
+    pub answer_words: String,
+    /// The verdict in words.
+    #[serde(rename = "said")]
+    pub verdict_words: String,
     /// Each true effect.
     pub truths: Vec<TruthScore>,
     /// What three effects of the library leave, outside the library, standard errors.
     pub left_by_library: Option<f64>,
     /// Held-out error after over its floor; `None` with one pose.
+    #[serde(rename = "held_out_over_floor")]
     pub held_out_ratio: Option<f64>,
     /// Whether the published validation passes.
+    #[serde(rename = "published_validation_passes")]
     pub published_passes: Option<bool>,
-    /// Factors reported as identified whose 95 % intervals hold the true value, and how many there are.
-    pub factors_covered: [usize; 2],
-    /// The answer in words.
-    pub answer_words: String,
-    /// The verdict in words.
-    pub verdict_words: String,
+    /// Factors reported as identified whose 95 % intervals hold the true value.
+    pub factors_in_intervals: usize,
+    /// Factors reported as identified.
+    pub factors_identified: usize,
 }
 
 impl Score {
@@ -188,6 +198,8 @@ pub fn score(verdict: &BlindVerdict, answer: &SealedAnswer, set: Set) -> Score {
         outcome(d.verdict, answer, &truths, extra)
     });
     let floor_m = answer.floor_rms_um * 1e-6;
+    let [factors_in_intervals, factors_identified] =
+        diagnosis.map_or([0, 0], |d| factors_covered(d, answer));
     Score {
         session: verdict.session.clone(),
         bench: verdict.bench.clone(),
@@ -196,6 +208,11 @@ pub fn score(verdict: &BlindVerdict, answer: &SealedAnswer, set: Set) -> Score {
         expected: answer.expected,
         verdict: diagnosis.map(|d| d.verdict),
         outcome,
+        answer_words: answer_words(answer),
+        verdict_words: match &verdict.diagnosis {
+            Ok(diagnosis) => diagnosis_words(diagnosis),
+            Err(error) => format!("no diagnosis: {error}"),
+        },
         truths,
         left_by_library: answer.left_by_library,
         held_out_ratio: diagnosis
@@ -203,12 +220,8 @@ pub fn score(verdict: &BlindVerdict, answer: &SealedAnswer, set: Set) -> Score {
             .map(|rms_m| rms_m / floor_m)
             .filter(|ratio| ratio.is_finite()),
         published_passes: answer.published_validation_passes,
-        factors_covered: diagnosis.map_or([0, 0], |d| factors_covered(d, answer)),
-        answer_words: answer_words(answer),
-        verdict_words: match &verdict.diagnosis {
-            Ok(diagnosis) => diagnosis_words(diagnosis),
-            Err(error) => format!("no diagnosis: {error}"),
-        },
+        factors_in_intervals,
+        factors_identified,
     }
 }
 

@@ -1,14 +1,46 @@
 //! Shares of trials.
 
+use schemars::JsonSchema;
+use serde::Serialize;
+
 use stiffbench_numeric::statistics::{binomial_interval_95, binomial_upper_95};
 
 /// Hits among trials.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, JsonSchema)]
+#[serde(into = "ShareObject")]
 pub struct Share {
     /// Trials that count.
     pub hits: usize,
     /// All trials.
     pub trials: usize,
+}
+
+/// A share as results write it.
+#[derive(Serialize, JsonSchema)]
+struct ShareObject {
+    /// Trials that count.
+    hits: usize,
+    /// All trials.
+    trials: usize,
+    /// The share; `null` without trials.
+    #[schemars(range(min = 0.0, max = 1.0))]
+    share: Option<f64>,
+    /// Its 95 % interval (Clopper and Pearson).
+    ci95: Option<[f64; 2]>,
+    /// Its one-sided upper 95 % bound.
+    upper95: Option<f64>,
+}
+
+impl From<Share> for ShareObject {
+    fn from(share: Share) -> Self {
+        Self {
+            hits: share.hits,
+            trials: share.trials,
+            share: share.value(),
+            ci95: share.interval_95(),
+            upper95: share.upper_95(),
+        }
+    }
 }
 
 impl Share {
@@ -56,7 +88,8 @@ impl Share {
 }
 
 /// What a share must be.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
 pub enum Target {
     /// At least this.
     AtLeast(f64),
@@ -80,7 +113,8 @@ impl Target {
 }
 
 /// A promise and what became of it.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
+#[serde(into = "CriterionObject")]
 pub struct AcceptanceCriterion {
     /// In words.
     pub what: &'static str,
@@ -88,6 +122,36 @@ pub struct AcceptanceCriterion {
     pub target: Option<Target>,
     /// The trials.
     pub share: Share,
+}
+
+/// A criterion as results write it.
+#[derive(Serialize, JsonSchema)]
+struct CriterionObject {
+    /// In words.
+    what: &'static str,
+    /// What its share must be; `null` where it is only counted.
+    target: Option<Target>,
+    /// The trials.
+    share: Share,
+    /// Whether it was; `null` without target or trials.
+    kept: Option<bool>,
+}
+
+impl From<AcceptanceCriterion> for CriterionObject {
+    fn from(
+        AcceptanceCriterion {
+            what,
+            target,
+            share,
+        }: AcceptanceCriterion,
+    ) -> Self {
+        Self {
+            what,
+            target,
+            share,
+            kept: target.and_then(|target| target.is_met(&share)),
+        }
+    }
 }
 
 #[cfg(test)]

@@ -6,8 +6,10 @@
 
 use std::convert::Infallible;
 
+use indexmap::IndexMap;
 use rayon::prelude::*;
-use serde::Deserialize;
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
 
 use stiffbench_beams::physics::{Mechanics, title};
 use stiffbench_beams::robot::{Pose, Robot};
@@ -28,7 +30,7 @@ const TRAIN: [&str; 2] = ["P1", "P3"];
 const RIVALS: usize = 5;
 
 /// A law and what it does to the fit of the twelve values.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
 pub struct FittedLaw {
     /// Law and place in words.
     pub title: String,
@@ -43,48 +45,64 @@ pub struct FittedLaw {
     /// Chance that noise alone gives any law as much, by the smaller of fitted and linear F.
     pub p_family: f64,
     /// Logarithm of the likelihood ratio of the best candidate to this one, under the variance that the best leaves.
+    #[serde(rename = "log_likelihood_behind")]
     pub behind: f64,
     /// Largest error of the cells left out pose by pose, percent.
     pub worst_left_out_percent: f64,
     /// Largest error of P2 and P4 with P1 and P3 fitted, percent.
     pub worst_held_out_percent: f64,
     /// Share of the mean square gap between finite elements and bench (in ln K) that it closes alone.
+    #[serde(rename = "closes_of_gap")]
     pub closes: f64,
     /// Value at which it does.
     pub value_alone: f64,
 }
 
 /// A cell that would distinguish two candidates.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
 pub struct FurtherCell {
     /// The rival of the best candidate.
     pub rival: String,
-    /// Angles of the pose, name and degrees.
-    pub pose: Vec<(String, f64)>,
+    /// Angles of the pose by name, degrees.
+    pub pose_deg: IndexMap<String, f64>,
     /// The direction.
     pub direction: Direction,
     /// How far the predictions differ, percent.
     pub difference_percent: f64,
     /// Error of ln K that the best candidate leaves in the twelve values, percent.
+    #[serde(skip)]
     pub rms_percent: f64,
 }
 
+/// Finite elements over bench in one cell.
+#[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
+pub struct CellRatio {
+    /// The pose.
+    pub pose: PoseId,
+    /// The direction.
+    pub direction: Direction,
+    /// Ratio of their stiffness.
+    pub ratio: f64,
+}
+
 /// What the twelve values say.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
 pub struct TwelveValues {
-    /// Finite elements over bench, cell by cell: pose, direction, ratio of stiffness.
-    pub gap: Vec<(PoseId, Direction, f64)>,
-    /// The beam factors alone.
-    pub baseline: FittedLaw,
-    /// The laws, the best fit first.
-    pub candidates: Vec<FittedLaw>,
+    /// Finite elements over bench, cell by cell.
+    #[serde(rename = "elements_over_bench")]
+    pub gap: Vec<CellRatio>,
     /// F that noise alone exceeds in 4 % of searches.
     pub f_limit: f64,
     /// The law that forward selection names.
     pub named: Option<String>,
+    /// The beam factors alone.
+    pub baseline: FittedLaw,
+    /// The laws, the best fit first.
+    pub candidates: Vec<FittedLaw>,
     /// Largest error on P2 and P4 that the paper prints for its own model, percent.
     pub paper_worst_percent: f64,
     /// Laws that are not distinguishable from the best.
+    #[serde(rename = "not_told_apart")]
     pub not_distinguishable: usize,
     /// What would distinguish them.
     pub further: Vec<FurtherCell>,
@@ -197,9 +215,10 @@ fn values_under(
         .cells
         .iter()
         .zip(&elements)
-        .map(|(cell, soft)| {
-            let ratio = 1.0 / (soft * cell.ln_stiffness.exp());
-            (names[cell.pose].clone(), cell.direction, ratio)
+        .map(|(cell, soft)| CellRatio {
+            pose: names[cell.pose].clone(),
+            direction: cell.direction,
+            ratio: 1.0 / (soft * cell.ln_stiffness.exp()),
         })
         .collect();
     found.paper_worst_percent = bench
@@ -402,7 +421,7 @@ impl Study<'_> {
             let cell = &problem.cells[place];
             found.push(FurtherCell {
                 rival: fitted[rival].1.title.clone(),
-                pose: self
+                pose_deg: self
                     .problem
                     .robot
                     .variables

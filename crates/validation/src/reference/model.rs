@@ -16,7 +16,7 @@ const POISSON: std::ops::Range<f64> = 0.0..0.49;
 const MOST_ELEMENTS: f64 = 2.0e6;
 
 /// A member as a prism.
-#[derive(Debug, Clone, PartialEq, serde::Serialize, serde::Deserialize)]
+#[derive(Debug, Clone, PartialEq, serde::Serialize, serde::Deserialize, schemars::JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct SolidMember {
     /// Name in the robot file.

@@ -25,7 +25,9 @@ const NARROW: f64 = 4.0;
 const SOLID_WITHIN: f64 = 1e-9;
 
 /// A rectangular prism or tube, sides along the element's local y and z.
-#[derive(Debug, Clone, Copy, PartialEq, serde::Serialize, serde::Deserialize)]
+#[derive(
+    Debug, Clone, Copy, PartialEq, serde::Serialize, serde::Deserialize, schemars::JsonSchema,
+)]
 #[serde(deny_unknown_fields)]
 pub struct Prism {
     /// Side along local y, m.

@@ -2,6 +2,7 @@
 
 use std::fmt::Write;
 
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::error::ReferenceError;
@@ -11,7 +12,7 @@ const MODEL_SCHEMA: &str = "stiffbench/reference-model/1";
 const RECORD_SCHEMA: &str = "stiffbench/reference/1";
 
 /// A model as it was written: which robot, how meshed, in which files.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct ReferenceModel {
     /// Format.
@@ -43,7 +44,7 @@ pub struct ReferenceModel {
 }
 
 /// One pose of a model.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct PoseModel {
     /// Name.
@@ -59,7 +60,7 @@ pub struct PoseModel {
 }
 
 /// One case of load.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct LoadCase {
     /// x, y or z.
@@ -72,7 +73,7 @@ pub struct LoadCase {
 }
 
 /// What CalculiX made of a model.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct ReferenceRecord {
     /// Format.
@@ -86,7 +87,7 @@ pub struct ReferenceRecord {
 }
 
 /// Program, version and machine.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct RunBy {
     /// Program with its version, as it prints it.
@@ -98,7 +99,7 @@ pub struct RunBy {
 }
 
 /// Displacement of the end under one load.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct ReferenceCell {
     /// Pose.

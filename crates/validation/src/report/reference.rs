@@ -5,8 +5,6 @@
 
 use std::fmt::Write;
 
-use serde_json::{Value, json};
-
 use crate::reference::{PoseModel, ReferenceCell, ReferenceRecord, beams_of_the_prisms};
 use stiffbench::fit::{
     CellModel, FitError, MeasuredCell, MeasuredStiffness, MonteCarloSettings, WeightBasis,
@@ -230,7 +228,7 @@ impl ReferencePose {
     }
 
     /// Fewest percent of the reference's time that the fitted beams save.
-    fn time_saved_percent(&self, seconds: f64) -> f64 {
+    pub(super) fn time_saved_percent(&self, seconds: f64) -> f64 {
         let times = self.rows.iter().map(|row| row.reference.seconds);
         100.0 * (1.0 - seconds / times.fold(f64::INFINITY, f64::min))
     }
@@ -368,49 +366,5 @@ impl ReferenceReport {
             format!("{:.2}", paper.largest_percent()),
         );
         table.text()
-    }
-
-    /// For programs.
-    #[must_use]
-    pub fn json(&self) -> Value {
-        let paper = PaperTableIv::printed();
-        let row = |row: &ReferenceRow| {
-            json!({
-                "direction": row.reference.direction,
-                "force_N": row.reference.force_n,
-                "reference_um": row.reference_um,
-                "fitted_um": row.fitted_um,
-                "difference_percent": row.difference_percent(),
-                "unfitted_um": row.unfitted_um,
-                "prisms_um": row.prisms_um,
-                "reference_s": row.reference.seconds,
-            })
-        };
-        let pose = |pose: &ReferencePose| {
-            let [a, iy, iz, j] = pose.factors;
-            json!({
-                "pose": pose.model.pose,
-                "elements": pose.model.elements,
-                "nodes": pose.model.nodes,
-                "beams": self.record.model.beams,
-                "factors": { "A": a, "Iy": iy, "Iz": iz, "J": j },
-                "misses": pose.misses,
-                "rows": pose.rows.iter().map(row).collect::<Vec<_>>(),
-                "largest_difference_percent": pose.largest().map(|row| row.difference_percent().abs()),
-                "time_saved_percent": pose.time_saved_percent(self.seconds_per_solve),
-            })
-        };
-        json!({
-            "reference": self.record.model,
-            "run": self.record.run,
-            "poses": self.poses.iter().map(pose).collect::<Vec<_>>(),
-            "fitted_s": self.seconds_per_solve,
-            "paper": {
-                "elements": paper.cells[0],
-                "beams": paper.cells[1],
-                "time_saved_percent": paper.time_saved_percent(),
-                "largest_difference_percent": paper.largest_percent(),
-            },
-        })
     }
 }

@@ -12,6 +12,7 @@ use crate::cli::error::ValidationError;
 use crate::reference::{
     LoadCase, PoseModel, ReferenceCell, ReferenceModel, ReferenceRecord, RunBy, end_displacement_m,
 };
+use crate::report::ReferenceRun;
 use stiffbench::cli::args::Global;
 use stiffbench::cli::failure::{CliError, Failure};
 use stiffbench::cli::figure_files::write;
@@ -73,7 +74,11 @@ pub(crate) fn run_calculix(args: &ReferenceRunArgs, global: &Global) -> Result<O
         record.run.threads,
         table.text()
     );
-    let data = json!({ "folder": args.folder, "run": record.run, "cells": record.cells });
+    let data = ReferenceRun {
+        folder: args.folder.clone(),
+        run: record.run,
+        cells: record.cells,
+    };
     Ok(Outcome::new("reference-run", text, data))
 }
 

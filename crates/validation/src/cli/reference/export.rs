@@ -8,6 +8,7 @@ use serde_json::json;
 
 use super::args::ExportArgs;
 use crate::reference::{LoadCase, PoseModel, ReferenceModel, SolidMember, SolidModel};
+use crate::report::ReferenceExport;
 use stiffbench::analysis::{
     ArgumentError, Inputs, ModelChoice, ReadError, ResolvedModel, resolve, sha256,
 };
@@ -54,11 +55,14 @@ pub(crate) fn export(args: &ExportArgs) -> Result<Outcome, Failure> {
         }
     }
     let text = export_text(&model, &args.out);
-    let data = json!({ "folder": args.out, "model": model });
     write(
         &args.out.join(MODEL_FILE),
         format!("{:#}\n", json!(model)).as_bytes(),
     )?;
+    let data = ReferenceExport {
+        folder: args.out.clone(),
+        model,
+    };
     Ok(Outcome::new("reference-export", text, data)
         .with_inputs(Inputs::default().with_model(&resolved))
         .with_warnings(resolved.warnings))

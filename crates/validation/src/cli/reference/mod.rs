@@ -11,7 +11,7 @@ use std::path::{Path, PathBuf};
 use std::time::Instant;
 
 use crate::reference::ReferenceRecord;
-use crate::report::reference_report;
+use crate::report::{ReferenceSummary, reference_report};
 use stiffbench::analysis::{AnalysisError, ReadError, robot_source, sha256};
 use stiffbench::fit::CellModel;
 use stiffbench::robot::{FittingFactors, Robot};
@@ -92,5 +92,6 @@ fn compare(args: &ReferenceCompareArgs) -> Result<Outcome, Failure> {
             source.name
         ));
     }
-    Ok(Outcome::new("reference-compare", report.text(), report.json()).with_warnings(warnings))
+    let data = ReferenceSummary::new(&report);
+    Ok(Outcome::new("reference-compare", report.text(), data).with_warnings(warnings))
 }

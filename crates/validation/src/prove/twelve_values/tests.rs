@@ -84,7 +84,7 @@ fn a_compliant_joint_is_found_in_stiffness_values_that_hold_one() {
 /// What the study says of the laws that follow from every choice of them.
 fn decides_little(found: &TwelveValues) {
     assert!((found.paper_worst_percent - 23.66).abs() < 0.02);
-    assert!(found.gap.iter().all(|(_, _, ratio)| *ratio > 0.5));
+    assert!(found.gap.iter().all(|cell| cell.ratio > 0.5));
     assert!((1..=found.candidates.len()).contains(&found.not_distinguishable));
     assert!(found.baseline.worst_held_out_percent > found.baseline.rms_percent);
     let in_order = |pair: &[FittedLaw]| pair[0].behind <= pair[1].behind;

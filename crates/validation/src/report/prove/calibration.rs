@@ -2,13 +2,14 @@
 
 use std::fmt::Write;
 
-use serde_json::{Value, json};
+use schemars::JsonSchema;
+use serde::Serialize;
 
-use crate::prove::{CalibrationRow, Share, Variant};
+use crate::prove::{CalibrationRow, FalseAlarm, Share, Variant};
 use stiffbench::report::AlignedTable;
 use stiffbench::search::constants::{LAW_LEVEL, UNEXPLAINED_LEVEL};
 
-use super::{share_json, share_words};
+use super::share_words;
 
 /// False alarms in all, and the upper 95 % bound, that are promised.
 const MOST: [f64; 2] = [0.05, 0.065];
@@ -52,12 +53,16 @@ pub fn calibration_text(rows: &[CalibrationRow]) -> String {
         ]);
     };
     for row in rows {
-        add(row.variant.name(), &row.bench, [row.alarms, row.factors]);
+        add(
+            &row.variant.to_string(),
+            &row.bench,
+            [row.alarms, row.factors],
+        );
     }
     for variant in Variant::ALL {
         let of_variant = || rows.iter().filter(|row| row.variant == variant);
         if of_variant().count() > 1 {
-            add(variant.name(), "all", sums(of_variant()));
+            add(&variant.to_string(), "all", sums(of_variant()));
         }
     }
     add("all", "all", sums(rows.iter()));
@@ -71,12 +76,11 @@ pub fn calibration_text(rows: &[CalibrationRow]) -> String {
         if kept { "kept" } else { "NOT KEPT" }
     );
     for row in rows {
-        for (seed, said) in &row.said {
+        for FalseAlarm { seed, said } in &row.false_alarms {
             let _ = writeln!(
                 text,
                 "- {}, {}, seed {seed}: {said}",
-                row.variant.name(),
-                row.bench
+                row.variant, row.bench
             );
         }
     }
@@ -84,20 +88,29 @@ pub fn calibration_text(rows: &[CalibrationRow]) -> String {
     text
 }
 
-/// The same for programs.
-#[must_use]
-pub fn calibration_json(rows: &[CalibrationRow]) -> Value {
-    let [alarms, factors] = sums(rows.iter());
-    json!({
-        "designed_level": LAW_LEVEL + UNEXPLAINED_LEVEL,
-        "alarms": share_json(&alarms),
-        "factors_in_intervals": share_json(&factors),
-        "rows": rows.iter().map(|row| json!({
-            "variant": row.variant.name(),
-            "bench": row.bench,
-            "alarms": share_json(&row.alarms),
-            "factors_in_intervals": share_json(&row.factors),
-            "said": row.said.iter().map(|(seed, said)| json!({ "seed": seed.to_string(), "said": said })).collect::<Vec<_>>(),
-        })).collect::<Vec<_>>(),
-    })
+/// False alarms and coverage, for programs.
+#[derive(Debug, Clone, Serialize, JsonSchema)]
+pub struct CalibrationReport {
+    /// Chance of a false alarm by design.
+    pub designed_level: f64,
+    /// Trials in which something was found.
+    pub alarms: Share,
+    /// Identified factors inside their 95 % intervals.
+    pub factors_in_intervals: Share,
+    /// Each plan.
+    pub rows: Vec<CalibrationRow>,
+}
+
+impl CalibrationReport {
+    /// The sums of all plans, with each of them.
+    #[must_use]
+    pub fn new(rows: Vec<CalibrationRow>) -> Self {
+        let [alarms, factors_in_intervals] = sums(rows.iter());
+        Self {
+            designed_level: LAW_LEVEL + UNEXPLAINED_LEVEL,
+            alarms,
+            factors_in_intervals,
+            rows,
+        }
+    }
 }

@@ -3,11 +3,13 @@
 use std::collections::BTreeSet;
 use std::fmt::Write;
 
-use serde_json::{Value, json};
+use indexmap::IndexMap;
+use schemars::JsonSchema;
+use serde::Serialize;
 
-use crate::prove::{NamedCause, Score, Set, Share, TruthScore, VerdictOutcome, criteria};
+use crate::prove::{AcceptanceCriterion, Score, Set, Share, VerdictOutcome, criteria};
 
-use super::{criteria_json, criteria_table, share_json, share_words};
+use super::{criteria_table, share_words};
 use stiffbench::report::AlignedTable;
 
 /// What the modes of concealment are.
@@ -51,8 +53,9 @@ pub fn concealed_text(scores: &[Score]) -> String {
 
 fn modes_table(scores: &[Score]) -> String {
     let outcomes: BTreeSet<VerdictOutcome> = scores.iter().map(|score| score.outcome).collect();
+    let names: Vec<String> = outcomes.iter().map(ToString::to_string).collect();
     let mut heads = vec!["mode", "sessions"];
-    heads.extend(outcomes.iter().map(|outcome| outcome.name()));
+    heads.extend(names.iter().map(String::as_str));
     heads.extend(["right, %", "95 % interval"]);
     let mut rows = AlignedTable::new(&heads);
     let mut add = |name: String, of_mode: &[&Score]| {
@@ -86,7 +89,7 @@ fn failures(scores: &[Score]) -> String {
             score.session,
             score.bench,
             score.mode,
-            score.outcome.name(),
+            score.outcome,
             score.answer_words,
             score.verdict_words
         );
@@ -109,68 +112,79 @@ fn failures(scores: &[Score]) -> String {
     }
 }
 
-/// The same for programs, session by session.
-#[must_use]
-pub fn concealed_json(scores: &[Score]) -> Value {
-    let of = |set: Set| -> Value {
-        let of_set: Vec<Score> = scores.iter().filter(|s| s.set == set).cloned().collect();
-        let modes: serde_json::Map<String, Value> = MODES
-            .iter()
-            .filter_map(|(mode, _)| {
-                let of_mode: Vec<&Score> = of_set.iter().filter(|s| s.mode == *mode).collect();
-                let right = Share::of(of_mode.iter(), |score| score.outcome.is_right());
-                let outcomes: serde_json::Map<String, Value> = VerdictOutcome::ALL
-                    .iter()
-                    .filter_map(|outcome| {
-                        let count = of_mode.iter().filter(|s| s.outcome == *outcome).count();
-                        (count > 0).then(|| (outcome.name().to_owned(), json!(count)))
-                    })
-                    .collect();
-                let entry = json!({ "right": share_json(&right), "outcomes": outcomes });
-                (!of_mode.is_empty()).then(|| ((*mode).to_owned(), entry))
-            })
-            .collect();
-        json!({
-            "sessions": of_set.len(),
-            "modes": modes,
-            "promises": criteria_json(&criteria(&of_set)),
-            "scores": of_set.iter().map(score_json).collect::<Vec<_>>(),
-        })
-    };
-    json!({ "development": of(Set::Development), "proof": of(Set::Proof), "second": of(Set::Second) })
+/// Scored verdicts on the lists of concealed sessions, for programs.
+#[derive(Debug, Clone, Serialize, JsonSchema)]
+pub struct ConcealedReport {
+    /// The open list.
+    pub development: ConcealedList,
+    /// The sealed list.
+    pub proof: ConcealedList,
+    /// The second sealed list.
+    pub second: ConcealedList,
 }
 
-fn score_json(score: &Score) -> Value {
-    json!({
-        "session": score.session,
-        "bench": score.bench,
-        "mode": score.mode,
-        "expected": score.expected.name(),
-        "verdict": score.verdict,
-        "outcome": score.outcome.name(),
-        "answer": score.answer_words,
-        "said": score.verdict_words,
-        "truths": score.truths.iter().map(truth_json).collect::<Vec<_>>(),
-        "left_by_library": score.left_by_library,
-        "held_out_over_floor": score.held_out_ratio,
-        "published_validation_passes": score.published_passes,
-        "factors_in_intervals": score.factors_covered[0],
-        "factors_identified": score.factors_covered[1],
-    })
+/// Scored verdicts on one list.
+#[derive(Debug, Clone, Serialize, JsonSchema)]
+pub struct ConcealedList {
+    /// How many sessions.
+    pub sessions: usize,
+    /// Each mode of concealment that occurs, by its short name.
+    pub modes: IndexMap<&'static str, ConcealedMode>,
+    /// What was promised.
+    #[serde(rename = "promises")]
+    pub criteria: Vec<AcceptanceCriterion>,
+    /// Each session.
+    pub scores: Vec<Score>,
 }
 
-fn truth_json(truth: &TruthScore) -> Value {
-    json!({
-        "title": truth.title,
-        "standard_errors": truth.standard_errors,
-        "named": match truth.named {
-            NamedCause::Alone => json!("alone"),
-            NamedCause::InSet(count) => json!({ "in_set_of": count }),
-            NamedCause::No => json!("no"),
-        },
-        "padding": truth.padding,
-        "left_out": truth.left_out,
-        "size_in_interval": truth.size_covered,
-        "size_over_truth": truth.size_ratio,
-    })
+/// Verdicts on the sessions of one mode.
+#[derive(Debug, Clone, Serialize, JsonSchema)]
+pub struct ConcealedMode {
+    /// Right ones.
+    pub right: Share,
+    /// How many verdicts have each outcome that occurs.
+    pub outcomes: IndexMap<VerdictOutcome, usize>,
+}
+
+impl ConcealedReport {
+    /// The scores list by list.
+    #[must_use]
+    pub fn new(scores: &[Score]) -> Self {
+        let of = |set| ConcealedList::of(scores.iter().filter(|s| s.set == set).cloned());
+        Self {
+            development: of(Set::Development),
+            proof: of(Set::Proof),
+            second: of(Set::Second),
+        }
+    }
+}
+
+impl ConcealedList {
+    fn of(scores: impl Iterator<Item = Score>) -> Self {
+        let scores: Vec<Score> = scores.collect();
+        let mut modes = IndexMap::new();
+        for (mode, _) in MODES {
+            let of_mode: Vec<&Score> = scores.iter().filter(|s| s.mode == mode).collect();
+            if !of_mode.is_empty() {
+                modes.insert(mode, ConcealedMode::of(&of_mode));
+            }
+        }
+        Self {
+            sessions: scores.len(),
+            modes,
+            criteria: criteria(&scores),
+            scores,
+        }
+    }
+}
+
+impl ConcealedMode {
+    fn of(scores: &[&Score]) -> Self {
+        let count = |outcome| scores.iter().filter(|s| s.outcome == outcome).count();
+        let counts = VerdictOutcome::ALL.map(|outcome| (outcome, count(outcome)));
+        Self {
+            right: Share::of(scores, |score| score.outcome.is_right()),
+            outcomes: counts.into_iter().filter(|(_, count)| *count > 0).collect(),
+        }
+    }
 }

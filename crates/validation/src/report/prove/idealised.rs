@@ -1,9 +1,11 @@
 //! Standard errors on real baselines beside the idealised ones.
 
-use serde_json::{Value, json};
+use schemars::JsonSchema;
+use serde::Serialize;
 
-use crate::prove::ErrorRow;
+use crate::prove::{ErrorRow, PlaceErrors};
 use stiffbench::mismatch::DesignReport;
+use stiffbench::physics::Law;
 use stiffbench::quantity::METRES_PER_MICROMETRE;
 use stiffbench::report::AlignedTable;
 
@@ -44,23 +46,43 @@ pub fn idealised_text(benches: &[String], plans: &[DesignReport], rows: &[ErrorR
     )
 }
 
-/// The same for programs.
-#[must_use]
-pub fn idealised_json(benches: &[String], rows: &[ErrorRow]) -> Value {
-    rows.iter()
-        .map(|row| {
-            let plans = row.plans.iter().zip(benches).map(|(plan, bench)| {
-                json!({
-                    "bench": bench,
-                    "places": plan.map_or(0, |plan| plan.places),
-                    "standard_error_um": plan.map(|plan| plan.error_m.map(um)),
-                })
-            });
-            json!({
-                "physics": row.law.name,
-                "idealised_um": um(row.idealised_m),
-                "plans": plans.collect::<Vec<_>>(),
+/// A law's standard errors, for programs.
+#[derive(Debug, Clone, Serialize, JsonSchema)]
+pub struct IdealisedErrors {
+    /// The law.
+    pub physics: Law,
+    /// Standard error on the idealised bench, µm.
+    pub idealised_um: f64,
+    /// Under each plan.
+    pub plans: Vec<ErrorsOfPlan>,
+}
+
+/// A law's standard errors under one plan.
+#[derive(Debug, Clone, Serialize, JsonSchema)]
+pub struct ErrorsOfPlan {
+    /// The mechanism.
+    pub bench: String,
+    /// Places that show the law.
+    pub places: usize,
+    /// Smallest, middle and largest over these places, µm; `null` without such a place.
+    pub standard_error_um: Option<[f64; 3]>,
+}
+
+impl IdealisedErrors {
+    /// Each law under the plans of these benches.
+    #[must_use]
+    pub fn all(benches: &[String], rows: &[ErrorRow]) -> Vec<Self> {
+        let plan = |(plan, bench): (&Option<PlaceErrors>, &String)| ErrorsOfPlan {
+            bench: bench.clone(),
+            places: plan.map_or(0, |plan| plan.places),
+            standard_error_um: plan.map(|plan| plan.error_m.map(um)),
+        };
+        rows.iter()
+            .map(|row| Self {
+                physics: row.law,
+                idealised_um: um(row.idealised_m),
+                plans: row.plans.iter().zip(benches).map(plan).collect(),
             })
-        })
-        .collect()
+            .collect()
+    }
 }

@@ -8,19 +8,57 @@ mod recordings;
 mod twelve_values;
 mod verdicts;
 
-pub use calibration::{calibration_json, calibration_text};
-pub use concealed::{concealed_json, concealed_text};
-pub use idealised::{idealised_json, idealised_text};
-pub use power::{power_figure, power_json, power_text};
-pub use recordings::{recordings_json, recordings_text};
-pub use twelve_values::{twelve_values_json, twelve_values_text};
-pub use verdicts::verdicts_json;
+pub use calibration::{CalibrationReport, calibration_text};
+pub use concealed::{ConcealedList, ConcealedMode, ConcealedReport, concealed_text};
+pub use idealised::{ErrorsOfPlan, IdealisedErrors, idealised_text};
+pub use power::{PowerReport, power_figure, power_text};
+pub use recordings::{RecordingVerdict, RecordingsReport, recordings_text};
+pub use twelve_values::twelve_values_text;
+pub use verdicts::BlindVerdicts;
 
-use serde_json::{Value, json};
+use schemars::JsonSchema;
+use serde::Serialize;
 
-use crate::prove::{AcceptanceCriterion, Share, Target};
+use crate::prove::{AcceptanceCriterion, Share, Target, TwelveValues};
 
 use stiffbench::report::AlignedTable;
+
+/// The parts of a validation that were run, for programs.
+#[derive(Debug, Clone, Serialize, JsonSchema)]
+pub struct ProveReport {
+    /// Whether only a sample was run.
+    pub quick: bool,
+    /// Seed of everything random.
+    pub seed: u64,
+    /// Earlier sessions that the noise was estimated from too.
+    pub earlier_sessions: usize,
+    /// Time it took, s.
+    pub seconds: f64,
+    /// Threads.
+    pub threads: usize,
+    /// The parts.
+    pub parts: ProveParts,
+}
+
+/// Parts of a validation; those that were not run are absent.
+#[derive(Debug, Clone, Default, Serialize, JsonSchema)]
+pub struct ProveParts {
+    /// Blind verdicts on concealed sessions.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub concealed: Option<ConcealedReport>,
+    /// False alarms and coverage.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub calibration: Option<CalibrationReport>,
+    /// Power and right names.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub power: Option<PowerReport>,
+    /// What the paper's twelve stiffness values can show.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub paper: Option<TwelveValues>,
+    /// Standard errors beside those of an idealised bench.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub errors: Option<Vec<IdealisedErrors>>,
+}
 
 /// A share with its interval, percent.
 fn share_words(share: &Share) -> [String; 3] {
@@ -44,16 +82,6 @@ fn target_words(target: Option<Target>) -> String {
             format!("{:.0} to {:.0}", 100.0 * least, 100.0 * most)
         }
     }
-}
-
-fn share_json(share: &Share) -> Value {
-    json!({
-        "hits": share.hits,
-        "trials": share.trials,
-        "share": share.value(),
-        "ci95": share.interval_95(),
-        "upper95": share.upper_95(),
-    })
 }
 
 /// Promises beside what became of them.
@@ -80,24 +108,4 @@ fn criteria_table(criteria: &[AcceptanceCriterion]) -> String {
         ]);
     }
     rows.text()
-}
-
-fn criteria_json(criteria: &[AcceptanceCriterion]) -> Value {
-    criteria
-        .iter()
-        .map(|criterion| {
-            let target = match criterion.target {
-                None => Value::Null,
-                Some(Target::AtLeast(least)) => json!({ "at_least": least }),
-                Some(Target::AtMost(most)) => json!({ "at_most": most }),
-                Some(Target::Between(least, most)) => json!({ "between": [least, most] }),
-            };
-            json!({
-                "what": criterion.what,
-                "target": target,
-                "share": share_json(&criterion.share),
-                "kept": criterion.target.and_then(|target| target.is_met(&criterion.share)),
-            })
-        })
-        .collect()
 }

@@ -1,13 +1,14 @@
 //! Power and right names.
 
-use serde_json::{Value, json};
+use schemars::JsonSchema;
+use serde::Serialize;
 
 use crate::prove::{AcceptanceCriterion, IdealPoint, PowerCase, PowerPoint, Share, Target};
 use stiffbench::physics::Law;
 use stiffbench::plot::{Figure, LawPower, PowerAtSize, PowerCurves, Rate, power_curves};
 use stiffbench::report::AlignedTable;
 
-use super::{criteria_json, criteria_table, share_json, share_words};
+use super::{criteria_table, share_words};
 
 /// Sizes, standard errors, at which 80 % are to be rightly named, and those at which 95 % are and intervals are held to their promise.
 const AT_80: [f64; 2] = [4.49, 5.9];
@@ -293,33 +294,23 @@ pub fn power_figure(cases: &[PowerCase]) -> Figure {
     power_curves(&PowerCurves { laws })
 }
 
-/// The same for programs.
-#[must_use]
-pub fn power_json(cases: &[PowerCase]) -> Value {
-    json!({
-        "promises": criteria_json(&criteria(cases)),
-        "cases": cases.iter().map(|case| json!({
-            "laws": case.laws.iter().map(|law| law.name).collect::<Vec<_>>(),
-            "effects": case.title,
-            "places": case.places,
-            "bench": case.bench,
-            "in_closed_loop": case.in_closed_loop,
-            "points": case.points.iter().map(|point| json!({
-                "standard_errors": point.size,
-                "found": share_json(&point.found),
-                "named": share_json(&point.named),
-                "right": share_json(&point.right),
-                "alone": share_json(&point.alone),
-                "in_run": share_json(&point.in_run),
-                "wrong": share_json(&point.wrong),
-                "sizes_in_intervals": share_json(&point.sizes),
-                "factors_in_intervals": share_json(&point.factors),
-                "ideal": point.ideal.as_ref().map(|ideal| json!({
-                    "found": share_json(&ideal.found),
-                    "right": share_json(&ideal.right),
-                    "nameable": share_json(&ideal.nameable),
-                })),
-            })).collect::<Vec<_>>(),
-        })).collect::<Vec<_>>(),
-    })
+/// Power and right names, for programs.
+#[derive(Debug, Clone, Serialize, JsonSchema)]
+pub struct PowerReport {
+    /// What was promised.
+    #[serde(rename = "promises")]
+    pub criteria: Vec<AcceptanceCriterion>,
+    /// Each law on each bench.
+    pub cases: Vec<PowerCase>,
+}
+
+impl PowerReport {
+    /// The cases with what was promised of them.
+    #[must_use]
+    pub fn new(cases: &[PowerCase]) -> Self {
+        Self {
+            criteria: criteria(cases),
+            cases: cases.to_vec(),
+        }
+    }
 }

@@ -1,10 +1,12 @@
 //! Recordings by others.
 
 use std::fmt::Write;
+use std::path::PathBuf;
 
-use serde_json::{Value, json};
+use schemars::JsonSchema;
+use serde::Serialize;
 
-use crate::prove::RecordingScore;
+use crate::prove::{ComparedFigure, RecordingScore};
 use stiffbench::report::{AlignedTable, significant};
 
 /// Verdicts beside known answers, and known figures beside ours.
@@ -54,24 +56,53 @@ pub fn recordings_text(scores: &[RecordingScore]) -> String {
     text
 }
 
-/// The same for programs.
-#[must_use]
-pub fn recordings_json(scores: &[RecordingScore]) -> Value {
-    scores
-        .iter()
-        .map(|score| {
-            json!({
-                "recording": score.name,
-                "readings": score.readings,
-                "right": score.expected,
-                "said": score.verdict,
-                "words": score.words,
-                "false_names": score.false_names,
-                "is_right": score.is_right(),
-                "figures": score.figures.iter().map(|figure| json!({
-                    "name": figure.name, "known": figure.known, "ours": figure.ours,
-                })).collect::<Vec<_>>(),
-            })
-        })
-        .collect()
+/// Recordings and what was said of them, for programs.
+#[derive(Debug, Clone, Serialize, JsonSchema)]
+pub struct RecordingsReport {
+    /// Folder that holds them.
+    pub folder: PathBuf,
+    /// Seed of everything random.
+    pub seed: u64,
+    /// Those that are there.
+    pub recordings: Vec<RecordingVerdict>,
+    /// Names of those that are not.
+    pub absent: Vec<String>,
+}
+
+/// A recording and what was said of it.
+#[derive(Debug, Clone, Serialize, JsonSchema)]
+pub struct RecordingVerdict {
+    /// Its name.
+    pub recording: String,
+    /// How many readings it has.
+    pub readings: usize,
+    /// Verdicts that are right.
+    #[serde(rename = "right")]
+    pub expected: Vec<String>,
+    /// The verdict.
+    #[serde(rename = "said")]
+    pub verdict: String,
+    /// The same in words.
+    pub words: String,
+    /// Laws that were named and would be false names.
+    pub false_names: Vec<String>,
+    /// Whether all is right.
+    pub is_right: bool,
+    /// Known figures beside ours.
+    pub figures: Vec<ComparedFigure>,
+}
+
+impl From<RecordingScore> for RecordingVerdict {
+    fn from(score: RecordingScore) -> Self {
+        Self {
+            is_right: score.is_right(),
+            recording: score.name,
+            readings: score.readings,
+            expected: score.expected,
+            verdict: score.verdict,
+            words: score.words,
+            false_names: score.false_names,
+            figures: score.figures,
+        }
+    }
 }

@@ -2,8 +2,6 @@
 
 use std::fmt::Write;
 
-use serde_json::{Value, json};
-
 use crate::prove::{FittedLaw, FurtherCell, TwelveValues};
 use stiffbench::report::{AlignedTable, significant};
 
@@ -17,11 +15,11 @@ pub fn twelve_values_text(found: &TwelveValues) -> String {
         "The paper's bench (Table VI) against its finite elements (Table V): stiffness of the elements over that of the bench\n\n",
     );
     let mut gap = AlignedTable::new(&["pose", "direction", "elements over bench"]);
-    for (pose, direction, ratio) in &found.gap {
+    for cell in &found.gap {
         gap.row([
-            pose.to_string(),
-            direction.to_string(),
-            format!("{ratio:.2}"),
+            cell.pose.to_string(),
+            cell.direction.to_string(),
+            format!("{:.2}", cell.ratio),
         ]);
     }
     text.push_str(&gap.text());
@@ -138,45 +136,8 @@ fn conclusions(found: &TwelveValues) -> String {
 
 fn pose_words(cell: &FurtherCell) -> String {
     let angles = cell
-        .pose
+        .pose_deg
         .iter()
         .map(|(name, angle)| format!("{name}={angle:.1}"));
     angles.collect::<Vec<_>>().join(" ")
-}
-
-/// The same for programs.
-#[must_use]
-pub fn twelve_values_json(found: &TwelveValues) -> Value {
-    let candidate = |candidate: &FittedLaw| {
-        json!({
-            "title": candidate.title,
-            "value": candidate.value,
-            "unit": candidate.unit,
-            "rms_percent": candidate.rms_percent,
-            "f": candidate.f,
-            "p_family": candidate.p_family,
-            "log_likelihood_behind": candidate.behind,
-            "worst_left_out_percent": candidate.worst_left_out_percent,
-            "worst_held_out_percent": candidate.worst_held_out_percent,
-            "closes_of_gap": candidate.closes,
-            "value_alone": candidate.value_alone,
-        })
-    };
-    json!({
-        "elements_over_bench": found.gap.iter().map(|(pose, direction, ratio)| json!({
-            "pose": pose, "direction": direction, "ratio": ratio,
-        })).collect::<Vec<_>>(),
-        "f_limit": found.f_limit,
-        "named": found.named,
-        "baseline": candidate(&found.baseline),
-        "candidates": found.candidates.iter().map(candidate).collect::<Vec<_>>(),
-        "paper_worst_percent": found.paper_worst_percent,
-        "not_told_apart": found.not_distinguishable,
-        "further": found.further.iter().map(|cell| json!({
-            "rival": cell.rival,
-            "pose_deg": cell.pose.iter().map(|(name, angle)| (name.clone(), json!(angle))).collect::<serde_json::Map<_, _>>(),
-            "direction": cell.direction,
-            "difference_percent": cell.difference_percent,
-        })).collect::<Vec<_>>(),
-    })
 }

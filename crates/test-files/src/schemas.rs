@@ -1,0 +1,32 @@
+//! The published schemas of results.
+
+use std::collections::BTreeSet;
+use std::fs;
+use std::path::PathBuf;
+
+use serde_json::{Value, json};
+
+/// How the goldens are kept too.
+const MODE: &str = "STIFFBENCH_GOLDENS";
+
+/// The files of a folder of the repository are these schemas by kind, and no others. Under `STIFFBENCH_GOLDENS=write` they are written.
+pub fn are_published(folder: &str, schemas: impl IntoIterator<Item = (&'static str, Value)>) {
+    let folder = super::repository().join(folder);
+    let write = std::env::var(MODE).is_ok_and(|mode| mode == "write");
+    let mut names = BTreeSet::new();
+    for (kind, schema) in schemas {
+        let file = folder.join(format!("{kind}.json"));
+        let text = format!("{:#}\n", json!(schema));
+        if write {
+            fs::create_dir_all(&folder).unwrap();
+            fs::write(&file, &text).unwrap();
+        }
+        let published = fs::read_to_string(&file).unwrap_or_default();
+        assert_eq!(published, text, "{}: just goldens", file.display());
+        names.insert(file);
+    }
+    let files = fs::read_dir(&folder).unwrap();
+    let files = files.map(|file| file.unwrap().path());
+    let files: BTreeSet<PathBuf> = files.filter(|path| path.is_file()).collect();
+    assert_eq!(files, names);
+}
