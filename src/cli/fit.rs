@@ -5,7 +5,7 @@ use crate::analysis::{
 };
 use crate::fit::{FactorStatus, FitOutcome, PaperFit};
 use crate::least_squares::SigmaMode;
-use crate::report::{FitReport, fit_figures, fit_text, paper_steps_text};
+use crate::report::{FitReport, fit_figures};
 use crate::stiffness::Method as StiffnessMethod;
 
 use super::args::{FitArgs, Global, MethodArg, Sigma};
@@ -25,17 +25,16 @@ pub(super) fn run(args: &FitArgs, global: &Global) -> Result<Outcome, Failure> {
     let prepared = FitData::new(data, &args.model.choice()?, method)?;
     let fitted = match args.method {
         MethodArg::LeastSquares => least_squares(args, &prepared, global).map(|outcome| {
-            let (text, data) = (fit_text(&outcome), FitReport::from(&outcome));
-            (outcome, text, data)
+            let data = FitReport::from(&outcome);
+            (outcome, data)
         }),
         MethodArg::Paper => paper(args, &prepared, global).map(|fit| {
-            let text = paper_steps_text(&fit) + &fit_text(&fit.outcome);
             let data = FitReport::from(&fit);
-            (fit.outcome, text, data)
+            (fit.outcome, data)
         }),
     };
-    let (outcome, text, data) =
-        fitted.map_err(|failure| failure.with_warnings(&prepared.warnings))?;
+    let (outcome, data) = fitted.map_err(|failure| failure.with_warnings(&prepared.warnings))?;
+    let text = data.text(&outcome.warnings);
     let mut warnings = prepared.warnings;
     warnings.extend(doubts_about_fit(&outcome));
     // The text has them already.

@@ -2,7 +2,7 @@
 
 use crate::analysis::{ArgumentError, Inputs, fixed_physics};
 use crate::fit::{Scope, significance};
-use crate::report::{SignificanceReport, significance_with_sequence};
+use crate::report::SignificanceReport;
 use crate::robot::ModelParameter;
 use crate::stiffness::Method;
 use crate::test_point::PoseId;
@@ -46,14 +46,13 @@ pub(super) fn run(args: &SignificanceArgs) -> Result<Outcome, Failure> {
         physics.as_ref(),
         &further,
     )?;
+    let data = SignificanceReport::from(&found);
     let text = format!(
         "Pose {pose}\n{}\n{}",
         physics_text(&resolved.physics),
-        significance_with_sequence(&found)
+        data.text()
     );
-    Ok(
-        Outcome::new("significance", text, SignificanceReport::from(&found))
-            .with_inputs(Inputs::default().with_model(&resolved))
-            .with_warnings(resolved.warnings.clone()),
-    )
+    Ok(Outcome::new("significance", text, data)
+        .with_inputs(Inputs::default().with_model(&resolved))
+        .with_warnings(resolved.warnings.clone()))
 }

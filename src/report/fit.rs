@@ -1,88 +1,101 @@
-//! A fit for people and for programs.
+//! A fit for people.
 
 use std::fmt::Write;
 
-use crate::fit::{
-    FactorStatus, FitMethod, FitOutcome, MonteCarloFit, PaperFit, PoseFit, WeightBasis,
-};
+use crate::fit::{FitMethod, WeightBasis};
 use crate::least_squares::SigmaMode;
-use crate::quantity::NEWTON_PER_METRE_PER_NEWTON_PER_MICROMETRE as N_PER_UM;
 
-use super::significance::{sequence_text, significance_text};
+use super::fit_report::{FitReport, PaperSteps, ParameterReport, PoseFitReport, TrialReport};
+use super::significance::sequence_text;
 use super::text::{AlignedTable, interval, significant};
 
-/// Factors, cells, and what to think of them.
-#[must_use]
-pub fn fit_text(outcome: &FitOutcome) -> String {
+impl FitReport {
+    /// The steps of the paper's method, if it was used; parameters, cells, and what to think of them.
+    ///
+    /// # Arguments
+    /// - `warnings`: printed at the end.
+    #[must_use]
+    pub fn text(&self, warnings: &[String]) -> String {
+        let mut text = self
+            .steps
+            .as_ref()
+            .map_or_else(String::new, |steps| steps.text(&self.mechanism));
+        text.push_str(&result(self, warnings));
+        text
+    }
+}
+
+fn result(fit: &FitReport, warnings: &[String]) -> String {
     let mut text = format!(
         "Mechanism {}, {}, {}.\n\n",
-        outcome.mechanism,
-        method_words(outcome.method),
-        outcome.termination
+        fit.mechanism,
+        method_words(fit.method),
+        fit.termination
     );
-    if !outcome.physics.is_empty() {
+    if !fit.physics.is_empty() {
         text.push_str("Physics beside the beams, held fixed:\n");
-        for effect in &outcome.physics {
+        for effect in &fit.physics {
             let _ = writeln!(text, "  {effect}");
         }
         text.push('\n');
     }
-    let bootstrap = outcome
-        .estimates
+    let bootstrap = fit
+        .parameters
         .iter()
-        .any(|estimate| estimate.bootstrap_interval_95.is_some());
+        .any(|parameter| parameter.ci95_bootstrap.is_some());
     let mut heads = vec!["parameter", "start", "value", "95 % interval", "status"];
     if bootstrap {
         heads.insert(4, "95 %, runs drawn again");
     }
     let mut rows = AlignedTable::new(&heads);
-    for estimate in &outcome.estimates {
+    for parameter in &fit.parameters {
         let mut cells = vec![
-            match estimate.parameter.unit() {
-                "1" => estimate.name.clone(),
-                unit => format!("{}, {unit}", estimate.name),
+            match parameter.unit {
+                "1" => parameter.name.clone(),
+                unit => format!("{}, {unit}", parameter.name),
             },
-            significant(estimate.start, 4),
-            significant(estimate.value, 4),
-            islands(&estimate.parts_95()),
-            estimate.status.word().replace('_', " "),
+            significant(parameter.start, 4),
+            significant(parameter.value, 4),
+            islands(parameter),
+            parameter.status.replace('_', " "),
         ];
         if bootstrap {
-            cells.insert(4, interval(estimate.bootstrap_interval_95, 4));
+            cells.insert(4, interval(parameter.ci95_bootstrap, 4));
         }
         rows.row(cells);
     }
     text.push_str(&rows.text());
-    text.push_str(&words(outcome));
-    text.push_str(&agreement_text(outcome));
+    text.push_str(&words(fit));
+    text.push_str(&agreement_text(fit));
     text.push('\n');
-    text.push_str(&cells_text(outcome));
-    for warning in &outcome.warnings {
+    text.push_str(&cells_text(fit));
+    for warning in warnings {
         let _ = writeln!(text, "\nnote: {warning}");
     }
     text
 }
 
 /// The 95 % interval, or the islands that it consists of.
-fn islands(parts: &[[f64; 2]]) -> String {
-    if parts.is_empty() {
-        return interval(None, 4);
+fn islands(parameter: &ParameterReport) -> String {
+    if parameter.islands.is_empty() {
+        return interval(parameter.ci95, 4);
     }
-    let parts = parts.iter().map(|part| interval(Some(*part), 4));
+    let parts = parameter
+        .islands
+        .iter()
+        .map(|part| interval(Some(*part), 4));
     parts.collect::<Vec<_>>().join(" or ")
 }
 
 /// Sentences about factors that the data do not determine, and what would.
-fn words(outcome: &FitOutcome) -> String {
+fn words(fit: &FitReport) -> String {
     let mut text = String::new();
-    for estimate in &outcome.estimates {
-        if let FactorStatus::AtBound { words, .. } | FactorStatus::NotIdentified { words } =
-            &estimate.status
-        {
-            let _ = writeln!(text, "{}: {words}.", estimate.name);
+    for parameter in &fit.parameters {
+        if let Some(words) = &parameter.words {
+            let _ = writeln!(text, "{}: {words}.", parameter.name);
         }
     }
-    for advice in &outcome.advice {
+    for advice in &fit.advice {
         let percent = |ln: f64| format!("{:.0} %", 100.0 * (ln.exp() - 1.0));
         let (now, then) = (
             percent(advice.ln_uncertainty_now),
@@ -104,7 +117,7 @@ fn words(outcome: &FitOutcome) -> String {
             )
         };
     }
-    if let Some(correlation) = &outcome.correlation {
+    if let Some(correlation) = &fit.correlation {
         for (i, a) in correlation.names.iter().enumerate() {
             for (j, b) in correlation.names.iter().enumerate().skip(i + 1) {
                 let rho = correlation.matrix[i][j];
@@ -124,18 +137,18 @@ fn words(outcome: &FitOutcome) -> String {
     }
 }
 
-fn agreement_text(outcome: &FitOutcome) -> String {
-    let Some(agreement) = &outcome.agreement else {
+fn agreement_text(fit: &FitReport) -> String {
+    let (Some(sigma), Some(basis)) = (fit.sigma, fit.weights) else {
         return String::new();
     };
-    let sigma = match agreement.sigma {
-        SigmaMode::Known if matches!(agreement.basis, WeightBasis::FromResiduals { .. }) => {
+    let sigma = match sigma {
+        SigmaMode::Known if matches!(basis, WeightBasis::FromResiduals { .. }) => {
             "scatter from run to run taken from the residuals"
         }
         SigmaMode::Known => "uncertainties of the stiffnesses taken as known",
         SigmaMode::Estimated => "scatter about the fit taken as the uncertainty of the stiffnesses",
     };
-    let basis = match agreement.basis {
+    let weights = match basis {
         WeightBasis::Pooled { run_slope_sd, dof } => {
             format!(
                 "weights from scatter pooled over the cells (slope from run to run {:.2} %, {dof:.0} degrees of freedom)",
@@ -152,12 +165,13 @@ fn agreement_text(outcome: &FitOutcome) -> String {
         WeightBasis::Stated => "weights from the stated uncertainties".to_owned(),
         WeightBasis::Equal => "equal weights".to_owned(),
     };
-    let chi = agreement
-        .reduced_chi_squared
-        .map_or_else(String::new, |chi| match agreement.p_value {
+    let dof = fit.dof.unwrap_or_default();
+    let chi = fit
+        .reduced_chi2
+        .map_or_else(String::new, |chi| match fit.p {
             Some(p) => format!(
                 "; reduced chi-squared {chi:.3} with {} degrees of freedom ({})",
-                agreement.dof,
+                dof,
                 if p < 0.01 {
                     format!("p = {p:.1e}")
                 } else {
@@ -165,21 +179,26 @@ fn agreement_text(outcome: &FitOutcome) -> String {
                 }
             ),
             // Of weights that the residuals gave it is 1 by construction, or less.
-            None if matches!(agreement.basis, WeightBasis::FromResiduals { .. }) => String::new(),
+            None if matches!(basis, WeightBasis::FromResiduals { .. }) => String::new(),
             None => format!(
                 "; scatter about the fit {:.2} % with {} degrees of freedom",
                 100.0 * chi.sqrt(),
-                agreement.dof
+                dof
             ),
         });
-    format!("\nIntervals: likelihood ratio, {sigma}; {basis}{chi}.\n")
+    format!("\nIntervals: likelihood ratio, {sigma}; {weights}{chi}.\n")
 }
 
-fn cells_text(outcome: &FitOutcome) -> String {
-    let left_out = outcome
+/// A number, or a dash where there is none.
+fn number(value: Option<f64>, text: &dyn Fn(f64) -> String) -> String {
+    value.map_or_else(|| "-".to_owned(), text)
+}
+
+fn cells_text(fit: &FitReport) -> String {
+    let left_out = fit
         .cells
         .iter()
-        .any(|cell| cell.predicted_without_its_pose_n_per_m.is_some());
+        .any(|cell| cell.predicted_without_its_pose.is_some());
     let mut heads = vec![
         "pose",
         "direction",
@@ -193,18 +212,17 @@ fn cells_text(outcome: &FitOutcome) -> String {
         "held out"
     });
     let mut rows = AlignedTable::new(&heads);
-    for cell in &outcome.cells {
+    for cell in &fit.cells {
         rows.row([
-            cell.cell.pose.to_string(),
-            format!("{} {}", cell.cell.direction, cell.cell.direction.word()),
-            significant(cell.measured_n_per_m / N_PER_UM, 4),
-            significant(cell.predicted_n_per_m / N_PER_UM, 4),
-            format!("{:.2}", cell.ratio_percent()),
+            cell.pose.to_string(),
+            format!("{} {}", cell.direction, cell.direction.word()),
+            number(cell.measured.value, &|k| significant(k, 4)),
+            number(cell.predicted.value, &|k| significant(k, 4)),
+            format!("{:.2}", cell.ratio_percent),
             if left_out {
-                cell.predicted_without_its_pose_n_per_m.map_or_else(
-                    || "-".to_owned(),
-                    |k| format!("{:.2}", 100.0 * k / cell.measured_n_per_m),
-                )
+                let without = cell.predicted_without_its_pose.as_ref();
+                let without = without.and_then(|k| Some(k.value? / cell.measured.value?));
+                number(without, &|ratio| format!("{:.2}", 100.0 * ratio))
             } else if cell.held_out {
                 "yes".to_owned()
             } else {
@@ -213,8 +231,8 @@ fn cells_text(outcome: &FitOutcome) -> String {
         ]);
     }
     let mut text = rows.text();
-    if let Some(worst) = outcome.max_error_percent() {
-        let unseen = outcome.judged_cells().count() < outcome.cells.len() || left_out;
+    if let Some(worst) = fit.max_error_percent {
+        let unseen = left_out || fit.cells.iter().any(|cell| cell.held_out);
         let which = if unseen {
             "cells the fit did not see"
         } else {
@@ -232,70 +250,71 @@ fn method_words(method: FitMethod) -> &'static str {
     }
 }
 
-/// The nine steps for people, up to the combination; step 9 is [`fit_text`].
-#[must_use]
-pub fn paper_steps_text(fit: &PaperFit) -> String {
-    let mut text = format!(
-        "Step 1. Objective: a multi-source (M-FSD) model of mechanism {}.\n",
-        fit.outcome.mechanism
-    );
-    if let Some(name) = &fit.single_source_given {
-        let _ = writeln!(
-            text,
-            "\nSteps 2 to 4. Single-source (S-FSD) factors as given: {name} {}.",
-            factors_text(fit.single_source_factors.beam)
-        );
-    } else {
-        text.push_str(
+impl PaperSteps {
+    /// The nine steps for people, up to the combination.
+    fn text(&self, mechanism: &str) -> String {
+        let mut text =
+            format!("Step 1. Objective: a multi-source (M-FSD) model of mechanism {mechanism}.\n");
+        if let Some(name) = &self.single_source_given {
+            let _ = writeln!(
+                text,
+                "\nSteps 2 to 4. Single-source (S-FSD) factors as given: {name} {}.",
+                factors_text(self.single_source_factors.beam)
+            );
+        } else {
+            text.push_str(
             "\nSteps 2 to 4. Single-source (S-FSD) fits to the reference, beams and links alike.\n",
         );
-        for pose in &fit.single_source {
-            text.push_str(&pose_text(pose));
+            for pose in &self.single_source {
+                text.push_str(&pose_text(pose));
+            }
+            let _ = writeln!(
+                text,
+                "\nCombined: {}.",
+                factors_text(self.single_source_factors.beam)
+            );
         }
         let _ = writeln!(
             text,
-            "\nCombined: {}.",
-            factors_text(fit.single_source_factors.beam)
+            "\nStep 5. Beams and links part. Links keep {}.",
+            factors_text(self.start.link)
         );
+        text.push_str(
+            "\nSteps 6 and 7. Multi-source fits of the beams to the measured stiffness.\n",
+        );
+        for pose in &self.multi_source {
+            text.push_str(&pose_text(pose));
+        }
+        let weights = self
+            .multi_source
+            .iter()
+            .map(|pose| format!("{} {}", pose.pose, pose.weight))
+            .collect::<Vec<_>>()
+            .join(", ");
+        let _ = writeln!(
+            text,
+            "\nStep 8. Weighted combination ({weights}): beams {}.",
+            factors_text(self.combined.beam)
+        );
+        text.push_str("\nStep 9. Validation.\n\n");
+        text
     }
-    let _ = writeln!(
-        text,
-        "\nStep 5. Beams and links part. Links keep {}.",
-        factors_text(fit.start.link)
-    );
-    text.push_str("\nSteps 6 and 7. Multi-source fits of the beams to the measured stiffness.\n");
-    for pose in &fit.multi_source {
-        text.push_str(&pose_text(pose));
-    }
-    let weights = fit
-        .multi_source
-        .iter()
-        .map(|pose| format!("{} {}", pose.pose, pose.weight))
-        .collect::<Vec<_>>()
-        .join(", ");
-    let _ = writeln!(
-        text,
-        "\nStep 8. Weighted combination ({weights}): beams {}.",
-        factors_text(fit.outcome.factors.beam)
-    );
-    text.push_str("\nStep 9. Validation.\n\n");
-    text
 }
 
-fn pose_text(pose: &PoseFit) -> String {
+fn pose_text(pose: &PoseFitReport) -> String {
     format!(
         "\nPose {}: significance of the constants\n\n{}\nSequence: {}.\n{}",
         pose.pose,
-        significance_text(&pose.significance),
+        pose.significance.table(),
         sequence_text(&pose.sequence),
-        trials_text(&pose.fit)
+        trials_text(&pose.trials)
     )
 }
 
 /// The last pass of the trials.
-fn trials_text(fit: &MonteCarloFit) -> String {
-    let last = fit.steps.iter().map(|step| step.pass).max().unwrap_or(0);
-    let steps = fit
+fn trials_text(trials: &TrialReport) -> String {
+    let last = trials.steps.iter().map(|step| step.pass).max().unwrap_or(0);
+    let steps = trials
         .steps
         .iter()
         .filter(|step| step.pass == last)
@@ -310,7 +329,7 @@ fn trials_text(fit: &MonteCarloFit) -> String {
         });
     format!(
         "Trials: {} structures solved; pass {last}: {}.\n",
-        fit.evaluations,
+        trials.evaluations,
         steps.collect::<Vec<_>>().join(", ")
     )
 }

@@ -33,8 +33,8 @@ pub struct FitReport {
     pub parameters: Vec<ParameterReport>,
     /// Correlations of the determined parameters; `null` without intervals.
     pub correlation: Option<FactorCorrelations>,
-    /// Where the standard deviation of the residuals comes from: `known` or `estimated`.
-    pub sigma: Option<&'static str>,
+    /// Where the standard deviation of the residuals comes from.
+    pub sigma: Option<SigmaMode>,
     /// Where the weights come from.
     pub weights: Option<WeightBasis>,
     /// Residuals less determined parameters.
@@ -103,6 +103,9 @@ pub struct ParameterReport {
     pub ci95: Option<[f64; 2]>,
     /// Islands of that interval; empty if it has no gaps.
     pub islands: Vec<[f64; 2]>,
+    /// 95 % interval of the bootstrap over runs, if it was asked for.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub ci95_bootstrap: Option<[f64; 2]>,
     /// Smallest and largest value that the fit could give it; `null` of one that it does not move.
     pub bounds: Option<[f64; 2]>,
     /// `free`, `fixed`, `tied`, `at_bound` or `not_identified`.
@@ -112,6 +115,9 @@ pub struct ParameterReport {
     /// The parameter that it is tied to.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub tied_to: Option<String>,
+    /// What the data show of it instead of an interval.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub words: Option<String>,
 }
 
 /// A measured cell beside its prediction.
@@ -212,10 +218,7 @@ impl From<&FitOutcome> for FitReport {
             },
             parameters: outcome.estimates.iter().map(Into::into).collect(),
             correlation: outcome.correlation.clone(),
-            sigma: agreement.map(|agreement| match agreement.sigma {
-                SigmaMode::Known => "known",
-                SigmaMode::Estimated => "estimated",
-            }),
+            sigma: agreement.map(|agreement| agreement.sigma),
             weights: agreement.map(|agreement| agreement.basis),
             dof: agreement.map(|agreement| agreement.dof),
             reduced_chi2: agreement.and_then(|agreement| agreement.reduced_chi_squared),
@@ -256,6 +259,16 @@ fn tied_to(estimate: &FactorEstimate) -> Option<String> {
     }
 }
 
+/// What the data show of a parameter instead of an interval.
+fn words_instead(estimate: &FactorEstimate) -> Option<String> {
+    match &estimate.status {
+        FactorStatus::AtBound { words, .. } | FactorStatus::NotIdentified { words } => {
+            Some(words.clone())
+        }
+        FactorStatus::Tied { .. } | FactorStatus::Free | FactorStatus::Fixed => None,
+    }
+}
+
 impl From<&FactorEstimate> for FactorReport {
     fn from(estimate: &FactorEstimate) -> Self {
         Self {
@@ -268,11 +281,8 @@ impl From<&FactorEstimate> for FactorReport {
             tied_to: tied_to(estimate),
             start: estimate.start,
             words: match &estimate.status {
-                FactorStatus::AtBound { words, .. } | FactorStatus::NotIdentified { words } => {
-                    Some(words.clone())
-                }
                 FactorStatus::Tied { to } => Some(format!("in proportion to {to}")),
-                FactorStatus::Free | FactorStatus::Fixed => None,
+                _ => words_instead(estimate),
             },
         }
     }
@@ -287,10 +297,12 @@ impl From<&FactorEstimate> for ParameterReport {
             se: estimate.standard_uncertainty,
             ci95: estimate.interval_95,
             islands: estimate.islands_95.clone(),
+            ci95_bootstrap: estimate.bootstrap_interval_95,
             bounds: estimate.bounds,
             status: estimate.status.word(),
             start: estimate.start,
             tied_to: tied_to(estimate),
+            words: words_instead(estimate),
         }
     }
 }

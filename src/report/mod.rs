@@ -40,7 +40,6 @@ pub use figures::{
     FitFigures, correlation_figure, fit_figures, load_displacement_figure, residuals_figure,
     robot_figure, workspace_figure,
 };
-pub use fit::{fit_text, paper_steps_text};
 pub use fit_report::{
     ClassFactors, FactorReport, FitReport, FittedCellReport, PaperSteps, ParameterReport,
     PoseFitReport, TrialReport,
@@ -63,9 +62,7 @@ pub use robot::{
 };
 pub use schemas::{schema_of, schemas};
 pub use session::*;
-pub use significance::{
-    ByDirection, FurtherSignificance, SignificanceReport, significance_with_sequence,
-};
+pub use significance::{ByDirection, FurtherSignificance, SignificanceReport};
 pub use simulation::*;
 pub use specimen::{
     SpecimenFinding, SpecimenNoise, SpecimenQuality, SpecimenSlope, SpecimenSummary,

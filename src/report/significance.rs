@@ -12,100 +12,6 @@ use crate::test_point::PoseId;
 
 use super::text::{AlignedTable, significant};
 
-/// Both readings of significance beside each other: what a hundredfold leaves, and the exact share.
-#[must_use]
-pub(super) fn significance_text(significance: &SectionSignificance) -> String {
-    let mut rows = AlignedTable::new(&[
-        "constant",
-        "x: % left",
-        "y: % left",
-        "z: % left",
-        "x: share, %",
-        "y: share, %",
-        "z: share, %",
-    ]);
-    for property in Property::ALL {
-        let (left, share) = (
-            significance.remaining[property.index()],
-            significance.shares[property.index()],
-        );
-        let cells = left
-            .iter()
-            .chain(&share)
-            .map(|part| format!("{:.2}", 100.0 * part));
-        rows.row(std::iter::once(property.name().to_owned()).chain(cells));
-    }
-    if significance.scope == Scope::Beams {
-        let none = ["", "", ""].map(str::to_owned);
-        let others = significance
-            .share_of_others
-            .map(|part| format!("{:.2}", 100.0 * part));
-        rows.row(
-            std::iter::once("links".to_owned())
-                .chain(none)
-                .chain(others),
-        );
-    }
-    let total = [0, 1, 2].map(|i| {
-        significance.shares.iter().map(|row| row[i]).sum::<f64>() + significance.share_of_others[i]
-    });
-    let compliance = significance
-        .compliance_m_per_n
-        .map(|c| significant(c * 1e6, 4));
-    format!(
-        "{}\n% left: displacement when the constant is multiplied by 100, in percent of before (the paper's Table III). Share: part of the\n\
-         compliance stored through the constant; shares of a direction add up to {:.4}, {:.4}, {:.4}. Compliance before: {} um/N (x, y, z).\n",
-        rows.text(),
-        total[0],
-        total[1],
-        total[2],
-        compliance.join(", ")
-    )
-}
-
-/// Single sections and springs; empty without any.
-fn further_text(significance: &SectionSignificance) -> String {
-    if significance.further.is_empty() {
-        return String::new();
-    }
-    let mut rows = AlignedTable::new(&[
-        "parameter",
-        "value",
-        "x: share, %",
-        "y: share, %",
-        "z: share, %",
-        "x: 1 % at",
-        "y: 1 % at",
-        "z: 1 % at",
-    ]);
-    for further in &significance.further {
-        let share = further.shares.map(|part| format!("{:.2}", 100.0 * part));
-        let adds = further.adds_a_hundredth;
-        let adds = adds.map(|at| at.map_or_else(|| "-".to_owned(), |at| significant(at, 3)));
-        let unit = further.parameter.unit();
-        let name = match unit {
-            "1" => further.parameter.to_string(),
-            unit => format!("{}, {unit}", further.parameter),
-        };
-        let value = significant(further.value, 4);
-        rows.row([name, value].into_iter().chain(share).chain(adds));
-    }
-    format!(
-        "\n{}\nShare: part of the compliance. 1 % at: compliance of a spring that adds 1 % to the displacement.\n",
-        rows.text()
-    )
-}
-
-/// The fitting sequence in one line.
-#[must_use]
-pub(super) fn sequence_text(sequence: &[SequenceStep]) -> String {
-    let step = |step: &SequenceStep| match step.direction {
-        Some(direction) => format!("a_{} on {direction}", step.property.name()),
-        None => format!("a_{} stays", step.property.name()),
-    };
-    sequence.iter().map(step).collect::<Vec<_>>().join(", ")
-}
-
 /// Significance as the data of `stiffbench significance --json`.
 #[derive(Debug, Clone, Serialize, JsonSchema)]
 pub struct SignificanceReport {
@@ -164,6 +70,13 @@ impl<T> From<[T; 3]> for ByDirection<T> {
     }
 }
 
+impl<T: Copy> ByDirection<T> {
+    /// x, y, z.
+    fn each(&self) -> [T; 3] {
+        [self.x, self.y, self.z]
+    }
+}
+
 impl From<&SectionSignificance> for SignificanceReport {
     fn from(significance: &SectionSignificance) -> Self {
         let by_property = |rows: &[[f64; 3]; 4]| {
@@ -196,13 +109,107 @@ impl From<&SectionSignificance> for SignificanceReport {
     }
 }
 
-/// Table and sequence together.
+impl SignificanceReport {
+    /// Tables and sequence.
+    #[must_use]
+    pub fn text(&self) -> String {
+        format!(
+            "{}{}\nFitting sequence: {}.\n",
+            self.table(),
+            self.further_text(),
+            sequence_text(&self.sequence)
+        )
+    }
+
+    /// Both readings of significance beside each other: what a hundredfold leaves, and the exact share.
+    pub(super) fn table(&self) -> String {
+        let mut rows = AlignedTable::new(&[
+            "constant",
+            "x: % left",
+            "y: % left",
+            "z: % left",
+            "x: share, %",
+            "y: share, %",
+            "z: share, %",
+        ]);
+        for property in Property::ALL {
+            let name = property.name();
+            let (left, share) = (&self.remaining_at_100[name], &self.share[name]);
+            let cells = left.each().into_iter().chain(share.each());
+            let cells = cells.map(|part| format!("{:.2}", 100.0 * part));
+            rows.row(std::iter::once(name.to_owned()).chain(cells));
+        }
+        if self.scope == Scope::Beams {
+            let none = ["", "", ""].map(str::to_owned);
+            let others = self
+                .share_of_others
+                .each()
+                .map(|part| format!("{:.2}", 100.0 * part));
+            rows.row(
+                std::iter::once("links".to_owned())
+                    .chain(none)
+                    .chain(others),
+            );
+        }
+        let others = self.share_of_others.each();
+        let total = [0, 1, 2].map(|i| {
+            let shares = Property::ALL.map(|property| self.share[property.name()].each()[i]);
+            shares.iter().sum::<f64>() + others[i]
+        });
+        let compliance = self.compliance_um_per_n.each().map(|c| significant(c, 4));
+        format!(
+            "{}\n% left: displacement when the constant is multiplied by 100, in percent of before (the paper's Table III). Share: part of the\n\
+         compliance stored through the constant; shares of a direction add up to {:.4}, {:.4}, {:.4}. Compliance before: {} um/N (x, y, z).\n",
+            rows.text(),
+            total[0],
+            total[1],
+            total[2],
+            compliance.join(", ")
+        )
+    }
+
+    /// Single sections and springs; empty without any.
+    fn further_text(&self) -> String {
+        if self.further.is_empty() {
+            return String::new();
+        }
+        let mut rows = AlignedTable::new(&[
+            "parameter",
+            "value",
+            "x: share, %",
+            "y: share, %",
+            "z: share, %",
+            "x: 1 % at",
+            "y: 1 % at",
+            "z: 1 % at",
+        ]);
+        for further in &self.further {
+            let share = further
+                .share
+                .each()
+                .map(|part| format!("{:.2}", 100.0 * part));
+            let adds = further.adds_one_percent_at.each();
+            let adds = adds.map(|at| at.map_or_else(|| "-".to_owned(), |at| significant(at, 3)));
+            let name = match further.unit {
+                "1" => further.name.clone(),
+                unit => format!("{}, {unit}", further.name),
+            };
+            let value = significant(further.value, 4);
+            rows.row([name, value].into_iter().chain(share).chain(adds));
+        }
+        format!(
+            "\n{}\nShare: part of the compliance. 1 % at: compliance of a spring that adds 1 % to the displacement.\n",
+            rows.text()
+        )
+    }
+}
+
+/// The fitting sequence in one line.
 #[must_use]
-pub fn significance_with_sequence(significance: &SectionSignificance) -> String {
-    format!(
-        "{}{}\nFitting sequence: {}.\n",
-        significance_text(significance),
-        further_text(significance),
-        sequence_text(&significance.sequence())
-    )
+pub(super) fn sequence_text(sequence: &[SequenceStep]) -> String {
+    let step = |step: &SequenceStep| match step.direction {
+        Some(direction) => format!("a_{} on {direction}", step.property.name()),
+        None => format!("a_{} stays", step.property.name()),
+    };
+    sequence.iter().map(step).collect::<Vec<_>>().join(", ")
 }

@@ -8,8 +8,8 @@ use clap::Args;
 
 use crate::analysis::{Data, FitData, FitSettings, LoadedSession, ModelChoice};
 use crate::report::{
-    DemoReport, DemoTableVi, FitReport, fit_figures, fit_text, load_displacement_figure,
-    paper_report, robot_figure, stiffness_text,
+    DemoReport, DemoTableVi, FitReport, fit_figures, load_displacement_figure, paper_report,
+    robot_figure, stiffness_text,
 };
 use crate::robot::Predictor;
 use crate::stiffness::{Branches, Method};
@@ -96,13 +96,14 @@ pub(super) fn run(args: &DemoArgs, global: &Global) -> Result<Outcome, Failure> 
         &robot_figure(&mut predictor, "P1", [0.0, -50.0, 0.0]),
     )?;
 
+    let fit = FitReport::from(&outcome);
     let text = format!(
         "A session of {readings} readings by emulated gauges on a robot with the factors m_fsd ({}): stiffness of each pose and direction\n\n{}\n\
          Factors of the beams fitted to P1 and P3, validated on P2 and P4\n\n{}\n\
          The paper's own measured stiffness (Table VI)\n\n{}",
         folder.display(),
         stiffness_text(&table, false),
-        fit_text(&outcome),
+        fit.text(&outcome.warnings),
         paper.fits_text()
     );
     let with_inputs = format!("{}{text}", inputs.text());
@@ -121,7 +122,7 @@ pub(super) fn run(args: &DemoArgs, global: &Global) -> Result<Outcome, Failure> 
     );
     let data = DemoReport {
         stiffness: table,
-        fit: FitReport::from(&outcome),
+        fit,
         paper_table_vi: DemoTableVi {
             stated_worst_percent: paper.stated_worst_percent,
             procedure: paper.procedure.max_error_percent(),
