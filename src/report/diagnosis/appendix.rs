@@ -5,7 +5,7 @@ use std::fmt::Write;
 use crate::mismatch::{DetectionLimit, Finding, Spot};
 use crate::physics::{Law, Place};
 use crate::report::{AlignedTable, significant};
-use crate::search::constants::{LAW_LEVEL, NULL_SAMPLES, UNEXPLAINED_LEVEL};
+use crate::search::constants::{DESIGN_LENGTH, LAW_LEVEL, NULL_SAMPLES, UNEXPLAINED_LEVEL};
 
 use super::noise::noise_text;
 use super::parameter_interval;
@@ -306,7 +306,7 @@ fn critical_values(report: &DiagnosisReport) -> String {
     let mut text = String::from("\n");
     let sentence = format!(
         "Limits. Noise alone passes for a law in {} % of sessions and for structure left over in {} %, from {NULL_SAMPLES} draws with seed {}. The \
-         level of the laws is split between them so that most are found at 4.5 standard errors; the critical value is that of the gain, the \
+         level of the laws is split between them so that most are found at {DESIGN_LENGTH} standard errors; the critical value is that of the gain, the \
          fall of the weighted squares.",
         significant(100.0 * LAW_LEVEL, 2),
         significant(100.0 * UNEXPLAINED_LEVEL, 2),

@@ -1,5 +1,7 @@
 //! Every shape of every candidate scored against the residuals: linear, exact in the shape, in parallel.
 
+use std::ops::Range;
+
 use rayon::prelude::*;
 
 use stiffbench_beams::physics::{Effect, JointPath, JointRotations, Place, Shape};
@@ -158,6 +160,33 @@ fn each_shape<S: Sync, T: Send>(
     found.flatten_iter().collect()
 }
 
+/// Which changes of readings a shape has left in [`Scratch`].
+enum ShapeChange {
+    /// Those of its effect, in the first vector; outside these readings it changes nothing, and the vector is not to be read.
+    Part(Range<usize>),
+    /// Those of its effect in the first vector, and of the same a quarter of a turn further in the second.
+    BothPhases,
+}
+
+/// Computes what a shape changes; `None` where it cannot be computed.
+fn change_of(
+    changes: &Changes<'_>,
+    candidate: &Candidate,
+    shape: &Shape,
+    scratch: &mut Scratch,
+) -> Option<ShapeChange> {
+    let effect = effect_of(candidate, shape);
+    let [first, second] = &mut scratch.change_m;
+    let joint_rotations = &mut scratch.joint_rotations;
+    if let Some(phase) = candidate.law.search.phase {
+        changes.of_both_phases(&effect, phase, joint_rotations, [first, second])?;
+        return Some(ShapeChange::BothPhases);
+    }
+    let path = scratch.path.as_ref();
+    let range = changes.of(&effect, path, joint_rotations, first)?;
+    Some(ShapeChange::Part(range))
+}
+
 fn scored_shape(
     changes: &Changes<'_>,
     engine: &impl ScoreEngine,
@@ -165,23 +194,18 @@ fn scored_shape(
     shape: &Shape,
     scratch: &mut Scratch,
 ) -> Option<ScoredShape> {
-    let effect = effect_of(candidate, shape);
-    let [first, second] = &mut scratch.change_m;
-    let (moments, quarter, peak_m) = if let Some(phase) = candidate.law.search.phase {
-        changes.of_both_phases(
-            &effect,
-            phase,
-            &mut scratch.joint_rotations,
-            [first, second],
-        )?;
-        let pair = engine.pair_moments([&*first, &*second], &mut scratch.products);
-        let peak_m = peak(first).max(peak(second));
-        (pair.first, Some(pair.second), peak_m)
-    } else {
-        let path = scratch.path.as_ref();
-        let range = changes.of(&effect, path, &mut scratch.joint_rotations, first)?;
-        let moments = engine.moments(first, &range, &mut scratch.products);
-        (moments, None, peak(&first[range]))
+    let change = change_of(changes, candidate, shape, scratch)?;
+    let [first, second] = &scratch.change_m;
+    let (moments, quarter, peak_m) = match change {
+        ShapeChange::BothPhases => {
+            let pair = engine.pair_moments([first, second], &mut scratch.products);
+            let peak_m = peak(first).max(peak(second));
+            (pair.first, Some(pair.second), peak_m)
+        }
+        ShapeChange::Part(range) => {
+            let moments = engine.moments(first, &range, &mut scratch.products);
+            (moments, None, peak(&first[range]))
+        }
     };
     (moments.square > INVISIBLE * INVISIBLE).then(|| ScoredShape {
         shape: shape.clone(),
@@ -236,22 +260,15 @@ fn white_shape(
     shape: &ScoredShape,
     scratch: &mut Scratch,
 ) -> Option<WhiteShape> {
-    let effect = effect_of(candidate, &shape.shape);
-    let [first, second] = &mut scratch.change_m;
-    let vectors = if let Some(phase) = candidate.law.search.phase {
-        changes.of_both_phases(
-            &effect,
-            phase,
-            &mut scratch.joint_rotations,
-            [first, second],
-        )?;
-        let [first, mut second] = [&*first, &*second].map(|change_m| space.white(change_m));
-        make_orthogonal(space, &first, &mut second);
-        vec![first, second]
-    } else {
-        let path = scratch.path.as_ref();
-        let range = changes.of(&effect, path, &mut scratch.joint_rotations, first)?;
-        vec![space.white_part(first, &range)]
+    let change = change_of(changes, candidate, &shape.shape, scratch)?;
+    let [first, second] = &scratch.change_m;
+    let vectors = match change {
+        ShapeChange::BothPhases => {
+            let [first, mut second] = [first, second].map(|change_m| space.white(change_m));
+            make_orthogonal(space, &first, &mut second);
+            vec![first, second]
+        }
+        ShapeChange::Part(range) => vec![space.white_part(first, &range)],
     };
     Some(WhiteShape {
         shape: shape.shape.clone(),

@@ -1,11 +1,12 @@
 //! Every number of the search that could be another, with unit, meaning, and what set it.
 //!
-//! Four kinds of origin are distinguished:
+//! Five kinds of origin are distinguished:
 //!
 //! - **stated**: part of what the search promises;
 //! - **source**: a book or paper;
 //! - **by hand**: chosen by hand on simulated benches (`stiffbench-validate prove --only errors`, `--only calibration`, `--only concealed`), in
 //!   the commit given; where a trial was counted, its seed and result are those of the table in `CHANGELOG.md`;
+//! - **by judgement**: set in the commit given, which states no trial; where `docs/method.md`, section 11, lists it, it was counted afterwards;
 //! - **numerics**: rounding, work or memory; no verdict depends on it beyond its tolerance.
 //!
 //! What half and twice a number changes on sessions with known answers is the table of `docs/method.md`, section 11; a test holds its values to
@@ -124,7 +125,8 @@ pub const PRIOR_LOG_VARIANCE_SD: f64 = 4.0;
 /// Relative error of the slope of a run about which that prior lies (1). By hand (750d6b5).
 pub const PRIOR_RUN_SLOPE_SD: f64 = 3e-3;
 
-/// Scatter of forces within a load step, as a share of the largest force, above which repeats of the step are not the same load (1). By hand.
+/// Scatter of forces within a load step, as a share of the largest force, above which repeats of the step are not the same load (1). By
+/// judgement (750d6b5).
 pub const SAME_STEP: f64 = 0.05;
 
 /// Largest load and displacement of a table without a robot after scaling, N and m: those of the paper's bench, for which plausible ranges
@@ -163,10 +165,10 @@ pub const ABSORBED_PATTERN: f64 = 1e-3;
 /// The same of a candidate's column. Numerics.
 pub const ABSORBED: f64 = 1e-6;
 
-/// Readings in a run from which on a rhythm in their order is searched for (1). By hand.
+/// Readings in a run from which on a rhythm in their order is searched for (1). By judgement (0f36cf8).
 pub const ENOUGH_FOR_A_RHYTHM: usize = 32;
 
-/// Most frequencies that are searched for (1). By hand.
+/// Most frequencies that are searched for (1). It bounds the work of runs of more than 400 readings. By judgement (0f36cf8).
 pub const FREQUENCIES: usize = 200;
 
 // What a diagnosis needs and says.
@@ -181,10 +183,10 @@ pub const RIVALS: usize = 8;
 /// A factor whose interval spans more than this share of what was allowed beforehand is not identified by the data (1). By hand (750d6b5).
 pub const IDENTIFIED: f64 = 0.5;
 
-/// Degrees of freedom below which an earlier session carries no information on a variance (1). By hand.
+/// Degrees of freedom below which an earlier session carries no information on a variance (1). By judgement (94fd81c).
 pub const FEWEST_DOF: f64 = 3.0;
 
-/// Earlier sessions with a smaller chance to have the same noise are not pooled (1). By hand.
+/// Earlier sessions with a smaller chance to have the same noise are not pooled (1). By judgement (94fd81c).
 pub const LEAST_CHANCE_OF_SAME_NOISE: f64 = 0.01;
 
 // What cannot be seen.
@@ -206,7 +208,7 @@ pub const INVISIBLE_MEMBER: f64 = 1e-6;
 /// A joint whose release would add more than this many times the compliance of the structure lies in no closed loop (1). Numerics.
 pub const OPEN_LOOP: f64 = 1e4;
 
-/// Readings that must follow a jump (1): with fewer it is an outlier. By hand.
+/// Readings that must follow a jump (1): with fewer it is an outlier. By judgement (750d6b5).
 pub const AFTER_A_JUMP: usize = 2;
 
 /// Quantile of the normal distribution for a power of 80 %. Stated.
@@ -244,39 +246,39 @@ pub const MOST_DIRECTIONS: usize = 64;
 /// Level, all tests together, below which a stratum is looked into (1). Stated.
 pub const STRATUM_LEVEL: f64 = 0.05;
 
-/// Share of a stratum's squares above which one spot is said to hold it (1). By hand.
+/// Share of a stratum's squares above which one spot is said to hold it (1). By judgement (f10797f).
 pub const ONE_SPOT: f64 = 0.8;
 
-/// Forces closer than this share of the usual distance between loads are one level (1). By hand.
+/// Forces closer than this share of the usual distance between loads are one level (1). By judgement (f10797f).
 pub const ONE_LEVEL: f64 = 0.3;
 
-/// Forces closer than this share of the largest are one level in any case (1): no jack is set more closely. By hand.
+/// Forces closer than this share of the largest are one level in any case (1): no jack is set more closely. By judgement (f10797f).
 pub const SAME_FORCE: f64 = 0.01;
 
-/// A reading of whose own error the model leaves less than this share carries no information on itself (1). By hand.
+/// A reading of whose own error the model leaves less than this share carries no information on itself (1). By judgement (f10797f).
 pub const UNSEEN_READING: f64 = 0.05;
 
 /// A factor that moves no reading by more than this many standard errors within all that is known of it is left out: it absorbs nothing. By
-/// hand.
+/// judgement (f10797f).
 pub const ABSORBS_NOTHING: f64 = 0.05;
 
-/// A column of which what is taken out first leaves less than this share is not worth a degree of freedom (1). By hand.
+/// A column of which what is taken out first leaves less than this share is not worth a degree of freedom (1). By judgement (f10797f).
 pub const COLUMN_LEFT: f64 = 1e-2;
 
 /// Degrees of freedom above which a variance counts as known (1). Numerics.
 pub const KNOWN_VARIANCE: f64 = 1e5;
 
-/// A period longer than this share of the displacement is a curve over the load (1). By hand.
+/// A period longer than this share of the displacement is a curve over the load (1). By judgement (f10797f).
 pub const LONGEST_PERIOD: f64 = 0.5;
 
-/// Parts with a larger cosine between their effects cannot be distinguished (1). By hand.
+/// Parts with a larger cosine between their effects cannot be distinguished (1). By judgement (f10797f).
 pub const INSEPARABLE_PARTS: f64 = 0.98;
 
 /// Compliance of a joint times the stiffness of its loop beyond which even a pin does not explain it (1); above 1 for poses in which the loop is
-/// stiffer. By hand.
+/// stiffer. By judgement (8de8e53).
 pub const A_PIN: f64 = 1.5;
 
-/// A joint or base that turns by more than this under a newton metre does not hold a pose, rad/(N·m). By hand.
+/// A joint or base that turns by more than this under a newton metre does not hold a pose, rad/(N·m). By judgement (8de8e53).
 pub const SOFTEST: f64 = 1e-2;
 
 /// Factor by which no property of an element is wrong (1): the bounds of the factors. Stated.
@@ -293,16 +295,16 @@ pub const CANNOT_TELL: f64 = STRONG_EVIDENCE;
 /// Expected log-likelihood ratio from which a plan distinguishes a pair: as a diagnosis would.
 pub const CAN_TELL: f64 = DISTINGUISHABLE;
 
-/// Pairs that are planned for (1), those with the largest posterior. By hand.
+/// Pairs that are planned for (1), those with the largest posterior. By judgement (2d002a9).
 pub const MOST_PAIRS: usize = 6;
 
-/// Courses of a law that are kept for each rival it may imitate (1): those nearest to it. By hand.
+/// Courses of a law that are kept for each rival it may imitate (1): those nearest to it. By judgement (2d002a9).
 pub const IMITATIONS: usize = 6;
 
 /// Rivals that are listed for each law and place (1).
 pub const NEAREST: usize = 3;
 
-/// Share by which a planned time varies from one reading to the next, at most (1). By hand.
+/// Share by which a planned time varies from one reading to the next, at most (1). By judgement (2d002a9).
 pub const TIMES_VARY: f64 = 0.2;
 
 /// Scatter of a reading on a bench of which nothing is known yet, m: a dial gauge with a step of 10 µm, read to 6 µm, √(6² + 10²/12). Stated.
