@@ -17,8 +17,8 @@ use criterion::{Criterion, criterion_group, criterion_main};
 use rayon::prelude::*;
 
 use stiffbench::distribution::{
-    ColumnStatistics, MapColumn, MapModel, MechanismStudy, PosePlan, PoseSample, Sampling, Shard,
-    StiffnessMap, StudyPoses, Surface, column_statistics,
+    ColumnStatistics, MapColumn, MapModel, MapPlane, MechanismStudy, PosePlan, PoseSample,
+    Sampling, Shard, StiffnessMap, StudyPoses, Surface, column_statistics,
 };
 use stiffbench::physics::ActingPhysics;
 use stiffbench::report::points_csv;
@@ -55,7 +55,11 @@ fn statistics(maps: &[StiffnessMap], poses: &PoseSample) -> Vec<ColumnStatistics
 }
 
 fn everything(models: &[MapModel], robot: &Robot, columns: &[MapColumn]) -> Vec<MechanismStudy> {
-    let poses = StudyPoses::new(draw(robot), Sampling::MonteCarlo);
+    let poses = StudyPoses::new(
+        draw(robot),
+        Sampling::MonteCarlo,
+        MapPlane::upright(robot.vertical),
+    );
     let maps = maps(models, &poses.set, columns).into_iter();
     let studies = models.iter().zip(maps);
     studies

@@ -1,11 +1,11 @@
 //! `stiffbench robot`.
 
-use crate::distribution::{Extreme, RefinedExtreme, WorkspacePlan, WorkspaceSample};
+use crate::distribution::{Extreme, MapPlane, RefinedExtreme, WorkspacePlan, WorkspaceSample};
 use crate::physics::ActingPhysics;
 use crate::plot::Figure;
 use crate::report::{
     AlignedTable, CheckedPose, ComplianceReport, MechanismRank, MobilityReport, OutermostPoint,
-    RobotCheck, RobotReport, WorkspaceReport, workspace_figure,
+    RobotCheck, RobotReport, WorkspaceReport, plane_column_heads, workspace_figure,
 };
 use crate::robot::{
     JointModel, Mechanism, Pose, Predictor, Robot, RobotError, Theory, chain_mobility, mobility,
@@ -155,6 +155,7 @@ pub(super) fn workspace_projection(
         &WorkspacePlan {
             poses,
             seed,
+            vertical: robot.vertical,
             ..WorkspacePlan::paper()
         },
     )
@@ -196,13 +197,16 @@ impl SampledWorkspace {
             let point = &extreme.as_ref()?.point;
             Some(((*name).to_owned(), [point.reach_m, point.height_m]))
         });
-        workspace_figure(points, extremes.collect(), self.stated.clone())
+        let plane = MapPlane::upright(self.sample.plan.vertical);
+        workspace_figure(points, extremes.collect(), self.stated.clone(), &plane)
     }
 
     fn text(&self, robot: &Robot) -> String {
         let sample = &self.sample;
         let angles: Vec<&str> = robot.variables.iter().map(|v| v.name.as_str()).collect();
-        let heads: Vec<&str> = ["extreme", "reach z, m", "height y, m"]
+        let plane = MapPlane::upright(self.sample.plan.vertical);
+        let [reach, height] = plane_column_heads(&plane).map(|head| format!("{head}, m"));
+        let heads: Vec<&str> = ["extreme", &reach, &height]
             .into_iter()
             .chain(angles)
             .chain(["held by"])
@@ -273,6 +277,7 @@ fn workspace(args: &WorkspaceArgs) -> Result<Outcome, Failure> {
     let mut plan = WorkspacePlan {
         poses: args.samples,
         seed: args.seed,
+        vertical: robot.vertical,
         ..WorkspacePlan::paper()
     };
     if let Some(vary) = &args.vary {

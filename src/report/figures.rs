@@ -2,6 +2,7 @@
 
 use std::collections::HashMap;
 
+use crate::distribution::MapPlane;
 use crate::fit::{CellModel, FactorStatus, FitError, FitOutcome, WeightBasis};
 use crate::plot::{
     Bar, ComparedCell, Correlation, DisplacementPoint, DrawnFactor, DrawnMember, DrawnNode,
@@ -14,6 +15,8 @@ use crate::readings::ReadingTable;
 use crate::robot::{ElementClass, Predictor};
 use crate::stiffness::{CellStiffness, Flag, StiffnessTable};
 use crate::structure::Attachment;
+
+use super::axis_words::plane_axis_names;
 
 /// Load against displacement with repeat scatter, per pose and direction (the paper's Fig. 9).
 #[must_use]
@@ -213,7 +216,7 @@ fn flags_reading(flag: &Flag, seq: u32) -> bool {
     matches!(flag, Flag::Outlier { place, .. } if place.seq == seq)
 }
 
-/// The workspace on the (z, y) plane, m.
+/// The workspace in the plane of reach and height, m.
 ///
 /// An extreme point takes the name of the stated point next to it into its own; two names in one place could not be read.
 #[must_use]
@@ -221,6 +224,7 @@ pub fn workspace_figure(
     points_z_y_m: Vec<[f64; 2]>,
     extremes: Vec<(String, [f64; 2])>,
     mut stated: Vec<(String, [f64; 2])>,
+    plane: &MapPlane,
 ) -> Figure {
     /// Points nearer than this belong together, m.
     const SAME_PLACE_M: f64 = 0.05;
@@ -235,8 +239,8 @@ pub fn workspace_figure(
         };
         extremes_named.push(NamedPoint {
             name,
-            z_m: at[0],
-            y_m: at[1],
+            across_m: at[0],
+            up_m: at[1],
         });
     }
     workspace(&WorkspaceProjection {
@@ -244,9 +248,14 @@ pub fn workspace_figure(
         extremes: extremes_named,
         stated: stated
             .into_iter()
-            .map(|(name, [z_m, y_m])| NamedPoint { name, z_m, y_m })
+            .map(|(name, [across_m, up_m])| NamedPoint {
+                name,
+                across_m,
+                up_m,
+            })
             .collect(),
         stated_by: "as the paper states it".to_owned(),
+        axes: plane_axis_names(plane),
     })
 }
 

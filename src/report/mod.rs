@@ -2,6 +2,7 @@
 //!
 //! A result is a struct: JSON is its fields, and its schema is in [`schemas()`].
 
+mod axis_words;
 mod compare;
 mod demo;
 mod design;
@@ -23,6 +24,7 @@ mod specimen;
 mod stiffness;
 mod text;
 
+pub use axis_words::plane_column_heads;
 pub use compare::{
     CellDifference, CellNotCompared, ComparisonReport, ComparisonVerdict, MeasuredDifference,
     OverallDifference,
@@ -48,11 +50,12 @@ pub use instrument::*;
 #[cfg(feature = "parquet")]
 pub use map::points_parquet;
 pub use map::{
-    DirectionMap, ExtremeStiffness, FailedPose, FittedStiffness, JointDerivatives, LoadAtEnd,
-    MapAnswers, MapReport, MapResult, MapSummary, MechanismMap, MechanismShift, MechanismWeight,
-    MeshField, MeshPoints, RefinedExtremeJson, RefinedPose, SampledStiffness, SectionDerivatives,
-    Sensitivities, SensitivityReport, ShiftCause, ShiftReport, ShiftStatistics, ShiftSummary,
-    StiffnessQuantile, StiffnessRegion, WorstPose, mesh_of, points_csv, sensitivity_text, vtu,
+    DirectionMap, EndMatrix, ExtremeStiffness, FailedPose, FittedStiffness, JointDerivatives,
+    LoadAtEnd, MapAnswers, MapReport, MapResult, MapSummary, MechanismMap, MechanismShift,
+    MechanismWeight, MeshField, MeshPoints, RefinedExtremeJson, RefinedPose, RegionPlace,
+    SampledStiffness, SectionDerivatives, Sensitivities, SensitivityReport, ShiftCause,
+    ShiftReport, ShiftStatistics, ShiftSummary, StiffnessQuantile, StiffnessRegion, WorstPose,
+    mesh_of, points_csv, sensitivity_text, vtu,
 };
 pub use paper::{PaperCell, PaperCellSummary, PaperReport, PaperSummary, paper_report};
 pub use program::{CompletionScript, ManualPage};

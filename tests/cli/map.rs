@@ -9,8 +9,9 @@ use super::{Desk, assert_output_contains, desk, desk_with_session};
 fn files(desk: &Desk, folder: &str) -> Vec<(String, Vec<u8>)> {
     let entries = fs::read_dir(desk.path(folder)).unwrap();
     let mut files: Vec<(String, Vec<u8>)> = entries
+        .map(|entry| entry.unwrap())
+        .filter(|entry| entry.path().is_file())
         .map(|entry| {
-            let entry = entry.unwrap();
             let name = entry.file_name().into_string().unwrap();
             (name, fs::read(entry.path()).unwrap())
         })
@@ -128,6 +129,89 @@ fn shares_joined_are_the_whole_byte_by_byte() {
             .stdout,
         whole
     );
+}
+
+#[test]
+fn another_plane_with_rotation_and_matrix() {
+    let desk = desk();
+    let study = "map --robot serial-arm --samples 200 --plane x,z --directions z,rx --matrix";
+    let data = desk.data(study);
+    assert_eq!(data["plane"], serde_json::json!(["x", "z"]));
+    assert_eq!(data["varied"].as_array().unwrap().len(), 4);
+    let columns = data["mechanisms"][0]["stiffness"].as_array().unwrap();
+    let names: Vec<&str> = columns
+        .iter()
+        .map(|c| c["along"].as_str().unwrap())
+        .collect();
+    assert_eq!(names[..2], ["z", "rx"]);
+    assert_eq!(
+        names[5..],
+        ["weakest rotation", "middle rotation", "stiffest rotation"]
+    );
+    let rotation = &columns[1];
+    assert_eq!(rotation["mean"]["unit"], "N*m/rad");
+    let sampled = &rotation["smallest"]["sampled"];
+    let values = sampled["matrix"]["values"].as_array().unwrap();
+    assert_eq!(
+        (values.len(), &sampled["matrix"]["kind"]),
+        (6, &"stiffness".into())
+    );
+    let region = &rotation["regions"][0];
+    assert!(
+        region["first_m"].is_array() && region.get("reach_m").is_none(),
+        "{region}"
+    );
+    // Shares of it are the whole, matrices and figures included.
+    let files_of = |folder: &str| {
+        let mut all = files(&desk, folder);
+        all.extend(files(&desk, &format!("{folder}/figures")));
+        all
+    };
+    desk.run(&format!("{study} --out whole --with-figures"))
+        .succeeds();
+    for share in ["1/3", "2/3", "3/3"] {
+        desk.run(&format!("{study} --shard {share} --out s"))
+            .succeeds();
+    }
+    desk.run("map merge s/1-of-3.map-shard s/2-of-3.map-shard s/3-of-3.map-shard --out joined --with-figures")
+        .succeeds();
+    assert!(files_of("joined") == files_of("whole"));
+    let table = desk.read("whole/points-A.csv");
+    let heads: Vec<&str> = table.lines().next().unwrap().split(',').collect();
+    assert_eq!(heads.len(), 1 + 4 + 3 + 8 + 3 + 3 + 36);
+    for head in [
+        "stiffness_rx_Nm_per_rad",
+        "weakest_axis_z",
+        "K_Mz_rz_Nm_per_rad",
+    ] {
+        assert!(heads.contains(&head), "{head}");
+    }
+    desk.run(&format!("{study} --shard 1/2 --out other").replace(" --matrix", ""))
+        .succeeds();
+    let error = desk.refusal(
+        "map merge s/2-of-3.map-shard other/1-of-2.map-shard",
+        11,
+        "stiffbench::input::foreign_shard",
+    );
+    assert_output_contains(&error, &["the matrices differ"]);
+    // A secant stiffness along an axis has no matrix.
+    let effect = "--effect joint-backlash@A3:play=30urad,seat_moment=9N*m --at-load 50";
+    desk.refusal(
+        &format!("map --mechanisms A --samples 20 {effect} --matrix"),
+        10,
+        "stiffbench::distribution::linear_only",
+    );
+}
+
+/// The default plane named by its axes is the default.
+#[test]
+fn reach_and_height_may_be_named() {
+    let desk = desk();
+    let plain = desk.run("map --robot serial-arm --samples 50").succeeds();
+    let named = desk
+        .run("map --robot serial-arm --samples 50 --plane r,y")
+        .succeeds();
+    assert_eq!(plain.stdout, named.stdout);
 }
 
 #[test]
@@ -302,6 +386,13 @@ fn requests_that_cannot_be_met_are_refused() {
         "map --directions 1,2",
         "map --sampling evenly",
         "map --at-load 0",
+        "map --plane x",
+        "map --plane x,x",
+        "map --plane x,y,z",
+        "map --plane x,w",
+        "map --matrix=inertia",
+        "map --cell least",
+        "map --cell most --out s",
         "map --factors unit --fit fit.json",
         "map merge",
     ] {

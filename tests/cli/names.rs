@@ -27,6 +27,7 @@ const COMMON: &[Common] = &[
     ("tie", &["PARAMETER=PARAMETER"], &["in proportion"]),
     ("bindings", &["FILE"], &["bindings file"]),
     ("capture", &["CAPTURE"], &["when a reading is taken"]),
+    ("cell", &["CELL"], &["square of a figure"]),
     ("directions", &["DIRECTIONS", "AXES|X,Y,Z"], &["directions"]),
     ("displacement-instrument", &["NAME|FILE"], &["description of the displacement gauge"]),
     ("displacement-port", &["PORT"], &["port of the displacement gauge"]),

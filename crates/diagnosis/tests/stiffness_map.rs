@@ -5,9 +5,9 @@ use proptest::prelude::*;
 use stiffbench_beams::physics::{ActingPhysics, Effect};
 use stiffbench_beams::robot::{FittingFactors, ModelParameter, Predictor, Robot, Theory};
 use stiffbench_diagnosis::distribution::{
-    ColumnStatistics, Extreme, FittedCovariance, Level, MapColumn, MapModel, MechanismStudy, NoMap,
-    PosePlan, PoseSample, Sampling, Shard, StiffnessMap, StudyPoses, WorkspacePlan,
-    WorkspaceSample, column_statistics, variables_beside_the_plane,
+    ColumnStatistics, Extreme, FittedCovariance, Level, MapColumn, MapModel, MapPlane, MatrixKind,
+    MechanismStudy, NoMap, PosePlan, PoseSample, Sampling, Shard, StiffnessMap, StudyPoses,
+    WorkspacePlan, WorkspaceSample, column_statistics, variables_beside_the_plane,
 };
 use stiffbench_test_files::shipped_robot;
 use stiffbench_units_and_text::source_text::SourceText;
@@ -277,8 +277,76 @@ fn a_grid_has_at_least_the_poses_asked_for_and_no_more_than_it_must() {
 #[test]
 fn variables_that_leave_the_plane_alone_are_known() {
     let robot = robot();
-    let held = variables_beside_the_plane(&robot, robot.mechanism(None).unwrap()).unwrap();
+    let held = variables_beside_the_plane(
+        &robot,
+        robot.mechanism(None).unwrap(),
+        &MapPlane::upright(robot.vertical),
+    )
+    .unwrap();
     assert_eq!(held, ["theta1", "theta4"]);
+}
+
+#[test]
+fn variables_of_another_plane() {
+    let robot = Robot::parse(&shipped_robot("serial-arm").unwrap()).unwrap();
+    let mechanism = robot.mechanism(None).unwrap();
+    let held = |axes: [&str; 2]| {
+        let axes = axes.map(|axis| axis.parse().unwrap());
+        let plane = MapPlane::new(axes, robot.vertical);
+        variables_beside_the_plane(&robot, mechanism, &plane).unwrap()
+    };
+    assert_eq!(held(["r", "y"]), ["theta1"]);
+    assert_eq!(held(["z", "y"]), [""; 0], "the waist moves the end along z");
+    assert_eq!(held(["x", "z"]), [""; 0]);
+}
+
+/// The matrix of each pose times the compliance of a predictor of its own is one; stiffness about an axis is of the same compliance.
+#[test]
+fn the_cartesian_stiffness_is_the_inverse_of_the_compliance() {
+    for (name, held, count) in [
+        ("serial-arm", &[][..], 60),
+        ("hp-robot", &["theta1"][..], 20),
+    ] {
+        let robot = Robot::parse(&shipped_robot(name).unwrap()).unwrap();
+        let mechanism = robot.mechanism(None).unwrap();
+        let physics = ActingPhysics::new(&robot, mechanism, Vec::new()).unwrap();
+        let factors = robot.default_factors().1;
+        let plan = PosePlan {
+            sampling: Sampling::LowDiscrepancy,
+            poses: count,
+            seed: 4,
+            held: held.iter().map(|name| (*name).to_owned()).collect(),
+        };
+        let poses = PoseSample::draw(&robot, &plan, Shard::WHOLE).unwrap();
+        let model = MapModel::new(&robot, &physics, &factors, None).unwrap();
+        let mut columns = MapColumn::axes_of_rotation();
+        columns.extend(MapColumn::principal_of_rotation());
+        let matrix = Some(MatrixKind::Stiffness);
+        let map = StiffnessMap::with_matrix(&model, &poses, &columns, matrix).unwrap();
+        assert_eq!((map.len(), poses.free.len()), (count, 4 - held.len()));
+        let mut predictor = Predictor::new(&robot, mechanism, &factors).unwrap();
+        for row in 0..map.len() {
+            predictor.place(&poses.pose(row)).unwrap();
+            let compliance = predictor.compliance().0;
+            let stiffness = map.matrix(row).unwrap();
+            for (i, j) in (0..36).map(|entry| (entry / 6, entry % 6)) {
+                let product: f64 = (0..6)
+                    .map(|k| stiffness[6 * i + k] * compliance[k][j])
+                    .sum();
+                let size = (stiffness[7 * i] * compliance[j][j]).sqrt();
+                let error = (product - f64::from(u8::from(i == j))).abs();
+                assert!(error < 1e-8 * size, "{name} {row} {i} {j}: {error:e}");
+            }
+            for axis in 0..3 {
+                let about = map.stiffness_n_per_m(row, axis) * compliance[3 + axis][3 + axis];
+                assert!((about - 1.0).abs() < 1e-8, "{about}");
+            }
+            let principal = [3, 4, 5].map(|column| 1.0 / map.stiffness_n_per_m(row, column));
+            let trace: f64 = (3..6).map(|i| compliance[i][i]).sum();
+            assert!((principal.iter().sum::<f64>() / trace - 1.0).abs() < 1e-8);
+            assert!(principal[0] >= principal[1] && principal[1] >= principal[2]);
+        }
+    }
 }
 
 proptest! {
@@ -325,6 +393,7 @@ fn made_up(values: &[f64]) -> StiffnessMap {
         mechanism: "none".to_owned(),
         columns: MapColumn::axes()[..1].to_vec(),
         places: (0..values.len() as u32).collect(),
+        matrix: None,
         failed: Vec::new(),
         values: values
             .iter()
@@ -438,6 +507,7 @@ fn extremes_are_refined_to_the_limits() {
     let poses = StudyPoses::new(
         draw(&robot, &plan(Sampling::MonteCarlo, 2_000, 0)),
         Sampling::MonteCarlo,
+        MapPlane::upright(robot.vertical),
     );
     for mechanism in ["A", "F"] {
         let physics = physics(&robot, mechanism, &[]);
@@ -499,6 +569,7 @@ fn regions_share_poses_and_area() {
     let poses = StudyPoses::new(
         draw(&robot, &plan(Sampling::LowDiscrepancy, 20_000, 0)),
         Sampling::LowDiscrepancy,
+        MapPlane::upright(robot.vertical),
     );
     let physics = physics(&robot, "A", &[]);
     let model = MapModel::new(&robot, &physics, &factors(&robot), None).unwrap();
@@ -561,7 +632,11 @@ fn fit_uncertainty_is_that_of_changed_factors() {
     let robot = robot();
     let base = factors(&robot);
     let physics = physics(&robot, "F", &["base-compliance@x:c=0.2urad/(N*m)"]);
-    let poses = StudyPoses::new(draw(&robot, &plan(Sampling::Grid, 300, 0)), Sampling::Grid);
+    let poses = StudyPoses::new(
+        draw(&robot, &plan(Sampling::Grid, 300, 0)),
+        Sampling::Grid,
+        MapPlane::upright(robot.vertical),
+    );
     // Axes, an oblique direction, the principal ones: three that fill a solution and others that do not.
     let mut columns = MapColumn::axes();
     columns.extend(MapColumn::along("0,1,1", [0.0, 1.0, 1.0]));
@@ -626,6 +701,7 @@ fn any_number_of_threads_gives_the_same_bytes() {
             let poses = StudyPoses::new(
                 draw(&robot, &plan(Sampling::MonteCarlo, 5_000, 0)),
                 Sampling::MonteCarlo,
+                MapPlane::upright(robot.vertical),
             );
             let model = MapModel::new(&robot, &physics, &factors(&robot), None).unwrap();
             let map = StiffnessMap::over(&model, &poses.set, &all_columns()).unwrap();
@@ -654,6 +730,7 @@ fn poses_that_cannot_be_taken_are_listed_with_the_reason() {
     let poses = StudyPoses::new(
         draw(&robot, &plan(Sampling::MonteCarlo, 400, 2)),
         Sampling::MonteCarlo,
+        MapPlane::upright(robot.vertical),
     );
     let physics = physics(&robot, "F", &[]);
     let model = MapModel::new(&robot, &physics, &factors(&robot), None).unwrap();

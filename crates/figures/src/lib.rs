@@ -68,7 +68,7 @@ pub use load_displacement::{
 };
 pub use mismatch_map::{MapLoadStep, MapValue, MismatchMap, RunSummary, mismatch_map};
 pub use palette::{Colour, Marker, QUALITATIVE, diverging, lightening, qualitative, sequential};
-pub use plane_bins::{PlaneBin, PlaneBins};
+pub use plane_bins::{BinValue, PlaneBin, PlaneBins};
 pub use plane_map::{
     PlaneMapDifference, PlaneMapFigure, plane_map, plane_map_difference, plane_map_sheet,
 };

@@ -6,7 +6,7 @@ use std::collections::BTreeMap;
 use super::caption::{if_any, joined};
 use super::colour_scale::{BAR_PX, ColourScale};
 use super::figure::Figure;
-use super::plane_bins::PlaneBins;
+use super::plane_bins::{BinValue, PlaneBins};
 use super::plane_panel::{PlaneMap, extent, plane_panel, point_legend, with_room};
 use super::surface_panel::{SURFACE_PX, surface_panel};
 use super::ticks::signed;
@@ -146,7 +146,8 @@ fn caption(input: &PlaneMapFigure, scale: &ColourScale, is_single: bool) -> Stri
     joined([
         (!input.about.is_empty()).then(|| input.about.clone()),
         Some(format!(
-            "Colour: mean over the poses whose end lies in a square of {}\u{a0}mm; lines: equal values, of the plane through a square and its neighbours{}.",
+            "Colour: {} the poses whose end lies in a square of {}\u{a0}mm; lines: equal values, of the plane through a square and its neighbours{}.",
+            value_words(bins().next()),
             signed(side_mm, 1),
             if scale.is_logarithmic() {
                 "; the scale is logarithmic"
@@ -161,6 +162,16 @@ fn caption(input: &PlaneMapFigure, scale: &ColourScale, is_single: bool) -> Stri
             format!("{left_out} poses without a finite value are not drawn."),
         ),
     ])
+}
+
+/// What the value of a square is of its poses.
+fn value_words(bins: Option<&PlaneBins>) -> &'static str {
+    match bins.map(PlaneBins::value).unwrap_or_default() {
+        BinValue::Mean => "mean over",
+        BinValue::Median => "median of",
+        BinValue::Least => "least of",
+        BinValue::Greatest => "greatest of",
+    }
 }
 
 /// Least and greatest value, of the first map.
@@ -256,6 +267,7 @@ impl PlaneMapDifference {
             .map(|(at, before, after)| (*at, value(*before, *after)));
         PlaneMap {
             heading: format!("{} {word} {}", self.after.heading, self.before.heading),
+            axes: self.after.axes.clone(),
             bins: PlaneBins::gather(
                 points.collect::<Vec<_>>().into_iter(),
                 self.after.bins.side_m(),
@@ -272,7 +284,13 @@ impl PlaneMapDifference {
         joined([
             (!self.about.is_empty()).then(|| self.about.clone()),
             Some(format!(
-                "Blue: less, orange: more, white: the same. Means over squares of {}\u{a0}mm; the scale of the ratio is logarithmic.",
+                "Blue: less, orange: more, white: the same. {} squares of {}\u{a0}mm; the scale of the ratio is logarithmic.",
+                match self.after.bins.value() {
+                    BinValue::Mean => "Means over",
+                    BinValue::Median => "Medians of",
+                    BinValue::Least => "The least of",
+                    BinValue::Greatest => "The greatest of",
+                },
                 signed(1e3 * self.after.bins.side_m(), 1)
             )),
             if_any(
@@ -289,10 +307,10 @@ fn pairs(before: &PlaneBins, after: &PlaneBins) -> Vec<Pair> {
     let key = |centre: [f64; 2]| centre.map(|c| (c / side).floor() as i64);
     let known: BTreeMap<[i64; 2], f64> = before
         .filled()
-        .map(|bin| (key(bin.centre_m), bin.mean))
+        .map(|bin| (key(bin.centre_m), bin.value))
         .collect();
     let bins = after.filled();
-    bins.filter_map(|bin| Some((bin.centre_m, *known.get(&key(bin.centre_m))?, bin.mean)))
+    bins.filter_map(|bin| Some((bin.centre_m, *known.get(&key(bin.centre_m))?, bin.value)))
         .collect()
 }
 
@@ -309,11 +327,12 @@ mod tests {
         let points = points.map(|[z, y]| ([z, y], factor * (1.0 + z + y)));
         PlaneMap {
             heading: heading.to_owned(),
+            axes: ["z", "y"].map(str::to_owned),
             bins: PlaneBins::gather(points.collect::<Vec<_>>().into_iter(), 0.1),
             extremes: Vec::new(),
             least: None,
             greatest: Some(ValueAt {
-                z_y_m: [0.9, 0.9],
+                at_m: [0.9, 0.9],
                 value: 2.8 * factor,
             }),
         }

@@ -25,12 +25,14 @@ const SHORTEST: f64 = 1.6;
 /// A line shorter than this many squares is a speck that the steps of the border left.
 const SPECK: f64 = 2.0;
 
-/// A quantity over the plane of the arm.
+/// A quantity over two coordinates of the end.
 #[derive(Debug, Clone, PartialEq)]
 pub struct PlaneMap {
     /// For example `mechanism F`.
     pub heading: String,
-    /// Values in the unit that is printed, at (z, y), m.
+    /// Names of the two coordinates, for example `z, radial` and `y, vertical`.
+    pub axes: [String; 2],
+    /// Values in the unit that is printed, over the plane.
     pub bins: PlaneBins,
     /// Outermost points of the workspace: highest, furthest, lowest, nearest.
     pub extremes: Vec<NamedPoint>,
@@ -43,8 +45,8 @@ pub struct PlaneMap {
 /// A value at a place of the plane.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ValueAt {
-    /// Place (z, y), m.
-    pub z_y_m: [f64; 2],
+    /// Place in the plane, m.
+    pub at_m: [f64; 2],
     /// The value in the unit that is printed.
     pub value: f64,
 }
@@ -52,7 +54,7 @@ pub struct ValueAt {
 impl PlaneMap {
     /// Means of all bins.
     pub(super) fn means(&self) -> impl Iterator<Item = f64> + '_ {
-        self.bins.filled().map(|bin| bin.mean)
+        self.bins.filled().map(|bin| bin.value)
     }
 }
 
@@ -63,7 +65,10 @@ pub(super) fn extent<'a>(maps: impl Iterator<Item = &'a PlaneMap>) -> [[f64; 2];
         let half = 0.5 * map.bins.side_m();
         let bins = map.bins.filled();
         let corners = bins.flat_map(|bin| [-half, half].map(|d| bin.centre_m.map(|c| c + d)));
-        let named = map.extremes.iter().map(|point| [point.z_m, point.y_m]);
+        let named = map
+            .extremes
+            .iter()
+            .map(|point| [point.across_m, point.up_m]);
         let all = corners.chain(named);
         for [z, y] in all.filter(|at| at.iter().all(|c| c.is_finite())) {
             let known = ranges.unwrap_or([[z, z], [y, y]]);
@@ -106,8 +111,8 @@ pub(super) fn plane_panel(
     };
     let mut panel = Panel::new(
         map.heading.clone(),
-        axis("z, radial", z),
-        axis("y, vertical", y),
+        axis(&map.axes[0], z),
+        axis(&map.axes[1], y),
     );
     panel.equal_aspect = true;
     panel.series.push(Series::new(
@@ -161,12 +166,12 @@ pub(super) fn smooth_grid(bins: &PlaneBins) -> Grid {
 
 fn push_contours(panel: &mut Panel, map: &PlaneMap, scale: &ColourScale, per_px_m: f64) {
     // Numbers keep clear of one another, of the points, and of other lines.
-    let mut taken: Vec<[f64; 2]> = map.extremes.iter().map(|p| [p.z_m, p.y_m]).collect();
+    let mut taken: Vec<[f64; 2]> = map.extremes.iter().map(|p| [p.across_m, p.up_m]).collect();
     taken.extend(
         [map.least, map.greatest]
             .into_iter()
             .flatten()
-            .map(|at| at.z_y_m),
+            .map(|at| at.at_m),
     );
     let lines = contour_lines(map, scale);
     for (index, (level, line)) in lines.iter().enumerate() {
@@ -325,11 +330,11 @@ fn push_points(panel: &mut Panel, map: &PlaneMap) {
         hollow: true,
         ..FigurePoint::new(z, y)
     };
-    let at = |value: Option<ValueAt>| value.map(|at| hollow(at.z_y_m)).into_iter().collect();
+    let at = |value: Option<ValueAt>| value.map(|at| hollow(at.at_m)).into_iter().collect();
     let outermost = map
         .extremes
         .iter()
-        .map(|point| hollow([point.z_m, point.y_m]));
+        .map(|point| hollow([point.across_m, point.up_m]));
     // The smaller circle last, so that both are seen where they coincide.
     let points: [(usize, Vec<FigurePoint>); 3] = [
         (1, at(map.least)),
@@ -343,16 +348,16 @@ fn push_points(panel: &mut Panel, map: &PlaneMap) {
     }
     let count = map.extremes.len().max(1) as f64;
     let [z, y] = [
-        map.extremes.iter().map(|p| p.z_m).sum::<f64>() / count,
-        map.extremes.iter().map(|p| p.y_m).sum::<f64>() / count,
+        map.extremes.iter().map(|p| p.across_m).sum::<f64>() / count,
+        map.extremes.iter().map(|p| p.up_m).sum::<f64>() / count,
     ];
     for point in &map.extremes {
         panel.notes.push(FigureNote {
-            at: [point.z_m, point.y_m],
+            at: [point.across_m, point.up_m],
             text: point.name.clone(),
             colour: Colour::INK,
             size_px: NAME_PX,
-            placement: NotePlacement::Toward(outward(point.z_m - z, point.y_m - y)),
+            placement: NotePlacement::Toward(outward(point.across_m - z, point.up_m - y)),
         });
     }
 }

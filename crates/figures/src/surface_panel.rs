@@ -80,7 +80,7 @@ pub(super) fn surface_panel(
     let [width, height] = SURFACE_PX;
     let mut panel = Panel::new("", px(0.5 * width, width), px(0.5 * height, height_px));
     panel.bordered = false;
-    push_walls(&mut panel, &view, scale);
+    push_walls(&mut panel, map, &view, scale);
     panel.series.push(Series::new(
         Style::new(Colour::INK, Marker::Square),
         Marks::Polygons(facets(&map.bins, &view, scale)),
@@ -161,7 +161,7 @@ fn mesh(colour: Colour) -> Colour {
 }
 
 /// Floor and the two walls behind the surface with their grids, and the three axes with ticks and names.
-fn push_walls(panel: &mut Panel, view: &SurfaceView, scale: &ColourScale) {
+fn push_walls(panel: &mut Panel, map: &PlaneMap, view: &SurfaceView, scale: &ColourScale) {
     let thin = Style::new(Colour::FAINT, Marker::Dot).stroke(0.8);
     let axis = Style::new(Colour::GREY, Marker::Dot).stroke(1.0);
     let even = |range| ticks(&super::figure::AxisScale::Linear, range, 5);
@@ -213,8 +213,9 @@ fn push_walls(panel: &mut Panel, view: &SurfaceView, scale: &ColourScale) {
         [[0.0, 0.0, 0.0], [0.0, 0.0, 1.0]],
     ];
     panel.series.push(Series::new(axis, flat(&edges)));
-    push_name(panel, "z, radial (m)", [0.5, 0.0, 0.0], [-30.0, -32.0]);
-    push_name(panel, "y, vertical (m)", [1.0, 0.5, 0.0], [44.0, -30.0]);
+    let [across, deep] = map.axes.each_ref().map(|name| format!("{name} (m)"));
+    push_name(panel, &across, [0.5, 0.0, 0.0], [-30.0, -32.0]);
+    push_name(panel, &deep, [1.0, 0.5, 0.0], [44.0, -30.0]);
     push_value_name(panel, &scale.axis.label);
 }
 
@@ -262,10 +263,10 @@ fn push_points(panel: &mut Panel, map: &PlaneMap, view: &SurfaceView, scale: &Co
     let mut drops = Vec::new();
     let mut points = Vec::new();
     for point in &map.extremes {
-        let Some(value) = nearest_value(&map.bins, [point.z_m, point.y_m]) else {
+        let Some(value) = nearest_value(&map.bins, [point.across_m, point.up_m]) else {
             continue;
         };
-        let [z, y] = view.shares([point.z_m, point.y_m]);
+        let [z, y] = view.shares([point.across_m, point.up_m]);
         let top = SurfaceView::project([z, y, scale.share(value)]);
         drops.push([SurfaceView::project([z, y, 0.0]), top]);
         points.push(FigurePoint {
@@ -319,7 +320,7 @@ mod tests {
     #[test]
     fn a_facet_is_drawn_after_all_that_it_can_hide() {
         let bins = ridge();
-        let scale = ColourScale::of("K", "N/mm", bins.filled().map(|bin| bin.mean));
+        let scale = ColourScale::of("K", "N/mm", bins.filled().map(|bin| bin.value));
         let view = SurfaceView {
             z: [0.0, 1.0],
             y: [0.0, 1.0],

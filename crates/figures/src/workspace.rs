@@ -31,6 +31,8 @@ pub struct WorkspaceProjection {
     pub stated: Vec<NamedPoint>,
     /// Whose statement that is, for the legend.
     pub stated_by: String,
+    /// Names of the two coordinates, for example `z, radial` and `y, vertical`.
+    pub axes: [String; 2],
 }
 
 /// A named point of the projection.
@@ -38,10 +40,10 @@ pub struct WorkspaceProjection {
 pub struct NamedPoint {
     /// Name.
     pub name: String,
-    /// Radial coordinate, m.
-    pub z_m: f64,
-    /// Vertical coordinate, m.
-    pub y_m: f64,
+    /// Coordinate across, m.
+    pub across_m: f64,
+    /// Coordinate upward, m.
+    pub up_m: f64,
 }
 
 /// The figure: both axes to one scale.
@@ -63,11 +65,11 @@ pub fn workspace(input: &WorkspaceProjection) -> Figure {
         "",
         Axis {
             range: Some(z),
-            ..Axis::linear("z, radial", "m")
+            ..Axis::linear(&input.axes[0], "m")
         },
         Axis {
             range: Some(y),
-            ..Axis::linear("y, vertical", "m")
+            ..Axis::linear(&input.axes[1], "m")
         },
     );
     panel.equal_aspect = true;
@@ -126,7 +128,7 @@ fn span(input: &WorkspaceProjection, finite: &[[f64; 2]], axis: usize) -> [f64; 
         .extremes
         .iter()
         .chain(&input.stated)
-        .map(|point| [point.z_m, point.y_m]);
+        .map(|point| [point.across_m, point.up_m]);
     let ends = finite
         .iter()
         .copied()
@@ -151,15 +153,15 @@ fn with_names(
 ) -> [f64; 2] {
     let centre = centre(finite);
     for point in named(input) {
-        let [out, up] = [point.z_m - centre[0], point.y_m - centre[1]];
+        let [out, up] = [point.across_m - centre[0], point.up_m - centre[1]];
         // As far as the name stands beside its point rather than above or below it.
         let share = out.abs() / out.hypot(up).max(f64::MIN_POSITIVE);
         let width_px = 0.5 * (1.0 + share) * font::width_px(&point.name, NAME_PX);
         let reach_m = (width_px + NAME_GAP_PX) * per_px_m;
         if out < 0.0 {
-            low = low.min(point.z_m - reach_m);
+            low = low.min(point.across_m - reach_m);
         } else {
-            high = high.max(point.z_m + reach_m);
+            high = high.max(point.across_m + reach_m);
         }
     }
     [low, high]
@@ -185,7 +187,7 @@ fn push_named(panel: &mut Panel, input: &WorkspaceProjection, finite: &[[f64; 2]
         Marks::Points(
             points
                 .iter()
-                .map(|p| FigurePoint::new(p.z_m, p.y_m))
+                .map(|p| FigurePoint::new(p.across_m, p.up_m))
                 .collect(),
         )
     };
@@ -206,11 +208,11 @@ fn push_named(panel: &mut Panel, input: &WorkspaceProjection, finite: &[[f64; 2]
     // Names stand outside the cloud.
     for point in named(input) {
         panel.notes.push(FigureNote {
-            at: [point.z_m, point.y_m],
+            at: [point.across_m, point.up_m],
             text: point.name.clone(),
             colour: Colour::INK,
             size_px: NAME_PX,
-            placement: NotePlacement::Toward([point.z_m - centre[0], point.y_m - centre[1]]),
+            placement: NotePlacement::Toward([point.across_m - centre[0], point.up_m - centre[1]]),
         });
     }
 }
@@ -354,16 +356,17 @@ mod tests {
 
     #[test]
     fn named_points_are_labelled_once() {
-        let named = |name: &str, z_m, y_m| NamedPoint {
+        let named = |name: &str, across_m, up_m| NamedPoint {
             name: name.to_owned(),
-            z_m,
-            y_m,
+            across_m,
+            up_m,
         };
         let figure = workspace(&WorkspaceProjection {
             points_z_y_m: vec![[1.0, 1.0], [1.2, f64::NAN]],
             extremes: vec![named("P1", 1.638, 1.229)],
             stated: vec![named("P1", 1.64, 1.23), named("P2", 1.7, 0.9)],
             stated_by: "as published".to_owned(),
+            axes: ["z", "y"].map(str::to_owned),
         });
         let names: Vec<&str> = figure.panels[0]
             .notes

@@ -245,10 +245,10 @@ fn workspace_projection() {
             points_z_y_m.push(end_of(&pose));
         }
     }
-    let named = |name: &str, [z_m, y_m]: [f64; 2]| NamedPoint {
+    let named = |name: &str, [across_m, up_m]: [f64; 2]| NamedPoint {
         name: name.to_owned(),
-        z_m,
-        y_m,
+        across_m,
+        up_m,
     };
     let extremes = robot
         .poses
@@ -267,6 +267,7 @@ fn workspace_projection() {
         extremes,
         stated,
         stated_by: "as published".to_owned(),
+        axes: ["z, radial", "y, vertical"].map(str::to_owned),
     };
     check("workspace", &workspace(&input));
     input.points_z_y_m.truncate(2000);

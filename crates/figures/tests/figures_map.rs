@@ -34,8 +34,8 @@ fn maps(robot: &Robot, mechanism: &str, poses: usize) -> [PlaneMap; 3] {
         .zip(&ends.poses)
         .map(|(pose, end)| NamedPoint {
             name: pose.id.to_string(),
-            z_m: end.unwrap().end_m[2],
-            y_m: end.unwrap().end_m[1],
+            across_m: end.unwrap().end_m[2],
+            up_m: end.unwrap().end_m[1],
         })
         .collect();
     [0, 1, 2].map(|axis| {
@@ -46,9 +46,10 @@ fn maps(robot: &Robot, mechanism: &str, poses: usize) -> [PlaneMap; 3] {
                 ([pose.end_m[2], pose.end_m[1]], stiffness)
             })
         };
-        let value_at = |(z_y_m, value)| ValueAt { z_y_m, value };
+        let value_at = |(at_m, value)| ValueAt { at_m, value };
         PlaneMap {
             heading: format!("mechanism {}", mechanism.name),
+            axes: ["z, radial", "y, vertical"].map(str::to_owned),
             bins: PlaneBins::gather(points(), 0.0075),
             extremes: extremes.clone(),
             least: points().min_by(|a, b| a.1.total_cmp(&b.1)).map(value_at),

@@ -5,7 +5,8 @@ use std::path::PathBuf;
 use clap::{Args, Subcommand, ValueEnum};
 
 use crate::cli::args::at_least_one;
-use crate::distribution::{MapColumn, Sampling, Shard};
+use crate::distribution::{MapColumn, MatrixKind, PlaneAxis, Sampling, Shard};
+use crate::plot::BinValue;
 
 use super::files::WantedFigures;
 
@@ -13,7 +14,7 @@ use super::files::WantedFigures;
 #[derive(Debug, Args)]
 #[command(
     args_conflicts_with_subcommands = true,
-    after_help = "Examples:\n  stiffbench map                                     the paper's six mechanisms in 50 000 random poses\n  stiffbench map --mechanisms A,F --samples 200000 --out maps\n  stiffbench map --mechanisms F --directions x,y,z --directions 0,1,1 --json\n  stiffbench map --model my-session/diagnosis/model.toml --at-load 50\n  stiffbench map --out maps --with-figures --difference A,F\n  stiffbench map --load 0,-50,0 --limit 0.5           pose accuracy under 50 N downward, largest load for half a millimetre\n  stiffbench map --samples 1000000 --shard 3/8 --out shards\n  stiffbench map merge shards/*.map-shard --out maps"
+    after_help = "Examples:\n  stiffbench map                                     the paper's six mechanisms in 50 000 random poses\n  stiffbench map --mechanisms A,F --samples 200000 --out maps\n  stiffbench map --mechanisms F --directions x,y,z --directions 0,1,1 --json\n  stiffbench map --model my-session/diagnosis/model.toml --at-load 50\n  stiffbench map --out maps --with-figures --difference A,F\n  stiffbench map --robot my-arm.toml --plane x,z --directions x,y,z,rx,ry,rz --matrix --out maps\n  stiffbench map --load 0,-50,0 --limit 0.5           pose accuracy under 50 N downward, largest load for half a millimetre\n  stiffbench map --samples 1000000 --shard 3/8 --out shards\n  stiffbench map merge shards/*.map-shard --out maps"
 )]
 pub(in crate::cli) struct MapArgs {
     /// Joining shards instead.
@@ -34,6 +35,9 @@ pub(in crate::cli) struct MapArgs {
     /// With --out: also figures of what the second of two mechanisms has more than the first
     #[arg(long, value_name = "A,F", value_parser = two_names, requires = "out", conflicts_with = "shard")]
     pub(super) difference: Option<[String; 2]>,
+    /// What a square of a figure shows of its poses [default: mean, or least where more than two variables vary]
+    #[arg(long, value_enum, requires = "out", conflicts_with = "shard")]
+    pub(super) cell: Option<CellWord>,
     /// What is asked instead of the stiffness.
     #[command(flatten)]
     pub(super) asked: Asked,
@@ -45,6 +49,7 @@ impl MapArgs {
         WantedFigures {
             of_each: self.figures,
             difference: self.difference.clone(),
+            cell: self.cell.map(Into::into),
         }
     }
 }
@@ -130,6 +135,9 @@ pub(super) struct MergeArgs {
     /// With --out: also figures (SVG and PNG) of every mechanism and direction, and of all mechanisms with one scale
     #[arg(long = "with-figures", requires = "out")]
     pub(super) figures: bool,
+    /// What a square of a figure shows of its poses [default: mean, or least where more than two variables vary]
+    #[arg(long, value_enum, requires = "out")]
+    pub(super) cell: Option<CellWord>,
 }
 
 impl MergeArgs {
@@ -138,6 +146,7 @@ impl MergeArgs {
         WantedFigures {
             of_each: self.figures,
             difference: None,
+            cell: self.cell.map(Into::into),
         }
     }
 }
@@ -175,15 +184,77 @@ pub(super) struct StudyArgs {
     /// Seed of the poses
     #[arg(long, default_value_t = 0)]
     pub(super) seed: u64,
-    /// Variables to vary, comma-separated [default: those that change reach or height]
+    /// The two coordinates of the end that the map is over: x, y, z, or r for the distance from the vertical axis [default: r and the vertical]
+    #[arg(long, value_name = "AXIS,AXIS", value_parser = plane)]
+    pub(super) plane: Option<PlaneChoice>,
+    /// Variables to vary, comma-separated [default: those that change a coordinate of the plane]
     #[arg(long, value_delimiter = ',', value_name = "VARIABLE,...")]
     pub(super) vary: Option<Vec<String>>,
-    /// Directions: axes (x,y,z) or a vector (0,1,1); more than once for more [default: x,y,z]
+    /// Directions: axes (x,y,z; rx,ry,rz for the rotational stiffness about them) or a vector (0,1,1); more than once for more [default: x,y,z]
     #[arg(long = "directions", value_name = "AXES|X,Y,Z", value_parser = directions, allow_hyphen_values = true)]
     pub(super) directions: Vec<DirectionChoice>,
     /// Leave out the principal stiffnesses
     #[arg(long)]
     pub(super) no_principal: bool,
+    /// The 6 x 6 Cartesian stiffness in each pose, SI, or its inverse, the compliance
+    #[arg(long, value_enum, value_name = "KIND", num_args = 0..=1, require_equals = true, default_missing_value = "stiffness")]
+    pub(super) matrix: Option<MatrixWord>,
+}
+
+/// Which matrix of the end.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub(super) enum MatrixWord {
+    /// Force and moment per displacement and rotation
+    Stiffness,
+    /// Displacement and rotation per force and moment
+    Compliance,
+}
+
+impl From<MatrixWord> for MatrixKind {
+    fn from(word: MatrixWord) -> Self {
+        match word {
+            MatrixWord::Stiffness => Self::Stiffness,
+            MatrixWord::Compliance => Self::Compliance,
+        }
+    }
+}
+
+/// What a square of a figure shows.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub(super) enum CellWord {
+    /// The mean of its poses
+    Mean,
+    /// The median
+    Median,
+    /// The least
+    Least,
+    /// The greatest
+    Greatest,
+}
+
+impl From<CellWord> for BinValue {
+    fn from(word: CellWord) -> Self {
+        match word {
+            CellWord::Mean => Self::Mean,
+            CellWord::Median => Self::Median,
+            CellWord::Least => Self::Least,
+            CellWord::Greatest => Self::Greatest,
+        }
+    }
+}
+
+/// Two different coordinates.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct PlaneChoice(pub(super) [PlaneAxis; 2]);
+
+/// Two of x, y, z and r with a comma between them.
+fn plane(text: &str) -> Result<PlaneChoice, String> {
+    let wrong = || "two different ones of x, y, z and r are needed, for example x,z".to_owned();
+    let axes: Result<Vec<PlaneAxis>, _> = text.split(',').map(|part| part.trim().parse()).collect();
+    match axes.map(<[PlaneAxis; 2]>::try_from) {
+        Ok(Ok([first, second])) if first != second => Ok(PlaneChoice([first, second])),
+        _ => Err(wrong()),
+    }
 }
 
 /// How poses are chosen.
@@ -214,11 +285,12 @@ pub(super) struct DirectionChoice(pub(super) Vec<MapColumn>);
 /// Names of axes, or one vector.
 fn directions(text: &str) -> Result<DirectionChoice, String> {
     let wrong = || {
-        "axes like x,y,z or three numbers with commas between them are needed, for example 0,1,1"
+        "axes like x,y,z or rx,ry,rz or three numbers with commas between them are needed, for example 0,1,1"
             .to_owned()
     };
     let parts: Vec<&str> = text.split(',').map(str::trim).collect();
-    let axes = MapColumn::axes();
+    let mut axes = MapColumn::axes();
+    axes.extend(MapColumn::axes_of_rotation());
     let named: Option<Vec<MapColumn>> = parts
         .iter()
         .map(|part| axes.iter().find(|axis| axis.name() == *part).cloned())

@@ -10,7 +10,7 @@ use crate::analysis::{ArgumentError, Inputs};
 use crate::cli::failure::Failure;
 use crate::cli::figure_files::{write, write_figure};
 use crate::cli::outcome::envelope;
-use crate::plot::Figure;
+use crate::plot::{BinValue, Figure};
 use crate::report::{MapReport, MapSummary, mesh_of, points_csv};
 
 /// Figures that go with a map.
@@ -20,6 +20,8 @@ pub(super) struct WantedFigures {
     pub(super) of_each: bool,
     /// Of what the second mechanism has more than the first.
     pub(super) difference: Option<[String; 2]>,
+    /// What a square shows of its poses.
+    pub(super) cell: Option<BinValue>,
 }
 
 /// Writes points, meshes, tables and numbers into a folder; returns what was written.

@@ -5,8 +5,8 @@ use serde::{Deserialize, Serialize};
 use crate::analysis::Inputs;
 use crate::cli::failure::Failure;
 use crate::distribution::{
-    FittedCovariance, MapColumn, MapModel, MechanismStudy, PosePlan, PoseSample, Sampling, Shard,
-    StiffnessMap, StudyPoses,
+    FittedCovariance, MapColumn, MapModel, MapPlane, MatrixKind, MechanismStudy, PlaneAxis,
+    PosePlan, PoseSample, Sampling, Shard, StiffnessMap, StudyPoses,
 };
 use crate::physics::{ActingPhysics, Effect};
 use crate::report::MapReport;
@@ -34,6 +34,11 @@ pub(super) struct MapJob {
     pub(super) seed: u64,
     pub(super) held: Vec<String>,
     pub(super) columns: Vec<MapColumn>,
+    /// The coordinates of the plane; `None` for reach and height.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub(super) plane: Option<[PlaneAxis; 2]>,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub(super) matrix: Option<MatrixKind>,
 }
 
 /// A mechanism of a study with the effects that act in it.
@@ -61,6 +66,13 @@ impl MapJob {
             self.robot_file.clone(),
             self.robot_text.clone(),
         ))?)
+    }
+
+    /// The plane over which the map is shown.
+    pub(super) fn plane(&self, robot: &Robot) -> MapPlane {
+        let upright = MapPlane::upright(robot.vertical);
+        self.plane
+            .map_or(upright, |axes| MapPlane::new(axes, robot.vertical))
     }
 
     /// The poses of a share.
@@ -110,7 +122,7 @@ impl MapJob {
             .collect::<Result<_, Failure>>()?;
         let maps = models
             .iter()
-            .map(|model| StiffnessMap::over(model, poses, &self.columns));
+            .map(|model| StiffnessMap::with_matrix(model, poses, &self.columns, self.matrix));
         Ok(maps.collect::<Result<_, _>>()?)
     }
 
@@ -137,6 +149,7 @@ impl MapJob {
             poses,
             mechanisms,
             at_load_n: self.at_load_n,
+            cell: None,
         })
     }
 }

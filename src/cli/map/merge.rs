@@ -69,6 +69,8 @@ fn differences(one: &MapJob, other: &MapJob) -> Vec<&'static str> {
         ("the seeds", one.seed == other.seed),
         ("the variables that vary", one.held == other.held),
         ("the directions", one.columns == other.columns),
+        ("the planes", one.plane == other.plane),
+        ("the matrices", one.matrix == other.matrix),
     ];
     pairs
         .into_iter()
@@ -84,11 +86,12 @@ fn join(
     shards: &[ShardFile],
     mechanism: usize,
 ) -> Result<StiffnessMap, ShardError> {
-    let width = row_width(&job.columns);
+    let width = row_width(&job.columns, job.matrix);
     let found = find_poses(poses, shards, mechanism)?;
     let mut map = StiffnessMap {
         mechanism: job.mechanisms[mechanism].name.clone(),
         columns: job.columns.clone(),
+        matrix: job.matrix,
         places: Vec::with_capacity(poses.len()),
         failed: Vec::new(),
         values: Vec::with_capacity(poses.len() * width),

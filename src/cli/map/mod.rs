@@ -37,7 +37,10 @@ pub(super) fn run(args: &MapArgs) -> Result<Outcome, Failure> {
         job.mechanisms.drain(..others);
     }
     let outcome = match (args.shard, &args.out) {
-        _ if args.asked.is_any() => questions::run(&job, &args.asked, args.out.as_deref()),
+        _ if args.asked.is_any() => {
+            let cell = args.wanted_figures().cell;
+            questions::run(&job, &args.asked, args.out.as_deref(), cell)
+        }
         (Some(share), Some(folder)) => one_shard(&job, share, folder),
         _ => whole(&job, args.out.as_deref(), &args.wanted_figures()),
     }?;
@@ -62,8 +65,9 @@ fn finish(
     (out, figures): (Option<&Path>, &WantedFigures),
 ) -> Result<Outcome, Failure> {
     let physics = job.physics(robot)?;
-    let poses = StudyPoses::new(poses, job.sampling);
-    let report = job.report(robot, &physics, &poses, maps)?;
+    let poses = StudyPoses::new(poses, job.sampling, job.plane(robot));
+    let mut report = job.report(robot, &physics, &poses, maps)?;
+    report.cell = figures.cell;
     let inputs = job.inputs(robot);
     let (text, data) = (report.text(), report.summary());
     let written = match out {

@@ -3,7 +3,7 @@
 use crate::analysis::{ArgumentError, ResolvedModel};
 use crate::cli::args::ModelArgs;
 use crate::cli::failure::Failure;
-use crate::distribution::{MapColumn, variables_beside_the_plane};
+use crate::distribution::{MapColumn, MapPlane, PlaneAxis, variables_beside_the_plane};
 use crate::physics::{ActingPhysics, Effect, EffectError, PlaceKind};
 use crate::robot::{Mechanism, Robot};
 
@@ -44,7 +44,8 @@ pub(super) fn prepare(args: &StudyArgs) -> Result<(MapJob, Vec<String>), Failure
     let factors = factors.without_springs();
     let mechanisms = with_effects(robot, &names, &effects, &mut warnings)?;
     let linear = !effects.iter().any(|effect| effect.law.is_nonlinear_joint());
-    let mut held = held_variables(args, robot)?;
+    let plane = plane(args, robot);
+    let mut held = held_variables(args, robot, plane)?;
     held.sort();
     let job = MapJob {
         schema: SCHEMA.to_owned(),
@@ -61,6 +62,8 @@ pub(super) fn prepare(args: &StudyArgs) -> Result<(MapJob, Vec<String>), Failure
         seed: args.seed,
         held,
         columns: columns(args, linear),
+        plane,
+        matrix: args.matrix.map(Into::into),
     };
     warnings.extend(notes_on_laws(args, &job, linear));
     Ok((job, warnings))
@@ -80,6 +83,10 @@ fn notes_on_laws(args: &StudyArgs, job: &MapJob, linear: bool) -> Vec<String> {
         (
             !linear && job.covariance.is_some(),
             "the uncertainty of the fit is carried through linear laws only: left out",
+        ),
+        (
+            job.covariance.is_some() && job.columns.iter().any(MapColumn::is_rotational),
+            "the uncertainty of the fit is carried to stiffness along directions only, not to rotational stiffness",
         ),
     ];
     let notes = notes.into_iter().filter(|(applies, _)| *applies);
@@ -181,10 +188,26 @@ fn in_mechanism(robot: &Robot, mechanism: &Mechanism, effect: &Effect) -> Result
     ActingPhysics::new(robot, mechanism, vec![effect.clone()]).map(|_| ())
 }
 
+/// The coordinates of the plane; `None` for reach and height, however they were named.
+fn plane(args: &StudyArgs, robot: &Robot) -> Option<[PlaneAxis; 2]> {
+    let plane = MapPlane::new(args.plane?.0, robot.vertical);
+    (!plane.is_upright()).then(|| plane.axes())
+}
+
 /// Variables that stay at their nominal value.
-fn held_variables(args: &StudyArgs, robot: &Robot) -> Result<Vec<String>, Failure> {
+fn held_variables(
+    args: &StudyArgs,
+    robot: &Robot,
+    plane: Option<[PlaneAxis; 2]>,
+) -> Result<Vec<String>, Failure> {
     let Some(vary) = &args.vary else {
-        return Ok(variables_beside_the_plane(robot, robot.mechanism(None)?)?);
+        let upright = MapPlane::upright(robot.vertical);
+        let plane = plane.map_or(upright, |axes| MapPlane::new(axes, robot.vertical));
+        return Ok(variables_beside_the_plane(
+            robot,
+            robot.mechanism(None)?,
+            &plane,
+        )?);
     };
     for name in vary {
         robot.variable(name)?;
@@ -198,7 +221,10 @@ fn columns(args: &StudyArgs, linear: bool) -> Vec<MapColumn> {
     let mut columns: Vec<MapColumn> = Vec::new();
     let asked = args.directions.iter().flat_map(|directions| &directions.0);
     for column in asked {
-        if !columns.iter().any(|known| known.unit() == column.unit()) {
+        let is_same = |known: &MapColumn| {
+            known.unit() == column.unit() && known.is_rotational() == column.is_rotational()
+        };
+        if !columns.iter().any(is_same) {
             columns.push(column.clone());
         }
     }
@@ -206,7 +232,11 @@ fn columns(args: &StudyArgs, linear: bool) -> Vec<MapColumn> {
         columns = MapColumn::axes();
     }
     if linear && !args.no_principal {
+        let turns = columns.iter().any(MapColumn::is_rotational);
         columns.extend(MapColumn::principal());
+        if turns {
+            columns.extend(MapColumn::principal_of_rotation());
+        }
     }
     columns
 }

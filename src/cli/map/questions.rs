@@ -9,7 +9,7 @@ use crate::distribution::{
     PoseSample, Shard, ShiftMap, StiffnessMap, StudyPoses, design_sensitivity,
 };
 use crate::physics::ActingPhysics;
-use crate::plot::Figure;
+use crate::plot::{BinValue, Figure};
 use crate::report::{
     MapAnswers, MapReport, Sensitivities, SensitivityReport, ShiftCause, ShiftReport, ShiftSummary,
     sensitivity_text,
@@ -23,10 +23,16 @@ use super::job::MapJob;
 const MM: f64 = 1e-3;
 
 /// Answers, one after the other.
-pub(super) fn run(job: &MapJob, asked: &Asked, out: Option<&Path>) -> Result<Outcome, Failure> {
+pub(super) fn run(
+    job: &MapJob,
+    asked: &Asked,
+    out: Option<&Path>,
+    cell: Option<BinValue>,
+) -> Result<Outcome, Failure> {
     let robot = job.robot()?;
     let physics = job.physics(&robot)?;
-    let poses = StudyPoses::new(job.pose_set(&robot, Shard::WHOLE)?, job.sampling);
+    let poses = job.pose_set(&robot, Shard::WHOLE)?;
+    let poses = StudyPoses::new(poses, job.sampling, job.plane(&robot));
     let about = MapReport {
         robot: &robot,
         factors_name: job.factors_name.clone(),
@@ -34,6 +40,7 @@ pub(super) fn run(job: &MapJob, asked: &Asked, out: Option<&Path>) -> Result<Out
         poses: &poses,
         mechanisms: Vec::new(),
         at_load_n: job.at_load_n,
+        cell,
     };
     let mut answer = QuestionResult::default();
     if let Some(load) = asked.load {

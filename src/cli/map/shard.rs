@@ -203,7 +203,7 @@ pub(super) fn read(path: &Path) -> Result<ShardFile, Failure> {
 
 /// The rows behind the head; `None` if there are more or fewer than it says.
 fn maps(head: &ShardHead, mut rest: &[u8]) -> Option<Vec<ShardMap>> {
-    let width = row_width(&head.job.columns);
+    let width = row_width(&head.job.columns, head.job.matrix);
     let mut take = |count: usize| -> Option<Vec<[u8; 8]>> {
         let (taken, left) = rest.split_at_checked(count.checked_mul(8)?)?;
         rest = left;

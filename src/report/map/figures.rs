@@ -1,15 +1,26 @@
 //! Figures of maps (the paper's Figs. 11 to 28).
 
-use crate::distribution::{Extreme, MapColumn, MechanismStudy, WorkspacePlan};
+use crate::distribution::{Extreme, MapColumn, MapPlane, MechanismStudy};
 use crate::plot::{
     Figure, NamedPoint, PlaneBins, PlaneMap, PlaneMapDifference, PlaneMapFigure, ValueAt,
     plane_map, plane_map_difference, plane_map_sheet,
 };
 
 use super::MapReport;
+use crate::report::axis_words::plane_axis_names;
 
 /// N/m in a N/mm, in which the numbers on contour lines are short.
 const N_PER_MM: f64 = 1e3;
+
+/// The unit in which a column is drawn, and what it is in SI.
+fn drawn_unit(column: &MapColumn) -> (&'static str, f64) {
+    if column.is_rotational() {
+        ("N·m/rad", 1.0)
+    } else {
+        ("N/mm", N_PER_MM)
+    }
+}
+
 /// A pose of the robot file nearer than this to an outermost point gives it its name, m.
 const SAME_PLACE_M: f64 = 0.05;
 
@@ -20,12 +31,12 @@ impl MapReport<'_> {
         let mut figures = Vec::new();
         for (index, column) in self.columns() {
             let words = column_words(&column);
-            let maps: Vec<PlaneMap> = self.plane_maps(index);
+            let maps: Vec<PlaneMap> = self.plane_maps(index, &column);
             let figure = |title: String, maps: Vec<PlaneMap>| PlaneMapFigure {
                 title,
                 quantity: words.clone(),
-                unit: "N/mm".to_owned(),
-                about: self.about_stiffness(),
+                unit: drawn_unit(&column).0.to_owned(),
+                about: self.about_stiffness(&column),
                 maps,
                 range: None,
             };
@@ -57,13 +68,13 @@ impl MapReport<'_> {
                 .into_iter()
                 .map(|(index, column)| {
                     let words = column_words(&column);
-                    let maps = self.plane_maps(index);
+                    let maps = self.plane_maps(index, &column);
                     let [before_map, after_map] = places.map(|place| maps[place].clone());
                     let figure = plane_map_difference(&PlaneMapDifference {
                         title: format!("{}: {words}, {after} against {before}", self.robot.name),
                         quantity: words,
-                        unit: "N/mm".to_owned(),
-                        about: self.about_stiffness(),
+                        unit: drawn_unit(&column).0.to_owned(),
+                        about: self.about_stiffness(&column),
                         before: before_map,
                         after: after_map,
                     });
@@ -80,8 +91,7 @@ impl MapReport<'_> {
     fn columns(&self) -> Vec<(usize, MapColumn)> {
         let first = self.mechanisms.first();
         let columns = first.map_or_else(Vec::new, |(_, study)| study.map.columns.clone());
-        let is_drawn =
-            |column: &MapColumn| !column.is_principal() || *column == MapColumn::Principal(0);
+        let is_drawn = |column: &MapColumn| !column.is_principal() || column.order() == Some(0);
         columns
             .into_iter()
             .enumerate()
@@ -101,24 +111,30 @@ impl MapReport<'_> {
     }
 
     /// The same, and how the unit of the figures goes with that of the tables.
-    fn about_stiffness(&self) -> String {
+    fn about_stiffness(&self, column: &MapColumn) -> String {
+        if column.is_rotational() {
+            return self.about();
+        }
         format!("{} 1\u{a0}N/mm is 0.001\u{a0}N/µm.", self.about())
     }
 
     /// The maps of a column, all with bins of one side.
-    fn plane_maps(&self, column: usize) -> Vec<PlaneMap> {
-        let places = self.mechanisms.iter().map(|(_, study)| places_of(study));
+    fn plane_maps(&self, index: usize, column: &MapColumn) -> Vec<PlaneMap> {
+        let (_, scale) = drawn_unit(column);
+        let plane = &self.poses.plane;
+        let studies = self.mechanisms.iter();
+        let places = studies.map(|(_, study)| places_of(study, plane));
         let places: Vec<Vec<[f64; 2]>> = places.collect();
         let sides = places.iter().map(|points| PlaneBins::side_for(points));
         let side_m = sides.fold(0.0, f64::max);
         let studies = self.mechanisms.iter().zip(&places);
         studies
             .map(|((_, study), points)| {
-                let values: Vec<f64> = study.map.column(column).map(|k| k / N_PER_MM).collect();
+                let values: Vec<f64> = study.map.column(index).map(|k| k / scale).collect();
                 let pairs = points.iter().copied().zip(values.iter().copied());
                 let at = |row: Option<usize>| {
                     row.map(|row| ValueAt {
-                        z_y_m: points[row],
+                        at_m: points[row],
                         value: values[row],
                     })
                 };
@@ -126,7 +142,8 @@ impl MapReport<'_> {
                 let ordered = |a: &usize, b: &usize| values[*a].total_cmp(&values[*b]);
                 PlaneMap {
                     heading: format!("mechanism {}", study.map.mechanism),
-                    bins: PlaneBins::gather(pairs, side_m),
+                    axes: plane_axis_names(plane),
+                    bins: PlaneBins::gather_as(self.bin_value(), pairs, side_m),
                     extremes: self.outermost(points),
                     least: at(rows().min_by(ordered)),
                     greatest: at(rows().max_by(ordered)),
@@ -142,38 +159,36 @@ impl MapReport<'_> {
             .filter_map(|extreme| {
                 let value = |point: &[f64; 2]| extreme.of_reach_and_height(*point);
                 let at = points.iter().max_by(|a, b| value(a).total_cmp(&value(b)))?;
-                let near = self.robot.poses.iter().find(|pose| {
+                let is_stated = self.poses.plane.is_of_the_paper();
+                let near = self.robot.poses.iter().filter(|_| is_stated).find(|pose| {
                     pose.stated_zy_m
                         .is_some_and(|[z, y]| (z - at[0]).hypot(y - at[1]) < SAME_PLACE_M)
                 });
                 Some(NamedPoint {
-                    name: near
-                        .map_or_else(|| extreme.word().to_owned(), |pose| pose.id.to_string()),
-                    z_m: at[0],
-                    y_m: at[1],
+                    name: near.map_or_else(
+                        || self.poses.plane.word(extreme),
+                        |pose| pose.id.to_string(),
+                    ),
+                    across_m: at[0],
+                    up_m: at[1],
                 })
             })
             .collect()
     }
 }
 
-/// Reach and height of the end in each row, m.
-fn places_of(study: &MechanismStudy) -> Vec<[f64; 2]> {
+/// Where the end is in the plane in each row, m.
+fn places_of(study: &MechanismStudy, plane: &MapPlane) -> Vec<[f64; 2]> {
     let rows = 0..study.map.len();
-    rows.map(|row| reach_and_height(study.map.end_m(row)))
-        .collect()
-}
-
-/// Reach and height of an end, m: a turning waist changes neither.
-pub(super) fn reach_and_height(end_m: [f64; 3]) -> [f64; 2] {
-    WorkspacePlan::paper().reach_and_height(end_m)
+    rows.map(|row| plane.place(study.map.end_m(row))).collect()
 }
 
 fn column_words(column: &MapColumn) -> String {
-    if column.is_principal() {
-        format!("{} principal stiffness", column.name())
-    } else {
-        format!("stiffness along {}", column.name())
+    match (column.is_principal(), column.is_rotational()) {
+        (true, false) => format!("{} principal stiffness", column.name()),
+        (true, true) => "weakest principal stiffness of rotation".to_owned(),
+        (false, false) => format!("stiffness along {}", column.name()),
+        (false, true) => format!("stiffness about {}", &column.name()[1..]),
     }
 }
 

@@ -5,16 +5,12 @@ use schemars::JsonSchema;
 use serde::Serialize;
 
 use crate::distribution::{
-    ColumnStudy, FitUncertainty, MapColumn, MechanismStudy, RefinedStiffness, Region,
+    ColumnStudy, FitUncertainty, MapColumn, MatrixKind, MechanismStudy, RefinedStiffness, Region,
 };
-use crate::quantity::NEWTON_PER_METRE_PER_NEWTON_PER_MICROMETRE as N_PER_UM;
 use crate::report::paper::PaperCellSummary;
 use crate::reported::Reported;
 
-use super::{MapReport, SensitivityReport, ShiftSummary};
-
-/// Unit of every stiffness.
-const UNIT: &str = "N/um";
+use super::{MapReport, SensitivityReport, ShiftSummary, unit_of};
 
 /// What `map` gives: the maps, or the answers to what it is asked instead.
 #[derive(Debug, Clone, Serialize, JsonSchema)]
@@ -69,6 +65,9 @@ pub struct MapSummary {
     /// Load at which laws that are not linear are taken, N.
     #[serde(rename = "at_load_N")]
     pub at_load_n: Option<f64>,
+    /// The two coordinates of the plane; absent for reach and height of a robot whose y points up.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub plane: Option<[&'static str; 2]>,
     /// One entry a mechanism.
     pub mechanisms: Vec<MechanismMap>,
     /// The paper's tables beside the maps; empty for other robots.
@@ -101,10 +100,10 @@ pub struct FailedPose {
     pub reason: String,
 }
 
-/// The stiffness along one direction.
+/// The stiffness along one direction, or about one.
 #[derive(Debug, Clone, Serialize, JsonSchema)]
 pub struct DirectionMap {
-    /// Name of the direction.
+    /// Name of the direction: `x`, or `rx` for the rotational stiffness about x, in N*m/rad.
     pub along: String,
     /// The direction, of length 1; `null` for a principal one.
     pub unit_vector: Option<[f64; 3]>,
@@ -150,6 +149,19 @@ pub struct SampledStiffness {
     pub end_m: [f64; 3],
     /// The pose, degrees by variable.
     pub angles_deg: IndexMap<String, f64>,
+    /// The matrix of the end; absent if it was not asked for.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub matrix: Option<EndMatrix>,
+}
+
+/// The Cartesian stiffness or compliance of the end, 6 × 6.
+#[derive(Debug, Clone, Serialize, JsonSchema)]
+pub struct EndMatrix {
+    /// `stiffness` or `compliance`.
+    #[schemars(with = "String")]
+    pub kind: MatrixKind,
+    /// Row by row, SI, in the order x, y, z, about x, about y, about z; `null` where the end cannot move in some direction.
+    pub values: Option<Vec<[f64; 6]>>,
 }
 
 /// The stiffness at the end of a search; only `value`, with the reason, where it failed.
@@ -205,18 +217,39 @@ pub struct StiffnessRegion {
     pub between: [Reported; 2],
     /// Its share of the poses.
     pub share_of_poses: f64,
-    /// Its share of the area in the (z, y) plane.
+    /// Its share of the area in the plane.
     pub share_of_area: Option<f64>,
-    /// Its centre (z, y), m.
-    pub centre_zy_m: Option<[f64; 2]>,
-    /// Its least and greatest reach, m.
-    pub reach_m: Option<[f64; 2]>,
-    /// Its least and greatest height, m.
-    pub height_m: Option<[f64; 2]>,
+    /// Where it lies.
+    #[serde(flatten)]
+    pub place: RegionPlace,
     /// Least and greatest angle of each variable that varies, degrees.
     pub angles_deg: IndexMap<String, [f64; 2]>,
     /// The outermost points that lie in it.
-    pub holds: Vec<&'static str>,
+    pub holds: Vec<String>,
+}
+
+/// Where a region lies in the plane.
+#[derive(Debug, Clone, Serialize, JsonSchema)]
+#[serde(untagged)]
+pub enum RegionPlace {
+    /// In the plane of reach z and height y.
+    ReachAndHeight {
+        /// Its centre (z, y), m.
+        centre_zy_m: Option<[f64; 2]>,
+        /// Its least and greatest reach, m.
+        reach_m: Option<[f64; 2]>,
+        /// Its least and greatest height, m.
+        height_m: Option<[f64; 2]>,
+    },
+    /// In another plane.
+    Coordinates {
+        /// Its centre, m.
+        centre_m: Option<[f64; 2]>,
+        /// Its least and greatest first coordinate, m.
+        first_m: Option<[f64; 2]>,
+        /// Its least and greatest second coordinate, m.
+        second_m: Option<[f64; 2]>,
+    },
 }
 
 impl MapReport<'_> {
@@ -234,6 +267,7 @@ impl MapReport<'_> {
             points: set.drawn,
             varied: set.free.iter().map(|&free| self.variable(free)).collect(),
             at_load_n: self.at_load_n,
+            plane: (!self.poses.plane.is_of_the_paper()).then(|| self.poses.plane.letters()),
             mechanisms: mechanisms
                 .map(|(effects, study)| self.mechanism(effects, study))
                 .collect(),
@@ -268,6 +302,8 @@ impl MapReport<'_> {
 
     fn column(&self, study: &MechanismStudy, found: &ColumnStudy) -> DirectionMap {
         let statistics = &found.statistics;
+        let (unit, scale) = unit_of(&found.column);
+        let exact = |si: f64| Reported::exact(si / scale, unit);
         let sampled = [statistics.smallest, statistics.largest];
         let extreme = |i: usize| {
             let row = sampled[i].row;
@@ -278,42 +314,41 @@ impl MapReport<'_> {
                     id: self.poses.set.ids[place],
                     end_m: study.map.end_m(row),
                     angles_deg: self.angles(&self.poses.set.pose(place).angles_deg),
+                    matrix: matrix_of(study, row),
                 },
-                refined: self.refined(found.refined[i].as_ref()),
+                refined: self.refined(&found.column, found.refined[i].as_ref()),
             }
         };
         let quantiles = statistics.quantiles.iter().map(|quantile| {
-            let value = quantile.stiffness_n_per_m / N_PER_UM;
-            let interval = quantile
-                .interval_95
-                .map(|ends| ends.map(|end| end / N_PER_UM));
+            let value = quantile.stiffness_n_per_m / scale;
+            let interval = quantile.interval_95.map(|ends| ends.map(|end| end / scale));
             StiffnessQuantile {
                 share: quantile.share,
                 stiffness: interval.map_or_else(
-                    || Reported::exact(value, UNIT),
-                    |interval| Reported::with_interval(value, interval, UNIT),
+                    || Reported::exact(value, unit),
+                    |interval| Reported::with_interval(value, interval, unit),
                 ),
             }
         });
         DirectionMap {
             along: found.column.name().to_string(),
             unit_vector: found.column.unit(),
-            principal: match &found.column {
-                MapColumn::Principal(order) => Some(*order),
-                MapColumn::Direction { .. } => None,
-            },
+            principal: found.column.order(),
             smallest: extreme(0),
             largest: extreme(1),
             difference: exact(sampled[1].stiffness_n_per_m - sampled[0].stiffness_n_per_m),
-            mean: Reported::from_estimate(&statistics.mean, N_PER_UM, UNIT),
+            mean: Reported::from_estimate(&statistics.mean, scale, unit),
             standard_deviation: statistics.standard_deviation_n_per_m.map(exact),
             quantiles: quantiles.collect(),
             share_beyond_extremes_95: statistics.share_beyond_95,
-            fit_uncertainty: found.fit.as_ref().map(Into::into),
+            fit_uncertainty: found
+                .fit
+                .as_ref()
+                .map(|fit| fitted_stiffness(&found.column, fit)),
             regions: found
                 .regions
                 .iter()
-                .map(|region| self.region(region))
+                .map(|region| self.region(&found.column, region))
                 .collect(),
         }
     }
@@ -325,10 +360,15 @@ impl MapReport<'_> {
             .collect()
     }
 
-    fn refined(&self, refined: Result<&RefinedStiffness, &String>) -> RefinedExtremeJson {
+    fn refined(
+        &self,
+        column: &MapColumn,
+        refined: Result<&RefinedStiffness, &String>,
+    ) -> RefinedExtremeJson {
+        let (unit, scale) = unit_of(column);
         match refined {
             Ok(refined) => RefinedExtremeJson {
-                value: exact(refined.stiffness_n_per_m),
+                value: Reported::exact(refined.stiffness_n_per_m / scale, unit),
                 found: Some(RefinedPose {
                     end_m: refined.end_m,
                     angles_deg: self.angles(&refined.pose.angles_deg),
@@ -337,41 +377,62 @@ impl MapReport<'_> {
                 }),
             },
             Err(reason) => RefinedExtremeJson {
-                value: Reported::missing(UNIT, reason.clone()),
+                value: Reported::missing(unit, reason.clone()),
                 found: None,
             },
         }
     }
 
-    fn region(&self, region: &Region) -> StiffnessRegion {
+    fn region(&self, column: &MapColumn, region: &Region) -> StiffnessRegion {
+        let (unit, scale) = unit_of(column);
+        let [first, second] = [0, 1].map(|i| region.extent_m.map(|extent| extent[i]));
+        let place = if self.poses.plane.is_of_the_paper() {
+            RegionPlace::ReachAndHeight {
+                centre_zy_m: region.centre_m,
+                reach_m: first,
+                height_m: second,
+            }
+        } else {
+            RegionPlace::Coordinates {
+                centre_m: region.centre_m,
+                first_m: first,
+                second_m: second,
+            }
+        };
         let free = self.poses.set.free.iter().zip(&region.angles_deg);
         StiffnessRegion {
             level: region.level,
-            between: region.between_n_per_m.map(exact),
+            between: region
+                .between_n_per_m
+                .map(|k| Reported::exact(k / scale, unit)),
             share_of_poses: region.share_of_poses,
             share_of_area: region.share_of_area,
-            centre_zy_m: region.centre_m,
-            reach_m: region.extent_m.map(|[reach, _]| reach),
-            height_m: region.extent_m.map(|[_, height]| height),
+            place,
             angles_deg: free
                 .map(|(&variable, range)| (self.variable(variable), *range))
                 .collect(),
-            holds: region.holds.iter().map(|extreme| extreme.word()).collect(),
+            holds: self.words_of(&region.holds),
         }
     }
 }
 
-impl From<&FitUncertainty> for FittedStiffness {
-    fn from(fit: &FitUncertainty) -> Self {
-        let reported = |estimate| Reported::from_estimate(estimate, N_PER_UM, UNIT);
-        Self {
-            smallest: reported(&fit.smallest),
-            largest: reported(&fit.largest),
-            mean: reported(&fit.mean),
-        }
+fn fitted_stiffness(column: &MapColumn, fit: &FitUncertainty) -> FittedStiffness {
+    let (unit, scale) = unit_of(column);
+    let reported = |estimate| Reported::from_estimate(estimate, scale, unit);
+    FittedStiffness {
+        smallest: reported(&fit.smallest),
+        largest: reported(&fit.largest),
+        mean: reported(&fit.mean),
     }
 }
 
-fn exact(n_per_m: f64) -> Reported {
-    Reported::exact(n_per_m / N_PER_UM, UNIT)
+/// The matrix of a row, if the map has one.
+fn matrix_of(study: &MechanismStudy, row: usize) -> Option<EndMatrix> {
+    let kind = study.map.matrix?;
+    let (rows, _) = study.map.matrix(row)?.as_chunks::<6>();
+    let is_finite = rows.iter().flatten().all(|entry| entry.is_finite());
+    Some(EndMatrix {
+        kind,
+        values: is_finite.then(|| rows.to_vec()),
+    })
 }

@@ -11,16 +11,18 @@ mod shifts;
 mod text;
 mod vtu;
 
-use crate::distribution::{MechanismStudy, Sampling, StudyPoses};
+use crate::distribution::{MapColumn, MechanismStudy, Sampling, StudyPoses};
+use crate::plot::BinValue;
+use crate::quantity::NEWTON_PER_METRE_PER_NEWTON_PER_MICROMETRE;
 use crate::robot::Robot;
 
 use super::paper::PaperCell;
 
 pub use design::{JointDerivatives, SectionDerivatives, SensitivityReport, sensitivity_text};
 pub use json::{
-    DirectionMap, ExtremeStiffness, FailedPose, FittedStiffness, MapAnswers, MapResult, MapSummary,
-    MechanismMap, RefinedExtremeJson, RefinedPose, SampledStiffness, Sensitivities,
-    StiffnessQuantile, StiffnessRegion,
+    DirectionMap, EndMatrix, ExtremeStiffness, FailedPose, FittedStiffness, MapAnswers, MapResult,
+    MapSummary, MechanismMap, RefinedExtremeJson, RefinedPose, RegionPlace, SampledStiffness,
+    Sensitivities, StiffnessQuantile, StiffnessRegion,
 };
 #[cfg(feature = "parquet")]
 pub use parquet::points_parquet;
@@ -46,9 +48,31 @@ pub struct MapReport<'a> {
     pub mechanisms: Vec<(Vec<String>, MechanismStudy)>,
     /// Load at which laws that are not linear are taken, N.
     pub at_load_n: Option<f64>,
+    /// What a square of a figure shows of its poses; `None` takes the mean where at most two variables vary, else the least.
+    pub cell: Option<BinValue>,
+}
+
+/// The unit in which a column is stated, and what it is in SI.
+fn unit_of(column: &MapColumn) -> (&'static str, f64) {
+    if column.is_rotational() {
+        ("N*m/rad", 1.0)
+    } else {
+        ("N/um", NEWTON_PER_METRE_PER_NEWTON_PER_MICROMETRE)
+    }
 }
 
 impl MapReport<'_> {
+    /// What a square of a figure shows of its poses: where a place in the plane has many postures, the least, which holds for all.
+    fn bin_value(&self) -> BinValue {
+        let single = self.poses.set.free.len() <= 2;
+        let usual = if single {
+            BinValue::Mean
+        } else {
+            BinValue::Least
+        };
+        self.cell.unwrap_or(usual)
+    }
+
     /// How the poses were chosen, in words.
     fn sampling_words(&self) -> String {
         let set = &self.poses.set;

@@ -23,7 +23,7 @@ pub fn points_parquet(
     poses: &PoseSample,
     map: &StiffnessMap,
 ) -> Result<Vec<u8>, ParquetError> {
-    let heads = point_heads(robot, poses, &map.columns);
+    let heads = point_heads(robot, poses, map);
     let fields = heads.iter().enumerate().map(|(place, head)| {
         let kind = if place == 0 {
             Physical::INT64
@@ -76,7 +76,7 @@ mod tests {
     use parquet::record::Field;
 
     use super::*;
-    use crate::distribution::{MapColumn, MapModel, PosePlan, Sampling, Shard};
+    use crate::distribution::{MapColumn, MapModel, MatrixKind, PosePlan, Sampling, Shard};
     use crate::physics::ActingPhysics;
     use crate::report::points_csv;
     use crate::shipped::shipped_robot;
@@ -97,7 +97,8 @@ mod tests {
         let mut columns = MapColumn::axes();
         columns.extend(MapColumn::along("0,1,1", [0.0, 1.0, 1.0]));
         columns.extend(MapColumn::principal());
-        let map = StiffnessMap::over(&model, &poses, &columns).unwrap();
+        let matrix = Some(MatrixKind::Stiffness);
+        let map = StiffnessMap::with_matrix(&model, &poses, &columns, matrix).unwrap();
 
         let mut file = tempfile::tempfile().unwrap();
         file.write_all(&points_parquet(&robot, &poses, &map).unwrap())

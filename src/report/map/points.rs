@@ -4,33 +4,77 @@ use std::fmt::Write;
 
 use rayon::prelude::*;
 
-use crate::distribution::{MapColumn, MechanismStudy, PoseSample, StiffnessMap};
-use crate::quantity::NEWTON_PER_METRE_PER_NEWTON_PER_MICROMETRE as N_PER_UM;
+use crate::distribution::{MapColumn, MatrixKind, MechanismStudy, PoseSample, StiffnessMap};
 use crate::robot::Robot;
 
+use super::unit_of;
 use super::vtu::{MeshField, vtu};
 
 /// Rows that are written as one piece.
 const CHUNK: usize = 4096;
 
-/// Heads of the columns: number, angles, end, stiffnesses, weakest direction.
-pub(super) fn point_heads(robot: &Robot, poses: &PoseSample, columns: &[MapColumn]) -> Vec<String> {
+/// Heads of the columns: number, angles, end, stiffnesses, weakest direction and axis, matrix.
+pub(super) fn point_heads(robot: &Robot, poses: &PoseSample, map: &StiffnessMap) -> Vec<String> {
+    let columns = &map.columns;
     let angles = poses
         .free
         .iter()
         .map(|&variable| format!("{}_deg", robot.variables[variable].name));
     let stiffness = columns.iter().map(|column| {
         // Names of directions given as numbers hold commas.
-        format!("stiffness_{}_N_per_um", column.name().replace(',', "_"))
+        let name = column.name().replace([',', ' '], "_");
+        let unit = if column.is_rotational() {
+            "Nm_per_rad"
+        } else {
+            "N_per_um"
+        };
+        format!("stiffness_{name}_{unit}")
     });
     let mut heads = vec!["id".to_owned()];
     heads.extend(angles);
     heads.extend(["x_m", "y_m", "z_m"].map(str::to_owned));
     heads.extend(stiffness);
-    if columns.iter().any(MapColumn::is_principal) {
-        heads.extend(["weakest_x", "weakest_y", "weakest_z"].map(str::to_owned));
+    for (rotational, word) in [(false, "weakest"), (true, "weakest_axis")] {
+        let of_kind = |column: &MapColumn| column.is_rotational() == rotational;
+        if columns.iter().any(|c| c.is_principal() && of_kind(c)) {
+            heads.extend(["x", "y", "z"].map(|axis| format!("{word}_{axis}")));
+        }
     }
+    heads.extend(map.matrix.into_iter().flat_map(matrix_heads));
     heads
+}
+
+/// Loads and displacements of the end.
+const LOADS: [&str; 6] = ["Fx", "Fy", "Fz", "Mx", "My", "Mz"];
+const DISPLACEMENTS: [&str; 6] = ["ux", "uy", "uz", "rx", "ry", "rz"];
+
+/// Heads of the 36 entries, row by row: `K_Fx_ux_N_per_m` is the force along x per displacement along x.
+fn matrix_heads(kind: MatrixKind) -> Vec<String> {
+    let entries = (0..36).map(|entry| (entry / 6, entry % 6));
+    let head = |(row, column): (usize, usize)| {
+        let turns = (row >= 3, column >= 3);
+        match kind {
+            MatrixKind::Stiffness => {
+                let unit = match turns {
+                    (false, false) => "N_per_m",
+                    (false, true) => "N_per_rad",
+                    (true, false) => "Nm_per_m",
+                    (true, true) => "Nm_per_rad",
+                };
+                format!("K_{}_{}_{unit}", LOADS[row], DISPLACEMENTS[column])
+            }
+            MatrixKind::Compliance => {
+                let unit = match turns {
+                    (false, false) => "m_per_N",
+                    (false, true) => "m_per_Nm",
+                    (true, false) => "rad_per_N",
+                    (true, true) => "rad_per_Nm",
+                };
+                format!("C_{}_{}_{unit}", DISPLACEMENTS[row], LOADS[column])
+            }
+        }
+    };
+    entries.map(head).collect()
 }
 
 /// The numbers of a row beside its pose's number, in the order of the heads.
@@ -40,15 +84,11 @@ pub(super) fn point_values<'a>(
     row: usize,
 ) -> impl Iterator<Item = f64> + 'a {
     let place = map.places[row] as usize;
-    let stiffnesses = 3..3 + map.columns.len();
     let values = map.row(row).iter().enumerate();
     let angles = poses.free_angles_deg(place).iter().copied();
     angles.chain(values.map(move |(i, value)| {
-        if stiffnesses.contains(&i) {
-            value / N_PER_UM
-        } else {
-            *value
-        }
+        let column = i.checked_sub(3).and_then(|i| map.columns.get(i));
+        column.map_or(*value, |column| value / unit_of(column).1)
     }))
 }
 
@@ -72,7 +112,7 @@ pub fn points_csv(robot: &Robot, poses: &PoseSample, map: &StiffnessMap) -> Stri
         .collect();
     format!(
         "{}\n{}",
-        point_heads(robot, poses, &map.columns).join(","),
+        point_heads(robot, poses, map).join(","),
         pieces.concat()
     )
 }
@@ -84,7 +124,7 @@ pub fn mesh_of(robot: &Robot, poses: &PoseSample, study: &MechanismStudy) -> Str
     let map = &study.map;
     let points: Vec<[f64; 3]> = (0..map.len()).map(|row| map.end_m(row)).collect();
     let mut fields: Vec<MeshField> = Vec::new();
-    let heads = point_heads(robot, poses, &map.columns);
+    let heads = point_heads(robot, poses, map);
     let scalars = poses.free.len() + 3 + map.columns.len();
     for (column, name) in heads[1..=scalars].iter().enumerate() {
         let is_end = (poses.free.len()..poses.free.len() + 3).contains(&column);
@@ -108,6 +148,21 @@ pub fn mesh_of(robot: &Robot, poses: &PoseSample, study: &MechanismStudy) -> Str
             name: "weakest_direction".to_owned(),
             components: 3,
             values: weakest,
+        });
+    }
+    if let Some(kind) = map.matrix {
+        fields.push(MeshField {
+            name: match kind {
+                MatrixKind::Stiffness => "stiffness_matrix_SI",
+                MatrixKind::Compliance => "compliance_matrix_SI",
+            }
+            .to_owned(),
+            components: 36,
+            values: (0..map.len())
+                .filter_map(|row| map.matrix(row))
+                .flatten()
+                .copied()
+                .collect(),
         });
     }
     vtu(&points, study.triangles.as_deref(), &fields)

@@ -8,15 +8,15 @@ use serde::Serialize;
 
 use crate::distribution::{PoseSpread, ShiftMap, largest_load};
 use crate::plot::{
-    Figure, PlaneBins, PlaneMap, PlaneMapFigure, ValueAt, plane_map, plane_map_sheet,
+    BinValue, Figure, PlaneBins, PlaneMap, PlaneMapFigure, ValueAt, plane_map, plane_map_sheet,
 };
 use crate::quantity::METRES_PER_MICROMETRE;
+use crate::report::axis_words::{plane_axis_names, plane_letters};
 use crate::report::text::{AlignedTable, significant};
 use crate::reported::Reported;
 use crate::robot::{Masses, Robot};
 
 use super::MapReport;
-use super::figures::reach_and_height;
 use super::json::FailedPose;
 
 /// Significant digits of printed values.
@@ -169,6 +169,9 @@ impl ShiftReport<'_> {
     }
 
     fn table(&self, map: &ShiftMap) -> AlignedTable {
+        let plane = &self.about.poses.plane;
+        let [first, second] = plane_letters(plane);
+        let (first, second) = (format!("worst at {first}, m"), format!("{second}, m"));
         let mut table = AlignedTable::new(&[
             "quantity",
             "least",
@@ -177,8 +180,8 @@ impl ShiftReport<'_> {
             "mean",
             "95 %",
             "greatest",
-            "worst at z, m",
-            "y, m",
+            &first,
+            &second,
             "angles, deg",
         ]);
         for quantity in self.quantities(map) {
@@ -195,7 +198,7 @@ impl ShiftReport<'_> {
                 spread.greatest.0,
             ];
             let row = worst(&quantity, &spread);
-            let [z, y] = reach_and_height(map.ends_m[row]);
+            let [z, y] = plane.place(map.ends_m[row]);
             table.row(
                 [format!("{}, {}", quantity.words, quantity.unit)]
                     .into_iter()
@@ -390,12 +393,18 @@ impl ShiftReport<'_> {
         figures
     }
 
+    /// What a square shows of its poses: by default that which moves most, where a place has many postures.
+    fn bin_value(&self) -> BinValue {
+        match self.about.bin_value() {
+            BinValue::Least if self.about.cell.is_none() => BinValue::Greatest,
+            value => value,
+        }
+    }
+
     fn plane_maps(&self) -> Vec<PlaneMap> {
+        let plane = &self.about.poses.plane;
         let places = |map: &ShiftMap| -> Vec<[f64; 2]> {
-            map.ends_m
-                .iter()
-                .map(|end| reach_and_height(*end))
-                .collect()
+            map.ends_m.iter().map(|end| plane.place(*end)).collect()
         };
         let side_m = self
             .maps
@@ -414,13 +423,15 @@ impl ShiftReport<'_> {
                 let spread = PoseSpread::of(&values);
                 let at = |end: Option<(f64, usize)>| {
                     end.map(|(value, row)| ValueAt {
-                        z_y_m: points[row],
+                        at_m: points[row],
                         value,
                     })
                 };
                 PlaneMap {
                     heading: format!("mechanism {}", map.mechanism),
-                    bins: PlaneBins::gather(
+                    axes: plane_axis_names(plane),
+                    bins: PlaneBins::gather_as(
+                        self.bin_value(),
                         points.iter().copied().zip(values.iter().copied()),
                         side_m,
                     ),

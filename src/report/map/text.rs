@@ -2,12 +2,12 @@
 
 use std::fmt::Write;
 
-use crate::distribution::{ColumnStudy, Level, MechanismStudy, Region};
-use crate::quantity::NEWTON_PER_METRE_PER_NEWTON_PER_MICROMETRE as N_PER_UM;
+use crate::distribution::{ColumnStudy, Extreme, Level, MapColumn, MechanismStudy, Region};
+use crate::report::axis_words::{plane_column_heads, plane_letters};
 use crate::report::text::{AlignedTable, significant};
 
-use super::MapReport;
 use super::paper;
+use super::{MapReport, unit_of};
 
 impl MapReport<'_> {
     /// Statistics, where the extremes and regions lie, and the paper's tables.
@@ -21,7 +21,7 @@ impl MapReport<'_> {
             let Some(name) = self.column_name(column) else {
                 continue;
             };
-            let _ = writeln!(text, "\nStiffness along {name}, N/um\n");
+            let _ = writeln!(text, "\nStiffness {name}\n");
             text.push_str(&self.statistics(column));
             text.push_str(&self.fits(column));
         }
@@ -35,12 +35,14 @@ impl MapReport<'_> {
     fn column_name(&self, column: usize) -> Option<String> {
         let mut studies = self.mechanisms.iter();
         let study = studies.find_map(|(_, study)| study.columns.get(column))?;
-        let name = study.column.name();
-        Some(if study.column.is_principal() {
-            format!("the {name} of its principal directions")
-        } else {
-            name.to_owned()
-        })
+        let (name, (unit, _)) = (study.column.name(), unit_of(&study.column));
+        let words = match (study.column.is_principal(), study.column.is_rotational()) {
+            (false, false) => format!("along {name}"),
+            (true, false) => format!("along the {name} of its principal directions"),
+            (false, true) => format!("about {}", &name[1..]),
+            (true, true) => format!("about its principal axes, {name}"),
+        };
+        Some(format!("{words}, {unit}"))
     }
 
     fn methods(&self) -> String {
@@ -86,6 +88,7 @@ impl MapReport<'_> {
                 continue;
             };
             let statistics = &found.statistics;
+            let stiffness = |si: f64| stiffness(&found.column, si);
             let refined = [0, 1].map(|i| {
                 let refined = found.refined[i].as_ref();
                 refined.map_or_else(|_| "-".to_owned(), |to| stiffness(to.stiffness_n_per_m))
@@ -108,6 +111,7 @@ impl MapReport<'_> {
                 stiffness(most - least),
                 stiffness(statistics.mean.value),
                 expanded(
+                    &found.column,
                     statistics.mean.expanded_95(),
                     statistics.mean.coverage_factor_95(),
                 ),
@@ -132,14 +136,16 @@ impl MapReport<'_> {
         ]);
         let mut any = false;
         for (_, study) in &self.mechanisms {
-            let fit = study.columns.get(column).and_then(|found| found.fit);
-            let Some(fit) = fit else { continue };
+            let Some(found) = study.columns.get(column) else {
+                continue;
+            };
+            let Some(fit) = found.fit else { continue };
             any = true;
             let values = [fit.smallest, fit.largest, fit.mean];
             let cells = values.iter().flat_map(|e| {
                 [
-                    stiffness(e.value),
-                    expanded(e.expanded_95(), e.coverage_factor_95()),
+                    stiffness(&found.column, e.value),
+                    expanded(&found.column, e.expanded_95(), e.coverage_factor_95()),
                 ]
             });
             rows.row(std::iter::once(study.map.mechanism.clone()).chain(cells));
@@ -152,7 +158,10 @@ impl MapReport<'_> {
     }
 
     fn extremes(&self) -> String {
-        let mut heads = vec!["extreme", "N/um", "reach z, m", "height y, m"];
+        let [first, second] = plane_column_heads(&self.poses.plane);
+        let (first, second) = (format!("{first}, m"), format!("{second}, m"));
+        let unit = self.units();
+        let mut heads = vec!["extreme", &unit, &first, &second];
         let free = &self.poses.set.free;
         heads.extend(
             free.iter()
@@ -171,16 +180,16 @@ impl MapReport<'_> {
                         continue;
                     }
                 };
-                let [x, y, z] = refined.end_m;
+                let [across, upward] = self.poses.plane.place(refined.end_m);
                 let angles = free
                     .iter()
                     .map(|&variable| format!("{:.3}", refined.pose.angles_deg[variable]));
                 rows.row(
                     [
                         name,
-                        stiffness(refined.stiffness_n_per_m),
-                        format!("{:.4}", x.hypot(z)),
-                        format!("{y:.4}"),
+                        stiffness(&found.column, refined.stiffness_n_per_m),
+                        format!("{across:.4}"),
+                        format!("{upward:.4}"),
                     ]
                     .into_iter()
                     .chain(angles)
@@ -204,15 +213,42 @@ impl MapReport<'_> {
         })
     }
 
+    /// The units of the directions in one table.
+    fn units(&self) -> String {
+        let mut units: Vec<&str> = Vec::new();
+        for (_, found) in self.directions() {
+            let (unit, _) = unit_of(&found.column);
+            if !units.contains(&unit) {
+                units.push(unit);
+            }
+        }
+        if units.is_empty() {
+            return "N/um".to_owned();
+        }
+        units.join(" or ")
+    }
+
+    /// Names of outermost points.
+    pub(super) fn words_of(&self, extremes: &[Extreme]) -> Vec<String> {
+        let words = extremes.iter();
+        words
+            .map(|extreme| self.poses.plane.word(*extreme))
+            .collect()
+    }
+
     fn regions(&self) -> String {
+        let [first, second] = plane_column_heads(&self.poses.plane);
+        let (first, second) = (format!("{first}, m"), format!("{second}, m"));
+        let centre = format!("centre {}, m", plane_letters(&self.poses.plane).join(", "));
+        let unit = self.units();
         let mut rows = AlignedTable::new(&[
             "region",
-            "N/um",
+            &unit,
             "poses",
             "area",
-            "reach z, m",
-            "height y, m",
-            "centre z, y, m",
+            &first,
+            &second,
+            &centre,
             "outermost points in it",
         ]);
         for (study, found) in self.directions() {
@@ -223,7 +259,9 @@ impl MapReport<'_> {
                     Level::High => "high",
                 };
                 let name = format!("{} {} {level}", study.map.mechanism, found.column.name());
-                rows.row(std::iter::once(name).chain(region_cells(region)));
+                let holds = self.words_of(&region.holds).join(", ");
+                let cells = region_cells(&found.column, region).into_iter();
+                rows.row(std::iter::once(name).chain(cells).chain([holds]));
             }
         }
         format!(
@@ -257,12 +295,12 @@ impl MapReport<'_> {
     }
 }
 
-fn region_cells(region: &Region) -> [String; 7] {
+fn region_cells(column: &MapColumn, region: &Region) -> [String; 6] {
     let range = |[low, high]: [f64; 2]| format!("{low:.3} to {high:.3}");
     let blank = || "-".to_owned();
     let [from, to] = region.between_n_per_m;
     [
-        format!("{} to {}", stiffness(from), stiffness(to)),
+        format!("{} to {}", stiffness(column, from), stiffness(column, to)),
         format!("{:.1} %", 100.0 * region.share_of_poses),
         region
             .share_of_area
@@ -276,24 +314,18 @@ fn region_cells(region: &Region) -> [String; 7] {
         region
             .centre_m
             .map_or_else(blank, |[z, y]| format!("{z:.3}, {y:.3}")),
-        region
-            .holds
-            .iter()
-            .map(|extreme| extreme.word())
-            .collect::<Vec<_>>()
-            .join(", "),
     ]
 }
 
-/// A stiffness in N/um.
-fn stiffness(n_per_m: f64) -> String {
-    significant(n_per_m / N_PER_UM, 4)
+/// A stiffness in the unit of its column.
+fn stiffness(column: &MapColumn, si: f64) -> String {
+    significant(si / unit_of(column).1, 4)
 }
 
-/// Expanded uncertainty in N/um with its coverage factor.
-fn expanded(expanded_n_per_m: Option<f64>, coverage_factor: Option<f64>) -> String {
-    match (expanded_n_per_m, coverage_factor) {
-        (Some(u), Some(k)) => format!("{}, {k:.2}", significant(u / N_PER_UM, 2)),
+/// Expanded uncertainty in the unit of its column, with its coverage factor.
+fn expanded(column: &MapColumn, expanded_si: Option<f64>, coverage_factor: Option<f64>) -> String {
+    match (expanded_si, coverage_factor) {
+        (Some(u), Some(k)) => format!("{}, {k:.2}", significant(u / unit_of(column).1, 2)),
         _ => "-".to_owned(),
     }
 }

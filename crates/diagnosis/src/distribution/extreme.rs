@@ -36,7 +36,7 @@ impl Extreme {
         self.of_reach_and_height([point.reach_m, point.height_m])
     }
 
-    /// What is largest at the point with this reach and height, m.
+    /// What is largest at the point with this reach and height, or these two coordinates of another plane, m.
     #[must_use]
     pub fn of_reach_and_height(self, [reach_m, height_m]: [f64; 2]) -> f64 {
         match self {

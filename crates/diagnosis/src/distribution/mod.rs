@@ -7,6 +7,7 @@ mod design;
 mod end_load;
 mod extreme;
 mod map;
+mod plane;
 mod pose_set;
 mod projected_ascent;
 mod workspace;
@@ -16,8 +17,10 @@ pub use end_load::{EndShift, PoseSpread, ShiftMap, largest_load};
 pub use extreme::{Extreme, RefinedExtreme};
 pub use map::{
     ColumnStatistics, ColumnStudy, FitUncertainty, FittedCovariance, Level, MapColumn, MapModel,
-    MechanismStudy, NoMap, Quantile, RefinedStiffness, Region, SampledExtreme, StiffnessMap,
-    StudyPoses, Surface, column_statistics, fit_uncertainty, regions, row_width,
+    MatrixKind, MechanismStudy, NoMap, Quantile, RefinedStiffness, Region, SampledExtreme,
+    StiffnessMap, StudyPoses, Surface, cartesian_stiffness, column_statistics, fit_uncertainty,
+    regions, row_width,
 };
+pub use plane::{MapPlane, NoPlaneAxis, PlaneAxis};
 pub use pose_set::{PosePlan, PoseSample, Sampling, Shard, variables_beside_the_plane};
 pub use workspace::{EndPoint, UnreachablePose, WorkspaceError, WorkspacePlan, WorkspaceSample};

@@ -2,9 +2,12 @@
 
 use nalgebra::Matrix3;
 
+use stiffbench_beams::structure::Compliance6;
 use stiffbench_numeric::vector::{norm, scale};
 
-/// A stiffness of the end: force over displacement along it.
+use super::matrix::{ENTRIES, MatrixKind};
+
+/// A stiffness of the end: force over displacement along it, N/m, or moment over rotation about it, N·m/rad.
 #[derive(Debug, Clone, PartialEq, serde::Serialize, serde::Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum MapColumn {
@@ -17,6 +20,15 @@ pub enum MapColumn {
     },
     /// Along the principal directions of the displacement per force, in the order of stiffness: 0 the weakest, 2 the stiffest.
     Principal(u8),
+    /// About a direction: 1/(nᵀ C n) of the rotation per moment.
+    About {
+        /// Its name.
+        name: String,
+        /// Unit vector, global.
+        unit: [f64; 3],
+    },
+    /// About the principal axes of the rotation per moment, in the order of stiffness.
+    PrincipalAbout(u8),
 }
 
 impl MapColumn {
@@ -35,10 +47,26 @@ impl MapColumn {
         axes.map(column).to_vec()
     }
 
+    /// About the three global axes.
+    #[must_use]
+    pub fn axes_of_rotation() -> Vec<Self> {
+        let about = |column: Self| {
+            let (name, unit) = (format!("r{}", column.name()), column.unit()?);
+            Some(Self::About { name, unit })
+        };
+        Self::axes().into_iter().filter_map(about).collect()
+    }
+
     /// The three principal stiffnesses.
     #[must_use]
     pub fn principal() -> [Self; 3] {
         [0, 1, 2].map(Self::Principal)
+    }
+
+    /// The three principal stiffnesses of rotation.
+    #[must_use]
+    pub fn principal_of_rotation() -> [Self; 3] {
+        [0, 1, 2].map(Self::PrincipalAbout)
     }
 
     /// Along any vector but zero; axes have their names, others are named as given. `None` for a vector without direction.
@@ -61,52 +89,103 @@ impl MapColumn {
     #[must_use]
     pub fn unit(&self) -> Option<[f64; 3]> {
         match self {
-            Self::Direction { unit, .. } => Some(*unit),
-            Self::Principal(_) => None,
+            Self::Direction { unit, .. } | Self::About { unit, .. } => Some(*unit),
+            Self::Principal(_) | Self::PrincipalAbout(_) => None,
         }
     }
 
-    /// The global axis it is, if it is one.
+    /// The global axis along which it is, if it is one.
     #[must_use]
     pub fn axis(&self) -> Option<usize> {
-        let unit = self.unit()?;
+        let unit = self.unit().filter(|_| !self.is_rotational())?;
         (0..3).find(|&axis| (0..3).all(|i| unit[i] == f64::from(u8::from(i == axis))))
     }
 
     /// Whether it is a principal stiffness.
     #[must_use]
     pub fn is_principal(&self) -> bool {
-        matches!(self, Self::Principal(_))
+        self.order().is_some()
+    }
+
+    /// Place of a principal stiffness in their order, 0 the weakest.
+    #[must_use]
+    pub fn order(&self) -> Option<u8> {
+        match self {
+            Self::Principal(order) | Self::PrincipalAbout(order) => Some(*order),
+            Self::Direction { .. } | Self::About { .. } => None,
+        }
+    }
+
+    /// Whether it is about a direction rather than along one.
+    #[must_use]
+    pub fn is_rotational(&self) -> bool {
+        matches!(self, Self::About { .. } | Self::PrincipalAbout(_))
     }
 
     /// Its name in tables and files.
     #[must_use]
     pub fn name(&self) -> &str {
         match self {
-            Self::Direction { name, .. } => name,
+            Self::Direction { name, .. } | Self::About { name, .. } => name,
             Self::Principal(0) => "weakest",
             Self::Principal(1) => "middle",
             Self::Principal(_) => "stiffest",
+            Self::PrincipalAbout(0) => "weakest rotation",
+            Self::PrincipalAbout(1) => "middle rotation",
+            Self::PrincipalAbout(_) => "stiffest rotation",
         }
     }
 }
 
-/// Fills the columns and the weakest direction of a row from the displacement per force, 3 × 3, m/N.
-pub(super) fn fill_row(columns: &[MapColumn], compliance: &[[f64; 3]; 3], row: &mut [f64]) {
-    let (stiffness, weakest) = row[3..].split_at_mut(columns.len());
-    let principal = (!weakest.is_empty()).then(|| principal(compliance));
-    for (value, column) in stiffness.iter_mut().zip(columns) {
-        *value = match (column, &principal) {
-            (MapColumn::Direction { unit, .. }, _) => 1.0 / along(compliance, *unit),
-            (MapColumn::Principal(order), Some((stiffness, _))) => stiffness[usize::from(*order)],
-            (MapColumn::Principal(_), None) => {
-                unreachable!("rows with it have room for its direction")
-            }
-        };
+/// Fills a row after the end from its compliance: the columns, the weakest direction and axis where there are principal stiffnesses, and
+/// the matrix.
+pub(super) fn fill_row(
+    columns: &[MapColumn],
+    matrix: Option<MatrixKind>,
+    compliance: &Compliance6,
+    row: &mut [f64],
+) {
+    let (stiffness, mut rest) = row[3..].split_at_mut(columns.len());
+    let translation = compliance.translation();
+    let along_axes = has_principal(columns).then(|| principal(&translation));
+    let rotation = columns.iter().any(MapColumn::is_rotational);
+    let rotation = rotation.then(|| rotation_per_moment(compliance));
+    let about_axes = rotation.filter(|_| has_principal_of_rotation(columns));
+    let about_axes = about_axes.map(|rotation| principal(&rotation));
+    let value = |column: &MapColumn| {
+        Some(match column {
+            MapColumn::Direction { unit, .. } => 1.0 / along(&translation, *unit),
+            MapColumn::Principal(order) => along_axes?.0[usize::from(*order)],
+            MapColumn::About { unit, .. } => 1.0 / along(&rotation?, *unit),
+            MapColumn::PrincipalAbout(order) => about_axes?.0[usize::from(*order)],
+        })
+    };
+    for (place, column) in stiffness.iter_mut().zip(columns) {
+        *place = value(column).unwrap_or(f64::NAN);
     }
-    if let Some((_, [direction, ..])) = principal {
-        weakest.copy_from_slice(&direction);
+    for (_, [direction, ..]) in [along_axes, about_axes].into_iter().flatten() {
+        let (place, after) = rest.split_at_mut(3);
+        place.copy_from_slice(&direction);
+        rest = after;
     }
+    if let Some(matrix) = matrix {
+        matrix.fill(compliance, rest);
+    }
+}
+
+/// Rotation per moment, 3 × 3, rad/(N·m).
+fn rotation_per_moment(compliance: &Compliance6) -> [[f64; 3]; 3] {
+    std::array::from_fn(|i| std::array::from_fn(|j| compliance.0[3 + i][3 + j]))
+}
+
+fn has_principal(columns: &[MapColumn]) -> bool {
+    let mut columns = columns.iter();
+    columns.any(|column| column.is_principal() && !column.is_rotational())
+}
+
+fn has_principal_of_rotation(columns: &[MapColumn]) -> bool {
+    let mut columns = columns.iter();
+    columns.any(|column| column.is_principal() && column.is_rotational())
 }
 
 /// nᵀ C n.
@@ -123,14 +202,16 @@ fn along(compliance: &[[f64; 3]; 3], unit: [f64; 3]) -> f64 {
     sum
 }
 
-/// Stiffness of a column and the direction it is along.
+/// Stiffness of a column along a direction, and the direction; a column about one is not asked for.
 pub(super) fn stiffness_and_unit(
     column: &MapColumn,
     compliance: &[[f64; 3]; 3],
 ) -> (f64, [f64; 3]) {
     match column {
-        MapColumn::Direction { unit, .. } => (1.0 / along(compliance, *unit), *unit),
-        MapColumn::Principal(order) => {
+        MapColumn::Direction { unit, .. } | MapColumn::About { unit, .. } => {
+            (1.0 / along(compliance, *unit), *unit)
+        }
+        MapColumn::Principal(order) | MapColumn::PrincipalAbout(order) => {
             let (stiffness, directions) = principal(compliance);
             let order = usize::from(*order);
             (stiffness[order], directions[order])
@@ -153,16 +234,32 @@ fn principal(compliance: &[[f64; 3]; 3]) -> ([f64; 3], [[f64; 3]; 3]) {
     (stiffness, directions)
 }
 
-/// Numbers in a row: the end, the columns, and the weakest direction where there are principal stiffnesses.
+/// Numbers in a row: the end, the columns, the weakest direction and axis where there are principal stiffnesses, and the matrix.
 #[must_use]
-pub fn row_width(columns: &[MapColumn]) -> usize {
-    let principal = columns.iter().any(MapColumn::is_principal);
-    3 + columns.len() + if principal { 3 } else { 0 }
+pub fn row_width(columns: &[MapColumn], matrix: Option<MatrixKind>) -> usize {
+    let mut directions = [false; 2];
+    for column in columns {
+        directions[usize::from(column.is_rotational())] |= column.is_principal();
+    }
+    let directions = directions.into_iter().filter(|has| *has).count();
+    3 + columns.len() + 3 * directions + if matrix.is_some() { ENTRIES } else { 0 }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    /// The same displacement per force as rotation per moment, and nothing between them.
+    fn whole(block: [[f64; 3]; 3]) -> Compliance6 {
+        let mut compliance = Compliance6([[0.0; 6]; 6]);
+        for i in 0..3 {
+            for j in 0..3 {
+                compliance.0[i][j] = block[i][j];
+                compliance.0[3 + i][3 + j] = 10.0 * block[i][j];
+            }
+        }
+        compliance
+    }
 
     #[test]
     fn principal_stiffnesses_of_a_turned_spring() {
@@ -178,7 +275,7 @@ mod tests {
         let mut columns = MapColumn::principal().to_vec();
         columns.extend(MapColumn::along("oblique", [2.0 * cos, 2.0 * sin, 0.0]));
         let mut row = [0.0; 10];
-        fill_row(&columns, &compliance, &mut row);
+        fill_row(&columns, None, &whole(compliance), &mut row);
         let expected = [2.0, 5.0, 10.0, 5.0, sin, -cos, 0.0];
         for (found, expected) in row[3..].iter().zip(expected) {
             // The largest component of the weakest direction is positive.
@@ -203,7 +300,29 @@ mod tests {
         // Along an axis the entry of the diagonal is not touched, also where others are large.
         let mut row = [0.0; 6];
         let compliance = [[0.1, 1e9, 0.0], [1e9, 0.3, 0.0], [0.0, 0.0, 0.7]];
-        fill_row(&MapColumn::axes(), &compliance, &mut row);
+        fill_row(&MapColumn::axes(), None, &whole(compliance), &mut row);
         assert_eq!(row[3..], [1.0 / 0.1, 1.0 / 0.3, 1.0 / 0.7]);
+    }
+
+    #[test]
+    fn rotation_has_its_own_columns() {
+        let block = [[0.5, 0.0, 0.0], [0.0, 0.2, 0.0], [0.0, 0.0, 0.1]];
+        let mut columns = MapColumn::axes();
+        columns.extend(MapColumn::axes_of_rotation());
+        columns.extend(MapColumn::principal());
+        columns.extend(MapColumn::principal_of_rotation());
+        let width = row_width(&columns, Some(MatrixKind::Compliance));
+        assert_eq!(width, 3 + 12 + 6 + 36);
+        let mut row = vec![0.0; width];
+        let matrix = Some(MatrixKind::Compliance);
+        fill_row(&columns, matrix, &whole(block), &mut row);
+        let expected = [2.0, 5.0, 10.0, 0.2, 0.5, 1.0, 2.0, 5.0, 10.0, 0.2, 0.5, 1.0];
+        for (found, expected) in row[3..15].iter().zip(expected) {
+            assert!((found - expected).abs() < 1e-14, "{row:?}");
+        }
+        assert_eq!(row[15..21], [1.0, 0.0, 0.0, 1.0, 0.0, 0.0]);
+        assert_eq!((row[21], row[21 + 35]), (0.5, 1.0));
+        assert_eq!(columns[3].axis(), None, "no axis along which it is stiff");
+        assert_eq!(columns[9].name(), "weakest rotation");
     }
 }

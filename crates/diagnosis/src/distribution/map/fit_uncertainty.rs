@@ -49,7 +49,7 @@ pub struct FitUncertainty {
 /// Derivatives of a stiffness to the parameters, N/m or N/m per rad/(N·m).
 type Gradient = Vec<f64>;
 
-/// Carries the covariance to smallest, largest and mean of every column; `None` where laws are not linear.
+/// Carries the covariance to smallest, largest and mean of every column; `None` for columns about an axis, and where laws are not linear.
 ///
 /// # Errors
 /// [`RobotError`] if the model cannot be built; its poses were solved before.
@@ -64,8 +64,16 @@ pub fn fit_uncertainty(
         return Ok(vec![None; statistics.len()]);
     }
     let mut found = Vec::with_capacity(statistics.len());
-    let columns = map.columns.chunks(AT_ONCE).zip(statistics.chunks(AT_ONCE));
-    for (columns, statistics) in columns {
+    let along = map.columns.iter().zip(statistics);
+    let along: Vec<_> = along
+        .filter(|(column, _)| !column.is_rotational())
+        .collect();
+    for chunk in along.chunks(AT_ONCE) {
+        let (columns, statistics): (Vec<MapColumn>, Vec<&ColumnStatistics>) = chunk
+            .iter()
+            .map(|(column, statistics)| ((*column).clone(), *statistics))
+            .unzip();
+        let columns = &columns;
         let means = mean_gradients(model, map, poses, columns, &covariance.parameters)?;
         for (place, statistics) in statistics.iter().enumerate() {
             let extremes = [&statistics.smallest, &statistics.largest];
@@ -84,7 +92,16 @@ pub fn fit_uncertainty(
             }));
         }
     }
-    Ok(found)
+    let mut found = found.into_iter();
+    let columns = map.columns.iter();
+    Ok(columns
+        .map(|column| {
+            (!column.is_rotational())
+                .then(|| found.next())
+                .flatten()
+                .flatten()
+        })
+        .collect())
 }
 
 /// Means of the derivatives over all rows, on all cores.

@@ -6,6 +6,7 @@
 
 mod column;
 mod fit_uncertainty;
+mod matrix;
 mod model;
 mod refine;
 mod regions;
@@ -16,6 +17,7 @@ mod surface;
 
 pub use column::{MapColumn, row_width};
 pub use fit_uncertainty::{FitUncertainty, FittedCovariance, fit_uncertainty};
+pub use matrix::{MatrixKind, cartesian_stiffness};
 pub use model::{MapModel, NoMap};
 pub use refine::RefinedStiffness;
 pub use regions::{Level, Region, regions};

@@ -19,6 +19,7 @@ use stiffbench_beams::structure::{Compliance6, SolutionPath};
 use stiffbench_units_and_text::test_point::{Direction, PoseId};
 
 use super::column::{MapColumn, fill_row, row_width};
+use super::matrix::MatrixKind;
 
 /// Poses that a thread takes at a time where each is solved alone.
 const CHUNK: usize = 256;
@@ -210,13 +211,19 @@ impl<'a> MapModel<'a> {
         &self,
         poses: &[Pose],
         columns: &[MapColumn],
+        matrix: Option<MatrixKind>,
         rows: &mut [f64],
     ) -> Result<Vec<(usize, String)>, NoMap> {
         self.check(columns)?;
-        Ok(match &self.means {
-            SolutionMethod::Sweep { sweep, .. } => self.swept_rows(sweep, poses, columns, rows),
-            SolutionMethod::Secant { .. } => self.rows_alone(poses, columns, rows),
-        })
+        match (&self.means, matrix) {
+            (SolutionMethod::Sweep { sweep, .. }, _) => {
+                Ok(self.swept_rows(sweep, poses, (columns, matrix), rows))
+            }
+            (SolutionMethod::Secant { .. }, None) => Ok(self.rows_alone(poses, columns, rows)),
+            (SolutionMethod::Secant { effect, .. }, Some(_)) => Err(NoMap::LinearOnly {
+                effect: effect.clone(),
+            }),
+        }
     }
 
     /// Fills rows from a sweep.
@@ -224,17 +231,17 @@ impl<'a> MapModel<'a> {
         &self,
         sweep: &PoseSweep<'_>,
         poses: &[Pose],
-        columns: &[MapColumn],
+        (columns, matrix): (&[MapColumn], Option<MatrixKind>),
         rows: &mut [f64],
     ) -> Vec<(usize, String)> {
         let swept = sweep.run(poses, Keep::Full);
         let solved = swept.poses.par_iter().zip(&swept.compliances);
-        let rows = rows.par_chunks_mut(row_width(columns));
+        let rows = rows.par_chunks_mut(row_width(columns, matrix));
         solved.zip(rows).for_each(|((pose, compliance), row)| {
             if let (Some(pose), Some(compliance)) = (pose, compliance) {
                 let compliance = self.on_its_base(compliance, pose.end_m);
                 row[..3].copy_from_slice(&pose.end_m);
-                fill_row(columns, &compliance.translation(), row);
+                fill_row(columns, matrix, &compliance, row);
             }
         });
         let failed = swept.failed.into_iter();
@@ -250,7 +257,7 @@ impl<'a> MapModel<'a> {
         columns: &[MapColumn],
         rows: &mut [f64],
     ) -> Vec<(usize, String)> {
-        let width = row_width(columns);
+        let width = row_width(columns, None);
         let chunks = poses
             .par_chunks(CHUNK)
             .zip(rows.par_chunks_mut(CHUNK * width));
@@ -360,7 +367,7 @@ impl<'m, 'a> SinglePoseSolver<'m, 'a> {
         };
         let compliance = model.on_its_base(&compliance, end_m);
         row[..3].copy_from_slice(&end_m);
-        fill_row(columns, &compliance.translation(), row);
+        fill_row(columns, None, &compliance, row);
         Ok(())
     }
 

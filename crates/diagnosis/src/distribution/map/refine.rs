@@ -40,7 +40,7 @@ impl StiffnessMap {
     ) -> Result<RefinedStiffness, RobotError> {
         let columns = vec![self.columns[column].clone()];
         let objective = LogStiffness {
-            row: vec![0.0; row_width(&columns)],
+            row: vec![0.0; row_width(&columns, None)],
             columns,
             solver: SinglePoseSolver::new(model),
             sign: if largest { 1.0 } else { -1.0 },

@@ -7,7 +7,6 @@ use super::statistics::ColumnStatistics;
 use super::stiffness_map::StiffnessMap;
 use crate::distribution::extreme::Extreme;
 use crate::distribution::pose_set::PoseSample;
-use crate::distribution::workspace::WorkspacePlan;
 
 /// A third of the range.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize)]
@@ -26,30 +25,33 @@ pub enum Level {
 pub struct Region {
     /// Which third of the range.
     pub level: Level,
-    /// Stiffness from and to, N/m.
+    /// Stiffness from and to, N/m or N·m/rad.
     pub between_n_per_m: [f64; 2],
     /// Share of the poses.
     pub share_of_poses: f64,
-    /// Share of the area in the plane of reach and height; `None` where poses make no surface.
+    /// Share of the area in the plane of the map; `None` where poses make no surface.
     pub share_of_area: Option<f64>,
-    /// Mean of reach and height, m; `None` if no pose is in it.
+    /// Mean of the two coordinates of the plane, m; `None` if no pose is in it.
     pub centre_m: Option<[f64; 2]>,
-    /// Smallest and largest reach, smallest and largest height, m.
+    /// Smallest and largest value of each coordinate, m.
     pub extent_m: Option<[[f64; 2]; 2]>,
-    /// Smallest and largest value of each free variable, degrees, in the order of [`PoseSample::free`].
+    /// Smallest and largest value of each free variable, degrees, in the order of the free variables.
     pub angles_deg: Vec<[f64; 2]>,
     /// Outermost points of the map that lie in it.
     pub holds: Vec<Extreme>,
 }
 
 /// The regions of a column, from the lowest.
+///
+/// # Arguments
+/// - `places`: where the end is in the plane in each row of the map, m.
 #[must_use]
 pub fn regions(
     map: &StiffnessMap,
     poses: &PoseSample,
+    places: &[[f64; 2]],
     surface: Option<&[[u32; 3]]>,
-    statistics: &ColumnStatistics,
-    column: usize,
+    (statistics, column): (&ColumnStatistics, usize),
 ) -> [Region; 3] {
     let low = statistics.smallest.stiffness_n_per_m;
     let high = statistics.largest.stiffness_n_per_m;
@@ -62,16 +64,13 @@ pub fn regions(
         Gathered::new(level, [from, from + third], poses.free.len())
     });
     let mut outermost: [Option<(f64, usize)>; 4] = [None; 4];
-    let plan = WorkspacePlan::paper();
-    let places: Vec<[f64; 2]> = (0..map.len())
-        .map(|row| plan.reach_and_height(map.end_m(row)))
-        .collect();
-    for (row, (stiffness, &zy)) in map.column(column).zip(&places).enumerate() {
+    let values: Vec<f64> = map.column(column).collect();
+    for (row, (&stiffness, &at)) in values.iter().zip(places).enumerate() {
         let level = level_of(stiffness);
         let place = map.places[row] as usize;
-        regions[level].add(zy, poses.free_angles_deg(place));
+        regions[level].add(at, poses.free_angles_deg(place));
         for (best, extreme) in outermost.iter_mut().zip(Extreme::ALL) {
-            let value = extreme.of_reach_and_height(zy);
+            let value = extreme.of_reach_and_height(at);
             if best.is_none_or(|(known, _)| value > known) {
                 *best = Some((value, level));
             }
@@ -85,7 +84,7 @@ pub fn regions(
             regions[level].region.holds.push(extreme);
         }
     }
-    let areas = surface.map(|triangles| areas(map, &places, triangles, column, level_of));
+    let areas = surface.map(|triangles| areas(&values, places, triangles, level_of));
     let total: f64 = areas.iter().flatten().sum();
     let mut levels = 0..3;
     regions.map(|gathered| {
@@ -99,10 +98,9 @@ pub fn regions(
 
 /// Area of the triangles whose mean stiffness is of each level, m².
 fn areas(
-    map: &StiffnessMap,
+    values: &[f64],
     places: &[[f64; 2]],
     triangles: &[[u32; 3]],
-    column: usize,
     level_of: impl Fn(f64) -> usize,
 ) -> [f64; 3] {
     let mut areas = [0.0; 3];
@@ -110,8 +108,7 @@ fn areas(
         let rows = corners.map(|corner| corner as usize);
         let [a, b, c] = rows.map(|row| places[row]);
         let twice = (b[0] - a[0]) * (c[1] - a[1]) - (c[0] - a[0]) * (b[1] - a[1]);
-        let corners = rows.iter().map(|&row| map.stiffness_n_per_m(row, column));
-        let mean = corners.sum::<f64>() / 3.0;
+        let mean = rows.iter().map(|&row| values[row]).sum::<f64>() / 3.0;
         areas[level_of(mean)] += 0.5 * twice.abs();
     }
     areas
@@ -143,16 +140,16 @@ impl Gathered {
         }
     }
 
-    fn add(&mut self, zy: [f64; 2], angles_deg: &[f64]) {
+    fn add(&mut self, at: [f64; 2], angles_deg: &[f64]) {
         let widen = |[low, high]: &mut [f64; 2], value: f64| {
             (*low, *high) = (low.min(value), high.max(value));
         };
         self.poses += 1;
         for i in 0..2 {
-            self.sums[i] += zy[i];
+            self.sums[i] += at[i];
         }
         if let Some(extent) = &mut self.region.extent_m {
-            for (range, value) in extent.iter_mut().zip(zy) {
+            for (range, value) in extent.iter_mut().zip(at) {
                 widen(range, value);
             }
         }

@@ -5,6 +5,7 @@ use rayon::prelude::*;
 use stiffbench_beams::robot::Pose;
 
 use super::column::{MapColumn, row_width};
+use super::matrix::{ENTRIES, MatrixKind};
 use super::model::{MapModel, NoMap};
 use crate::distribution::pose_set::PoseSample;
 
@@ -18,11 +19,14 @@ pub struct StiffnessMap {
     pub mechanism: String,
     /// What each stiffness of a row is.
     pub columns: Vec<MapColumn>,
+    /// The matrix at the end of each row, if there is one.
+    pub matrix: Option<MatrixKind>,
     /// Place in the set of each pose that has a row.
     pub places: Vec<u32>,
     /// Poses that have none: their place in the set and why.
     pub failed: Vec<(u32, String)>,
-    /// Row after row: position of the end, m; the columns, N/m; unit vector of the weakest direction, if the columns have it.
+    /// Row after row: position of the end, m; the columns, N/m or N·m/rad; unit vectors of the weakest direction and of the weakest axis,
+    /// if the columns have them; the matrix, row by row.
     pub values: Vec<f64>,
 }
 
@@ -36,10 +40,24 @@ impl StiffnessMap {
         poses: &PoseSample,
         columns: &[MapColumn],
     ) -> Result<Self, NoMap> {
-        let width = row_width(columns);
+        Self::with_matrix(model, poses, columns, None)
+    }
+
+    /// As [`StiffnessMap::over`], with a matrix of each pose.
+    ///
+    /// # Errors
+    /// As there; [`NoMap::LinearOnly`] for a matrix of laws that are not linear.
+    pub fn with_matrix(
+        model: &MapModel<'_>,
+        poses: &PoseSample,
+        columns: &[MapColumn],
+        matrix: Option<MatrixKind>,
+    ) -> Result<Self, NoMap> {
+        let width = row_width(columns, matrix);
         let mut map = Self {
             mechanism: model.mechanism().name.clone(),
             columns: columns.to_vec(),
+            matrix,
             places: Vec::with_capacity(poses.len()),
             failed: Vec::new(),
             values: Vec::with_capacity(poses.len() * width),
@@ -62,11 +80,11 @@ impl StiffnessMap {
 
     /// Adds the rows of poses that stand in the set from `start` on.
     fn add(&mut self, start: usize, model: &MapModel<'_>, poses: &[Pose]) -> Result<(), NoMap> {
-        let width = row_width(&self.columns);
+        let width = self.width();
         let before = self.values.len();
         self.values.resize(before + poses.len() * width, 0.0);
         let rows = &mut self.values[before..];
-        let failed = model.rows(poses, &self.columns, rows)?;
+        let failed = model.rows(poses, &self.columns, self.matrix, rows)?;
         let mut failures = failed.into_iter().peekable();
         let mut kept = before;
         for place in 0..poses.len() {
@@ -100,7 +118,7 @@ impl StiffnessMap {
     /// A row.
     #[must_use]
     pub fn row(&self, row: usize) -> &[f64] {
-        let width = row_width(&self.columns);
+        let width = self.width();
         &self.values[row * width..][..width]
     }
 
@@ -111,15 +129,20 @@ impl StiffnessMap {
         [row[0], row[1], row[2]]
     }
 
-    /// Stiffness of a column in a row, N/m.
+    /// Numbers in a row.
+    fn width(&self) -> usize {
+        row_width(&self.columns, self.matrix)
+    }
+
+    /// Stiffness of a column in a row, N/m or N·m/rad.
     #[must_use]
     pub fn stiffness_n_per_m(&self, row: usize, column: usize) -> f64 {
         self.row(row)[3 + column]
     }
 
-    /// A column, N/m, row by row.
+    /// A column, N/m or N·m/rad, row by row.
     pub fn column(&self, column: usize) -> impl Iterator<Item = f64> + '_ {
-        let width = row_width(&self.columns);
+        let width = self.width();
         self.values
             .chunks_exact(width)
             .map(move |row| row[3 + column])
@@ -128,7 +151,16 @@ impl StiffnessMap {
     /// Unit vector along which the end gives way most in a row, if the columns have principal stiffnesses.
     #[must_use]
     pub fn weakest_direction(&self, row: usize) -> Option<[f64; 3]> {
-        let rest = &self.row(row)[3 + self.columns.len()..];
-        <[f64; 3]>::try_from(rest).ok()
+        let mut columns = self.columns.iter();
+        let has = columns.any(|column| matches!(column, MapColumn::Principal(_)));
+        let (found, _) = self.row(row)[3 + self.columns.len()..].split_first_chunk::<3>()?;
+        has.then_some(*found)
+    }
+
+    /// The matrix of a row, row by row, SI, if the map has one.
+    #[must_use]
+    pub fn matrix(&self, row: usize) -> Option<&[f64; ENTRIES]> {
+        self.matrix?;
+        self.row(row).last_chunk()
     }
 }

@@ -12,6 +12,7 @@ use super::regions::{Region, regions};
 use super::statistics::{ColumnStatistics, column_statistics};
 use super::stiffness_map::StiffnessMap;
 use super::surface::Surface;
+use crate::distribution::plane::MapPlane;
 use crate::distribution::pose_set::{PoseSample, Sampling};
 
 /// Poses, how they were chosen, and the triangles between them.
@@ -21,6 +22,8 @@ pub struct StudyPoses {
     pub set: PoseSample,
     /// How they were chosen.
     pub sampling: Sampling,
+    /// The plane over which they are shown.
+    pub plane: MapPlane,
     /// The triangles, where poses make a surface.
     pub surface: Option<Surface>,
 }
@@ -28,11 +31,12 @@ pub struct StudyPoses {
 impl StudyPoses {
     /// Joins poses to a surface where they make one.
     #[must_use]
-    pub fn new(set: PoseSample, sampling: Sampling) -> Self {
+    pub fn new(set: PoseSample, sampling: Sampling, plane: MapPlane) -> Self {
         Self {
             surface: Surface::over(&set),
             set,
             sampling,
+            plane,
         }
     }
 }
@@ -78,6 +82,8 @@ impl MechanismStudy {
     ) -> Result<Self, RobotError> {
         let surface = poses.surface.as_ref();
         let triangles = surface.map(|surface| surface.rows_of(&map, &poses.set));
+        let ends = (0..map.len()).map(|row| map.end_m(row));
+        let places: Vec<[f64; 2]> = ends.map(|end| poses.plane.place(end)).collect();
         let columns = (0..map.columns.len()).into_par_iter().filter_map(|column| {
             let statistics = column_statistics(&map, &poses.set, poses.sampling, column)?;
             let rows = [statistics.smallest.row, statistics.largest.row];
@@ -94,7 +100,13 @@ impl MechanismStudy {
             Some(ColumnStudy {
                 column: map.columns[column].clone(),
                 refined: [(); 2].map(|()| refined.next().unwrap_or_else(nothing)),
-                regions: regions(&map, &poses.set, triangles.as_deref(), &statistics, column),
+                regions: regions(
+                    &map,
+                    &poses.set,
+                    &places,
+                    triangles.as_deref(),
+                    (&statistics, column),
+                ),
                 statistics,
                 fit: None,
             })
