@@ -253,7 +253,7 @@ pub(super) enum Sigma {
 /// Arguments of `fit`.
 #[derive(Debug, Args)]
 #[command(
-    after_help = "DATA may also be a list of stiffness values (columns pose, direction, stiffness_N_per_um and, if known, u_N_per_um) or of\ncomputed displacements (pose, direction, force_N, displacement_um), and the names paper-experiment (Table VI) and paper-reference\n(Table V, finite elements).\n\nExamples:\n  stiffbench fit my-session --train P1,P3\n  stiffbench fit my-session --method paper --train P1,P3 --reference paper-reference\n  stiffbench fit my-session --fix beam.J --free link.A --bootstrap 1000 --seed 1\n  stiffbench fit my-session --free joint.A3,base.x --bounds joint.A3=0..1e-4\n  stiffbench fit my-session --model my-session/diagnosis/model.toml"
+    after_help = "DATA may also be a list of stiffness values (columns pose, direction, stiffness_N_per_um and, if known, u_N_per_um) or of\ncomputed displacements (pose, direction, force_N, displacement_um), and the names paper-experiment (Table VI) and paper-reference\n(Table V, finite elements).\n\nExamples:\n  stiffbench fit my-session --train P1,P3\n  stiffbench fit my-session --method paper --train P1,P3 --reference paper-reference\n  stiffbench fit my-session --fix beam.J --free link.A --bootstrap 1000 --seed 1\n  stiffbench fit my-session --free joint.A3,base.rx --bounds joint.A3=0..1e-4\n  stiffbench fit my-session --model my-session/diagnosis/model.toml"
 )]
 pub(super) struct FitArgs {
     /// Session folder, readings file, list of stiffness values, or a shipped name
@@ -299,7 +299,7 @@ pub(super) struct FitArgs {
 /// Arguments of `significance`.
 #[derive(Debug, Args)]
 #[command(
-    after_help = "Examples:\n  stiffbench significance --pose P1 --factors unit\n  stiffbench significance --pose P3 --factors m_fsd --beams-only\n  stiffbench significance --pose P1 --parameters joint.A3,base.x"
+    after_help = "Examples:\n  stiffbench significance --pose P1 --factors unit\n  stiffbench significance --pose P3 --factors m_fsd --beams-only\n  stiffbench significance --pose P1 --parameters joint.A3,base.rx"
 )]
 pub(super) struct SignificanceArgs {
     /// Robot, mechanism and factors.
@@ -311,7 +311,7 @@ pub(super) struct SignificanceArgs {
     /// Change the constants of beams only, as the multi-source steps do
     #[arg(long)]
     pub(super) beams_only: bool,
-    /// Sections and springs to rank too: section.NAME.Iz, joint.NAME, base.x
+    /// Sections and springs to rank too: section.NAME.Iz, joint.NAME, base.rx
     #[arg(long, value_delimiter = ',', value_name = "PARAMETER")]
     pub(super) parameters: Vec<String>,
 }

@@ -11,7 +11,7 @@ use super::specimen_args::SpecimenArgs;
 /// Arguments of `diagnose`.
 #[derive(Debug, Args)]
 #[command(
-    after_help = "Writes verdict.txt, diagnosis.json and figures to SESSION/diagnosis. docs/diagnosis.md explains them.\n\nExamples:\n  stiffbench diagnose my-session\n  stiffbench diagnose readings.csv --robot my-robot.toml --out diagnosis --json\n  stiffbench diagnose my-session --earlier last-week --earlier yesterday\n  stiffbench diagnose my-session --without slip,gauge-periodic --no-figures\n  stiffbench diagnose my-session --free joint.A3,base.x\n  stiffbench diagnose cell.csv --specimen --force-column load --force-unit kN --displacement-column travel --displacement-unit mm"
+    after_help = "Writes verdict.txt, diagnosis.json and figures to SESSION/diagnosis. docs/diagnosis.md explains them.\n\nExamples:\n  stiffbench diagnose my-session\n  stiffbench diagnose readings.csv --robot my-robot.toml --out diagnosis --json\n  stiffbench diagnose my-session --earlier last-week --earlier yesterday\n  stiffbench diagnose my-session --without slip,gauge-periodic --no-figures\n  stiffbench diagnose my-session --free joint.A3,base.rx\n  stiffbench diagnose cell.csv --specimen --force-column load --force-unit kN --displacement-column travel --displacement-unit mm"
 )]
 pub(super) struct DiagnoseArgs {
     /// Session folder or readings file

@@ -11,7 +11,7 @@ use super::failure::Failure;
 /// The list of model parameters that a fit moves, keeps or ties.
 #[derive(Debug, Clone, Default, Args)]
 pub(super) struct ParameterArgs {
-    /// Parameters to free: link.A, section.NAME.Iz, joint.NAME, base.x [default: the factors of beams]
+    /// Parameters to free: link.A, section.NAME.Iz, joint.NAME, base.rx [default: the factors of beams]
     #[arg(long, value_delimiter = ',', value_name = "PARAMETER")]
     pub(super) free: Vec<String>,
     /// Parameters to keep at their start, for example beam.J

@@ -10,6 +10,7 @@ use crate::report::{
 use crate::robot::{
     JointModel, Mechanism, Pose, Predictor, Robot, RobotError, Theory, chain_mobility, mobility,
 };
+use crate::structure::Compliance6;
 use crate::test_point::PoseId;
 
 use super::failure::Failure;
@@ -309,6 +310,32 @@ fn workspace(args: &WorkspaceArgs) -> Result<Outcome, Failure> {
     .with_warnings(warnings))
 }
 
+/// Compliance where it was placed; of an arm of rigid links with the load's own term.
+fn under_load(
+    predictor: &mut Predictor<'_>,
+    [fx, fy, fz]: [f64; 3],
+) -> Result<Compliance6, Failure> {
+    let structure = predictor.model().structure();
+    if !structure.elements.is_empty() {
+        return Ok(predictor.compliance());
+    }
+    let mechanism = &predictor.model().mechanism().name;
+    let loaded = structure
+        .compliance_under_load([fx, fy, fz, 0.0, 0.0, 0.0])
+        .map_err(|source| RobotError::Structure {
+            mechanism: mechanism.clone(),
+            source,
+        })?;
+    loaded.ok_or_else(|| {
+        ArgumentError::new(
+            format!("--load {fx},{fy},{fz}"),
+            "the joints give way under this load: the arm is not stable there",
+            "--load 0,-50,0",
+        )
+        .into()
+    })
+}
+
 fn compliance(args: &ComplianceArgs) -> Result<Outcome, Failure> {
     let mut model = args.model.clone();
     if args.shown.is_some() {
@@ -365,7 +392,11 @@ fn compliance(args: &ComplianceArgs) -> Result<Outcome, Failure> {
         &resolved.factors,
     )?;
     predictor.place(&pose)?;
-    let compliance = physics.with_base(&predictor.compliance(), predictor.model());
+    let fixed = match args.load {
+        Some(force_n) => under_load(&mut predictor, force_n)?,
+        None => predictor.compliance(),
+    };
+    let compliance = physics.with_base(&fixed, predictor.model());
     let report = ComplianceReport::new(&compliance, predictor.model(), physics);
     let text = format!("{}{}", physics_text(physics), report.text());
     Ok(Outcome::new("robot-compliance", text, report)

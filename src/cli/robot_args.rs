@@ -89,7 +89,7 @@ pub(super) struct ComplianceArgs {
     /// Beams with shear deformation
     #[arg(long)]
     pub(super) timoshenko: bool,
-    /// Load at the end, under which joints that are not linear are taken: force along x, y and z, N [default: the smallest]
+    /// Load at the end, under which joints that are not linear are taken and an arm of rigid links has the load's own stiffness: force along x, y and z, N [default: the smallest]
     #[arg(long, value_name = "FX,FY,FZ", value_parser = three_numbers, allow_hyphen_values = true)]
     pub(super) load: Option<[f64; 3]>,
 }

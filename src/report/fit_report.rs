@@ -91,7 +91,7 @@ pub struct FactorReport {
 /// A parameter of the model.
 #[derive(Debug, Clone, Serialize, JsonSchema)]
 pub struct ParameterReport {
-    /// Its name, for example `beam.Iy`, `section.rod.A`, `joint.J2` or `base.x`.
+    /// Its name, for example `beam.Iy`, `section.rod.A`, `joint.J2` or `base.rx`.
     pub name: String,
     /// Its value in `unit`.
     pub value: f64,

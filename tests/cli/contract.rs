@@ -261,7 +261,7 @@ fn springs_are_parameters_of_fit_factor_file_map_significance_and_diagnosis() {
     ))
     .succeeds();
     let fixed = "--fix beam.A,beam.Iy,beam.Iz,beam.J";
-    let fit = format!("fit arm {fixed} --free joint.S2,base.x --bounds joint.S2=0..1e-4");
+    let fit = format!("fit arm {fixed} --free joint.S2,base.rx --bounds joint.S2=0..1e-4");
     let printed = desk.run(&format!("{fit} --save-factors springs.toml --json"));
     let printed = printed.succeeds().stdout;
     desk.write("fit.json", &printed);
@@ -288,7 +288,7 @@ fn springs_are_parameters_of_fit_factor_file_map_significance_and_diagnosis() {
     };
     let by_file = compliance("--factors springs.toml");
     let c = joint["value"].as_f64().unwrap();
-    let rocks = of("base.x")["value"].as_f64().unwrap();
+    let rocks = of("base.rx")["value"].as_f64().unwrap();
     let effects = format!(
         "--effect joint-compliance@S2:c={c:e}rad/(N*m) --effect base-compliance@x:c={rocks:e}rad/(N*m)"
     );

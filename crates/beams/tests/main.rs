@@ -5,6 +5,7 @@
     reason = "a test stops at what is not as it must be"
 )]
 
+mod joint_springs;
 mod model_parameters;
 mod multi_pose;
 mod own_weight;

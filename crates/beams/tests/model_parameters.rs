@@ -21,8 +21,8 @@ fn values(robot: &Robot, mechanism: &Mechanism) -> (Vec<ModelParameter>, Fitting
         ("section.rod.Iy", 0.7),
         ("joint.A3", 4e-6),
         ("joint.B3", 2e-6),
-        ("base.x", 2e-7),
-        ("base.z", 1e-7),
+        ("base.rx", 2e-7),
+        ("base.rz", 1e-7),
     ];
     let mut factors = robot.factor_set("m_fsd").unwrap();
     let mut parameters = ModelParameter::CLASSES.to_vec();

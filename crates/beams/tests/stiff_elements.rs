@@ -54,7 +54,7 @@ fn a_stiff_piece_is_right_to_six_digits_or_refused_by_name() {
             let structure = cantilever(stiff, factor);
             let solved = Solver::new(&structure).and_then(|mut solver| {
                 solver.update(&structure)?;
-                Ok(solver.end_compliance(&structure).0[1][1])
+                Ok(solver.end_compliance().0[1][1])
             });
             match solved {
                 Ok(found) => {

@@ -48,7 +48,7 @@ fn springs(robot: &Robot) -> ParameterChoice {
         choice.set(&factor, FitRole::Fixed);
     }
     let joints = JOINTS.map(|(joint, _)| format!("joint.{joint}"));
-    for name in joints.iter().map(String::as_str).chain(["base.x"]) {
+    for name in joints.iter().map(String::as_str).chain(["base.rx"]) {
         let parameter = ModelParameter::find(robot, mechanism, name).unwrap();
         choice.set(&parameter, FitRole::Free);
     }
@@ -81,7 +81,7 @@ fn truth() -> Vec<(String, f64)> {
     let joints = JOINTS.map(|(joint, c)| (format!("joint.{joint}"), c));
     joints
         .into_iter()
-        .chain([("base.x".to_owned(), BASE_X)])
+        .chain([("base.rx".to_owned(), BASE_X)])
         .collect()
 }
 
@@ -100,7 +100,7 @@ fn springs_of_an_arm_are_found_again() {
             assert!((estimate.value / value - 1.0).abs() < 1e-4, "{estimate:?}");
             assert_eq!(estimate.parameter.unit(), "rad/(N*m)");
         }
-        assert_eq!(outcome.factors.joints_rad_per_nm.len(), 3);
+        assert_eq!(outcome.factors.springs.len(), 4);
     }
 }
 

@@ -101,7 +101,7 @@ fn a_load_moves_the_end_as_the_single_pose_solver_predicts() {
         predictor.place(&set.pose(place)).unwrap();
         let (solver, placed) = predictor.parts();
         let structure = placed.structure();
-        let expected = solver.end_displacement(structure, &[(structure.end.clone(), load)]);
+        let expected = solver.end_displacement(&[(structure.end.clone(), load)]);
         let found = [shift.displacement_m, shift.rotation_rad].concat();
         for (half, length) in [(0..3, shift.distance_m()), (3..6, shift.angle_rad())] {
             for i in half {

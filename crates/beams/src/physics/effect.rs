@@ -146,9 +146,9 @@ impl Effect {
                 ModelParameter::Joint(name) => (law(joint)?, Place::Joint(name.to_string())),
                 ModelParameter::Base(axis) => (
                     law(|action| matches!(action, LawAction::Base))?,
-                    Place::Axis(axis),
+                    Place::Axis(axis.turn()?),
                 ),
-                ModelParameter::Class(..) | ModelParameter::Section(..) => return None,
+                _ => return None,
             };
             let values = vec![compliance];
             (compliance > 0.0).then_some(Self { law, place, values })

@@ -106,13 +106,20 @@ impl<'a> Mechanics<'a> {
         factors: &FittingFactors,
         poses: &[Pose],
     ) -> Result<Self, RobotError> {
+        let factors = &robot.with_own_springs(factors);
         let springs = factors.springs();
         let springs = springs.filter(|spring| !parameters.contains(spring));
         let all: Vec<ModelParameter> = parameters.iter().cloned().chain(springs).collect();
         let mut predictor = MultiPosePredictor::new(robot, mechanism, &all, poses.len())?;
         let (joints, theory) = (JointModel::Rigid, Theory::EulerBernoulli);
         let rigid = factors.without_springs();
-        let model = MechanismModel::new(robot, mechanism, &joints, theory, &rigid)?;
+        // Springs that no law describes are part of the structure under all laws.
+        let others = all
+            .iter()
+            .filter(|spring| !spring.is_of_a_law() && !spring.is_factor());
+        let others: Vec<ModelParameter> = others.cloned().collect();
+        let model =
+            MechanismModel::with_parameters(robot, mechanism, &joints, theory, &rigid, &others)?;
         let placed = poses.iter().enumerate().map(|(index, pose)| {
             predictor.place(index, pose)?;
             let mut rigid = model.clone();
@@ -170,6 +177,7 @@ impl<'a> Mechanics<'a> {
     /// [`RobotError::Structure`].
     pub fn set_factors_rigid(&mut self, factors: &FittingFactors) -> Result<(), RobotError> {
         self.factors.clone_from(factors);
+        self.robot.add_own_springs(&mut self.factors);
         for twisting in self.poses.iter_mut().flat_map(|posed| &mut posed.twisting) {
             if twisting.lacks == Lacks::Nothing {
                 twisting.lacks = Lacks::Sections;
@@ -245,12 +253,12 @@ impl<'a> Mechanics<'a> {
             posed.rigid.set_factors(factors);
             let structure = posed.rigid.structure();
             twisting.bring_up_to_date(mechanism, structure)?;
-            twisting.solver.rotation_influence_of(
-                structure,
+            let solved = twisting.solver.rotation_influence_of(
                 twisting.hinged.structure(),
                 |joint| is_asked_for(joint) || self.sprung[joint],
                 &mut posed.mechanics.influence,
             );
+            solved.map_err(carries_nothing(mechanism))?;
             if self.sprung.contains(&true) {
                 let joints = self.joints.iter();
                 let springs: Vec<f64> = joints

@@ -12,8 +12,10 @@ use serde::Deserialize;
 use stiffbench_units_and_text::toml_text::remove_null;
 
 use super::expression::Expression;
-use super::model_parameter::FittingFactors;
+use super::fitting_factors::FittingFactors;
+use super::model_parameter::ModelParameter;
 use super::shapes::{exactly, exactly_if_given};
+use super::springs::SpringAxis;
 
 /// The only format known to this version.
 pub const FORMAT: &str = "planar-linkage-robot/1";
@@ -397,14 +399,21 @@ impl FactorsEntry {
         let sections = self.sections.iter();
         let joints = self.joints_rad_per_nm.iter();
         let BaseEntry { x, y, z } = self.base_rad_per_nm;
+        let joints = joints.map(|(name, c)| (ModelParameter::Joint(name.as_str().into()), *c));
+        let base = [
+            (SpringAxis::Rx, x),
+            (SpringAxis::Ry, y),
+            (SpringAxis::Rz, z),
+        ];
+        let base = base.map(|(axis, c)| (ModelParameter::Base(axis), c));
         FittingFactors {
-            beam: four(&self.beam),
-            link: four(&self.link),
             sections: sections
                 .map(|(name, entry)| (name.clone(), four(entry)))
                 .collect(),
-            joints_rad_per_nm: joints.map(|(name, c)| (name.clone(), *c)).collect(),
-            base_rad_per_nm: [x, y, z],
+            springs: joints
+                .chain(base.into_iter().filter(|(_, c)| *c != 0.0))
+                .collect(),
+            ..FittingFactors::of_classes(four(&self.beam), four(&self.link))
         }
     }
 }

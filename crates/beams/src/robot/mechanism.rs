@@ -11,19 +11,33 @@ pub struct Mechanism {
     pub chains: Vec<String>,
     /// Indices of the robot's members that are there.
     pub members: Vec<usize>,
+    /// Indices of the robot's rigid links that are there.
+    pub rigid_links: Vec<usize>,
     /// Indices of joints that a drive or a brake holds when a pose is held.
     pub locked: Vec<usize>,
 }
 
 impl Mechanism {
-    /// Whether a joint exists here: both of its bodies have an element end at its node, or the node is held and one of them has.
+    /// Body and nodes of each member, beams first.
+    pub(super) fn bodies_and_nodes<'a>(
+        &'a self,
+        robot: &'a Robot,
+    ) -> impl Iterator<Item = (usize, [usize; 2])> + Clone + 'a {
+        let beams = self.members.iter().map(|&member| &robot.members[member]);
+        let rigid = self
+            .rigid_links
+            .iter()
+            .map(|&link| &robot.rigid_links[link]);
+        let beams = beams.map(|member| (member.body, member.nodes));
+        beams.chain(rigid.map(|link| (link.body, link.nodes)))
+    }
+
+    /// Whether a joint exists here: both of its bodies have the end of a member at its node, or the node is held and one of them has.
     #[must_use]
     pub fn has_joint(&self, robot: &Robot, joint: &Joint) -> bool {
         let ends_there = |body: usize| {
-            self.members
-                .iter()
-                .map(|&member| &robot.members[member])
-                .any(|m| m.body == body && m.nodes.contains(&joint.node))
+            let mut members = self.bodies_and_nodes(robot);
+            members.any(|(own, nodes)| own == body && nodes.contains(&joint.node))
         };
         let [first, second] = joint.bodies.map(ends_there);
         (first && second) || (robot.supports.contains(&joint.node) && (first || second))

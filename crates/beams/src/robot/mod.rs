@@ -8,7 +8,10 @@ mod compile;
 mod error;
 mod expression;
 pub mod file;
+mod fitting_factors;
+mod hinges;
 mod kinematics;
+mod loads;
 mod mechanism;
 mod members;
 mod mobility;
@@ -18,31 +21,42 @@ mod multi_pose;
 mod parameters;
 mod plausible;
 mod predict;
+mod sensitivity;
 mod shapes;
 mod simd_poses;
+mod springs;
+mod structure_parts;
 mod sweep;
 mod weight;
+
+use std::sync::Arc;
 
 use indexmap::IndexMap;
 
 use crate::structure::{Material, Section, ShearCoefficients};
 use stiffbench_units_and_text::source_text::SourceText;
-use stiffbench_units_and_text::test_point::PoseId;
+use stiffbench_units_and_text::test_point::{Direction, PoseId};
 
 pub use error::{RobotError, RobotProblem};
 pub use expression::{Expression, ExpressionError};
 pub use file::ElementClass;
+pub use fitting_factors::FittingFactors;
+pub use loads::{Balancer, BalancerForce, BodyPoint, MassPlace, PointMass};
 pub use mechanism::Mechanism;
 pub(crate) use members::base_levers_between;
 pub use members::{JointModel, MechanismModel, Theory};
 pub use mobility::{ChainMobility, Mobility, chain_mobility, mobility};
 pub use model::{
     Angle, Body, BodyPlace, Joint, Limit, LimitViolation, Member, NamedPose, NodePlace, Plane,
-    Pose, RadiusOf, RobotNode, Variable,
+    Pose, RadiusOf, RigidLink, RobotNode, Variable,
 };
-pub use model_parameter::{FittingFactors, ModelParameter, NotAParameter};
+pub use model_parameter::{ModelParameter, NotAParameter};
 pub use multi_pose::MultiPosePredictor;
 pub use predict::Predictor;
+pub use springs::{
+    JointMotion, JointSprings, NotASpringAxis, Payload, RoleInFit, SpringAxis, SpringDefault, Tool,
+    Yielding,
+};
 pub use sweep::{Keep, PoseBundles, PoseSweep, Swept, SweptPose};
 pub use weight::{GRAVITY_M_PER_S2, Masses};
 
@@ -51,7 +65,7 @@ pub use weight::{GRAVITY_M_PER_S2, Masses};
 pub struct Robot {
     /// What it is called.
     pub name: String,
-    /// Angles that make a pose.
+    /// Angles and distances that make a pose.
     pub variables: Vec<Variable>,
     /// Coupled limits.
     pub limits: Vec<Limit>,
@@ -65,16 +79,26 @@ pub struct Robot {
     pub nodes: Vec<RobotNode>,
     /// Beams between nodes.
     pub members: Vec<Member>,
+    /// Rigid members between nodes.
+    pub rigid_links: Vec<RigidLink>,
     /// Held nodes.
     pub supports: Vec<usize>,
-    /// The node at the end.
+    /// The node at the end: the tool centre, where loads act and displacements are read.
     pub end: usize,
+    /// What is mounted at the end.
+    pub tool: Tool,
+    /// Springs of the base along and about the axes of the world, through the first support: x, y, z (m/N), rx, ry, rz (rad/(N·m)).
+    pub base: [SpringDefault; 6],
     /// Sections with their material, by name.
     pub sections: IndexMap<String, RatedSection>,
-    /// Unit vector of the vertical; weight acts against it.
+    /// Unit vector of the vertical, upward; weight acts against it.
     pub vertical: [f64; 3],
-    /// Masses at nodes, kg.
-    pub node_masses: Vec<(usize, f64)>,
+    /// Words for x, y, z, for labels.
+    pub axis_words: [Option<String>; 3],
+    /// Masses that no section has.
+    pub masses: Vec<PointMass>,
+    /// Springs and cylinders that carry part of the weight.
+    pub balancers: Vec<Balancer>,
     /// Mechanisms by name, in the order of the file.
     pub mechanisms: IndexMap<String, Mechanism>,
     /// Factor sets by name.
@@ -170,6 +194,54 @@ impl Robot {
             })
     }
 
+    /// Names of the groups of parameters, in the order of the members.
+    #[must_use]
+    pub fn groups(&self) -> Vec<Arc<str>> {
+        let mut groups: Vec<Arc<str>> = Vec::new();
+        for group in self.members.iter().flat_map(|member| &member.groups) {
+            if !groups.contains(group) {
+                groups.push(group.clone());
+            }
+        }
+        groups
+    }
+
+    /// Every spring of the file that gives way or takes part in fits, with what a fit does with it.
+    pub fn own_springs(&self) -> impl Iterator<Item = (ModelParameter, &SpringDefault)> {
+        let joints = self.joints.iter().flat_map(|joint| {
+            let own = ModelParameter::of_joint(&joint.name, joint.motion);
+            let about = Direction::ALL.into_iter().zip(&joint.springs.about);
+            let about = about.map(|(axis, spring)| {
+                let name = joint.name.as_str().into();
+                (ModelParameter::JointAbout(name, axis), spring)
+            });
+            std::iter::once((own, &joint.springs.own)).chain(about)
+        });
+        let base = SpringAxis::ALL.into_iter().zip(&self.base);
+        let tool = SpringAxis::ALL.into_iter().zip(&self.tool.springs);
+        joints
+            .chain(base.map(|(axis, spring)| (ModelParameter::Base(axis), spring)))
+            .chain(tool.map(|(axis, spring)| (ModelParameter::Tool(axis), spring)))
+            .filter(|(_, spring)| **spring != SpringDefault::default())
+    }
+
+    /// The values with the springs of the file that they do not list; pins are no springs.
+    #[must_use]
+    pub fn with_own_springs(&self, values: &FittingFactors) -> FittingFactors {
+        let mut all = values.clone();
+        self.add_own_springs(&mut all);
+        all
+    }
+
+    /// The same in place.
+    pub(crate) fn add_own_springs(&self, values: &mut FittingFactors) {
+        for (spring, default) in self.own_springs() {
+            if let Yielding::Compliance(compliance) = default.yielding {
+                values.springs.entry(spring).or_insert(compliance);
+            }
+        }
+    }
+
     /// The pose with every variable at its nominal value.
     #[must_use]
     pub fn nominal_pose(&self) -> Pose {
@@ -226,12 +298,20 @@ impl Robot {
         if let Some(name) = missing {
             return Err(self.unknown("section", name, sections()));
         }
-        let missing = values.joints_rad_per_nm.keys();
+        let groups = self.groups();
+        let missing = values.groups.keys();
         if let Some(name) = missing
-            .clone()
-            .find(|name| joints().all(|known| known != *name))
+            .into_iter()
+            .find(|name| groups.iter().all(|g| **g != ***name))
         {
-            return Err(self.unknown("joint", name, joints()));
+            return Err(self.unknown("group", name, groups.iter().map(|group| &**group)));
+        }
+        for spring in values.springs.keys() {
+            if let Some(name) = spring.joint()
+                && joints().all(|known| known != name)
+            {
+                return Err(self.unknown("joint", name, joints()));
+            }
         }
         let all = ModelParameter::CLASSES.into_iter().chain(values.named());
         for parameter in all {

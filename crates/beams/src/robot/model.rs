@@ -1,24 +1,29 @@
 //! The parts of a checked robot; references are indices.
 
+use std::sync::Arc;
+
 use stiffbench_units_and_text::test_point::PoseId;
 
 use super::Robot;
 use super::file::ElementClass;
+use super::springs::{JointMotion, JointSprings};
 
 /// A limit is broken when a pose lies beyond it by more than this, degrees: files state angles to a thousandth, sums of them
 /// round at 1e-13.
 const LIMIT_TOLERANCE_DEG: f64 = 1e-9;
 
-/// An angle of the pose.
+/// A coordinate of the pose: an angle, degrees, or of a joint that slides a distance, m.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Variable {
     /// Name.
     pub name: String,
-    /// Smallest value, degrees.
+    /// Whether it is an angle or a distance.
+    pub motion: JointMotion,
+    /// Smallest value, degrees or m.
     pub min_deg: f64,
-    /// Largest value, degrees.
+    /// Largest value, degrees or m.
     pub max_deg: f64,
-    /// Value in poses that do not name it, degrees.
+    /// Value in poses that do not name it, degrees or m.
     pub nominal_deg: f64,
 }
 
@@ -109,6 +114,17 @@ pub enum BodyPlace {
         /// The angle.
         angle: Angle,
     },
+    /// Moved on a parent along an axis from a node; its axes are those of the parent.
+    Slid {
+        /// The parent body.
+        parent: usize,
+        /// Node from which the distance counts; on the parent.
+        origin: usize,
+        /// Unit axis in the parent's axes.
+        axis: [f64; 3],
+        /// The distance: offset and value in m, coefficients of distances 1 and of angles m per degree.
+        distance: Angle,
+    },
     /// Local z from one node to another, local x along a plane's normal.
     Along {
         /// The two nodes.
@@ -141,26 +157,30 @@ impl Angle {
     }
 }
 
-/// A revolute joint.
+/// A joint between two bodies.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Joint {
     /// Name.
     pub name: String,
     /// Node it sits at.
     pub node: usize,
-    /// First and second body; the second turns on the first.
+    /// First and second body; the second moves on the first.
     pub bodies: [usize; 2],
     /// Chain it is counted in.
     pub chain: Option<String>,
-    /// Plane about whose normal it turns.
+    /// Plane about whose normal it turns, or along whose normal it slides.
     pub plane: usize,
+    /// Whether it turns or slides.
+    pub motion: JointMotion,
+    /// Where it yields.
+    pub springs: JointSprings,
 }
 
 /// A point.
 #[derive(Debug, Clone, PartialEq)]
 pub struct RobotNode {
     /// Name.
-    pub name: std::sync::Arc<str>,
+    pub name: Arc<str>,
     /// How its position follows from the pose.
     pub place: NodePlace,
 }
@@ -214,12 +234,27 @@ pub struct Member {
     pub body: usize,
     /// Plane whose normal is local y.
     pub plane: usize,
+    /// Groups of parameters that it takes part in, by name.
+    pub groups: Vec<Arc<str>>,
 }
 
-/// Angles of the variables, degrees, in the order of the robot.
+/// Two nodes that a body holds at their distance: a member that neither bends nor stretches.
+#[derive(Debug, Clone, PartialEq)]
+pub struct RigidLink {
+    /// Name.
+    pub name: String,
+    /// Its nodes; they may coincide.
+    pub nodes: [usize; 2],
+    /// Chain it belongs to.
+    pub chain: String,
+    /// Body it is part of.
+    pub body: usize,
+}
+
+/// Values of the variables, degrees or, of those that slide, m, in the order of the robot.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Pose {
-    /// One angle a variable.
+    /// One value a variable.
     pub angles_deg: Vec<f64>,
 }
 

@@ -1,16 +1,26 @@
 //! Compliance of the end of a robot in several poses, for any factors.
 
-use crate::structure::{Compliance6, ComplianceGradient, Reduction, SolutionPath};
+use crate::structure::{Compliance6, ParameterPlaces, Reduction, SolutionPath};
 use stiffbench_numeric::simd::InstructionSet;
 
 use super::Robot;
 use super::error::RobotError;
+use super::fitting_factors::FittingFactors;
 use super::mechanism::Mechanism;
 use super::members::{JointModel, MechanismModel, Theory};
 use super::model::Pose;
-use super::model_parameter::{FittingFactors, ModelParameter, springs_without_compliance};
+use super::model_parameter::ModelParameter;
 use super::predict::Predictor;
+use super::sensitivity::places;
 use super::simd_poses::{SimdPoses, class, simd_poses};
+
+/// Which derivatives a solution leaves.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Derivatives {
+    None,
+    AlongUnits,
+    Whole,
+}
 
 /// The global axes.
 const AXES: [[f64; 3]; 3] = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
@@ -33,7 +43,9 @@ pub struct MultiPosePredictor<'a> {
     gradients: Vec<f64>,
     /// Made for the first pose that needs it.
     general: Option<Predictor<'a>>,
-    by_element: Vec<ComplianceGradient>,
+    places: ParameterPlaces,
+    /// By pose and parameter; empty until they are asked for.
+    whole: Vec<Compliance6>,
 }
 
 impl<'a> MultiPosePredictor<'a> {
@@ -65,15 +77,13 @@ impl<'a> MultiPosePredictor<'a> {
         parameters: &[ModelParameter],
         pose_count: usize,
     ) -> Result<Self, RobotError> {
-        let rigid = springs_without_compliance(parameters);
-        let model = MechanismModel::new(robot, mechanism, joints, theory, &rigid)?;
-        // What the reduction has no derivatives to is left to the general solver.
-        let served = |parameter| matches!(parameter, &ModelParameter::Class(..));
+        let unit = FittingFactors::UNIT;
+        let model =
+            MechanismModel::with_parameters(robot, mechanism, joints, theory, &unit, parameters)?;
         let reduction = model.reduction(SolutionPath::Fastest);
-        let reduction = reduction.filter(|_| parameters.iter().all(served));
         let simd = reduction.map(|reduction| {
             let set = InstructionSet::for_poses(pose_count);
-            let simd = simd_poses(set, &model, &reduction, pose_count, true);
+            let simd = simd_poses(set, &model, &reduction, pose_count, Some(parameters.len()));
             (reduction, simd)
         });
         Ok(Self {
@@ -84,7 +94,8 @@ impl<'a> MultiPosePredictor<'a> {
             gradients: vec![0.0; pose_count * 3 * parameters.len()],
             parameters: parameters.to_vec(),
             general: None,
-            by_element: vec![[0.0; 4]; model.structure().elements.len()],
+            places: places(&model, parameters),
+            whole: Vec::new(),
             model,
         })
     }
@@ -128,46 +139,91 @@ impl<'a> MultiPosePredictor<'a> {
     /// # Errors
     /// [`RobotError::Structure`] of the first pose in which the structure cannot carry a load.
     pub fn solve(&mut self, factors: &FittingFactors, gradients: bool) -> Result<(), RobotError> {
+        let derivatives = if gradients {
+            Derivatives::AlongUnits
+        } else {
+            Derivatives::None
+        };
+        self.solve_with(factors, derivatives)
+    }
+
+    /// The same with the derivatives of the whole compliance, for [`MultiPosePredictor::whole_gradient`] and
+    /// [`MultiPosePredictor::gradient`].
+    ///
+    /// # Errors
+    /// As [`MultiPosePredictor::solve`].
+    pub fn solve_whole(&mut self, factors: &FittingFactors) -> Result<(), RobotError> {
+        self.solve_with(factors, Derivatives::Whole)
+    }
+
+    fn solve_with(
+        &mut self,
+        factors: &FittingFactors,
+        derivatives: Derivatives,
+    ) -> Result<(), RobotError> {
         self.solutions.fill(None);
         self.gradients.fill(0.0);
-        self.solve_together(factors, gradients);
+        self.whole.clear();
+        if derivatives == Derivatives::Whole {
+            let entries = self.poses.len() * self.parameters.len();
+            self.whole.resize(entries, Compliance6([[0.0; 6]; 6]));
+        }
+        self.solve_together(factors, derivatives);
         for index in 0..self.poses.len() {
             if self.solutions[index].is_none() && self.poses[index].is_some() {
-                self.solve_alone(index, factors, gradients)?;
+                self.solve_alone(index, factors, derivatives)?;
             }
         }
         Ok(())
     }
 
     /// Solves what the reduction serves.
-    fn solve_together(&mut self, factors: &FittingFactors, gradients: bool) {
+    fn solve_together(&mut self, factors: &FittingFactors, derivatives: Derivatives) {
         let Some((reduction, simd)) = &mut self.simd else {
             return;
         };
-        let base = factors.base_rad_per_nm != [0.0; 3];
-        if base || !self.model.rate(reduction, factors) {
+        if !self.model.rate(reduction, factors) {
             return;
         }
         simd.forget();
         let (count, width) = (simd.lane_count(), self.parameters.len());
+        let of_class = |parameter| matches!(parameter, &ModelParameter::Class(..));
+        let by_class =
+            derivatives == Derivatives::AlongUnits && self.parameters.iter().all(of_class);
         let bundles = self.solutions.chunks_mut(count);
         for (bundle, (found, units)) in bundles.zip(self.units.chunks(count)).enumerate() {
             simd.solve(bundle, reduction);
-            if gradients {
-                simd.differentiate(reduction, units);
+            match derivatives {
+                Derivatives::None => {}
+                Derivatives::AlongUnits if by_class => simd.differentiate(reduction, units),
+                _ => simd.differentiate_whole(reduction, &self.places),
             }
             for (lane, found) in found.iter_mut().enumerate() {
                 *found = simd.pose(lane).map(|_| simd.compliance(lane));
-                if !gradients || found.is_none() {
+                if derivatives == Derivatives::None || found.is_none() {
                     continue;
                 }
-                let start = (bundle * count + lane) * 3 * width;
-                let rows = self.gradients[start..].chunks_mut(width);
-                for (row, by_class) in rows.zip(simd.gradient(lane)) {
-                    for (derivative, parameter) in row.iter_mut().zip(&self.parameters) {
-                        if let ModelParameter::Class(of, property) = parameter {
-                            *derivative = by_class[class(*of)][property.index()];
+                let index = bundle * count + lane;
+                let rows = self.gradients[index * 3 * width..].chunks_mut(width.max(1));
+                if by_class {
+                    for (row, by_class) in rows.zip(simd.gradient(lane)) {
+                        for (derivative, parameter) in row.iter_mut().zip(&self.parameters) {
+                            if let ModelParameter::Class(of, property) = parameter {
+                                *derivative = by_class[class(*of)][property.index()];
+                            }
                         }
+                    }
+                    continue;
+                }
+                for (unit, row) in units[lane].iter().zip(rows) {
+                    for (place, derivative) in row.iter_mut().enumerate() {
+                        *derivative = simd.whole_gradient(lane, place).along(*unit);
+                    }
+                }
+                if derivatives == Derivatives::Whole {
+                    let whole = self.whole[index * width..].iter_mut().take(width);
+                    for (place, kept) in whole.enumerate() {
+                        *kept = simd.whole_gradient(lane, place);
                     }
                 }
             }
@@ -179,7 +235,7 @@ impl<'a> MultiPosePredictor<'a> {
         &mut self,
         index: usize,
         factors: &FittingFactors,
-        gradients: bool,
+        derivatives: Derivatives,
     ) -> Result<(), RobotError> {
         let Some(pose) = &self.poses[index] else {
             return Ok(());
@@ -191,14 +247,29 @@ impl<'a> MultiPosePredictor<'a> {
         general.rate(factors);
         general.place(pose)?;
         self.solutions[index] = Some(general.compliance());
-        if gradients {
-            let width = self.parameters.len();
+        let width = self.parameters.len();
+        if derivatives != Derivatives::None && width > 0 {
             let rows = self.gradients[index * 3 * width..].chunks_mut(width);
             for (unit, row) in self.units[index].iter().zip(rows) {
-                general.gradient_along(*unit, &self.parameters, &mut self.by_element, row);
+                general.gradient_along(*unit, &self.places, row);
             }
         }
+        if derivatives == Derivatives::Whole {
+            let whole = &mut self.whole[index * width..(index + 1) * width];
+            general.whole_gradient(&self.places, whole);
+        }
         Ok(())
+    }
+
+    /// Derivatives of the whole compliance in pose number `index` to each parameter: to ln a of a factor, to the compliance of a spring;
+    /// `None` if the last solution was not by [`MultiPosePredictor::solve_whole`], or no pose of that number is placed and solved.
+    ///
+    /// With u = C w the displacement under a load w, the derivative of u is that of C times w.
+    #[must_use]
+    pub fn whole_gradient(&self, index: usize) -> Option<&[Compliance6]> {
+        self.compliance(index)?;
+        let width = self.parameters.len();
+        self.whole.get(index * width..(index + 1) * width)
     }
 
     /// Compliance of the end in pose number `index`, 6 × 6, SI; `None` if no pose of that number is placed and solved.

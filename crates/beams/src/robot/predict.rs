@@ -1,15 +1,13 @@
 //! Compliance of the end of a robot, pose after pose.
 
-use stiffbench_numeric::vector::dot;
-
-use crate::structure::{Compliance6, ComplianceGradient, Property, Solver};
+use crate::structure::{Compliance6, ComplianceGradient, Solver};
 
 use super::Robot;
 use super::error::RobotError;
+use super::fitting_factors::FittingFactors;
 use super::mechanism::Mechanism;
 use super::members::{JointModel, MechanismModel, Theory};
-use super::model::{Member, Pose};
-use super::model_parameter::{FittingFactors, ModelParameter};
+use super::model::Pose;
 
 /// Model and solver of one mechanism: the one way from pose and factors to compliance.
 #[derive(Debug)]
@@ -92,86 +90,33 @@ impl<'a> Predictor<'a> {
     /// Compliance of the end where it was placed, 6 × 6, SI.
     #[must_use]
     pub fn compliance(&mut self) -> Compliance6 {
-        let compliance = self.solver.end_compliance(self.model.structure());
-        self.model.with_base(compliance)
+        self.solver.end_compliance()
     }
 
     /// Displacement per force of the end where it was placed, 3 × 3, m/N.
     #[must_use]
     pub fn translation_compliance(&mut self) -> [[f64; 3]; 3] {
-        let solved = self
-            .solver
-            .end_translation_compliance(self.model.structure());
-        let mut whole = Compliance6([[0.0; 6]; 6]);
-        for (row, solved) in whole.0.iter_mut().zip(solved) {
-            row[..3].copy_from_slice(&solved);
-        }
-        self.model.with_base(whole).translation()
+        self.solver.end_translation_compliance()
     }
 
     /// Derivatives of entry (i, i) of the compliance last asked for, one row an element, to ln A, ln Iy, ln Iz, ln J.
     pub fn compliance_gradient(&self, i: usize, out: &mut [ComplianceGradient]) {
-        self.solver
-            .compliance_gradient(self.model.structure(), i, out);
+        self.solver.compliance_gradient(i, out);
     }
 
     /// The same for the displacement along a unit vector per force along it.
     pub fn compliance_gradient_along(&self, unit: [f64; 3], out: &mut [ComplianceGradient]) {
-        self.solver
-            .compliance_gradient_along(self.model.structure(), unit, out);
-    }
-
-    /// Derivatives of the displacement along a unit vector per force along it to each of `parameters`: to ln a of a factor, m/N, and to the
-    /// compliance of a spring, N·m·m/N; after [`Predictor::compliance`] or [`Predictor::translation_compliance`].
-    ///
-    /// # Arguments
-    /// - `by_element`: room for as many entries as the structure has elements, overwritten.
-    /// - `out`: one entry a parameter, overwritten.
-    pub(super) fn gradient_along(
-        &self,
-        unit: [f64; 3],
-        parameters: &[ModelParameter],
-        by_element: &mut [ComplianceGradient],
-        out: &mut [f64],
-    ) {
-        let structure = self.model.structure();
-        self.solver
-            .compliance_gradient_along(structure, unit, by_element);
-        let over = |own: &dyn Fn(&Member) -> bool, property: Property| -> f64 {
-            let elements = by_element.iter().zip(self.model.members());
-            let own = elements.filter(|(_, member)| own(member));
-            own.map(|(derivative, _)| derivative[property.index()])
-                .sum()
-        };
-        for (derivative, parameter) in out.iter_mut().zip(parameters) {
-            *derivative = match parameter {
-                ModelParameter::Class(class, property) => {
-                    over(&|member| member.class == *class, *property)
-                }
-                ModelParameter::Section(section, property) => {
-                    let index = self.model.robot().sections.get_index_of(&**section);
-                    over(&|member| Some(member.section) == index, *property)
-                }
-                // The work of the moment that the force puts on the joint.
-                ModelParameter::Joint(joint) => {
-                    let mut hinges = self.model.hinge_joints().iter();
-                    let hinge =
-                        hinges.position(|&known| *self.model.robot().joints[known].name == **joint);
-                    let moment =
-                        hinge.map(|hinge| self.solver.hinge_moment(structure, hinge, unit));
-                    moment.unwrap_or(0.0).powi(2)
-                }
-                ModelParameter::Base(axis) => {
-                    dot(self.model.base_levers_m()[axis.index()], unit).powi(2)
-                }
-            };
-        }
+        self.solver.compliance_gradient_along(unit, out);
     }
 
     /// The structure's model.
     #[must_use]
     pub fn model(&self) -> &MechanismModel<'a> {
         &self.model
+    }
+
+    pub(super) fn solver(&self) -> &Solver {
+        &self.solver
     }
 
     /// Solver and structure, for displacements, forces and reactions under any load.

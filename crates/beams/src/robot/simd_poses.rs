@@ -8,7 +8,8 @@
 use pulp::Simd;
 
 use crate::structure::{
-    Compliance6, ComplianceGradient, GroupGradient, Placed, Reducer, Reduction,
+    Compliance6, ComplianceGradient, GroupGradient, ParameterPlaces, Placed, Reducer, Reduction,
+    WholeGradient,
 };
 use stiffbench_numeric::simd::{InstructionSet, Kernel, Lane, run};
 
@@ -40,25 +41,27 @@ pub(super) trait SimdPoses: std::fmt::Debug + Send {
     fn pose(&self, lane: usize) -> Option<SweptPose>;
     fn compliance(&self, lane: usize) -> Compliance6;
     fn gradient(&self, lane: usize) -> [ClassGradient; 3];
+    /// Derivatives of the whole compliance in the bundle solved last, to each of the parameters it was made for.
+    fn differentiate_whole(&mut self, reduction: &Reduction, places: &ParameterPlaces);
+    fn whole_gradient(&self, lane: usize, parameter: usize) -> Compliance6;
     fn reused_parts(&self) -> u64;
 }
 
-/// Room for a number of poses in registers of an instruction set; `derivatives` if they will be asked for.
+/// Room for a number of poses in registers of an instruction set.
+///
+/// # Arguments
+/// - `parameters`: number of parameters to which derivatives will be asked for; `None` if for none.
 pub(super) fn simd_poses(
     set: InstructionSet,
     model: &MechanismModel<'_>,
     reduction: &Reduction,
     pose_count: usize,
-    derivatives: bool,
+    parameters: Option<usize>,
 ) -> Box<dyn SimdPoses> {
     macro_rules! bundles {
         ($simd:expr) => {
             Box::new(Bundles::new(
-                $simd,
-                model,
-                reduction,
-                pose_count,
-                derivatives,
+                $simd, model, reduction, pose_count, parameters,
             ))
         };
     }
@@ -90,6 +93,7 @@ struct Bundles<S: Simd> {
     solved: usize,
     reducer: Reducer<S>,
     gradient: [GroupGradient<S>; 2],
+    whole: Vec<WholeGradient<S>>,
 }
 
 impl<S: Simd> Bundles<S> {
@@ -98,10 +102,11 @@ impl<S: Simd> Bundles<S> {
         model: &MechanismModel<'_>,
         reduction: &Reduction,
         pose_count: usize,
-        derivatives: bool,
+        parameters: Option<usize>,
     ) -> Self {
         let (robot, zero) = (model.robot(), Lane::zero(simd));
-        let placed = Placed::new(simd, model.nodes().len(), robot.planes.len());
+        let directions = robot.planes.len() + model.directions().count();
+        let placed = Placed::new(simd, model.nodes().len(), directions);
         Self {
             simd,
             planes: model.planes(),
@@ -111,8 +116,9 @@ impl<S: Simd> Bundles<S> {
             placement: Placement::new(robot, zero),
             placed: vec![placed; pose_count.div_ceil(Lane::<S>::COUNT)],
             solved: 0,
-            reducer: Reducer::new(simd, reduction, derivatives),
+            reducer: Reducer::new(simd, reduction, parameters.is_some()),
             gradient: [[[zero; 4]; 3]; 2],
+            whole: vec![[[zero; 6]; 6]; parameters.unwrap_or(0)],
         }
     }
 }
@@ -164,6 +170,10 @@ impl<S: Simd> SimdPoses for Bundles<S> {
         for &plane in &self.planes {
             set(&mut placed.normals[plane].0, model.plane_normal(plane));
         }
+        let others = placed.normals.iter_mut().skip(model.robot().planes.len());
+        for (target, direction) in others.zip(model.directions()) {
+            set(&mut target.0, model.placement().direction(direction));
+        }
         placed.faults.set(lane, 0.0);
     }
 
@@ -212,6 +222,19 @@ impl<S: Simd> SimdPoses for Bundles<S> {
         [0, 1, 2].map(|unit| [entries(0, unit), entries(1, unit)])
     }
 
+    fn differentiate_whole(&mut self, reduction: &Reduction, places: &ParameterPlaces) {
+        let (placed, whole) = (&self.placed[self.solved], &mut self.whole);
+        self.reducer
+            .differentiate_whole(reduction, placed, places, whole);
+    }
+
+    fn whole_gradient(&self, lane: usize, parameter: usize) -> Compliance6 {
+        let upper = &self.whole[parameter];
+        Compliance6(std::array::from_fn(|i| {
+            std::array::from_fn(|j| upper[i.min(j)][i.max(j)].get(lane))
+        }))
+    }
+
     fn reused_parts(&self) -> u64 {
         self.reducer.reused
     }
@@ -245,6 +268,10 @@ impl<S: Simd> Kernel for PlaceAll<'_, S> {
         }
         for &plane in self.planes {
             placed.normals[plane].0 = placement.plane_normal(robot, plane);
+        }
+        let others = placed.normals.iter_mut().skip(robot.planes.len());
+        for (target, direction) in others.zip(model.directions()) {
+            target.0 = placement.direction(direction);
         }
     }
 }

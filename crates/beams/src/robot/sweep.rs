@@ -8,10 +8,10 @@ use stiffbench_numeric::simd::InstructionSet;
 
 use super::Robot;
 use super::error::RobotError;
+use super::fitting_factors::FittingFactors;
 use super::mechanism::Mechanism;
 use super::members::{JointModel, MechanismModel, Theory};
 use super::model::Pose;
-use super::model_parameter::FittingFactors;
 use super::predict::Predictor;
 use super::simd_poses::{SimdPoses, simd_poses};
 
@@ -101,9 +101,7 @@ impl<'a> PoseSweep<'a> {
     ) -> Result<Self, RobotError> {
         let mut model = MechanismModel::new(robot, mechanism, &joints, theory, factors)?;
         let mut reduction = model.reduction(path);
-        // Only the general solver sets a structure on a base that rocks.
-        let rocks = factors.base_rad_per_nm != [0.0; 3];
-        reduction.take_if(|reduction| rocks || !model.rate(reduction, factors));
+        reduction.take_if(|reduction| !model.rate(reduction, factors));
         Ok(Self {
             robot,
             mechanism,
@@ -186,7 +184,7 @@ impl<'a> PoseSweep<'a> {
 
     fn simd(&self, set: InstructionSet, pose_count: usize) -> Option<Box<dyn SimdPoses>> {
         let reduction = self.reduction.as_ref()?;
-        Some(simd_poses(set, &self.model, reduction, pose_count, false))
+        Some(simd_poses(set, &self.model, reduction, pose_count, None))
     }
 
     fn chunk(

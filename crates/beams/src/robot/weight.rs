@@ -3,12 +3,14 @@
 //! Decision. Fitting factors change how a member yields, not what it weighs: the mass of a member is its section's mass per length, or
 //! density times nominal area, times the distance of its nodes. The elastic structure is the one of every other load.
 
-use crate::structure::LoadAt;
-use stiffbench_numeric::vector::{norm, scale, subtract};
+use crate::structure::{Attachment, LoadAt};
+use stiffbench_numeric::vector::{cross, norm, scale, subtract};
 
 use super::Robot;
+use super::loads::{BodyPoint, MassPlace};
 use super::mechanism::Mechanism;
 use super::members::MechanismModel;
+use super::model::{BodyPlace, NodePlace};
 
 /// Standard acceleration of free fall, m/s² (3rd General Conference on Weights and Measures, 1901).
 pub const GRAVITY_M_PER_S2: f64 = 9.806_65;
@@ -42,9 +44,12 @@ impl Masses {
             let mut members = mechanism.members.iter();
             members.any(|&member| robot.members[member].nodes.contains(&node))
         };
-        let there = robot.node_masses.iter().filter(|(node, _)| is_there(*node));
+        let there = robot.masses.iter().filter(|mass| match mass.place {
+            MassPlace::Node(node) => is_there(node),
+            MassPlace::Point(_) => true,
+        });
         found.at_nodes = there
-            .map(|&(node, mass_kg)| (robot.nodes[node].name.to_string(), mass_kg))
+            .map(|mass| (mass.name.clone(), mass.mass_kg))
             .collect();
         found
     }
@@ -78,10 +83,15 @@ impl MechanismModel<'_> {
     pub fn mass_kg(&self) -> f64 {
         let elements = self.masses_kg_per_m().enumerate();
         let members: f64 = elements.map(|(i, mass)| mass * self.length_m(i)).sum();
-        members + self.point_masses().map(|(_, mass)| mass).sum::<f64>()
+        members
+            + self
+                .carried_masses()
+                .iter()
+                .map(|mass| mass.mass_kg)
+                .sum::<f64>()
     }
 
-    /// Loads of the weight of all that has a mass, where the model stands.
+    /// Loads of the weight of all that has a mass, and of the balancers, where the model stands.
     #[must_use]
     pub fn weight(&self) -> Vec<LoadAt> {
         let down = scale(self.robot().vertical, -GRAVITY_M_PER_S2);
@@ -91,17 +101,139 @@ impl MechanismModel<'_> {
                 loads.extend(self.structure().spread_force(element, scale(down, mass)));
             }
         }
-        for (node, mass) in self.point_masses() {
-            let [fx, fy, fz] = scale(down, mass);
-            loads.push((node.into(), [fx, fy, fz, 0.0, 0.0, 0.0]));
+        for mass in self.carried_masses() {
+            let force_n = scale(down, mass.mass_kg);
+            loads.push(self.force_at(&mass.at, self.point_of(&mass.point), force_n));
+        }
+        for (pulled, balancer) in self.pulled().iter().zip(&self.robot().balancers) {
+            let [first, second] = [0, 1].map(|end: usize| self.body_point_m(&balancer.pivots[end]));
+            let span_m = subtract(second, first);
+            let length_m = norm(span_m);
+            let (force_n, _) = balancer.force.at(length_m);
+            let pull = scale(span_m, force_n / length_m);
+            for (at, (point_m, sign)) in pulled.iter().zip([(first, 1.0), (second, -1.0)]) {
+                if let Some(at) = at {
+                    loads.push(self.force_at(at, point_m, scale(pull, sign)));
+                }
+            }
         }
         loads
     }
 
-    /// Node of the structure and mass, kg, of each point mass that the mechanism carries.
-    fn point_masses(&self) -> impl Iterator<Item = (usize, f64)> + '_ {
-        let place = |node: usize| self.nodes().iter().position(|known| *known == node);
-        let masses = self.robot().node_masses.iter();
-        masses.filter_map(move |&(node, mass_kg)| Some((place(node)?, mass_kg)))
+    /// A force at a point that moves with an attachment, as force and moment there.
+    fn force_at(&self, at: &Attachment, point_m: [f64; 3], force_n: [f64; 3]) -> LoadAt {
+        let node_m = self.structure().nodes[at.node].position_m;
+        let [fx, fy, fz] = force_n;
+        let [mx, my, mz] = cross(subtract(point_m, node_m), force_n);
+        (at.clone(), [fx, fy, fz, mx, my, mz])
+    }
+
+    fn body_point_m(&self, point: &BodyPoint) -> [f64; 3] {
+        self.placement().point_m(point.body, &point.at_m)
+    }
+
+    /// Where a mass is in the pose, m.
+    fn point_of(&self, point: &MassPoint) -> [f64; 3] {
+        match point {
+            MassPoint::Node(node) => self.structure().nodes[*node].position_m,
+            MassPoint::OfBody(point) => self.body_point_m(point),
+            MassPoint::OfTool(at_m) => {
+                let structure = self.structure();
+                let end_m = structure.nodes[structure.end.node].position_m;
+                let axes = self.tool_axes();
+                std::array::from_fn(|i| {
+                    end_m[i] + (0..3).map(|k| axes[k][i] * at_m[k]).sum::<f64>()
+                })
+            }
+        }
+    }
+}
+
+/// A mass with where it hangs.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct CarriedMass {
+    mass_kg: f64,
+    at: Attachment,
+    point: MassPoint,
+}
+
+/// Where the centre of a mass is.
+#[derive(Debug, Clone, Copy, PartialEq)]
+enum MassPoint {
+    /// At a node of the structure.
+    Node(usize),
+    OfBody(BodyPoint),
+    /// From the tool centre, in the axes of the tool, m.
+    OfTool([f64; 3]),
+}
+
+/// Bodies whose places only masses and balancers need.
+pub(super) fn bodies_of_loads(robot: &Robot) -> Vec<usize> {
+    let masses = robot.masses.iter().filter_map(|mass| match mass.place {
+        MassPlace::Node(_) => None,
+        MassPlace::Point(point) => Some(point.body),
+    });
+    let pivots = robot.balancers.iter().flat_map(|balancer| balancer.pivots);
+    masses.chain(pivots.map(|pivot| pivot.body)).collect()
+}
+
+/// The masses that a structure carries, beside those of its sections.
+///
+/// A mass on a body that is no part of the mechanism hangs rigidly on the next body below it that is. One on a chain that has members, none
+/// of them here, is not there.
+///
+/// # Arguments
+/// - `hangs`: where what is fixed at a point of a body hangs on the structure.
+/// - `place_of`: number of a robot node in the structure.
+/// - `end`: where the end hangs.
+pub(super) fn carried_masses(
+    robot: &Robot,
+    mechanism: &Mechanism,
+    hangs: impl Fn(&BodyPoint) -> Option<Attachment>,
+    place_of: impl Fn(usize) -> Option<usize>,
+    end: &Attachment,
+) -> Vec<CarriedMass> {
+    let is_there = |body: usize| {
+        let Some(chain) = &robot.bodies[body].chain else {
+            return true;
+        };
+        let beams = robot.members.iter().map(|member| &member.chain);
+        let mut all = beams.chain(robot.rigid_links.iter().map(|link| &link.chain));
+        mechanism.chains.contains(chain) || all.all(|known| known != chain)
+    };
+    let masses = robot.masses.iter().filter_map(|mass| {
+        let (at, point) = match mass.place {
+            MassPlace::Node(node) => {
+                let place = place_of(node)?;
+                (place.into(), MassPoint::Node(place))
+            }
+            MassPlace::Point(point) if is_there(point.body) => {
+                (hangs(&point)?, MassPoint::OfBody(point))
+            }
+            MassPlace::Point(_) => return None,
+        };
+        Some(CarriedMass {
+            mass_kg: mass.mass_kg,
+            at,
+            point,
+        })
+    });
+    let payload = robot.tool.payload.map(|payload| CarriedMass {
+        mass_kg: payload.mass_kg,
+        at: end.clone(),
+        point: MassPoint::OfTool(payload.at_m),
+    });
+    masses.chain(payload).collect()
+}
+
+/// The body below one that is no part of a structure.
+pub(super) fn parent(robot: &Robot, body: usize) -> Option<usize> {
+    match &robot.bodies[body].place {
+        BodyPlace::Turned { parent, .. } | BodyPlace::Slid { parent, .. } => Some(*parent),
+        BodyPlace::Along { nodes, .. } => match &robot.nodes[nodes[0]].place {
+            NodePlace::Fixed { body, .. } => Some(*body),
+            NodePlace::Loop { .. } => None,
+        },
+        BodyPlace::Ground => None,
     }
 }

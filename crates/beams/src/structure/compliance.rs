@@ -20,6 +20,20 @@ impl Compliance6 {
         std::array::from_fn(|i| std::array::from_fn(|j| self.0[i][j]))
     }
 
+    /// Displacement along a unit vector per force along it, m/N.
+    #[must_use]
+    pub fn along(&self, unit: [f64; 3]) -> f64 {
+        let terms = (0..9).map(|k| unit[k / 3] * self.0[k / 3][k % 3] * unit[k % 3]);
+        terms.sum()
+    }
+
+    /// Displacement and rotation under a force and moment: ux, uy, uz, rx, ry, rz per Fx, Fy, Fz, Mx, My, Mz.
+    #[must_use]
+    pub fn times(&self, load: [f64; 6]) -> [f64; 6] {
+        self.0
+            .map(|row| row.iter().zip(load).map(|(c, f)| c * f).sum())
+    }
+
     /// Adds an end that rocks with its supports: Σ c w wᵀ, w = (lever, axis) for each axis.
     ///
     /// # Arguments

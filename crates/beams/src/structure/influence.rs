@@ -17,10 +17,10 @@
 
 use faer::Mat;
 use faer::linalg::solvers::Solve;
-use stiffbench_numeric::vector::dot;
 
-use super::element::global_matrix;
-use super::parts::Structure;
+use super::clusters::{Clusters, IndependentFreedom, VertexColumn};
+use super::element::{Element, global_matrix};
+use super::parts::{Attachment, Hinge, Structure, StructureError};
 use super::solve::Solver;
 use super::topology::HELD;
 
@@ -60,14 +60,15 @@ impl RotationInfluence {
     /// of the end is left as it is.
     ///
     /// # Arguments
-    /// - `rad_per_nm`: compliance of the spring of each hinge, zero for none.
+    /// - `rad_per_nm`: compliance of the spring of each hinge, zero for none; hinges beyond its end have none.
     pub(crate) fn yield_by(&mut self, rad_per_nm: &[f64]) {
         let count = self.levers_m.len();
         let stiffness = Mat::from_fn(count, count, |j, l| self.stiffness(j, l));
         let levers = Mat::from_fn(count, 3, |hinge, axis| self.levers_m[hinge][axis]);
         // k is positive semidefinite, so the eigenvalues of 1 + k D are one and more.
         let eased = Mat::from_fn(count, count, |j, l| {
-            f64::from(u8::from(j == l)) + stiffness[(j, l)] * rad_per_nm[l]
+            let spring = rad_per_nm.get(l).copied().unwrap_or(0.0);
+            f64::from(u8::from(j == l)) + stiffness[(j, l)] * spring
         });
         let eased = eased.partial_piv_lu();
         let (levers, stiffness) = (eased.solve(&levers), eased.solve(&stiffness));
@@ -89,36 +90,40 @@ impl RotationInfluence {
 impl Solver {
     /// Works out the influence of a twist in each hinge of `hinged`; the compliance is left as it is.
     ///
+    /// # Errors
+    /// [`StructureError::RigidLoop`] of `hinged`.
+    ///
     /// # Arguments
-    /// - `rigid`: the structure given to [`Solver::update`], which has no hinges.
-    /// - `hinged`: the same structure with the hinges of interest; only its hinge axes and attachments are read.
+    /// - `hinged`: the structure given to [`Solver::update`] with the hinges of interest before its own; only hinge axes and attachments are read.
     /// - `out`: overwritten; its memory is used again.
     pub fn rotation_influence(
         &mut self,
-        rigid: &Structure,
         hinged: &Structure,
         out: &mut RotationInfluence,
-    ) {
-        self.rotation_influence_of(rigid, hinged, |_| true, out);
+    ) -> Result<(), StructureError> {
+        self.rotation_influence_of(hinged, |_| true, out)
     }
 
     /// The same of some hinges only; levers and stiffness of the others are zero.
     ///
     /// Each result has the same bytes, whichever others are computed.
+    ///
+    /// # Errors
+    /// As [`Solver::rotation_influence`].
     pub fn rotation_influence_of(
         &mut self,
-        rigid: &Structure,
         hinged: &Structure,
         is_asked_for: impl Fn(usize) -> bool,
         out: &mut RotationInfluence,
-    ) {
+    ) -> Result<(), StructureError> {
         let equations = self.topology.equation_count;
         let hinges = hinged.hinges.len();
         out.displacements.clear();
         out.displacements.resize(equations * hinges, 0.0);
         out.levers_m.clear();
         out.levers_m.resize(hinges, [0.0; 3]);
-        self.distortion_loads(hinged, &is_asked_for, &mut out.displacements);
+        let motions = Motions::of(hinged)?;
+        self.distortion_loads(&motions, &is_asked_for, &mut out.displacements);
         let asked_for: Vec<usize> = (0..hinges).filter(|hinge| is_asked_for(*hinge)).collect();
         for together in asked_for.chunks(AT_ONCE) {
             let place = |hinge: usize| hinge * equations..(hinge + 1) * equations;
@@ -128,24 +133,26 @@ impl Solver {
             self.solve_in_place(together.len());
             for (column, &hinge) in together.iter().enumerate() {
                 out.displacements[place(hinge)].copy_from_slice(&self.solution[place(column)]);
-                let end = &self.topology.end;
-                out.levers_m[hinge] = std::array::from_fn(|i| self.read(rigid, end, i, column));
+                let own = Motions::about(&motions.end, hinge);
+                let end = self.topology.end;
+                out.levers_m[hinge] = [0, 1, 2].map(|i| self.read(end, i, column) + own[i]);
             }
         }
-        self.rotational_stiffness(hinged, is_asked_for, out);
+        self.rotational_stiffness(&motions, is_asked_for, out);
+        Ok(())
     }
 
-    /// Loads that hold the nodes' freedoms against a unit twist in each hinge: -Σ Kₑ (axis at the ends behind it).
+    /// Loads that hold the freedoms against a unit twist in each hinge: -Σ Kₑ (motion of the ends behind it).
     fn distortion_loads(
         &self,
-        hinged: &Structure,
+        motions: &Motions,
         is_asked_for: impl Fn(usize) -> bool,
         loads: &mut [f64],
     ) {
         let equations = self.topology.equation_count;
-        for (index, element) in hinged.elements.iter().enumerate() {
-            let mut hinges = element.ends.iter().flat_map(|end| &end.hinges);
-            if !hinges.any(|hinge| is_asked_for(*hinge)) {
+        for (index, ends) in motions.elements.iter().enumerate() {
+            let mut hinges = ends.iter().flatten();
+            if !hinges.any(|(hinge, _)| is_asked_for(*hinge)) {
                 continue;
             }
             let matrix = global_matrix(
@@ -153,37 +160,50 @@ impl Solver {
                 self.lengths_m[index],
                 &self.natural[index],
             );
-            for (end, attachment) in element.ends.iter().enumerate() {
-                for &hinge in attachment.hinges.iter().filter(|h| is_asked_for(**h)) {
-                    let axis = hinged.hinges[hinge].axis;
-                    for (row, &equation) in
-                        matrix.iter().zip(&self.topology.elements[index].equations)
-                    {
-                        if equation != HELD {
-                            let start = 6 * end + 3;
-                            loads[hinge * equations + equation] -=
-                                dot(axis, [row[start], row[start + 1], row[start + 2]]);
-                        }
-                    }
+            for (end, moved) in ends.iter().enumerate() {
+                for (hinge, motion) in moved.iter().filter(|(hinge, _)| is_asked_for(*hinge)) {
+                    let forces = matrix.map(|row| row_times(&row, end, motion));
+                    let loads = &mut loads[hinge * equations..(hinge + 1) * equations];
+                    self.subtract_forces(index, &forces, loads);
                 }
             }
+        }
+    }
+
+    /// Subtracts forces on the twelve end freedoms of an element from a right side.
+    fn subtract_forces(&self, element: usize, forces: &[f64; 12], right_side: &mut [f64]) {
+        let map = &self.topology.elements[element];
+        if map.columns.is_empty() {
+            for (force, &equation) in forces.iter().zip(&map.equations) {
+                if equation != HELD {
+                    right_side[equation] -= force;
+                }
+            }
+        }
+        for (&(end, column), &equation) in map.columns.iter().zip(&map.equations) {
+            let moved = &self.columns[map.vertices[end]][column];
+            let work = moved
+                .iter()
+                .zip(&forces[6 * end..])
+                .map(|(share, force)| share * force);
+            right_side[equation] -= work.sum::<f64>();
         }
     }
 
     /// Moments against the twists: ends behind each hinge, in the displaced structure.
     fn rotational_stiffness(
         &self,
-        hinged: &Structure,
+        motions: &Motions,
         is_asked_for: impl Fn(usize) -> bool,
         out: &mut RotationInfluence,
     ) {
         let equations = self.topology.equation_count;
-        let hinges = hinged.hinges.len();
+        let hinges = out.levers_m.len();
         out.stiffness_nm_per_rad.clear();
         out.stiffness_nm_per_rad.resize(hinges * hinges, 0.0);
-        for (index, element) in hinged.elements.iter().enumerate() {
-            let mut behind = element.ends.iter().flat_map(|end| &end.hinges);
-            if !behind.any(|hinge| is_asked_for(*hinge)) {
+        for (index, moved) in motions.elements.iter().enumerate() {
+            let mut behind = moved.iter().flatten();
+            if !behind.any(|(hinge, _)| is_asked_for(*hinge)) {
                 continue;
             }
             let matrix = global_matrix(
@@ -193,30 +213,21 @@ impl Solver {
             );
             for imposed in (0..hinges).filter(|hinge| is_asked_for(*hinge)) {
                 let column = &out.displacements[imposed * equations..(imposed + 1) * equations];
-                let mut ends = [0.0; 12];
-                for (value, &equation) in ends
-                    .iter_mut()
-                    .zip(&self.topology.elements[index].equations)
-                {
-                    if equation != HELD {
-                        *value = column[equation];
+                let mut ends = self.end_motions(index, column);
+                for (end, moved) in moved.iter().enumerate() {
+                    let own = Motions::about(moved, imposed);
+                    for (value, share) in ends[6 * end..].iter_mut().zip(own) {
+                        *value += share;
                     }
                 }
-                for (end, attachment) in element.ends.iter().enumerate() {
-                    if attachment.hinges.contains(&imposed) {
-                        for (component, share) in hinged.hinges[imposed].axis.iter().enumerate() {
-                            ends[6 * end + 3 + component] += share;
-                        }
-                    }
-                }
-                for (end, attachment) in element.ends.iter().enumerate() {
-                    for &hinge in attachment.hinges.iter().filter(|h| is_asked_for(**h)) {
-                        let axis = hinged.hinges[hinge].axis;
-                        let moment: f64 = (0..3)
+                for (end, moved) in moved.iter().enumerate() {
+                    for (hinge, motion) in moved.iter().filter(|(h, _)| is_asked_for(*h)) {
+                        let moment: f64 = (0..6)
+                            .filter(|&component| motion[component] != 0.0)
                             .map(|component| {
-                                let row = &matrix[6 * end + 3 + component];
+                                let row = &matrix[6 * end + component];
                                 let sum: f64 = row.iter().zip(&ends).map(|(k, u)| k * u).sum();
-                                axis[component] * sum
+                                motion[component] * sum
                             })
                             .sum();
                         out.stiffness_nm_per_rad[hinge * hinges + imposed] += moment;
@@ -224,5 +235,75 @@ impl Solver {
                 }
             }
         }
+    }
+}
+
+/// Product of a row over twelve end freedoms with a motion of one end.
+fn row_times(row: &[f64; 12], end: usize, motion: &VertexColumn) -> f64 {
+    let products = row[6 * end..].iter().zip(motion);
+    products.fold(0.0, |sum, (entry, share)| sum + entry * share)
+}
+
+/// How the ends of elements and the end of a structure move per unit of each hinge.
+struct Motions {
+    /// By element and end: hinge and motion.
+    elements: Vec<[Vec<(usize, VertexColumn)>; 2]>,
+    end: Vec<(usize, VertexColumn)>,
+}
+
+impl Motions {
+    fn of(structure: &Structure) -> Result<Self, StructureError> {
+        // Without rigid members nothing moves but what hangs behind the hinge itself.
+        let direct = |at: &Attachment| {
+            let hinges = at.hinges.iter();
+            let moved = hinges.map(|&hinge| {
+                let Hinge {
+                    axis: [x, y, z],
+                    slides,
+                    ..
+                } = structure.hinges[hinge];
+                let motion = if slides {
+                    [x, y, z, 0.0, 0.0, 0.0]
+                } else {
+                    [0.0, 0.0, 0.0, x, y, z]
+                };
+                (hinge, motion)
+            });
+            moved.collect()
+        };
+        if structure.rigid_members.is_empty() {
+            let ends = structure.elements.iter().map(|element| &element.ends);
+            return Ok(Self {
+                elements: ends.map(|[a, b]| [direct(a), direct(b)]).collect(),
+                end: direct(&structure.end),
+            });
+        }
+        let clusters = Clusters::new(structure)?;
+        let vertex = |at: &Attachment| clusters.vertex(at).unwrap_or(at.node);
+        let after = |vertex: usize, skipped: usize| {
+            let columns = clusters.columns(structure, vertex);
+            let all = clusters.freedoms(vertex).zip(columns).skip(skipped);
+            let of_hinges = all.filter_map(|(freedom, column)| match freedom {
+                IndependentFreedom::OfHinge(hinge) => Some((hinge, column)),
+                IndependentFreedom::OfNode(..) => None,
+            });
+            of_hinges.collect()
+        };
+        let of_element = |element: &Element| {
+            let ends = [vertex(&element.ends[0]), vertex(&element.ends[1])];
+            let shared = clusters.shared(ends);
+            ends.map(|vertex| after(vertex, shared))
+        };
+        Ok(Self {
+            elements: structure.elements.iter().map(of_element).collect(),
+            end: after(vertex(&structure.end), 0),
+        })
+    }
+
+    /// The motion by one hinge.
+    fn about(moved: &[(usize, VertexColumn)], hinge: usize) -> VertexColumn {
+        let mut own = moved.iter();
+        let own = own.find(|(known, _)| *known == hinge);
+        own.map_or([0.0; 6], |(_, motion)| *motion)
     }
 }

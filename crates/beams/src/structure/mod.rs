@@ -11,14 +11,17 @@
 //! derivatives to every section constant, pins and compliant joints all come from the same twelve columns, and the printed
 //! rotation errors of eqs. (22) and (27) have nowhere to enter.
 
+mod clusters;
 mod compliance;
 mod digits;
 mod element;
 mod gradient;
 mod influence;
+mod load_stiffness;
 mod ordering;
 mod parts;
 mod reduction;
+mod response;
 mod rotation;
 mod section;
 mod self_weight;
@@ -27,11 +30,15 @@ mod topology;
 
 pub use compliance::{Compliance6, ComplianceGradient};
 pub use element::{Element, NaturalStiffness, STRAINS};
+pub(crate) use gradient::ParameterPlaces;
 pub use influence::RotationInfluence;
-pub use parts::{Attachment, Freedom, Hinge, Node, Structure, StructureError, Support};
-pub(crate) use reduction::{GroupGradient, Placed, Reducer, Reduction};
+pub use parts::{
+    Attachment, Freedom, Hinge, Node, RigidMember, Structure, StructureError, Support,
+};
+pub(crate) use reduction::{GroupGradient, Placed, Reducer, Reduction, WholeGradient};
 pub use reduction::{PartMethod, SolutionPath};
+pub use response::{EndForces, Response};
 pub use rotation::{LocalAxes, paper_rotation};
 pub use section::{Material, Property, Section, ShearCoefficients};
 pub use self_weight::LoadAt;
-pub use solve::{EndForces, Response, Solver};
+pub use solve::Solver;

@@ -16,7 +16,7 @@ pub struct Node {
     pub position_m: [f64; 3],
 }
 
-/// A rotation between what hangs on it and its node, about one axis through the node.
+/// A motion between what hangs on it and its node: about one axis through the node, or along it.
 ///
 /// Stiffness zero is a pin; 1/c is a compliant joint with compliance c.
 #[derive(Debug, Clone, PartialEq)]
@@ -25,7 +25,9 @@ pub struct Hinge {
     pub name: Arc<str>,
     /// Unit vector of the axis, global.
     pub axis: [f64; 3],
-    /// Rotational stiffness about the axis, N·m/rad.
+    /// Whether it slides along the axis instead of turning about it.
+    pub slides: bool,
+    /// Stiffness about the axis, N·m/rad, or along it, N/m.
     pub stiffness_nm_per_rad: f64,
 }
 
@@ -44,7 +46,7 @@ impl Hinge {
 
 /// Where an element end or a load hangs: on a node, behind zero or more hinges.
 ///
-/// All share the node's displacement; the rotation is the node's plus the twists of the hinges passed on the way.
+/// Its motion is the node's plus those of the hinges passed on the way.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
 pub struct Attachment {
     /// Index of the node.
@@ -60,6 +62,15 @@ impl From<usize> for Attachment {
             hinges: Vec::new(),
         }
     }
+}
+
+/// A member that neither bends nor stretches: its two ends move as one body.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct RigidMember {
+    /// Name for messages.
+    pub name: Arc<str>,
+    /// Where its ends hang.
+    pub ends: [Attachment; 2],
 }
 
 /// A node whose freedoms are held.
@@ -89,7 +100,9 @@ pub struct Structure {
     pub nodes: Vec<Node>,
     /// Two-node beams.
     pub elements: Vec<Element>,
-    /// Released or compliant rotations.
+    /// Members that do not yield.
+    pub rigid_members: Vec<RigidMember>,
+    /// Released or compliant motions.
     pub hinges: Vec<Hinge>,
     /// Held nodes.
     pub supports: Vec<Support>,
@@ -100,7 +113,9 @@ pub struct Structure {
 impl Structure {
     /// The node that a hinge sits at; `None` if nothing lies behind it.
     pub(super) fn node_of_hinge(&self, hinge: usize) -> Option<usize> {
+        let rigid = self.rigid_members.iter().flat_map(|member| &member.ends);
         let ends = self.elements.iter().flat_map(|element| &element.ends);
+        let ends = ends.chain(rigid);
         let mut all = ends.chain([&self.end]);
         Some(all.find(|at| at.hinges.contains(&hinge))?.node)
     }
@@ -175,6 +190,26 @@ pub enum StructureError {
         second: Arc<str>,
         /// Its stiffness over that of the middle element, in the strain where it is largest.
         ratio: f64,
+    },
+    /// Rigid members and hinges that close a loop.
+    #[error("the rigid links {} close a loop with their joints", members.join(", "))]
+    #[diagnostic(
+        code(stiffbench::structure::rigid_loop),
+        help("give one link of the loop a section, so that it yields, or leave it out")
+    )]
+    RigidLoop {
+        /// Names of the members of the loop.
+        members: Vec<Arc<str>>,
+    },
+    /// A rigid body held in part at two nodes.
+    #[error("the rigid body at node {node} is held in part at several nodes")]
+    #[diagnostic(
+        code(stiffbench::structure::held_rigid_body),
+        help("hold it at one node only, or in all six freedoms")
+    )]
+    HeldRigidBody {
+        /// Name of the second of the nodes.
+        node: Arc<str>,
     },
     /// An element whose nodes coincide, or whose local axes cannot be determined.
     #[error("element {element} between nodes {first} and {second} has no length or no plane")]

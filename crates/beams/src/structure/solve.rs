@@ -8,15 +8,16 @@ use faer::sparse::SparseColMatRef;
 use faer::sparse::linalg::cholesky::LltRef;
 use faer::{Conj, MatMut, Par, Side, Spec};
 
-use stiffbench_numeric::vector::{dot, subtract};
+use stiffbench_numeric::vector::subtract;
 
+use super::clusters::VertexColumn;
 use super::compliance::Compliance6;
 use super::digits::{SIX_DIGITS, too_stiff};
 use super::element::{NaturalStiffness, STRAINS, global_matrix, natural_strains};
-use super::parts::{Attachment, Hinge, Structure, StructureError, Support};
+use super::parts::{Hinge, Structure, StructureError};
 use super::rotation::LocalAxes;
 use super::self_weight::LoadAt;
-use super::topology::{ElementMap, HELD, Topology};
+use super::topology::{HELD, Topology};
 
 /// A pivot that has lost all but this share of its diagonal entry is rounding: the structure moves there.
 ///
@@ -30,11 +31,15 @@ pub struct Solver {
     pub(super) axes: Vec<LocalAxes>,
     pub(super) lengths_m: Vec<f64>,
     pub(super) natural: Vec<NaturalStiffness>,
+    /// Of each vertex, what moves it.
+    pub(super) columns: Vec<Vec<VertexColumn>>,
     /// Upper triangle of the stiffness matrix.
     values: Vec<f64>,
     factor: Vec<f64>,
     /// Right sides, then solutions: one column of equations per load.
     pub(super) solution: Vec<f64>,
+    /// Forces on the ends of the element at its turn per unit of each of its freedoms.
+    products: Vec<[f64; 12]>,
     memory: MemBuffer,
 }
 
@@ -45,29 +50,6 @@ impl std::fmt::Debug for Solver {
             .field("elements", &self.topology.elements.len())
             .finish_non_exhaustive()
     }
-}
-
-/// What a load case does to a structure.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Response {
-    /// Displacement of each node: ux, uy, uz (m), rx, ry, rz (rad), global.
-    pub nodes: Vec<[f64; 6]>,
-    /// Twist of each hinge, rad.
-    pub hinges_rad: Vec<f64>,
-    /// Forces on the two ends of each element.
-    pub elements: Vec<EndForces>,
-    /// Force and moment of each support on the structure: Fx, Fy, Fz (N), Mx, My, Mz (N·m), global; zero in freedoms that are not
-    /// held.
-    pub reactions: Vec<[f64; 6]>,
-}
-
-/// Forces that the nodes exert on the two ends of an element, in its local axes.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct EndForces {
-    /// Fx, Fy, Fz (N), Mx, My, Mz (N·m) at the first end.
-    pub first: [f64; 6],
-    /// The same at the second end.
-    pub second: [f64; 6],
 }
 
 impl Solver {
@@ -100,9 +82,11 @@ impl Solver {
             axes: vec![unset; element_count],
             lengths_m: vec![0.0; element_count],
             natural: Vec::with_capacity(element_count),
+            columns: vec![Vec::new(); topology.clusters.vertices.len()],
             values: vec![0.0; topology.pattern.row_idx().len()],
             factor: vec![0.0; topology.symbolic.len_val()],
             solution: vec![0.0; 6 * topology.equation_count],
+            products: Vec::new(),
             memory: MemBuffer::new(scratch),
             topology,
         }
@@ -153,8 +137,16 @@ impl Solver {
         let same = structure.nodes.len() == self.topology.node_count
             && structure.elements.len() == self.topology.elements.len()
             && structure.hinges.len() == self.topology.hinge_equations.len();
+        let clusters = &self.topology.clusters;
         assert!(same, "a solver serves structures of one topology");
         structure.hinges.iter().try_for_each(Hinge::check_axis)?;
+        for (vertex, columns) in self.columns.iter_mut().enumerate() {
+            // Those of a node that moves by itself never change.
+            if columns.is_empty() || !clusters.is_free_node(vertex) {
+                columns.clear();
+                columns.extend(clusters.columns(structure, vertex));
+            }
+        }
         for (index, element) in structure.elements.iter().enumerate() {
             let [first, second] = [0, 1].map(|end| &structure.nodes[element.ends[end].node]);
             let span = subtract(second.position_m, first.position_m);
@@ -180,12 +172,23 @@ impl Solver {
                 self.lengths_m[index],
                 &self.natural[index],
             );
+            if map.columns.is_empty() {
+                for slot in &map.slots {
+                    self.values[slot.value as usize] +=
+                        matrix[slot.row as usize][slot.column as usize];
+                }
+                continue;
+            }
+            let of_freedom =
+                |&(end, column): &(usize, usize)| (end, &self.columns[map.vertices[end]][column]);
+            self.products.clear();
+            let freedoms = map.columns.iter().map(of_freedom);
+            self.products
+                .extend(freedoms.map(|(end, column)| times(&matrix, end, column)));
             for slot in &map.slots {
-                self.values[slot.value as usize] += if map.hinges.is_empty() {
-                    matrix[slot.row as usize][slot.column as usize]
-                } else {
-                    extended_entry(&matrix, map, structure, slot.row.into(), slot.column.into())
-                };
+                let (end, column) = of_freedom(&map.columns[usize::from(slot.row)]);
+                let product = &self.products[usize::from(slot.column)];
+                self.values[slot.value as usize] += along(column, product, end);
             }
         }
         for (hinge, &equation) in structure.hinges.iter().zip(&self.topology.hinge_equations) {
@@ -205,6 +208,9 @@ impl Solver {
     /// Numeric factorisation, with a look at every pivot.
     fn factorise(&mut self, structure: &Structure) -> Result<(), StructureError> {
         let matrix = SparseColMatRef::new(self.topology.pattern.as_ref(), &self.values[..]);
+        if self.topology.equation_count == 0 {
+            return Ok(());
+        }
         let outcome = self.topology.symbolic.factorize_numeric_llt(
             &mut self.factor,
             matrix,
@@ -255,6 +261,9 @@ impl Solver {
     /// Solves for `count` right sides already in `self.solution`; at most six.
     pub(super) fn solve_in_place(&mut self, count: usize) {
         let n = self.topology.equation_count;
+        if n == 0 {
+            return;
+        }
         let right_sides =
             MatMut::from_column_major_slice_mut(&mut self.solution[..n * count], n, count);
         LltRef::new(&self.topology.symbolic, &self.factor).solve_in_place_with_conj(
@@ -265,225 +274,142 @@ impl Solver {
         );
     }
 
-    /// Adds a force and moment at an attachment to right side `column`.
-    fn add_load(&mut self, structure: &Structure, at: &Attachment, load: [f64; 6], column: usize) {
+    /// Each column of an attachment with its equation, [`HELD`] left out; none where nothing of the structure hangs.
+    fn moving(&self, vertex: usize) -> impl Iterator<Item = (usize, &VertexColumn)> {
+        let equations = self.topology.vertex_equations[vertex].iter().copied();
+        let columns = equations.zip(&self.columns[vertex]);
+        columns.filter(|(equation, _)| *equation != HELD)
+    }
+
+    /// Adds a force and moment at a vertex to right side `column`.
+    fn add_load(&mut self, vertex: usize, load: [f64; 6], column: usize) {
         let offset = column * self.topology.equation_count;
-        for (component, value) in load.into_iter().enumerate() {
-            if let Some(equation) = self.topology.equation(at.node, component) {
-                self.solution[offset + equation] += value;
+        let equations = &self.topology.vertex_equations[vertex];
+        for (&equation, moved) in equations.iter().zip(&self.columns[vertex]) {
+            if equation != HELD {
+                self.solution[offset + equation] += product(moved, &load);
             }
-        }
-        for &hinge in &at.hinges {
-            let moment = dot(structure.hinges[hinge].axis, [load[3], load[4], load[5]]);
-            self.solution[offset + self.topology.hinge_equations[hinge]] += moment;
         }
     }
 
-    /// Displacement or rotation `component` of an attachment in solution `column`.
-    pub(super) fn read(
-        &self,
-        structure: &Structure,
-        at: &Attachment,
-        component: usize,
-        column: usize,
-    ) -> f64 {
+    /// Displacement or rotation `component` of a vertex in solution `column`.
+    pub(super) fn read(&self, vertex: usize, component: usize, column: usize) -> f64 {
         let offset = column * self.topology.equation_count;
-        let node_part = self
-            .topology
-            .equation(at.node, component)
-            .map_or(0.0, |e| self.solution[offset + e]);
-        if component < 3 {
-            return node_part;
-        }
-        at.hinges.iter().fold(node_part, |sum, &hinge| {
-            let twist = self.solution[offset + self.topology.hinge_equations[hinge]];
-            sum + structure.hinges[hinge].axis[component - 3] * twist
+        self.moving(vertex).fold(0.0, |sum, (equation, moved)| {
+            sum + moved[component] * self.solution[offset + equation]
         })
     }
 
     /// Solves unit loads along the first `count` of Fx, Fy, Fz, Mx, My, Mz at the end; the solutions stay for
     /// [`Solver::compliance_gradient`].
-    fn respond_to_unit_loads(&mut self, structure: &Structure, count: usize) {
+    fn respond_to_unit_loads(&mut self, count: usize) {
         let n = self.topology.equation_count;
         self.solution[..n * count].fill(0.0);
-        let end = self.topology.end.clone();
         for column in 0..count {
             let mut load = [0.0; 6];
             load[column] = 1.0;
-            self.add_load(structure, &end, load, column);
+            self.add_load(self.topology.end, load, column);
         }
         self.solve_in_place(count);
     }
 
     /// Compliance of the end, all six freedoms.
     ///
-    /// Call [`Solver::update`] first; `structure` is the one given there.
+    /// Call [`Solver::update`] first.
     #[must_use]
-    pub fn end_compliance(&mut self, structure: &Structure) -> Compliance6 {
-        self.respond_to_unit_loads(structure, 6);
-        let end = &self.topology.end;
+    pub fn end_compliance(&mut self) -> Compliance6 {
+        self.respond_to_unit_loads(6);
+        let end = self.topology.end;
         Compliance6(std::array::from_fn(|i| {
-            std::array::from_fn(|j| self.read(structure, end, i, j))
+            std::array::from_fn(|j| self.read(end, i, j))
         }))
     }
 
     /// Displacement per force at the end, 3 × 3, m/N: half the work of [`Solver::end_compliance`].
     #[must_use]
-    pub fn end_translation_compliance(&mut self, structure: &Structure) -> [[f64; 3]; 3] {
-        self.respond_to_unit_loads(structure, 3);
-        let end = &self.topology.end;
-        std::array::from_fn(|i| std::array::from_fn(|j| self.read(structure, end, i, j)))
+    pub fn end_translation_compliance(&mut self) -> [[f64; 3]; 3] {
+        self.respond_to_unit_loads(3);
+        let end = self.topology.end;
+        std::array::from_fn(|i| std::array::from_fn(|j| self.read(end, i, j)))
     }
 
     /// Natural strains of an element in solution `column` of the last response.
-    pub(super) fn strains(
-        &self,
-        structure: &Structure,
-        element: usize,
-        column: usize,
-    ) -> [f64; STRAINS] {
-        let map = &self.topology.elements[element];
+    pub(crate) fn strains(&self, element: usize, column: usize) -> [f64; STRAINS] {
         let solution = &self.solution[column * self.topology.equation_count..];
-        let value = |equation: usize| {
-            if equation == HELD {
-                0.0
-            } else {
-                solution[equation]
-            }
-        };
-        let mut ends: [f64; 12] = std::array::from_fn(|freedom| value(map.equations[freedom]));
-        for (&(end, hinge), &equation) in map.hinges.iter().zip(&map.equations[12..]) {
-            for (component, share) in structure.hinges[hinge].axis.into_iter().enumerate() {
-                ends[6 * end + 3 + component] += share * value(equation);
+        let ends = self.end_motions(element, solution);
+        natural_strains(&self.axes[element], self.lengths_m[element], &ends)
+    }
+
+    /// Motions of the two ends of an element, but for what both have in common as one rigid body.
+    pub(super) fn end_motions(&self, element: usize, solution: &[f64]) -> [f64; 12] {
+        let map = &self.topology.elements[element];
+        let mut ends = [0.0; 12];
+        if map.columns.is_empty() {
+            for (value, &equation) in ends.iter_mut().zip(&map.equations) {
+                if equation != HELD {
+                    *value = solution[equation];
+                }
             }
         }
-        natural_strains(&self.axes[element], self.lengths_m[element], &ends)
+        for (&(end, column), &equation) in map.columns.iter().zip(&map.equations) {
+            let moved = &self.columns[map.vertices[end]][column];
+            for (value, share) in ends[6 * end..].iter_mut().zip(moved) {
+                *value += share * solution[equation];
+            }
+        }
+        ends
     }
 
     /// Displacement and rotation of the end under any loads (force and moment where they act).
     ///
     /// Call [`Solver::update`] first; `structure` is the one given there.
     #[must_use]
-    pub fn end_displacement(&mut self, structure: &Structure, loads: &[LoadAt]) -> [f64; 6] {
-        self.solve_loads(structure, loads);
-        let end = &self.topology.end;
-        std::array::from_fn(|component| self.read(structure, end, component, 0))
+    pub fn end_displacement(&mut self, loads: &[LoadAt]) -> [f64; 6] {
+        self.solve_loads(loads);
+        std::array::from_fn(|component| self.read(self.topology.end, component, 0))
     }
 
-    fn solve_loads(&mut self, structure: &Structure, loads: &[LoadAt]) {
+    /// Solves loads; those that hang on nothing of the structure do nothing.
+    pub(super) fn solve_loads(&mut self, loads: &[LoadAt]) {
         self.solution[..self.topology.equation_count].fill(0.0);
         for (at, load) in loads {
-            self.add_load(structure, at, *load, 0);
+            if let Some(vertex) = self.topology.clusters.vertex(at) {
+                self.add_load(vertex, *load, 0);
+            }
         }
         self.solve_in_place(1);
     }
+}
 
-    /// Displacements, element forces and reactions under any loads (force and moment where they act).
-    ///
-    /// Call [`Solver::update`] first; `structure` is the one given there.
-    #[must_use]
-    pub fn respond(&mut self, structure: &Structure, loads: &[LoadAt]) -> Response {
-        self.solve_loads(structure, loads);
-        let value = |node, component| {
-            self.topology
-                .equation(node, component)
-                .map_or(0.0, |e| self.solution[e])
-        };
-        let elements: Vec<EndForces> = (0..self.topology.elements.len())
-            .map(|element| {
-                let strains = self.strains(structure, element, 0);
-                let stiffness = &self.natural[element].stiffness;
-                end_forces(
-                    std::array::from_fn(|m| stiffness[m] * strains[m]),
-                    self.lengths_m[element],
-                )
-            })
-            .collect();
-        Response {
-            nodes: (0..self.topology.node_count)
-                .map(|node| std::array::from_fn(|component| value(node, component)))
-                .collect(),
-            hinges_rad: self
-                .topology
-                .hinge_equations
-                .iter()
-                .map(|&e| self.solution[e])
-                .collect(),
-            reactions: self.reactions(structure, loads, &elements),
-            elements,
-        }
-    }
-
-    /// What the supports must add to balance element ends and loads at their nodes.
-    fn reactions(
-        &self,
-        structure: &Structure,
-        loads: &[LoadAt],
-        forces: &[EndForces],
-    ) -> Vec<[f64; 6]> {
-        let reaction = |support: &Support| {
-            let mut sum = [0.0; 6];
-            for (place, element) in structure.elements.iter().enumerate() {
-                for (end, local) in [forces[place].first, forces[place].second]
-                    .into_iter()
-                    .enumerate()
-                {
-                    if element.ends[end].node == support.node {
-                        add_global(&mut sum, &self.axes[place], local);
-                    }
-                }
+/// Product of a matrix over twelve end freedoms with a motion of one end.
+fn times(matrix: &[[f64; 12]; 12], end: usize, column: &VertexColumn) -> [f64; 12] {
+    let mut product = [0.0; 12];
+    for (freedom, &share) in column.iter().enumerate() {
+        if share != 0.0 {
+            // Symmetric: the row is the column.
+            for (sum, entry) in product.iter_mut().zip(&matrix[6 * end + freedom]) {
+                *sum += share * entry;
             }
-            for (_, load) in loads.iter().filter(|(at, _)| at.node == support.node) {
-                for (component, value) in sum.iter_mut().zip(load) {
-                    *component -= value;
-                }
-            }
-            std::array::from_fn(|i| if support.held[i] { sum[i] } else { 0.0 })
-        };
-        structure.supports.iter().map(reaction).collect()
-    }
-}
-
-/// End forces from the natural forces: the transpose of the strain definitions.
-fn end_forces([n, t, my, qy, mz, qz]: [f64; STRAINS], length_m: f64) -> EndForces {
-    let chord = 2.0 / length_m;
-    EndForces {
-        first: [-n, chord * qz, -chord * qy, -t, my + qy, mz + qz],
-        second: [n, -chord * qz, chord * qy, t, qy - my, qz - mz],
-    }
-}
-
-/// Adds local forces and moments, turned to global axes.
-fn add_global(sum: &mut [f64; 6], axes: &LocalAxes, local: [f64; 6]) {
-    for i in 0..3 {
-        sum[i] += axes.x[i] * local[0] + axes.y[i] * local[1] + axes.z[i] * local[2];
-        sum[3 + i] += axes.x[i] * local[3] + axes.y[i] * local[4] + axes.z[i] * local[5];
-    }
-}
-
-/// Entry of an element's matrix over its twelve end freedoms and its hinges: a hinge turns its end about its axis.
-fn extended_entry(
-    matrix: &[[f64; 12]; 12],
-    map: &ElementMap,
-    structure: &Structure,
-    row: usize,
-    column: usize,
-) -> f64 {
-    let parts = |freedom: usize| -> ([usize; 3], [f64; 3]) {
-        if freedom < 12 {
-            return ([freedom; 3], [1.0, 0.0, 0.0]);
-        }
-        let (end, hinge) = map.hinges[freedom - 12];
-        let first = 6 * end + 3;
-        ([first, first + 1, first + 2], structure.hinges[hinge].axis)
-    };
-    let (rows, row_shares) = parts(row);
-    let (columns, column_shares) = parts(column);
-    let mut sum = 0.0;
-    for (i, a) in rows.into_iter().zip(row_shares) {
-        for (j, b) in columns.into_iter().zip(column_shares) {
-            sum += a * b * matrix[i][j];
         }
     }
-    sum
+    product
+}
+
+/// Work of forces on the twelve end freedoms in a motion of one end.
+fn along(column: &VertexColumn, forces: &[f64; 12], end: usize) -> f64 {
+    let forces = &forces[6 * end..6 * end + 6];
+    column
+        .iter()
+        .zip(forces)
+        .map(|(share, force)| share * force)
+        .sum()
+}
+
+/// Work of a force and moment in a motion.
+fn product(column: &VertexColumn, load: &[f64; 6]) -> f64 {
+    column
+        .iter()
+        .zip(load)
+        .map(|(share, force)| share * force)
+        .sum()
 }

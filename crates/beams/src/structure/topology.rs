@@ -9,6 +9,7 @@ use faer::sparse::linalg::cholesky::{
     CholeskySymbolicParams, SymbolicCholesky, SymmetricOrdering, factorize_symbolic_cholesky,
 };
 
+use super::clusters::{Clusters, IndependentFreedom};
 use super::ordering::{Eliminated, minimum_degree_before};
 use super::parts::{Attachment, Freedom, Structure, StructureError};
 
@@ -16,14 +17,14 @@ use super::parts::{Attachment, Freedom, Structure, StructureError};
 pub(super) const HELD: usize = usize::MAX;
 
 /// How one element meets the equations.
-///
-/// Its freedoms are the twelve of its ends, then one for each hinge it hangs behind.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
 pub(super) struct ElementMap {
     /// Equation of each freedom, [`HELD`] if held.
     pub(super) equations: Vec<usize>,
-    /// End (0 or 1) and index of each hinge.
-    pub(super) hinges: Vec<(usize, usize)>,
+    /// The end (0 or 1) that each freedom moves and its column there; none if the freedoms are the twelve of the two nodes.
+    pub(super) columns: Vec<(usize, usize)>,
+    /// Vertices of the two ends.
+    pub(super) vertices: [usize; 2],
     /// Free pairs of freedoms and their place in the matrix values.
     pub(super) slots: Vec<MatrixSlot>,
 }
@@ -51,7 +52,11 @@ pub(super) struct Topology {
     /// Place of each diagonal entry in the matrix values.
     pub(super) diagonal_slots: Vec<usize>,
     pub(super) symbolic: SymbolicCholesky<usize>,
-    pub(super) end: Attachment,
+    pub(super) clusters: Clusters,
+    /// Equation of each column of each vertex, [`HELD`] if held.
+    pub(super) vertex_equations: Vec<Vec<usize>>,
+    /// Vertex of the end.
+    pub(super) end: usize,
 }
 
 impl Topology {
@@ -62,7 +67,12 @@ impl Topology {
         check_indices(structure)?;
         let node_count = structure.nodes.len();
         let held = held_freedoms(structure);
-        let order = block_order(structure, &held);
+        let clusters = Clusters::new(structure)?;
+        let vertex = |at: &Attachment| {
+            let known = clusters.vertex(at);
+            known.expect("the clusters hold every attachment of the structure")
+        };
+        let order = block_order(structure, &clusters, &held);
         let mut node_equations = vec![[HELD; 6]; node_count];
         let mut hinge_equations = vec![HELD; structure.hinges.len()];
         let mut equation_count = 0;
@@ -80,10 +90,21 @@ impl Topology {
             }
         }
 
+        let equation = |freedom: IndependentFreedom| match freedom {
+            IndependentFreedom::OfNode(node, component) => node_equations[node][component],
+            IndependentFreedom::OfHinge(hinge) => hinge_equations[hinge],
+        };
+        let vertices = 0..clusters.vertices.len();
+        let vertex_equations: Vec<Vec<usize>> = vertices
+            .map(|vertex| clusters.freedoms(vertex).map(equation).collect())
+            .collect();
         let mut elements: Vec<ElementMap> = structure
             .elements
             .iter()
-            .map(|element| element_map(&element.ends, &node_equations, &hinge_equations))
+            .map(|element| {
+                let ends = [vertex(&element.ends[0]), vertex(&element.ends[1])];
+                element_map(ends, &clusters, &vertex_equations)
+            })
             .collect();
         let (pattern, diagonal_slots) = upper_pattern(equation_count, &mut elements);
         let symbolic = factorize_symbolic_cholesky(
@@ -105,14 +126,10 @@ impl Topology {
             pattern,
             diagonal_slots,
             symbolic,
-            end: structure.end.clone(),
+            end: vertex(&structure.end),
+            vertex_equations,
+            clusters,
         })
-    }
-
-    /// Equation of a freedom of a node, or `None` if it is held.
-    pub(super) fn equation(&self, node: usize, component: usize) -> Option<usize> {
-        let equation = self.node_equations[node][component];
-        (equation != HELD).then_some(equation)
     }
 
     /// The freedom behind an equation.
@@ -198,6 +215,13 @@ pub(super) fn check_indices(structure: &Structure) -> Result<(), StructureError>
             check_attachment("an element", end)?;
         }
     }
+    for end in structure
+        .rigid_members
+        .iter()
+        .flat_map(|member| &member.ends)
+    {
+        check_attachment("a rigid member", end)?;
+    }
     for support in &structure.supports {
         check("a support", "node", support.node, nodes)?;
     }
@@ -206,8 +230,8 @@ pub(super) fn check_indices(structure: &Structure) -> Result<(), StructureError>
 
 /// Blocks of a structure, nodes first and then hinges, in the order of elimination.
 ///
-/// Nodes without a free freedom take no part.
-fn block_order(structure: &Structure, held: &[[bool; 6]]) -> Vec<Eliminated> {
+/// Nodes without a free freedom, and those that move with another node, take no part.
+fn block_order(structure: &Structure, clusters: &Clusters, held: &[[bool; 6]]) -> Vec<Eliminated> {
     let node_count = held.len();
     let block_count = node_count + structure.hinges.len();
     let mut neighbours = vec![BTreeSet::new(); block_count];
@@ -215,8 +239,14 @@ fn block_order(structure: &Structure, held: &[[bool; 6]]) -> Vec<Eliminated> {
         let blocks: Vec<usize> = element
             .ends
             .iter()
-            .flat_map(|end| {
-                std::iter::once(end.node).chain(end.hinges.iter().map(|hinge| node_count + hinge))
+            .filter_map(|end| clusters.vertex(end))
+            .flat_map(|vertex| {
+                let freedoms = clusters.freedoms(vertex);
+                freedoms.filter_map(|freedom| match freedom {
+                    IndependentFreedom::OfNode(node, 0) => Some(node),
+                    IndependentFreedom::OfNode(..) => None,
+                    IndependentFreedom::OfHinge(hinge) => Some(node_count + hinge),
+                })
             })
             .collect();
         for &a in &blocks {
@@ -224,10 +254,12 @@ fn block_order(structure: &Structure, held: &[[bool; 6]]) -> Vec<Eliminated> {
         }
     }
     let mut present = vec![true; block_count];
-    for (present, held) in present.iter_mut().zip(held) {
-        *present = *held != [true; 6];
+    for (node, (present, held)) in present.iter_mut().zip(held).enumerate() {
+        *present = *held != [true; 6] && clusters.root(node) == node;
     }
-    minimum_degree_before(neighbours, &present, &[structure.end.node])
+    let end = clusters.vertex(&structure.end);
+    let last = end.map(|vertex| clusters.root(vertex));
+    minimum_degree_before(neighbours, &present, last.as_slice())
 }
 
 /// Which freedoms of each node are held, by a support or because nothing is there to move them.
@@ -240,7 +272,11 @@ pub(super) fn held_freedoms(structure: &Structure) -> Vec<[bool; 6]> {
     }
     // A node without element and load does not matter: its freedoms are left out, not reported as loose.
     let mut used = vec![false; structure.nodes.len()];
-    for attachment in structure.elements.iter().flat_map(|e| &e.ends) {
+    let rigid = structure
+        .rigid_members
+        .iter()
+        .flat_map(|member| &member.ends);
+    for attachment in structure.elements.iter().flat_map(|e| &e.ends).chain(rigid) {
         used[attachment.node] = true;
     }
     used[structure.end.node] = true;
@@ -254,24 +290,28 @@ pub(super) fn held_freedoms(structure: &Structure) -> Vec<[bool; 6]> {
 
 /// Equations of the freedoms of an element.
 fn element_map(
-    ends: &[Attachment; 2],
-    node_equations: &[[usize; 6]],
-    hinge_equations: &[usize],
+    vertices: [usize; 2],
+    clusters: &Clusters,
+    vertex_equations: &[Vec<usize>],
 ) -> ElementMap {
-    let hinges: Vec<(usize, usize)> = ends
-        .iter()
-        .enumerate()
-        .flat_map(|(end, attachment)| attachment.hinges.iter().map(move |&hinge| (end, hinge)))
-        .collect();
-    let of_nodes = ends
-        .iter()
-        .flat_map(|attachment| node_equations[attachment.node]);
-    let of_hinges = hinges.iter().map(|&(_, hinge)| hinge_equations[hinge]);
-    ElementMap {
-        equations: of_nodes.chain(of_hinges).collect(),
-        hinges,
-        slots: Vec::new(),
+    let plain = vertices.iter().all(|&vertex| clusters.is_free_node(vertex));
+    let shared = clusters.shared(vertices);
+    let mut map = ElementMap {
+        vertices,
+        ..ElementMap::default()
+    };
+    for (end, vertex) in vertices.into_iter().enumerate() {
+        let all = vertex_equations[vertex].iter().enumerate();
+        for (column, &equation) in all {
+            if plain {
+                map.equations.push(equation);
+            } else if column >= shared && equation != HELD {
+                map.equations.push(equation);
+                map.columns.push((end, column));
+            }
+        }
     }
+    map
 }
 
 /// Sparsity of the upper triangle; fills in the slots of every element and returns the place of each diagonal entry.

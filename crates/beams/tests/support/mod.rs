@@ -1,5 +1,6 @@
 //! What the tests of structures build with.
 
+pub(crate) mod arms;
 pub(crate) mod level_arm;
 
 use stiffbench_beams::structure::{
@@ -40,6 +41,7 @@ pub(crate) fn beam(nodes: [usize; 2], toward_y: [f64; 3], section: Section) -> E
 
 pub(crate) fn hinge(name: &str, axis: [f64; 3], stiffness_nm_per_rad: f64) -> Hinge {
     Hinge {
+        slides: false,
         name: name.into(),
         axis,
         stiffness_nm_per_rad,
@@ -56,7 +58,7 @@ pub(crate) fn solver(structure: &Structure) -> Solver {
 }
 
 pub(crate) fn compliance(structure: &Structure) -> Compliance6 {
-    solver(structure).end_compliance(structure)
+    solver(structure).end_compliance()
 }
 
 /// a · b for 3 × 3 matrices.

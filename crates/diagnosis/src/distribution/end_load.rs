@@ -154,7 +154,7 @@ fn sags(model: &MapModel<'_>, poses: &[Pose]) -> Result<Vec<EndMotion>, RobotErr
         let (solver, placed) = predictor.parts();
         let structure = placed.structure();
         let loads = placed.weight();
-        let shift = EndShift::from(solver.end_displacement(structure, &loads));
+        let shift = EndShift::from(solver.end_displacement(&loads));
         let end_m = structure.nodes[structure.end.node].position_m;
         let about = |at_m: [f64; 3]| {
             loads.iter().fold([0.0; 3], |sum, (at, load)| {

@@ -65,7 +65,7 @@ impl FitParameters {
             .iter()
             .any(|member| member.role == FitRole::Free && !member.parameter.is_factor());
         let scales = if free_springs {
-            Some(spring_scales(problem)?)
+            Some(spring_scales(problem, &parameters)?)
         } else {
             None
         };
@@ -221,7 +221,10 @@ impl FitParameters {
 }
 
 /// What springs would do in the cells of a fit.
-fn spring_scales(problem: &FitProblem<'_>) -> Result<SpringScales, FitError> {
+fn spring_scales(
+    problem: &FitProblem<'_>,
+    parameters: &[ModelParameter],
+) -> Result<SpringScales, FitError> {
     let mut names: Vec<&PoseId> = Vec::new();
     let mut cells = Vec::new();
     for measured in &problem.measured.cells {
@@ -240,5 +243,7 @@ fn spring_scales(problem: &FitProblem<'_>) -> Result<SpringScales, FitError> {
         start,
         ..
     } = *problem;
-    Ok(SpringScales::new(robot, mechanism, start, &poses, &cells)?)
+    Ok(SpringScales::new(
+        robot, mechanism, start, parameters, &poses, &cells,
+    )?)
 }

@@ -174,8 +174,10 @@ impl<'a> RobotBaseline<'a> {
         } else {
             let of_pose = |pose| Direction::ALL.map(|direction| (pose, direction));
             let cells: Vec<(usize, Direction)> = (0..poses.len()).flat_map(of_pose).collect();
+            let wanted: Vec<ModelParameter> =
+                free.iter().map(|chosen| chosen.parameter.clone()).collect();
             Some(SpringScales::new(
-                robot, mechanism, &factors, &poses, &cells,
+                robot, mechanism, &factors, &wanted, &poses, &cells,
             )?)
         };
         let mut parameters = Vec::with_capacity(free.len());

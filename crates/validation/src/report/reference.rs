@@ -206,7 +206,7 @@ fn prism_compliance(
     };
     let mut solver = Solver::new(&structure).map_err(wrong)?;
     solver.update(&structure).map_err(wrong)?;
-    let found = solver.end_translation_compliance(&structure);
+    let found = solver.end_translation_compliance();
     Ok([0, 1, 2].map(|i| found[i][i]))
 }
 

@@ -9,7 +9,7 @@ use crate::physics::dimension::Dimension;
 use crate::physics::effect_text::{EffectProblem, laws_named, parameter_named, with_parameters};
 use crate::physics::law::Law;
 use crate::physics::place::{Place, PlaceKind};
-use crate::robot::FittingFactors;
+use crate::robot::{FittingFactors, ModelParameter, SpringAxis};
 use stiffbench_units_and_text::source_text::SourceText;
 use stiffbench_units_and_text::test_point::{Direction, PoseId};
 use stiffbench_units_and_text::toml_text::{Document, Table, TomlValue};
@@ -87,8 +87,10 @@ fn factor_tables(value: &TomlValue<'_>) -> ModelRead<FittingFactors> {
         "beam",
         "link",
         "sections",
+        "groups",
         "joints_rad_per_Nm",
         "base_rad_per_Nm",
+        "springs",
     ])?;
     let four = |value: &TomlValue<'_>| -> ModelRead<[f64; 4]> {
         const KEYS: [&str; 4] = ["A", "Iy", "Iz", "J"];
@@ -113,6 +115,11 @@ fn factor_tables(value: &TomlValue<'_>) -> ModelRead<FittingFactors> {
             factors.sections.insert(name.to_owned(), four(&value)?);
         }
     }
+    if let Some(groups) = table.read("groups", TomlValue::table)? {
+        for (name, _, value) in groups.entries() {
+            factors.groups.insert(name.to_owned(), four(&value)?);
+        }
+    }
     let compliance = |value: &TomlValue<'_>| -> ModelRead<f64> {
         let compliance = value.number()?;
         if compliance < 0.0 {
@@ -122,15 +129,30 @@ fn factor_tables(value: &TomlValue<'_>) -> ModelRead<FittingFactors> {
     };
     if let Some(joints) = table.read("joints_rad_per_Nm", TomlValue::table)? {
         for (name, _, value) in joints.entries() {
-            let joint = name.to_owned();
-            factors.joints_rad_per_nm.insert(joint, compliance(&value)?);
+            let joint = ModelParameter::Joint(name.into());
+            factors.springs.insert(joint, compliance(&value)?);
         }
     }
     if let Some(base) = table.read("base_rad_per_Nm", TomlValue::table)? {
         base.only(&["x", "y", "z"])?;
-        for (own, axis) in factors.base_rad_per_nm.iter_mut().zip(["x", "y", "z"]) {
-            if let Some(value) = base.get(axis) {
-                *own = compliance(&value)?;
+        for axis in Direction::ALL {
+            if let Some(value) = base.get(&axis.to_string()) {
+                let spring = ModelParameter::Base(SpringAxis::about(axis));
+                factors.springs.insert(spring, compliance(&value)?);
+            }
+        }
+    }
+    if let Some(springs) = table.read("springs", TomlValue::table)? {
+        for (name, _, value) in springs.entries() {
+            match ModelParameter::try_from(name.to_owned()) {
+                Ok(spring) if !spring.is_factor() => {
+                    factors.springs.insert(spring, compliance(&value)?);
+                }
+                _ => {
+                    return Err(value
+                        .wrong("that of a spring, such as joint.J2.y, base.x or tool.rz")
+                        .into());
+                }
             }
         }
     }

@@ -1,7 +1,10 @@
 use proptest::prelude::*;
 
 use super::*;
+use std::collections::BTreeMap;
+
 use crate::physics::{Law, Place, PlaceKind, laws};
+use crate::robot::{FittingFactors, ModelParameter, SpringAxis};
 use stiffbench_units_and_text::test_point::{Direction, PoseId};
 
 fn parse(text: &str) -> Result<ModelFile, ModelFileError> {
@@ -320,13 +323,30 @@ fn found() -> impl Strategy<Value = FoundEffect> {
     })
 }
 
+/// Compliances of springs of every kind.
+fn springs() -> impl Strategy<Value = BTreeMap<ModelParameter, f64>> {
+    let joint = "[^.]{1,9}".prop_map(|name| ModelParameter::Joint(name.into()));
+    let along = "[^.]{1,9}".prop_map(|name| ModelParameter::JointAlong(name.into()));
+    let about = ("[^.]{1,9}", prop::sample::select(Direction::ALL.to_vec()))
+        .prop_map(|(name, axis)| ModelParameter::JointAbout(name.into(), axis));
+    let axis = || prop::sample::select(SpringAxis::ALL.to_vec());
+    let ends = (axis(), any::<bool>()).prop_map(|(axis, base)| {
+        if base {
+            ModelParameter::Base(axis)
+        } else {
+            ModelParameter::Tool(axis)
+        }
+    });
+    let spring = prop_oneof![joint, along, about, ends];
+    prop::collection::btree_map(spring, 0.0..1.0_f64, 0..5)
+}
+
 prop_compose! {
     fn a_model()(
         words in prop::array::uniform6(prop::option::of(".{0,20}")),
         factors in prop::option::of(prop::array::uniform8(1e-9..1e9_f64)),
         sections in prop::collection::btree_map(".{1,9}", prop::array::uniform4(1e-9..1e9_f64), 0..3),
-        joints in prop::collection::btree_map(".{1,9}", 0.0..1.0_f64, 0..3),
-        base in prop::array::uniform3(0.0..1.0_f64),
+        springs in springs(),
         effects in prop::collection::vec(found(), 0..4),
         alternatives in prop::collection::vec(found(), 0..3),
     ) -> ModelFile {
@@ -336,8 +356,7 @@ prop_compose! {
             provenance: Provenance { session, software, verdict },
             factors: factors.map(|f| FittingFactors {
                 sections,
-                joints_rad_per_nm: joints,
-                base_rad_per_nm: base,
+                springs,
                 ..FittingFactors::of_classes([f[0], f[1], f[2], f[3]], [f[4], f[5], f[6], f[7]])
             }),
             effects, alternatives,

@@ -3,6 +3,7 @@
 use crate::robot::error::{RobotError, RobotProblem};
 use crate::robot::file;
 use crate::robot::model::{Angle, Body, BodyPlace, Joint, Limit, Plane, Variable};
+use crate::robot::springs::{JointMotion, JointSprings};
 use stiffbench_units_and_text::toml_text::DocumentStep::{Index, Key};
 
 use super::Compiler;
@@ -14,6 +15,7 @@ impl Compiler<'_> {
             let at = |key| [Key("variables"), Key(name), Key(key)];
             let variable = Variable {
                 name: name.clone(),
+                motion: JointMotion::Turns,
                 min_deg: self.value(&entry.min, &at("min"))?,
                 max_deg: self.value(&entry.max, &at("max"))?,
                 nominal_deg: self.value(&entry.nominal, &at("nominal"))?,
@@ -154,6 +156,8 @@ impl Compiler<'_> {
                 bodies: [body(0)?, body(1)?],
                 chain: entry.chain.clone(),
                 plane: self.plane(&entry.axis, &at("axis"))?,
+                motion: JointMotion::Turns,
+                springs: JointSprings::default(),
             })
         };
         self.file.joints.iter().enumerate().map(joint).collect()

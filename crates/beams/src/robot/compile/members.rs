@@ -5,6 +5,7 @@ use indexmap::IndexMap;
 use crate::robot::RatedSection;
 use crate::robot::error::RobotError;
 use crate::robot::file;
+use crate::robot::loads::{MassPlace, PointMass};
 use crate::robot::mechanism::Mechanism;
 use crate::robot::model::Member;
 use crate::structure::{Material, Section, ShearCoefficients};
@@ -40,6 +41,7 @@ impl Compiler<'_> {
                 section: self.found(section, &at("section"), "section", &entry.section, known)?,
                 body: self.body(&entry.body, &at("body"))?,
                 plane: self.plane(&entry.plane, &at("plane"))?,
+                groups: Vec::new(),
             })
         };
         self.file.elements.iter().enumerate().map(member).collect()
@@ -98,14 +100,14 @@ impl Compiler<'_> {
         self.file.sections.iter().map(section).collect()
     }
 
-    pub(super) fn node_masses(&self) -> Result<Vec<(usize, f64)>, RobotError> {
+    pub(super) fn masses(&self) -> Result<Vec<PointMass>, RobotError> {
         let mass = |(name, &mass): (&String, &f64)| {
             let path = [Key("masses"), Key(name)];
-            let node = self.node(name, &path)?;
-            Ok((
-                node,
-                self.positive(mass, &path, format!("the mass at {name}"))?,
-            ))
+            Ok(PointMass {
+                name: name.clone(),
+                place: MassPlace::Node(self.node(name, &path)?),
+                mass_kg: self.positive(mass, &path, format!("the mass at {name}"))?,
+            })
         };
         self.file.masses.iter().map(mass).collect()
     }
@@ -153,6 +155,7 @@ impl Compiler<'_> {
                     name: name.clone(),
                     chains: entry.chains.clone(),
                     members,
+                    rigid_links: Vec::new(),
                     locked,
                 },
             );

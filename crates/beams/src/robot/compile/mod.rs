@@ -19,6 +19,7 @@ use super::error::{RobotError, RobotProblem};
 use super::file::{FORMAT, RobotFile};
 use super::kinematics;
 use super::plausible;
+use super::springs::Tool;
 
 /// Reads and checks a robot file.
 pub(super) fn compile(source: &SourceText) -> Result<Robot, RobotError> {
@@ -125,10 +126,15 @@ impl<'a> Compiler<'a> {
             joints: self.joints_of_robot()?,
             nodes: self.nodes()?,
             members: self.members(&sections)?,
+            rigid_links: Vec::new(),
             supports: self.supports()?,
             end: self.node(&file.end.node, &[Key("end"), Key("node")])?,
+            tool: Tool::default(),
+            base: Default::default(),
             vertical: self.vertical()?,
-            node_masses: self.node_masses()?,
+            axis_words: self.axis_words(),
+            masses: self.masses()?,
+            balancers: Vec::new(),
             sections,
             mechanisms: self.mechanisms()?,
             factors: self.factors()?,
@@ -142,6 +148,13 @@ impl<'a> Compiler<'a> {
             ));
         }
         Ok(robot)
+    }
+
+    fn axis_words(&self) -> [Option<String>; 3] {
+        let frame = self.file.frame.as_ref();
+        frame.map_or_else(Default::default, |frame| {
+            [frame.x.clone(), frame.y.clone(), frame.z.clone()]
+        })
     }
 
     /// The vertical; the other words for the axes take no part in computation, but a number in them must still be one.

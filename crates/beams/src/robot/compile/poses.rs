@@ -2,12 +2,12 @@
 
 use indexmap::IndexMap;
 
-use crate::robot::FittingFactors;
 use crate::robot::error::{RobotError, RobotProblem};
 use crate::robot::file::PoseValue;
 use crate::robot::model::{NamedPose, Pose};
+use crate::robot::{FittingFactors, ModelParameter};
 use crate::structure::Property;
-use stiffbench_units_and_text::test_point::{Direction, PoseId};
+use stiffbench_units_and_text::test_point::PoseId;
 use stiffbench_units_and_text::toml_text::DocumentStep::{self, Index, Key};
 
 use super::Compiler;
@@ -44,37 +44,25 @@ impl Compiler<'_> {
                 self.found(place, &path, "section", section, known)?;
                 factors(&path, format!("section {section} in {name}"), *values)?;
             }
-            for (joint, compliance) in &set.joints_rad_per_nm {
-                let path = [
-                    Key("factors"),
-                    Key(name),
-                    Key("joints_rad_per_Nm"),
-                    Key(joint),
-                ];
-                let known = self.file.joints.iter().map(|entry| entry.id.as_str());
-                let place = known.clone().position(|id| id == joint);
-                self.found(place, &path, "joint", joint, known)?;
-                self.positive(
-                    *compliance,
-                    &path,
-                    format!("compliance of joint {joint} in {name}"),
-                )?;
-            }
-            for (axis, compliance) in Direction::ALL.into_iter().zip(set.base_rad_per_nm) {
-                let axis = axis.to_string();
-                let path = [
-                    Key("factors"),
-                    Key(name),
-                    Key("base_rad_per_Nm"),
-                    Key(&axis),
-                ];
-                if compliance != 0.0 {
-                    self.positive(
-                        compliance,
-                        &path,
-                        format!("compliance of the base about {axis}"),
-                    )?;
+            for (spring, compliance) in &set.springs {
+                let (table, key, what) = match spring {
+                    ModelParameter::Joint(joint) => {
+                        let what = format!("compliance of joint {joint} in {name}");
+                        ("joints_rad_per_Nm", joint.to_string(), what)
+                    }
+                    other => {
+                        let axis = other.to_string().replace("base.r", "");
+                        let what = format!("compliance of the base about {axis}");
+                        ("base_rad_per_Nm", axis, what)
+                    }
+                };
+                let path = [Key("factors"), Key(name), Key(table), Key(&key)];
+                if let Some(joint) = spring.joint() {
+                    let known = self.file.joints.iter().map(|entry| entry.id.as_str());
+                    let place = known.clone().position(|id| id == joint);
+                    self.found(place, &path, "joint", joint, known)?;
                 }
+                self.positive(*compliance, &path, what)?;
             }
             sets.insert(name.clone(), set);
         }

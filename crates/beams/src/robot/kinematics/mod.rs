@@ -21,7 +21,8 @@ use stiffbench_numeric::simd::{
 
 use super::Robot;
 use super::error::RobotError;
-use super::model::{BodyPlace, NodePlace, Pose, RadiusOf};
+use super::hinges::FixedDirection;
+use super::model::{Angle, BodyPlace, NodePlace, Pose, RadiusOf};
 
 pub(super) use order::{Circular, Item, Order, check_order};
 
@@ -106,6 +107,28 @@ impl<T: Number> Placement<T> {
         self.nodes_m[node].0
     }
 
+    /// A direction fixed on a body, global.
+    #[inline(always)]
+    pub(super) fn direction(&self, direction: &FixedDirection) -> [T; 3] {
+        match direction.body {
+            Some(body) => to_global(&self.bodies[body].axes, &direction.local),
+            None => direction
+                .local
+                .map(|entry| self.bodies[0].origin_m[0].of(entry)),
+        }
+    }
+
+    /// A point of a body, m.
+    #[inline(always)]
+    pub(super) fn point_m(&self, body: usize, at_m: &[f64; 3]) -> [T; 3] {
+        let body = &self.bodies[body];
+        let mut point = to_global(&body.axes, at_m);
+        for i in 0..3 {
+            point[i] += body.origin_m[i];
+        }
+        point
+    }
+
     /// Unit normal of a plane, global.
     #[inline(always)]
     pub(super) fn plane_normal(&self, robot: &Robot, plane: usize) -> [T; 3] {
@@ -142,15 +165,29 @@ impl<T: Number> Placement<T> {
                 axis,
                 angle,
             } => {
-                let mut turn_deg = nothing.of(angle.offset_deg);
-                for &(variable, coefficient) in &angle.terms {
-                    turn_deg =
-                        multiply_add(angles_deg[variable], nothing.of(coefficient), turn_deg);
-                }
-                let (sin, cos) = sin_cos_deg(turn_deg);
+                let (sin, cos) = sin_cos_deg(sum(angle, angles_deg, nothing));
                 let axes = BodyAxes {
                     origin_m: self.node_m(*origin),
                     axes: turned(&self.bodies[*parent].axes, axis, sin, cos),
+                };
+                (axes, nothing)
+            }
+            BodyPlace::Slid {
+                parent,
+                origin,
+                axis,
+                distance,
+            } => {
+                let parent = &self.bodies[*parent].axes;
+                let along = to_global(parent, axis);
+                let distance_m = sum(distance, angles_deg, nothing);
+                let mut origin_m = self.node_m(*origin);
+                for i in 0..3 {
+                    origin_m[i] = multiply_add(distance_m, along[i], origin_m[i]);
+                }
+                let axes = BodyAxes {
+                    origin_m,
+                    axes: *parent,
                 };
                 (axes, nothing)
             }
@@ -184,11 +221,7 @@ impl<T: Number> Placement<T> {
     fn node_position(&self, robot: &Robot, node: usize) -> ([T; 3], T) {
         match &robot.nodes[node].place {
             NodePlace::Fixed { body, at_m } => {
-                let body = &self.bodies[*body];
-                let mut position = to_global(&body.axes, at_m);
-                for i in 0..3 {
-                    position[i] += body.origin_m[i];
-                }
+                let position = self.point_m(*body, at_m);
                 (position, position[0].of(0.0))
             }
             NodePlace::Loop {
@@ -270,6 +303,16 @@ impl Placement<f64> {
             }
         }
     }
+}
+
+/// offset + Σ coefficient × variable.
+#[inline(always)]
+fn sum<T: Number>(angle: &Angle, variables: &[T], nothing: T) -> T {
+    let mut sum = nothing.of(angle.offset_deg);
+    for &(variable, coefficient) in &angle.terms {
+        sum = multiply_add(variables[variable], nothing.of(coefficient), sum);
+    }
+    sum
 }
 
 /// Σ local × axes; a component of zero costs nothing.

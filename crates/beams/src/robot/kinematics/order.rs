@@ -19,7 +19,7 @@ pub(in crate::robot) struct Circular {
 }
 
 /// The order in which bodies and nodes follow from one another.
-#[derive(Debug, Clone, PartialEq, Eq)]
+#[derive(Debug, Clone, PartialEq, Eq, Default)]
 pub(in crate::robot) struct Order(pub(super) Vec<Item>);
 
 /// Finds whether every body and node of a robot can be placed.
@@ -139,7 +139,7 @@ fn needs(robot: &Robot, item: Item) -> Vec<Item> {
     match item {
         Item::Body(body) => match &robot.bodies[body].place {
             BodyPlace::Ground => Vec::new(),
-            BodyPlace::Turned { parent, origin, .. } => {
+            BodyPlace::Turned { parent, origin, .. } | BodyPlace::Slid { parent, origin, .. } => {
                 vec![Item::Body(*parent), Item::Node(*origin)]
             }
             BodyPlace::Along {

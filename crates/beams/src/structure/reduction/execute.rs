@@ -9,8 +9,8 @@ use super::block::{
 use super::schedule::{Op, ReductionForm, Schedule, SchedulePiece, Slot, Update};
 use stiffbench_numeric::simd::{Aligned, Lane, Number, multiply_add};
 
-/// Loads that are followed at once.
-pub(super) const LOADS: usize = 3;
+/// Most loads that are followed at once.
+pub(super) const LOADS: usize = 6;
 
 /// Forces on a compliance or motions of a stiffness: by uncoupled half, load and freedom.
 pub(super) type States<S, const N: usize, const H: usize> = [[[Lane<S>; N]; LOADS]; H];
@@ -128,11 +128,11 @@ impl<S: Simd, const N: usize, const H: usize> SolverBuffers<S, N, H> {
         &self.slots[0].0
     }
 
-    /// Follows forces on the result of the schedule run last back to every piece: its steps in reverse.
+    /// Follows the first `L` forces on the result of the schedule run last back to every piece: its steps in reverse.
     ///
     /// What adds up in series carries the same force, what stands side by side moves alike.
     #[inline(always)]
-    pub(super) fn follow<C: Carriers<S, N, H>>(
+    pub(super) fn follow<const L: usize, C: Carriers<S, N, H>>(
         &mut self,
         schedule: &Schedule,
         forces: &States<S, N, H>,
@@ -146,7 +146,7 @@ impl<S: Simd, const N: usize, const H: usize> SolverBuffers<S, N, H> {
                 } => carriers.carry(piece, form, &self.states[into].0),
                 Op::Invert { from, into, .. } => {
                     for half in 0..H {
-                        for load in 0..LOADS {
+                        for load in 0..L {
                             let state = self.states[into].0[half][load];
                             let factor = &self.slots[from].0[half];
                             self.states[from].0[half][load] = solve(factor, &state);
@@ -156,7 +156,7 @@ impl<S: Simd, const N: usize, const H: usize> SolverBuffers<S, N, H> {
                 // A link between two nodes is added to both, and moves by their difference.
                 Op::Add { from, into, .. } => {
                     for half in 0..H {
-                        for load in 0..LOADS {
+                        for load in 0..L {
                             for i in 0..N {
                                 let motion = self.states[into].0[half][load][i];
                                 let other = self.states[from].0[half][load][i];
@@ -173,16 +173,21 @@ impl<S: Simd, const N: usize, const H: usize> SolverBuffers<S, N, H> {
                     diagonal,
                     ref panels,
                     ref updates,
-                } => self.move_eliminated(diagonal, panels, updates),
+                } => self.move_eliminated::<L>(diagonal, panels, updates),
             }
         }
     }
 
     /// Motions of an eliminated node from those of its neighbours.
     #[inline(always)]
-    fn move_eliminated(&mut self, diagonal: Slot, panels: &[Slot], updates: &[Update]) {
+    fn move_eliminated<const L: usize>(
+        &mut self,
+        diagonal: Slot,
+        panels: &[Slot],
+        updates: &[Update],
+    ) {
         for half in 0..H {
-            for load in 0..LOADS {
+            for load in 0..L {
                 let zero = self.slots[diagonal].0[half][0][0].of(0.0);
                 let mut motion = [zero; N];
                 let neighbours = updates.iter().filter(|update| update.on_diagonal);

@@ -36,46 +36,50 @@ pub(super) struct Graph {
 }
 
 impl Graph {
-    /// The graph of a structure; `None` if something lies behind several hinges, or it has a node held in part, a held end, an element
-    /// from a node to itself, or something that hangs on no support: those are for [`Solver`](crate::structure::Solver).
+    /// The graph of a structure; `None` if a hinge stands behind different others in different places, or the structure has a node held
+    /// in part, a held end, an element from a node to itself, or something that hangs on no support: those are for
+    /// [`Solver`](crate::structure::Solver).
+    ///
+    /// What rigid members join is one vertex: all motions are referred to a common point, where they are the same.
     pub(super) fn of(structure: &Structure) -> Option<Self> {
         let held = held_freedoms(structure);
         let whole = held.iter().all(|h| *h == [true; 6] || *h == [false; 6]);
         if !whole {
             return None;
         }
-        let mut nodes: Vec<usize> = (0..held.len()).filter(|&n| !held[n][0]).collect();
-        let free: BTreeMap<usize, usize> = nodes.iter().copied().zip(1..).collect();
-        let on_node = |node: usize| free.get(&node).copied().unwrap_or(GROUND);
-        let first_behind = nodes.len() + 1;
-        let vertex = |at: &Attachment| match at.hinges[..] {
-            [] => Some(on_node(at.node)),
-            [hinge] => Some(first_behind + hinge),
-            _ => None,
-        };
+        let mut vertices = Vertices::of(structure, &held)?;
+        for member in &structure.rigid_members {
+            vertices.join([0, 1].map(|end: usize| vertices.number(&member.ends[end])));
+        }
+        let numbers = vertices.compact();
+        let vertex = |at: &Attachment| numbers[vertices.number(at)];
         let mut edges = Vec::new();
         for (element, parts) in structure.elements.iter().enumerate() {
             if parts.ends[0].node == parts.ends[1].node {
                 return None;
             }
-            edges.push(Edge {
-                piece: SchedulePiece::Element(element),
-                ends: [vertex(&parts.ends[0])?, vertex(&parts.ends[1])?],
-            });
+            let ends = [vertex(&parts.ends[0]), vertex(&parts.ends[1])];
+            if ends[0] != ends[1] {
+                let piece = SchedulePiece::Element(element);
+                edges.push(Edge { piece, ends });
+            }
         }
-        for hinge in 0..structure.hinges.len() {
-            let node = structure.node_of_hinge(hinge)?;
+        for &(hinge, ends) in &vertices.hinges {
             edges.push(Edge {
                 piece: SchedulePiece::Hinge(hinge),
-                ends: [on_node(node), first_behind + hinge],
+                ends: ends.map(|end| numbers[end]),
             });
-            nodes.push(node);
         }
+        let vertex_count = numbers.iter().max().map_or(0, |most| most + 1);
+        let node = |wanted: usize| {
+            let place = numbers.iter().position(|number| *number == wanted);
+            place.map_or(0, |place| vertices.nodes[place])
+        };
         let graph = Self {
-            vertex_count: nodes.len() + 1,
+            vertex_count,
             edges,
-            end: vertex(&structure.end)?,
-            nodes,
+            end: vertex(&structure.end),
+            nodes: (1..vertex_count).map(node).collect(),
         };
         let all_hang_on_the_ground = !graph.reached(&[GROUND], None).contains(&false);
         (all_hang_on_the_ground && graph.end != GROUND).then_some(graph)
@@ -147,5 +151,99 @@ impl Graph {
             }
         }
         carries
+    }
+}
+
+/// The ground, free nodes and what lies behind hinges, before rigid members join them.
+struct Vertices {
+    /// Node of each.
+    nodes: Vec<usize>,
+    /// Vertex of each bare node.
+    of_nodes: Vec<usize>,
+    /// Vertex behind hinges passed at a node.
+    behind: BTreeMap<(usize, Vec<usize>), usize>,
+    /// Each hinge with the vertices on its two sides.
+    hinges: Vec<(usize, [usize; 2])>,
+    /// A vertex of the same cluster, the ground or the smallest.
+    cluster: Vec<usize>,
+}
+
+impl Vertices {
+    /// `None` if a hinge stands behind different others in different places.
+    fn of(structure: &Structure, held: &[[bool; 6]]) -> Option<Self> {
+        let mut vertices = Self {
+            nodes: vec![0],
+            of_nodes: Vec::with_capacity(held.len()),
+            behind: BTreeMap::new(),
+            hinges: Vec::new(),
+            cluster: Vec::new(),
+        };
+        for (node, held) in held.iter().enumerate() {
+            if held[0] {
+                vertices.of_nodes.push(GROUND);
+            } else {
+                vertices.of_nodes.push(vertices.nodes.len());
+                vertices.nodes.push(node);
+            }
+        }
+        let elements = structure.elements.iter().flat_map(|element| &element.ends);
+        let rigid = structure
+            .rigid_members
+            .iter()
+            .flat_map(|member| &member.ends);
+        for at in elements.chain(rigid).chain([&structure.end]) {
+            for count in 1..=at.hinges.len() {
+                let key = (at.node, at.hinges[..count].to_vec());
+                if vertices.behind.contains_key(&key) {
+                    continue;
+                }
+                let hinge = at.hinges[count - 1];
+                if vertices.hinges.iter().any(|(known, _)| *known == hinge) {
+                    return None;
+                }
+                let before = vertices.passed(at.node, &at.hinges[..count - 1]);
+                let vertex = vertices.nodes.len();
+                vertices.nodes.push(at.node);
+                vertices.hinges.push((hinge, [before, vertex]));
+                vertices.behind.insert(key, vertex);
+            }
+        }
+        // A hinge with nothing behind it.
+        if vertices.hinges.len() < structure.hinges.len() {
+            return None;
+        }
+        vertices.cluster = (0..vertices.nodes.len()).collect();
+        Some(vertices)
+    }
+
+    fn passed(&self, node: usize, hinges: &[usize]) -> usize {
+        if hinges.is_empty() {
+            return self.of_nodes[node];
+        }
+        self.behind[&(node, hinges.to_vec())]
+    }
+
+    fn number(&self, at: &Attachment) -> usize {
+        self.passed(at.node, &at.hinges)
+    }
+
+    fn join(&mut self, ends: [usize; 2]) {
+        let [a, b] = ends.map(|end| self.cluster[end]);
+        let (keeps, goes) = (a.min(b), a.max(b));
+        for cluster in self.cluster.iter_mut().filter(|cluster| **cluster == goes) {
+            *cluster = keeps;
+        }
+    }
+
+    /// Numbers without gaps, one a cluster; the ground stays zero.
+    fn compact(&self) -> Vec<usize> {
+        let mut numbers: BTreeMap<usize, usize> = BTreeMap::new();
+        let clusters = self.cluster.iter();
+        clusters
+            .map(|cluster| {
+                let next = numbers.len();
+                *numbers.entry(*cluster).or_insert(next)
+            })
+            .collect()
     }
 }

@@ -29,13 +29,13 @@ use stiffbench_numeric::simd::{
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub(super) struct Constants {
     /// EA (N), E Iy, E Iz, GJ (N·m²).
-    stiffness: [f64; 4],
+    pub(super) stiffness: [f64; 4],
     /// Their inverses.
-    compliance: [f64; 4],
+    pub(super) compliance: [f64; 4],
     /// 1/12EI of bending by Iy and by Iz, 1/(N·m²).
-    bow: [f64; 2],
+    pub(super) bow: [f64; 2],
     /// 1/GkA of the shear that goes with them, 1/N; zero for Euler-Bernoulli.
-    shear: [f64; 2],
+    pub(super) shear: [f64; 2],
 }
 
 impl Constants {
@@ -71,16 +71,21 @@ impl Constants {
 }
 
 /// The six compliances at the middle, or their inverses.
-struct Middle<S: Simd> {
-    along: [Lane<S>; 3],
-    about: [Lane<S>; 3],
+pub(super) struct Middle<S: Simd> {
+    pub(super) along: [Lane<S>; 3],
+    pub(super) about: [Lane<S>; 3],
 }
 
 impl<S: Simd> Middle<S> {
     /// # Arguments
     /// - `length`, `inverse`: L and 1/L, m and 1/m.
     #[inline(always)]
-    fn of(constants: &Constants, form: ReductionForm, length: Lane<S>, inverse: Lane<S>) -> Self {
+    pub(super) fn of(
+        constants: &Constants,
+        form: ReductionForm,
+        length: Lane<S>,
+        inverse: Lane<S>,
+    ) -> Self {
         let ([a, ry, rz, j], factor) = match form {
             ReductionForm::Compliance => (constants.compliance, length),
             ReductionForm::Stiffness => (constants.stiffness, inverse),
@@ -106,61 +111,25 @@ impl<S: Simd> Middle<S> {
             ],
         }
     }
-
-    /// Twice the strain energy, by the property it depends on: A, Iy, Iz, J.
-    ///
-    /// # Arguments
-    /// - `state`: forces and moments at the middle, or motions against each other, along and about x, y, z.
-    #[inline(always)]
-    fn energies(
-        &self,
-        constants: &Constants,
-        length: Lane<S>,
-        state: &ElementState<S>,
-    ) -> [Lane<S>; 4] {
-        let [mut along, mut about] = [self.along, self.about];
-        for i in 0..3 {
-            along[i] = along[i] * state.along[i] * state.along[i];
-            about[i] = about[i] * state.about[i] * state.about[i];
-        }
-        let [mut area, along_y, along_z] = along;
-        let mut sway = [along_z, along_y];
-        for plane in 0..2 {
-            if constants.shear[plane] != 0.0 {
-                let shear = length.of(constants.shear[plane]);
-                let bow = length * length * length.of(constants.bow[plane]);
-                let bending = sway[plane] * bow / (bow + shear);
-                area += sway[plane] - bending;
-                sway[plane] = bending;
-            }
-        }
-        [area, about[1] + sway[0], about[2] + sway[1], about[0]]
-    }
-}
-
-/// What an element carries, or how it deforms, at its middle: along and about its axes x, y, z.
-struct ElementState<S: Simd> {
-    along: [Lane<S>; 3],
-    about: [Lane<S>; 3],
 }
 
 /// Where an element lies in the plane of a frame n, p, q.
-struct PlaneFrame<S: Simd> {
+pub(super) struct PlaneFrame<S: Simd> {
     /// Components of local x.
-    c: Lane<S>,
-    s: Lane<S>,
+    pub(super) c: Lane<S>,
+    pub(super) s: Lane<S>,
     /// Components of the middle, seen from the point, m.
-    mp: Lane<S>,
-    mq: Lane<S>,
-    length: Lane<S>,
-    inverse: Lane<S>,
+    pub(super) mp: Lane<S>,
+    pub(super) mq: Lane<S>,
+    pub(super) length: Lane<S>,
+    pub(super) inverse: Lane<S>,
 }
 
 impl<S: Simd> PlaneFrame<S> {
     /// # Arguments
     /// - `ends`: components p and q of the two ends, seen from the point, m.
     #[inline(always)]
-    fn of([[p1, q1], [p2, q2]]: [[Lane<S>; 2]; 2]) -> Self {
+    pub(super) fn of([[p1, q1], [p2, q2]]: [[Lane<S>; 2]; 2]) -> Self {
         let (dp, dq) = (p2 - p1, q2 - q1);
         let squared = multiply_add(dp, dp, dq * dq);
         let inverse = squared.sqrt().inverse();
@@ -177,14 +146,14 @@ impl<S: Simd> PlaneFrame<S> {
 
     /// Components along x, the normal and z at the middle, where that of the normal is carried: what [`reached`] multiplies.
     #[inline(always)]
-    fn reached(&self, [p, q, n]: [Lane<S>; 3]) -> [Lane<S>; 3] {
+    pub(super) fn reached(&self, [p, q, n]: [Lane<S>; 3]) -> [Lane<S>; 3] {
         let n = multiply_add(self.mq, p, multiply_subtract(self.mp, q, n));
         self.turned([p, q, n])
     }
 
     /// The same where those of the plane are carried: what [`carried`] multiplies.
     #[inline(always)]
-    fn carried(&self, [p, q, n]: [Lane<S>; 3]) -> [Lane<S>; 3] {
+    pub(super) fn carried(&self, [p, q, n]: [Lane<S>; 3]) -> [Lane<S>; 3] {
         let p = multiply_subtract(self.mq, n, p);
         self.turned([p, multiply_add(self.mp, n, q), n])
     }
@@ -237,34 +206,6 @@ pub(super) fn in_plane<S: Simd>(
     }
 }
 
-/// Energies by property of an element in the plane, under each of three loads.
-///
-/// # Arguments
-/// - `states`: forces at the point for a compliance, motions there for a stiffness: up, uq, rn, then rp, rq, un, by load.
-#[inline(always)]
-pub(super) fn energies_in_plane<S: Simd>(
-    constants: &Constants,
-    form: ReductionForm,
-    ends: [[Lane<S>; 2]; 2],
-    [within, across]: &[Block<S, 3>; 2],
-) -> [[Lane<S>; 4]; 3] {
-    let at = PlaneFrame::of(ends);
-    let middle = Middle::of(constants, form, at.length, at.inverse);
-    let mut energies = [[at.length; 4]; 3];
-    for load in 0..3 {
-        let (moved, turned) = match form {
-            ReductionForm::Compliance => (at.reached(within[load]), at.carried(across[load])),
-            ReductionForm::Stiffness => (at.carried(within[load]), at.reached(across[load])),
-        };
-        let state = ElementState {
-            along: [moved[0], turned[1], moved[2]],
-            about: [turned[0], moved[1], turned[2]],
-        };
-        energies[load] = middle.energies(constants, at.length, &state);
-    }
-    energies
-}
-
 /// of_x x xᵀ + of_z z zᵀ with x = (c, s): entries pp, pq, qq.
 #[inline(always)]
 fn dyads<S: Simd>(c: Lane<S>, s: Lane<S>, of_x: Lane<S>, of_z: Lane<S>) -> [Lane<S>; 3] {
@@ -304,19 +245,19 @@ fn reached<S: Simd>(
 }
 
 /// Where an element lies in space.
-struct SpaceFrame<S: Simd> {
+pub(super) struct SpaceFrame<S: Simd> {
     /// Local x, y, z.
-    axes: [[Lane<S>; 3]; 3],
+    pub(super) axes: [[Lane<S>; 3]; 3],
     /// Its middle, seen from the point, m.
-    middle: [Lane<S>; 3],
-    length: Lane<S>,
-    inverse: Lane<S>,
+    pub(super) middle: [Lane<S>; 3],
+    pub(super) length: Lane<S>,
+    pub(super) inverse: Lane<S>,
 }
 
 impl<S: Simd> SpaceFrame<S> {
     /// Arguments as of [`in_space`].
     #[inline(always)]
-    fn of(
+    pub(super) fn of(
         [first, second]: [&[Lane<S>; 3]; 2],
         toward_y: &[Lane<S>; 3],
         fault: &mut Lane<S>,
@@ -348,38 +289,6 @@ impl<S: Simd> SpaceFrame<S> {
 #[inline(always)]
 pub(super) fn components<S: Simd>(axes: &[[Lane<S>; 3]; 3], v: &[Lane<S>; 3]) -> [Lane<S>; 3] {
     [dot(&axes[0], v), dot(&axes[1], v), dot(&axes[2], v)]
-}
-
-/// Energies by property of an element anywhere, under each of three loads.
-///
-/// # Arguments
-/// - `states`: forces and moments at the point for a compliance, motions there for a stiffness, by load.
-#[inline(always)]
-pub(super) fn energies_in_space<S: Simd>(
-    constants: &Constants,
-    form: ReductionForm,
-    ends: [&[Lane<S>; 3]; 2],
-    toward_y: &[Lane<S>; 3],
-    states: &[[Lane<S>; 6]; 3],
-) -> [[Lane<S>; 4]; 3] {
-    let mut fault = toward_y[0].of(0.0);
-    let at = SpaceFrame::of(ends, toward_y, &mut fault);
-    let middle = Middle::of(constants, form, at.length, at.inverse);
-    let mut energies = [[at.length; 4]; 3];
-    for load in 0..3 {
-        let [ux, uy, uz, rx, ry, rz] = states[load];
-        let (mut along, mut about) = ([ux, uy, uz], [rx, ry, rz]);
-        match form {
-            ReductionForm::Compliance => about = subtract(&about, &cross(&at.middle, &along)),
-            ReductionForm::Stiffness => along = subtract(&along, &cross(&at.middle, &about)),
-        }
-        let state = ElementState {
-            along: components(&at.axes, &along),
-            about: components(&at.axes, &about),
-        };
-        energies[load] = middle.energies(constants, at.length, &state);
-    }
-    energies
 }
 
 /// An element anywhere: motion ux, uy, uz, rx, ry, rz.
@@ -458,9 +367,9 @@ pub(super) fn hinge_in_space<S: Simd>(
     rad_per_nm: f64,
     node: &[Lane<S>; 3],
     axis: &[Lane<S>; 3],
+    slides: bool,
 ) -> [Block<S, 6>; 1] {
-    let moved = cross(node, axis);
-    let twist = [moved[0], moved[1], moved[2], axis[0], axis[1], axis[2]];
+    let twist = hinge_motion(node, axis, slides);
     let mut whole = [twist; 6];
     for i in 0..6 {
         let weighted = twist[i] * twist[i].of(rad_per_nm);
@@ -469,6 +378,21 @@ pub(super) fn hinge_in_space<S: Simd>(
         }
     }
     [whole]
+}
+
+/// Motion of the point per unit of a hinge; what a load on the point does in it, too.
+#[inline(always)]
+pub(super) fn hinge_motion<S: Simd>(
+    node: &[Lane<S>; 3],
+    axis: &[Lane<S>; 3],
+    slides: bool,
+) -> [Lane<S>; 6] {
+    if slides {
+        let zero = axis[0].of(0.0);
+        return [axis[0], axis[1], axis[2], zero, zero, zero];
+    }
+    let moved = cross(node, axis);
+    [moved[0], moved[1], moved[2], axis[0], axis[1], axis[2]]
 }
 
 /// Σ weights x xᵀ over the axes x, y, z.

@@ -36,9 +36,10 @@ mod member;
 mod schedule;
 mod series_parallel;
 mod solve;
+mod strained;
 mod substructure;
 
-pub(crate) use gradient::GroupGradient;
+pub(crate) use gradient::{GroupGradient, WholeGradient};
 pub(crate) use solve::{Placed, Reducer};
 pub(crate) use substructure::Reduction;
 pub use substructure::{PartMethod, SolutionPath};

@@ -364,8 +364,8 @@ impl<S: Simd> Members<S, 6, 1> for DeepMembers<'_, S> {
             }
             SchedulePiece::Hinge(hinge) => {
                 let hinge = &self.reduction.hinges[hinge];
-                let axis = &self.normals[hinge.plane].0;
-                hinge_in_space(hinge.rad_per_nm, &self.nodes[hinge.node].0, axis)
+                let (node, axis) = (&self.nodes[hinge.node].0, &self.normals[hinge.plane].0);
+                hinge_in_space(hinge.rad_per_nm, node, axis, hinge.slides)
             }
         }
     }
@@ -407,8 +407,14 @@ impl<S: Simd> Kernel for Combine<'_, S> {
             let span = subtract(&placed.nodes_m[second].0, &placed.nodes_m[first].0);
             faults += (-dot(&span, &span)).fault_unless_below(zero);
         }
+        // Rigid members may leave nothing that yields along an axis.
+        let least = if reduction.has_rigid_members {
+            f64::MIN_POSITIVE
+        } else {
+            0.0
+        };
         for i in 0..6 {
-            faults += (-sum[i][i]).fault_unless_below(zero);
+            faults += (-sum[i][i]).fault_unless_below(zero.of(least));
             faults += sum[i][i].fault_unless_below(zero.of(f64::INFINITY));
         }
         self.results.compliance = sum;

@@ -3,7 +3,7 @@
 use std::collections::BTreeSet;
 use std::fmt;
 
-use super::graph::{Graph, Segment};
+use super::graph::{Edge, Graph, Segment};
 use super::member::Constants;
 use super::schedule::{Op, Schedule, SchedulePiece};
 use super::series_parallel::Builder;
@@ -82,17 +82,20 @@ pub(crate) struct Reduction {
     pub(super) end: usize,
     /// Elements that carry nothing, but must have a length.
     pub(super) idle: Vec<usize>,
+    /// Whether something may not yield at all.
+    pub(super) has_rigid_members: bool,
     pub(super) constants: Vec<Constants>,
     pub(super) hinges: Vec<YieldingHinge>,
     methods: Vec<PartMethod>,
 }
 
-/// A hinge that turns in proportion to its moment.
+/// A hinge that turns in proportion to its moment, or slides in proportion to its force.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct YieldingHinge {
     pub(super) node: usize,
     /// The plane whose normal is its axis.
     pub(super) plane: usize,
+    pub(super) slides: bool,
     pub(super) rad_per_nm: f64,
 }
 
@@ -115,11 +118,10 @@ impl Reduction {
     ///
     /// # Arguments
     /// - `planes`: for each element the plane whose normal is its local y.
-    /// - `hinge_planes`: for each hinge the plane whose normal is its axis.
+    /// - `hinge_planes`: for each hinge the plane whose normal is its axis; of one that slides no plane of elements.
     ///
     /// # Returns
-    /// `None` for a structure with a pin, a hinge that is in series with nothing that bends, something behind several hinges, a node held
-    /// in part, a held end, or something that hangs on no support.
+    /// `None` for a structure with a pin, a hinge that closes a loop of rigid members alone, a node held in part, a held end, or something that hangs on no support.
     pub(crate) fn of(
         structure: &Structure,
         planes: &[usize],
@@ -140,6 +142,19 @@ impl Reduction {
         };
         // Neighbours in one plane are one part: adding them up is cheaper than carrying them one by one.
         let runs = segments.chunk_by(|a, b| plane_of(a).is_some() && plane_of(a) == plane_of(b));
+        let is_element = |edge: &Edge| matches!(edge.piece, SchedulePiece::Element(_));
+        let has_elements = |run: &[Segment]| {
+            run.iter()
+                .flat_map(|segment| &segment.edges)
+                .any(is_element)
+        };
+        // Where nothing but joints yields, all are one part, referred to the end at once.
+        let (bending, yielding): (Vec<&[Segment]>, Vec<&[Segment]>) =
+            runs.partition(|run| has_elements(run));
+        let yielding = yielding.concat();
+        let runs = bending
+            .into_iter()
+            .chain((!yielding.is_empty()).then_some(&yielding[..]));
         let ends: Vec<[usize; 2]> = structure
             .elements
             .iter()
@@ -150,6 +165,12 @@ impl Reduction {
         let mut idle: BTreeSet<usize> = (0..ends.len()).collect();
         for run in runs {
             let (near, far) = (run[0].terminals[0], run[run.len() - 1].terminals[1]);
+            let bends = has_elements(run);
+            let far = if bends {
+                node_at(run, far, &ends, &graph)?
+            } else {
+                structure.end.node
+            };
             let edges = run.iter().flat_map(|segment| &segment.edges);
             let pieces: Vec<SchedulePiece> = edges.map(|edge| edge.piece).collect();
             let mut elements = 0;
@@ -167,9 +188,14 @@ impl Reduction {
                 all.collect::<BTreeSet<usize>>().into_iter().collect()
             };
             let part = Substructure {
-                plane: plane_of(&run[0]).filter(|_| path == SolutionPath::Fastest),
-                far: graph.node(far)?,
-                nodes: distinct(&mut pieces.iter().flat_map(|&piece| nodes_of(piece))),
+                plane: plane_of(&run[0]).filter(|_| path == SolutionPath::Fastest && bends),
+                far,
+                nodes: distinct(
+                    &mut pieces
+                        .iter()
+                        .flat_map(|&piece| nodes_of(piece))
+                        .chain([far]),
+                ),
                 planes: distinct(&mut pieces.iter().map(|&piece| plane_of_piece(piece))),
                 schedule: Builder::build(run.iter())?,
             };
@@ -195,6 +221,7 @@ impl Reduction {
             hinges,
             end: structure.end.node,
             idle: idle.into_iter().collect(),
+            has_rigid_members: !structure.rigid_members.is_empty(),
             methods,
         })
     }
@@ -220,6 +247,20 @@ impl Reduction {
     }
 }
 
+/// A node of the pieces of a run at its far vertex: a rigid cluster may have others, out of the plane of the run.
+fn node_at(run: &[Segment], far: usize, ends: &[[usize; 2]], graph: &Graph) -> Option<usize> {
+    let edges = run.iter().flat_map(|segment| &segment.edges);
+    let mut elements = edges.filter_map(|edge| match edge.piece {
+        SchedulePiece::Element(element) => Some((edge.ends, ends[element])),
+        SchedulePiece::Hinge(_) => None,
+    });
+    let at_far = |(vertices, nodes): ([usize; 2], [usize; 2])| {
+        let side = vertices.iter().position(|vertex| *vertex == far)?;
+        Some(nodes[side])
+    };
+    elements.find_map(at_far).or_else(|| graph.node(far))
+}
+
 /// Whether a hinge of this compliance can be put in series with what bends.
 fn is_usable(rad_per_nm: f64) -> bool {
     rad_per_nm.is_normal() && rad_per_nm > 0.0
@@ -234,6 +275,7 @@ fn yielding_hinges(structure: &Structure, planes: &[usize]) -> Option<Vec<Yieldi
             Some(YieldingHinge {
                 node: structure.node_of_hinge(index)?,
                 plane,
+                slides: hinge.slides,
                 rad_per_nm: is_usable(rad_per_nm).then_some(rad_per_nm)?,
             })
         })

@@ -136,8 +136,9 @@ fn joint_gradients(
             rigid.place(pose)?;
             hinged.place(pose)?;
             solver.update(rigid.structure()).map_err(wrap)?;
-            let compliance = solver.end_translation_compliance(rigid.structure())[axis][axis];
-            solver.rotation_influence(rigid.structure(), hinged.structure(), &mut influence);
+            let compliance = solver.end_translation_compliance()[axis][axis];
+            let solved = solver.rotation_influence(hinged.structure(), &mut influence);
+            solved.map_err(wrap)?;
             let structure = rigid.structure();
             let end_m = structure.nodes[structure.end.node].position_m;
             let whole = compliance + model.rocking_m_per_n(end_m, axis);

@@ -1,0 +1,178 @@
+//! Springs that a robot has by its file: where joints, base and tool yield, and what a fit does with each.
+
+use std::fmt;
+use std::str::FromStr;
+
+use stiffbench_units_and_text::test_point::Direction;
+
+use super::model_parameter::ModelParameter;
+
+/// How the second body of a joint moves on the first.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum JointMotion {
+    /// About the axis; a revolute joint.
+    #[default]
+    Turns,
+    /// Along the axis; a sliding (prismatic) joint.
+    Slides,
+}
+
+/// How far something gives way where the model is otherwise rigid.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub enum Yielding {
+    /// Not at all; compliance 0.
+    #[default]
+    Rigid,
+    /// Freely: it passes on no moment, or no force along a sliding axis.
+    Pinned,
+    /// In proportion to its load: rad/(N·m), along an axis m/N; finite and not negative.
+    Compliance(f64),
+}
+
+impl Yielding {
+    /// Compliance, rad/(N·m) or m/N; infinite for a pin.
+    #[must_use]
+    pub fn compliance(self) -> f64 {
+        match self {
+            Self::Rigid => 0.0,
+            Self::Pinned => f64::INFINITY,
+            Self::Compliance(c) => c,
+        }
+    }
+}
+
+/// What a fit does with a parameter if its user does not say.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub enum RoleInFit {
+    /// Keeps its value.
+    #[default]
+    Fixed,
+    /// Determines it.
+    Free,
+    /// Gives it the value of another parameter.
+    Tied(ModelParameter),
+}
+
+/// A spring of the robot file.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct SpringDefault {
+    /// Its value.
+    pub yielding: Yielding,
+    /// What a fit does with it.
+    pub in_fit: RoleInFit,
+}
+
+/// The springs of a joint.
+///
+/// The joint's frame: x is its own axis, the normal n of its plane. With the axes of the plane's body taken in the order x, y, z, x, y is
+/// the one after that in which n is largest, made perpendicular to n; z is x × y. So n = z has y along the body's x and z along its y.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct JointSprings {
+    /// Of its own motion: about its axis, rad/(N·m), of a joint that slides along it, m/N. Parameter `joint.NAME`.
+    pub own: SpringDefault,
+    /// About x, y, z of its frame, rad/(N·m). Parameters `joint.NAME.x|y|z`; x of a joint that turns is `own`, and rigid here.
+    pub about: [SpringDefault; 3],
+}
+
+/// One of six springs in series: along an axis, m/N, or about it, rad/(N·m).
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
+pub enum SpringAxis {
+    /// Along x.
+    X,
+    /// Along y.
+    Y,
+    /// Along z.
+    Z,
+    /// About x.
+    Rx,
+    /// About y.
+    Ry,
+    /// About z.
+    Rz,
+}
+
+impl SpringAxis {
+    /// All six, in the order of displacements and rotations.
+    pub const ALL: [Self; 6] = [Self::X, Self::Y, Self::Z, Self::Rx, Self::Ry, Self::Rz];
+
+    /// Place in the order ux, uy, uz, rx, ry, rz.
+    #[must_use]
+    pub const fn index(self) -> usize {
+        self as usize
+    }
+
+    /// Whether it turns.
+    #[must_use]
+    pub const fn turns(self) -> bool {
+        self.index() >= 3
+    }
+
+    /// The axis it turns about.
+    #[must_use]
+    pub fn turn(self) -> Option<Direction> {
+        self.turns().then(|| Direction::ALL[self.index() - 3])
+    }
+
+    /// The spring about an axis.
+    #[must_use]
+    pub const fn about(axis: Direction) -> Self {
+        match axis {
+            Direction::X => Self::Rx,
+            Direction::Y => Self::Ry,
+            Direction::Z => Self::Rz,
+        }
+    }
+
+    /// `x`, `y`, `z`, `rx`, `ry`, `rz`.
+    #[must_use]
+    pub const fn name(self) -> &'static str {
+        ["x", "y", "z", "rx", "ry", "rz"][self.index()]
+    }
+}
+
+impl fmt::Display for SpringAxis {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(self.name())
+    }
+}
+
+/// A text that is none of `x`, `y`, `z`, `rx`, `ry`, `rz`.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
+#[error("an axis of a spring is x, y, z, rx, ry or rz")]
+pub struct NotASpringAxis;
+
+impl FromStr for SpringAxis {
+    type Err = NotASpringAxis;
+
+    fn from_str(text: &str) -> Result<Self, NotASpringAxis> {
+        let mut all = Self::ALL.into_iter();
+        all.find(|axis| axis.name() == text).ok_or(NotASpringAxis)
+    }
+}
+
+/// What is mounted at the end: its frame, its springs, its payload.
+///
+/// Loads act at the end node of the robot, the tool centre, and displacements are those of that point. The springs sit at the node where
+/// the tool is mounted, in series with everything.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Tool {
+    /// Node at which it is mounted; `None` is the end node itself.
+    pub mount: Option<usize>,
+    /// Body whose axes its own are given in; `None` is the ground, so that they are those of the world.
+    pub body: Option<usize>,
+    /// Unit vectors of its x, y, z in the axes of the body; `None` are the axes of the body.
+    pub axes: Option<[[f64; 3]; 3]>,
+    /// Along and about its axes, through the mount: x, y, z (m/N), rx, ry, rz (rad/(N·m)). Parameters `tool.x` and so on.
+    pub springs: [SpringDefault; 6],
+    /// What it carries.
+    pub payload: Option<Payload>,
+}
+
+/// A load of known mass on the tool.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Payload {
+    /// Mass, kg.
+    pub mass_kg: f64,
+    /// Centre of mass from the tool centre, in the axes of the tool, m.
+    pub at_m: [f64; 3],
+}

@@ -1,0 +1,690 @@
+//! Arms of rigid links with springs in joints, base and tool: compliance, derivatives and sag.
+//!
+//! The numbers in `fixtures/virtual-joints` were made by its `generate.py`, with a Jacobian of its own.
+
+use stiffbench_beams::physics::{
+    ActingPhysics, Effect, JointRotations, LoadPoint, Mechanics, RunLoads,
+};
+use stiffbench_beams::robot::{
+    Angle, Balancer, BalancerForce, Body, BodyPlace, BodyPoint, FittingFactors, GRAVITY_M_PER_S2,
+    JointModel, JointMotion, JointSprings, Keep, MassPlace, ModelParameter, MultiPosePredictor,
+    NodePlace, PointMass, Pose, PoseSweep, Predictor, RigidLink, Robot, RobotError, RobotNode,
+    SpringAxis, Theory, Variable,
+};
+use stiffbench_beams::structure::{Compliance6, SolutionPath};
+use stiffbench_units_and_text::test_point::Direction;
+
+use crate::support::arms::{self, ArmEnd, ArmJoint, number, rows, spring};
+
+fn predictor<'a>(robot: &'a Robot, pose: &Pose) -> Predictor<'a> {
+    let mechanism = robot.mechanism(None).unwrap();
+    let mut predictor = Predictor::new(robot, mechanism, &FittingFactors::UNIT).unwrap();
+    predictor.place(pose).unwrap();
+    predictor
+}
+
+/// Every spring that a robot's file gives a compliance.
+fn springs(robot: &Robot) -> Vec<ModelParameter> {
+    robot.own_springs().map(|(spring, _)| spring).collect()
+}
+
+fn compliance_of(row: &arms::Row) -> Compliance6 {
+    let names = SpringAxis::ALL.map(SpringAxis::name);
+    Compliance6(std::array::from_fn(|i| {
+        std::array::from_fn(|j| number(row, &format!("c_{}_{}", names[i.min(j)], names[i.max(j)])))
+    }))
+}
+
+#[test]
+fn a_hundred_random_arms_have_the_compliance_of_their_jacobian() {
+    let expected = rows("compliance.csv");
+    let mut largest = 0.0_f64;
+    for ((robot, pose), row) in arms::all().iter().zip(&expected) {
+        let expected = compliance_of(row);
+        let single = predictor(robot, pose).compliance();
+        largest = largest.max(single.relative_difference(&expected));
+        let mechanism = robot.mechanism(None).unwrap();
+        let sweep = PoseSweep::new(robot, mechanism, &FittingFactors::UNIT).unwrap();
+        let swept = sweep.run(std::slice::from_ref(pose), Keep::Full);
+        assert_eq!(swept.alone, 0, "SIMD registers take a serial arm");
+        let together = swept.compliances[0].unwrap();
+        largest = largest.max(together.relative_difference(&expected));
+    }
+    assert_eq!(expected.len(), 100);
+    assert!(largest < 1e-10, "{largest:e}");
+}
+
+#[test]
+fn arms_with_beams_and_springs_have_the_compliance_of_opensees() {
+    let mut largest = 0.0_f64;
+    for ((robot, pose), row) in arms::with_beams().iter().zip(rows("mixed_compliance.csv")) {
+        let expected = compliance_of(&row);
+        let single = predictor(robot, pose).compliance();
+        let mechanism = robot.mechanism(None).unwrap();
+        let sweep = PoseSweep::new(robot, mechanism, &FittingFactors::UNIT).unwrap();
+        let swept = sweep.run(std::slice::from_ref(pose), Keep::Full);
+        assert_eq!(swept.alone, 0);
+        let together = swept.compliances[0].unwrap();
+        assert!(together.relative_difference(&single) < 1e-9);
+        largest = largest.max(single.relative_difference(&expected));
+    }
+    // What stands for rigid in OpenSees leaves some six digits.
+    assert!(largest < 5e-6, "{largest:e}");
+}
+
+#[test]
+fn derivatives_of_arms_with_beams_are_differences() {
+    for (robot, pose) in arms::with_beams() {
+        let mechanism = robot.mechanism(None).unwrap();
+        let parameters = ModelParameter::all(&robot, mechanism);
+        let values = robot.with_own_springs(&FittingFactors::UNIT);
+        let mut together = MultiPosePredictor::new(&robot, mechanism, &parameters, 1).unwrap();
+        together.place(0, &pose).unwrap();
+        together.solve_whole(&values).unwrap();
+        let (whole, start) = (
+            together.whole_gradient(0).unwrap().to_vec(),
+            together.compliance(0).unwrap(),
+        );
+        let mut single = Predictor::new(&robot, mechanism, &values).unwrap();
+        single.place(&pose).unwrap();
+        let of_load = single.displacement_derivatives(
+            &[(
+                single.model().structure().end.clone(),
+                [3.0, -2.0, 5.0, 0.3, 0.2, -0.7],
+            )],
+            &parameters,
+        );
+        for (place, parameter) in parameters.iter().enumerate() {
+            let value = values.get(parameter);
+            let mut at = |share: f64| {
+                let mut moved = values.clone();
+                let step = if value == 0.0 {
+                    1e-8 * (1.0 + share)
+                } else {
+                    value * share
+                };
+                moved.set(parameter, value + step);
+                together.solve(&moved, false).unwrap();
+                together.compliance(0).unwrap()
+            };
+            let (up, down) = (at(1e-3), at(-1e-3));
+            let in_units = match (parameter.is_factor(), value) {
+                (true, _) => 1.0,
+                (false, 0.0) => 1e-8,
+                (false, own) => own,
+            };
+            for i in 0..6 {
+                for j in 0..6 {
+                    let slope = (up.0[i][j] - down.0[i][j]) / 2e-3;
+                    let scale = (start.0[i][i] * start.0[j][j]).sqrt();
+                    let error = (whole[place].0[i][j] * in_units - slope).abs() / scale;
+                    assert!(error < 1e-6, "{parameter} {i} {j}: {error:e}");
+                }
+            }
+            let expected = whole[place].times([3.0, -2.0, 5.0, 0.3, 0.2, -0.7]);
+            for i in 0..6 {
+                let scale = 10.0 * start.0[i][i].sqrt() * start.0[3][3].max(start.0[0][0]).sqrt();
+                let error = (of_load.1[place][i] - expected[i]).abs() * in_units / scale;
+                assert!(error < 1e-8, "{parameter} {i}: {error:e}");
+            }
+        }
+    }
+}
+
+#[test]
+fn arms_sag_under_their_own_weight_as_virtual_work_says() {
+    let mut largest = 0.0_f64;
+    for ((robot, pose), row) in arms::all().iter().zip(rows("weight.csv")) {
+        let (found, _) = predictor(robot, pose).weight_displacement(&[]);
+        let expected = SpringAxis::ALL.map(|axis| number(&row, &format!("u_{axis}")));
+        let size = expected.iter().fold(0.0_f64, |size, u| size.max(u.abs()));
+        for (found, expected) in found.iter().zip(expected) {
+            largest = largest.max((found - expected).abs() / size);
+        }
+    }
+    assert!(largest < 1e-10, "{largest:e}");
+}
+
+#[test]
+fn derivatives_of_compliance_and_sag_are_differences() {
+    let mut seen = 0;
+    for (robot, pose) in arms::all().iter().take(20) {
+        let mechanism = robot.mechanism(None).unwrap();
+        let parameters = springs(robot);
+        let values = robot.with_own_springs(&FittingFactors::UNIT);
+        let mut together = MultiPosePredictor::new(robot, mechanism, &parameters, 1).unwrap();
+        together.place(0, pose).unwrap();
+        together.solve_whole(&values).unwrap();
+        let whole = together.whole_gradient(0).unwrap().to_vec();
+        let compliance = together.compliance(0).unwrap();
+        let mut single = predictor(robot, pose);
+        assert!(single.compliance().relative_difference(&compliance) < 1e-12);
+        let of_single = single.compliance_derivatives(&parameters);
+        let (sag, of_sag) = single.weight_displacement(&parameters);
+        for (place, parameter) in parameters.iter().enumerate() {
+            // Compliance is linear in every spring: a step of the spring's own size is exact but for rounding.
+            let value = values.get(parameter);
+            let mut doubled = values.clone();
+            doubled.set(parameter, 2.0 * value);
+            together.solve(&doubled, false).unwrap();
+            let more = together.compliance(0).unwrap();
+            single.set_factors(&doubled).unwrap();
+            let (more_sag, _) = single.weight_displacement(&[]);
+            single.set_factors(&values).unwrap();
+            for i in 0..6 {
+                let difference = (more_sag[i] - sag[i] - value * of_sag[place][i]).abs();
+                assert!(difference < 1e-10 * sag.iter().fold(0.0_f64, |a, b| a.max(b.abs())));
+                for j in 0..6 {
+                    let slope = (more.0[i][j] - compliance.0[i][j]) / value;
+                    let scale = (compliance.0[i][i] * compliance.0[j][j]).sqrt() / value;
+                    for found in [&whole[place], &of_single[place]] {
+                        let error = (found.0[i][j] - slope).abs() / scale;
+                        assert!(error < 1e-10, "{parameter} {i} {j}: {error:e}");
+                    }
+                }
+            }
+            seen += 1;
+        }
+        for axis in 0..3 {
+            for (place, derivative) in together_gradient(&mut together, &values, axis) {
+                assert!(
+                    (derivative - whole[place].0[axis][axis]).abs() <= 1e-12 * derivative.abs()
+                );
+            }
+        }
+    }
+    assert!(seen > 100, "{seen} springs");
+}
+
+fn together_gradient(
+    together: &mut MultiPosePredictor<'_>,
+    values: &FittingFactors,
+    axis: usize,
+) -> Vec<(usize, f64)> {
+    together.solve(values, true).unwrap();
+    let gradient = together.gradient(0, axis).unwrap();
+    gradient.iter().copied().enumerate().collect()
+}
+
+/// A six-axis arm of industrial proportions.
+fn six_axes() -> Robot {
+    let joint = |axis: [f64; 3], at_m: [f64; 3], c: f64| ArmJoint {
+        motion: JointMotion::Turns,
+        axis,
+        at_m,
+        springs: JointSprings {
+            own: spring(c),
+            ..JointSprings::default()
+        },
+        mass: None,
+        link: None,
+    };
+    let joints = [
+        joint([0.0, 0.0, 1.0], [0.0, 0.0, 0.3], 1.2e-6),
+        joint([0.0, 1.0, 0.0], [0.3, 0.0, 0.37], 0.4e-6),
+        joint([0.0, 1.0, 0.0], [0.0, 0.0, 1.075], 0.5e-6),
+        joint([1.0, 0.0, 0.0], [0.3, 0.0, 0.225], 3.7e-6),
+        joint([0.0, 1.0, 0.0], [0.98, 0.0, 0.0], 2.4e-6),
+        joint([1.0, 0.0, 0.0], [0.1, 0.0, 0.0], 4.9e-6),
+    ];
+    let end = ArmEnd {
+        flange_m: [0.115, 0.0, 0.0],
+        tool_m: [0.4, 0.0, 0.1],
+        ..ArmEnd::default()
+    };
+    arms::arm(&joints, &end)
+}
+
+/// The torques of the springs under a load on the end, from where hinges and end stand.
+fn torques(robot: &Robot, pose: &Pose, load: [f64; 6]) -> Vec<f64> {
+    use stiffbench_numeric::vector::{cross, dot, subtract};
+    let predictor = predictor(robot, pose);
+    let structure = predictor.model().structure();
+    let end_m = structure.nodes[structure.end.node].position_m;
+    let hinge_m = |hinge: usize| {
+        let members = structure
+            .rigid_members
+            .iter()
+            .flat_map(|member| &member.ends);
+        let mut there = members.filter(|at| at.hinges.contains(&hinge));
+        structure.nodes[there.next().unwrap().node].position_m
+    };
+    let (force, moment) = ([load[0], load[1], load[2]], [load[3], load[4], load[5]]);
+    let torque = |(place, hinge): (usize, &stiffbench_beams::structure::Hinge)| {
+        if hinge.slides {
+            return dot(hinge.axis, force);
+        }
+        let arm = subtract(end_m, hinge_m(place));
+        dot(hinge.axis, cross(arm, force)) + dot(hinge.axis, moment)
+    };
+    structure.hinges.iter().enumerate().map(torque).collect()
+}
+
+/// Arms of the fixtures with springs about their own axes alone, so that every spring is a variable of the pose.
+fn arms_of_own_springs() -> Vec<(Robot, Pose)> {
+    let mut all = arms::all();
+    for (robot, _) in &mut all {
+        for joint in &mut robot.joints {
+            joint.springs.about = Default::default();
+        }
+        robot.base = Default::default();
+        robot.tool.springs = Default::default();
+    }
+    all
+}
+
+#[test]
+fn the_stiffness_under_a_load_is_that_of_chen_and_kao() {
+    let load = [900.0, -700.0, 1200.0, 150.0, -90.0, 60.0];
+    let mut largest = 0.0_f64;
+    for (robot, pose) in arms_of_own_springs() {
+        let count = robot.joints.len();
+        let variable = |pose: &Pose, place: usize, share: f64| {
+            // Steps of 1e-3 rad or m: with Richardson's extrapolation the truncation is far below 1e-10.
+            let step = match robot.joints[place].motion {
+                JointMotion::Turns => (1e-3 * share).to_degrees(),
+                JointMotion::Slides => 1e-3 * share,
+            };
+            let mut moved = pose.clone();
+            moved.angles_deg[place] += step;
+            moved
+        };
+        // K_C by differences of the torques of another formula, in positions that the kinematics gives.
+        let slope = |place: usize, share: f64| -> Vec<f64> {
+            let up = torques(&robot, &variable(&pose, place, share), load);
+            let down = torques(&robot, &variable(&pose, place, -share), load);
+            up.iter()
+                .zip(down)
+                .map(|(u, d)| (u - d) / (2e-3 * share))
+                .collect()
+        };
+        let columns: Vec<Vec<f64>> = (0..count)
+            .map(|place| {
+                let (wide, fine, finest) =
+                    (slope(place, 4.0), slope(place, 2.0), slope(place, 1.0));
+                (0..count)
+                    .map(|i| {
+                        let first = (4.0 * fine[i] - wide[i]) / 3.0;
+                        let second = (4.0 * finest[i] - fine[i]) / 3.0;
+                        (16.0 * second - first) / 15.0
+                    })
+                    .collect()
+            })
+            .collect();
+        let predictor = predictor(&robot, &pose);
+        let structure = predictor.model().structure();
+        let found = structure.compliance_under_load(load).unwrap().unwrap();
+        let free = structure.compliance_under_load([0.0; 6]).unwrap().unwrap();
+        // Newton's third derivation: (1 - C_θ K_C) dθ = C_θ Jᵀ dw, solved by repetition, which converges for these loads.
+        let compliances: Vec<f64> = structure
+            .hinges
+            .iter()
+            .map(|hinge| 1.0 / hinge.stiffness_nm_per_rad)
+            .collect();
+        let units: Vec<Vec<f64>> = (0..6)
+            .map(|k| {
+                let mut unit = [0.0; 6];
+                unit[k] = 1.0;
+                torques(&robot, &pose, unit)
+            })
+            .collect();
+        for k in 0..6 {
+            let mut turned = vec![0.0; count];
+            for _ in 0..200 {
+                turned = (0..count)
+                    .map(|i| {
+                        let more: f64 = (0..count).map(|j| columns[j][i] * turned[j]).sum();
+                        compliances[i] * (units[k][i] + more)
+                    })
+                    .collect();
+            }
+            for i in 0..6 {
+                let expected: f64 = (0..count).map(|j| units[i][j] * turned[j]).sum();
+                let scale = (free.0[i][i] * free.0[k][k]).sqrt();
+                if scale > 0.0 {
+                    largest = largest.max((found.0[i][k] - expected).abs() / scale);
+                }
+            }
+        }
+        assert!(free.relative_difference(&found) > 1e-6, "the load is seen");
+    }
+    assert!(largest < 1e-10, "{largest:e}");
+}
+
+#[test]
+fn parameters_that_start_rigid_are_freed_one_by_one() {
+    let robot = six_axes();
+    let mechanism = robot.mechanism(None).unwrap();
+    let parameters: Vec<ModelParameter> =
+        ["joint.J2", "joint.J2.y", "base.z", "base.ry", "tool.rx"]
+            .into_iter()
+            .map(|name| ModelParameter::find(&robot, mechanism, name).unwrap())
+            .collect();
+    let pose = Pose {
+        angles_deg: vec![10.0, -30.0, 50.0, 5.0, 70.0, 20.0],
+    };
+    let mut together = MultiPosePredictor::new(&robot, mechanism, &parameters, 1).unwrap();
+    together.place(0, &pose).unwrap();
+    let rigid = FittingFactors::UNIT;
+    together.solve_whole(&rigid).unwrap();
+    let (start, whole) = (
+        together.compliance(0).unwrap(),
+        together.whole_gradient(0).unwrap().to_vec(),
+    );
+    let single = predictor(&robot, &pose).compliance();
+    assert!(start.relative_difference(&single) < 1e-12);
+    for (parameter, derivative) in parameters.iter().zip(whole) {
+        let own = robot.with_own_springs(&rigid).get(parameter);
+        let mut freed = rigid.clone();
+        freed.set(parameter, own + 1e-7);
+        together.solve(&freed, false).unwrap();
+        let found = together.compliance(0).unwrap();
+        for i in 0..6 {
+            for j in 0..6 {
+                let expected = start.0[i][j] + 1e-7 * derivative.0[i][j];
+                let scale = (found.0[i][i] * found.0[j][j]).sqrt();
+                assert!(
+                    (found.0[i][j] - expected).abs() < 1e-12 * scale,
+                    "{parameter}"
+                );
+            }
+        }
+    }
+}
+
+#[test]
+fn names_of_parameters_find_what_they_name() {
+    let robot = six_axes();
+    let mechanism = robot.mechanism(None).unwrap();
+    let find = |name: &str| ModelParameter::find(&robot, mechanism, name);
+    assert_eq!(find("joint.J2.x").unwrap(), find("joint.J2").unwrap());
+    assert_eq!(find("joint.J2.z").unwrap().unit(), "rad/(N*m)");
+    assert_eq!(find("base.x").unwrap().unit(), "m/N");
+    assert_eq!(find("base.rx").unwrap().unit(), "rad/(N*m)");
+    assert_eq!(find("tool.y").unwrap().unit(), "m/N");
+    for name in [
+        "joint.J7",
+        "joint.J2.w",
+        "joint.J7.y",
+        "base.w",
+        "tool",
+        "group.arm.Iy",
+    ] {
+        assert!(find(name).is_err(), "{name}");
+    }
+}
+
+#[test]
+fn a_pinned_drive_is_held_by_its_spring() {
+    let robot = six_axes();
+    let mechanism = robot.mechanism(None).unwrap();
+    let pose = Pose {
+        angles_deg: vec![10.0, -30.0, 50.0, 5.0, 70.0, 20.0],
+    };
+    let rigid = predictor(&robot, &pose).compliance();
+    let theory = Theory::EulerBernoulli;
+    let unit = FittingFactors::UNIT;
+    let mut pinned =
+        Predictor::with(&robot, mechanism, &JointModel::Pinned, theory, &unit).unwrap();
+    pinned.place(&pose).unwrap();
+    assert_eq!(pinned.compliance(), rigid);
+    let sweep = PoseSweep::with(
+        &robot,
+        mechanism,
+        JointModel::Pinned,
+        theory,
+        &unit,
+        SolutionPath::Spatial,
+    )
+    .unwrap();
+    assert_eq!(sweep.run(&[pose], Keep::Diagonal).alone, 0);
+}
+
+/// An arm of one joint about y at the origin, whose link reaches along x to the tool.
+fn one_joint(reach_m: f64, compliance: f64) -> Robot {
+    let joint = ArmJoint {
+        motion: JointMotion::Turns,
+        axis: [0.0, 1.0, 0.0],
+        at_m: [0.0; 3],
+        springs: JointSprings {
+            own: spring(compliance),
+            ..JointSprings::default()
+        },
+        mass: None,
+        link: None,
+    };
+    let end = ArmEnd {
+        flange_m: [0.5 * reach_m, 0.0, 0.0],
+        tool_m: [reach_m, 0.0, 0.0],
+        ..ArmEnd::default()
+    };
+    arms::arm(&[joint], &end)
+}
+
+/// Displacement along the force of a run to some loads, under an effect.
+fn under_law(robot: &Robot, pose: &Pose, effect: &str, direction: Direction, force_n: f64) -> f64 {
+    let mechanism = robot.mechanism(None).unwrap();
+    let effects = vec![effect.parse::<Effect>().unwrap()];
+    let physics = ActingPhysics::new(robot, mechanism, effects).unwrap();
+    let poses = std::slice::from_ref(pose);
+    let mechanics = Mechanics::new(robot, mechanism, &FittingFactors::UNIT, poses).unwrap();
+    let load = |force_n| LoadPoint {
+        force_n,
+        ..LoadPoint::default()
+    };
+    let run = RunLoads {
+        pose: &"P1".into(),
+        direction,
+        repeat: 1,
+        release_n: None,
+        loads: &[load(force_n)],
+    };
+    let mut moved = [0.0];
+    let pose = mechanics.pose(0);
+    let rotations = &mut JointRotations::default();
+    physics
+        .laws
+        .displacements_m(pose, &run, rotations, &mut moved);
+    moved[0]
+}
+
+#[test]
+fn every_law_of_a_joint_acts_beside_the_spring_of_the_joint() {
+    let robot = six_axes();
+    let pose = Pose {
+        angles_deg: vec![10.0, -30.0, 50.0, 5.0, 70.0, 20.0],
+    };
+    let laws = [
+        "joint-compliance@J:c=2urad/(N*m)",
+        "joint-backlash@J:play=0.12mrad,seat_moment=5N*m",
+        "joint-friction@J:c=0.19mrad/(N*m),friction_moment=3N*m",
+        "joint-nonlinearity@J:c=0.2urad/(N*m),q=0.003urad/(N*m)^2",
+    ];
+    let mut predictor = predictor(&robot, &pose);
+    let compliance = predictor.compliance();
+    let mut seen = 0;
+    for joint in ["J1", "J2", "J3", "J5"] {
+        let parameter = ModelParameter::Joint(joint.into());
+        let derivative = predictor.compliance_derivatives(&[parameter])[0];
+        for direction in Direction::ALL {
+            let axis = direction.index();
+            let force_n = -250.0;
+            let lever = derivative.0[axis][axis].sqrt();
+            if lever < 1e-3 {
+                continue;
+            }
+            for law in laws {
+                let at = |joint: &str| law.replace("@J", &format!("@{joint}"));
+                let found = under_law(&robot, &pose, &at(joint), direction, force_n);
+                // The same moment on the one joint of another arm, whose lever along z is its reach.
+                let other = one_joint(lever, 1e-12);
+                let flat = Pose {
+                    angles_deg: vec![0.0],
+                };
+                let alone = under_law(&other, &flat, &at("J1"), Direction::Z, force_n);
+                let rigid = 1e-12 * lever * lever * force_n;
+                let expected = compliance.direct(axis) * force_n + alone - rigid;
+                let error = (found - expected).abs() / expected.abs();
+                assert!(
+                    error < 1e-9,
+                    "{law} in {joint} along {direction}: {error:e}"
+                );
+                assert!((found / (compliance.direct(axis) * force_n) - 1.0).abs() > 1e-6);
+                seen += 1;
+            }
+        }
+    }
+    assert!(seen > 30, "{seen}");
+}
+
+#[test]
+fn a_side_branch_weighs_where_its_own_joint_puts_it() {
+    let robot = six_axes();
+    let mut pose = Pose {
+        angles_deg: vec![10.0, -30.0, 50.0, 5.0, 70.0, 20.0],
+    };
+    let sag = |robot: &Robot, pose: &Pose| predictor(robot, pose).weight_displacement(&[]).0;
+    assert_eq!(sag(&robot, &pose), [0.0; 6]);
+    // Another arm of 30 kg on body 2, at (0.1, 0.3, 0.2) and turned about its x by 40 degrees, its centre 0.5 m along its z.
+    let mut branched = robot.clone();
+    let origin = branched.nodes.len();
+    branched.nodes.push(RobotNode {
+        name: "shoulder".into(),
+        place: NodePlace::Fixed {
+            body: 2,
+            at_m: [0.1, 0.3, 0.2],
+        },
+    });
+    let variable = branched.variables.len();
+    branched.variables.push(Variable {
+        name: "branch".to_owned(),
+        motion: JointMotion::Turns,
+        min_deg: -180.0,
+        max_deg: 180.0,
+        nominal_deg: 0.0,
+    });
+    let branch = branched.bodies.len();
+    branched.bodies.push(Body {
+        name: "branch".to_owned(),
+        chain: Some("other arm".to_owned()),
+        place: BodyPlace::Turned {
+            parent: 2,
+            origin,
+            axis: [1.0, 0.0, 0.0],
+            angle: Angle {
+                offset_deg: 0.0,
+                terms: vec![(variable, 1.0)],
+            },
+        },
+    });
+    let mass = |body: usize, at_m: [f64; 3]| PointMass {
+        name: "branch".to_owned(),
+        mass_kg: 30.0,
+        place: MassPlace::Point(BodyPoint { body, at_m }),
+    };
+    branched.masses.push(mass(branch, [0.0, 0.0, 0.5]));
+    let mut fixed = robot.clone();
+    let (sin, cos) = 40.0_f64.to_radians().sin_cos();
+    let at_m = [0.1, 0.3 - 0.5 * sin, 0.2 + 0.5 * cos];
+    fixed.masses.push(mass(2, at_m));
+    let expected = sag(&fixed, &pose);
+    pose.angles_deg.push(40.0);
+    let found = sag(&branched, &pose);
+    for (found, expected) in found.iter().zip(expected) {
+        assert!((found - expected).abs() < 1e-12 * expected.abs() + 1e-20);
+    }
+    assert!(expected[2].abs() > 1e-6, "{expected:?}");
+    let mechanism = branched.mechanism(None).unwrap();
+    let masses = stiffbench_beams::robot::Masses::of(&branched, mechanism);
+    assert_eq!(masses.at_nodes, [("branch".to_owned(), 30.0)]);
+}
+
+#[test]
+fn a_balancer_carries_its_share_of_the_moment() {
+    let mut robot = one_joint(1.0, 2e-6);
+    robot.masses.push(PointMass {
+        name: "link".to_owned(),
+        mass_kg: 40.0,
+        place: MassPlace::Point(BodyPoint {
+            body: 1,
+            at_m: [0.4, 0.0, 0.0],
+        }),
+    });
+    let flat = Pose {
+        angles_deg: vec![0.0],
+    };
+    let sag = |robot: &Robot| predictor(robot, &flat).weight_displacement(&[]).0;
+    let weight_nm = 40.0 * GRAVITY_M_PER_S2 * 0.4;
+    // A turn about y moves a point on +x down.
+    let down = |moment_nm: f64| -2e-6 * moment_nm;
+    assert!((sag(&robot)[2] / down(weight_nm) - 1.0).abs() < 1e-12);
+    // From 0.3 m above the joint to 0.4 m along the link: 0.5 m long, and 0.24 m from the joint.
+    robot.balancers.push(Balancer {
+        name: "spring".to_owned(),
+        pivots: [
+            BodyPoint {
+                body: 0,
+                at_m: [0.0, 0.0, 0.3],
+            },
+            BodyPoint {
+                body: 1,
+                at_m: [0.4, 0.0, 0.0],
+            },
+        ],
+        force: BalancerForce::Spring {
+            stiffness_n_per_m: 1500.0,
+            preload_n: 200.0,
+            length_m: 0.45,
+        },
+    });
+    let pull_n = 200.0 + 1500.0 * 0.05;
+    let expected = down(weight_nm - pull_n * 0.24);
+    assert!((sag(&robot)[2] / expected - 1.0).abs() < 1e-12);
+}
+
+#[test]
+fn rigid_links_that_close_a_loop_are_named() {
+    let robot = six_axes();
+    let mut closed = robot.clone();
+    closed.rigid_links.push(RigidLink {
+        name: "strut".to_owned(),
+        nodes: [0, closed.end - 1],
+        chain: "arm".to_owned(),
+        body: 0,
+    });
+    let links = closed.rigid_links.len();
+    closed.mechanisms[0].rigid_links = (0..links).collect();
+    let mechanism = closed.mechanism(None).unwrap();
+    let unit = FittingFactors::UNIT;
+    let error = Predictor::new(&closed, mechanism, &unit).unwrap_err();
+    let RobotError::Structure { source, .. } = error else {
+        panic!("{error}")
+    };
+    let text = source.to_string();
+    assert!(
+        text.contains("strut") && text.contains("close a loop"),
+        "{text}"
+    );
+}
+
+#[test]
+#[ignore = "a measurement of time: cargo test --release -p stiffbench-beams -- --ignored --nocapture fifty_thousand"]
+fn fifty_thousand_poses_of_an_arm() {
+    let robot = six_axes();
+    let mechanism = robot.mechanism(None).unwrap();
+    let sweep = PoseSweep::new(&robot, mechanism, &FittingFactors::UNIT).unwrap();
+    let share = |i: u32, j: u32| (f64::from(i) * 0.618_034 * f64::from(j)).fract();
+    let poses: Vec<Pose> = (0..50_000)
+        .map(|i| Pose {
+            angles_deg: (1..=6).map(|j| 360.0 * share(i, j) - 180.0).collect(),
+        })
+        .collect();
+    for _ in 0..3 {
+        let start = std::time::Instant::now();
+        let swept = sweep.run(&poses, Keep::Full);
+        let seconds = start.elapsed().as_secs_f64();
+        assert_eq!((swept.alone, swept.failed.len()), (0, 0));
+        println!("50 000 poses, 6 x 6: {seconds:.4} s");
+        assert!(seconds < 0.5);
+    }
+}
